@@ -1,0 +1,2 @@
+//! The `feeler` command.
+fn main() {}

@@ -1,1 +1,5 @@
-//! feeler-engine
+//! Stepping a machine through time.
+
+mod scenario;
+
+pub use scenario::{ControllerUse, Integrator, RunSettings, Scenario};

@@ -1,0 +1,238 @@
+//! From names to numbers.
+
+use std::collections::HashMap;
+
+use super::{Assembly, ContactPart, Drive, ForceLaw, GROUND_NODE, Link, Node, NodeId, SensorPart, Source, VelocitySource};
+use crate::description::{ActuatorKind, Contact, ContactLaw, GROUND, Machine, Quantity, Sensor, SignalName};
+use crate::effects::{Change, EffectUse, Host};
+use crate::names::nearest;
+use crate::problem::Problem;
+
+/// Resolves every name of a machine and applies its effects, in the order: bodies, springs, contacts, actuators, sensors.
+///
+/// # Errors
+/// Every mistake of the machine at once: dangling names, elements that join a body to itself, effects that cannot sit where they stand.
+pub fn assemble(machine: &Machine) -> Result<Assembly, Vec<Problem>> {
+    let mut build = Build::new(machine);
+    build.links();
+    build.contacts();
+    build.drives();
+    build.sensors();
+    if build.problems.is_empty() {
+        build.effects();
+    }
+    if build.problems.is_empty() { Ok(build.assembly) } else { Err(build.problems) }
+}
+
+struct Build<'a> {
+    machine: &'a Machine,
+    node_of: HashMap<&'a str, NodeId>,
+    assembly: Assembly,
+    problems: Vec<Problem>,
+}
+
+impl<'a> Build<'a> {
+    fn new(machine: &'a Machine) -> Self {
+        let ground = Node { name: GROUND.into(), mass_kg: f64::INFINITY, position_m: 0.0, velocity_m_per_s: 0.0 };
+        let bodies = machine.bodies.iter().map(|(name, body)| Node {
+            name: name.clone(),
+            mass_kg: body.mass_kg,
+            position_m: body.position_m,
+            velocity_m_per_s: body.velocity_m_per_s,
+        });
+        let nodes: Vec<Node> = std::iter::once(ground).chain(bodies).collect();
+        let names = std::iter::once(GROUND).chain(machine.bodies.keys().map(String::as_str));
+        let node_of = names.enumerate().map(|(i, name)| (name, i)).collect();
+        let assembly = Assembly { nodes, links: Vec::new(), contacts: Vec::new(), drives: Vec::new(), sensors: Vec::new() };
+        Self { machine, node_of, assembly, problems: Vec::new() }
+    }
+
+    /// The node of a body; a dangling name is noted and gives ground so that the rest of the file is still checked.
+    fn node(&mut self, key: &str, name: &str) -> NodeId {
+        if let Some(&node) = self.node_of.get(name) {
+            return node;
+        }
+        let candidates = std::iter::once(GROUND).chain(self.machine.bodies.keys().map(String::as_str));
+        let remedy = nearest(name, candidates).map_or_else(String::new, |near| format!("did you mean `{near}`?"));
+        self.problems.push(Problem::new(key, format!("there is no body `{name}`"), remedy));
+        GROUND_NODE
+    }
+
+    fn pair(&mut self, key: &str, between: &[String; 2]) -> (NodeId, NodeId) {
+        let before = self.problems.len();
+        let pair = (self.node(key, &between[0]), self.node(key, &between[1]));
+        if pair.0 == pair.1 && self.problems.len() == before {
+            self.problems.push(Problem::new(key, format!("both ends are `{}`", between[0]), "name two different bodies"));
+        }
+        pair
+    }
+
+    fn links(&mut self) {
+        for (name, spring) in &self.machine.springs {
+            let (a, b) = self.pair(&format!("springs.{name}.between"), &spring.between);
+            self.assembly.links.push(Link {
+                rigid: spring.rigid,
+                stiffness: spring.stiffness_n_per_m,
+                damping: spring.damping_n_s_per_m,
+                ..Link::between(name.clone(), a, b)
+            });
+        }
+    }
+
+    fn contacts(&mut self) {
+        for (name, contact) in &self.machine.contacts {
+            let (a, b) = self.pair(&format!("contacts.{name}.between"), &contact.between);
+            let law = force_law(contact);
+            self.assembly.contacts.push(ContactPart { name: name.clone(), a, b, engagement: contact.engagement, gap: contact.gap_m, law });
+        }
+    }
+
+    fn drives(&mut self) {
+        for (name, actuator) in &self.machine.actuators {
+            let on = self.node(&format!("actuators.{name}.on"), &actuator.on);
+            let reacts_on = self.node(&format!("actuators.{name}.reacts_on"), &actuator.reacts_on);
+            let (velocity_source, lags) = match actuator.kind {
+                ActuatorKind::Force { bandwidth_hz } => (None, bandwidth_hz.map(|f| 1.0 / (std::f64::consts::TAU * f)).into_iter().collect()),
+                ActuatorKind::VelocitySource { damping_n_s_per_m: damping, time_constant_s: time_constant } => {
+                    (Some(VelocitySource { damping, time_constant }), Vec::new())
+                }
+            };
+            self.assembly.drives.push(Drive {
+                name: name.clone(),
+                on,
+                reacts_on,
+                velocity_source,
+                delay: 0.0,
+                deadband: 0.0,
+                gain: 1.0,
+                limit: actuator.limit_n.unwrap_or(f64::INFINITY),
+                rate_limit: actuator.rate_limit_per_s.unwrap_or(f64::INFINITY),
+                lags,
+                ripples: Vec::new(),
+            });
+        }
+    }
+
+    fn sensors(&mut self) {
+        for (name, sensor) in &self.machine.sensors {
+            let key = format!("sensors.{name}.reads");
+            let Some(source) = self.source(&key, &sensor.reads) else { continue };
+            let relative_to = match &sensor.relative_to {
+                Some(body) => self.node(&format!("sensors.{name}.relative_to"), body),
+                None => GROUND_NODE,
+            };
+            self.assembly.sensors.push(sensor_part(name, sensor, source, relative_to));
+        }
+    }
+
+    fn source(&mut self, key: &str, signal: &SignalName) -> Option<Source> {
+        match resolve(self.machine, signal) {
+            Ok(Source::Sensor(_)) => {
+                self.problems.push(Problem::new(key, "a sensor cannot read another sensor", "name a body, contact, spring or actuator"));
+                None
+            }
+            Ok(source) => Some(source),
+            Err(problem) => {
+                self.problems.push(Problem { key: key.into(), ..problem });
+                None
+            }
+        }
+    }
+
+    fn effects(&mut self) {
+        let machine = self.machine;
+        let hosts = (machine.bodies.iter().enumerate().map(|(i, (n, e))| ("bodies", n, Host::Body(i + 1), &e.effects)))
+            .chain(machine.springs.iter().enumerate().map(|(i, (n, e))| ("springs", n, Host::Spring(i), &e.effects)))
+            .chain(machine.contacts.iter().enumerate().map(|(i, (n, e))| ("contacts", n, Host::Contact(i), &e.effects)))
+            .chain(machine.actuators.iter().enumerate().map(|(i, (n, e))| ("actuators", n, Host::Actuator(i), &e.effects)))
+            .chain(machine.sensors.iter().enumerate().map(|(i, (n, e))| ("sensors", n, Host::Sensor(i), &e.effects)));
+        for (table, name, host, effects) in hosts {
+            for effect in effects {
+                self.effect(&format!("{table}.{name}.effects.{}", effect.definition.kind), host, effect);
+            }
+        }
+    }
+
+    fn effect(&mut self, key: &str, host: Host, effect: &EffectUse) {
+        let Change::Plant(apply) = effect.definition.change else {
+            self.problems.push(Problem::new(key, "this effect disturbs a controller, not the plant", "move it under a controller"));
+            return;
+        };
+        if let Err(error) = apply(&mut self.assembly, host, &effect.values) {
+            self.problems.push(Problem { key: key.into(), message: error.to_string(), remedy: None });
+        }
+    }
+}
+
+/// The signal of a machine's plant under this name.
+///
+/// # Errors
+/// A [`Problem`] with an empty key where the element does not exist or has no such quantity.
+pub fn resolve(machine: &Machine, signal: &SignalName) -> Result<Source, Problem> {
+    use Quantity::{Acceleration, Command, Compression, Contact, Force, Position, Reading, SpringForce, Velocity};
+    let name = signal.element.as_str();
+    let quantity = signal.quantity;
+    let wrong = |allowed: &str| Err(Problem::new("", format!("`{name}` has no `{}`", quantity.name()), format!("it has {allowed}")));
+    if let Some(i) = machine.bodies.get_index_of(name) {
+        return match quantity {
+            Position | Velocity | Acceleration => Ok(Source::Node(i + 1, quantity)),
+            _ => wrong("position, velocity and acceleration"),
+        };
+    }
+    if let Some(i) = machine.contacts.get_index_of(name) {
+        return match quantity {
+            Force | SpringForce | Compression | Contact => Ok(Source::Contact(i, quantity)),
+            _ => wrong("force, spring_force, compression and contact"),
+        };
+    }
+    if let Some(i) = machine.actuators.get_index_of(name) {
+        return match quantity {
+            Command | Force => Ok(Source::Drive(i, quantity)),
+            _ => wrong("command and force"),
+        };
+    }
+    // A sensor may share its name with a spring or a contact's quantity; readings are asked for as such.
+    if let Some(i) = machine.sensors.get_index_of(name)
+        && quantity == Reading
+    {
+        return Ok(Source::Sensor(i));
+    }
+    if let Some(i) = machine.springs.get_index_of(name) {
+        return match quantity {
+            Force | SpringForce => Ok(Source::Link(i, quantity)),
+            _ => wrong("force and spring_force"),
+        };
+    }
+    let candidates = (machine.bodies.keys())
+        .chain(machine.contacts.keys())
+        .chain(machine.actuators.keys())
+        .chain(machine.sensors.keys())
+        .chain(machine.springs.keys())
+        .map(String::as_str);
+    let remedy = nearest(name, candidates).map_or_else(String::new, |near| format!("did you mean `{near}.{}`?", quantity.name()));
+    Err(Problem::new("", format!("there is no element `{name}`"), remedy))
+}
+
+fn force_law(contact: &Contact) -> ForceLaw {
+    let (exponent, alpha) = match contact.law {
+        ContactLaw::KelvinVoigt => (1.0, 0.0),
+        ContactLaw::HuntCrossley { alpha_s_per_m, exponent } => (exponent, alpha_s_per_m),
+        ContactLaw::Hertz => (1.5, 0.0),
+    };
+    ForceLaw { stiffness: contact.stiffness, exponent, damping: contact.damping_n_s_per_m, alpha, cubic: 0.0 }
+}
+
+fn sensor_part(name: &str, sensor: &Sensor, source: Source, relative_to: NodeId) -> SensorPart {
+    SensorPart {
+        name: name.into(),
+        source,
+        relative_to,
+        tool_inertia: (0.0, GROUND_NODE),
+        gain: sensor.gain,
+        bias: sensor.bias,
+        filters: sensor.low_pass.into_iter().collect(),
+        delay: sensor.delay_s,
+        resolutions: sensor.resolution.into_iter().collect(),
+        noise: sensor.noise,
+    }
+}

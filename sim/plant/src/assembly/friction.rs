@@ -1,0 +1,29 @@
+//! Dry friction of a link.
+
+/// Set-valued dry friction against the sliding speed `v = e'` of a link.
+///
+/// While sliding forward its size is `forward + (static_forward - forward) exp(-(v/velocity)^2) + load_ratio |F_contact|`, likewise backward;
+/// at rest it takes any value up to the static level of the side it holds. `F_contact` is the sum over all contacts of the machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Friction {
+    /// Level for `v > 0`, N.
+    pub forward: f64,
+    /// Level for `v < 0`, N.
+    pub backward: f64,
+    /// Excess of the static over the kinetic level (Stribeck), N; zero where the level does not fall.
+    pub stribeck_excess: f64,
+    /// Stribeck speed, m/s.
+    pub stribeck_velocity: f64,
+    /// Growth of the level with the contact force.
+    pub load_ratio: f64,
+}
+
+impl Friction {
+    /// No friction.
+    pub const NONE: Self = Self { forward: 0.0, backward: 0.0, stribeck_excess: 0.0, stribeck_velocity: 1.0, load_ratio: 0.0 };
+
+    /// Whether any force can arise.
+    pub fn acts(&self) -> bool {
+        self.forward > 0.0 || self.backward > 0.0 || self.stribeck_excess > 0.0 || self.load_ratio > 0.0
+    }
+}

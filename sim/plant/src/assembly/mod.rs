@@ -1,0 +1,199 @@
+//! The machine with names resolved and effects applied: nodes, links, contacts, drives and sensors as numbers.
+//!
+//! This is what effects change, and all that the equations of motion know.
+
+mod access;
+mod build;
+mod friction;
+
+pub use build::{assemble, resolve};
+pub use friction::Friction;
+
+use crate::description::{Engagement, LowPass, Quantity};
+
+/// Index of a node; [`GROUND_NODE`] is the fixed body.
+pub type NodeId = usize;
+
+/// The fixed body.
+pub const GROUND_NODE: NodeId = 0;
+
+/// The whole machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Assembly {
+    /// Ground first, then the bodies in the order of the file, then those that effects add.
+    pub nodes: Vec<Node>,
+    /// One per spring, then those that effects add.
+    pub links: Vec<Link>,
+    /// One per contact.
+    pub contacts: Vec<ContactPart>,
+    /// One per actuator.
+    pub drives: Vec<Drive>,
+    /// One per sensor.
+    pub sensors: Vec<SensorPart>,
+}
+
+/// A lumped mass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Node {
+    /// Name of the body, or of the effect's host for an added one.
+    pub name: String,
+    /// Mass; infinite for ground.
+    pub mass_kg: f64,
+    /// Initial position.
+    pub position_m: f64,
+    /// Initial velocity.
+    pub velocity_m_per_s: f64,
+}
+
+/// A spring, guide or joint between two nodes. Elongation `e = x_b - x_a`; the force on `b` is
+/// `-(k e + cubic e^3 + c e') + load` less friction, and its opposite on `a`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Link {
+    /// Name of the spring, or of the effect's host for an added one.
+    pub name: String,
+    /// First node.
+    pub a: NodeId,
+    /// Second node.
+    pub b: NodeId,
+    /// The two nodes move as one.
+    pub rigid: bool,
+    /// `k`, N/m.
+    pub stiffness: f64,
+    /// `c`, N s/m.
+    pub damping: f64,
+    /// Hardening, N/m³.
+    pub cubic: f64,
+    /// Full width of the free play, m: within `|e| < width / 2` neither `k` nor `c` acts, and beyond it the two sides only push.
+    pub play: f64,
+    /// A constant force on `b`, N.
+    pub load: f64,
+    /// Dry friction against `e'`.
+    pub friction: Friction,
+}
+
+/// A contact; compression `d = x_a - x_b - gap`, force on `b` is `+F`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactPart {
+    /// Name of the contact.
+    pub name: String,
+    /// Tip.
+    pub a: NodeId,
+    /// Workpiece.
+    pub b: NodeId,
+    /// How they hold on to each other.
+    pub engagement: Engagement,
+    /// Distance to close at zero positions, m.
+    pub gap: f64,
+    /// `F = k d^exponent (1 + alpha d') + c d' + cubic d^3`.
+    pub law: ForceLaw,
+}
+
+/// The general law of a contact, of which the named ones are special cases.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForceLaw {
+    /// `k`, N/m^exponent.
+    pub stiffness: f64,
+    /// `n`, >= 1.
+    pub exponent: f64,
+    /// `c`, N s/m.
+    pub damping: f64,
+    /// `alpha`, s/m.
+    pub alpha: f64,
+    /// N/m³.
+    pub cubic: f64,
+}
+
+impl ForceLaw {
+    /// Whether the force is linear in compression and rate.
+    pub fn is_linear(&self) -> bool {
+        // Bit comparisons: these are exactly the values for which the other terms vanish.
+        self.exponent.to_bits() == 1.0_f64.to_bits() && self.alpha == 0.0 && self.cubic == 0.0
+    }
+}
+
+/// A drive. A command goes through delay, deadband, gain, limit and rate limit (all exact on held commands), then the lags.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drive {
+    /// Name of the actuator.
+    pub name: String,
+    /// Pushed node.
+    pub on: NodeId,
+    /// Reacting node.
+    pub reacts_on: NodeId,
+    /// Force per velocity error and time constant of a velocity source; absent for a force drive.
+    pub velocity_source: Option<VelocitySource>,
+    /// The command arrives this much later, s.
+    pub delay: f64,
+    /// Half-width in which commands do nothing; beyond, it is lost.
+    pub deadband: f64,
+    /// Scale on the command.
+    pub gain: f64,
+    /// Largest effort, N; infinite where absent.
+    pub limit: f64,
+    /// Largest rate of the (scaled, limited) command per second; infinite where absent.
+    pub rate_limit: f64,
+    /// First-order lags in series, s, each > 0.
+    pub lags: Vec<f64>,
+    /// Cogging forces added to the drive force.
+    pub ripples: Vec<Ripple>,
+}
+
+/// `tau df/dt + f = b (v_c - v)`, the paper's Fig. 2.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VelocitySource {
+    /// `b_a`, N s/m.
+    pub damping: f64,
+    /// `tau`, s.
+    pub time_constant: f64,
+}
+
+/// A force `amplitude * sin(2 pi x / pitch + phase)` of the drive's relative position `x`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ripple {
+    /// N.
+    pub amplitude: f64,
+    /// m.
+    pub pitch: f64,
+    /// rad.
+    pub phase: f64,
+}
+
+/// A sensor: `reading = quantise(gain * filters(signal(t - delay)) + bias + noise)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorPart {
+    /// Name of the sensor.
+    pub name: String,
+    /// What it reads.
+    pub source: Source,
+    /// Node it rides on; ground for an absolute reading.
+    pub relative_to: NodeId,
+    /// Mass beyond the sensor times the acceleration of the node, added to the reading: `(mass, node)`.
+    pub tool_inertia: (f64, NodeId),
+    /// Scale.
+    pub gain: f64,
+    /// Offset.
+    pub bias: f64,
+    /// Analogue filters in series.
+    pub filters: Vec<LowPass>,
+    /// Pure delay, s.
+    pub delay: f64,
+    /// Quantisation steps, applied one after the other.
+    pub resolutions: Vec<f64>,
+    /// One sigma.
+    pub noise: f64,
+}
+
+/// A resolved signal of the plant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Source {
+    /// Position, velocity or acceleration of a node.
+    Node(NodeId, Quantity),
+    /// Force, elastic force, compression or state of a contact.
+    Contact(usize, Quantity),
+    /// Force or elastic force of a link.
+    Link(usize, Quantity),
+    /// Command or force of a drive.
+    Drive(usize, Quantity),
+    /// Reading of a sensor.
+    Sensor(usize),
+}

@@ -1,0 +1,82 @@
+//! What the user wrote of a machine, in SI units and by name; nothing is resolved or checked yet.
+//!
+//! One axis of motion; `+x` points from the robot towards the workpiece. On a rotational axis read kg m², N m and rad for kg, N and m.
+
+mod actuator;
+mod contact;
+mod sensor;
+mod signal;
+
+pub use actuator::{Actuator, ActuatorKind};
+pub use contact::{Contact, ContactLaw, Engagement};
+pub use sensor::{LowPass, Sensor};
+pub use signal::{ParseSignalError, Quantity, SignalName};
+
+use indexmap::IndexMap;
+
+use crate::effects::EffectUse;
+
+/// Elements of one kind under their names, in the order of the file.
+pub type Elements<T> = IndexMap<String, T>;
+
+/// The name of the fixed body.
+pub const GROUND: &str = "ground";
+
+/// Whether coordinates are lengths or angles; it changes units only.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Axis {
+    /// kg, N, m.
+    #[default]
+    Translational,
+    /// kg m², N m, rad.
+    Rotational,
+}
+
+/// A machine as described in a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Machine {
+    /// Short name.
+    pub name: String,
+    /// What the machine is for, one or two sentences.
+    pub about: String,
+    /// Units of its coordinate.
+    pub axis: Axis,
+    /// Lumped masses.
+    pub bodies: Elements<Body>,
+    /// Springs, dampers, guides and rigid joints.
+    pub springs: Elements<Spring>,
+    /// Places where the tool meets the workpiece.
+    pub contacts: Elements<Contact>,
+    /// Drives.
+    pub actuators: Elements<Actuator>,
+    /// Sensors.
+    pub sensors: Elements<Sensor>,
+}
+
+/// A lumped mass. All springs are relaxed where every position is zero.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Body {
+    /// Mass, > 0.
+    pub mass_kg: f64,
+    /// Initial position.
+    pub position_m: f64,
+    /// Initial velocity.
+    pub velocity_m_per_s: f64,
+    /// Departures from the ideal body.
+    pub effects: Vec<EffectUse>,
+}
+
+/// A linear spring and damper between two bodies; with zero stiffness a viscous guide; or a rigid joint.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Spring {
+    /// The two bodies; elongation is the position of the second minus that of the first.
+    pub between: [String; 2],
+    /// Stiffness, >= 0.
+    pub stiffness_n_per_m: f64,
+    /// Viscous damping, >= 0.
+    pub damping_n_s_per_m: f64,
+    /// The two bodies move as one, and each keeps its own signals.
+    pub rigid: bool,
+    /// Departures from the ideal spring.
+    pub effects: Vec<EffectUse>,
+}

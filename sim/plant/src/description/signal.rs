@@ -1,0 +1,111 @@
+//! Signal names: `<element>.<quantity>`.
+
+use std::fmt;
+use std::str::FromStr;
+
+use thiserror::Error;
+
+/// A quantity of an element.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Quantity {
+    /// Of a body.
+    Position,
+    /// Of a body.
+    Velocity,
+    /// Of a body.
+    Acceleration,
+    /// Of a contact (total, with damping), a spring, or a drive.
+    Force,
+    /// Of a contact or spring: the elastic part.
+    SpringForce,
+    /// Of a contact: `d`.
+    Compression,
+    /// Of a contact: 1 while the force acts, else 0.
+    Contact,
+    /// Of a drive: the command as the controller issued it.
+    Command,
+    /// Of a sensor.
+    Reading,
+    /// Of a controller.
+    Output,
+    /// Of a controller: its reference.
+    Reference,
+}
+
+impl Quantity {
+    /// Every quantity with its name.
+    pub const ALL: [(Self, &'static str); 11] = [
+        (Self::Position, "position"),
+        (Self::Velocity, "velocity"),
+        (Self::Acceleration, "acceleration"),
+        (Self::Force, "force"),
+        (Self::SpringForce, "spring_force"),
+        (Self::Compression, "compression"),
+        (Self::Contact, "contact"),
+        (Self::Command, "command"),
+        (Self::Reading, "reading"),
+        (Self::Output, "output"),
+        (Self::Reference, "reference"),
+    ];
+
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(q, _)| *q == self).map_or("", |(_, name)| name)
+    }
+}
+
+/// The name of a signal: an element and one of its quantities.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct SignalName {
+    /// The element.
+    pub element: String,
+    /// Its quantity.
+    pub quantity: Quantity,
+}
+
+impl SignalName {
+    /// `element.quantity`.
+    pub fn new(element: impl Into<String>, quantity: Quantity) -> Self {
+        Self { element: element.into(), quantity }
+    }
+}
+
+impl fmt::Display for SignalName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{}", self.element, self.quantity.name())
+    }
+}
+
+/// Why a text is no signal name.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ParseSignalError {
+    /// There is no dot.
+    #[error("`{text}` is no signal: write `<element>.<quantity>`, as in `motor.position`")]
+    NoDot {
+        /// What was written.
+        text: String,
+    },
+    /// The part after the dot is no quantity.
+    #[error("`{quantity}` is no quantity of a signal; did you mean `{nearest}`?")]
+    UnknownQuantity {
+        /// What was written.
+        quantity: String,
+        /// The nearest that exists.
+        nearest: &'static str,
+    },
+}
+
+impl FromStr for SignalName {
+    type Err = ParseSignalError;
+
+    fn from_str(text: &str) -> Result<Self, ParseSignalError> {
+        let (element, quantity) = text.rsplit_once('.').ok_or_else(|| ParseSignalError::NoDot { text: text.into() })?;
+        let found = Quantity::ALL.iter().find(|(_, name)| *name == quantity);
+        let (quantity, _) = found.ok_or_else(|| ParseSignalError::UnknownQuantity {
+            quantity: quantity.into(),
+            nearest: crate::names::nearest(quantity, Quantity::ALL.iter().map(|(_, name)| *name)).unwrap_or("position"),
+        })?;
+        Ok(Self::new(element, *quantity))
+    }
+}

@@ -1,0 +1,86 @@
+//! The phase before contact.
+
+use std::f64::consts::TAU;
+
+use feeler_lanes::{Lane, LaneMask};
+
+use crate::Approach;
+
+/// Damping ratio of the approach's position loop.
+const DAMPING_RATIO: f64 = 0.7;
+
+#[derive(Clone, Copy)]
+pub(crate) struct ApproachConfig<L: Lane> {
+    /// Lanes that have an approach.
+    present: L::Mask,
+    speed: L,
+    until: L,
+    release: L,
+    /// `M w^2`; zero for a velocity source.
+    stiffness: L,
+    /// `2 zeta M w`; zero for a velocity source.
+    damping: L,
+    /// The speed itself for a velocity source, else zero.
+    command: L,
+}
+
+#[derive(Clone, Copy)]
+pub(crate) struct ApproachState<L: Lane> {
+    /// Lanes in the contact phase at the last sample.
+    contact: L::Mask,
+    /// Lanes whose approach has begun, so that its origin is set.
+    moving: L::Mask,
+    origin: L,
+    since: L,
+}
+
+/// What the approach makes of one sample.
+pub(crate) struct Phase<L: Lane> {
+    /// Lanes that run their law now.
+    pub(crate) contact: L::Mask,
+    /// Lanes that run their law for the first time now.
+    pub(crate) fresh: L::Mask,
+    /// The output of the lanes that do not.
+    pub(crate) output: L,
+}
+
+impl<L: Lane> ApproachConfig<L> {
+    pub(crate) fn new(approach: impl Fn(usize) -> Option<Approach>) -> Self {
+        let value = |of: fn(&Approach) -> f64, absent: f64| L::from_fn(|i| approach(i).as_ref().map_or(absent, of));
+        Self {
+            present: L::Mask::from_fn(|i| approach(i).is_some()),
+            speed: value(|a| a.speed, 0.0),
+            until: value(|a| a.until, f64::NEG_INFINITY),
+            release: value(|a| a.release.unwrap_or(f64::NEG_INFINITY), f64::NEG_INFINITY),
+            stiffness: value(|a| if a.velocity_drive { 0.0 } else { a.effective_mass * (TAU * a.bandwidth_hz).powi(2) }, 0.0),
+            damping: value(|a| if a.velocity_drive { 0.0 } else { 2.0 * DAMPING_RATIO * a.effective_mass * TAU * a.bandwidth_hz }, 0.0),
+            command: value(|a| if a.velocity_drive { a.speed } else { 0.0 }, 0.0),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn update(&self, state: &mut ApproachState<L>, t: L, f: L, x: L, v: L) -> Phase<L> {
+        // Contact is kept down to `release` and won from `until` on.
+        let kept = state.contact & !f.lt(self.release);
+        let contact = !self.present | kept | f.ge(self.until);
+        let fresh = contact & !state.contact;
+        state.origin = L::select(state.moving, state.origin, x);
+        state.since = L::select(state.moving, state.since, t);
+        state.contact = contact;
+        state.moving = !contact;
+        let ramp = state.origin + self.speed * (t - state.since);
+        let output = self.stiffness * (ramp - x) + self.damping * (self.speed - v) + self.command;
+        Phase { contact, fresh, output }
+    }
+}
+
+impl<L: Lane> ApproachState<L> {
+    pub(crate) fn new() -> Self {
+        let none = L::Mask::splat(false);
+        Self { contact: none, moving: none, origin: L::zero(), since: L::zero() }
+    }
+
+    pub(crate) fn contact(&self) -> L::Mask {
+        self.contact
+    }
+}

@@ -1,0 +1,222 @@
+//! A controller compiled for the lanes it runs in.
+
+use std::fmt;
+
+use feeler_lanes::{Lane, LaneMask};
+
+use crate::admittance::{AdmittanceConfig, AdmittanceState};
+use crate::approach::{ApproachConfig, ApproachState};
+use crate::filter::{Section, SectionState};
+use crate::impedance::{ImpedanceConfig, ImpedanceState};
+use crate::motion::{MotionConfig, MotionState};
+use crate::pid::{PidConfig, PidState, limited};
+use crate::{AdmittanceGains, ControlError, ControllerSpec, ForceGains, ImpedanceGains, Law};
+
+/// What a controller reads at one sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Inputs<L> {
+    /// The sensor that `reads` names: a force, or the position for the position law.
+    pub reading: L,
+    /// The position or velocity sensor used for damping, approach, impedance and admittance; zero where there is none.
+    pub motion: L,
+    /// Whether `motion` is a velocity. A position is differenced where a velocity is needed, and a velocity integrated from the first
+    /// sample where a position is needed.
+    pub motion_is_velocity: bool,
+}
+
+/// Law and gains of all lanes.
+#[derive(Clone)]
+enum LawConfig<L: Lane> {
+    OpenLoop,
+    Force(PidConfig<L>),
+    Position(PidConfig<L>),
+    Impedance(ImpedanceConfig<L>),
+    Admittance(AdmittanceConfig<L>),
+}
+
+/// State of the law of all lanes; each law uses its own part.
+#[derive(Clone, Copy, Default)]
+struct LawState<L> {
+    pid: PidState<L>,
+    impedance: ImpedanceState<L>,
+    admittance: AdmittanceState<L>,
+}
+
+/// What never changes in a run.
+#[derive(Clone)]
+struct Config<L: Lane> {
+    law: LawConfig<L>,
+    low_pass: Section<L>,
+    motion: MotionConfig<L>,
+    approach: ApproachConfig<L>,
+    /// Zero for a continuous output.
+    resolution: L,
+    limit: L,
+}
+
+/// What a run changes.
+#[derive(Clone, Copy)]
+struct State<L: Lane> {
+    started: bool,
+    law: LawState<L>,
+    low_pass: SectionState<L>,
+    motion: MotionState<L>,
+    approach: ApproachState<L>,
+    saturated: L::Mask,
+}
+
+/// A controller of `L::WIDTH` variants that share their law and sample instants and differ in numbers.
+///
+/// One sample goes: low-pass of the reading; position and velocity from the motion sensor; approach or contact phase, lane by lane; the law;
+/// rounding to the output resolution; the output limit. A law that starts (at the first sample, or when an approach ends) has no history:
+/// its integral and derivative are zero and its lead is settled at the present error.
+#[derive(Clone)]
+pub struct Controller<L: Lane> {
+    config: Config<L>,
+    state: State<L>,
+}
+
+impl<L: Lane> Controller<L> {
+    /// Compiles `per_lane[i]` into lane `i`. The laws' gains, the approach, the filters, the resolution and the limit may differ between lanes; the kind of law,
+    /// the period, the offset and the jitter may not.
+    ///
+    /// # Errors
+    /// A wrong number of specs, a number out of its range, or lanes that cannot run side by side.
+    pub fn new(per_lane: &[ControllerSpec]) -> Result<Self, ControlError> {
+        if per_lane.len() != L::WIDTH {
+            return Err(ControlError::LaneCount { lanes: L::WIDTH, given: per_lane.len() });
+        }
+        let timing = |spec: &ControllerSpec| [spec.period_s, spec.offset_s, spec.jitter_s].map(f64::to_bits);
+        for (lane, spec) in per_lane.iter().enumerate() {
+            spec.check()?;
+            if spec.law.name() != per_lane[0].law.name() {
+                return Err(ControlError::LawsDiffer { lane });
+            }
+            if timing(spec) != timing(&per_lane[0]) {
+                return Err(ControlError::TimingDiffers { lane });
+            }
+        }
+        let period_s = per_lane[0].period_s;
+        let config = Config {
+            law: LawConfig::new(per_lane, period_s),
+            low_pass: Section::from_lanes(|i| match per_lane[i].reading_low_pass {
+                Some(filter) => match filter.damping_ratio {
+                    Some(zeta) => Section::low_pass_second(filter.cutoff_hz, zeta, period_s),
+                    None => Section::low_pass_first(filter.cutoff_hz, period_s),
+                },
+                None => Section::IDENTITY,
+            }),
+            motion: MotionConfig::new(period_s, L::from_fn(|i| per_lane[i].velocity_filter_s)),
+            approach: ApproachConfig::new(|i| per_lane[i].approach),
+            resolution: L::from_fn(|i| per_lane[i].output_resolution.unwrap_or(0.0)),
+            limit: L::from_fn(|i| per_lane[i].output_limit.unwrap_or(f64::INFINITY)),
+        };
+        Ok(Self { config, state: State::new() })
+    }
+
+    /// Takes the inputs of the sample at `t_s` and gives the command to apply after the delay. Allocates nothing.
+    ///
+    /// The difference equations use the nominal period, as a controller that believes its clock does; `t_s` moves the approach's ramp.
+    #[inline(always)]
+    pub fn sample(&mut self, t_s: f64, inputs: &Inputs<L>, reference: L) -> L {
+        let Self { config, state } = self;
+        if !state.started {
+            state.low_pass = config.low_pass.settled(inputs.reading);
+            state.started = true;
+        }
+        let y = config.low_pass.update(&mut state.low_pass, inputs.reading);
+        let motion = if matches!(config.law, LawConfig::Position(_)) && !inputs.motion_is_velocity { y } else { inputs.motion };
+        let (x, v) = config.motion.update(&mut state.motion, motion, inputs.motion_is_velocity);
+        let phase = config.approach.update(&mut state.approach, L::splat(t_s), y, x, v);
+
+        let (r, limit, fresh) = (reference, config.limit, phase.fresh);
+        let law = &mut state.law;
+        let in_contact = match &config.law {
+            LawConfig::OpenLoop => r,
+            LawConfig::Force(pid) | LawConfig::Position(pid) => pid.update(&mut law.pid, r, y, v, limit, fresh),
+            LawConfig::Impedance(impedance) => impedance.update(&mut law.impedance, r, y, x, v, fresh),
+            LawConfig::Admittance(admittance) => admittance.update(&mut law.admittance, r, y, x, v, fresh),
+        };
+        let wanted = L::select(phase.contact, in_contact, phase.output);
+        state.saturated = wanted.gt(limit) | wanted.lt(-limit);
+
+        let q = config.resolution;
+        let rounded = (wanted / q).map(f64::round_ties_even) * q;
+        limited(L::select(q.gt(L::zero()), rounded, wanted), limit)
+    }
+
+    /// Back to before the first sample.
+    pub fn reset(&mut self) {
+        self.state = State::new();
+    }
+
+    /// Lanes whose law was running at the last sample; the others were approaching.
+    pub fn in_contact_phase(&self) -> L::Mask {
+        self.state.approach.contact()
+    }
+
+    /// Lanes whose output was beyond its limit at the last sample.
+    pub fn saturated(&self) -> L::Mask {
+        self.state.saturated
+    }
+}
+
+impl<L: Lane> fmt::Debug for Controller<L> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Controller").field("law", &self.config.law.name()).field("lanes", &L::WIDTH).finish_non_exhaustive()
+    }
+}
+
+impl<L: Lane> LawConfig<L> {
+    fn name(&self) -> &'static str {
+        match self {
+            Self::OpenLoop => "open-loop",
+            Self::Force(_) => "explicit-force",
+            Self::Position(_) => "position",
+            Self::Impedance(_) => "impedance",
+            Self::Admittance(_) => "admittance",
+        }
+    }
+
+    /// All of `per_lane` are known to hold the same kind of law as the first.
+    fn new(per_lane: &[ControllerSpec], period_s: f64) -> Self {
+        match per_lane[0].law {
+            Law::OpenLoop => Self::OpenLoop,
+            Law::ExplicitForce(_) => Self::Force(PidConfig::new(period_s, |i| per_lane[i].law.pid_gains())),
+            Law::Position(_) => Self::Position(PidConfig::new(period_s, |i| per_lane[i].law.pid_gains())),
+            Law::Impedance(_) => Self::Impedance(ImpedanceConfig::new(period_s, |i| per_lane[i].law.impedance_gains())),
+            Law::Admittance(_) => Self::Admittance(AdmittanceConfig::new(period_s, |i| per_lane[i].law.admittance_gains())),
+        }
+    }
+}
+
+impl Law {
+    fn pid_gains(&self) -> ForceGains {
+        match *self {
+            Self::ExplicitForce(gains) => gains,
+            Self::Position(gains) => gains.into(),
+            _ => ForceGains::default(),
+        }
+    }
+
+    fn impedance_gains(&self) -> ImpedanceGains {
+        if let Self::Impedance(gains) = *self { gains } else { ImpedanceGains::default() }
+    }
+
+    fn admittance_gains(&self) -> AdmittanceGains {
+        if let Self::Admittance(gains) = *self { gains } else { AdmittanceGains::default() }
+    }
+}
+
+impl<L: Lane> State<L> {
+    fn new() -> Self {
+        Self {
+            started: false,
+            law: LawState::default(),
+            low_pass: SectionState::default(),
+            motion: MotionState::default(),
+            approach: ApproachState::new(),
+            saturated: L::Mask::splat(false),
+        }
+    }
+}

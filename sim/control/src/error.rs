@@ -1,0 +1,128 @@
+//! What can be wrong with a controller or a reference.
+
+/// Why a controller or a reference cannot be built. Keys are those of the machine file.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ControlError {
+    /// The number of specs is not the number of lanes.
+    #[error("{lanes} lanes need {lanes} controllers, not {given}")]
+    LaneCount {
+        /// Lanes of the lane type.
+        lanes: usize,
+        /// Specs given.
+        given: usize,
+    },
+    /// A number that must be finite and above zero.
+    #[error("`{key}` must be a finite number above zero, not {value}")]
+    NotPositive {
+        /// Key in the machine file.
+        key: &'static str,
+        /// The value given, SI.
+        value: f64,
+    },
+    /// A number that must be finite and not below zero.
+    #[error("`{key}` must be a finite number, zero or above, not {value}")]
+    Negative {
+        /// Key in the machine file.
+        key: &'static str,
+        /// The value given, SI.
+        value: f64,
+    },
+    /// A number that must be finite.
+    #[error("`{key}` must be a finite number, not {value}")]
+    NotFinite {
+        /// Key in the machine file.
+        key: &'static str,
+        /// The value given, SI.
+        value: f64,
+    },
+    /// A number that must stay below another.
+    #[error("`{key}` is {value}, and must be below {bound} ({why})")]
+    TooLarge {
+        /// Key in the machine file.
+        key: &'static str,
+        /// The value given, SI.
+        value: f64,
+        /// The bound it breaks, SI.
+        bound: f64,
+        /// Where the bound comes from.
+        why: &'static str,
+    },
+    /// Variants that run side by side share their law.
+    #[error("lane {lane} has another control law than lane 0; variants side by side share the law and differ in numbers only")]
+    LawsDiffer {
+        /// The first lane that differs.
+        lane: usize,
+    },
+    /// Variants that run side by side are sampled at the same instants.
+    #[error("lane {lane} is sampled at other instants than lane 0; variants side by side share `period`, `offset` and `jitter`")]
+    TimingDiffers {
+        /// The first lane that differs.
+        lane: usize,
+    },
+    /// The approach phase ends at a force, and the position law reads none.
+    #[error("`approach` waits for a force, and the position law reads a position; use a force, impedance or admittance law")]
+    ApproachNeedsForce,
+    /// A virtual body that nothing resists has no target position.
+    #[error("an admittance needs a virtual `mass` or a virtual `damping` above zero")]
+    AdmittanceWithoutMassOrDamping,
+    /// A reference without points.
+    #[error("a reference of kind `{kind}` needs at least one point")]
+    EmptyReference {
+        /// Kind of the reference.
+        kind: &'static str,
+    },
+    /// Points of a reference that do not go forward in time.
+    #[error("the times of a reference must increase: point {index} is at {time_s} s, after {previous_s} s")]
+    TimesNotIncreasing {
+        /// Index of the first point out of order.
+        index: usize,
+        /// Its time.
+        time_s: f64,
+        /// The time of the point before it.
+        previous_s: f64,
+    },
+    /// Times and values of a table that do not pair up.
+    #[error("a table has {times} times and {values} values")]
+    TableLengths {
+        /// Number of times.
+        times: usize,
+        /// Number of values.
+        values: usize,
+    },
+    /// A band in which no line of the multisine falls.
+    #[error("no line of a multisine of period {period_s} s lies in {low_hz} to {high_hz} Hz; lengthen the period or widen the band")]
+    NoLines {
+        /// Period.
+        period_s: f64,
+        /// Lower edge of the band.
+        low_hz: f64,
+        /// Upper edge of the band.
+        high_hz: f64,
+    },
+    /// A register length without a known maximum-length sequence here.
+    #[error("a PRBS of order {order} is not available; orders {min} to {max} are")]
+    PrbsOrder {
+        /// Order given.
+        order: u32,
+        /// Smallest order.
+        min: u32,
+        /// Largest order.
+        max: u32,
+    },
+}
+
+/// `value` where it is finite and above zero.
+pub(crate) fn positive(key: &'static str, value: f64) -> Result<f64, ControlError> {
+    if value.is_finite() && value > 0.0 { Ok(value) } else { Err(ControlError::NotPositive { key, value }) }
+}
+
+/// `value` where it is finite and not below zero.
+pub(crate) fn not_negative(key: &'static str, value: f64) -> Result<f64, ControlError> {
+    if value.is_finite() && value >= 0.0 { Ok(value) } else { Err(ControlError::Negative { key, value }) }
+}
+
+/// `value` where it is finite.
+pub(crate) fn finite(key: &'static str, value: f64) -> Result<f64, ControlError> {
+    if value.is_finite() { Ok(value) } else { Err(ControlError::NotFinite { key, value }) }
+}

@@ -1,0 +1,40 @@
+//! The impedance law.
+
+use feeler_lanes::Lane;
+
+use crate::ImpedanceGains;
+
+/// `f_d[n] = K (x_r[n] - x[n]) + D ((x_r[n] - x_r[n-1]) / T - v[n])`, `u[n] = f_d[n] + g (f_d[n] - f[n])`.
+#[derive(Clone, Copy)]
+pub(crate) struct ImpedanceConfig<L> {
+    stiffness: L,
+    damping: L,
+    force_gain: L,
+    period: L,
+}
+
+#[derive(Clone, Copy, Default)]
+pub(crate) struct ImpedanceState<L> {
+    reference: L,
+}
+
+impl<L: Lane> ImpedanceConfig<L> {
+    pub(crate) fn new(period_s: f64, gains: impl Fn(usize) -> ImpedanceGains) -> Self {
+        Self {
+            stiffness: L::from_fn(|i| gains(i).stiffness),
+            damping: L::from_fn(|i| gains(i).damping),
+            force_gain: L::from_fn(|i| gains(i).force_gain),
+            period: L::splat(period_s),
+        }
+    }
+
+    /// The output before its limit; the reference is taken to stand still at the first sample of lanes in `fresh`.
+    #[inline(always)]
+    pub(crate) fn update(&self, state: &mut ImpedanceState<L>, x_r: L, f: L, x: L, v: L, fresh: L::Mask) -> L {
+        let last = L::select(fresh, x_r, state.reference);
+        let v_r = (x_r - last) / self.period;
+        state.reference = x_r;
+        let f_d = self.stiffness * (x_r - x) + self.damping * (v_r - v);
+        f_d + self.force_gain * (f_d - f)
+    }
+}

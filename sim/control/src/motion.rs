@@ -1,0 +1,50 @@
+//! Position and velocity from one motion sensor.
+
+use feeler_lanes::Lane;
+
+/// How a velocity is obtained by differencing.
+#[derive(Clone, Copy)]
+pub(crate) struct MotionConfig<L> {
+    period: L,
+    /// `tau / (tau + T)`, the pole of the filter on the differenced velocity.
+    pole: L,
+    /// `1 / (tau + T)`.
+    gain: L,
+}
+
+/// The last sample of a motion sensor, and what has been derived from it.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct MotionState<L> {
+    started: bool,
+    reading: L,
+    position: L,
+    velocity: L,
+}
+
+impl<L: Lane> MotionConfig<L> {
+    pub(crate) fn new(period_s: f64, filter_s: L) -> Self {
+        let period = L::splat(period_s);
+        Self { period, pole: filter_s / (filter_s + period), gain: L::splat(1.0) / (filter_s + period) }
+    }
+
+    /// Position and velocity at this sample.
+    ///
+    /// A position sensor is differenced: `v[n] = pole v[n-1] + gain (x[n] - x[n-1])`, the backward-Euler form of `s / (tau s + 1)`; zero
+    /// at the first sample. A velocity sensor is integrated by the trapezoidal rule from zero at the first sample, which drifts with its
+    /// bias as any such estimate does.
+    #[inline(always)]
+    pub(crate) fn update(&self, state: &mut MotionState<L>, reading: L, is_velocity: bool) -> (L, L) {
+        let last = if state.started { reading - state.reading } else { L::zero() };
+        if is_velocity {
+            let mean = L::splat(0.5) * (reading + state.reading);
+            state.position = if state.started { state.position + self.period * mean } else { L::zero() };
+            state.velocity = reading;
+        } else {
+            state.position = reading;
+            state.velocity = self.pole * state.velocity + self.gain * last;
+        }
+        state.started = true;
+        state.reading = reading;
+        (state.position, state.velocity)
+    }
+}

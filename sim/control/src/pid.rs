@@ -1,0 +1,105 @@
+//! The PID law with its lead compensator and its integrator at the limit.
+
+use feeler_lanes::{Lane, LaneMask};
+
+use crate::filter::{Section, SectionState};
+use crate::{AntiWindup, ForceGains, PositionGains};
+
+/// `u = feed_forward r + kp e + i + kd d - damping v`, with `e` the error `r - y` after the lead compensator, and
+/// - `i[n] = i[n-1] + ki T e[n]`: the integral includes the error of this sample,
+/// - `d[n] = (tau d[n-1] + e[n] - e[n-1]) / (tau + T)`: the backward-Euler form of `s / (tau s + 1)`
+///   (Astrom and Wittenmark, "Computer-Controlled Systems", 3rd ed., section 8.5).
+///
+/// As a system with state `x[n] = i[n-1]` the integral is `x[n+1] = x[n] + ki T e[n]`, `y[n] = x[n] + ki T e[n]`. On a pure stiffness k it
+/// closes to `f[n+1] = f[n] + T ki k (r - f[n])`, stable for `T ki k < 2`: the rule is the case of no sample of delay (n = 0) of
+/// `T G k < 2 sin(pi / (2 (2 n + 1)))`, and `delay_s = n period_s` gives the case n.
+#[derive(Clone, Copy)]
+pub(crate) struct PidConfig<L: Lane> {
+    feed_forward: L,
+    kp: L,
+    ki_period: L,
+    kd: L,
+    damping: L,
+    derivative_pole: L,
+    derivative_gain: L,
+    lead: Section<L>,
+    /// Lanes whose integrator stops at the limit.
+    conditional: L::Mask,
+    /// Share of the excess taken back per sample, `T / T_t`; zero where the integrator is not driven back.
+    tracking: L,
+}
+
+#[derive(Clone, Copy, Default)]
+pub(crate) struct PidState<L> {
+    integral: L,
+    error: L,
+    derivative: L,
+    lead: SectionState<L>,
+}
+
+impl<L: Lane> PidConfig<L> {
+    pub(crate) fn new(period_s: f64, gains: impl Fn(usize) -> ForceGains) -> Self {
+        let tau = L::from_fn(|i| gains(i).derivative_filter_s);
+        let period = L::splat(period_s);
+        Self {
+            feed_forward: L::from_fn(|i| gains(i).feed_forward),
+            kp: L::from_fn(|i| gains(i).kp),
+            ki_period: L::from_fn(|i| gains(i).ki * period_s),
+            kd: L::from_fn(|i| gains(i).kd),
+            damping: L::from_fn(|i| gains(i).damping),
+            derivative_pole: tau / (tau + period),
+            derivative_gain: L::splat(1.0) / (tau + period),
+            lead: Section::from_lanes(|i| match gains(i).lead {
+                Some(lead) => Section::lead(lead.zero_hz, lead.pole_hz, period_s),
+                None => Section::IDENTITY,
+            }),
+            conditional: L::Mask::from_fn(|i| gains(i).anti_windup == AntiWindup::Conditional),
+            tracking: L::from_fn(|i| match gains(i).anti_windup {
+                // Without an integral gain there is nothing to drive back.
+                AntiWindup::BackCalculation { tracking_time_s } if gains(i).ki != 0.0 => period_s / tracking_time_s,
+                _ => 0.0,
+            }),
+        }
+    }
+
+    /// The output before its limit. Lanes in `fresh` start here: no integral, no derivative, the lead settled at this error.
+    #[inline(always)]
+    pub(crate) fn update(&self, state: &mut PidState<L>, r: L, y: L, v: L, limit: L, fresh: L::Mask) -> L {
+        let zero = L::zero();
+        let raw_error = r - y;
+        state.lead = SectionState::select(fresh, self.lead.settled(raw_error), state.lead);
+        let e = self.lead.update(&mut state.lead, raw_error);
+        let last_error = L::select(fresh, e, state.error);
+        let last_integral = L::select(fresh, zero, state.integral);
+        let last_derivative = L::select(fresh, zero, state.derivative);
+
+        let d = self.derivative_pole * last_derivative + self.derivative_gain * (e - last_error);
+        let rest = self.feed_forward * r + self.kp * e + self.kd * d - self.damping * v;
+        let gained = self.ki_period * e;
+        let wanted = rest + last_integral + gained;
+        let deeper = (wanted.gt(limit) & gained.gt(zero)) | (wanted.lt(-limit) & gained.lt(zero));
+        let integral = last_integral + L::select(self.conditional & deeper, zero, gained);
+        let u = rest + integral;
+        let excess = u - limited(u, limit);
+
+        state.integral = integral - self.tracking * excess;
+        state.error = e;
+        state.derivative = d;
+        u
+    }
+}
+
+/// `u` within `[-limit, limit]`; not a number where `u` is not.
+#[inline(always)]
+pub(crate) fn limited<L: Lane>(u: L, limit: L) -> L {
+    let u = L::select(u.gt(limit), limit, u);
+    L::select(u.lt(-limit), -limit, u)
+}
+
+impl From<PositionGains> for ForceGains {
+    /// The same PID on a position error; what the position law lacks is zero.
+    fn from(gains: PositionGains) -> Self {
+        let PositionGains { kp, ki, kd, damping, derivative_filter_s, anti_windup } = gains;
+        Self { feed_forward: 0.0, kp, ki, kd, damping, derivative_filter_s, lead: None, anti_windup }
+    }
+}

@@ -1,0 +1,50 @@
+//! The swept sine.
+
+use std::f64::consts::TAU;
+
+use super::Sweep;
+use crate::ControlError;
+use crate::error::{finite, not_negative, positive};
+
+/// `A sin(phase(t))` with phase zero at the start. The frequency is `f0 + (f1 - f0) t / D`, so that the phase is
+/// `2 pi (f0 t + (f1 - f0) t^2 / (2 D))`; or `f0 (f1 / f0)^(t / D)`, so that the phase is `2 pi f0 D / ln(f1 / f0) ((f1 / f0)^(t / D) - 1)`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Chirp {
+    sweep: Sweep,
+    amplitude: f64,
+    start_hz: f64,
+    end_hz: f64,
+    duration_s: f64,
+}
+
+impl Chirp {
+    pub(super) fn new(sweep: Sweep, amplitude: f64, start_hz: f64, end_hz: f64, duration_s: f64) -> Result<Self, ControlError> {
+        let edge = match sweep {
+            Sweep::Linear => not_negative,
+            Sweep::Logarithmic => positive,
+        };
+        Ok(Self {
+            sweep,
+            amplitude: finite("reference.amplitude", amplitude)?,
+            start_hz: edge("reference.start", start_hz)?,
+            end_hz: edge("reference.end", end_hz)?,
+            duration_s: positive("reference.duration", duration_s)?,
+        })
+    }
+
+    pub(super) fn value(&self, t_s: f64) -> f64 {
+        if !(0.0..=self.duration_s).contains(&t_s) {
+            return 0.0;
+        }
+        let share = t_s / self.duration_s;
+        let cycles_per_s = match self.sweep {
+            Sweep::Linear => self.start_hz + 0.5 * (self.end_hz - self.start_hz) * share,
+            Sweep::Logarithmic => {
+                let x = (self.end_hz / self.start_hz).ln() * share;
+                // The mean frequency so far; its limit where both ends are the same.
+                self.start_hz * if x == 0.0 { 1.0 } else { x.exp_m1() / x }
+            }
+        };
+        self.amplitude * (TAU * cycles_per_s * t_s).sin()
+    }
+}

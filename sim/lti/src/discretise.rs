@@ -1,0 +1,122 @@
+//! Exact discretisation: the sampled system whose samples equal those of the continuous one for a held or a linearly joined input.
+//!
+//! Source: Astrom and Wittenmark, Computer-Controlled Systems (3rd ed.), sections 2.3 and 3.2 (delays); Franklin, Powell and Workman,
+//! Digital Control of Dynamic Systems, section 6.3.3 (triangle hold).
+
+use nalgebra::DMatrix;
+
+use crate::domain::C64;
+use crate::error::{LtiError, require_not_negative, require_positive};
+use crate::expm::expm_integrals;
+use crate::state_space::{DiscreteStateSpace, StateSpace};
+
+/// A delay within this share of a period of a whole number of samples is that number: 0.003 s at 1 kHz is three samples.
+const WHOLE_SAMPLE: f64 = 1e-9;
+
+impl StateSpace {
+    /// The system behind a zero-order hold, sampled at the same instants. States keep their meaning.
+    ///
+    /// # Errors
+    /// [`LtiError::OutOfRange`] unless the period is positive and finite.
+    pub fn zero_order_hold(&self, period_s: f64) -> Result<DiscreteStateSpace, LtiError> {
+        require_positive("sample time (s)", period_s)?;
+        let e = expm_integrals(self.a(), self.b(), period_s)?;
+        StateSpace::discrete(e.transition, e.step, self.c().clone(), self.d().clone(), period_s)
+    }
+
+    /// The system behind a zero-order hold whose every change arrives `delay_s` late, by any real number of seconds.
+    ///
+    /// The delay is split into whole samples and a remainder. Appended to the n states are the held inputs still under way, newest first:
+    /// `u[k-1], u[k-2], ...`, m each. A delay of the sampled output is the same as one of the input as far as the response from input to
+    /// output goes, so a loop's two delays may be added here.
+    ///
+    /// # Errors
+    /// [`LtiError::OutOfRange`] unless the period is positive, the delay not negative, and both finite.
+    pub fn zero_order_hold_delayed(&self, period_s: f64, delay_s: f64) -> Result<DiscreteStateSpace, LtiError> {
+        require_positive("sample time (s)", period_s)?;
+        require_not_negative("delay (s)", delay_s)?;
+        let samples = delay_s / period_s;
+        let nearest = samples.round();
+        let (whole, remainder_s) = if (samples - nearest).abs() <= WHOLE_SAMPLE {
+            (nearest as usize, 0.0)
+        } else {
+            (samples.floor() as usize, (samples - samples.floor()) * period_s)
+        };
+        let (n, m) = (self.states(), self.inputs());
+        // u[k - whole] acts in the last (period - remainder) of each period, u[k - whole - 1] before it.
+        let late = expm_integrals(self.a(), self.b(), period_s - remainder_s)?;
+        let early = expm_integrals(self.a(), self.b(), remainder_s)?;
+        let stored = whole + usize::from(remainder_s > 0.0);
+        let order = n + stored * m;
+        let mut a = DMatrix::zeros(order, order);
+        let mut b = DMatrix::zeros(order, m);
+        let mut c = DMatrix::zeros(self.outputs(), order);
+        let mut d = DMatrix::zeros(self.outputs(), m);
+        a.view_mut((0, 0), (n, n)).copy_from(&expm_integrals(self.a(), self.b(), period_s)?.transition);
+        c.view_mut((0, 0), (self.outputs(), n)).copy_from(self.c());
+        // Column of A (or B, for lag 0) that multiplies u[k - lag].
+        let column_of = |lag: usize| n + (lag - 1) * m;
+        if whole == 0 {
+            b.view_mut((0, 0), (n, m)).copy_from(&late.step);
+        } else {
+            a.view_mut((0, column_of(whole)), (n, m)).copy_from(&late.step);
+        }
+        if remainder_s > 0.0 {
+            a.view_mut((0, column_of(whole + 1)), (n, m)).copy_from(&(&late.transition * &early.step));
+        }
+        if stored == 0 {
+            d.copy_from(self.d());
+        } else {
+            // At the sampling instant itself the newest input has not yet arrived.
+            c.view_mut((0, column_of(stored)), (self.outputs(), m)).copy_from(self.d());
+            b.view_mut((n, 0), (m, m)).fill_with_identity();
+            for lag in 2..=stored {
+                a.view_mut((column_of(lag), column_of(lag - 1)), (m, m)).fill_with_identity();
+            }
+        }
+        StateSpace::discrete(a, b, c, d, period_s)
+    }
+
+    /// First-order (triangle) hold: exact where the input runs in straight lines from sample to sample.
+    ///
+    /// The state is x less the share of the present input, `x[k] - ramp u[k] / T`, so that the sampled system is causal.
+    ///
+    /// # Errors
+    /// [`LtiError::OutOfRange`] unless the period is positive and finite.
+    pub fn first_order_hold(&self, period_s: f64) -> Result<DiscreteStateSpace, LtiError> {
+        require_positive("sample time (s)", period_s)?;
+        let e = expm_integrals(self.a(), self.b(), period_s)?;
+        let arriving = e.ramp / period_s;
+        let leaving = e.step - &arriving;
+        let b = leaving + &e.transition * &arriving;
+        let d = self.d() + self.c() * arriving;
+        StateSpace::discrete(e.transition, b, self.c().clone(), d, period_s)
+    }
+
+    /// Bilinear (Tustin) transform s = (2 / T) (z - 1) / (z + 1), as used for filters in sampled controllers; not exact.
+    ///
+    /// # Errors
+    /// [`LtiError::OutOfRange`] unless the period is positive and finite; [`LtiError::AtPole`] where the system has a pole at 2 / T.
+    pub fn bilinear(&self, period_s: f64) -> Result<DiscreteStateSpace, LtiError> {
+        require_positive("sample time (s)", period_s)?;
+        let identity = DMatrix::<f64>::identity(self.states(), self.states());
+        let half = self.a() * (0.5 * period_s);
+        let inverse = (&identity - &half).try_inverse().ok_or(LtiError::AtPole { re: 2.0 / period_s, im: 0.0 })?;
+        // The factor T that the transform brings is given to the output matrix.
+        let a = &inverse * (identity + half);
+        let b = &inverse * self.b();
+        let c = self.c() * &inverse * period_s;
+        let d = self.d() + self.c() * &b * (0.5 * period_s);
+        StateSpace::discrete(a, b, c, d, period_s)
+    }
+}
+
+/// Frequency response (1 - exp(-s T)) / (s T) of a zero-order hold at s, with the sampler's 1 / T counted in; 1 at s = 0.
+pub fn zero_order_hold_response(s: C64, period_s: f64) -> C64 {
+    let x = s * period_s;
+    if x.norm() < 1e-4 {
+        // Series: the next term, x^4 / 120, is below rounding.
+        return C64::new(1.0, 0.0) - x / 2.0 + x * x / 6.0 - x * x * x / 24.0;
+    }
+    (C64::new(1.0, 0.0) - (-x).exp()) / x
+}

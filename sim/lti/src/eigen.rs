@@ -1,0 +1,148 @@
+//! Eigenvalues and eigenvectors of real matrices, balanced first, and poles.
+
+use faer::Mat;
+use nalgebra::{DMatrix, DVector};
+
+use crate::balance::balance;
+use crate::domain::{C64, TimeDomain};
+use crate::error::{LtiError, require_finite, require_shape};
+use crate::state_space::StateSpace;
+
+/// Eigenvalues of a real square matrix, by rising modulus; conjugate pairs are exact and adjacent, the negative imaginary part first.
+///
+/// # Errors
+/// [`LtiError::Shape`], [`LtiError::NotFinite`] or [`LtiError::EigenvaluesNotConverged`].
+pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<C64>, LtiError> {
+    let balanced = checked_balance(a)?;
+    if a.is_empty() {
+        return Ok(Vec::new());
+    }
+    let values = to_faer(&balanced.matrix).eigenvalues();
+    let mut values = values.map_err(|_| LtiError::EigenvaluesNotConverged { order: a.nrows() })?;
+    sort_by_modulus(&mut values);
+    Ok(values)
+}
+
+/// Eigenvalues with their eigenvectors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Eigen {
+    /// Eigenvalues, ordered as by [`eigenvalues`].
+    pub values: Vec<C64>,
+    /// Right eigenvectors, one for each eigenvalue, of unit 2-norm.
+    pub vectors: Vec<DVector<C64>>,
+}
+
+/// Eigenvalues and right eigenvectors of a real square matrix.
+///
+/// # Errors
+/// [`LtiError::Shape`], [`LtiError::NotFinite`] or [`LtiError::EigenvaluesNotConverged`].
+pub fn eigen(a: &DMatrix<f64>) -> Result<Eigen, LtiError> {
+    let n = a.nrows();
+    let balanced = checked_balance(a)?;
+    if n == 0 {
+        return Ok(Eigen { values: Vec::new(), vectors: Vec::new() });
+    }
+    let found = to_faer(&balanced.matrix).eigen().map_err(|_| LtiError::EigenvaluesNotConverged { order: n })?;
+    let values: Vec<C64> = found.S().column_vector().iter().copied().collect();
+    let u = found.U();
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&i, &j| compare_modulus(&values[i], &values[j]));
+    let vectors = order.iter().map(|&k| DVector::from_fn(n, |i, _| u[(i, k)] * balanced.scale[i]).normalize()).collect();
+    Ok(Eigen { values: order.iter().map(|&k| values[k]).collect(), vectors })
+}
+
+fn checked_balance(a: &DMatrix<f64>) -> Result<crate::balance::Balanced, LtiError> {
+    require_shape("A", a, (a.nrows(), a.nrows()))?;
+    require_finite("A", a)?;
+    Ok(balance(a))
+}
+
+pub(crate) fn to_faer(m: &DMatrix<f64>) -> Mat<f64> {
+    Mat::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)])
+}
+
+fn compare_modulus(a: &C64, b: &C64) -> std::cmp::Ordering {
+    a.norm().total_cmp(&b.norm()).then(a.re.total_cmp(&b.re)).then(a.im.total_cmp(&b.im))
+}
+
+pub(crate) fn sort_by_modulus(values: &mut [C64]) {
+    values.sort_by(compare_modulus);
+}
+
+impl<T: TimeDomain> StateSpace<T> {
+    /// Poles (s plane in rad/s, or z plane), by rising modulus.
+    ///
+    /// # Errors
+    /// [`LtiError::EigenvaluesNotConverged`].
+    pub fn poles(&self) -> Result<Vec<C64>, LtiError> {
+        eigenvalues(self.a())
+    }
+
+    /// Largest growth rate of any free motion, 1/s; negative for a stable system, -infinity where there are no states.
+    ///
+    /// # Errors
+    /// [`LtiError::EigenvaluesNotConverged`].
+    pub fn growth_per_s(&self) -> Result<f64, LtiError> {
+        Ok(self.poles()?.into_iter().map(|p| self.domain().growth_per_s(p)).fold(f64::NEG_INFINITY, f64::max))
+    }
+
+    /// Whether every free motion decays.
+    ///
+    /// # Errors
+    /// [`LtiError::EigenvaluesNotConverged`].
+    pub fn is_stable(&self) -> Result<bool, LtiError> {
+        Ok(self.growth_per_s()? < 0.0)
+    }
+}
+
+/// Frequencies |s| / 2 pi (Hz) of poles or zeros, rising, conjugate pairs once.
+pub fn frequencies_hz<T: TimeDomain>(domain: T, points: &[C64]) -> Vec<f64> {
+    let mut frequencies: Vec<f64> = points.iter().filter(|p| p.im >= 0.0).map(|&p| domain.frequency_hz(p)).collect();
+    frequencies.sort_by(f64::total_cmp);
+    frequencies
+}
+
+/// Damping ratio -Re s / |s| of a pole, in [-1, 1]; 1 for a pole at the origin of the z plane, 0 for one at s = 0.
+pub fn damping_ratio<T: TimeDomain>(domain: T, pole: C64) -> f64 {
+    let s = domain.s_of_point(pole);
+    if s.re == f64::NEG_INFINITY {
+        1.0
+    } else if s.norm() > 0.0 {
+        -s.re / s.norm()
+    } else {
+        0.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::Continuous;
+
+    #[test]
+    fn truth_badly_scaled_oscillator() {
+        let (w, zeta) = (1e5_f64, 1e-3);
+        let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -w * w, -2.0 * zeta * w]);
+        let truth = C64::new(-zeta * w, w * (1.0 - zeta * zeta).sqrt());
+        // A dozen roundings of |s|; without balancing the error is of order eps w^2.
+        assert!((eigenvalues(&a).unwrap()[1] - truth).norm() < 1e-14 * w);
+        assert!((damping_ratio(Continuous, truth) - zeta).abs() < 1e-15);
+        assert_eq!(frequencies_hz(Continuous, &eigenvalues(&a).unwrap()).len(), 1);
+    }
+
+    #[test]
+    fn truth_vectors_satisfy_their_equation() {
+        let a = DMatrix::from_fn(6, 6, |i, j| ((3 * i + 5 * j) % 7) as f64 * 10_f64.powi(i as i32 - j as i32));
+        let found = eigen(&a).unwrap();
+        let complex = a.map(|v| C64::new(v, 0.0));
+        for (value, vector) in found.values.iter().zip(&found.vectors) {
+            let residual = &complex * vector - vector * *value;
+            assert!(residual.norm() < 1e-13 * complex.norm());
+        }
+    }
+
+    #[test]
+    fn truth_no_states_no_poles() {
+        assert_eq!(eigenvalues(&DMatrix::zeros(0, 0)).unwrap(), Vec::new());
+    }
+}

@@ -1,0 +1,126 @@
+//! What can go wrong in this crate.
+
+/// The error of every fallible function of this crate.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LtiError {
+    /// A matrix has the wrong number of rows or columns.
+    #[error("{matrix} is {found_rows} x {found_columns}, but {expected_rows} x {expected_columns} is needed")]
+    Shape {
+        /// Name of the matrix.
+        matrix: &'static str,
+        /// Rows that are needed.
+        expected_rows: usize,
+        /// Columns that are needed.
+        expected_columns: usize,
+        /// Rows that were given.
+        found_rows: usize,
+        /// Columns that were given.
+        found_columns: usize,
+    },
+    /// An input holds an infinity or a NaN.
+    #[error("{quantity} is not finite")]
+    NotFinite {
+        /// Name of the input.
+        quantity: &'static str,
+    },
+    /// A number lies outside the range in which it has a meaning.
+    #[error("{quantity} is {value}, which is outside {range}")]
+    OutOfRange {
+        /// Name of the number, with its unit.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+        /// The permitted range in words.
+        range: &'static str,
+    },
+    /// An input or output index does not exist.
+    #[error("{kind} {index} does not exist: there are {count}")]
+    NoSuchChannel {
+        /// "input" or "output".
+        kind: &'static str,
+        /// The index asked for, from zero.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// Two discrete systems with different sample times were connected.
+    #[error("sample times {left_s} s and {right_s} s differ")]
+    SampleTimes {
+        /// Sample time of the first system, s.
+        left_s: f64,
+        /// Sample time of the second system, s.
+        right_s: f64,
+    },
+    /// A feedback connection has no unique solution: I + D1 D2 is singular.
+    #[error("the algebraic loop of the feedback connection has no unique solution")]
+    AlgebraicLoop,
+    /// The response was asked for at a pole.
+    #[error("the response at {re} + {im}j is infinite: a pole lies there")]
+    AtPole {
+        /// Real part of the point (s or z).
+        re: f64,
+        /// Imaginary part of the point (s or z).
+        im: f64,
+    },
+    /// The eigenvalue iteration did not converge.
+    #[error("the eigenvalues of a matrix of order {order} did not converge")]
+    EigenvaluesNotConverged {
+        /// Order of the matrix.
+        order: usize,
+    },
+    /// The transfer function vanishes identically, or its rank is below its size at every frequency: every point is a zero.
+    #[error("the transfer function has deficient rank at every frequency, so its zeros are not isolated")]
+    Degenerate,
+    /// A record is too short for what was asked.
+    #[error("{needed} samples are needed, but the record has {found}")]
+    RecordTooShort {
+        /// Samples needed.
+        needed: usize,
+        /// Samples present.
+        found: usize,
+    },
+    /// Two records that belong together have different lengths.
+    #[error("the records have {left} and {right} samples, which must be equal")]
+    RecordLengths {
+        /// Samples of the first record.
+        left: usize,
+        /// Samples of the second record.
+        right: usize,
+    },
+    /// The input carries no power at a frequency at which a response was asked for.
+    #[error("the input has no power at {frequency_hz} Hz")]
+    NotExcited {
+        /// The frequency, Hz.
+        frequency_hz: f64,
+    },
+}
+
+/// Fails with [`LtiError::NotFinite`] where a value is not finite.
+pub(crate) fn require_finite<'a>(quantity: &'static str, values: impl IntoIterator<Item = &'a f64>) -> Result<(), LtiError> {
+    if values.into_iter().all(|v| v.is_finite()) { Ok(()) } else { Err(LtiError::NotFinite { quantity }) }
+}
+
+/// Fails with [`LtiError::OutOfRange`] unless the value is finite and positive.
+pub(crate) fn require_positive(quantity: &'static str, value: f64) -> Result<(), LtiError> {
+    if value.is_finite() && value > 0.0 { Ok(()) } else { Err(LtiError::OutOfRange { quantity, value, range: "(0, inf)" }) }
+}
+
+/// Fails with [`LtiError::OutOfRange`] unless the value is finite and not negative.
+pub(crate) fn require_not_negative(quantity: &'static str, value: f64) -> Result<(), LtiError> {
+    if value.is_finite() && value >= 0.0 { Ok(()) } else { Err(LtiError::OutOfRange { quantity, value, range: "[0, inf)" }) }
+}
+
+/// Fails with [`LtiError::Shape`] unless the matrix has the stated shape.
+pub(crate) fn require_shape<T>(
+    matrix: &'static str,
+    found: &nalgebra::DMatrix<T>,
+    (expected_rows, expected_columns): (usize, usize),
+) -> Result<(), LtiError> {
+    let (found_rows, found_columns) = (found.nrows(), found.ncols());
+    if (found_rows, found_columns) == (expected_rows, expected_columns) {
+        Ok(())
+    } else {
+        Err(LtiError::Shape { matrix, expected_rows, expected_columns, found_rows, found_columns })
+    }
+}

@@ -1,0 +1,246 @@
+//! Matrix exponential, its integrals, and Taylor coefficients of free motion.
+//!
+//! Scaling and squaring of a Taylor polynomial of the balanced matrix. A Taylor polynomial needs no linear solve, so what is exact in A stays
+//! exact in exp(A): a row of zeros gives a row of the identity, bit for bit, and a block triangle stays one.
+//! Sources: Moler and Van Loan, SIAM Review 45 (2003), method 3; Van Loan, IEEE Trans. Automatic Control 23 (1978) for the integrals.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::balance::balance;
+use crate::error::{LtiError, require_finite, require_shape};
+
+/// The 1-norm to which a matrix is scaled. Above one half, terms begin to cancel; below, squarings add up.
+const SCALED_NORM: f64 = 0.5;
+/// Term at which the Taylor series ends in any case: 0.5^40 / 40! is 1e-60.
+const MAX_TERMS: usize = 40;
+
+/// exp(A) of a square matrix.
+///
+/// # Errors
+/// [`LtiError::Shape`] or [`LtiError::NotFinite`].
+///
+/// # Example
+/// ```
+/// use nalgebra::DMatrix;
+/// let quarter_turn = DMatrix::from_row_slice(2, 2, &[0.0, -1.0, 1.0, 0.0]) * std::f64::consts::FRAC_PI_2;
+/// let e = feeler_lti::expm(&quarter_turn)?;
+/// assert!((e[(1, 0)] - 1.0).abs() < 1e-15 && e[(0, 0)].abs() < 1e-15);
+/// # Ok::<(), feeler_lti::LtiError>(())
+/// ```
+pub fn expm(a: &DMatrix<f64>) -> Result<DMatrix<f64>, LtiError> {
+    require_shape("A", a, (a.nrows(), a.nrows()))?;
+    require_finite("A", a)?;
+    let balanced = balance(a);
+    let norm = one_norm(&balanced.matrix);
+    let squarings = if norm > SCALED_NORM { (norm / SCALED_NORM).log2().ceil() as i32 } else { 0 };
+    let mut e = taylor(&(balanced.matrix * 2_f64.powi(-squarings)));
+    for _ in 0..squarings {
+        e = &e * &e;
+    }
+    let scale = balanced.scale;
+    for j in 0..e.ncols() {
+        for i in 0..e.nrows() {
+            e[(i, j)] *= scale[i] / scale[j];
+        }
+    }
+    Ok(e)
+}
+
+fn one_norm(m: &DMatrix<f64>) -> f64 {
+    m.column_iter().map(|column| column.iter().map(|v| v.abs()).sum()).fold(0.0, f64::max)
+}
+
+/// Taylor polynomial of exp, taken until no element of the sum changes any more. At least as many terms as there are states are taken:
+/// in a chain of integrators the corner of the matrix appears only then.
+fn taylor(a: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = a.nrows();
+    let mut terms = Vec::with_capacity(MAX_TERMS);
+    let mut sum_of_norms = DMatrix::<f64>::identity(n, n);
+    let mut term = DMatrix::<f64>::identity(n, n);
+    for k in 1..=MAX_TERMS.max(n) {
+        term = (&term * a) / k as f64;
+        let negligible = term.iter().zip(sum_of_norms.iter()).all(|(t, s)| t.abs() <= 0.125 * f64::EPSILON * s);
+        if negligible && k >= n {
+            break;
+        }
+        for (s, t) in sum_of_norms.iter_mut().zip(term.iter()) {
+            *s += t.abs();
+        }
+        terms.push(term.clone());
+    }
+    // Smallest first: the rounding of the sum is then that of its last addition.
+    let mut sum = DMatrix::zeros(n, n);
+    for term in terms.iter().rev() {
+        sum += term;
+    }
+    for i in 0..n {
+        sum[(i, i)] += 1.0;
+    }
+    sum
+}
+
+/// exp(A t) and the two integrals with which inputs enter over a time t.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExponentialIntegrals {
+    /// exp(A t), n x n.
+    pub transition: DMatrix<f64>,
+    /// Integral over s from 0 to t of exp(A s) B, n x m: the response to a constant unit input.
+    pub step: DMatrix<f64>,
+    /// Integral over s from 0 to t of exp(A (t - s)) B s, n x m: the response to a unit ramp.
+    pub ramp: DMatrix<f64>,
+}
+
+/// The exponential of A t together with its integrals over a constant and a ramp input (Van Loan).
+///
+/// # Errors
+/// [`LtiError::Shape`] or [`LtiError::NotFinite`].
+pub fn expm_integrals(a: &DMatrix<f64>, b: &DMatrix<f64>, duration_s: f64) -> Result<ExponentialIntegrals, LtiError> {
+    let (n, m) = (a.nrows(), b.ncols());
+    require_shape("A", a, (n, n))?;
+    require_shape("B", b, (n, m))?;
+    require_finite("duration (s)", [&duration_s])?;
+    let mut block = DMatrix::zeros(n + 2 * m, n + 2 * m);
+    block.view_mut((0, 0), (n, n)).copy_from(&(a * duration_s));
+    block.view_mut((0, n), (n, m)).copy_from(&(b * duration_s));
+    // The ramp runs from 0 to 1 over the duration, so that the block holds no bare duration; it is undone below.
+    for j in 0..m {
+        block[(n + j, n + m + j)] = 1.0;
+    }
+    let e = expm(&block)?;
+    Ok(ExponentialIntegrals {
+        transition: e.view((0, 0), (n, n)).into_owned(),
+        step: e.view((0, n), (n, m)).into_owned(),
+        ramp: e.view((0, n + m), (n, m)) * duration_s,
+    })
+}
+
+/// Taylor coefficients `c[k]` = A^k x0 / k! of the free motion x(t) = exp(A t) x0 = sum of `c[k]` t^k, for k from 0 to `order`.
+///
+/// # Errors
+/// [`LtiError::Shape`].
+pub fn taylor_coefficients(a: &DMatrix<f64>, x0: &DVector<f64>, order: usize) -> Result<Vec<DVector<f64>>, LtiError> {
+    require_shape("A", a, (x0.len(), x0.len()))?;
+    let mut coefficients = Vec::with_capacity(order + 1);
+    coefficients.push(x0.clone());
+    for k in 1..=order {
+        let next = a * &coefficients[k - 1] / k as f64;
+        coefficients.push(next);
+    }
+    Ok(coefficients)
+}
+
+/// exp(A t) x0 without forming the exponential: Taylor series over substeps, for when the norm of A t is small or only one motion is needed.
+///
+/// # Errors
+/// [`LtiError::Shape`] or [`LtiError::NotFinite`].
+pub fn expm_action(a: &DMatrix<f64>, x0: &DVector<f64>, duration_s: f64) -> Result<DVector<f64>, LtiError> {
+    require_shape("A", a, (x0.len(), x0.len()))?;
+    require_finite("A", a)?;
+    require_finite("x0", x0)?;
+    require_finite("duration (s)", [&duration_s])?;
+    let balanced = balance(a);
+    let scale = DVector::from_vec(balanced.scale);
+    let substeps = (one_norm(&balanced.matrix) * duration_s.abs() / SCALED_NORM).ceil().max(1.0);
+    let step = balanced.matrix * (duration_s / substeps);
+    let mut x = x0.component_div(&scale);
+    for _ in 0..substeps as u64 {
+        let mut term = x.clone();
+        let mut increment = DVector::zeros(x.len());
+        for k in 1..=MAX_TERMS.max(x.len()) {
+            term = &step * term / k as f64;
+            increment += &term;
+            if k >= x.len() && term.amax() <= 0.125 * f64::EPSILON * x.amax() {
+                break;
+            }
+        }
+        x += increment;
+    }
+    Ok(x.component_mul(&scale))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Some tens of roundings: each squaring doubles the relative error of its argument.
+    const ROUNDING: f64 = 1e-14;
+
+    /// exp of the companion matrix of an underdamped oscillator, by hand.
+    fn oscillator(w: f64, zeta: f64, t: f64) -> DMatrix<f64> {
+        let (sigma, wd) = (zeta * w, w * (1.0 - zeta * zeta).sqrt());
+        let (s, c) = (wd * t).sin_cos();
+        let decay = (-sigma * t).exp();
+        DMatrix::from_row_slice(2, 2, &[c + sigma / wd * s, s / wd, -w * w / wd * s, c - sigma / wd * s]) * decay
+    }
+
+    #[test]
+    fn truth_oscillator() {
+        for (w, zeta, t) in [(50.0, 0.1, 1e-3), (50.0, 0.1, 0.3), (3000.0, 0.02, 1e-3), (1e5, 0.5, 1e-6), (700.0, 0.01, 0.1)] {
+            let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -w * w, -2.0 * zeta * w]);
+            let (found, truth) = (expm(&(a * t)).unwrap(), oscillator(w, zeta, t));
+            // Elements are compared in units in which position and speed are alike; phase w t itself is known to w t roundings.
+            let scale = [[1.0, 1.0 / w], [w, 1.0]];
+            for i in 0..2 {
+                for j in 0..2 {
+                    assert!((found[(i, j)] - truth[(i, j)]).abs() < ROUNDING * (1.0 + w * t) * scale[i][j]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn truth_single_step_is_accurate_to_rounding() {
+        let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -2500.0, -10.0]) * 1e-3;
+        let relative = (expm(&a).unwrap() - oscillator(50.0, 0.1, 1e-3)).component_div(&oscillator(50.0, 0.1, 1e-3));
+        assert!(relative.amax() < 1e-15, "relative error {:e}", relative.amax());
+    }
+
+    #[test]
+    #[expect(clippy::float_cmp, reason = "rows of zeros must give exact rows of the identity")]
+    fn truth_zero_rows_stay_exact() {
+        let a = DMatrix::from_row_slice(3, 3, &[-3e3, 1e9, 7.0, 0.0, 0.0, 0.0, 4e2, -1e3, -9e4]);
+        let e = expm(&a).unwrap();
+        assert_eq!((e[(1, 0)], e[(1, 1)], e[(1, 2)]), (0.0, 1.0, 0.0));
+    }
+
+    #[test]
+    fn truth_chain_of_integrators_fills_its_corner() {
+        let n = 8;
+        let a = DMatrix::from_fn(n, n, |i, j| if j == i + 1 { 1e-3 } else { 0.0 });
+        let corner = expm(&a).unwrap()[(0, n - 1)];
+        let truth = 1e-21 / 5040.0;
+        assert!((corner - truth).abs() < 1e-14 * truth);
+    }
+
+    #[test]
+    fn truth_integrals_of_a_first_order_lag() {
+        let (tau, t) = (0.02_f64, 0.003_f64);
+        let one = |v| DMatrix::from_element(1, 1, v);
+        let found = expm_integrals(&one(-1.0 / tau), &one(1.0 / tau), t).unwrap();
+        let decay = (-t / tau).exp();
+        assert!((found.transition[0] - decay).abs() < 1e-15);
+        assert!((found.step[0] + (-t / tau).exp_m1()).abs() < 1e-15);
+        // Ramp response t - tau (1 - e^{-t/tau}), which loses about two digits to cancellation here.
+        assert!((found.ramp[0] - (t + tau * (-t / tau).exp_m1())).abs() < 1e-16);
+    }
+
+    #[test]
+    fn truth_action_and_coefficients_agree_with_the_exponential() {
+        let a = DMatrix::from_row_slice(3, 3, &[0.0, 1.0, 0.0, -9e4, -3.0, 5e2, 10.0, 0.0, -40.0]);
+        let x0 = DVector::from_vec(vec![1e-3, -0.2, 3.0]);
+        let t = 0.03;
+        let truth = expm(&(&a * t)).unwrap() * &x0;
+        let action = expm_action(&a, &x0, t).unwrap();
+        assert!((&action - &truth).amax() < 1e-12 * truth.amax());
+        let h = 1e-4_f64;
+        let series = taylor_coefficients(&a, &x0, 12).unwrap();
+        let sum = series.iter().rev().fold(DVector::zeros(3), |sum, c| sum * h + c);
+        assert!((sum - expm(&(&a * h)).unwrap() * &x0).amax() < 1e-14);
+    }
+
+    #[test]
+    fn truth_bad_input_is_refused() {
+        assert!(matches!(expm(&DMatrix::zeros(2, 3)), Err(LtiError::Shape { .. })));
+        assert!(matches!(expm(&DMatrix::from_element(1, 1, f64::NAN)), Err(LtiError::NotFinite { .. })));
+    }
+}

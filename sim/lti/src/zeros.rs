@@ -1,0 +1,272 @@
+//! Transmission zeros: where the Rosenbrock system matrix loses rank.
+//!
+//! Zeros at infinity have high multiplicity in mechanics (a force acts on a speed that acts on a position ...), and rounding spreads a k-fold
+//! infinite zero to a finite radius of eps^(-1/k). They are therefore removed beforehand by orthogonal rank reduction; what is left has an
+//! invertible feed-through and is a generalised eigenvalue problem whose infinite part is simple. Each zero is then polished on the unreduced
+//! system by Newton's method on its determinant.
+//! Source: Emami-Naeini and Van Dooren, Automatica 18 (1982).
+
+use nalgebra::DMatrix;
+
+use crate::balance::balance;
+use crate::domain::{C64, TimeDomain};
+use crate::eigen::{sort_by_modulus, to_faer};
+use crate::error::LtiError;
+use crate::state_space::StateSpace;
+
+/// Singular values below this multiple of (order x eps x norm) count as zero in the reduction.
+const RANK_ROUNDINGS: f64 = 16.0;
+/// Newton steps allowed to polish a zero; two usually suffice.
+const MAX_POLISH: usize = 8;
+/// A polishing step larger than this share of the zero (or of the slowest scale) is not a correction, so the zero stays as found.
+const MAX_CORRECTION: f64 = 1e-2;
+
+/// System matrices during reduction.
+struct Reduced {
+    a: DMatrix<f64>,
+    b: DMatrix<f64>,
+    c: DMatrix<f64>,
+    d: DMatrix<f64>,
+}
+
+impl<T: TimeDomain> StateSpace<T> {
+    /// Finite transmission (invariant) zeros, by rising modulus; decoupling zeros (poles that cannot be reached or seen) are among them.
+    ///
+    /// # Errors
+    /// [`LtiError::Degenerate`] where a single-input single-output transfer function vanishes identically;
+    /// [`LtiError::EigenvaluesNotConverged`].
+    ///
+    /// # Example
+    /// ```
+    /// use feeler_lti::StateSpace;
+    /// use nalgebra::dmatrix;
+    /// // (s + 3) / (s + 1)(s + 2)
+    /// let system = StateSpace::new(dmatrix![-3.0, -2.0; 1.0, 0.0], dmatrix![1.0; 0.0], dmatrix![1.0, 3.0], dmatrix![0.0])?;
+    /// let zeros = system.zeros()?;
+    /// assert_eq!(zeros.len(), 1);
+    /// assert!((zeros[0].re + 3.0).abs() < 1e-14);
+    /// # Ok::<(), feeler_lti::LtiError>(())
+    /// ```
+    pub fn zeros(&self) -> Result<Vec<C64>, LtiError> {
+        let system = balanced_system(self);
+        let total = system.a.norm() + system.b.norm() + system.c.norm() + system.d.norm();
+        let tolerance = RANK_ROUNDINGS * (self.states() + self.inputs() + self.outputs()) as f64 * f64::EPSILON * total;
+        let reduced = transpose(reduce(
+            transpose(reduce(Reduced { a: system.a.clone(), b: system.b.clone(), c: system.c.clone(), d: system.d.clone() }, tolerance)),
+            tolerance,
+        ));
+        let rank = reduced.d.ncols();
+        if rank == 0 && self.inputs() == 1 && self.outputs() == 1 {
+            return Err(LtiError::Degenerate);
+        }
+        let mut zeros = pencil_eigenvalues(&reduced)?;
+        if self.inputs() == self.outputs() && rank == self.inputs() {
+            polish_all(&system, &mut zeros);
+        }
+        sort_by_modulus(&mut zeros);
+        Ok(zeros)
+    }
+}
+
+/// The system with states, inputs and outputs scaled by powers of two so that all parts of its matrix are alike in size.
+fn balanced_system<T: TimeDomain>(system: &StateSpace<T>) -> Reduced {
+    let (n, m, p) = (system.states(), system.inputs(), system.outputs());
+    let size = n + m.max(p);
+    let mut whole = DMatrix::zeros(size, size);
+    whole.view_mut((0, 0), (n, n)).copy_from(system.a());
+    whole.view_mut((0, n), (n, m)).copy_from(system.b());
+    whole.view_mut((n, 0), (p, n)).copy_from(system.c());
+    whole.view_mut((n, n), (p, m)).copy_from(system.d());
+    let whole = balance(&whole).matrix;
+    Reduced {
+        a: whole.view((0, 0), (n, n)).into_owned(),
+        b: whole.view((0, n), (n, m)).into_owned(),
+        c: whole.view((n, 0), (p, n)).into_owned(),
+        d: whole.view((n, n), (p, m)).into_owned(),
+    }
+}
+
+fn transpose(r: Reduced) -> Reduced {
+    Reduced { a: r.a.transpose(), b: r.c.transpose(), c: r.b.transpose(), d: r.d.transpose() }
+}
+
+/// Removes the infinite zeros that show in the rows of D, until D has full row rank.
+fn reduce(mut r: Reduced, tolerance: f64) -> Reduced {
+    loop {
+        // Rows of D: U^T D = [D1; 0].
+        let (u, sigma) = row_compression(&r.d, tolerance);
+        let c = u.transpose() * &r.c;
+        let d = u.transpose() * &r.d;
+        let quiet = r.d.nrows() - sigma;
+        let (c1, c2) = (c.rows(0, sigma).into_owned(), c.rows(sigma, quiet).into_owned());
+        let d1 = d.rows(0, sigma).into_owned();
+        if quiet == 0 {
+            return Reduced { c: c1, d: d1, ..r };
+        }
+        // Columns of C2: C2 V = [0 S], from the row compression of its transpose with the found directions put last.
+        let (v, rho) = row_compression(&c2.transpose(), tolerance);
+        let n = r.a.nrows();
+        if rho == 0 {
+            return Reduced { c: c1, d: d1, ..r };
+        }
+        let kept = n - rho;
+        let mut order: Vec<usize> = (rho..n).collect();
+        order.extend(0..rho);
+        let v = v.select_columns(&order);
+        let a = v.transpose() * &r.a * &v;
+        let b = v.transpose() * &r.b;
+        let c1 = c1 * &v;
+        r = Reduced {
+            a: a.view((0, 0), (kept, kept)).into_owned(),
+            b: b.rows(0, kept).into_owned(),
+            c: stack(&a.view((kept, 0), (rho, kept)).into_owned(), &c1.columns(0, kept).into_owned()),
+            d: stack(&b.rows(kept, rho).into_owned(), &d1),
+        };
+    }
+}
+
+fn stack(top: &DMatrix<f64>, bottom: &DMatrix<f64>) -> DMatrix<f64> {
+    let mut out = DMatrix::zeros(top.nrows() + bottom.nrows(), top.ncols());
+    out.rows_mut(0, top.nrows()).copy_from(top);
+    out.rows_mut(top.nrows(), bottom.nrows()).copy_from(bottom);
+    out
+}
+
+/// An orthogonal U (square) with U^T M = [R; 0], R of full row rank, and that rank: Householder reflections with column pivoting.
+fn row_compression(m: &DMatrix<f64>, tolerance: f64) -> (DMatrix<f64>, usize) {
+    let (rows, columns) = m.shape();
+    let mut r = m.clone();
+    let mut u = DMatrix::identity(rows, rows);
+    for k in 0..rows.min(columns) {
+        let below = |r: &DMatrix<f64>, j: usize| r.view((k, j), (rows - k, 1)).norm();
+        let norms: Vec<f64> = (0..columns).map(|j| below(&r, j)).collect();
+        let pivot = (0..columns).max_by(|&i, &j| norms[i].total_cmp(&norms[j]));
+        let Some(pivot) = pivot.filter(|&j| norms[j] > tolerance) else { return (u, k) };
+        // A column with one nonzero element is only exchanged, so that exact zeros stay exact.
+        let mut w = r.view((k, pivot), (rows - k, 1)).into_owned();
+        let sign = if w[0] < 0.0 { -1.0 } else { 1.0 };
+        w[0] += sign * norms[pivot];
+        let w_squared = w.norm_squared();
+        let mut lower = r.rows_mut(k, rows - k);
+        let update = &w * (w.transpose() * &lower) * (2.0 / w_squared);
+        lower -= update;
+        let mut right = u.columns_mut(k, rows - k);
+        let update = (&right * &w) * w.transpose() * (2.0 / w_squared);
+        right -= update;
+    }
+    (u, rows.min(columns))
+}
+
+/// Eigenvalues of the pencil [A B; C D] - z [I 0; 0 0], D invertible: as many as A has rows.
+fn pencil_eigenvalues(r: &Reduced) -> Result<Vec<C64>, LtiError> {
+    let (n, rank) = (r.a.nrows(), r.d.nrows());
+    if n == 0 {
+        return Ok(Vec::new());
+    }
+    let order = n + rank;
+    let mut left = DMatrix::zeros(order, order);
+    left.view_mut((0, 0), (n, n)).copy_from(&r.a);
+    left.view_mut((0, n), (n, rank)).copy_from(&r.b);
+    left.view_mut((n, 0), (rank, n)).copy_from(&r.c);
+    left.view_mut((n, n), (rank, rank)).copy_from(&r.d);
+    let right = DMatrix::from_fn(order, order, |i, j| if i == j && i < n { 1.0 } else { 0.0 });
+    let found = to_faer(&left).generalized_eigen(to_faer(&right)).map_err(|_| LtiError::EigenvaluesNotConverged { order })?;
+    // The rank infinite eigenvalues are those with the smallest |beta| / |alpha|.
+    let pairs = found.S_a().column_vector().iter().zip(found.S_b().column_vector().iter());
+    let mut ratios: Vec<(f64, C64)> = pairs.map(|(a, b)| (b.norm() / (a.norm() + b.norm()), a / b)).collect();
+    ratios.sort_by(|x, y| y.0.total_cmp(&x.0));
+    Ok(ratios.into_iter().take(n).map(|(_, zero)| zero).collect())
+}
+
+/// Polishes zeros in conjugate pairs: those of the upper half plane, mirrored, and the real ones on the real axis.
+fn polish_all(system: &Reduced, zeros: &mut Vec<C64>) {
+    let slowest = 1e-8 * system.a.norm();
+    let mut polished = Vec::with_capacity(zeros.len());
+    for &zero in zeros.iter().filter(|z| z.im >= 0.0) {
+        let start = if zero.im <= 1e-14 * zero.norm() { C64::new(zero.re, 0.0) } else { zero };
+        let better = polish(system, start, slowest);
+        polished.push(better);
+        if better.im > 0.0 {
+            polished.push(better.conj());
+        }
+    }
+    // Unequal counts mean that pairs were not exactly conjugate; the zeros then stay as they were found.
+    if polished.len() == zeros.len() {
+        *zeros = polished;
+    }
+}
+
+/// Newton's method on det P(s), P = [s I - A, B; -C, D]: the step is 1 / trace(P^-1 P').
+fn polish(system: &Reduced, start: C64, slowest: f64) -> C64 {
+    let n = system.a.nrows();
+    let order = n + system.d.nrows();
+    let mut zero = start;
+    let mut last = MAX_CORRECTION * start.norm().max(slowest);
+    for _ in 0..MAX_POLISH {
+        let mut p = DMatrix::from_fn(order, order, |i, j| {
+            let value = match (i < n, j < n) {
+                (true, true) => -system.a[(i, j)],
+                (true, false) => system.b[(i, j - n)],
+                (false, true) => -system.c[(i - n, j)],
+                (false, false) => system.d[(i - n, j - n)],
+            };
+            C64::new(value, 0.0)
+        });
+        for i in 0..n {
+            p[(i, i)] += zero;
+        }
+        // A singular P means that the zero is exact.
+        let Some(inverse) = p.try_inverse() else { return zero };
+        let trace: C64 = (0..n).map(|i| inverse[(i, i)]).sum();
+        let step = trace.inv();
+        // Newton's steps shrink until rounding sets their size.
+        if !step.is_finite() || step.norm() >= 0.5 * last {
+            return zero;
+        }
+        zero -= step;
+        last = step.norm();
+    }
+    zero
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn truth_square_plant_with_two_inputs() {
+        // diag((s + 4) / (s + 1), (s - 5) / (s + 2)): zeros at -4 and 5.
+        let system = StateSpace::new(
+            dmatrix![-1.0, 0.0; 0.0, -2.0],
+            DMatrix::identity(2, 2),
+            dmatrix![3.0, 0.0; 0.0, -7.0],
+            DMatrix::identity(2, 2),
+        )
+        .unwrap();
+        let zeros = system.zeros().unwrap();
+        assert!((zeros[0] + 4.0).norm() < 1e-14 && (zeros[1] - 5.0).norm() < 1e-14);
+    }
+
+    #[test]
+    fn truth_two_sensors_have_no_common_zero() {
+        let system = StateSpace::new(dmatrix![0.0, 1.0; -2.0, -3.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0; 3.0, 1.0], dmatrix![0.0; 0.0]);
+        assert_eq!(system.unwrap().zeros().unwrap(), Vec::new());
+    }
+
+    #[test]
+    fn truth_no_path_is_degenerate() {
+        let system = StateSpace::new(dmatrix![-1.0, 0.0; 0.0, -2.0], dmatrix![1.0; 0.0], dmatrix![0.0, 1.0], dmatrix![0.0]).unwrap();
+        assert_eq!(system.zeros(), Err(LtiError::Degenerate));
+    }
+
+    #[test]
+    fn truth_chain_of_integrators_has_no_finite_zero() {
+        let n = 9;
+        let a = DMatrix::from_fn(n, n, |i, j| if j == i + 1 { 3e3 } else { -1e-2 * f64::from(u8::from(i == n - 1)) });
+        let b = DMatrix::from_fn(n, 1, |i, _| f64::from(u8::from(i == n - 1)));
+        let c = DMatrix::from_fn(1, n, |_, j| f64::from(u8::from(j == 0)));
+        let system = StateSpace::new(a, b, c, dmatrix![0.0]).unwrap();
+        assert_eq!(system.zeros().unwrap(), Vec::new());
+    }
+}

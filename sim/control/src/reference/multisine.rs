@@ -16,6 +16,9 @@ const POINTS_PER_CYCLE: usize = 4;
 /// Points at most at which a crest factor is judged, so that a long period does not make the choice slow.
 const MOST_POINTS: usize = 4096;
 
+/// An edge of the band this close to a line, in lines, is meant to be that line.
+const EDGE_SLACK: f64 = 1e-9;
+
 /// Odd lines per group of which the sparse grid leaves one out.
 const GROUP: u64 = 4;
 
@@ -34,14 +37,12 @@ pub(super) struct Multisine {
 impl Multisine {
     pub(super) fn new(lines: Lines, band_hz: [f64; 2], period_s: f64, rms: f64, stream: &Stream) -> Result<Self, ControlError> {
         let period_s = positive("reference.period", period_s)?;
-        let rms = finite("reference.amplitude", rms)?;
+        let rms = finite("reference.rms", rms)?;
         let [low_hz, high_hz] = [not_negative("reference.band", band_hz[0])?, positive("reference.band", band_hz[1])?];
         let stride = if lines == Lines::All { 1 } else { 2 };
-        // An edge that is a line up to rounding is meant to be one.
-        let slack = 1e-9;
-        let lowest = ((low_hz * period_s - slack).ceil().max(1.0)) as u64;
+        let lowest = ((low_hz * period_s - EDGE_SLACK).ceil().max(1.0)) as u64;
         let first = if stride == 2 { lowest | 1 } else { lowest };
-        let last = (high_hz * period_s + slack).floor() as u64;
+        let last = (high_hz * period_s + EDGE_SLACK).floor() as u64;
         if last < first {
             return Err(ControlError::NoLines { period_s, low_hz, high_hz });
         }

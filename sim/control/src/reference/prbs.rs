@@ -73,3 +73,28 @@ fn sequence(order: u32) -> Result<Vec<bool>, ControlError> {
     });
     Ok(chips.collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{MAX_ORDER, MIN_ORDER, sequence};
+
+    /// In a maximum-length sequence every pattern of `order` chips but all zeros occurs exactly once per period.
+    #[test]
+    fn truth_every_order_has_the_greatest_length() {
+        for order in MIN_ORDER..=MAX_ORDER {
+            let chips = sequence(order).unwrap();
+            let length = (1_usize << order) - 1;
+            assert_eq!(chips.len(), length);
+            let mut seen = vec![false; length + 1];
+            let mut pattern = 0;
+            for i in 0..length + order as usize - 1 {
+                pattern = (pattern << 1 | usize::from(chips[i % length])) & length;
+                if i + 1 >= order as usize {
+                    assert!(!seen[pattern], "order {order} repeats before its period");
+                    seen[pattern] = true;
+                }
+            }
+            assert!(!seen[0], "order {order} has a run of zeros as long as its register");
+        }
+    }
+}

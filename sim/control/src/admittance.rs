@@ -26,6 +26,17 @@ pub(crate) struct AdmittanceState<L> {
     velocity: L,
 }
 
+impl<L: Lane> AdmittanceState<L> {
+    /// A virtual body whose law started at position zero.
+    pub(crate) fn from_array([position, velocity]: [L; 2]) -> Self {
+        Self { origin: L::zero(), position, velocity }
+    }
+
+    pub(crate) fn to_array(self) -> [L; 2] {
+        [self.position, self.velocity]
+    }
+}
+
 impl<L: Lane> AdmittanceConfig<L> {
     pub(crate) fn new(period_s: f64, gains: impl Fn(usize) -> AdmittanceGains) -> Self {
         let body = |i| virtual_body(&gains(i), period_s);

@@ -80,6 +80,11 @@ impl<L: Lane> ApproachState<L> {
         Self { contact: none, moving: none, origin: L::zero(), since: L::zero() }
     }
 
+    /// In the contact phase since the last sample at least.
+    pub(crate) fn in_contact() -> Self {
+        Self { contact: L::Mask::splat(true), ..Self::new() }
+    }
+
     pub(crate) fn contact(&self) -> L::Mask {
         self.contact
     }

@@ -220,3 +220,43 @@ impl<L: Lane> State<L> {
         }
     }
 }
+
+/// Length of [`State::vector`].
+pub(crate) const STATE_LENGTH: usize = 13;
+
+impl State<f64> {
+    /// The state whose numbers are `x`, some samples into a contact phase.
+    fn in_contact([a, b, c, d, e, f, g, h, i, j, k, l, m]: [f64; STATE_LENGTH]) -> Self {
+        Self {
+            started: true,
+            low_pass: SectionState::from_array([a, b]),
+            motion: MotionState::from_array([c, d, e]),
+            law: LawState {
+                pid: PidState::from_array([f, g, h, i, j]),
+                impedance: ImpedanceState::from_array([k]),
+                admittance: AdmittanceState::from_array([l, m]),
+            },
+            approach: ApproachState::in_contact(),
+            saturated: false,
+        }
+    }
+
+    /// Every number that a sample hands to the next in a contact phase.
+    fn vector(&self) -> [f64; STATE_LENGTH] {
+        let [a, b] = self.low_pass.to_array();
+        let [c, d, e] = self.motion.to_array();
+        let [f, g, h, i, j] = self.law.pid.to_array();
+        let [k] = self.law.impedance.to_array();
+        let [l, m] = self.law.admittance.to_array();
+        [a, b, c, d, e, f, g, h, i, j, k, l, m]
+    }
+}
+
+impl Controller<f64> {
+    /// One sample of the contact phase from state `x`: the next state and the output.
+    pub(crate) fn step_from(&mut self, x: [f64; STATE_LENGTH], inputs: &Inputs<f64>, reference: f64) -> ([f64; STATE_LENGTH], f64) {
+        self.state = State::in_contact(x);
+        let output = self.sample(0.0, inputs, reference);
+        (self.state.vector(), output)
+    }
+}

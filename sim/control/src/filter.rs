@@ -94,6 +94,14 @@ impl<L: Lane> Section<L> {
 }
 
 impl<L: Lane> SectionState<L> {
+    pub(crate) fn from_array([s1, s2]: [L; 2]) -> Self {
+        Self { s1, s2 }
+    }
+
+    pub(crate) fn to_array(self) -> [L; 2] {
+        [self.s1, self.s2]
+    }
+
     /// `a` where the mask holds, else `b`.
     #[inline(always)]
     #[must_use]

@@ -18,6 +18,16 @@ pub(crate) struct ImpedanceState<L> {
     reference: L,
 }
 
+impl<L: Lane> ImpedanceState<L> {
+    pub(crate) fn from_array([reference]: [L; 1]) -> Self {
+        Self { reference }
+    }
+
+    pub(crate) fn to_array(self) -> [L; 1] {
+        [self.reference]
+    }
+}
+
 impl<L: Lane> ImpedanceConfig<L> {
     pub(crate) fn new(period_s: f64, gains: impl Fn(usize) -> ImpedanceGains) -> Self {
         Self {

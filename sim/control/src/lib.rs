@@ -13,6 +13,7 @@ mod controller;
 mod error;
 pub mod filter;
 mod impedance;
+mod linear;
 mod motion;
 pub mod noise;
 mod pid;
@@ -22,6 +23,7 @@ mod timing;
 
 pub use controller::{Controller, Inputs};
 pub use error::ControlError;
+pub use linear::LinearLaw;
 pub use noise::Stream;
 pub use reference::{Reference, ReferenceSpec};
 pub use spec::{

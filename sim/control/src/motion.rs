@@ -21,6 +21,17 @@ pub(crate) struct MotionState<L> {
     velocity: L,
 }
 
+impl<L: Lane> MotionState<L> {
+    /// A state some samples into a run: last reading, position, velocity.
+    pub(crate) fn from_array([reading, position, velocity]: [L; 3]) -> Self {
+        Self { started: true, reading, position, velocity }
+    }
+
+    pub(crate) fn to_array(self) -> [L; 3] {
+        [self.reading, self.position, self.velocity]
+    }
+}
+
 impl<L: Lane> MotionConfig<L> {
     pub(crate) fn new(period_s: f64, filter_s: L) -> Self {
         let period = L::splat(period_s);

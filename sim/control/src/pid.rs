@@ -37,6 +37,17 @@ pub(crate) struct PidState<L> {
     lead: SectionState<L>,
 }
 
+impl<L: Lane> PidState<L> {
+    pub(crate) fn from_array([integral, error, derivative, s1, s2]: [L; 5]) -> Self {
+        Self { integral, error, derivative, lead: SectionState::from_array([s1, s2]) }
+    }
+
+    pub(crate) fn to_array(self) -> [L; 5] {
+        let [s1, s2] = self.lead.to_array();
+        [self.integral, self.error, self.derivative, s1, s2]
+    }
+}
+
 impl<L: Lane> PidConfig<L> {
     pub(crate) fn new(period_s: f64, gains: impl Fn(usize) -> ForceGains) -> Self {
         let tau = L::from_fn(|i| gains(i).derivative_filter_s);

@@ -3,6 +3,10 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
+use feeler_lanes::{Lane, Pack};
+use realfft::num_complex::Complex;
+use realfft::{ComplexToReal, RealFftPlanner};
+
 use super::Lines;
 use crate::error::{finite, not_negative, positive};
 use crate::{ControlError, Stream};
@@ -10,17 +14,20 @@ use crate::{ControlError, Stream};
 /// Draws of the phases of which the one with the smallest crest factor is kept.
 const PHASE_DRAWS: u64 = 8;
 
-/// Points per period of the highest line at which a crest factor is judged; with four the peak is underrated by at most 8 % or so.
-const POINTS_PER_CYCLE: usize = 4;
+/// Points per period of the highest line, at least, at which a crest factor is judged.
+const POINTS_PER_CYCLE: u64 = 4;
 
-/// Points at most at which a crest factor is judged, so that a long period does not make the choice slow.
-const MOST_POINTS: usize = 4096;
+/// Highest line allowed: a bound on memory, far beyond any experiment.
+const HIGHEST_LINE: f64 = 1e6;
 
 /// An edge of the band this close to a line, in lines, is meant to be that line.
 const EDGE_SLACK: f64 = 1e-9;
 
 /// Odd lines per group of which the sparse grid leaves one out.
 const GROUP: u64 = 4;
+
+/// Lines that are summed side by side.
+const WIDTH: usize = 8;
 
 /// `sum_n A cos(2 pi n t / P + phi_n)`, `A = rms sqrt(2 / N)` for N lines.
 #[derive(Clone, Debug)]
@@ -30,8 +37,8 @@ pub(super) struct Multisine {
     first: u64,
     /// Lines from one coefficient to the next.
     stride: u64,
-    /// `A exp(i phi_n)` as real and imaginary part; zero for lines left out.
-    coefficients: Arc<[[f64; 2]]>,
+    /// `A exp(i phi_n)` as real and imaginary parts, eight lines to a pack; zero for lines left out and after the last.
+    coefficients: Arc<[[Pack<WIDTH>; 2]]>,
 }
 
 impl Multisine {
@@ -39,10 +46,15 @@ impl Multisine {
         let period_s = positive("reference.period", period_s)?;
         let rms = finite("reference.rms", rms)?;
         let [low_hz, high_hz] = [not_negative("reference.band", band_hz[0])?, positive("reference.band", band_hz[1])?];
+        let highest = high_hz * period_s;
+        if highest > HIGHEST_LINE {
+            let why = "highest frequency of a multisine in cycles per period";
+            return Err(ControlError::TooLarge { key: "reference.band", value: highest, bound: HIGHEST_LINE, why });
+        }
         let stride = if lines == Lines::All { 1 } else { 2 };
-        let lowest = ((low_hz * period_s - EDGE_SLACK).ceil().max(1.0)) as u64;
+        let lowest = (low_hz * period_s - EDGE_SLACK).ceil().max(1.0) as u64;
         let first = if stride == 2 { lowest | 1 } else { lowest };
-        let last = (high_hz * period_s + EDGE_SLACK).floor() as u64;
+        let last = (highest + EDGE_SLACK).floor() as u64;
         if last < first {
             return Err(ControlError::NoLines { period_s, low_hz, high_hz });
         }
@@ -50,40 +62,71 @@ impl Multisine {
         let kept: Vec<bool> = (0..count).map(|k| lines != Lines::OddSparse || !is_left_out(k, count, stream)).collect();
         let amplitude = rms * (2.0 / kept.iter().filter(|&&kept| kept).count() as f64).sqrt();
 
-        let draw = |draw: u64| {
-            let phase = |k: u64| TAU * stream.uniform_at(draw * count + k);
-            let coefficients = kept.iter().zip(0..).map(|(&kept, k)| {
-                let (sin, cos) = phase(k).sin_cos();
-                if kept { [amplitude * cos, amplitude * sin] } else { [0.0, 0.0] }
-            });
-            Self { period_s, first, stride, coefficients: coefficients.collect() }
-        };
-        let points = (POINTS_PER_CYCLE * last as usize).min(MOST_POINTS);
-        let candidates = (0..PHASE_DRAWS).map(draw).map(|candidate| (candidate.peak(points), candidate));
-        let best = candidates.min_by(|a, b| a.0.total_cmp(&b.0));
-        best.map(|(_, multisine)| multisine).ok_or(ControlError::NoLines { period_s, low_hz, high_hz })
+        let draws = (0..PHASE_DRAWS).map(|draw| {
+            let line = |(&kept, k)| {
+                let (sin, cos) = (TAU * stream.uniform_at(draw * count + k)).sin_cos();
+                if kept { Complex::new(amplitude * cos, amplitude * sin) } else { Complex::default() }
+            };
+            kept.iter().zip(0..).map(line).collect::<Vec<_>>()
+        });
+        let mut peak = PeakMeter::new(first, stride, last);
+        let best = draws.map(|draw| (peak.of(&draw), draw)).min_by(|a, b| a.0.total_cmp(&b.0));
+        let chosen = best.map_or_else(Vec::new, |(_, draw)| draw);
+        let packed = chosen.chunks(WIDTH).map(|chunk| {
+            let part = |of: fn(&Complex<f64>) -> f64| Pack::from_fn(|i| chunk.get(i).map_or(0.0, of));
+            [part(|c| c.re), part(|c| c.im)]
+        });
+        Ok(Self { period_s, first, stride, coefficients: packed.collect() })
     }
 
+    /// Horner's rule in `w^8`, `w = exp(2 pi i stride t / P)`, on eight interleaved sums at once, which are then joined with their own phases.
     pub(super) fn value(&self, t_s: f64) -> f64 {
         // The share of the period keeps the phase exact in long runs.
-        self.at_share((t_s / self.period_s).rem_euclid(1.0))
-    }
-
-    /// Horner's rule in `w = exp(2 pi i stride share)`, then the first line's own phase.
-    fn at_share(&self, share: f64) -> f64 {
+        let share = (t_s / self.period_s).rem_euclid(1.0);
         let turn = |lines: u64| (TAU * (lines as f64 * share).fract()).sin_cos();
-        let (w_im, w_re) = turn(self.stride);
+        let (sin, cos) = turn(self.stride * WIDTH as u64);
+        let (w_re, w_im) = (Pack::splat(cos), Pack::splat(sin));
+        let zero = Pack::<WIDTH>::zero();
         let (re, im) = self
             .coefficients
             .iter()
             .rev()
-            .fold((0.0, 0.0), |(re, im), [c_re, c_im]| (re * w_re - im * w_im + c_re, re * w_im + im * w_re + c_im));
-        let (first_im, first_re) = turn(self.first);
-        re * first_re - im * first_im
+            .fold((zero, zero), |(re, im), &[c_re, c_im]| (re * w_re - im * w_im + c_re, re * w_im + im * w_re + c_im));
+        (0..WIDTH)
+            .map(|i| {
+                let (sin, cos) = turn(self.first + self.stride * i as u64);
+                re.lane(i) * cos - im.lane(i) * sin
+            })
+            .sum()
+    }
+}
+
+/// Measures the peak of candidates on the same lines, by an inverse Fourier transform over one period.
+struct PeakMeter {
+    transform: Arc<dyn ComplexToReal<f64>>,
+    spectrum: Vec<Complex<f64>>,
+    values: Vec<f64>,
+    first: u64,
+    stride: u64,
+}
+
+impl PeakMeter {
+    fn new(first: u64, stride: u64, last: u64) -> Self {
+        let points = (POINTS_PER_CYCLE * last).next_power_of_two() as usize;
+        let transform = RealFftPlanner::new().plan_fft_inverse(points);
+        Self { spectrum: transform.make_input_vec(), values: transform.make_output_vec(), transform, first, stride }
     }
 
-    fn peak(&self, points: usize) -> f64 {
-        (0..points).map(|i| self.at_share(i as f64 / points as f64).abs()).fold(0.0, f64::max)
+    /// The largest magnitude of the sum of `lines`, up to a factor that is the same for all.
+    fn of(&mut self, lines: &[Complex<f64>]) -> f64 {
+        self.spectrum.fill(Complex::default());
+        let bins = self.spectrum.iter_mut().skip(self.first as usize).step_by(self.stride as usize);
+        bins.zip(lines).for_each(|(bin, line)| *bin = *line);
+        // The transform fails on buffers of a wrong length or complex ends of the spectrum only; these are its own, and the ends stay zero.
+        match self.transform.process(&mut self.spectrum, &mut self.values) {
+            Ok(()) => self.values.iter().fold(0.0, |peak: f64, x| peak.max(x.abs())),
+            Err(_) => f64::INFINITY,
+        }
     }
 }
 

@@ -60,6 +60,12 @@ impl<L: Lane> ApproachConfig<L> {
 
     #[inline(always)]
     pub(crate) fn update(&self, state: &mut ApproachState<L>, t: L, f: L, x: L, v: L) -> Phase<L> {
+        if !self.present.any() {
+            // The general case below gives the same; this spares machines without an approach its work.
+            let fresh = !state.contact;
+            state.contact = L::Mask::splat(true);
+            return Phase { contact: state.contact, fresh, output: L::zero() };
+        }
         // Contact is kept down to `release` and won from `until` on.
         let kept = state.contact & !f.lt(self.release);
         let contact = !self.present | kept | f.ge(self.until);

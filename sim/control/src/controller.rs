@@ -49,8 +49,8 @@ struct Config<L: Lane> {
     low_pass: Section<L>,
     motion: MotionConfig<L>,
     approach: ApproachConfig<L>,
-    /// Zero for a continuous output.
-    resolution: L,
+    /// Zero in lanes with a continuous output; none if all are.
+    resolution: Option<L>,
     limit: L,
 }
 
@@ -108,7 +108,10 @@ impl<L: Lane> Controller<L> {
             }),
             motion: MotionConfig::new(period_s, L::from_fn(|i| per_lane[i].velocity_filter_s)),
             approach: ApproachConfig::new(|i| per_lane[i].approach),
-            resolution: L::from_fn(|i| per_lane[i].output_resolution.unwrap_or(0.0)),
+            resolution: per_lane
+                .iter()
+                .any(|spec| spec.output_resolution.is_some())
+                .then(|| L::from_fn(|i| per_lane[i].output_resolution.unwrap_or(0.0))),
             limit: L::from_fn(|i| per_lane[i].output_limit.unwrap_or(f64::INFINITY)),
         };
         Ok(Self { config, state: State::new() })
@@ -140,9 +143,7 @@ impl<L: Lane> Controller<L> {
         let wanted = L::select(phase.contact, in_contact, phase.output);
         state.saturated = wanted.gt(limit) | wanted.lt(-limit);
 
-        let q = config.resolution;
-        let rounded = (wanted / q).map(f64::round_ties_even) * q;
-        limited(L::select(q.gt(L::zero()), rounded, wanted), limit)
+        limited(config.resolution.as_ref().map_or(wanted, |&q| rounded(wanted, q)), limit)
     }
 
     /// Back to before the first sample.
@@ -219,6 +220,13 @@ impl<L: Lane> State<L> {
             saturated: L::Mask::splat(false),
         }
     }
+}
+
+/// `u` to the nearest multiple of `resolution`, where that is above zero.
+#[inline(always)]
+fn rounded<L: Lane>(u: L, resolution: L) -> L {
+    let multiple = (u / resolution).map(f64::round_ties_even) * resolution;
+    L::select(resolution.gt(L::zero()), multiple, u)
 }
 
 /// Length of [`State::vector`].

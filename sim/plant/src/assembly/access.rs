@@ -1,17 +1,30 @@
-//! How effects reach the element they sit under, and how they split bodies.
+//! How effects reach the element they sit under, and how they split bodies and bring in new ones.
 
-use super::{Assembly, ContactPart, Drive, Friction, GROUND_NODE, Link, Node, NodeId, SensorPart};
-use crate::effects::{EffectError, Host};
+use super::{Assembly, ContactPart, Drive, Friction, GROUND_NODE, Link, Node, NodeId, SensorPart, Source};
+use crate::description::Quantity;
+use crate::effects::{Definition, EffectError, Host, HostKind};
 
 impl Assembly {
+    /// What kind of element an effect sits under, as the machine stands: a rigid spring that another effect made flexible is no longer rigid.
+    pub fn host_kind(&self, host: Host) -> HostKind {
+        match host {
+            Host::Body(_) => HostKind::Body,
+            Host::Spring(i) if self.links[i].rigid => HostKind::RigidSpring,
+            Host::Spring(_) => HostKind::Spring,
+            Host::Contact(_) => HostKind::Contact,
+            Host::Actuator(_) => HostKind::Actuator,
+            Host::Sensor(i) => self.sensors[i].source.host_kind(),
+        }
+    }
+
     /// The node an effect sits under.
     ///
     /// # Errors
     /// [`EffectError::WrongHost`] where the host is no body.
-    pub fn node_mut(&mut self, host: Host, kind: &'static str) -> Result<&mut Node, EffectError> {
+    pub fn node_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Node, EffectError> {
         match host {
             Host::Body(i) => Ok(&mut self.nodes[i]),
-            _ => Err(EffectError::WrongHost { kind, expected: "a body" }),
+            _ => Err(self.wrong_host(host, effect)),
         }
     }
 
@@ -19,10 +32,10 @@ impl Assembly {
     ///
     /// # Errors
     /// [`EffectError::WrongHost`] where the host is no spring.
-    pub fn link_mut(&mut self, host: Host, kind: &'static str) -> Result<&mut Link, EffectError> {
+    pub fn link_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Link, EffectError> {
         match host {
             Host::Spring(i) => Ok(&mut self.links[i]),
-            _ => Err(EffectError::WrongHost { kind, expected: "a spring" }),
+            _ => Err(self.wrong_host(host, effect)),
         }
     }
 
@@ -30,10 +43,10 @@ impl Assembly {
     ///
     /// # Errors
     /// [`EffectError::WrongHost`] where the host is no contact.
-    pub fn contact_mut(&mut self, host: Host, kind: &'static str) -> Result<&mut ContactPart, EffectError> {
+    pub fn contact_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut ContactPart, EffectError> {
         match host {
             Host::Contact(i) => Ok(&mut self.contacts[i]),
-            _ => Err(EffectError::WrongHost { kind, expected: "a contact" }),
+            _ => Err(self.wrong_host(host, effect)),
         }
     }
 
@@ -41,10 +54,10 @@ impl Assembly {
     ///
     /// # Errors
     /// [`EffectError::WrongHost`] where the host is no actuator.
-    pub fn drive_mut(&mut self, host: Host, kind: &'static str) -> Result<&mut Drive, EffectError> {
+    pub fn drive_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut Drive, EffectError> {
         match host {
             Host::Actuator(i) => Ok(&mut self.drives[i]),
-            _ => Err(EffectError::WrongHost { kind, expected: "an actuator" }),
+            _ => Err(self.wrong_host(host, effect)),
         }
     }
 
@@ -52,14 +65,19 @@ impl Assembly {
     ///
     /// # Errors
     /// [`EffectError::WrongHost`] where the host is no sensor.
-    pub fn sensor_mut(&mut self, host: Host, kind: &'static str) -> Result<&mut SensorPart, EffectError> {
+    pub fn sensor_mut(&mut self, host: Host, effect: &Definition) -> Result<&mut SensorPart, EffectError> {
         match host {
             Host::Sensor(i) => Ok(&mut self.sensors[i]),
-            _ => Err(EffectError::WrongHost { kind, expected: "a sensor" }),
+            _ => Err(self.wrong_host(host, effect)),
         }
     }
 
-    /// Adds a body that stands where `at` stands, and gives its node.
+    /// The error that says where this effect goes.
+    pub fn wrong_host(&self, host: Host, effect: &Definition) -> EffectError {
+        EffectError::WrongHost { kind: effect.kind, found: self.host_kind(host), expected: effect.hosts }
+    }
+
+    /// Adds a body that stands and moves where `at` does, and gives its node.
     pub fn add_node(&mut self, name: String, mass_kg: f64, at: NodeId) -> NodeId {
         let position_m = self.nodes[at].position_m;
         let velocity_m_per_s = self.nodes[at].velocity_m_per_s;
@@ -68,9 +86,32 @@ impl Assembly {
     }
 
     /// Adds a spring and damper between two nodes and gives its index.
-    pub fn add_link(&mut self, name: String, a: NodeId, b: NodeId, stiffness: f64, damping: f64) -> usize {
-        self.links.push(Link { stiffness, damping, ..Link::between(name, a, b) });
+    pub fn add_link(&mut self, name: String, a: NodeId, b: NodeId, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> usize {
+        self.links.push(Link { stiffness: stiffness_n_per_m, damping: damping_n_s_per_m, ..Link::between(name, a, b) });
         self.links.len() - 1
+    }
+
+    /// Hands every contact of one node to another.
+    pub fn move_contacts(&mut self, from: NodeId, to: NodeId) {
+        for contact in &mut self.contacts {
+            for end in [&mut contact.a, &mut contact.b] {
+                if *end == from {
+                    *end = to;
+                }
+            }
+        }
+    }
+
+    /// Hands all that holds on to one node (links, contacts, drives) to another; sensors stay where they are.
+    pub fn move_everything(&mut self, from: NodeId, to: NodeId) {
+        self.move_contacts(from, to);
+        let links = self.links.iter_mut().flat_map(|link| [&mut link.a, &mut link.b]);
+        let drives = self.drives.iter_mut().flat_map(|drive| [&mut drive.on, &mut drive.reacts_on]);
+        for end in links.chain(drives) {
+            if *end == from {
+                *end = to;
+            }
+        }
     }
 
     /// Sum of the masses that move as one with `node` through rigid links, itself included; infinite where it is fixed.
@@ -96,9 +137,29 @@ impl Assembly {
     }
 }
 
+impl Source {
+    /// What kind of element a sensor of this signal is.
+    pub fn host_kind(self) -> HostKind {
+        match self {
+            Self::Contact(_, Quantity::Force | Quantity::SpringForce) | Self::Link(..) | Self::Drive(_, Quantity::Force) => {
+                HostKind::ForceSensor
+            }
+            Self::Node(..) | Self::Contact(_, Quantity::Compression) => HostKind::MotionSensor,
+            Self::Contact(..) | Self::Drive(..) | Self::Sensor(_) => HostKind::OtherSensor,
+        }
+    }
+}
+
 impl Link {
     /// A link that does nothing yet.
     pub fn between(name: String, a: NodeId, b: NodeId) -> Self {
         Self { name, a, b, rigid: false, stiffness: 0.0, damping: 0.0, cubic: 0.0, play: 0.0, load: 0.0, friction: Friction::NONE }
+    }
+
+    /// Lets the two ends move against each other on this spring and damper.
+    pub fn set_flexible(&mut self, stiffness_n_per_m: f64, damping_n_s_per_m: f64) {
+        self.rigid = false;
+        self.stiffness = stiffness_n_per_m;
+        self.damping = damping_n_s_per_m;
     }
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::{Assembly, ContactPart, Drive, ForceLaw, GROUND_NODE, Link, Node, NodeId, SensorPart, Source, VelocitySource};
 use crate::description::{ActuatorKind, Contact, ContactLaw, GROUND, Machine, Quantity, Sensor, SignalName};
-use crate::effects::{Change, EffectUse, Host};
+use crate::effects::{Change, EffectUse, Host, LIBRARY};
 use crate::names::nearest;
 use crate::problem::Problem;
 
@@ -92,7 +92,9 @@ impl<'a> Build<'a> {
             let on = self.node(&format!("actuators.{name}.on"), &actuator.on);
             let reacts_on = self.node(&format!("actuators.{name}.reacts_on"), &actuator.reacts_on);
             let (velocity_source, lags) = match actuator.kind {
-                ActuatorKind::Force { bandwidth_hz } => (None, bandwidth_hz.map(|f| 1.0 / (std::f64::consts::TAU * f)).into_iter().collect()),
+                ActuatorKind::Force { bandwidth_hz } => {
+                    (None, bandwidth_hz.map(|f| 1.0 / (std::f64::consts::TAU * f)).into_iter().collect())
+                }
                 ActuatorKind::VelocitySource { damping_n_s_per_m: damping, time_constant_s: time_constant } => {
                     (Some(VelocitySource { damping, time_constant }), Vec::new())
                 }
@@ -147,18 +149,19 @@ impl<'a> Build<'a> {
             .chain(machine.actuators.iter().enumerate().map(|(i, (n, e))| ("actuators", n, Host::Actuator(i), &e.effects)))
             .chain(machine.sensors.iter().enumerate().map(|(i, (n, e))| ("sensors", n, Host::Sensor(i), &e.effects)));
         for (table, name, host, effects) in hosts {
-            for effect in effects {
+            // In the order of the library, so that the order in a file does not matter.
+            let mut ordered: Vec<&EffectUse> = effects.iter().collect();
+            ordered.sort_by_key(|effect| LIBRARY.iter().position(|definition| definition.kind == effect.definition.kind));
+            for effect in ordered {
                 self.effect(&format!("{table}.{name}.effects.{}", effect.definition.kind), host, effect);
             }
         }
     }
 
     fn effect(&mut self, key: &str, host: Host, effect: &EffectUse) {
-        let Change::Plant(apply) = effect.definition.change else {
+        if matches!(effect.definition.change, Change::SampleJitter) {
             self.problems.push(Problem::new(key, "this effect disturbs a controller, not the plant", "move it under a controller"));
-            return;
-        };
-        if let Err(error) = apply(&mut self.assembly, host, &effect.values) {
+        } else if let Err(error) = effect.definition.apply(&mut self.assembly, host, &effect.values) {
             self.problems.push(Problem { key: key.into(), message: error.to_string(), remedy: None });
         }
     }

@@ -65,8 +65,27 @@ pub enum HostKind {
     ForceSensor,
     /// `[sensors.*]` that reads a motion.
     MotionSensor,
+    /// `[sensors.*]` that reads neither: a command, or whether there is contact.
+    OtherSensor,
     /// `[controllers.*]`.
     Controller,
+}
+
+impl HostKind {
+    /// Its name in a sentence, with the article.
+    pub fn phrase(self) -> &'static str {
+        match self {
+            Self::Body => "a body",
+            Self::Spring => "a spring that is not rigid",
+            Self::RigidSpring => "a rigid spring",
+            Self::Contact => "a contact",
+            Self::Actuator => "an actuator",
+            Self::ForceSensor => "a sensor that reads a force",
+            Self::MotionSensor => "a sensor that reads a motion",
+            Self::OtherSensor => "a sensor that reads neither force nor motion",
+            Self::Controller => "a controller",
+        }
+    }
 }
 
 /// The element an effect sits under, as an index into the assembly (nodes for bodies, links for springs).
@@ -93,6 +112,9 @@ pub enum Scale {
     Log,
 }
 
+/// The lower bound of what must be greater than zero.
+pub const ABOVE_ZERO: f64 = f64::MIN_POSITIVE;
+
 /// A parameter of an effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameter {
@@ -100,18 +122,59 @@ pub struct Parameter {
     pub name: &'static str,
     /// Dimension on a translational axis.
     pub dimension: Dimension,
-    /// The value at which the effect vanishes (may be infinite); none where it never does or the host's own value is the null.
+    /// The value of the ideal machine (may be infinite): with every parameter that has one at it, the effect is absent.
+    /// None where no value of this parameter matters to that, or where the value of the element itself is the ideal one.
     pub null: Option<f64>,
     /// A typical value, for templates and as a starting point of fits.
     pub typical: f64,
-    /// Smallest and largest value a file may hold; an open bound is the next float.
+    /// Smallest and largest value a file may hold; [`ABOVE_ZERO`] where zero itself is excluded.
     pub bounds: (f64, f64),
     /// How a fit walks along it.
     pub scale: Scale,
-    /// Used where a file leaves the key out; none where it must be given.
+    /// Used where a file leaves the key out; such a parameter is a choice of the model and is not fitted. None where it must be given.
     pub default: Option<f64>,
     /// One line of text.
     pub text: &'static str,
+}
+
+impl Parameter {
+    /// A parameter that must be given and that a fit walks by multiplication.
+    pub const fn log(
+        name: &'static str,
+        dimension: Dimension,
+        null: Option<f64>,
+        typical: f64,
+        bounds: (f64, f64),
+        text: &'static str,
+    ) -> Self {
+        Self { name, dimension, null, typical, bounds, scale: Scale::Log, default: None, text }
+    }
+
+    /// A parameter that must be given and that a fit walks by addition.
+    pub const fn linear(
+        name: &'static str,
+        dimension: Dimension,
+        null: Option<f64>,
+        typical: f64,
+        bounds: (f64, f64),
+        text: &'static str,
+    ) -> Self {
+        Self { scale: Scale::Linear, ..Self::log(name, dimension, null, typical, bounds, text) }
+    }
+
+    /// The same, but a file may leave it out.
+    #[must_use]
+    pub const fn or(self, default: f64) -> Self {
+        Self { default: Some(default), ..self }
+    }
+}
+
+/// The parameters of an effect as an array, to be taken apart by name.
+///
+/// # Panics
+/// Where there are fewer than `N`; [`Definition::apply`] has counted them.
+pub(super) fn values<const N: usize>(parameters: &[f64]) -> [f64; N] {
+    std::array::from_fn(|i| parameters[i])
 }
 
 /// What an effect does to a machine.
@@ -128,7 +191,7 @@ pub enum Change {
 pub struct Definition {
     /// Key in files.
     pub kind: &'static str,
-    /// Where it lives.
+    /// Where it lives; see [`Definition::place_under`].
     pub place: Place,
     /// Elements that take it.
     pub hosts: &'static [HostKind],
@@ -148,6 +211,37 @@ impl Definition {
     /// Position of a parameter.
     pub fn parameter_index(&self, name: &str) -> Option<usize> {
         self.parameters.iter().position(|parameter| parameter.name == name)
+    }
+
+    /// Where it lives when it sits under an element of this kind: an effect of the transmission that sits under a contact is one of the contact.
+    pub fn place_under(&self, host: HostKind) -> Place {
+        match (self.place, host) {
+            (Place::Transmission, HostKind::Contact) => Place::Contact,
+            (place, _) => place,
+        }
+    }
+
+    /// Changes the plant as the effect under `host` does, with `parameters` (SI) in the order of the definition.
+    /// What disturbs a controller leaves the plant as it is.
+    ///
+    /// # Errors
+    /// Where the host is of another kind than the effect needs, or a parameter is missing, out of bounds or senseless on this host.
+    pub fn apply(&self, machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+        if parameters.len() != self.parameters.len() {
+            return Err(EffectError::Count { kind: self.kind, expected: self.parameters.len(), given: parameters.len() });
+        }
+        for (parameter, &value) in self.parameters.iter().zip(parameters) {
+            let (low, high) = parameter.bounds;
+            if !(low..=high).contains(&value) {
+                return Err(EffectError::OutOfBounds { parameter: parameter.name, value, low, high });
+            }
+        }
+        let Change::Plant(change) = self.change else { return Ok(()) };
+        let found = machine.host_kind(host);
+        if !self.hosts.contains(&found) {
+            return Err(EffectError::WrongHost { kind: self.kind, found, expected: self.hosts });
+        }
+        change(machine, host, parameters)
     }
 }
 
@@ -171,12 +265,44 @@ impl PartialEq for EffectUse {
 #[non_exhaustive]
 pub enum EffectError {
     /// The element is of another kind than the effect needs.
-    #[error("`{kind}` does not sit under this element; it goes under {expected}")]
+    #[error("`{kind}` does not sit under {}; it goes under {}", .found.phrase(), either(.expected))]
     WrongHost {
         /// The effect.
         kind: &'static str,
+        /// What it sits under.
+        found: HostKind,
         /// Elements that take it.
-        expected: &'static str,
+        expected: &'static [HostKind],
+    },
+    /// The element is of the right kind, but not in the right place.
+    #[error("`{kind}` needs {needs}")]
+    WrongSite {
+        /// The effect.
+        kind: &'static str,
+        /// What the element must be.
+        needs: &'static str,
+    },
+    /// Parameters are missing, or there are too many.
+    #[error("`{kind}` has {expected} parameters, not {given}")]
+    Count {
+        /// The effect.
+        kind: &'static str,
+        /// As many as it has.
+        expected: usize,
+        /// As many as were given.
+        given: usize,
+    },
+    /// A value outside the bounds of the parameter.
+    #[error("`{parameter}` = {value} is not between {low} and {high}")]
+    OutOfBounds {
+        /// The parameter.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+        /// Smallest value.
+        low: f64,
+        /// Largest value.
+        high: f64,
     },
     /// A split would leave no mass on one side.
     #[error("`{parameter}` = {value_kg} kg leaves nothing of the {available_kg} kg there are; choose less")]
@@ -198,4 +324,8 @@ pub enum EffectError {
         /// What it must satisfy.
         reason: &'static str,
     },
+}
+
+fn either(kinds: &[HostKind]) -> String {
+    kinds.iter().map(|kind| kind.phrase()).collect::<Vec<_>>().join(" or ")
 }

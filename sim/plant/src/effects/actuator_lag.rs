@@ -1,0 +1,42 @@
+//! `actuator-lag`: first-order lag between command and drive force.
+
+use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "actuator-lag",
+    place: Place::Drive,
+    hosts: &[HostKind::Actuator],
+    parameters: &[Parameter::log("time_constant", Dimension::TIME, Some(0.0), 2e-3, (0.0, 10.0), "time to cover 63 % of a step")],
+    summary: "first-order lag between command and drive force",
+    documentation: "\
+## Model
+The drive force `f` follows the command `u`, after its gain and limits, by `time_constant df/dt + f = u`. A lag that
+the drive already has acts in series with this one.
+
+## Where it comes from
+Current loops of finite bandwidth, winding inductance, valves, a filter on the torque set point.
+
+## How it shows
+Above `1 / (2 pi time_constant)` the drive force shrinks, and its phase falls by up to 90 degrees; in a force loop
+that lag is what first bounds the gain of a rigid machine. Well below the corner it is a delay of `time_constant`, so
+`command-delay` looks the same until the size drops. `force-lag` costs a force loop as much phase but leaves free
+motion as it was.
+
+## Source
+S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on Robotics and
+Automation 8 (1992): the rigid model with a first-order actuator.
+",
+    dissipative: false,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [time_constant] = values(parameters);
+    let drive = machine.drive_mut(host, &DEFINITION)?;
+    if time_constant > 0.0 {
+        drive.lags.push(time_constant);
+    }
+    Ok(())
+}

@@ -1,0 +1,57 @@
+//! `added-mass`: payload or inertia error.
+
+use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "added-mass",
+    place: Place::Transmission,
+    hosts: &[HostKind::Body],
+    parameters: &[Parameter::linear("mass", Dimension::MASS, Some(0.0), 2.0, (-1e5, 1e5), "beyond the believed one; may be negative")],
+    summary: "payload or inertia error",
+    documentation: "\
+## Model
+The body weighs `mass` more than believed (or less; what remains must be more than nothing).
+
+## Where it comes from
+Payloads, grippers and cables that nobody entered, motor and gear inertia off the data sheet.
+
+## How it shows
+Free acceleration is lower by one factor at all frequencies below the first mode, which moves down. Static force in
+contact is as predicted. Free motion alone cannot tell it from `drive-gain`. `tool-inertia` shows in the force reading
+only, and the motion stays as it was.
+
+## Source
+C. G. Atkeson, C. H. An and J. M. Hollerbach, Estimation of inertial parameters of manipulator loads and links,
+International Journal of Robotics Research 5 (1986).
+",
+    dissipative: false,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [mass] = values(parameters);
+    let node = machine.node_mut(host, &DEFINITION)?;
+    if node.mass_kg + mass <= 0.0 {
+        return Err(EffectError::MassExceeded { parameter: "mass", value_kg: mass, available_kg: node.mass_kg });
+    }
+    node.mass_kg += mass;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::fixture::{self, MOTOR};
+
+    #[test]
+    fn prop_a_body_keeps_some_mass() {
+        let mut machine = fixture::flexible();
+        let all = machine.nodes[1].mass_kg;
+        let error = DEFINITION.apply(&mut machine, MOTOR, &[-all]).unwrap_err();
+        assert_eq!(error, EffectError::MassExceeded { parameter: "mass", value_kg: -all, available_kg: all });
+        DEFINITION.apply(&mut machine, MOTOR, &[-0.5 * all]).unwrap();
+        assert!(machine.nodes[1].mass_kg > 0.0);
+    }
+}

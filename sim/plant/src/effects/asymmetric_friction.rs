@@ -1,0 +1,43 @@
+//! `asymmetric-friction`: dry friction of two levels, one for each direction.
+
+use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "asymmetric-friction",
+    place: Place::Guide,
+    hosts: &[HostKind::Spring],
+    parameters: &[
+        Parameter::log("level", Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "mean of the two levels"),
+        Parameter::linear("asymmetry", Dimension::NONE, None, 0.3, (-1.0, 1.0), "half the difference of the levels, over their mean"),
+    ],
+    summary: "dry friction of two levels, one for each direction",
+    documentation: "\
+## Model
+Sliding towards +, the guide resists with `level (1 + asymmetry)`, towards - with `level (1 - asymmetry)`; at rest it
+holds up to the level of the direction in which it would start.
+
+## Where it comes from
+Lip seals, worn or tilted guides, gears whose two flanks differ.
+
+## How it shows
+In steady motion it is `coulomb-friction` of the mean level and a `constant-load` of the size `level asymmetry`; the
+load would also have to be carried at rest, and friction would not. Where the axis only ever moves one way the three
+cannot be told apart.
+
+## Source
+C. Canudas de Wit, K. J. Åström and K. Braun, Adaptive friction compensation in DC-motor drives, IEEE Journal of
+Robotics and Automation 3 (1987).
+",
+    dissipative: true,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [level, asymmetry] = values(parameters);
+    let friction = &mut machine.link_mut(host, &DEFINITION)?.friction;
+    friction.forward += level * (1.0 + asymmetry);
+    friction.backward += level * (1.0 - asymmetry);
+    Ok(())
+}

@@ -1,0 +1,146 @@
+//! `backlash`: free play in a spring, with a stiff transmission where there was none.
+
+use std::f64::consts::TAU;
+
+use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+/// A stiffness or damping that the effect chooses itself.
+const DERIVED: f64 = 0.0;
+/// Frequency of the two bodies on derived flanks: well above what a force loop excites, low enough to be simulated with steps of 0.1 ms.
+const FLANK_FREQUENCY_HZ: f64 = 1000.0;
+const FLANK_DAMPING_RATIO: f64 = 0.1;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "backlash",
+    place: Place::Transmission,
+    hosts: &[HostKind::Spring, HostKind::RigidSpring],
+    parameters: &[
+        Parameter::log("width", Dimension::LENGTH, Some(0.0), 2e-5, (0.0, 1.0), "free play from one flank to the other"),
+        Parameter::log("stiffness", Dimension::STIFFNESS, None, DERIVED, (0.0, 1e12), "of the flanks of a rigid spring; 0: derived")
+            .or(DERIVED),
+        Parameter::log("damping", Dimension::DAMPING, None, DERIVED, (0.0, 1e9), "of the flanks of a rigid spring; 0: derived").or(DERIVED),
+    ],
+    summary: "free play in a spring, with a stiff transmission where there was none",
+    documentation: "\
+## Model
+Within `|e| < width / 2` neither stiffness nor damping acts; beyond it the force is
+`k (e - sign(e) width / 2) + c de/dt`, and it only pushes the flanks apart. A rigid spring must first yield:
+`stiffness` and `damping` are those of its flanks. Left out (or zero), they are such that the two bodies, free
+otherwise, would ring at 1000 Hz with a damping ratio of 0.1: `k = mu (2 pi 1000)^2`, `c = 0.2 sqrt(k mu)`, `mu` their
+reduced mass. So on a rigid spring a width of zero is the ideal machine up to that stiffness. A spring that has its
+own stiffness keeps it and takes neither.
+
+## Where it comes from
+Gears, splines, nuts, keys, worn couplings.
+
+## How it shows
+At every reversal of the force in the transmission the tip waits and then is hit; small oscillations see a softer
+transmission, so a mode sinks as the amplitude does, and with an integrator or a high gain a limit cycle of the size
+of the gap remains. While contact preloads the gap it is invisible. `coulomb-friction` also loses motion at reversals,
+but of the velocity, and it damps; `hardening-stiffness` also stiffens with amplitude, but smoothly.
+
+## Source
+M. Nordin and P.-O. Gutman, Controlling mechanical systems with backlash: a survey, Automatica 38 (2002): the
+dead-zone model with damping.
+",
+    dissipative: false,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [width, stiffness, damping] = values(parameters);
+    let Host::Spring(spring) = host else { return Err(machine.wrong_host(host, &DEFINITION)) };
+    if machine.links[spring].rigid {
+        set_flanks(machine, spring, stiffness, damping)?;
+    } else {
+        for (parameter, value) in [("stiffness", stiffness), ("damping", damping)] {
+            if value > 0.0 {
+                return Err(EffectError::Value { parameter, value, reason: "this spring has its own; leave it out" });
+            }
+        }
+        if machine.links[spring].stiffness <= 0.0 {
+            return Err(EffectError::WrongSite { kind: DEFINITION.kind, needs: "a spring with stiffness, or a rigid one" });
+        }
+    }
+    machine.links[spring].play += width;
+    Ok(())
+}
+
+/// Makes a rigid spring stiff.
+fn set_flanks(machine: &mut Assembly, spring: usize, stiffness: f64, damping: f64) -> Result<(), EffectError> {
+    let (a, b) = (machine.links[spring].a, machine.links[spring].b);
+    // Each side moves with all that is rigidly joined to it, but no longer with the other side.
+    machine.links[spring].rigid = false;
+    let mu = 1.0 / (1.0 / machine.rigid_mass_kg(a) + 1.0 / machine.rigid_mass_kg(b));
+    if !mu.is_finite() {
+        machine.links[spring].rigid = true;
+        return Err(EffectError::WrongSite { kind: DEFINITION.kind, needs: "a spring with a free body at one end at least" });
+    }
+    let k = if stiffness > 0.0 { stiffness } else { mu * (TAU * FLANK_FREQUENCY_HZ).powi(2) };
+    let c = if damping > 0.0 { damping } else { 2.0 * FLANK_DAMPING_RATIO * (k * mu).sqrt() };
+    machine.links[spring].set_flexible(k, c);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::fixture::{self, GUIDE, TRANSMISSION};
+
+    /// A product, a quotient and a root, each rounded once.
+    const ROUNDING: f64 = 1e-14;
+
+    #[test]
+    fn truth_a_rigid_spring_rings_at_1000_hz() {
+        let mut machine = fixture::rigid();
+        DEFINITION.apply(&mut machine, TRANSMISSION, &[3e-5, DERIVED, DERIVED]).unwrap();
+        let link = &machine.links[1];
+        let mu = 7.0 * 5.0 / 12.0;
+        let frequency_hz = (link.stiffness / mu).sqrt() / TAU;
+        let damping_ratio = link.damping / (2.0 * (link.stiffness * mu).sqrt());
+        assert!((frequency_hz / 1000.0 - 1.0).abs() < ROUNDING, "{frequency_hz}");
+        assert!((damping_ratio / 0.1 - 1.0).abs() < ROUNDING, "{damping_ratio}");
+        assert!(!link.rigid && link.play > 0.0);
+    }
+
+    #[test]
+    fn truth_against_ground_the_reduced_mass_is_that_of_the_body() {
+        let mut machine = fixture::rigid();
+        machine.links[0].rigid = true;
+        DEFINITION.apply(&mut machine, GUIDE, &[3e-5, DERIVED, DERIVED]).unwrap();
+        // The motor moves as one with the tip: 12 kg.
+        let frequency_hz = (machine.links[0].stiffness / 12.0).sqrt() / TAU;
+        assert!((frequency_hz / 1000.0 - 1.0).abs() < ROUNDING, "{frequency_hz}");
+    }
+
+    #[test]
+    fn truth_given_flanks_are_kept() {
+        let mut machine = fixture::rigid();
+        DEFINITION.apply(&mut machine, TRANSMISSION, &[3e-5, 1e6, 50.0]).unwrap();
+        let mut expected = fixture::rigid();
+        expected.links[1].set_flexible(1e6, 50.0);
+        expected.links[1].play = 3e-5;
+        assert_eq!(machine, expected);
+    }
+
+    #[test]
+    fn prop_a_flexible_spring_keeps_its_stiffness() {
+        let mut machine = fixture::flexible();
+        assert!(matches!(
+            DEFINITION.apply(&mut machine, TRANSMISSION, &[3e-5, 1e6, DERIVED]),
+            Err(EffectError::Value { parameter: "stiffness", .. })
+        ));
+        DEFINITION.apply(&mut machine, TRANSMISSION, &[3e-5, DERIVED, DERIVED]).unwrap();
+        let mut expected = fixture::flexible();
+        expected.links[1].play = 3e-5;
+        assert_eq!(machine, expected);
+    }
+
+    #[test]
+    fn prop_a_viscous_guide_has_no_flanks() {
+        let mut machine = fixture::flexible();
+        assert!(matches!(DEFINITION.apply(&mut machine, GUIDE, &[3e-5, DERIVED, DERIVED]), Err(EffectError::WrongSite { .. })));
+    }
+}

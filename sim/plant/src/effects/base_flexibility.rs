@@ -1,0 +1,101 @@
+//! `base-flexibility`: guide, actuator reaction and workpiece ride on a base that moves.
+
+use super::{ABOVE_ZERO, Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::{Assembly, GROUND_NODE};
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "base-flexibility",
+    place: Place::Base,
+    hosts: &[HostKind::RigidSpring, HostKind::Spring],
+    parameters: &[
+        Parameter::log("mass", Dimension::MASS, None, 180.0, (ABOVE_ZERO, 1e6), "mass of the base"),
+        Parameter::log("stiffness", Dimension::STIFFNESS, None, 1.0e6, (ABOVE_ZERO, 1e12), "stiffness of its mount"),
+        Parameter::log("damping", Dimension::DAMPING, None, 800.0, (0.0, 1e9), "damping of its mount"),
+    ],
+    summary: "guide, actuator reaction and workpiece ride on a base that moves",
+    documentation: "\
+## Model
+`mass x_b'' = -stiffness x_b - damping x_b' + (all that guide, drive and workpiece exert on the base)`. Under a rigid
+mount (a spring between ground and a body), that body is the base: it gets `mass`, and the mount yields. Under a guide
+to ground, a base is put between: every spring, contact and drive end that was on ground moves to it. Sensors stay
+where they are, so a reading relative to ground stays absolute; where an encoder rides on the base, describe the base
+as a body on a rigid mount and name it in `relative_to`.
+
+## Where it comes from
+Machine frames on rubber feet, robot columns, benches, floors.
+
+## How it shows
+A pole pair beside a zero pair at 5 to 20 Hz: the phase dips and recovers, since in the mode drive and contact move
+the same way against the base (it is colocated). It hardly bounds the gain where its damping suffices.
+`workpiece-dynamics` makes the same figure at higher frequency and in contact only; the base shows in free motion too.
+A slow oscillation after steps looks like that of a force loop with an `actuator-lag`.
+
+## Source
+S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on Robotics and
+Automation 8 (1992): robot base dynamics.
+",
+    dissipative: false,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [mass, stiffness, damping] = values(parameters);
+    let Host::Spring(spring) = host else { return Err(machine.wrong_host(host, &DEFINITION)) };
+    let link = &mut machine.links[spring];
+    let body = match (Assembly::is_ground(link.a), Assembly::is_ground(link.b)) {
+        (true, false) => link.b,
+        (false, true) => link.a,
+        _ => return Err(EffectError::WrongSite { kind: DEFINITION.kind, needs: "a spring with one end on ground" }),
+    };
+    if link.rigid {
+        link.set_flexible(stiffness, damping);
+        machine.nodes[body].mass_kg = mass;
+    } else {
+        let name = format!("{}-base", link.name);
+        let base = machine.add_node(name.clone(), mass, GROUND_NODE);
+        machine.move_everything(GROUND_NODE, base);
+        machine.add_link(name, GROUND_NODE, base, stiffness, damping);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::fixture::{self, GUIDE, TRANSMISSION};
+
+    const PARAMETERS: [f64; 3] = [180.0, 1e6, 800.0];
+
+    #[test]
+    fn truth_all_that_stood_on_ground_rides_on_the_base() {
+        let mut machine = fixture::flexible();
+        DEFINITION.apply(&mut machine, GUIDE, &PARAMETERS).unwrap();
+        let base = machine.nodes.len() - 1;
+        let mut expected = fixture::flexible();
+        expected.add_node("guide-base".into(), 180.0, GROUND_NODE);
+        expected.links[0].a = base;
+        expected.contacts[0].b = base;
+        expected.drives[0].reacts_on = base;
+        expected.add_link("guide-base".into(), GROUND_NODE, base, 1e6, 800.0);
+        assert_eq!(machine, expected);
+    }
+
+    #[test]
+    fn truth_a_rigid_mount_yields() {
+        let mut machine = fixture::flexible();
+        machine.links[0].rigid = true;
+        DEFINITION.apply(&mut machine, GUIDE, &PARAMETERS).unwrap();
+        let mut expected = fixture::flexible();
+        expected.links[0].set_flexible(1e6, 800.0);
+        expected.nodes[1].mass_kg = 180.0;
+        assert_eq!(machine, expected);
+    }
+
+    #[test]
+    fn prop_a_spring_away_from_ground_is_no_mount() {
+        for mut machine in [fixture::rigid(), fixture::flexible()] {
+            assert!(matches!(DEFINITION.apply(&mut machine, TRANSMISSION, &PARAMETERS), Err(EffectError::WrongSite { .. })));
+        }
+    }
+}

@@ -1,0 +1,38 @@
+//! `constant-load`: gravity or a cable pull.
+
+use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "constant-load",
+    place: Place::Guide,
+    hosts: &[HostKind::Spring],
+    parameters: &[Parameter::linear("force", Dimension::FORCE, Some(0.0), 10.0, (-1e6, 1e6), "force on the second body of the spring")],
+    summary: "gravity or a cable pull",
+    documentation: "\
+## Model
+A constant force acts on the second body of the spring, and its opposite on the first. Under a guide
+`between = [\"ground\", \"motor\"]` a positive one pushes the motor towards the workpiece.
+
+## Where it comes from
+Weight on an inclined axis, a counterbalance that is not quite right, hoses, cable chains.
+
+## How it shows
+The command that holds the axis still is not zero, and free motion is faster one way than the other.
+`asymmetric-friction` shows the same difference in motion but lets go at rest. In contact `force-bias` offsets force
+and reading alike in a closed loop; the command at rest in free motion parts them.
+
+## Source
+B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Planning and Control, Springer (2009):
+gravity in the equations of motion.
+",
+    dissipative: false,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [force] = values(parameters);
+    machine.link_mut(host, &DEFINITION)?.load += force;
+    Ok(())
+}

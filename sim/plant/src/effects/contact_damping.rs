@@ -1,0 +1,38 @@
+//! `contact-damping`: the contact's damping is another.
+
+use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "contact-damping",
+    place: Place::Contact,
+    hosts: &[HostKind::Contact],
+    parameters: &[Parameter::log("damping", Dimension::DAMPING, None, 250.0, (0.0, 1e9), "in place of the believed one")],
+    summary: "the contact's damping is another",
+    documentation: "\
+## Model
+The viscous part of the contact force is `damping dd/dt` in place of the believed one, `d` the compression. It
+vanishes at the value the contact has.
+
+## Where it comes from
+Rubber, foam, grease, squeeze films; the loss of a joint or bolt inside the sensor.
+
+## How it shows
+Bounces lose more (or less) energy, and the contact mode rings for a shorter (or longer) time at nearly the same
+frequency. `hunt-crossley-contact` loses energy in proportion to the impact speed too; the force at touch-down parts
+them: a step here, none there. `viscous-friction` damps free motion as well.
+
+## Source
+G. Gilardi and I. Sharf, Literature survey of contact dynamics modelling, Mechanism and Machine Theory 37 (2002): the
+spring-dashpot model.
+",
+    dissipative: false,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [damping] = values(parameters);
+    machine.contact_mut(host, &DEFINITION)?.law.damping = damping;
+    Ok(())
+}

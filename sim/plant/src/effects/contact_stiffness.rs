@@ -1,0 +1,39 @@
+//! `contact-stiffness`: the contact's stiffness is another.
+
+use super::{ABOVE_ZERO, Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "contact-stiffness",
+    place: Place::Contact,
+    hosts: &[HostKind::Contact],
+    parameters: &[Parameter::log("stiffness", Dimension::STIFFNESS, None, 1.2e5, (ABOVE_ZERO, 1e12), "in place of the believed one")],
+    summary: "the contact's stiffness is another",
+    documentation: "\
+## Model
+The elastic force is `stiffness d` in place of the believed `k d`. Where the law of the contact is a power of the
+compression, `stiffness` is its coefficient in N/m^n. It vanishes at the value the contact has.
+
+## Where it comes from
+Another material than planned, a worn or exchanged pad, a sensor whose own stiffness was taken from a data sheet.
+
+## How it shows
+In contact everything that stores energy there shifts: impacts are shorter and harder by `sqrt(stiffness)`, the
+contact mode moves, and the loop gain of a force loop moves in proportion. Static force under force control is as
+predicted. At low frequency `workpiece-dynamics` and `transmission-flexibility` are a softer contact too; only a mode
+parts them. `force-gain` changes the reading in proportion as well, but no frequency.
+
+## Source
+D. E. Whitney, Force feedback control of manipulator fine motions, ASME Journal of Dynamic Systems, Measurement, and
+Control 99 (1977): the loop gain is proportional to the stiffness.
+",
+    dissipative: false,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [stiffness] = values(parameters);
+    machine.contact_mut(host, &DEFINITION)?.law.stiffness = stiffness;
+    Ok(())
+}

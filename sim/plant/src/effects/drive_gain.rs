@@ -1,0 +1,37 @@
+//! `drive-gain`: force constant error: the command is scaled.
+
+use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "drive-gain",
+    place: Place::Drive,
+    hosts: &[HostKind::Actuator],
+    parameters: &[Parameter::linear("gain", Dimension::NONE, Some(1.0), 0.9, (-10.0, 10.0), "what the drive makes of one unit of command")],
+    summary: "force constant error: the command is scaled",
+    documentation: "\
+## Model
+The drive acts on `gain * u`, before its limits. A negative gain is a drive that is wired the wrong way round.
+
+## Where it comes from
+A force constant from the data sheet, demagnetised or hot magnets, gear efficiency, a mis-set current scale.
+
+## How it shows
+Every response to the command changes by one factor, at all frequencies and sizes, while forces that do not come from
+the command (weight, friction, contact) keep theirs. Free acceleration alone cannot tell it from `added-mass`; the
+static force in contact can. In contact alone it looks like `force-gain`, which free motion does not show.
+
+## Source
+M. Gautier and S. Briot, Global identification of joint drive gains and dynamic parameters of robots, ASME Journal of
+Dynamic Systems, Measurement, and Control 136 (2014).
+",
+    dissipative: false,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [gain] = values(parameters);
+    machine.drive_mut(host, &DEFINITION)?.gain *= gain;
+    Ok(())
+}

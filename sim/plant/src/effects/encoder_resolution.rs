@@ -1,0 +1,41 @@
+//! `encoder-resolution`: quantisation.
+
+use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "encoder-resolution",
+    place: Place::Encoder,
+    hosts: &[HostKind::MotionSensor],
+    parameters: &[Parameter::log("resolution", Dimension::LENGTH, Some(0.0), 5e-6, (0.0, 1.0), "step between neighbouring readings")],
+    summary: "quantisation",
+    documentation: "\
+## Model
+The reading is rounded to the nearest multiple of `resolution`, after whatever rounding the sensor has.
+
+## Where it comes from
+Encoder lines and their interpolation, integers in a counter, a coarse encoder before the gear.
+
+## How it shows
+Positions take few values; velocities from their differences are spiky with steps of `resolution` over the sample
+time, and joint damping passes the spikes to the drive. A stiff virtual wall hums where friction is too small to
+swallow a step. `force-resolution` does the same in the force channel; `timing-jitter` also scatters differences, but
+in proportion to speed.
+
+## Source
+J. J. Abbott and A. M. Okamura, Effects of position quantization and sampling rate on virtual-wall passivity, IEEE
+Transactions on Robotics 21 (2005).
+",
+    dissipative: false,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [resolution] = values(parameters);
+    let sensor = machine.sensor_mut(host, &DEFINITION)?;
+    if resolution > 0.0 {
+        sensor.resolutions.push(resolution);
+    }
+    Ok(())
+}

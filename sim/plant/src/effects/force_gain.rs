@@ -1,0 +1,36 @@
+//! `force-gain`: calibration error.
+
+use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "force-gain",
+    place: Place::ForceSensor,
+    hosts: &[HostKind::ForceSensor],
+    parameters: &[Parameter::linear("gain", Dimension::NONE, Some(1.0), 0.9, (-10.0, 10.0), "reading per unit of force")],
+    summary: "calibration error",
+    documentation: "\
+## Model
+The reading is `gain` times what it would be; its offset stays.
+
+## Where it comes from
+Calibration with another amplifier or cable, cross-talk from other axes, a mis-set range.
+
+## How it shows
+In contact every reading is off by one factor, and a force loop settles at the wrong true force. Contact frequencies
+stay, which parts it from `contact-stiffness` as long as anything but the reading is recorded. In static contact
+`drive-gain` has the same ratio of command to reading; free motion parts them.
+
+## Source
+E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill: static calibration and sensitivity.
+",
+    dissipative: false,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [gain] = values(parameters);
+    machine.sensor_mut(host, &DEFINITION)?.gain *= gain;
+    Ok(())
+}

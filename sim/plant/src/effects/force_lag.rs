@@ -1,0 +1,57 @@
+//! `force-lag`: first-order low-pass in the force channel.
+
+use std::f64::consts::TAU;
+
+use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::Assembly;
+use crate::description::LowPass;
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "force-lag",
+    place: Place::ForceSensor,
+    hosts: &[HostKind::ForceSensor],
+    parameters: &[Parameter::log("time_constant", Dimension::TIME, Some(0.0), 1e-3, (0.0, 10.0), "time to cover 63 % of a step")],
+    summary: "first-order low-pass in the force channel",
+    documentation: "\
+## Model
+The reading `y` follows the force `F` by `time_constant dy/dt + y = F`, in series with the filters the sensor has: a
+corner at `1 / (2 pi time_constant)`.
+
+## Where it comes from
+Anti-aliasing filters, strain-gauge amplifiers, averaging in the sensor.
+
+## How it shows
+Recorded impacts are lower, later and have a tail; a force loop loses phase and then gain. The motion itself shows
+nothing while the loop is open. Well below the corner `force-delay` of the same time looks the same. In a closed loop
+`actuator-lag` costs as much phase, but it shows in free motion.
+
+## Source
+G. F. Franklin, J. D. Powell and M. L. Workman, Digital Control of Dynamic Systems, Addison-Wesley: antialiasing
+prefilters.
+",
+    dissipative: false,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [time_constant] = values(parameters);
+    let sensor = machine.sensor_mut(host, &DEFINITION)?;
+    if time_constant > 0.0 {
+        sensor.filters.push(LowPass::FirstOrder { corner_hz: 1.0 / (TAU * time_constant) });
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::fixture::{self, FORCE};
+
+    #[test]
+    fn truth_a_time_constant_of_one_over_two_pi_is_one_hertz() {
+        let mut machine = fixture::flexible();
+        DEFINITION.apply(&mut machine, FORCE, &[1.0 / TAU]).unwrap();
+        assert_eq!(machine.sensors[0].filters, [LowPass::FirstOrder { corner_hz: 1.0 }]);
+    }
+}

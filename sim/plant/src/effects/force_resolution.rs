@@ -1,0 +1,39 @@
+//! `force-resolution`: quantisation.
+
+use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "force-resolution",
+    place: Place::ForceSensor,
+    hosts: &[HostKind::ForceSensor],
+    parameters: &[Parameter::log("resolution", Dimension::FORCE, Some(0.0), 0.5, (0.0, 1e6), "step between neighbouring readings")],
+    summary: "quantisation",
+    documentation: "\
+## Model
+The reading is rounded to the nearest multiple of `resolution`, after whatever rounding the sensor has.
+
+## Where it comes from
+Converters with few bits over a wide range, integers on a field bus.
+
+## How it shows
+Readings take few values. Where the force crosses many steps per sample it is white noise of `resolution / sqrt(12)`;
+where it crosses few, an integrating loop hunts between two values, much as it does with `coulomb-friction`.
+`encoder-resolution` does the same to positions.
+
+## Source
+B. Widrow and I. Kollár, Quantization Noise, Cambridge University Press (2008).
+",
+    dissipative: false,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [resolution] = values(parameters);
+    let sensor = machine.sensor_mut(host, &DEFINITION)?;
+    if resolution > 0.0 {
+        sensor.resolutions.push(resolution);
+    }
+    Ok(())
+}

@@ -1,0 +1,66 @@
+//! `hardening-stiffness`: the force grows faster than the deflection.
+
+use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "hardening-stiffness",
+    place: Place::Transmission,
+    hosts: &[HostKind::Spring, HostKind::Contact],
+    parameters: &[Parameter::log("cubic", Dimension::CUBIC_STIFFNESS, Some(0.0), 5e12, (0.0, 1e20), "force per cube of deflection")],
+    summary: "the force grows faster than the deflection",
+    documentation: "\
+## Model
+The elastic force of the spring or contact is `k d + cubic d^3`, `d` its elongation or compression (beyond its free
+play, where it has some).
+
+## Where it comes from
+Harmonic drives, rolling elements, rubber, fixtures that seat themselves under load.
+
+## How it shows
+Modes rise with amplitude and with preload, and the peak of a resonance leans towards high frequency. At one amplitude
+and preload a harder spring looks the same: `contact-stiffness` for a contact, `transmission-flexibility` for a
+transmission. `hertz-contact` also hardens, most of all at small force, where this effect is linear.
+
+## Source
+A. H. Nayfeh and D. T. Mook, Nonlinear Oscillations, Wiley (1979): the Duffing oscillator. For harmonic drives, T. D.
+Tuttle and W. P. Seering, A nonlinear model of a harmonic drive gear transmission, IEEE Transactions on Robotics and
+Automation 12 (1996).
+",
+    dissipative: false,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [cubic] = values(parameters);
+    if let Host::Contact(_) = host {
+        machine.contact_mut(host, &DEFINITION)?.law.cubic += cubic;
+    } else {
+        machine.link_mut(host, &DEFINITION)?.cubic += cubic;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::fixture::{self, TRANSMISSION};
+
+    #[test]
+    fn prop_a_rigid_spring_has_no_stiffness_to_grow() {
+        let mut machine = fixture::rigid();
+        assert!(matches!(DEFINITION.apply(&mut machine, TRANSMISSION, &[1e12]), Err(EffectError::WrongHost { .. })));
+    }
+
+    #[test]
+    fn truth_spring_and_contact_take_it() {
+        let mut machine = fixture::flexible();
+        DEFINITION.apply(&mut machine, TRANSMISSION, &[1e12]).unwrap();
+        DEFINITION.apply(&mut machine, Host::Contact(0), &[2e12]).unwrap();
+        let mut expected = fixture::flexible();
+        expected.links[1].cubic = 1e12;
+        expected.contacts[0].law.cubic = 2e12;
+        assert_eq!(machine, expected);
+    }
+}

@@ -1,0 +1,42 @@
+//! `hertz-contact`: the force grows with a power of the compression.
+
+use super::{ABOVE_ZERO, Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "hertz-contact",
+    place: Place::Contact,
+    hosts: &[HostKind::Contact],
+    parameters: &[
+        Parameter::linear("exponent", Dimension::NONE, None, 1.5, (1.0, 5.0), "1.5 for smooth spheres, 1 for a spring"),
+        Parameter::log("stiffness", Dimension::POWER_STIFFNESS, None, 2e7, (ABOVE_ZERO, 1e15), "force at a compression of one metre"),
+    ],
+    summary: "the force grows with a power of the compression",
+    documentation: "\
+## Model
+The elastic force is `stiffness d^exponent`, `d` the compression, in place of the believed one. On a linear contact it
+vanishes at `exponent = 1` and the stiffness which the contact has.
+
+## Where it comes from
+Curved surfaces: the area of contact grows as they are pressed together. Rough surfaces follow similar powers.
+
+## How it shows
+The stiffness grows with force as `F^((n - 1) / n)`, `n` the exponent: a force loop that is stable at a light touch
+turns unstable when pressing, and touch-down is soft. About one force level `contact-stiffness` looks the same; two
+levels part them. `hardening-stiffness` is nearly linear at small force, where this effect changes most.
+
+## Source
+K. L. Johnson, Contact Mechanics, Cambridge University Press (1985), chapter 4.
+",
+    dissipative: false,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [exponent, stiffness] = values(parameters);
+    let law = &mut machine.contact_mut(host, &DEFINITION)?.law;
+    law.exponent = exponent;
+    law.stiffness = stiffness;
+    Ok(())
+}

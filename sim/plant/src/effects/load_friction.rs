@@ -1,0 +1,39 @@
+//! `load-friction`: the Coulomb level grows with the contact force.
+
+use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "load-friction",
+    place: Place::Guide,
+    hosts: &[HostKind::Spring],
+    parameters: &[Parameter::log("ratio", Dimension::NONE, Some(0.0), 0.1, (0.0, 10.0), "friction level per unit of contact force")],
+    summary: "the Coulomb level grows with the contact force",
+    documentation: "\
+## Model
+The level of dry friction, sliding and at rest, is `ratio |F|` above what it is without contact, `F` the sum of the
+contact forces.
+
+## Where it comes from
+Screws, gears and plain guides that carry the process force, guides that are tilted by it.
+
+## How it shows
+Free motion is as predicted. In contact, the command for a force on the way up and on the way down differs by twice
+the ratio: a hysteresis in proportion to the force. At one contact force `coulomb-friction` does the same, but it also
+acts in free motion. `contact-damping` also opens a loop between force and compression, one that closes at slow
+motion.
+
+## Source
+A. C. Bittencourt and S. Gunnarsson, Static friction in a robot joint: modeling and identification of load and
+temperature effects, ASME Journal of Dynamic Systems, Measurement, and Control 134 (2012).
+",
+    dissipative: true,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [ratio] = values(parameters);
+    machine.link_mut(host, &DEFINITION)?.friction.load_ratio += ratio;
+    Ok(())
+}

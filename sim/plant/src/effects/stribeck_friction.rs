@@ -1,0 +1,77 @@
+//! `stribeck-friction`: dry friction whose level falls from static to Coulomb with speed.
+
+use super::{ABOVE_ZERO, Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "stribeck-friction",
+    place: Place::Guide,
+    hosts: &[HostKind::Spring],
+    parameters: &[
+        Parameter::log("coulomb", Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "level far above the Stribeck speed"),
+        Parameter::log("static", Dimension::FORCE, Some(0.0), 15.0, (0.0, 1e6), "level at rest, not below `coulomb`"),
+        Parameter::log("velocity", Dimension::VELOCITY, None, 0.01, (ABOVE_ZERO, 1e3), "Stribeck speed, over which the level falls"),
+    ],
+    summary: "dry friction whose level falls from static to Coulomb with speed",
+    documentation: "\
+## Model
+Sliding at speed `v`, the guide resists with `(coulomb + (static - coulomb) exp(-(v / velocity)^2)) sign(v)`; at rest
+it takes any value up to `static`.
+
+## Where it comes from
+Lubricated guides and gears: at low speed the film is too thin to keep the surfaces apart.
+
+## How it shows
+The breakaway force exceeds the force needed to keep moving, so slow motion is a sequence of sticks and jumps, and a
+force loop with an integrator hunts with a sharper rhythm. Above a few times `velocity` it is `coulomb-friction`, and
+only slow motion or reversals part them. A falling level looks like negative `viscous-friction` over a narrow range of
+speeds.
+
+## Source
+B. Armstrong-Hélouvry, P. Dupont and C. Canudas de Wit, A survey of models, analysis tools and compensation methods
+for the control of machines with friction, Automatica 30 (1994).
+",
+    dissipative: true,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [coulomb, static_level, velocity] = values(parameters);
+    let friction = &mut machine.link_mut(host, &DEFINITION)?.friction;
+    let excess = static_level - coulomb;
+    if excess < 0.0 {
+        return Err(EffectError::Value { parameter: "static", value: static_level, reason: "the level at rest is not below `coulomb`" });
+    }
+    friction.forward += coulomb;
+    friction.backward += coulomb;
+    if excess > 0.0 {
+        friction.stribeck_excess += excess;
+        friction.stribeck_velocity = velocity;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::fixture::{self, TRANSMISSION};
+
+    #[test]
+    fn truth_excess_is_static_less_coulomb() {
+        let mut machine = fixture::flexible();
+        DEFINITION.apply(&mut machine, TRANSMISSION, &[10.0, 16.0, 0.02]).unwrap();
+        let friction = machine.links[1].friction;
+        let expected =
+            crate::assembly::Friction { forward: 10.0, backward: 10.0, stribeck_excess: 6.0, stribeck_velocity: 0.02, load_ratio: 0.0 };
+        assert_eq!(friction, expected);
+    }
+
+    #[test]
+    fn prop_a_level_that_rises_with_speed_is_refused() {
+        let mut machine = fixture::flexible();
+        let error = DEFINITION.apply(&mut machine, TRANSMISSION, &[10.0, 9.0, 0.02]).unwrap_err();
+        assert!(matches!(error, EffectError::Value { parameter: "static", .. }));
+        assert_eq!(machine, fixture::flexible());
+    }
+}

@@ -1,0 +1,30 @@
+//! `timing-jitter`: controller samples are taken off the grid.
+
+use super::{Change, Definition, HostKind, Parameter, Place};
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "timing-jitter",
+    place: Place::Timing,
+    hosts: &[HostKind::Controller],
+    parameters: &[Parameter::log("sigma", Dimension::TIME, Some(0.0), 5e-5, (0.0, 1.0), "one standard deviation of the sample times")],
+    summary: "controller samples are taken off the grid",
+    documentation: "\
+## Model
+Sample `i` of the controller is taken at `i period + w_i`, `w_i` random with standard deviation `sigma`, while the
+controller computes as if the grid were exact.
+
+## Where it comes from
+Operating systems that are not real-time, shared buses, interrupts.
+
+## How it shows
+Differences of positions scatter in proportion to speed, so noise grows in fast motion and vanishes at rest; the mean
+delay stays, which parts it from `command-delay`. `encoder-resolution` scatters differences as well, at any speed.
+
+## Source
+B. Wittenmark, J. Nilsson and M. Törngren, Timing problems in real-time control systems, American Control Conference
+(1995).
+",
+    dissipative: false,
+    change: Change::SampleJitter,
+};

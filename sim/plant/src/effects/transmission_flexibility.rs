@@ -1,0 +1,128 @@
+//! `transmission-flexibility`: splits one body into two, with a spring between.
+
+use super::{ABOVE_ZERO, Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::{Assembly, NodeId};
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "transmission-flexibility",
+    place: Place::Transmission,
+    hosts: &[HostKind::RigidSpring, HostKind::Spring, HostKind::Body],
+    parameters: &[
+        Parameter::log("stiffness", Dimension::STIFFNESS, None, 1.2e6, (ABOVE_ZERO, 1e12), "stiffness between motor and tip"),
+        Parameter::log("damping", Dimension::DAMPING, None, 120.0, (0.0, 1e9), "damping between motor and tip"),
+        Parameter::log("tip_mass", Dimension::MASS, None, 5.0, (ABOVE_ZERO, 1e5), "share of the mass on the tip's side"),
+    ],
+    summary: "splits one body into two, with a spring between",
+    documentation: "\
+## Model
+Two bodies with the force `stiffness e + damping de/dt` between them, `e` their elongation. Under a spring (rigid or
+not) the second body weighs `tip_mass` and the first the rest of what the two weighed together. Under a body, the body
+is split: its contacts move to a new one of `tip_mass`, and guides, drives and sensors of motion stay. The ideal
+machine is the limit of great stiffness.
+
+## Where it comes from
+Belts, gears, screws, harmonic drives, couplings, bending links, the mount of a tool.
+
+## How it shows
+Between motor and tip a mode appears that the motor moves and the contact force hears from the other side: a sharp
+drop of 180 degrees in phase, after which force feedback destabilises it (the noncolocated mode). Seen from the motor
+alone the mode is a zero pair before a pole pair and the phase returns; `workpiece-dynamics` and `base-flexibility`
+look like that from the contact force too. Far below the mode it is a smaller contact stiffness: `contact-stiffness`
+looks the same there.
+
+## Source
+S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on Robotics and
+Automation 8 (1992): transmission dynamics. Also M. W. Spong, Modeling and control of elastic joint robots, ASME
+Journal of Dynamic Systems, Measurement, and Control 109 (1987).
+",
+    dissipative: false,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [stiffness, damping, tip_mass] = values(parameters);
+    match host {
+        Host::Body(body) => split_body(machine, body, [stiffness, damping, tip_mass]),
+        Host::Spring(spring) => {
+            let (a, b) = (machine.links[spring].a, machine.links[spring].b);
+            if Assembly::is_ground(a) || Assembly::is_ground(b) {
+                return Err(EffectError::WrongSite { kind: DEFINITION.kind, needs: "a body, or a spring between two bodies" });
+            }
+            let rest = rest_kg(machine.nodes[a].mass_kg + machine.nodes[b].mass_kg, tip_mass)?;
+            machine.nodes[a].mass_kg = rest;
+            machine.nodes[b].mass_kg = tip_mass;
+            machine.links[spring].set_flexible(stiffness, damping);
+            Ok(())
+        }
+        _ => Err(machine.wrong_host(host, &DEFINITION)),
+    }
+}
+
+fn split_body(machine: &mut Assembly, body: NodeId, [stiffness, damping, tip_mass]: [f64; 3]) -> Result<(), EffectError> {
+    let rest = rest_kg(machine.nodes[body].mass_kg, tip_mass)?;
+    let name = machine.nodes[body].name.clone();
+    let tip = machine.add_node(format!("{name}-tip"), tip_mass, body);
+    machine.nodes[body].mass_kg = rest;
+    machine.move_contacts(body, tip);
+    machine.add_link(format!("{name}-transmission"), body, tip, stiffness, damping);
+    Ok(())
+}
+
+/// What is left for the motor's side.
+fn rest_kg(total_kg: f64, tip_mass: f64) -> Result<f64, EffectError> {
+    if tip_mass >= total_kg {
+        return Err(EffectError::MassExceeded { parameter: "tip_mass", value_kg: tip_mass, available_kg: total_kg });
+    }
+    Ok(total_kg - tip_mass)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::fixture::{self, GUIDE, MOTOR, TRANSMISSION};
+
+    const PARAMETERS: [f64; 3] = [3e5, 40.0, 4.0];
+
+    #[test]
+    fn truth_a_rigid_and_a_flexible_spring_become_the_same() {
+        let (mut rigid, mut flexible) = (fixture::rigid(), fixture::flexible());
+        DEFINITION.apply(&mut rigid, TRANSMISSION, &PARAMETERS).unwrap();
+        DEFINITION.apply(&mut flexible, TRANSMISSION, &PARAMETERS).unwrap();
+        assert_eq!(rigid, flexible);
+        let masses: Vec<f64> = rigid.nodes[1..].iter().map(|node| node.mass_kg).collect();
+        assert_eq!(masses, [8.0, 4.0]);
+    }
+
+    #[test]
+    fn truth_a_split_body_hands_its_contacts_to_the_tip() {
+        let mut machine = fixture::rigid();
+        // The tip of the fixture carries the contact.
+        DEFINITION.apply(&mut machine, Host::Body(2), &PARAMETERS).unwrap();
+        let ideal = fixture::rigid();
+        let tip = machine.nodes.len() - 1;
+        assert_eq!(machine.nodes[tip].name, "tip-tip");
+        assert_eq!((machine.nodes[2].mass_kg, machine.nodes[tip].mass_kg), (1.0, 4.0));
+        assert_eq!((machine.contacts[0].a, machine.contacts[0].b), (tip, 0));
+        assert_eq!((&machine.drives, &machine.sensors), (&ideal.drives, &ideal.sensors));
+        assert_eq!(machine.links[..2], ideal.links[..]);
+        let link = &machine.links[2];
+        assert_eq!((link.a, link.b, link.rigid), (2, tip, false));
+    }
+
+    #[test]
+    fn prop_the_motor_keeps_some_mass() {
+        for (host, available_kg) in [(TRANSMISSION, 12.0), (MOTOR, 7.0)] {
+            let mut machine = fixture::rigid();
+            let error = DEFINITION.apply(&mut machine, host, &[3e5, 40.0, 12.0]).unwrap_err();
+            assert_eq!(error, EffectError::MassExceeded { parameter: "tip_mass", value_kg: 12.0, available_kg });
+            assert_eq!(machine, fixture::rigid());
+        }
+    }
+
+    #[test]
+    fn prop_a_spring_to_ground_is_no_transmission() {
+        let mut machine = fixture::rigid();
+        assert!(matches!(DEFINITION.apply(&mut machine, GUIDE, &PARAMETERS), Err(EffectError::WrongSite { .. })));
+    }
+}

@@ -1,0 +1,105 @@
+//! `workpiece-dynamics`: the workpiece yields.
+
+use super::{ABOVE_ZERO, Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use crate::assembly::{Assembly, NodeId};
+use crate::units::Dimension;
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: "workpiece-dynamics",
+    place: Place::Workpiece,
+    hosts: &[HostKind::RigidSpring, HostKind::Contact],
+    parameters: &[
+        Parameter::log("mass", Dimension::MASS, None, 3.0, (ABOVE_ZERO, 1e6), "mass of the workpiece"),
+        Parameter::log("stiffness", Dimension::STIFFNESS, None, 1.5e6, (ABOVE_ZERO, 1e12), "stiffness of its fixture"),
+        Parameter::log("damping", Dimension::DAMPING, None, 150.0, (0.0, 1e9), "damping of its fixture"),
+    ],
+    summary: "the workpiece yields",
+    documentation: "\
+## Model
+`mass x_w'' = F - stiffness e - damping de/dt`, `F` the contact force and `e` the elongation of the fixture. Under a
+rigid fixture (a spring), the workpiece is the end that a contact names second (or else the second end that is not
+ground): it gets `mass`, and the fixture yields. Under a contact, a workpiece is put between the contact and what it
+touched.
+
+## Where it comes from
+Thin sheets, long parts, clamps, jigs, a hand that holds the part.
+
+## How it shows
+In contact a zero pair at `sqrt(stiffness / mass)` stands beside a pole pair: between the two the phase swings by up
+to 180 degrees and then returns, so that an adequate rigid-body phase margin survives. Free motion is as predicted,
+which parts it from `base-flexibility`. Far below the mode only the series stiffness counts, so `contact-stiffness`
+looks the same there.
+
+## Source
+S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on Robotics and
+Automation 8 (1992): workpiece dynamics.
+",
+    dissipative: false,
+    change: Change::Plant(apply),
+};
+
+fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
+    let [mass, stiffness, damping] = values(parameters);
+    match host {
+        Host::Spring(spring) => {
+            let workpiece = workpiece_end(machine, spring).ok_or_else(|| machine.wrong_host(host, &DEFINITION))?;
+            machine.nodes[workpiece].mass_kg = mass;
+            machine.links[spring].set_flexible(stiffness, damping);
+            Ok(())
+        }
+        Host::Contact(contact) => {
+            let touched = machine.contacts[contact].b;
+            let name = format!("{}-workpiece", machine.contacts[contact].name);
+            let workpiece = machine.add_node(name.clone(), mass, touched);
+            machine.contacts[contact].b = workpiece;
+            machine.add_link(name, touched, workpiece, stiffness, damping);
+            Ok(())
+        }
+        _ => Err(machine.wrong_host(host, &DEFINITION)),
+    }
+}
+
+/// The end of a fixture that is the workpiece: what a contact touches, or else the second, but never ground.
+fn workpiece_end(machine: &Assembly, spring: usize) -> Option<NodeId> {
+    let link = &machine.links[spring];
+    let bodies = || [link.b, link.a].into_iter().filter(|&end| !Assembly::is_ground(end));
+    let touched = |end: &NodeId| machine.contacts.iter().any(|contact| contact.b == *end);
+    bodies().find(touched).or_else(|| bodies().next())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assembly::{GROUND_NODE, Link};
+    use crate::effects::fixture::{self, TOOL};
+
+    const PARAMETERS: [f64; 3] = [3.0, 1.5e6, 150.0];
+
+    #[test]
+    fn truth_a_workpiece_comes_between_contact_and_ground() {
+        let mut machine = fixture::flexible();
+        DEFINITION.apply(&mut machine, TOOL, &PARAMETERS).unwrap();
+        let mut expected = fixture::flexible();
+        let workpiece = expected.add_node("tool-workpiece".into(), 3.0, GROUND_NODE);
+        expected.contacts[0].b = workpiece;
+        expected.add_link("tool-workpiece".into(), GROUND_NODE, workpiece, 1.5e6, 150.0);
+        assert_eq!(machine, expected);
+    }
+
+    #[test]
+    fn truth_the_touched_end_of_a_fixture_is_the_workpiece() {
+        // Whichever way round the fixture is written, and whether or not its other end is ground.
+        for (other, turned) in [(GROUND_NODE, false), (GROUND_NODE, true), (1, false), (1, true)] {
+            let mut ideal = fixture::flexible();
+            let workpiece = ideal.add_node("workpiece".into(), 1.0, GROUND_NODE);
+            ideal.contacts[0].b = workpiece;
+            let (a, b) = if turned { (workpiece, other) } else { (other, workpiece) };
+            ideal.links.push(Link { rigid: true, ..Link::between("fixture".into(), a, b) });
+            let mut machine = ideal.clone();
+            DEFINITION.apply(&mut machine, Host::Spring(2), &PARAMETERS).unwrap();
+            ideal.nodes[workpiece].mass_kg = 3.0;
+            ideal.links[2].set_flexible(1.5e6, 150.0);
+            assert_eq!(machine, ideal);
+        }
+    }
+}

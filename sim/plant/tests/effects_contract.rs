@@ -1,0 +1,338 @@
+//! What every effect of the library keeps to, whatever it does: names, bounds, documentation, hosts, and that its null is the ideal machine.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use feeler_plant::assembly::{Assembly, assemble};
+use feeler_plant::description::{
+    Actuator, ActuatorKind, Body, Contact, ContactLaw, Elements, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
+};
+use feeler_plant::effects::{Change, Definition, EffectError, EffectUse, Host, HostKind, LIBRARY, Parameter, Place, find};
+
+/// An axis on a base before a workpiece, with an element for every effect: bodies, springs rigid and not, and sensors of all kinds.
+fn machine() -> Machine {
+    let body = |mass_kg| Body { mass_kg, ..Body::default() };
+    let rigid = |a: &str, b: &str| Spring { between: [a.into(), b.into()], rigid: true, ..Spring::default() };
+    let spring = |a: &str, b: &str, stiffness_n_per_m, damping_n_s_per_m| Spring {
+        stiffness_n_per_m,
+        damping_n_s_per_m,
+        rigid: false,
+        ..rigid(a, b)
+    };
+    let sensor = |element: &str, quantity| Sensor {
+        reads: SignalName::new(element, quantity),
+        relative_to: None,
+        gain: 1.0,
+        bias: 0.0,
+        low_pass: None,
+        delay_s: 0.0,
+        resolution: None,
+        noise: 0.0,
+        effects: Vec::new(),
+    };
+    let tool = Contact {
+        between: ["tip".into(), "workpiece".into()],
+        engagement: Engagement::Unilateral,
+        law: ContactLaw::KelvinVoigt,
+        stiffness: 2e5,
+        damping_n_s_per_m: 120.0,
+        gap_m: 4e-3,
+        effects: Vec::new(),
+    };
+    let drive = Actuator {
+        on: "motor".into(),
+        reacts_on: "base".into(),
+        kind: ActuatorKind::Force { bandwidth_hz: None },
+        limit_n: Some(400.0),
+        rate_limit_per_s: None,
+        effects: Vec::new(),
+    };
+    Machine {
+        name: "everything".into(),
+        about: "an axis with an element for every effect".into(),
+        bodies: elements([("base", body(170.0)), ("motor", body(7.0)), ("wrist", body(3.0)), ("tip", body(4.0)), ("workpiece", body(2.5))]),
+        springs: elements([
+            ("mount", rigid(GROUND, "base")),
+            ("guide", spring("base", "motor", 0.0, 55.0)),
+            ("belt", spring("motor", "wrist", 1.1e6, 110.0)),
+            ("flange", rigid("wrist", "tip")),
+            ("fixture", rigid("base", "workpiece")),
+            ("hose", spring(GROUND, "motor", 20.0, 1.0)),
+        ]),
+        contacts: elements([("tool", tool)]),
+        actuators: elements([("drive", drive)]),
+        sensors: elements([
+            ("force", sensor("tool", Quantity::SpringForce)),
+            ("encoder", sensor("motor", Quantity::Position)),
+            ("monitor", sensor("drive", Quantity::Command)),
+        ]),
+        ..Machine::default()
+    }
+}
+
+fn elements<T, const N: usize>(named: [(&str, T); N]) -> Elements<T> {
+    named.into_iter().map(|(name, element)| (name.into(), element)).collect()
+}
+
+fn hosts(assembly: &Assembly) -> Vec<Host> {
+    // Node 0 is ground, which is no element.
+    (1..assembly.nodes.len())
+        .map(Host::Body)
+        .chain((0..assembly.links.len()).map(Host::Spring))
+        .chain((0..assembly.contacts.len()).map(Host::Contact))
+        .chain((0..assembly.drives.len()).map(Host::Actuator))
+        .chain((0..assembly.sensors.len()).map(Host::Sensor))
+        .collect()
+}
+
+/// The effects that change a plant.
+fn of_the_plant() -> impl Iterator<Item = &'static Definition> {
+    LIBRARY.iter().copied().filter(|definition| matches!(definition.change, Change::Plant(_)))
+}
+
+fn typical(definition: &Definition) -> Vec<f64> {
+    definition.parameters.iter().map(|parameter| parameter.default.unwrap_or(parameter.typical)).collect()
+}
+
+/// The machines that an effect with these values makes of the ideal one, by the hosts that take it.
+fn outcomes(definition: &Definition, values: &[f64]) -> Vec<(Host, Assembly)> {
+    let ideal = assemble(&machine()).unwrap();
+    let mut outcomes = Vec::new();
+    for host in hosts(&ideal) {
+        let mut changed = ideal.clone();
+        match definition.apply(&mut changed, host, values) {
+            Ok(()) => outcomes.push((host, changed)),
+            Err(error) => {
+                let refused =
+                    matches!(error, EffectError::WrongHost { .. } | EffectError::WrongSite { .. } | EffectError::MassExceeded { .. });
+                assert!(refused, "{} under {host:?}: {error}", definition.kind);
+                assert_eq!(changed, ideal, "{} under {host:?} was refused but left a trace", definition.kind);
+            }
+        }
+    }
+    outcomes
+}
+
+fn section<'a>(definition: &'a Definition, title: &str) -> &'a str {
+    let heading = format!("## {title}\n");
+    let start = definition.documentation.find(&heading).unwrap_or_else(|| panic!("{} has no section {title}", definition.kind));
+    let text = &definition.documentation[start + heading.len()..];
+    text.split("\n## ").next().unwrap_or(text).trim()
+}
+
+/// Every kind that a text names in backticks.
+fn kinds_named(text: &str) -> impl Iterator<Item = &str> {
+    let is_kind = |quoted: &&str| quoted.contains('-') && quoted.chars().all(|c| c.is_ascii_lowercase() || c == '-');
+    text.split('`').skip(1).step_by(2).filter(is_kind)
+}
+
+#[test]
+fn prop_documentation_has_its_four_sections_in_order() {
+    for definition in LIBRARY {
+        let titles: Vec<&str> = definition.documentation.lines().filter_map(|line| line.strip_prefix("## ")).collect();
+        assert_eq!(titles, ["Model", "Where it comes from", "How it shows", "Source"], "{}", definition.kind);
+        for title in titles {
+            assert!(section(definition, title).ends_with('.'), "{}: {title} is no sentence", definition.kind);
+        }
+        assert!(section(definition, "Source").contains(['1', '2', 'P', 'A', 'M']), "{} names no work", definition.kind);
+    }
+}
+
+#[test]
+fn prop_documentation_names_look_alikes_that_exist() {
+    for definition in LIBRARY {
+        for kind in kinds_named(definition.documentation) {
+            assert!(find(kind).is_some(), "{} speaks of `{kind}`, which is no effect", definition.kind);
+        }
+        let others = kinds_named(section(definition, "How it shows")).filter(|kind| *kind != definition.kind).count();
+        assert!(others > 0, "{} names nothing that it is confused with", definition.kind);
+    }
+}
+
+#[test]
+fn prop_the_model_speaks_of_every_parameter() {
+    for definition in LIBRARY {
+        for parameter in definition.parameters {
+            let model = section(definition, "Model");
+            let words = model.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+            assert!(words.into_iter().any(|word| word == parameter.name), "{}: the model lacks `{}`", definition.kind, parameter.name);
+        }
+    }
+}
+
+#[test]
+fn prop_bounds_contain_null_typical_and_default() {
+    for definition in LIBRARY {
+        assert!(!definition.parameters.is_empty(), "{}", definition.kind);
+        for parameter in definition.parameters {
+            let (low, high) = parameter.bounds;
+            for value in [Some(parameter.typical), parameter.null, parameter.default].into_iter().flatten() {
+                assert!((low..=high).contains(&value), "{}.{}: {value} is out of bounds", definition.kind, parameter.name);
+            }
+            // A fit walks in units of the typical value.
+            assert!(parameter.default.is_some() || parameter.typical != 0.0, "{}.{}", definition.kind, parameter.name);
+            assert!(parameter.typical.is_finite() && low < high);
+        }
+    }
+}
+
+#[test]
+fn prop_names_are_kebab_and_snake_case_and_unique() {
+    let well_formed = |name: &str, joint: char| {
+        name.split(joint).all(|word| !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit()))
+    };
+    let kinds: BTreeSet<&str> = LIBRARY.iter().map(|definition| definition.kind).collect();
+    assert_eq!(kinds.len(), LIBRARY.len());
+    for definition in LIBRARY {
+        assert!(well_formed(definition.kind, '-'), "{}", definition.kind);
+        let names: BTreeSet<&str> = definition.parameters.iter().map(|parameter| parameter.name).collect();
+        assert_eq!(names.len(), definition.parameters.len(), "{}", definition.kind);
+        assert!(names.iter().all(|name| well_formed(name, '_')), "{}", definition.kind);
+    }
+}
+
+/// The effects as the design lists them: kind, places, and parameters with their units.
+type Row = (String, BTreeSet<String>, Vec<(String, String)>);
+
+fn rows_of_the_table(text: &str) -> Vec<Row> {
+    let cells = |line: &str| line.split('|').map(|cell| cell.trim().to_owned()).collect::<Vec<_>>();
+    let rows = text.lines().filter(|line| line.starts_with('|')).skip(2).map(cells);
+    rows.map(|row| (row[1].clone(), row[2].split(" or ").map(Into::into).collect(), parameters_of_a_cell(&row[3]))).collect()
+}
+
+fn parameters_of_a_cell(cell: &str) -> Vec<(String, String)> {
+    // "mass kg, on a body" ends with a remark on the host.
+    let entries = cell.split(", ").filter(|entry| !entry.starts_with("on "));
+    let with_unit = |entry: &str| {
+        let (name, unit) = entry.split_once(' ').unwrap_or((entry, ""));
+        // The library counts a phase as a number and any exponent as `n`.
+        (name.to_owned(), unit.replace("rad", "").replace("^exponent", "^n"))
+    };
+    entries.map(with_unit).collect()
+}
+
+fn row_of(definition: &Definition) -> Row {
+    let places = definition.hosts.iter().map(|&host| definition.place_under(host).name().to_owned()).collect();
+    // A parameter with a default is a choice of the model, beyond the table.
+    let required = definition.parameters.iter().filter(|parameter| parameter.default.is_none());
+    let with_unit = |parameter: &Parameter| (parameter.name.to_owned(), parameter.dimension.si_unit(false).to_owned());
+    (definition.kind.into(), places, required.map(with_unit).collect())
+}
+
+#[test]
+#[expect(clippy::print_stderr, reason = "a test that is skipped says so")]
+fn reference_kinds_places_parameters_and_units_are_those_of_the_design() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/design/effects.md");
+    let Ok(text) = std::fs::read_to_string(&path) else {
+        eprintln!("skipped: {} is not here", path.display());
+        return;
+    };
+    let library: Vec<Row> = LIBRARY.iter().map(|definition| row_of(definition)).collect();
+    assert_eq!(library, rows_of_the_table(&text));
+}
+
+#[test]
+fn truth_the_null_is_the_ideal_machine() {
+    let ideal = assemble(&machine()).unwrap();
+    for definition in of_the_plant().filter(|definition| definition.parameters.iter().any(|parameter| parameter.null.is_some())) {
+        let at_null = |parameter: &Parameter| parameter.null.or(parameter.default).unwrap_or(parameter.typical);
+        let values: Vec<f64> = definition.parameters.iter().map(at_null).collect();
+        let mut tried = 0;
+        for (host, mut changed) in outcomes(definition, &values) {
+            if let (Host::Spring(i), HostKind::RigidSpring) = (host, ideal.host_kind(host)) {
+                // Backlash makes a rigid spring a stiff one even at zero width.
+                assert_eq!((definition.kind, changed.links[i].rigid), ("backlash", false));
+                assert!(changed.links[i].stiffness > 0.0);
+                changed.links[i] = ideal.links[i].clone();
+            }
+            assert_eq!(changed, ideal, "{} under {host:?}", definition.kind);
+            tried += 1;
+        }
+        assert!(tried > 0, "{} has no host", definition.kind);
+    }
+}
+
+#[test]
+fn prop_typical_values_change_the_machine_under_every_kind_of_host() {
+    let ideal = assemble(&machine()).unwrap();
+    for definition in of_the_plant() {
+        let mut kinds = Vec::new();
+        for (host, changed) in outcomes(definition, &typical(definition)) {
+            assert_ne!(changed, ideal, "{} under {host:?}", definition.kind);
+            kinds.push(ideal.host_kind(host));
+        }
+        for kind in definition.hosts {
+            assert!(kinds.contains(kind), "{} was never tried under {}", definition.kind, kind.phrase());
+        }
+        assert!(kinds.iter().all(|kind| definition.hosts.contains(kind)), "{}", definition.kind);
+    }
+}
+
+#[test]
+fn prop_masses_stay_positive_and_ends_stay_apart() {
+    for definition in of_the_plant() {
+        for (host, changed) in outcomes(definition, &typical(definition)) {
+            assert!(changed.nodes.iter().all(|node| node.mass_kg > 0.0), "{} under {host:?}", definition.kind);
+            assert!(changed.links.iter().all(|link| link.a != link.b), "{} under {host:?}", definition.kind);
+            assert!(changed.contacts.iter().all(|contact| contact.a != contact.b), "{} under {host:?}", definition.kind);
+        }
+    }
+}
+
+#[test]
+fn prop_values_out_of_bounds_and_wrong_counts_are_refused() {
+    let ideal = assemble(&machine()).unwrap();
+    for definition in LIBRARY {
+        let host = hosts(&ideal)[0];
+        let mut values = typical(definition);
+        values[0] = f64::NAN;
+        let refused = definition.apply(&mut ideal.clone(), host, &values);
+        assert!(matches!(refused, Err(EffectError::OutOfBounds { .. })), "{}: {refused:?}", definition.kind);
+        values.push(1.0);
+        let refused = definition.apply(&mut ideal.clone(), host, &values);
+        assert!(matches!(refused, Err(EffectError::Count { .. })), "{}: {refused:?}", definition.kind);
+    }
+}
+
+fn used(kind: &str) -> EffectUse {
+    let definition = find(kind).unwrap();
+    EffectUse { definition, values: typical(definition) }
+}
+
+#[test]
+fn prop_a_wrong_host_is_told_which_elements_take_the_effect() {
+    let mut machine = machine();
+    machine.springs["flange"].effects.push(used("hardening-stiffness"));
+    machine.sensors["encoder"].effects.push(used("force-bias"));
+    machine.actuators["drive"].effects.push(used("timing-jitter"));
+    let problems: Vec<String> = assemble(&machine).unwrap_err().iter().map(ToString::to_string).collect();
+    assert_eq!(
+        problems,
+        [
+            "springs.flange.effects.hardening-stiffness: `hardening-stiffness` does not sit under a rigid spring; \
+             it goes under a spring that is not rigid or a contact",
+            "actuators.drive.effects.timing-jitter: this effect disturbs a controller, not the plant (move it under a controller)",
+            "sensors.encoder.effects.force-bias: `force-bias` does not sit under a sensor that reads a motion; \
+             it goes under a sensor that reads a force",
+        ]
+    );
+}
+
+#[test]
+fn prop_the_order_in_a_file_does_not_matter() {
+    let with = |kinds: [&str; 3]| {
+        let mut machine = machine();
+        machine.springs["flange"].effects = kinds.into_iter().map(used).collect();
+        assemble(&machine).unwrap()
+    };
+    let machine = with(["transmission-flexibility", "backlash", "hardening-stiffness"]);
+    assert_eq!(machine, with(["hardening-stiffness", "backlash", "transmission-flexibility"]));
+    assert!(machine.links[3].play > 0.0 && machine.links[3].cubic > 0.0);
+}
+
+#[test]
+fn prop_every_place_has_an_effect() {
+    for (place, name) in Place::ALL {
+        assert!(LIBRARY.iter().any(|definition| definition.place == place), "{name}");
+    }
+}

@@ -24,7 +24,8 @@ from it only at second order in frequency times delay. `force-delay` costs a for
 motion does not show it.
 
 ## Source
-K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall: sampling of systems with a time delay.
+K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall (1997): sampling of systems with a time
+delay.
 ",
     dissipative: false,
     change: Change::Plant(apply),

@@ -23,7 +23,7 @@ or late. In contact under force control `constant-load` shifts the command as mu
 stays at zero. `surface-offset` changes the force only while there is contact.
 
 ## Source
-E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill: zero drift.
+E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill (2004): zero drift.
 ",
     dissipative: false,
     change: Change::Plant(apply),

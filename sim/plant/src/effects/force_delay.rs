@@ -22,7 +22,8 @@ Impacts are recorded late and otherwise unchanged; a force loop loses phase in p
 recorded beside it are on time, which parts it from `command-delay`. `force-lag` also lowers the peaks.
 
 ## Source
-K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall: sampling of systems with a time delay.
+K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall (1997): sampling of systems with a time
+delay.
 ",
     dissipative: false,
     change: Change::Plant(apply),

@@ -23,7 +23,7 @@ stay, which parts it from `contact-stiffness` as long as anything but the readin
 `drive-gain` has the same ratio of command to reading; free motion parts them.
 
 ## Source
-E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill: static calibration and sensitivity.
+E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill (2004): static calibration and sensitivity.
 ",
     dissipative: false,
     change: Change::Plant(apply),

@@ -27,8 +27,8 @@ nothing while the loop is open. Well below the corner `force-delay` of the same 
 `actuator-lag` costs as much phase, but it shows in free motion.
 
 ## Source
-G. F. Franklin, J. D. Powell and M. L. Workman, Digital Control of Dynamic Systems, Addison-Wesley: antialiasing
-prefilters.
+G. F. Franklin, J. D. Powell and M. L. Workman, Digital Control of Dynamic Systems, Addison-Wesley (1998):
+antialiasing prefilters.
 ",
     dissipative: false,
     change: Change::Plant(apply),

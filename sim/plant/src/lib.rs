@@ -1,8 +1,9 @@
-//! The machine: what the user wrote ([`description`]), names resolved and effects applied ([`assembly`]).
+//! The machine: what the user wrote ([`description`]), names resolved and effects applied ([`assembly`]), and its equations of motion ([`motion`]).
 
 pub mod assembly;
 pub mod description;
 pub mod effects;
+pub mod motion;
 pub mod names;
 pub mod problem;
 pub mod units;

@@ -1,0 +1,136 @@
+//! Where energy is stored, and where it comes and goes.
+
+use super::{Equations, Motion, Row, StopSide, Switch, SwitchState};
+use crate::description::Engagement;
+
+/// What a meter counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum MeterKind {
+    /// Work done on the machine by a drive.
+    DriveWork,
+    /// Work done on the machine by the constant load of a link.
+    LoadWork,
+    /// Energy that the damping of a link takes out.
+    LinkDamping,
+    /// Energy that the dry friction of a link takes out.
+    Friction,
+    /// Energy that a contact takes out: damping, and what is stored in it when it opens while still compressed.
+    ContactDamping,
+}
+
+impl MeterKind {
+    /// Whether the energy counted enters the machine (else it leaves it).
+    pub fn enters(self) -> bool {
+        matches!(self, Self::DriveWork | Self::LoadWork)
+    }
+}
+
+/// An integral of force times speed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Meter {
+    /// What it counts.
+    pub kind: MeterKind,
+    /// Index of the drive, link or contact.
+    pub element: usize,
+    /// Force row.
+    pub force: Row,
+    /// Speed row; power is `force xi * speed xi`.
+    pub speed: Row,
+}
+
+/// What is stored where.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StorageKind {
+    /// Kinetic energy of a coordinate.
+    Kinetic,
+    /// Elastic energy of a link.
+    Link,
+    /// Elastic energy of a contact.
+    Contact,
+}
+
+/// Stored energy, J.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Storage {
+    /// Where.
+    pub kind: StorageKind,
+    /// Index of the coordinate, link or contact.
+    pub element: usize,
+    /// How much.
+    pub joule: f64,
+}
+
+/// The meters of a mode, always the same ones in the same order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// Every meter.
+    pub meters: Vec<Meter>,
+}
+
+fn dot(row: &Row, xi: &[f64]) -> f64 {
+    row.iter().zip(xi).map(|(r, x)| r * x).sum()
+}
+
+fn minus(a: &Row, b: &Row) -> Row {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+impl Motion {
+    /// The meters of a mode.
+    pub fn ledger(&self, equations: &Equations) -> Ledger {
+        let negative = |row: &Row| row.iter().map(|r| -r).collect::<Row>();
+        let mut meters = Vec::new();
+        for (element, (force, stroke)) in equations.drive_force.iter().zip(&equations.stroke).enumerate() {
+            meters.push(Meter { kind: MeterKind::DriveWork, element, force: force.clone(), speed: stroke[1].clone() });
+        }
+        for (element, link) in self.assembly.links.iter().enumerate() {
+            let speed = equations.elongation[element][1].clone();
+            let mut load = self.layout.zero();
+            load[self.layout.one()] = if link.rigid { 0.0 } else { link.load };
+            let friction = &equations.link_friction[element];
+            let damping = minus(&minus(&minus(&equations.link_force[element], friction), &equations.link_spring_force[element]), &load);
+            meters.push(Meter { kind: MeterKind::LoadWork, element, force: load, speed: speed.clone() });
+            meters.push(Meter { kind: MeterKind::LinkDamping, element, force: negative(&damping), speed: speed.clone() });
+            meters.push(Meter { kind: MeterKind::Friction, element, force: negative(friction), speed });
+        }
+        for (element, force) in equations.contact_force.iter().enumerate() {
+            let force = minus(force, &equations.contact_spring_force[element]);
+            meters.push(Meter { kind: MeterKind::ContactDamping, element, force, speed: equations.compression[element][1].clone() });
+        }
+        Ledger { meters }
+    }
+
+    /// Energy stored at `xi` in a mode.
+    pub fn storage(&self, equations: &Equations, xi: &[f64]) -> Vec<Storage> {
+        let mut storage = Vec::new();
+        for g in 0..self.coordinates.count() {
+            let v = xi[self.layout.v(g)];
+            storage.push(Storage { kind: StorageKind::Kinetic, element: g, joule: 0.5 * self.coordinates.mass_kg(g) * v * v });
+        }
+        for (element, link) in self.assembly.links.iter().enumerate().filter(|(_, link)| !link.rigid) {
+            let e = dot(&equations.elongation[element][0], xi);
+            let spring = |d: f64| 0.5 * link.stiffness * d * d + 0.25 * link.cubic * d.powi(4);
+            let closed = |side| self.state_of(equations.mode, Switch::Stop(element, side)) == Some(SwitchState::Plus);
+            let joule = if link.play > 0.0 {
+                let upper = if closed(StopSide::Upper) { spring(e - 0.5 * link.play) } else { 0.0 };
+                let lower = if closed(StopSide::Lower) { spring(-e - 0.5 * link.play) } else { 0.0 };
+                upper + lower
+            } else {
+                spring(e)
+            };
+            storage.push(Storage { kind: StorageKind::Link, element, joule });
+        }
+        for (element, contact) in self.assembly.contacts.iter().enumerate() {
+            let closed = match contact.engagement {
+                Engagement::Clamped => true,
+                Engagement::Free => false,
+                Engagement::Unilateral => self.state_of(equations.mode, Switch::Contact(element)) == Some(SwitchState::Plus),
+            };
+            let d = dot(&equations.compression[element][0], xi).abs();
+            let law = contact.law;
+            let joule = law.stiffness * d.powf(law.exponent + 1.0) / (law.exponent + 1.0) + 0.25 * law.cubic * d.powi(4);
+            storage.push(Storage { kind: StorageKind::Contact, element, joule: if closed { joule } else { 0.0 } });
+        }
+        storage
+    }
+}

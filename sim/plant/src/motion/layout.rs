@@ -1,0 +1,157 @@
+//! Where everything sits in the extended vector `xi = [q, v, z, u, 1, w]`.
+
+use super::Coordinates;
+use crate::assembly::{Assembly, NodeId};
+use crate::description::LowPass;
+
+/// A linear functional of the extended vector.
+pub type Row = Vec<f64>;
+
+/// States of one drive.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct DriveStates {
+    /// The ramping command, where its rate is limited.
+    pub(super) ramp: Option<usize>,
+    /// Lags in series.
+    pub(super) lags: Vec<usize>,
+    /// The force of a velocity source.
+    pub(super) force: Option<usize>,
+}
+
+/// Numbering of states, inputs and terms.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layout {
+    coordinates: usize,
+    states: usize,
+    inputs: usize,
+    terms: usize,
+    pub(super) drives: Vec<DriveStates>,
+    /// First state of each filter of each sensor.
+    pub(super) filters: Vec<Vec<usize>>,
+}
+
+impl Layout {
+    pub(super) fn new(assembly: &Assembly, coordinates: &Coordinates, terms: usize) -> Self {
+        let mut next = 2 * coordinates.count();
+        let mut take = |n: usize| {
+            next += n;
+            next - n
+        };
+        let drives = (assembly.drives.iter())
+            .map(|drive| DriveStates {
+                ramp: drive.rate_limit.is_finite().then(|| take(1)),
+                lags: drive.lags.iter().map(|_| take(1)).collect(),
+                force: drive.velocity_source.map(|_| take(1)),
+            })
+            .collect();
+        let order = |filter: &LowPass| match filter {
+            LowPass::FirstOrder { .. } => 1,
+            LowPass::SecondOrder { .. } => 2,
+        };
+        let filters = assembly.sensors.iter().map(|sensor| sensor.filters.iter().map(|filter| take(order(filter))).collect()).collect();
+        Self { coordinates: coordinates.count(), states: next, inputs: assembly.drives.len(), terms, drives, filters }
+    }
+
+    /// Position of coordinate `g`.
+    pub fn q(&self, g: usize) -> usize {
+        g
+    }
+
+    /// Position of speed `g`.
+    pub fn v(&self, g: usize) -> usize {
+        self.coordinates + g
+    }
+
+    /// Number of coordinates.
+    pub fn coordinates(&self) -> usize {
+        self.coordinates
+    }
+
+    /// Number of states.
+    pub fn states(&self) -> usize {
+        self.states
+    }
+
+    /// Number of inputs: one per drive, its command after the static part of its chain (where the rate is limited, what the command ramps to).
+    pub fn inputs(&self) -> usize {
+        self.inputs
+    }
+
+    /// Position of the input of drive `i`.
+    pub fn input(&self, i: usize) -> usize {
+        self.states + i
+    }
+
+    /// Position of the constant 1.
+    pub fn one(&self) -> usize {
+        self.states + self.inputs
+    }
+
+    /// Number of states, inputs and the constant: the extended vector of a linear mode.
+    pub fn linear_width(&self) -> usize {
+        self.states + self.inputs + 1
+    }
+
+    /// Position of nonlinear term `j`.
+    pub fn term(&self, j: usize) -> usize {
+        self.linear_width() + j
+    }
+
+    /// Length of the extended vector.
+    pub fn width(&self) -> usize {
+        self.linear_width() + self.terms
+    }
+
+    /// The state that holds the ramping command of a drive whose rate is limited.
+    pub fn ramp(&self, drive: usize) -> Option<usize> {
+        self.drives[drive].ramp
+    }
+
+    /// A row of zeros.
+    pub fn zero(&self) -> Row {
+        vec![0.0; self.width()]
+    }
+
+    /// A row that reads one entry.
+    pub fn unit(&self, position: usize) -> Row {
+        let mut row = self.zero();
+        row[position] = 1.0;
+        row
+    }
+
+    /// The position of a node.
+    pub(super) fn position(&self, assembly: &Assembly, coordinates: &Coordinates, node: NodeId) -> Row {
+        let mut row = self.zero();
+        let own = assembly.nodes[node].position_m;
+        match coordinates.of(node) {
+            Some(g) => {
+                row[self.q(g)] = 1.0;
+                row[self.one()] = own - assembly.nodes[coordinates.lead(g)].position_m;
+            }
+            None => row[self.one()] = own,
+        }
+        row
+    }
+
+    /// The velocity of a node.
+    pub(super) fn velocity(&self, coordinates: &Coordinates, node: NodeId) -> Row {
+        coordinates.of(node).map_or_else(|| self.zero(), |g| self.unit(self.v(g)))
+    }
+}
+
+/// `row += factor * other`.
+pub(super) fn add(row: &mut Row, factor: f64, other: &Row) {
+    for (r, o) in row.iter_mut().zip(other) {
+        *r += factor * o;
+    }
+}
+
+/// `factor * row`.
+pub(super) fn scaled(factor: f64, row: &Row) -> Row {
+    row.iter().map(|r| factor * r).collect()
+}
+
+/// `a - b`.
+pub(super) fn difference(a: &Row, b: &Row) -> Row {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}

@@ -1,0 +1,90 @@
+//! Equations of motion, one linear set per mode.
+//!
+//! Between events and with held inputs a machine of springs, dampers, contacts and dry friction is linear:
+//! `x' = A xi`, with the state `x = [q, v, z]` and the extended vector `xi = [x, u, 1, w]`. `q` and `v` are coordinates and speeds of the bodies that
+//! move on their own, `z` the states of drives and filters, `u` the held inputs, `w` the values of those laws that are not linear
+//! ([`NonlinearTerm`]; none in most machines). Which contact touches, which guide sticks, is the [`Mode`]; a [`Guard`] that falls below zero ends it.
+//! Every integrator, the linear theory and the second engine draw on these rows; there is no other definition of the motion.
+
+mod coordinates;
+mod energy;
+mod equations;
+mod forces;
+mod layout;
+mod mode;
+mod nonlinear;
+mod signals;
+
+pub use coordinates::Coordinates;
+pub use energy::{Ledger, Meter, MeterKind, Storage, StorageKind};
+pub use equations::{Equations, Guard, GuardValue};
+pub use layout::{Layout, Row};
+pub use mode::{Mode, StopSide, Switch, SwitchState};
+pub use nonlinear::{NonlinearLaw, NonlinearTerm};
+
+use crate::assembly::Assembly;
+use crate::problem::Problem;
+
+/// A machine ready to be moved: coordinates chosen, switches and states numbered.
+#[derive(Clone, Debug)]
+pub struct Motion {
+    pub(crate) assembly: Assembly,
+    pub(crate) coordinates: Coordinates,
+    pub(crate) layout: Layout,
+    pub(crate) switches: Vec<Switch>,
+    pub(crate) terms: Vec<NonlinearTerm>,
+}
+
+impl Motion {
+    /// Chooses coordinates and numbers everything that moves or switches.
+    ///
+    /// # Errors
+    /// Bodies that move as one but start apart in velocity, a machine in which nothing moves, or more switches than a [`Mode`] holds.
+    pub fn new(assembly: Assembly) -> Result<Self, Vec<Problem>> {
+        let coordinates = Coordinates::new(&assembly)?;
+        let switches = mode::switches(&assembly, &coordinates);
+        if switches.len() > Mode::CAPACITY {
+            let message = format!("{} contacts, plays, frictions and limits that switch; {} is the most", switches.len(), Mode::CAPACITY);
+            return Err(vec![Problem::new("", message, "split the machine")]);
+        }
+        let terms = nonlinear::terms(&assembly, &coordinates);
+        let layout = Layout::new(&assembly, &coordinates, terms.len());
+        Ok(Self { assembly, coordinates, layout, switches, terms })
+    }
+
+    /// The machine's numbers.
+    pub fn assembly(&self) -> &Assembly {
+        &self.assembly
+    }
+
+    /// Which bodies move together.
+    pub fn coordinates(&self) -> &Coordinates {
+        &self.coordinates
+    }
+
+    /// Where everything sits in the extended vector.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+
+    /// What switches.
+    pub fn switches(&self) -> &[Switch] {
+        &self.switches
+    }
+
+    /// Laws that are not linear.
+    pub fn terms(&self) -> &[NonlinearTerm] {
+        &self.terms
+    }
+
+    /// The state at the start: positions and velocities as given, drives and filters at rest.
+    pub fn initial_state(&self) -> Vec<f64> {
+        let mut state = vec![0.0; self.layout.states()];
+        for g in 0..self.coordinates.count() {
+            let lead = &self.assembly.nodes[self.coordinates.lead(g)];
+            state[self.layout.q(g)] = lead.position_m;
+            state[self.layout.v(g)] = lead.velocity_m_per_s;
+        }
+        state
+    }
+}

@@ -1,0 +1,125 @@
+//! Laws that have no matrix exponential.
+
+use super::Coordinates;
+use crate::assembly::{Assembly, ForceLaw};
+use crate::description::Engagement;
+
+/// A law `w = f(a, b)` of one or two linear functionals of the state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NonlinearLaw {
+    /// `k d^n (1 + alpha d') + c d' + cubic d^3`, with `d`, `d'` as arguments; odd in `d` where the contact is clamped.
+    Contact {
+        /// The contact.
+        contact: usize,
+        /// Its law.
+        law: ForceLaw,
+        /// Whether it pushes only.
+        unilateral: bool,
+    },
+    /// The elastic part of that law: its spring force.
+    Elastic {
+        /// The contact.
+        contact: usize,
+        /// Its law.
+        law: ForceLaw,
+        /// Whether it pushes only.
+        unilateral: bool,
+    },
+    /// `cubic e^3` of a link (or of one side of its play).
+    Cubic {
+        /// The link.
+        link: usize,
+        /// 0 for the link itself, +1 and -1 for the upper and lower side of its play.
+        side: i8,
+        /// N/m³.
+        cubic: f64,
+    },
+    /// `excess exp(-(v / velocity)^2)` of a sliding link.
+    Stribeck {
+        /// The link.
+        link: usize,
+        /// N.
+        excess: f64,
+        /// m/s.
+        velocity: f64,
+    },
+    /// `|F|` of a clamped contact that loads a guide.
+    Load {
+        /// The contact.
+        contact: usize,
+    },
+    /// `amplitude sin(2 pi x / pitch + phase)` of a drive.
+    Ripple {
+        /// The drive.
+        drive: usize,
+        /// N.
+        amplitude: f64,
+        /// m.
+        pitch: f64,
+        /// rad.
+        phase: f64,
+    },
+}
+
+/// A term of the machine: its law; the arguments are rows of the [`super::Equations`] in which it acts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NonlinearTerm {
+    /// The law.
+    pub law: NonlinearLaw,
+}
+
+impl NonlinearTerm {
+    /// The value for arguments `a`, `b`.
+    pub fn value(&self, a: f64, b: f64) -> f64 {
+        match self.law {
+            NonlinearLaw::Contact { law, unilateral, .. } => {
+                let spring = law.stiffness * power(&law, a, unilateral);
+                spring * (1.0 + law.alpha * b) + law.damping * b + law.cubic * a * a * a
+            }
+            NonlinearLaw::Elastic { law, unilateral, .. } => law.stiffness * power(&law, a, unilateral) + law.cubic * a * a * a,
+            NonlinearLaw::Cubic { cubic, .. } => cubic * a * a * a,
+            NonlinearLaw::Stribeck { excess, velocity, .. } => excess * (-(a / velocity).powi(2)).exp(),
+            NonlinearLaw::Load { .. } => a.abs(),
+            NonlinearLaw::Ripple { amplitude, pitch, phase, .. } => amplitude * (std::f64::consts::TAU * a / pitch + phase).sin(),
+        }
+    }
+}
+
+/// `d^n`; a law that pushes only has none for `d < 0`, a clamped one is continued oddly, so that it pulls as it pushes.
+fn power(law: &ForceLaw, d: f64, unilateral: bool) -> f64 {
+    if unilateral { d.max(0.0).powf(law.exponent) } else { d.abs().powf(law.exponent).copysign(d) }
+}
+
+pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<NonlinearTerm> {
+    let mut laws = Vec::new();
+    let apart = |a, b| coordinates.of(a) != coordinates.of(b);
+    for (contact, part) in assembly.contacts.iter().enumerate() {
+        if part.engagement != Engagement::Free && !part.law.is_linear() && apart(part.a, part.b) {
+            let unilateral = part.engagement == Engagement::Unilateral;
+            laws.push(NonlinearLaw::Contact { contact, law: part.law, unilateral });
+            laws.push(NonlinearLaw::Elastic { contact, law: part.law, unilateral });
+        }
+    }
+    let mut loads = false;
+    for (link, part) in assembly.links.iter().enumerate().filter(|(_, part)| !part.rigid && apart(part.a, part.b)) {
+        if part.cubic != 0.0 {
+            let sides: &[i8] = if part.play > 0.0 { &[1, -1] } else { &[0] };
+            laws.extend(sides.iter().map(|&side| NonlinearLaw::Cubic { link, side, cubic: part.cubic }));
+        }
+        let friction = part.friction;
+        if friction.stribeck_excess > 0.0 {
+            laws.push(NonlinearLaw::Stribeck { link, excess: friction.stribeck_excess, velocity: friction.stribeck_velocity });
+        }
+        loads |= friction.load_ratio > 0.0;
+    }
+    if loads {
+        let clamped =
+            assembly.contacts.iter().enumerate().filter(|(_, part)| part.engagement == Engagement::Clamped && apart(part.a, part.b));
+        laws.extend(clamped.map(|(contact, _)| NonlinearLaw::Load { contact }));
+    }
+    for (drive, part) in assembly.drives.iter().enumerate() {
+        let ripples = part.ripples.iter().filter(|ripple| ripple.amplitude != 0.0);
+        laws.extend(ripples.map(|r| NonlinearLaw::Ripple { drive, amplitude: r.amplitude, pitch: r.pitch, phase: r.phase }));
+    }
+    laws.into_iter().map(|law| NonlinearTerm { law }).collect()
+}

@@ -1,0 +1,121 @@
+//! Signals of the plant as rows, and the filters of sensors.
+
+use std::f64::consts::TAU;
+
+use super::forces::Forces;
+use super::layout::{add, difference};
+use super::{Equations, Motion, Row};
+use crate::assembly::{GROUND_NODE, NodeId, SensorPart, Source};
+use crate::description::{LowPass, Quantity};
+
+impl Motion {
+    /// A signal of the plant as a row of the extended vector; `None` for what no row can tell: whether a contact touches, and what a drive was
+    /// commanded before delay and limits. A sensor's row ends with its filters; gain, bias, noise and quantisation come after.
+    pub fn signal(&self, equations: &Equations, source: Source) -> Option<Row> {
+        Some(match source {
+            Source::Node(node, Quantity::Acceleration) => self.acceleration(&equations.derivative, node),
+            Source::Node(node, quantity) => self.motion_row(node, quantity),
+            Source::Contact(i, Quantity::Force) => equations.contact_force[i].clone(),
+            Source::Contact(i, Quantity::SpringForce) => equations.contact_spring_force[i].clone(),
+            Source::Contact(i, Quantity::Compression) => equations.compression[i][0].clone(),
+            Source::Link(i, Quantity::Force) => equations.link_force[i].clone(),
+            Source::Link(i, Quantity::SpringForce) => equations.link_spring_force[i].clone(),
+            Source::Drive(i, Quantity::Force) => equations.drive_force[i].clone(),
+            Source::Sensor(i) => {
+                let sensor = &self.assembly.sensors[i];
+                match self.layout.filters[i].last() {
+                    Some(&state) => self.layout.unit(state),
+                    None => self.unfiltered(sensor, &equations.derivative, |source| self.signal(equations, source))?,
+                }
+            }
+            _ => return None,
+        })
+    }
+
+    /// Sets the filters of all sensors to rest at the signals of a state `xi`, so that a run starts without their transient.
+    pub fn settle_filters(&self, equations: &Equations, xi: &mut [f64]) {
+        for (i, sensor) in self.assembly.sensors.iter().enumerate() {
+            let row = self.unfiltered(sensor, &equations.derivative, |source| self.signal(equations, source));
+            let Some(row) = row else { continue };
+            let value = row.iter().zip(xi.iter()).map(|(r, x)| r * x).sum();
+            for &state in &self.layout.filters[i] {
+                xi[state] = value;
+            }
+        }
+    }
+
+    fn motion_row(&self, node: NodeId, quantity: Quantity) -> Row {
+        if quantity == Quantity::Position {
+            self.layout.position(&self.assembly, &self.coordinates, node)
+        } else {
+            self.layout.velocity(&self.coordinates, node)
+        }
+    }
+
+    fn acceleration(&self, derivative: &[Row], node: NodeId) -> Row {
+        self.coordinates.of(node).map_or_else(|| self.layout.zero(), |g| derivative[self.layout.v(g)].clone())
+    }
+
+    /// What the filters of a sensor receive.
+    fn unfiltered(&self, sensor: &SensorPart, derivative: &[Row], signal: impl Fn(Source) -> Option<Row>) -> Option<Row> {
+        let mut row = signal(sensor.source)?;
+        if let Source::Node(_, quantity) = sensor.source
+            && sensor.relative_to != GROUND_NODE
+        {
+            row = difference(&row, &signal(Source::Node(sensor.relative_to, quantity))?);
+        }
+        let (mass, node) = sensor.tool_inertia;
+        if mass != 0.0 {
+            add(&mut row, mass, &self.acceleration(derivative, node));
+        }
+        Some(row)
+    }
+
+    pub(super) fn filter_derivatives(&self, forces: &Forces, derivative: &mut [Row]) {
+        let signal = |derivative: &[Row], source| match source {
+            Source::Node(node, Quantity::Acceleration) => Some(self.acceleration(derivative, node)),
+            Source::Node(node, quantity) => Some(self.motion_row(node, quantity)),
+            Source::Contact(i, Quantity::Force) => Some(forces.contact[i].clone()),
+            Source::Contact(i, Quantity::SpringForce) => Some(forces.contact_spring[i].clone()),
+            Source::Contact(i, Quantity::Compression) => Some(forces.compression[i][0].clone()),
+            Source::Link(i, Quantity::Force) => Some(forces.link[i].clone()),
+            Source::Link(i, Quantity::SpringForce) => Some(forces.link_spring[i].clone()),
+            Source::Drive(i, Quantity::Force) => Some(forces.drive[i].clone()),
+            _ => None,
+        };
+        for (i, sensor) in self.assembly.sensors.iter().enumerate() {
+            if sensor.filters.is_empty() {
+                continue;
+            }
+            let Some(mut input) = self.unfiltered(sensor, derivative, |source| signal(derivative, source)) else { continue };
+            for (filter, &first) in sensor.filters.iter().zip(&self.layout.filters[i]) {
+                input = self.filter(filter, first, &input, derivative);
+            }
+        }
+    }
+
+    /// Writes the derivatives of one filter and gives its output.
+    fn filter(&self, filter: &LowPass, first: usize, input: &Row, derivative: &mut [Row]) -> Row {
+        match *filter {
+            LowPass::FirstOrder { corner_hz } => {
+                let mut row = input.clone();
+                row[first] -= 1.0;
+                row.iter_mut().for_each(|r| *r *= TAU * corner_hz);
+                derivative[first] = row;
+            }
+            LowPass::SecondOrder { corner_hz, damping_ratio } => {
+                // States: the output, and its rate over omega, so that both have the size of the signal.
+                let omega = TAU * corner_hz;
+                let rate = first + 1;
+                derivative[first] = self.layout.unit(rate);
+                derivative[first][rate] = omega;
+                let mut row = input.clone();
+                row[first] -= 1.0;
+                row[rate] -= 2.0 * damping_ratio;
+                row.iter_mut().for_each(|r| *r *= omega);
+                derivative[rate] = row;
+            }
+        }
+        self.layout.unit(first)
+    }
+}

@@ -1,0 +1,59 @@
+//! One-dimensional searches: the root of a function that changes sign, and the largest value between two points.
+
+/// Halvings after which a bracket of doubles cannot shrink any more, whatever its ends.
+const MAX_HALVINGS: usize = 200;
+
+/// The point where `f` changes sign between `a` and `b`, by bisection down to `relative_width` of the point.
+///
+/// Bisection, because the functions of this crate (largest growth rate, crossings of a phase) have kinks and square-root behaviour,
+/// on which faster methods lose their advantage.
+pub(crate) fn bisect<E>(mut a: f64, mut b: f64, relative_width: f64, mut f: impl FnMut(f64) -> Result<f64, E>) -> Result<f64, E> {
+    let positive_at_a = f(a)? > 0.0;
+    for _ in 0..MAX_HALVINGS {
+        // Far apart, halve the exponent; close together, the difference.
+        let middle = if a > 0.0 && b > 4.0 * a { (a * b).sqrt() } else { a + 0.5 * (b - a) };
+        if (b - a).abs() <= relative_width * a.abs().max(b.abs()) || middle <= a || middle >= b {
+            break;
+        }
+        if (f(middle)? > 0.0) == positive_at_a {
+            a = middle;
+        } else {
+            b = middle;
+        }
+    }
+    Ok(a + 0.5 * (b - a))
+}
+
+/// The point and value of the maximum of `f` between `a` and `b`, where `f` has one, by golden section.
+///
+/// A maximum is flat, so its place is found to about 1e-8 of the interval and its value to rounding.
+pub(crate) fn maximum<E>(mut a: f64, mut b: f64, mut f: impl FnMut(f64) -> Result<f64, E>) -> Result<(f64, f64), E> {
+    let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let (mut x, mut y) = (b - ratio * (b - a), a + ratio * (b - a));
+    let (mut fx, mut fy) = (f(x)?, f(y)?);
+    while b - a > 1e-9 * a.abs().max(b.abs()) {
+        if fx >= fy {
+            (b, y, fy) = (y, x, fx);
+            x = b - ratio * (b - a);
+            fx = f(x)?;
+        } else {
+            (a, x, fx) = (x, y, fy);
+            y = a + ratio * (b - a);
+            fy = f(y)?;
+        }
+    }
+    Ok(if fx >= fy { (x, fx) } else { (y, fy) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_root_and_maximum_of_simple_functions() {
+        let root = bisect(1e-9, 1e9, 1e-15, |x| Ok::<_, ()>(x * x - 2.0)).unwrap();
+        assert!((root - 2.0_f64.sqrt()).abs() < 1e-15);
+        let (place, value) = maximum(0.0, 3.0, |x: f64| Ok::<_, ()>(x.sin())).unwrap();
+        assert!((place - std::f64::consts::FRAC_PI_2).abs() < 1e-7 && (value - 1.0).abs() < 1e-15);
+    }
+}

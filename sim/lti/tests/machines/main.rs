@@ -1,0 +1,6 @@
+//! Linear theory of robot axes in contact, held against printed figures and closed forms.
+
+mod axis;
+mod closed_forms;
+mod critical_gains;
+mod paper_models;

@@ -3,4 +3,5 @@
 mod axis;
 mod closed_forms;
 mod critical_gains;
+mod margins;
 mod paper_models;

@@ -11,8 +11,8 @@ const FREQUENCY_HZ: f64 = 0.5e-3 + 1e-9;
 /// Half a unit of the fourth decimal, the last that is printed for gains.
 const GAIN: f64 = 0.5e-4 + 1e-9;
 
-struct Row {
-    name: &'static str,
+pub(crate) struct Row {
+    pub(crate) name: &'static str,
     flexible: bool,
     base: bool,
     workpiece: bool,
@@ -25,7 +25,7 @@ struct Row {
 }
 
 impl Row {
-    fn system(&self) -> StateSpace {
+    pub(crate) fn system(&self) -> StateSpace {
         let wb = TAU * 12.0;
         Axis {
             masses: (7.0, 5.0),
@@ -54,7 +54,7 @@ const PLAIN: Row = Row {
     sampled: Some([1.8070, 0.6067, 0.3689]),
 };
 
-const ROWS: [Row; 6] = [
+pub(crate) const ROWS: [Row; 6] = [
     PLAIN,
     Row {
         name: "rigid, source",

@@ -1,1 +1,3 @@
-//! placeholder
+//! What is around the simulator: the files that describe machines and experiments.
+
+pub mod format;

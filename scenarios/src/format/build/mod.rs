@@ -1,0 +1,90 @@
+//! From fields to a scenario.
+
+mod controllers;
+mod effects;
+mod elements;
+pub(crate) mod names;
+mod references;
+mod run;
+
+use feeler_plant::description::{Axis, Elements};
+
+use super::draft::Draft;
+use super::problem::Problems;
+use super::read::{Fields, Reader, Scope};
+use super::shape::Element;
+use super::source::Origin;
+use super::tree::{Table, Value};
+
+/// Reads the tables of a draft.
+pub(crate) struct Builder<'a> {
+    draft: &'a Draft,
+    problems: &'a mut Problems,
+    axis: Axis,
+}
+
+/// One element of a table as it stands in the file.
+#[derive(Clone, Copy)]
+struct Item<'t> {
+    element: &'static Element,
+    name: &'t str,
+    table: &'t Table,
+    at: &'t Origin,
+}
+
+impl Item<'_> {
+    fn path(&self) -> String {
+        format!("{}.{}", self.element.table, self.name)
+    }
+
+    /// Dotted path of one of its keys.
+    fn key(&self, key: &str) -> String {
+        format!("{}.{}.{key}", self.element.table, self.name)
+    }
+
+    /// Place of one of its keys; its own where the key is absent.
+    fn place(&self, key: &str) -> &Origin {
+        self.table.get(key).map_or(self.at, |entry| &entry.node.origin)
+    }
+}
+
+impl<'a> Builder<'a> {
+    pub(crate) fn new(draft: &'a Draft, problems: &'a mut Problems, axis: Axis) -> Self {
+        Self { draft, problems, axis }
+    }
+
+    fn rotational(&self) -> bool {
+        self.axis == Axis::Rotational
+    }
+
+    fn scope(&self) -> Scope {
+        Scope::new(self.rotational())
+    }
+
+    /// Every element of a table through `read`. What is no table is noted, and read as an empty one into which no key falls.
+    fn each<T>(&mut self, element: &'static Element, mut read: impl FnMut(&mut Self, Item<'_>) -> T) -> Elements<T> {
+        let mut found = Elements::new();
+        let draft = self.draft;
+        let Some(entry) = draft.root.get(element.table) else { return found };
+        let Value::Table(items) = &entry.node.value else {
+            let message = format!("this must be a table, not {}", entry.node.value.kind());
+            self.problems.add(&entry.node.origin, element.table, message, format!("write [{}.NAME]", element.table));
+            return found;
+        };
+        for (name, entry) in items {
+            let Value::Table(table) = &entry.node.value else {
+                let path = format!("{}.{name}", element.table);
+                let message = format!("this must be a table, not {}", entry.node.value.kind());
+                self.problems.add(&entry.node.origin, &path, message, format!("write [{path}]"));
+                continue;
+            };
+            found.insert(name.clone(), read(self, Item { element, name, table, at: &entry.node.origin }));
+        }
+        found
+    }
+
+    fn fields(&mut self, item: Item<'_>, scope: Scope) -> Fields {
+        let mut reader = Reader { problems: self.problems, scope };
+        reader.fields(&item.element.shape, &[super::keys::EFFECTS], item.table, item.at, &item.path())
+    }
+}

@@ -1,0 +1,168 @@
+//! A checked file: the scenario it describes, and where each part of it was written.
+
+use std::path::Path;
+
+use feeler_engine::Scenario;
+use feeler_plant::assembly::assemble;
+use feeler_plant::description::{Axis, Machine};
+use indexmap::IndexMap;
+
+use super::build::{Builder, names};
+use super::draft::{Draft, Setting};
+use super::keys::{ELEMENTS, TOLERANCE, TOP};
+use super::problem::{FormatError, Problems};
+use super::read::{Reader, Scope};
+use super::shape::Shape;
+use super::source::Origin;
+use super::tree::{Node, Table, Value};
+
+/// A machine or scenario file that has been checked.
+#[derive(Clone, Debug)]
+pub struct Document {
+    /// What it describes, in SI.
+    pub scenario: Scenario,
+    /// How far believed values may be off, as fractions, by dotted key.
+    pub tolerance: IndexMap<String, f64>,
+    draft: Draft,
+}
+
+/// A place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// File, or `--set` for an override.
+    pub file: String,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+}
+
+impl Document {
+    /// Reads and checks a file.
+    ///
+    /// # Errors
+    /// Every mistake at once.
+    pub fn load(path: &Path) -> Result<Self, FormatError> {
+        Draft::load(path)?.build()
+    }
+
+    /// Checks `text` as the content of `file_name`, against which relative names in it are resolved.
+    ///
+    /// # Errors
+    /// Every mistake at once.
+    pub fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
+        Draft::parse(text, file_name)?.build()
+    }
+
+    /// The file as it was written.
+    pub fn text(&self) -> &str {
+        &self.draft.sources.0[self.draft.main].text
+    }
+
+    /// The file with its overrides, to set further keys.
+    pub fn draft(&self) -> &Draft {
+        &self.draft
+    }
+
+    /// The same with some keys set, as a sweep does.
+    ///
+    /// # Errors
+    /// Keys that do not exist, and every mistake that the values make.
+    pub fn with<'a>(&self, settings: impl IntoIterator<Item = (&'a str, Setting)>) -> Result<Self, FormatError> {
+        let mut draft = self.draft.clone();
+        for (key, setting) in settings {
+            draft.set_value(key, &setting)?;
+        }
+        draft.build()
+    }
+
+    /// Where a key was written, by its dotted path; none where it was left out.
+    pub fn place(&self, key: &str) -> Option<Place> {
+        let (origin, complete) = locate(&self.draft.root, key);
+        let origin = origin.filter(|_| complete)?;
+        let (line, column) = self.draft.sources.position(&origin);
+        Some(Place { file: self.draft.sources.0[origin.source].name.clone(), line, column })
+    }
+
+    pub(crate) fn build(draft: Draft) -> Result<Self, FormatError> {
+        let mut problems = Problems::default();
+        let top = top_fields(&draft, &mut problems);
+        let axis = if top.text("axis") == Some("rotational") { Axis::Rotational } else { Axis::Translational };
+        let stem = Path::new(&draft.sources.0[draft.main].name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        let name = top.text("name").map(str::to_owned).or(stem).unwrap_or_default();
+        let mut builder = Builder::new(&draft, &mut problems, axis);
+        let machine = Machine { name, about: top.text("about").unwrap_or_default().into(), ..builder.machine() };
+        names::check(&draft.root, &mut problems);
+        if let Err(found) = assemble(&machine) {
+            for problem in found {
+                if !problems.covers(&problem.key) {
+                    let (origin, _) = locate(&draft.root, &problem.key);
+                    problems.add(&origin.unwrap_or_default(), problem.key, problem.message, problem.remedy.unwrap_or_default());
+                }
+            }
+        }
+        let mut builder = Builder::new(&draft, &mut problems, axis);
+        let controllers = builder.controllers(&machine);
+        let run = builder.run(&machine, &controllers);
+        let tolerance = tolerance(&draft.root, &mut problems);
+        if !problems.is_empty() {
+            return Err(problems.into_error(draft.sources));
+        }
+        Ok(Self { scenario: Scenario { machine, controllers, run }, tolerance, draft })
+    }
+}
+
+/// Keys at the top; element tables, `[run]` and `[tolerance]` are read elsewhere.
+fn top_fields(draft: &Draft, problems: &mut Problems) -> super::read::Fields {
+    static SHAPE: Shape = Shape { keys: TOP, choice: None };
+    let mut tables: Vec<&str> = ELEMENTS.iter().map(|element| element.table).collect();
+    tables.extend(["run", TOLERANCE]);
+    let at = Origin { source: draft.main, span: 0..0 };
+    Reader { problems, scope: Scope::new(false) }.fields(&SHAPE, &tables, &draft.root, &at, "")
+}
+
+fn tolerance(root: &Table, problems: &mut Problems) -> IndexMap<String, f64> {
+    let mut found = IndexMap::new();
+    let Some(entry) = root.get(TOLERANCE) else { return found };
+    let Value::Table(table) = &entry.node.value else {
+        let message = format!("this must be a table, not {}", entry.node.value.kind());
+        problems.add(&entry.node.origin, TOLERANCE, message, "write [tolerance]");
+        return found;
+    };
+    for (key, entry) in table {
+        let path = format!("{TOLERANCE}.\"{key}\"");
+        if let (_, false) = locate(root, key) {
+            let remedy = "name a key of this file in quotes, as in \"bodies.motor.mass\" = 0.05";
+            problems.add(&entry.key, &path, format!("there is no `{key}` in this file"), remedy);
+        }
+        let mut reader = Reader { problems, scope: Scope::new(false) };
+        let number = super::dimension::Dim::from(feeler_plant::units::Dimension::NONE);
+        let bound = super::shape::Bound::Within(0.0, 1e6);
+        if let Some(value) = reader.quantity_of(&entry.node, number, bound, &path) {
+            found.insert(key.clone(), value);
+        }
+    }
+    found
+}
+
+/// Place of the deepest part of a dotted path that is in the tree, and whether that is all of it.
+pub(crate) fn locate(root: &Table, path: &str) -> (Option<Origin>, bool) {
+    let mut table = Some(root);
+    let mut origin = None;
+    for segment in path.split('.') {
+        let Some(entry) = table.and_then(|table| table.get(segment)) else { return (origin, false) };
+        origin = Some(entry.node.origin.clone());
+        table = entry.node.as_table();
+    }
+    (origin, true)
+}
+
+/// The node at a dotted path.
+pub(crate) fn node_at<'a>(root: &'a Table, path: &[&str]) -> Option<&'a Node> {
+    let (last, way) = path.split_last()?;
+    let mut table = root;
+    for segment in way {
+        table = table.get(*segment)?.node.as_table()?;
+    }
+    table.get(*last).map(|entry| &entry.node)
+}

@@ -1,0 +1,264 @@
+//! A file as a tree, on its way to a document: the machine it builds on, and overrides.
+
+use std::fs;
+use std::path::Path;
+
+use feeler_plant::effects::LIBRARY;
+use toml::de::{DeTable, DeValue};
+
+use super::document::Document;
+use super::keys::{EFFECTS, ELEMENTS, TOLERANCE, TOP};
+use super::problem::{FormatError, Problems, unreadable};
+use super::read::join;
+use super::source::{Origin, Source, Sources};
+use super::suggest::did_you_mean;
+use super::tree::{Entry, Node, Table, Value, from_table, from_value};
+
+/// Machine files are a few kilobytes; more than this is some other file.
+const LARGEST_FILE: u64 = 16 << 20;
+
+/// Files that build on each other.
+const LONGEST_CHAIN: usize = 8;
+
+/// A machine or scenario file as written: keys can still be set, nothing is checked yet.
+#[derive(Clone, Debug)]
+pub struct Draft {
+    pub(crate) sources: Sources,
+    pub(crate) root: Table,
+    /// The file itself among the sources.
+    pub(crate) main: usize,
+}
+
+/// The value of an override.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Setting {
+    /// A number in SI.
+    Number(f64),
+    /// A word, a name, or a number with its unit.
+    Text(String),
+    /// True or false.
+    Flag(bool),
+}
+
+impl Draft {
+    /// Reads a file, and the machine it builds on.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is no TOML.
+    pub fn load(path: &Path) -> Result<Self, FormatError> {
+        Self::parse(&read_text(path)?, &path.display().to_string())
+    }
+
+    /// Takes `text` as the content of `file_name`, against which relative names in it are resolved.
+    ///
+    /// # Errors
+    /// As [`Draft::load`].
+    pub fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
+        let mut draft = Self { sources: Sources::default(), root: Table::new(), main: 0 };
+        let table = parse_toml(text, file_name, &mut draft.sources)?;
+        draft.root = draft.on_base(table, 1)?;
+        Ok(draft)
+    }
+
+    /// `table` laid over the machine that it names.
+    fn on_base(&mut self, table: Table, depth: usize) -> Result<Table, FormatError> {
+        let Some(entry) = table.get("machine") else { return Ok(table) };
+        // A value that is no text is left for the reader to refuse.
+        let Some(name) = entry.node.as_text() else { return Ok(table) };
+        let origin = entry.node.origin.clone();
+        let refuse = |draft: &Self, message: String, remedy: &str| {
+            let mut problems = Problems::default();
+            problems.add(&origin, "machine", message, remedy);
+            Err(problems.into_error(draft.sources.clone()))
+        };
+        if depth >= LONGEST_CHAIN {
+            return refuse(self, format!("more than {LONGEST_CHAIN} files build on each other"), "a file may not build on itself");
+        }
+        let path = self.sources.0[origin.source].directory.join(name);
+        let text = match read_text(&path) {
+            Ok(text) => text,
+            Err(error) => {
+                let message = error.problems.first().map_or_else(String::new, |problem| problem.message.clone());
+                return refuse(self, format!("{}: {message}", path.display()), "name a file relative to this one");
+            }
+        };
+        let base = parse_toml(&text, &path.display().to_string(), &mut self.sources)?;
+        let mut base = self.on_base(base, depth + 1)?;
+        base.shift_remove("machine");
+        let mut over = table;
+        over.shift_remove("machine");
+        lay_over(&mut base, over, 0);
+        Ok(base)
+    }
+
+    /// Sets a key, as `controllers.force.kp=0.8`: the value is TOML, and whatever is no TOML is a text, so that `contacts.tool.gap=5 mm` works.
+    ///
+    /// # Errors
+    /// No `=`, or a path through elements that do not exist.
+    pub fn set(&mut self, assignment: &str) -> Result<(), FormatError> {
+        let source = self.override_source(assignment);
+        let Some((key, value)) = assignment.split_once('=') else {
+            let origin = Origin { source, span: 0..assignment.len() };
+            return Err(self.refuse(
+                &origin,
+                "",
+                format!("`{assignment}` sets nothing"),
+                "write KEY=VALUE, as in controllers.force.kp=0.8",
+            ));
+        };
+        let start = key.len() + 1 + (value.len() - value.trim_start().len());
+        let span = start..start + value.trim().len();
+        let node = match DeValue::parse(value.trim()) {
+            Ok(parsed) => moved(from_value(&parsed, source), start),
+            Err(_) => Node { value: Value::Text(value.trim().to_owned()), origin: Origin { source, span } },
+        };
+        self.place(key.trim(), &Origin { source, span: 0..key.len() }, node)
+    }
+
+    /// Sets a key to a value.
+    ///
+    /// # Errors
+    /// A path through elements that do not exist.
+    pub fn set_value(&mut self, key: &str, setting: &Setting) -> Result<(), FormatError> {
+        let (shown, value) = match setting {
+            Setting::Number(number) => (number.to_string(), Value::Float(*number)),
+            Setting::Text(text) => (text.clone(), Value::Text(text.clone())),
+            Setting::Flag(flag) => (flag.to_string(), Value::Flag(*flag)),
+        };
+        let source = self.override_source(&format!("{key}={shown}"));
+        let origin = Origin { source, span: key.len() + 1..key.len() + 1 + shown.len() };
+        self.place(key, &Origin { source, span: 0..key.len() }, Node { value, origin })
+    }
+
+    /// Checks everything and resolves it.
+    ///
+    /// # Errors
+    /// Every mistake at once.
+    pub fn build(self) -> Result<Document, FormatError> {
+        Document::build(self)
+    }
+
+    fn override_source(&mut self, text: &str) -> usize {
+        self.sources.add(Source { name: "--set".into(), text: text.into(), directory: Path::new("").into() })
+    }
+
+    fn refuse(&self, origin: &Origin, key: &str, message: String, remedy: impl Into<String>) -> FormatError {
+        let mut problems = Problems::default();
+        problems.add(origin, key, message, remedy);
+        problems.into_error(self.sources.clone())
+    }
+
+    /// Puts a node at a dotted path. Tables on the way are made, elements are not.
+    fn place(&mut self, path: &str, at: &Origin, node: Node) -> Result<(), FormatError> {
+        let segments: Vec<&str> = match path.split_once('.') {
+            Some((TOLERANCE, rest)) => vec![TOLERANCE, rest.trim_matches('"')],
+            _ => path.split('.').collect(),
+        };
+        self.check_path(path, &segments, at)?;
+        let Some((last, way)) = segments.split_last() else { return Ok(()) };
+        let mut table = &mut self.root;
+        let mut walked = String::new();
+        for segment in way {
+            walked = join(&walked, segment);
+            let entry = table.entry((*segment).to_owned()).or_insert_with(|| Entry { key: at.clone(), node: Node::table(at.clone()) });
+            let kind = entry.node.value.kind();
+            match entry.node.as_table_mut() {
+                Some(inner) => table = inner,
+                None => {
+                    let mut problems = Problems::default();
+                    problems.add(at, path, format!("`{walked}` is {kind}, not a table"), format!("set `{walked}` as a whole"));
+                    return Err(problems.into_error(self.sources.clone()));
+                }
+            }
+        }
+        let key = at.clone();
+        table.insert((*last).to_owned(), Entry { key, node });
+        Ok(())
+    }
+
+    fn check_path(&self, path: &str, segments: &[&str], at: &Origin) -> Result<(), FormatError> {
+        let first = segments[0];
+        let tables = ELEMENTS.iter().map(|element| element.table);
+        let top = TOP.iter().map(|key| key.name).chain(tables).chain(["run", TOLERANCE]);
+        if !top.clone().any(|name| name == first) {
+            return Err(self.refuse(at, path, format!("there is no `{first}` in a scenario"), did_you_mean(first, top)));
+        }
+        let Some(element) = ELEMENTS.iter().find(|element| element.table == first) else { return Ok(()) };
+        let names = self.root.get(first).and_then(|entry| entry.node.as_table());
+        let names = names.into_iter().flat_map(|table| table.keys().map(String::as_str));
+        match segments.get(1) {
+            None => return Err(self.refuse(at, path, format!("`{first}` is a whole table"), "name one of its elements and a key")),
+            Some(name) if !names.clone().any(|known| known == *name) => {
+                return Err(self.refuse(at, path, format!("there is no {} `{name}`", element.singular), did_you_mean(name, names)));
+            }
+            Some(_) => {}
+        }
+        if let Some([EFFECTS, kind, ..]) = segments.get(2..)
+            && !LIBRARY.iter().any(|definition| definition.kind == *kind)
+        {
+            let kinds = LIBRARY.iter().map(|definition| definition.kind);
+            return Err(self.refuse(at, path, format!("there is no effect `{kind}`"), did_you_mean(kind, kinds)));
+        }
+        Ok(())
+    }
+}
+
+/// Keys of `over` replace those of `base`. Element tables and their effects are merged key by key; values, inline tables and lists are replaced whole.
+fn lay_over(base: &mut Table, over: Table, depth: usize) {
+    for (name, entry) in over {
+        let merges = depth < 2 || name == EFFECTS || depth > 2;
+        let below = base.get_mut(&name).and_then(|old| old.node.as_table_mut());
+        match (below, entry.node.value) {
+            (Some(below), Value::Table(table)) if merges => lay_over(below, table, depth + 1),
+            (_, value) => {
+                base.insert(name, Entry { node: Node { value, origin: entry.node.origin }, key: entry.key });
+            }
+        }
+    }
+}
+
+/// A node whose places start `by` bytes later.
+fn moved(mut node: Node, by: usize) -> Node {
+    node.origin.span = node.origin.span.start + by..node.origin.span.end + by;
+    match &mut node.value {
+        Value::Array(items) => {
+            for item in items.iter_mut() {
+                *item = moved(item.clone(), by);
+            }
+        }
+        Value::Table(table) => {
+            for entry in table.values_mut() {
+                entry.key.span = entry.key.span.start + by..entry.key.span.end + by;
+                entry.node = moved(entry.node.clone(), by);
+            }
+        }
+        _ => {}
+    }
+    node
+}
+
+pub(crate) fn read_text(path: &Path) -> Result<String, FormatError> {
+    let name = path.display().to_string();
+    let size = fs::metadata(path).map_err(|error| unreadable(&name, error.to_string(), "name an existing file"))?.len();
+    if size > LARGEST_FILE {
+        let message = format!("the file has {size} bytes, and no scenario is larger than {LARGEST_FILE}");
+        return Err(unreadable(&name, message, "name a TOML file"));
+    }
+    fs::read_to_string(path).map_err(|error| unreadable(&name, error.to_string(), "name a text file in UTF-8"))
+}
+
+/// The tree of a text, which is added to the sources.
+pub(crate) fn parse_toml(text: &str, file_name: &str, sources: &mut Sources) -> Result<Table, FormatError> {
+    let directory = Path::new(file_name).parent().unwrap_or(Path::new("")).to_owned();
+    let source = sources.add(Source { name: file_name.into(), text: text.into(), directory });
+    let (table, errors) = DeTable::parse_recoverable(text);
+    if errors.is_empty() {
+        return Ok(from_table(table.get_ref(), source));
+    }
+    let mut problems = Problems::default();
+    for error in errors {
+        let span = error.span().unwrap_or(0..0);
+        problems.add(&Origin { source, span }, "", error.message(), "this is not TOML; see https://toml.io");
+    }
+    Err(problems.into_error(sources.clone()))
+}

@@ -1,0 +1,42 @@
+//! Every key of every file, one line each.
+
+mod controllers;
+mod dataset;
+mod machine;
+mod references;
+mod run;
+mod sweep;
+
+pub(crate) use controllers::CONTROLLERS;
+pub(crate) use dataset::{COLUMN, DATASET, EXPERIMENT};
+pub(crate) use machine::{ACTUATORS, BODIES, CONTACTS, ENGAGEMENTS, SENSORS, SPRINGS};
+pub(crate) use references::REFERENCE;
+pub(crate) use run::RUN;
+pub(crate) use sweep::{AXIS, KEEP, SWEEP};
+
+use super::shape::{Absent, Element, Key, Kind, Word, optional, word};
+
+/// Tables of named elements, in the order of the manual.
+pub(crate) static ELEMENTS: [&Element; 6] = [&BODIES, &SPRINGS, &CONTACTS, &ACTUATORS, &SENSORS, &CONTROLLERS];
+
+/// Keys at the top of a machine or scenario.
+pub(crate) static TOP: &[Key] = &[
+    optional("name", Kind::Text, "short name; the file's own where absent"),
+    optional("about", Kind::Text, "what it is for, in one or two sentences"),
+    Key { name: "axis", kind: Kind::Word(AXES), absent: Absent::Word("translational"), text: "what its coordinate is" },
+    optional(
+        "machine",
+        Kind::Text,
+        "a file, relative to this one, on which this one builds: what is given here replaces what it says, key by key",
+    ),
+];
+
+const AXES: &[Word] = &[word("translational", "kg, N, m"), word("rotational", "kg m2, N m, rad")];
+
+/// The table of tolerances.
+pub(crate) const TOLERANCE: &str = "tolerance";
+/// What `[tolerance]` is.
+pub(crate) const TOLERANCE_TEXT: &str = "how far a believed value may be off, as a fraction, before that counts as a finding: \
+    dotted keys in quotes, as in \"bodies.motor.mass\" = 0.05";
+/// The table of effects under an element.
+pub(crate) const EFFECTS: &str = "effects";

@@ -1,0 +1,40 @@
+//! `[run]`.
+
+use feeler_plant::units::Dimension;
+
+use crate::format::shape::{Absent, Bound, Key, Kind, Shape, Unit, Word, number, optional, word};
+
+/// Integrators.
+const INTEGRATORS: &[Word] = &[
+    word("exact", "matrix exponentials between located events: exact to rounding at any step"),
+    word("rk4", "classical fourth-order Runge-Kutta at the fixed step"),
+    word("semi-implicit-euler", "semi-implicit Euler at the fixed step"),
+];
+
+/// `[run]`
+pub(crate) static RUN: Shape = Shape {
+    keys: &[
+        number("duration", Unit::Of(Dimension::TIME), Bound::Above(0.0, 1e7), 1.0, "how long"),
+        number(
+            "step",
+            Unit::Of(Dimension::TIME),
+            Bound::Above(1e-9, 1e3),
+            1e-4,
+            "base step; the exact integrator needs none, and the record uses it",
+        ),
+        Key { name: "integrator", kind: Kind::Word(INTEGRATORS), absent: Absent::Word("exact"), text: "how to step" },
+        Key { name: "seed", kind: Kind::Count(0, u64::MAX), absent: Absent::Count(1), text: "seed of every random stream" },
+        optional(
+            "record",
+            Kind::Signals,
+            "signals to record; where absent, contact forces, positions and velocities of driven bodies, commands and readings",
+        ),
+        optional(
+            "record_rate",
+            Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
+            "rate of the record; one over the step where absent",
+        ),
+        Key { name: "energy", kind: Kind::Flag, absent: Absent::Flag(false), text: "whether to keep the energy ledger" },
+    ],
+    choice: None,
+};

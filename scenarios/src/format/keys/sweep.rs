@@ -1,0 +1,80 @@
+//! Sweep files.
+
+use crate::format::shape::{Absent, Choice, Key, Kind, Shape, Unit, Variant, Word, optional, required, word};
+
+/// Most points of an axis and samples of a sweep; more is refused.
+pub(crate) const MOST_POINTS: u64 = 10_000_000;
+
+const SAMPLINGS: &[Word] = &[
+    word("grid", "every combination of the axes"),
+    word("random", "independent draws"),
+    word("latin-hypercube", "each axis cut into `samples` slices, each slice drawn from once"),
+    word("sobol", "a low-discrepancy sequence"),
+];
+
+/// The top of a sweep file; `[axes]` and `[keep]` are tables of their own.
+pub(crate) static SWEEP: Shape = Shape {
+    keys: &[
+        required("scenario", Kind::Text, "the scenario file, relative to this one"),
+        optional("name", Kind::Text, "short name"),
+        optional("about", Kind::Text, "what it is for"),
+        optional(
+            "sampling",
+            Kind::Word(SAMPLINGS),
+            "how points are chosen; where absent, a grid, or random draws where an axis is a distribution",
+        ),
+        optional("samples", Kind::Count(1, MOST_POINTS), "how many points to draw, except on a grid"),
+        Key { name: "seed", kind: Kind::Count(0, u64::MAX), absent: Absent::Count(1), text: "seed of the draws" },
+    ],
+    choice: None,
+};
+
+const fn points(least: u64) -> Key {
+    required("points", Kind::Count(least, MOST_POINTS), "how many values, both ends included")
+}
+
+/// The table form of an axis; the variant is told by which of these keys is there.
+pub(crate) static AXIS: Shape = Shape {
+    keys: &[],
+    choice: Some(Choice {
+        key: "",
+        default: None,
+        text: "kind of axis",
+        variants: &[
+            Variant {
+                name: "linear",
+                text: "evenly spaced values",
+                keys: &[required("linear", Kind::Range(Unit::Swept), "first and last value"), points(1)],
+            },
+            Variant {
+                name: "log",
+                text: "values of equal ratio",
+                keys: &[required("log", Kind::Range(Unit::Swept), "first and last value, of the same sign"), points(1)],
+            },
+            Variant {
+                name: "uniform",
+                text: "drawn uniformly",
+                keys: &[required("uniform", Kind::Range(Unit::Swept), "smallest and largest value")],
+            },
+            Variant {
+                name: "log_uniform",
+                text: "drawn with a uniform logarithm",
+                keys: &[required("log_uniform", Kind::Range(Unit::Swept), "smallest and largest value, of the same sign")],
+            },
+        ],
+    }),
+};
+
+/// `[keep]`
+pub(crate) static KEEP: Shape = Shape {
+    keys: &[
+        Key {
+            name: "outcome",
+            kind: Kind::Flag,
+            absent: Absent::Flag(true),
+            text: "settled, chatter, unstable or no-contact, with its measures",
+        },
+        Key { name: "traces", kind: Kind::Flag, absent: Absent::Flag(false), text: "the recorded signals of every run" },
+    ],
+    choice: None,
+};

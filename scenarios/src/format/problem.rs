@@ -1,0 +1,117 @@
+//! Mistakes with their places.
+
+use std::fmt;
+use std::ops::Range;
+
+use serde::Serialize;
+use thiserror::Error;
+
+use super::report;
+use super::source::{Origin, Sources};
+
+/// One mistake: where it is and what to do about it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct Located {
+    /// File, or `--set` for an override.
+    pub file: String,
+    /// Line, from 1; 0 where the whole file is meant.
+    pub line: usize,
+    /// Column in characters, from 1; 0 where the whole file is meant.
+    pub column: usize,
+    /// Dotted path of the key, empty where none is meant.
+    pub key: String,
+    /// What is wrong.
+    pub message: String,
+    /// What to do about it.
+    pub remedy: Option<String>,
+    /// Bytes of the file.
+    pub span: Range<usize>,
+    #[serde(skip)]
+    pub(crate) source: usize,
+}
+
+impl fmt::Display for Located {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.file)?;
+        if self.line > 0 {
+            write!(f, ":{}:{}", self.line, self.column)?;
+        }
+        f.write_str(": ")?;
+        if !self.key.is_empty() {
+            write!(f, "{}: ", self.key)?;
+        }
+        f.write_str(&self.message)?;
+        self.remedy.as_ref().map_or(Ok(()), |remedy| write!(f, " ({remedy})"))
+    }
+}
+
+/// Every mistake of a file, in the order of its lines.
+#[derive(Clone, Debug, Error)]
+#[error("{}", self.report(false))]
+pub struct FormatError {
+    /// The mistakes.
+    pub problems: Vec<Located>,
+    pub(crate) sources: Sources,
+}
+
+impl FormatError {
+    /// One report with the lines that are meant, for a terminal with colours or without.
+    pub fn report(&self, coloured: bool) -> String {
+        report::render(&self.problems, &self.sources, coloured)
+    }
+
+    /// The problems as data.
+    pub fn to_json(&self) -> serde_json::Value {
+        serde_json::json!({ "problems": self.problems })
+    }
+}
+
+/// Mistakes as they are found.
+#[derive(Debug, Default)]
+pub(crate) struct Problems {
+    found: Vec<(Origin, String, String, Option<String>)>,
+}
+
+impl Problems {
+    pub(crate) fn add(&mut self, origin: &Origin, key: impl Into<String>, message: impl Into<String>, remedy: impl Into<String>) {
+        let remedy = Some(remedy.into()).filter(|remedy: &String| !remedy.is_empty());
+        self.found.push((origin.clone(), key.into(), message.into(), remedy));
+    }
+
+    /// Whether a problem with this key, or with a table that holds it, has been noted.
+    pub(crate) fn covers(&self, key: &str) -> bool {
+        self.found
+            .iter()
+            .any(|(_, noted, ..)| key.strip_prefix(noted.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.')))
+    }
+
+    pub(crate) fn count(&self) -> usize {
+        self.found.len()
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.found.is_empty()
+    }
+
+    /// The error of these mistakes, each once, in the order of files and lines.
+    pub(crate) fn into_error(self, sources: Sources) -> FormatError {
+        let mut problems: Vec<Located> = (self.found.into_iter())
+            .map(|(origin, key, message, remedy)| {
+                let (line, column) = sources.position(&origin);
+                let file = sources.0.get(origin.source).map_or_else(String::new, |source| source.name.clone());
+                Located { file, line, column, key, message, remedy, span: origin.span, source: origin.source }
+            })
+            .collect();
+        problems.sort_by(|a, b| (a.source, a.span.start, &a.key).cmp(&(b.source, b.span.start, &b.key)));
+        problems.dedup_by(|a, b| a == b);
+        FormatError { problems, sources }
+    }
+}
+
+/// The error of a file that cannot be read at all.
+pub(crate) fn unreadable(file: &str, message: String, remedy: &str) -> FormatError {
+    let remedy = Some(remedy.to_owned());
+    let problem = Located { file: file.into(), line: 0, column: 0, key: String::new(), message, remedy, span: 0..0, source: usize::MAX };
+    FormatError { problems: vec![problem], sources: Sources::default() }
+}

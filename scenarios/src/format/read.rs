@@ -1,0 +1,440 @@
+//! From a table to fields, by its shape: unknown and missing keys, types, units and bounds.
+
+use std::collections::HashMap;
+
+use feeler_plant::description::SignalName;
+use feeler_plant::units::Dimension;
+
+use super::dimension::Dim;
+use super::problem::Problems;
+use super::shape::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word};
+use super::source::Origin;
+use super::suggest::{did_you_mean, list};
+use super::tree::{Node, Table, Value};
+use super::units::{self, UnitError};
+
+/// Nothing that this software is for is larger than this in SI.
+const LARGEST: f64 = 1e15;
+
+/// Most entries of a list in a file.
+const MOST_ENTRIES: usize = 1_000_000;
+
+/// Units that follow from other keys.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scope {
+    pub(crate) rotational: bool,
+    pub(crate) signal: Dim,
+    pub(crate) output: Dim,
+    pub(crate) reference: Dim,
+    /// `n` of a contact law.
+    pub(crate) exponent: f64,
+}
+
+impl Scope {
+    pub(crate) fn new(rotational: bool) -> Self {
+        let number = Dim::from(Dimension::NONE);
+        Self { rotational, signal: number, output: number, reference: number, exponent: 1.0 }
+    }
+
+    fn dim(&self, unit: Unit) -> Dim {
+        match unit {
+            Unit::Of(dimension) => dimension.into(),
+            Unit::Signal => self.signal,
+            Unit::PowerStiffness => Dim::power_stiffness(self.exponent),
+            Unit::Output => self.output,
+            Unit::OutputPer(dimension) => self.output / dimension.into(),
+            Unit::Reference => self.reference,
+            Unit::Swept => Dimension::NONE.into(),
+        }
+    }
+}
+
+/// What was read of a key.
+#[derive(Clone, Debug)]
+pub(crate) enum Field {
+    Number(f64),
+    Count(u64),
+    Flag(bool),
+    Text(String),
+    Word(&'static str),
+    Pair([String; 2]),
+    Signal(SignalName),
+    Signals(Vec<SignalName>),
+    Range([f64; 2]),
+    Points(Vec<(f64, f64)>),
+    Table(Fields),
+}
+
+/// What was read of a table. Where a key was wrong, its field is absent, and a problem has been noted.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Fields {
+    /// The word of the shape's choice.
+    pub(crate) variant: Option<&'static str>,
+    values: HashMap<&'static str, Field>,
+}
+
+/// Accessors by kind. A key that was wrong gives a harmless stand-in: the file as a whole is refused then, and nothing sees it.
+impl Fields {
+    pub(crate) fn get(&self, key: &str) -> Option<&Field> {
+        self.values.get(key)
+    }
+
+    pub(crate) fn number(&self, key: &str) -> f64 {
+        self.optional(key).unwrap_or(1.0)
+    }
+
+    pub(crate) fn optional(&self, key: &str) -> Option<f64> {
+        if let Some(Field::Number(value)) = self.get(key) { Some(*value) } else { None }
+    }
+
+    pub(crate) fn count(&self, key: &str) -> Option<u64> {
+        if let Some(Field::Count(value)) = self.get(key) { Some(*value) } else { None }
+    }
+
+    pub(crate) fn flag(&self, key: &str) -> bool {
+        matches!(self.get(key), Some(Field::Flag(true)))
+    }
+
+    pub(crate) fn text(&self, key: &str) -> Option<&str> {
+        match self.get(key) {
+            Some(Field::Text(text)) => Some(text),
+            Some(Field::Word(word)) => Some(word),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn pair(&self, key: &str) -> [String; 2] {
+        if let Some(Field::Pair(pair)) = self.get(key) { pair.clone() } else { Default::default() }
+    }
+
+    pub(crate) fn table(&self, key: &str) -> Option<&Fields> {
+        if let Some(Field::Table(fields)) = self.get(key) { Some(fields) } else { None }
+    }
+
+    pub(crate) fn range(&self, key: &str) -> Option<[f64; 2]> {
+        if let Some(Field::Range(range)) = self.get(key) { Some(*range) } else { None }
+    }
+
+    pub(crate) fn points(&self, key: &str) -> Vec<(f64, f64)> {
+        if let Some(Field::Points(points)) = self.get(key) { points.clone() } else { Vec::new() }
+    }
+}
+
+/// Reads tables and notes what is wrong with them.
+pub(crate) struct Reader<'a> {
+    pub(crate) problems: &'a mut Problems,
+    pub(crate) scope: Scope,
+}
+
+impl Reader<'_> {
+    /// The fields of `table`, which stands at `at` under `path`. Keys in `besides` are left to others.
+    pub(crate) fn fields(&mut self, shape: &'static Shape, besides: &[&str], table: &Table, at: &Origin, path: &str) -> Fields {
+        let chosen = shape.choice.as_ref().map(|choice| self.choose(choice, table, at, path));
+        let mut fields = Fields::default();
+        let mut keys: Vec<&'static Key> = shape.keys.iter().collect();
+        match chosen {
+            Some(Some(variant)) => {
+                fields.variant = Some(variant.name);
+                keys.extend(variant.keys);
+            }
+            Some(None) => self.unknown(shape, &shape.all_keys().collect::<Vec<_>>(), besides, table, path),
+            None => {}
+        }
+        if !matches!(chosen, Some(None)) {
+            self.unknown(shape, &keys, besides, table, path);
+        }
+        for key in keys {
+            let path = join(path, key.name);
+            let field = match table.get(key.name) {
+                Some(entry) => self.field(key, &entry.node, &path),
+                None => self.absent(key, at, &path),
+            };
+            if let Some(field) = field {
+                fields.values.insert(key.name, field);
+            }
+        }
+        fields
+    }
+
+    /// The variant that a table names; where there is none, a problem is noted.
+    fn choose(&mut self, choice: &Choice, table: &Table, at: &Origin, path: &str) -> Option<&'static Variant> {
+        let names = || choice.variants.iter().map(|variant| variant.name);
+        if choice.key.is_empty() {
+            // Told by which key is there.
+            let found: Vec<_> = choice.variants.iter().filter(|variant| table.contains_key(variant.name)).collect();
+            if let [one] = found.as_slice() {
+                return Some(one);
+            }
+            let remedy = format!("give one of {}", list(names()));
+            self.problems.add(at, path, if found.is_empty() { "says nothing" } else { "says two things" }, remedy);
+            return None;
+        }
+        let path = join(path, choice.key);
+        let Some(entry) = table.get(choice.key) else {
+            let default = choice.default.and_then(|default| choice.variants.iter().find(|variant| variant.name == default));
+            if default.is_none() {
+                let remedy = format!("add `{} = \"...\"`: {}", choice.key, list(names()));
+                self.problems.add(at, &path, format!("`{}` is missing", choice.key), remedy);
+            }
+            return default;
+        };
+        let Some(text) = entry.node.as_text() else {
+            let message = format!("this must be a text, not {}", entry.node.value.kind());
+            self.problems.add(&entry.node.origin, &path, message, format!("one of {}", list(names())));
+            return None;
+        };
+        let found = choice.variants.iter().find(|variant| variant.name == text);
+        if found.is_none() {
+            self.problems.add(&entry.node.origin, &path, format!("there is no {} `{text}`", choice.key), did_you_mean(text, names()));
+        }
+        found
+    }
+
+    fn unknown(&mut self, shape: &'static Shape, keys: &[&'static Key], besides: &[&str], table: &Table, path: &str) {
+        let choice = shape.choice.as_ref().map(|choice| choice.key).filter(|key| !key.is_empty());
+        let known = || keys.iter().map(|key| key.name).chain(choice).chain(besides.iter().copied());
+        for (name, entry) in table {
+            if known().any(|key| key == name) {
+                continue;
+            }
+            let elsewhere = shape.variant_of(name).zip(choice);
+            let (message, remedy) = match elsewhere {
+                Some((variant, choice)) => {
+                    let message = format!("`{name}` has no meaning here: it belongs to {choice} = \"{}\"", variant.name);
+                    (message, format!("remove it, or set {choice} = \"{}\"", variant.name))
+                }
+                None => (format!("there is no key `{name}` here"), did_you_mean(name, known())),
+            };
+            self.problems.add(&entry.key, join(path, name), message, remedy);
+        }
+    }
+
+    fn absent(&mut self, key: &Key, at: &Origin, path: &str) -> Option<Field> {
+        match key.absent {
+            Absent::Required => {
+                let remedy = format!("add `{} = {}`: {}", key.name, self.example(key.kind), key.text);
+                self.problems.add(at, path, format!("`{}` is missing", key.name), remedy);
+                None
+            }
+            Absent::Nothing => None,
+            Absent::Number(value) => Some(Field::Number(value)),
+            Absent::Count(count) => Some(Field::Count(count)),
+            Absent::Flag(flag) => Some(Field::Flag(flag)),
+            Absent::Word(word) => Some(Field::Word(word)),
+        }
+    }
+
+    fn example(&self, kind: Kind) -> String {
+        match kind {
+            Kind::Quantity(unit, _) => match self.scope.dim(unit).si_unit(self.scope.rotational) {
+                unit if unit.is_empty() => "1.0".into(),
+                unit => format!("\"... {unit}\""),
+            },
+            Kind::Count(..) => "1".into(),
+            Kind::Flag => "true".into(),
+            Kind::Pair | Kind::Signals => "[\"...\", \"...\"]".into(),
+            Kind::Range(_) => "[..., ...]".into(),
+            Kind::Points(_) => "[[0.0, ...], ...]".into(),
+            _ => "\"...\"".into(),
+        }
+    }
+
+    /// One value. `None` where it is wrong; the problem is noted.
+    fn field(&mut self, key: &'static Key, node: &Node, path: &str) -> Option<Field> {
+        match key.kind {
+            Kind::Quantity(unit, bound) => self.quantity(node, unit, bound, path).map(Field::Number),
+            Kind::Count(least, most) => self.count(node, least, most, path).map(Field::Count),
+            Kind::Flag => match node.value {
+                Value::Flag(flag) => Some(Field::Flag(flag)),
+                _ => self.mistyped(node, "true or false", path),
+            },
+            Kind::Text | Kind::Name(_) => match &node.value {
+                Value::Text(text) => Some(Field::Text(text.clone())),
+                _ => self.mistyped(node, if let Kind::Name(what) = key.kind { what } else { "a text" }, path),
+            },
+            Kind::Pair => match &node.value {
+                Value::Array(items) => match items.as_slice() {
+                    [Node { value: Value::Text(a), .. }, Node { value: Value::Text(b), .. }] => Some(Field::Pair([a.clone(), b.clone()])),
+                    _ => self.mistyped(node, "a list of two body names, as in [\"ground\", \"motor\"]", path),
+                },
+                _ => self.mistyped(node, "a list of two body names, as in [\"ground\", \"motor\"]", path),
+            },
+            Kind::Signal => self.signal(node, path).map(Field::Signal),
+            Kind::Signals => {
+                let items = self.list(node, "a list of signals", path)?;
+                Some(Field::Signals(items.iter().filter_map(|item| self.signal(item, path)).collect()))
+            }
+            Kind::Word(words) => self.word(node, words, path).map(Field::Word),
+            Kind::Table(shape) => match &node.value {
+                Value::Table(table) => Some(Field::Table(self.fields(shape, &[], table, &node.origin, path))),
+                _ => self.mistyped(node, "a table", path),
+            },
+            Kind::QuantityOrTable(short, unit, shape) => {
+                if let Value::Table(table) = &node.value {
+                    return Some(Field::Table(self.fields(shape, &[], table, &node.origin, path)));
+                }
+                let value = self.quantity(node, unit, Bound::Positive, path)?;
+                let values = [(short, Field::Number(value))].into();
+                Some(Field::Table(Fields { variant: None, values }))
+            }
+            Kind::WordOrTable(words, shape) => match &node.value {
+                Value::Table(table) => Some(Field::Table(self.fields(shape, &[], table, &node.origin, path))),
+                _ => self.word(node, words, path).map(Field::Word),
+            },
+            Kind::Range(unit) => self.range(node, unit, path).map(Field::Range),
+            Kind::Points(unit) => self.points(node, unit, path).map(Field::Points),
+            Kind::Reference(shape) => match &node.value {
+                Value::Array(_) => self.points(node, Unit::Reference, path).map(Field::Points),
+                Value::Table(table) => Some(Field::Table(self.fields(shape, &[], table, &node.origin, path))),
+                _ => self.quantity(node, Unit::Reference, Bound::Any, path).map(Field::Number),
+            },
+        }
+    }
+
+    fn mistyped<T>(&mut self, node: &Node, expected: &str, path: &str) -> Option<T> {
+        self.problems.add(&node.origin, path, format!("this must be {expected}, not {}", node.value.kind()), "");
+        None
+    }
+
+    fn quantity(&mut self, node: &Node, unit: Unit, bound: Bound, path: &str) -> Option<f64> {
+        let dim = self.scope.dim(unit);
+        if unit == Unit::Swept
+            && let Value::Text(text) = &node.value
+        {
+            return match units::parse_any(text) {
+                Ok(value) => self.bounded(node, value, dim, bound, path),
+                Err(error) => self.wrong_unit(node, &error, dim, path),
+            };
+        }
+        self.quantity_of(node, dim, bound, path)
+    }
+
+    /// A quantity of a given dimension.
+    pub(crate) fn quantity_of(&mut self, node: &Node, dim: Dim, bound: Bound, path: &str) -> Option<f64> {
+        let value = match &node.value {
+            Value::Float(value) => *value,
+            Value::Integer(value) => *value as f64,
+            Value::Text(text) => match units::parse(text, dim, self.scope.rotational) {
+                Ok(value) => value,
+                Err(error) => return self.wrong_unit(node, &error, dim, path),
+            },
+            _ => {
+                let unit = dim.si_unit(self.scope.rotational);
+                let expected = if unit.is_empty() { "a number".into() } else { format!("a number in {unit}, or a text with a unit") };
+                return self.mistyped(node, &expected, path);
+            }
+        };
+        self.bounded(node, value, dim, bound, path)
+    }
+
+    fn bounded(&mut self, node: &Node, value: f64, dim: Dim, bound: Bound, path: &str) -> Option<f64> {
+        let unit = dim.si_unit(self.scope.rotational);
+        let shown = if unit.is_empty() { format!("{value}") } else { format!("{value} {unit}") };
+        if !bound.admits(value) {
+            let remedy = if value.is_finite() { "" } else { "write a finite number" };
+            self.problems.add(&node.origin, path, format!("{shown} makes no sense: this {}", bound.words()), remedy);
+            return None;
+        }
+        if value.abs() > LARGEST {
+            let remedy = format!("values up to {LARGEST:e} are taken; check the unit");
+            self.problems.add(&node.origin, path, format!("{shown} is beyond anything real"), remedy);
+            return None;
+        }
+        Some(value)
+    }
+
+    fn wrong_unit(&mut self, node: &Node, error: &UnitError, dim: Dim, path: &str) -> Option<f64> {
+        let phrase = dim.phrase(self.scope.rotational);
+        let unit = dim.si_unit(self.scope.rotational);
+        let remedy = match error {
+            UnitError::UnknownUnit { nearest: Some(nearest), .. } => format!("did you mean `{nearest}`?"),
+            UnitError::NoUnit { text } => format!("write {text} without quotes for SI, or \"{} {unit}\"", text.trim()),
+            _ if unit.is_empty() => "write a number".into(),
+            _ => format!("write a number in {unit}, or a text such as \"1 {unit}\""),
+        };
+        self.problems.add(&node.origin, path, format!("{error}, and this must be {phrase}"), remedy);
+        None
+    }
+
+    fn count(&mut self, node: &Node, least: u64, most: u64, path: &str) -> Option<u64> {
+        let Value::Integer(value) = node.value else { return self.mistyped(node, "a whole number", path) };
+        match u64::try_from(value) {
+            Ok(count) if (least..=most).contains(&count) => Some(count),
+            _ => {
+                self.problems.add(&node.origin, path, format!("{value} makes no sense: this must lie from {least} to {most}"), "");
+                None
+            }
+        }
+    }
+
+    fn word(&mut self, node: &Node, words: &'static [Word], path: &str) -> Option<&'static str> {
+        let names = || words.iter().map(|word| word.name);
+        let Value::Text(text) = &node.value else { return self.mistyped(node, &format!("one of {}", list(names())), path) };
+        let found = names().find(|name| name == text);
+        if found.is_none() {
+            self.problems.add(&node.origin, path, format!("`{text}` is none of {}", list(names())), did_you_mean(text, names()));
+        }
+        found
+    }
+
+    fn signal(&mut self, node: &Node, path: &str) -> Option<SignalName> {
+        let Value::Text(text) = &node.value else { return self.mistyped(node, "a signal, as in \"motor.position\"", path) };
+        text.parse().map_err(|error| self.problems.add(&node.origin, path, format!("{error}"), "")).ok()
+    }
+
+    fn list<'n>(&mut self, node: &'n Node, expected: &str, path: &str) -> Option<&'n [Node]> {
+        let Value::Array(items) = &node.value else { return self.mistyped(node, expected, path) };
+        if items.len() > MOST_ENTRIES {
+            let message = format!("{} entries are more than the {MOST_ENTRIES} that are taken", items.len());
+            self.problems.add(&node.origin, path, message, "put them into a CSV file");
+            return None;
+        }
+        Some(items)
+    }
+
+    fn range(&mut self, node: &Node, unit: Unit, path: &str) -> Option<[f64; 2]> {
+        let items = self.list(node, "a list of two numbers", path)?;
+        let [low, high] = items else { return self.mistyped(node, "a list of two numbers", path) };
+        let ends = (self.quantity(low, unit, Bound::Any, path), self.quantity(high, unit, Bound::Any, path));
+        let (Some(low), Some(high)) = ends else { return None };
+        if low > high || (low < 0.0 && unit != Unit::Swept) {
+            self.problems.add(&node.origin, path, format!("the band from {low} to {high} makes no sense"), "write the smaller one first");
+            return None;
+        }
+        Some([low, high])
+    }
+
+    fn points(&mut self, node: &Node, unit: Unit, path: &str) -> Option<Vec<(f64, f64)>> {
+        let form = "a list of [time, value] pairs, as in [[0.0, 20.0], [1.2, 30.0]]";
+        let items = self.list(node, form, path)?;
+        if items.is_empty() {
+            self.problems.add(&node.origin, path, "there are no points", "give at least one: [[0.0, ...]]");
+            return None;
+        }
+        let mut points = Vec::with_capacity(items.len());
+        let mut complete = true;
+        for item in items {
+            let Value::Array(pair) = &item.value else { return self.mistyped(item, form, path) };
+            let [time, value] = pair.as_slice() else { return self.mistyped(item, form, path) };
+            let time_s = self.quantity(time, Unit::Of(Dimension::TIME), Bound::Any, path);
+            let value = self.quantity(value, unit, Bound::Any, path);
+            let (Some(time_s), Some(value)) = (time_s, value) else {
+                complete = false;
+                continue;
+            };
+            if let Some((before, _)) = points.last()
+                && time_s <= *before
+            {
+                self.problems.add(&time.origin, path, format!("the time {time_s} s is not after {before} s"), "times must increase");
+                complete = false;
+            }
+            points.push((time_s, value));
+        }
+        complete.then_some(points)
+    }
+}
+
+/// A dotted path.
+pub(crate) fn join(path: &str, key: &str) -> String {
+    if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
+}

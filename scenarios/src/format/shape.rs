@@ -1,0 +1,198 @@
+//! How the keys of a table are declared: one line per key, from which parsing, the schema and the reference are made.
+
+use feeler_plant::effects::HostKind;
+use feeler_plant::units::Dimension;
+
+/// A key of a table.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Key {
+    pub(crate) name: &'static str,
+    pub(crate) kind: Kind,
+    pub(crate) absent: Absent,
+    pub(crate) text: &'static str,
+}
+
+/// What a key holds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Kind {
+    /// A number in SI or a text with a unit.
+    Quantity(Unit, Bound),
+    /// A whole number from..=to.
+    Count(u64, u64),
+    Flag,
+    /// Any text.
+    Text,
+    /// The name of another element: what it must be, in words.
+    Name(&'static str),
+    /// The names of two bodies.
+    Pair,
+    /// `element.quantity`.
+    Signal,
+    /// A list of signals.
+    Signals,
+    /// One of several words.
+    Word(&'static [Word]),
+    /// A table.
+    Table(&'static Shape),
+    /// A table, or a quantity that stands for its key of this name.
+    QuantityOrTable(&'static str, Unit, &'static Shape),
+    /// A word, or a table.
+    WordOrTable(&'static [Word], &'static Shape),
+    /// Two quantities, low and high.
+    Range(Unit),
+    /// `[[time, value], ...]`.
+    Points(Unit),
+    /// A number, points (steps), or a table of the shape.
+    Reference(&'static Shape),
+}
+
+/// A word that a key may hold, and its meaning.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Word {
+    pub(crate) name: &'static str,
+    pub(crate) text: &'static str,
+}
+
+/// Unit of a quantity; some follow from other keys of the file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Unit {
+    Of(Dimension),
+    /// Of the signal that a sensor reads.
+    Signal,
+    /// N/m^n, `n` being the exponent of the contact's law.
+    PowerStiffness,
+    /// Of the drive's command.
+    Output,
+    /// Of the drive's command over this.
+    OutputPer(Dimension),
+    /// Of what the controller's law follows.
+    Reference,
+    /// Of the key that a sweep's axis names; plain numbers.
+    Swept,
+}
+
+/// Values that make sense.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Bound {
+    /// Any finite number.
+    Any,
+    /// > 0.
+    Positive,
+    /// >= 0.
+    NotNegative,
+    /// At least this.
+    AtLeast(f64),
+    /// From the first to the second, both allowed.
+    Within(f64, f64),
+    /// Above the first, up to the second.
+    Above(f64, f64),
+}
+
+impl Bound {
+    pub(crate) fn admits(self, value: f64) -> bool {
+        value.is_finite()
+            && match self {
+                Self::Any => true,
+                Self::Positive => value > 0.0,
+                Self::NotNegative => value >= 0.0,
+                Self::AtLeast(least) => value >= least,
+                Self::Within(least, most) => (least..=most).contains(&value),
+                Self::Above(least, most) => value > least && value <= most,
+            }
+    }
+
+    /// "must be above zero".
+    pub(crate) fn words(self) -> String {
+        match self {
+            Self::Any => "must be a finite number".into(),
+            Self::Positive => "must be above zero".into(),
+            Self::NotNegative => "must be zero or above".into(),
+            Self::AtLeast(least) => format!("must be {least} or above"),
+            Self::Within(least, most) => format!("must lie from {least} to {most}"),
+            Self::Above(least, most) => format!("must be above {least} and at most {most}"),
+        }
+    }
+}
+
+/// What the absence of a key means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Absent {
+    /// A mistake.
+    Required,
+    /// That there is no such thing.
+    Nothing,
+    Number(f64),
+    Count(u64),
+    Flag(bool),
+    Word(&'static str),
+}
+
+/// The keys of a table; some tables have more keys, by the value of one.
+#[derive(Debug)]
+pub(crate) struct Shape {
+    pub(crate) keys: &'static [Key],
+    pub(crate) choice: Option<Choice>,
+}
+
+/// A key whose word decides which other keys there are.
+#[derive(Debug)]
+pub(crate) struct Choice {
+    pub(crate) key: &'static str,
+    /// The word where the key is absent; none where it must be given.
+    pub(crate) default: Option<&'static str>,
+    pub(crate) text: &'static str,
+    pub(crate) variants: &'static [Variant],
+}
+
+/// One word of a [`Choice`].
+#[derive(Debug)]
+pub(crate) struct Variant {
+    pub(crate) name: &'static str,
+    pub(crate) text: &'static str,
+    pub(crate) keys: &'static [Key],
+}
+
+impl Shape {
+    /// Keys of the table itself and of every variant.
+    pub(crate) fn all_keys(&self) -> impl Iterator<Item = &'static Key> {
+        let variants = self.choice.iter().flat_map(|choice| choice.variants).flat_map(|variant| variant.keys);
+        self.keys.iter().chain(variants)
+    }
+
+    /// The variant whose keys hold a key.
+    pub(crate) fn variant_of(&self, key: &str) -> Option<&'static Variant> {
+        self.choice.iter().flat_map(|choice| choice.variants).find(|variant| variant.keys.iter().any(|k| k.name == key))
+    }
+}
+
+/// A table of named elements, as `[bodies.NAME]`.
+#[derive(Debug)]
+pub(crate) struct Element {
+    /// Name of the table.
+    pub(crate) table: &'static str,
+    /// One of them.
+    pub(crate) singular: &'static str,
+    pub(crate) text: &'static str,
+    pub(crate) shape: Shape,
+    /// What the effects library calls it: some depend on the element's own keys.
+    pub(crate) hosts: &'static [HostKind],
+}
+
+/// A key that must be given.
+pub(crate) const fn required(name: &'static str, kind: Kind, text: &'static str) -> Key {
+    Key { name, kind, absent: Absent::Required, text }
+}
+
+/// A key without which there is no such thing.
+pub(crate) const fn optional(name: &'static str, kind: Kind, text: &'static str) -> Key {
+    Key { name, kind, absent: Absent::Nothing, text }
+}
+
+/// A quantity with a default in SI.
+pub(crate) const fn number(name: &'static str, unit: Unit, bound: Bound, default: f64, text: &'static str) -> Key {
+    Key { name, kind: Kind::Quantity(unit, bound), absent: Absent::Number(default), text }
+}
+
+pub(crate) const fn word(name: &'static str, text: &'static str) -> Word {
+    Word { name, text }
+}

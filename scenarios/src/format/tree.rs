@@ -1,0 +1,96 @@
+//! A TOML document as an owned tree in which every key and value knows where it was written.
+
+use indexmap::IndexMap;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::source::Origin;
+
+/// A value and its place.
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    pub(crate) value: Value,
+    pub(crate) origin: Origin,
+}
+
+/// A TOML value.
+#[derive(Clone, Debug)]
+pub(crate) enum Value {
+    Text(String),
+    Integer(i128),
+    Float(f64),
+    Flag(bool),
+    Date,
+    Array(Vec<Node>),
+    Table(Table),
+}
+
+/// A key's place and its value.
+#[derive(Clone, Debug)]
+pub(crate) struct Entry {
+    pub(crate) key: Origin,
+    pub(crate) node: Node,
+}
+
+/// Keys in the order of the file.
+pub(crate) type Table = IndexMap<String, Entry>;
+
+impl Value {
+    /// What it is, with an article.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self {
+            Self::Text(_) => "a text",
+            Self::Integer(_) | Self::Float(_) => "a number",
+            Self::Flag(_) => "true or false",
+            Self::Date => "a date",
+            Self::Array(_) => "a list",
+            Self::Table(_) => "a table",
+        }
+    }
+}
+
+impl Node {
+    /// An empty table.
+    pub(crate) fn table(origin: Origin) -> Self {
+        Self { value: Value::Table(Table::new()), origin }
+    }
+
+    pub(crate) fn as_table(&self) -> Option<&Table> {
+        if let Value::Table(table) = &self.value { Some(table) } else { None }
+    }
+
+    pub(crate) fn as_table_mut(&mut self) -> Option<&mut Table> {
+        if let Value::Table(table) = &mut self.value { Some(table) } else { None }
+    }
+
+    pub(crate) fn as_text(&self) -> Option<&str> {
+        if let Value::Text(text) = &self.value { Some(text) } else { None }
+    }
+}
+
+/// The tree of a parsed document.
+pub(crate) fn from_table(table: &DeTable<'_>, source: usize) -> Table {
+    let entry = |(key, value): (&Spanned<_>, &Spanned<DeValue<'_>>)| {
+        let key: &Spanned<std::borrow::Cow<'_, str>> = key;
+        (key.get_ref().to_string(), Entry { key: Origin { source, span: key.span() }, node: from_value(value, source) })
+    };
+    table.iter().map(entry).collect()
+}
+
+/// The tree of a parsed value. The parser bounds the depth of its input, and with it the recursion here.
+pub(crate) fn from_value(value: &Spanned<DeValue<'_>>, source: usize) -> Node {
+    let origin = Origin { source, span: value.span() };
+    let value = match value.get_ref() {
+        DeValue::String(text) => Value::Text(text.to_string()),
+        // An integer that does not fit any key's range is still a number: as a float it runs into the key's own bound.
+        DeValue::Integer(integer) => {
+            i128::from_str_radix(integer.as_str(), integer.radix()).map_or(Value::Float(f64::INFINITY), Value::Integer)
+        }
+        DeValue::Float(float) => Value::Float(float.as_str().parse().unwrap_or(f64::NAN)),
+        DeValue::Boolean(flag) => Value::Flag(*flag),
+        DeValue::Datetime(_) => Value::Date,
+        DeValue::Array(items) => Value::Array(items.iter().map(|item| from_value(item, source)).collect()),
+        DeValue::Table(table) => Value::Table(from_table(table, source)),
+    };
+    Node { value, origin }
+}

@@ -1,0 +1,279 @@
+//! Numbers with units, as in `"1.2 kN/mm"`.
+//!
+//! Factors are separated by a space, `*` or `·`; powers are written `m2`, `m^2` or `m²`; there is at most one `/`, and a denominator of several
+//! factors stands in parentheses, so that `N/m s` cannot mean two things.
+
+use std::f64::consts::PI;
+use std::fmt::Write as _;
+
+use feeler_plant::units::Dimension;
+use thiserror::Error;
+
+use super::dimension::{Dim, same_exponent};
+
+/// Why a text is no quantity of the dimension asked for.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub(crate) enum UnitError {
+    /// It does not begin with a number.
+    #[error("`{text}` does not begin with a number")]
+    NoNumber {
+        /// What was written.
+        text: String,
+    },
+    /// A number alone, where a unit is needed.
+    #[error("`{text}` has no unit")]
+    NoUnit {
+        /// What was written.
+        text: String,
+    },
+    /// A symbol that is no unit.
+    #[error("`{symbol}` is no unit")]
+    UnknownUnit {
+        /// What was written.
+        symbol: String,
+        /// The unit most like it.
+        nearest: Option<String>,
+    },
+    /// Two slashes, an unclosed parenthesis, a denominator of several factors.
+    #[error("the unit `{unit}` {why}")]
+    Malformed {
+        /// What was written.
+        unit: String,
+        /// What is wrong with it.
+        why: &'static str,
+    },
+    /// A unit of another dimension.
+    #[error("`{text}` is {given}")]
+    WrongDimension {
+        /// What was written.
+        text: String,
+        /// What that is.
+        given: String,
+    },
+}
+
+/// Exponents of kg, m, s and rad. The radian is kept apart from pure numbers so that `rad/s` is not taken for `Hz`.
+#[derive(Clone, Copy, Debug, Default)]
+struct Bases {
+    kg: f64,
+    m: f64,
+    s: f64,
+    rad: f64,
+}
+
+impl Bases {
+    const fn new(kg: f64, m: f64, s: f64, rad: f64) -> Self {
+        Self { kg, m, s, rad }
+    }
+
+    fn add(&mut self, other: Self, times: f64) {
+        self.kg += times * other.kg;
+        self.m += times * other.m;
+        self.s += times * other.s;
+        self.rad += times * other.rad;
+    }
+
+    /// Whether these bases are a way to write `dim` on the given axis.
+    fn fit(self, dim: Dim, rotational: bool) -> bool {
+        if !same_exponent(self.kg, dim.mass) || !same_exponent(self.s, dim.time) {
+            return false;
+        }
+        let number = same_exponent(dim.mass, 0.0) && same_exponent(dim.length, 0.0) && same_exponent(dim.time, 0.0) && !dim.any_length;
+        if number {
+            return same_exponent(self.m, 0.0);
+        }
+        if !rotational {
+            return same_exponent(self.rad, 0.0) && (dim.any_length || same_exponent(self.m, dim.length));
+        }
+        // kg m² for each kg; the radian of N m/rad may be left out, that of an angle may not.
+        let angle = same_exponent(self.rad, dim.length - dim.mass);
+        let dropped = !same_exponent(dim.mass, 0.0) && same_exponent(self.rad, 0.0);
+        same_exponent(self.m, 2.0 * dim.mass) && (dim.any_length || angle || dropped)
+    }
+
+    /// The dimension on the given axis, as far as there is one.
+    fn dim(self, rotational: bool) -> Option<Dim> {
+        let length = if rotational { self.rad + self.kg } else { self.m };
+        let dim = Dim { mass: self.kg, length, time: self.s, any_length: false };
+        let moment = Dim { length: 0.0, ..dim };
+        [dim, moment].into_iter().find(|dim| self.fit(*dim, rotational))
+    }
+}
+
+/// Symbol, factor to SI, bases, whether it takes a prefix.
+const SYMBOLS: &[(&str, f64, Bases, bool)] = &[
+    ("1", 1.0, Bases::new(0.0, 0.0, 0.0, 0.0), false),
+    ("%", 0.01, Bases::new(0.0, 0.0, 0.0, 0.0), false),
+    ("g", 1e-3, Bases::new(1.0, 0.0, 0.0, 0.0), true),
+    ("m", 1.0, Bases::new(0.0, 1.0, 0.0, 0.0), true),
+    ("s", 1.0, Bases::new(0.0, 0.0, 1.0, 0.0), true),
+    ("min", 60.0, Bases::new(0.0, 0.0, 1.0, 0.0), false),
+    ("Hz", 1.0, Bases::new(0.0, 0.0, -1.0, 0.0), true),
+    ("N", 1.0, Bases::new(1.0, 1.0, -2.0, 0.0), true),
+    ("J", 1.0, Bases::new(1.0, 2.0, -2.0, 0.0), true),
+    ("W", 1.0, Bases::new(1.0, 2.0, -3.0, 0.0), true),
+    ("rad", 1.0, Bases::new(0.0, 0.0, 0.0, 1.0), true),
+    ("deg", PI / 180.0, Bases::new(0.0, 0.0, 0.0, 1.0), false),
+    ("°", PI / 180.0, Bases::new(0.0, 0.0, 0.0, 1.0), false),
+    ("rpm", PI / 30.0, Bases::new(0.0, 0.0, -1.0, 1.0), false),
+];
+
+const PREFIXES: &[(&str, f64)] =
+    &[("n", 1e-9), ("u", 1e-6), ("µ", 1e-6), ("μ", 1e-6), ("m", 1e-3), ("c", 1e-2), ("k", 1e3), ("M", 1e6), ("G", 1e9)];
+
+/// The value in SI of a text such as `"30 mm/s"`, which must have the dimension `dim`.
+///
+/// # Errors
+/// [`UnitError`] where the text is no quantity, or one of another dimension.
+pub(crate) fn parse(text: &str, dim: Dim, rotational: bool) -> Result<f64, UnitError> {
+    let (number, unit) = split(text).ok_or_else(|| UnitError::NoNumber { text: text.into() })?;
+    let none = Dim::from(Dimension::NONE);
+    if unit.is_empty() {
+        return if dim.is(none) { Ok(number) } else { Err(UnitError::NoUnit { text: text.into() }) };
+    }
+    let (factor, bases) = unit_bases(unit)?;
+    if bases.fit(dim, rotational) {
+        return Ok(scaled(number, factor));
+    }
+    let given = bases.dim(rotational).map_or_else(|| describe(bases), |dim| dim.phrase(rotational));
+    Err(UnitError::WrongDimension { text: text.into(), given })
+}
+
+/// Dividing by a power of ten is correctly rounded where multiplying by its inverse is not, so that `"5 mm"` is 0.005 to the bit.
+fn scaled(number: f64, factor: f64) -> f64 {
+    let inverse = (1.0 / factor).round();
+    if factor < 1.0 && (inverse * factor - 1.0).abs() < 4.0 * f64::EPSILON { number / inverse } else { number * factor }
+}
+
+/// Number and rest of a text.
+fn split(text: &str) -> Option<(f64, &str)> {
+    let text = text.trim();
+    let bytes = text.as_bytes();
+    let digits = |from: usize| bytes[from..].iter().take_while(|b| b.is_ascii_digit() || **b == b'_').count();
+    let mut end = usize::from(matches!(bytes.first(), Some(b'+' | b'-')));
+    let whole = digits(end);
+    end += whole;
+    let mut fraction = 0;
+    if bytes.get(end) == Some(&b'.') {
+        fraction = digits(end + 1);
+        end += 1 + fraction;
+    }
+    if whole + fraction == 0 {
+        return None;
+    }
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+        let exponent = bytes.get(end + 1 + sign..).map_or(0, |_| digits(end + 1 + sign));
+        if exponent > 0 {
+            end += 1 + sign + exponent;
+        }
+    }
+    let number = text[..end].replace('_', "").parse().ok()?;
+    Some((number, text[end..].trim_start()))
+}
+
+/// Factor to SI and bases of a unit.
+fn unit_bases(unit: &str) -> Result<(f64, Bases), UnitError> {
+    let malformed = |why| UnitError::Malformed { unit: unit.into(), why };
+    let mut sides = unit.split('/');
+    let (above, below) = (sides.next().unwrap_or_default(), sides.next());
+    if sides.next().is_some() {
+        return Err(malformed("has two `/`; write the denominator in parentheses, as in N/(m s)"));
+    }
+    let mut factor = 1.0;
+    let mut bases = Bases::default();
+    if factors(above).next().is_none() {
+        return Err(malformed("has nothing before the `/`; write 1/s"));
+    }
+    for part in factors(above) {
+        apply(part, 1.0, &mut factor, &mut bases)?;
+    }
+    if let Some(below) = below {
+        let below = below.trim();
+        let inner = below.strip_prefix('(').and_then(|rest| rest.strip_suffix(')'));
+        let parts: Vec<&str> = factors(inner.unwrap_or(below)).collect();
+        match parts.len() {
+            0 => return Err(malformed("has nothing after the `/`")),
+            1 => {}
+            _ if inner.is_some() => {}
+            _ => return Err(malformed("is ambiguous; write N s/m or N/(m s)")),
+        }
+        for part in parts {
+            apply(part, -1.0, &mut factor, &mut bases)?;
+        }
+    }
+    Ok((factor, bases))
+}
+
+fn factors(side: &str) -> impl Iterator<Item = &str> {
+    side.split(|c: char| c.is_whitespace() || c == '*' || c == '·').filter(|part| !part.is_empty())
+}
+
+/// One factor such as `mm2`, on one side of the slash.
+fn apply(part: &str, side: f64, factor: &mut f64, bases: &mut Bases) -> Result<(), UnitError> {
+    let unknown = || UnitError::UnknownUnit { symbol: part.into(), nearest: nearest(part) };
+    let (symbol, power) = power(part).ok_or_else(unknown)?;
+    let (scale, base) = symbol_bases(symbol).ok_or_else(unknown)?;
+    let power = side * power;
+    // powf is not correctly rounded, powi of a power of ten nearly always is.
+    *factor *= if same_exponent(power, power.round()) { scale.powi(power.round() as i32) } else { scale.powf(power) };
+    bases.add(base, power);
+    Ok(())
+}
+
+/// Symbol and power of a factor; powers stay below 10, so that factors stay finite.
+fn power(part: &str) -> Option<(&str, f64)> {
+    let superscripts = [("²", 2.0), ("³", 3.0), ("⁴", 4.0)];
+    if let Some((symbol, power)) = superscripts.iter().find_map(|(mark, power)| Some((part.strip_suffix(mark)?, *power))) {
+        return Some((symbol, power));
+    }
+    let (symbol, digits) = match part.split_once('^') {
+        Some((symbol, digits)) => (symbol, digits),
+        None if part == "1" => (part, ""),
+        None => part.split_at(part.find(|c: char| c.is_ascii_digit() || c == '-').unwrap_or(part.len())),
+    };
+    let power = if digits.is_empty() { 1.0 } else { digits.parse().ok().filter(|power: &f64| power.abs() < 10.0)? };
+    Some((symbol, power))
+}
+
+fn symbol_bases(text: &str) -> Option<(f64, Bases)> {
+    let exact = SYMBOLS.iter().find(|(symbol, ..)| *symbol == text).map(|(_, factor, bases, _)| (*factor, *bases));
+    exact.or_else(|| {
+        PREFIXES.iter().find_map(|(prefix, scale)| {
+            let rest = text.strip_prefix(prefix)?;
+            let (_, factor, bases, _) = SYMBOLS.iter().find(|(symbol, _, _, prefixed)| *prefixed && *symbol == rest)?;
+            // 1e3 * 1e-3 of "kg" is 1 to the bit; so are all others that files use.
+            Some((scale * factor, *bases))
+        })
+    })
+}
+
+fn nearest(symbol: &str) -> Option<String> {
+    let common = ["kg", "g", "mm", "um", "ms", "us", "kHz", "kN", "mN", "MN", "mrad", "cm"];
+    let known = SYMBOLS.iter().map(|(symbol, ..)| *symbol).chain(common);
+    let distance = |candidate: &str| strsim::damerau_levenshtein(&symbol.to_lowercase(), &candidate.to_lowercase());
+    let (edits, best) = known.map(|candidate| (distance(candidate), candidate)).min_by_key(|(edits, _)| *edits)?;
+    (edits <= 1).then(|| best.to_owned())
+}
+
+/// Bases in words, for units that no quantity of the axis has.
+fn describe(bases: Bases) -> String {
+    let mut text = String::from("in");
+    for (unit, exponent) in [("kg", bases.kg), ("m", bases.m), ("s", bases.s), ("rad", bases.rad)] {
+        if same_exponent(exponent, 1.0) {
+            let _ = write!(text, " {unit}");
+        } else if !same_exponent(exponent, 0.0) {
+            let _ = write!(text, " {unit}^{exponent}");
+        }
+    }
+    text
+}
+
+/// The value in SI of a text with any unit.
+///
+/// # Errors
+/// [`UnitError`] where the text is no quantity.
+pub(crate) fn parse_any(text: &str) -> Result<f64, UnitError> {
+    let (number, unit) = split(text).ok_or_else(|| UnitError::NoNumber { text: text.into() })?;
+    if unit.is_empty() { Ok(number) } else { unit_bases(unit).map(|(factor, _)| scaled(number, factor)) }
+}

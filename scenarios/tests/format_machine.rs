@@ -1,0 +1,86 @@
+//! Machine and scenario files as people write them.
+
+use std::path::Path;
+
+use feeler_control::{Law, ReferenceSpec};
+use feeler_plant::description::Quantity;
+use feeler_scenarios::format::{Document, Draft};
+
+const COMPLETE: &str = include_str!("data/complete.toml");
+
+/// Units are powers of ten and their products: a value is off by a few roundings at most.
+const ROUNDING: f64 = 1e-15;
+
+fn close(a: f64, b: f64) -> bool {
+    (a - b).abs() <= ROUNDING * b.abs()
+}
+
+#[test]
+fn truth_the_complete_example_is_read_in_si() {
+    let document = Document::parse(COMPLETE, "complete.toml").unwrap_or_else(|error| panic!("{error}"));
+    let scenario = &document.scenario;
+    let machine = &scenario.machine;
+    assert_eq!(machine.name, "flexible-contact");
+    assert!(close(machine.bodies["tip"].mass_kg, 5.0));
+    assert!(machine.springs["mount"].rigid);
+    assert!(close(machine.contacts["tool"].gap_m, 0.004));
+    assert!(close(machine.sensors["encoder"].resolution.unwrap(), 1e-6));
+    assert!(close(machine.springs["guide"].effects[0].values[0], 12.0));
+    assert!(close(machine.actuators["drive"].effects[0].values[0], 1.2e-3));
+    let controller = &scenario.controllers["force"];
+    assert!(close(controller.spec.delay_s, 4e-4));
+    let approach = controller.spec.approach.unwrap();
+    assert!(close(approach.speed, 0.03));
+    assert!(close(approach.effective_mass, 12.0), "motor and tip, without base: {}", approach.effective_mass);
+    let Law::ExplicitForce(gains) = &controller.spec.law else { panic!("{:?}", controller.spec.law) };
+    assert!(close(gains.ki, 25.0));
+    assert_eq!(controller.spec.reference, ReferenceSpec::Steps(vec![(0.0, 20.0), (1.2, 30.0)]));
+    assert!(close(scenario.run.record_rate_hz.unwrap(), 2000.0));
+    assert_eq!(scenario.run.record[2].quantity, Quantity::Command);
+}
+
+#[test]
+fn truth_an_override_is_as_if_written() {
+    let mut draft = Draft::parse(COMPLETE, "complete.toml").unwrap();
+    for assignment in
+        ["controllers.force.kp=0.8", "contacts.tool.gap = 5 mm", "run.energy=true", "springs.guide.effects.viscous-friction.damping=7"]
+    {
+        draft.set(assignment).unwrap();
+    }
+    let scenario = draft.build().unwrap().scenario;
+    let Law::ExplicitForce(gains) = &scenario.controllers["force"].spec.law else { panic!() };
+    assert!(close(gains.kp, 0.8));
+    assert!(close(scenario.machine.contacts["tool"].gap_m, 0.005));
+    assert!(scenario.run.energy);
+    assert_eq!(scenario.machine.springs["guide"].effects.len(), 2);
+}
+
+#[test]
+fn truth_an_override_of_what_does_not_exist_names_the_nearest() {
+    for (assignment, expected) in [
+        ("controllers.forse.kp=1", "did you mean `force`?"),
+        ("contollers.force.kp=1", "did you mean `controllers`?"),
+        ("controllers.force.kpp=1", "did you mean `kp`?"),
+        ("springs.guide.effects.coulomb-fricton.level=1", "did you mean `coulomb-friction`?"),
+        ("controllers.force.kp", "write KEY=VALUE"),
+        ("contacts.tool.gap=5 kg", "this must be a length (m)"),
+    ] {
+        let mut draft = Draft::parse(COMPLETE, "complete.toml").unwrap();
+        let error = draft.set(assignment).and_then(|()| draft.build().map(drop)).unwrap_err();
+        let problem = &error.problems[0];
+        assert_eq!(problem.file, "--set", "{error}");
+        assert!(error.to_string().contains(expected), "{assignment}: {error}");
+    }
+}
+
+#[test]
+fn truth_practice_machines_are_read() {
+    let practice = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/blind/practice");
+    let Ok(cases) = std::fs::read_dir(&practice) else {
+        eprintln!("skipped: {} is absent", practice.display());
+        return;
+    };
+    for case in cases.map(|case| case.unwrap().path()).filter(|case| case.is_dir()) {
+        Document::load(&case.join("machine.toml")).unwrap_or_else(|error| panic!("{error}"));
+    }
+}

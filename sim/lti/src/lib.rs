@@ -13,6 +13,8 @@ mod margins;
 mod response;
 mod root_locus;
 mod search;
+mod simulate;
+pub mod spectral;
 mod state_space;
 mod zero_pole_gain;
 mod zeros;

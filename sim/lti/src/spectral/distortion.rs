@@ -1,0 +1,90 @@
+//! Noise and nonlinear distortion told apart, by random-phase multisines.
+//!
+//! Source: Pintelon and Schoukens, System Identification: A Frequency Domain Approach (2nd ed.), chapter 4: the robust method (several
+//! realisations) and the fast method (detection lines). Wiley and IEEE Press, 2012.
+
+use super::estimate::ResponseEstimate;
+use super::periodic::PeriodicRecord;
+use crate::domain::C64;
+use crate::error::LtiError;
+
+/// One experiment: a multisine with its own random phases, several periods of it.
+pub type Realisation<'a> = PeriodicRecord<'a>;
+
+/// Best linear approximation with both of its uncertainties.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BestLinearApproximation {
+    /// The mean over realisations; its variance counts noise and nonlinear distortion.
+    pub estimate: ResponseEstimate,
+    /// Variance of the mean due to noise alone, at each frequency.
+    pub noise_variance: Vec<f64>,
+    /// Variance of a single realisation due to nonlinear distortion, at each frequency; 0 where the noise explains all.
+    pub distortion_variance: Vec<f64>,
+}
+
+/// Best linear approximation from several realisations: what differs from period to period is noise, what differs from realisation to
+/// realisation beyond it is nonlinear distortion.
+///
+/// # Errors
+/// [`LtiError::RecordTooShort`] for fewer than two realisations; the errors of [`super::periodic_response`] for each.
+pub fn best_linear_approximation(realisations: &[Realisation<'_>], lines: &[usize]) -> Result<BestLinearApproximation, LtiError> {
+    let count = realisations.len();
+    if count < 2 {
+        return Err(LtiError::RecordTooShort { needed: 2, found: count });
+    }
+    let means = realisations.iter().map(|r| r.means(lines)).collect::<Result<Vec<_>, _>>()?;
+    let mut result =
+        BestLinearApproximation { estimate: ResponseEstimate::default(), noise_variance: Vec::new(), distortion_variance: Vec::new() };
+    for (k, &line) in lines.iter().enumerate() {
+        let frequency_hz = realisations[0].frequency_hz(line);
+        let each = means.iter().map(|m| m.response(k, frequency_hz)).collect::<Result<Vec<(C64, f64)>, _>>()?;
+        let m = count as f64;
+        let mean = each.iter().map(|(g, _)| g).sum::<C64>() / m;
+        let total = each.iter().map(|(g, _)| (g - mean).norm_sqr()).sum::<f64>() / (m * (m - 1.0));
+        let noise = each.iter().map(|(_, v)| v).sum::<f64>() / (m * m);
+        result.estimate.frequencies_hz.push(frequency_hz);
+        result.estimate.response.push(mean);
+        result.estimate.variance.push(total);
+        result.estimate.degrees_of_freedom.push(2.0 * (m - 1.0));
+        result.noise_variance.push(noise);
+        result.distortion_variance.push(m * (total - noise).max(0.0));
+    }
+    Ok(result)
+}
+
+/// Root mean square amplitude of the output on lines of one kind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DistortionLevels {
+    /// Excited lines: mostly the linear response.
+    pub excited: f64,
+    /// Odd lines that are not excited: odd distortion and noise.
+    pub odd: f64,
+    /// Even lines that are not excited: even distortion and noise.
+    pub even: f64,
+    /// Noise on the mean of the periods, on the same lines.
+    pub noise: f64,
+}
+
+/// Output levels on excited, odd and even lines of one realisation between the first and the last excited line. A level well above the noise
+/// is distortion of that kind. The input must be exact on its lines (no distortion of its own). A kind without lines has level 0.
+///
+/// # Errors
+/// As [`super::periodic_response`]; [`LtiError::RecordTooShort`] where no line is excited.
+pub fn distortion_levels(record: &PeriodicRecord<'_>, excited: &[usize]) -> Result<DistortionLevels, LtiError> {
+    let (Some(&first), Some(&last)) = (excited.iter().min(), excited.iter().max()) else {
+        return Err(LtiError::RecordTooShort { needed: 1, found: 0 });
+    };
+    let lines: Vec<usize> = (first..=last).collect();
+    let means = record.means(&lines)?;
+    let level = |of_kind: &dyn Fn(usize) -> bool| {
+        let powers = lines.iter().zip(&means.output).filter(|(line, _)| of_kind(**line)).map(|(_, y)| y.norm_sqr());
+        let powers: Vec<f64> = powers.collect();
+        (powers.iter().sum::<f64>() / powers.len().max(1) as f64).sqrt()
+    };
+    Ok(DistortionLevels {
+        excited: level(&|line| excited.contains(&line)),
+        odd: level(&|line| line % 2 == 1 && !excited.contains(&line)),
+        even: level(&|line| line % 2 == 0 && !excited.contains(&line)),
+        noise: (means.output_variance.iter().sum::<f64>() / lines.len() as f64).sqrt(),
+    })
+}

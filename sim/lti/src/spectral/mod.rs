@@ -1,0 +1,35 @@
+//! Estimation of spectra and frequency responses from records, as an analyst would do it on the robot.
+//!
+//! Which estimator for which excitation:
+//!
+//! | excitation | function |
+//! |---|---|
+//! | noise, many averages | [`cross_spectra`] then [`CrossSpectra::response`] |
+//! | noise, one short record | [`local_polynomial`] |
+//! | chirp | [`smoothed_spectra`] then [`CrossSpectra::response`] |
+//! | multisine, several periods | [`periodic_response`] |
+//! | random-phase multisine, several realisations | [`best_linear_approximation`] and [`distortion_levels`] |
+//! | stepped sine | [`stepped_sine`] |
+//!
+//! Records are uniformly sampled; spectra are one-sided; cross spectra are conj(input) times output.
+
+mod amplitude;
+mod distortion;
+mod estimate;
+mod fft;
+mod local_polynomial;
+mod multisine;
+mod periodic;
+mod sine;
+mod welch;
+mod window;
+
+pub use amplitude::{AmplitudeSpectrum, amplitude_spectrum, dominant_frequency};
+pub use distortion::{BestLinearApproximation, DistortionLevels, Realisation, best_linear_approximation, distortion_levels};
+pub use estimate::{ResponseBand, ResponseEstimate};
+pub use local_polynomial::{LocalPolynomialSettings, local_polynomial};
+pub use multisine::{Multisine, odd_lines_with_detection};
+pub use periodic::{PeriodicRecord, periodic_response};
+pub use sine::{SineFit, SteppedSinePoint, fit_sine, stepped_sine};
+pub use welch::{CrossSpectra, Estimator, WelchSettings, cross_spectra, smoothed_spectra};
+pub use window::Window;

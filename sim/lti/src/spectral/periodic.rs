@@ -1,0 +1,113 @@
+//! Response from several periods of a periodic record: no leakage, and the noise is what differs from period to period.
+//!
+//! Source: Pintelon and Schoukens, System Identification: A Frequency Domain Approach (2nd ed.), section 2.5 (Wiley and IEEE Press, 2012).
+
+use super::estimate::ResponseEstimate;
+use super::fft::{require_pair, require_samples, transform};
+use crate::domain::C64;
+use crate::error::LtiError;
+
+/// Records of input and output of a periodic experiment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PeriodicRecord<'a> {
+    /// Input samples.
+    pub input: &'a [f64],
+    /// Output samples, as many.
+    pub output: &'a [f64],
+    /// Sample time, s.
+    pub period_s: f64,
+    /// Samples in one period of the excitation.
+    pub samples_per_period: usize,
+    /// Whole periods at the start that are left out, until transients have died away.
+    pub transient_periods: usize,
+}
+
+/// Means over periods of the spectra of input and output at some lines, and the (co)variances of those means.
+pub(crate) struct PeriodMeans {
+    pub(crate) periods: usize,
+    pub(crate) input: Vec<C64>,
+    pub(crate) output: Vec<C64>,
+    input_variance: Vec<f64>,
+    pub(crate) output_variance: Vec<f64>,
+    covariance: Vec<C64>,
+}
+
+impl PeriodicRecord<'_> {
+    /// Frequency of a line, Hz.
+    pub(crate) fn frequency_hz(&self, line: usize) -> f64 {
+        line as f64 / (self.samples_per_period as f64 * self.period_s)
+    }
+
+    /// Averages of the spectra, scaled so that a sine of amplitude 1 gives a line of modulus 1.
+    pub(crate) fn means(&self, lines: &[usize]) -> Result<PeriodMeans, LtiError> {
+        require_pair(self.input, self.output, self.period_s)?;
+        let n = self.samples_per_period;
+        if n < 2 {
+            return Err(LtiError::OutOfRange { quantity: "samples in a period", value: n as f64, range: "[2, inf)" });
+        }
+        if let Some(&line) = lines.iter().find(|line| **line > n / 2) {
+            return Err(LtiError::OutOfRange { quantity: "line", value: line as f64, range: "[0, samples per period / 2]" });
+        }
+        require_samples((self.transient_periods + 2) * n, self.input.len())?;
+        let first = self.transient_periods * n;
+        let spectra = |record: &[f64]| -> Vec<Vec<C64>> {
+            let periods = record[first..].chunks_exact(n);
+            periods.map(|p| pick(&transform(p), lines, 2.0 / n as f64)).collect()
+        };
+        let (u, y) = (spectra(self.input), spectra(self.output));
+        let periods = u.len();
+        let mean = |spectra: &[Vec<C64>]| -> Vec<C64> {
+            (0..lines.len()).map(|k| spectra.iter().map(|s| s[k]).sum::<C64>() / periods as f64).collect()
+        };
+        let (um, ym) = (mean(&u), mean(&y));
+        let moment = |k: usize, a: &[Vec<C64>], am: &[C64], b: &[Vec<C64>], bm: &[C64]| -> C64 {
+            let products = a.iter().zip(b).map(|(a, b)| (a[k] - am[k]) * (b[k] - bm[k]).conj());
+            products.sum::<C64>() / (periods * (periods - 1)) as f64
+        };
+        Ok(PeriodMeans {
+            periods,
+            input_variance: (0..lines.len()).map(|k| moment(k, &u, &um, &u, &um).re).collect(),
+            output_variance: (0..lines.len()).map(|k| moment(k, &y, &ym, &y, &ym).re).collect(),
+            covariance: (0..lines.len()).map(|k| moment(k, &y, &ym, &u, &um)).collect(),
+            input: um,
+            output: ym,
+        })
+    }
+}
+
+fn pick(spectrum: &[C64], lines: &[usize], factor: f64) -> Vec<C64> {
+    lines.iter().map(|&line| spectrum[line] * factor).collect()
+}
+
+impl PeriodMeans {
+    /// Response and its variance at line number k of those asked for.
+    pub(crate) fn response(&self, k: usize, frequency_hz: f64) -> Result<(C64, f64), LtiError> {
+        let (u, y) = (self.input[k], self.output[k]);
+        if u.norm_sqr() <= 0.0 {
+            return Err(LtiError::NotExcited { frequency_hz });
+        }
+        let g = y / u;
+        // First-order propagation of (u, y) to y / u.
+        let variance = self.output_variance[k] + g.norm_sqr() * self.input_variance[k] - 2.0 * (g.conj() * self.covariance[k]).re;
+        Ok((g, variance.max(0.0) / u.norm_sqr()))
+    }
+}
+
+/// Response at the excited lines from the mean of the periods, with the variance that the periods show.
+///
+/// # Errors
+/// [`LtiError::RecordTooShort`] for fewer than two periods after the transient; [`LtiError::NotExcited`]; [`LtiError::OutOfRange`] for a line
+/// beyond the Nyquist frequency; [`LtiError::RecordLengths`]; [`LtiError::NotFinite`].
+pub fn periodic_response(record: &PeriodicRecord<'_>, lines: &[usize]) -> Result<ResponseEstimate, LtiError> {
+    let means = record.means(lines)?;
+    let mut estimate = ResponseEstimate::default();
+    for (k, &line) in lines.iter().enumerate() {
+        let frequency_hz = record.frequency_hz(line);
+        let (response, variance) = means.response(k, frequency_hz)?;
+        estimate.frequencies_hz.push(frequency_hz);
+        estimate.response.push(response);
+        estimate.variance.push(variance);
+        estimate.degrees_of_freedom.push(2.0 * (means.periods - 1) as f64);
+    }
+    Ok(estimate)
+}

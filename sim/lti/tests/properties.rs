@@ -1,0 +1,148 @@
+//! Laws that hold for all systems, on random ones.
+
+use feeler_lti::{C64, StateSpace, TimeDomain, expm, root_locus, zero_order_hold_response};
+use nalgebra::{DMatrix, DVector};
+use proptest::prelude::*;
+
+/// A stable system of order n: a random matrix shifted to the left of its norm, so that growth rates are below -0.1 times the scale.
+fn stable_system(scale: f64) -> impl Strategy<Value = StateSpace> {
+    (1_usize..6).prop_flat_map(move |n| {
+        let entries = |count: usize| proptest::collection::vec(-1.0_f64..1.0, count);
+        (entries(n * n), entries(n), entries(n), -1.0_f64..1.0).prop_map(move |(a, b, c, d)| {
+            let a = DMatrix::from_vec(n, n, a);
+            // Gershgorin with the symmetric part would be tighter; the Frobenius norm bounds every eigenvalue.
+            let shift = DMatrix::<f64>::identity(n, n) * (a.norm() * 0.6 + 0.1);
+            let a = (a - shift) * scale;
+            let b = DMatrix::from_vec(n, 1, b) * scale;
+            StateSpace::new(a, b, DMatrix::from_vec(1, n, c), DMatrix::from_element(1, 1, d)).unwrap()
+        })
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// exp(A (s + t)) = exp(A s) exp(A t). Sixteen time constants at most, so a few hundred roundings.
+    #[test]
+    fn prop_exponential_is_a_semigroup(system in stable_system(50.0), s in 1e-4_f64..0.1, t in 1e-4_f64..0.1) {
+        let e = |time: f64| expm(&(system.a() * time)).unwrap();
+        let (whole, parts) = (e(s + t), e(s) * e(t));
+        prop_assert!((&whole - &parts).amax() <= 1e-13 * whole.amax().max(1.0));
+    }
+
+    /// A delay of whole quarters of a sample is the same as whole samples at four times the rate.
+    #[test]
+    fn prop_fractional_delay_equals_fine_sampling(
+        system in stable_system(300.0),
+        quarters in 0_u32..11,
+        input in proptest::collection::vec(-1.0_f64..1.0, 12),
+    ) {
+        let period_s = 4e-3;
+        let coarse = system.zero_order_hold_delayed(period_s, period_s * f64::from(quarters) / 4.0).unwrap();
+        let fine = system.zero_order_hold(period_s / 4.0).unwrap();
+        let zero = |n: usize| DVector::zeros(n);
+        let found = coarse.respond(&zero(coarse.states()), &DMatrix::from_row_slice(1, input.len(), &input)).unwrap();
+        let held = DMatrix::from_fn(1, 4 * input.len(), |_, i| if i < quarters as usize { 0.0 } else { input[(i - quarters as usize) / 4] });
+        let truth = fine.respond(&zero(fine.states()), &held).unwrap();
+        for k in 0..input.len() {
+            prop_assert!((found[(0, k)] - truth[(0, 4 * k)]).abs() < 1e-12 * (1.0 + truth.amax()));
+        }
+    }
+
+    /// Held input: the sampled response is the sum of the aliases of hold times plant (Poisson). Without feed-through they fall as 1/k^2.
+    #[test]
+    fn prop_sampled_response_is_the_sum_of_its_aliases(system in stable_system(300.0), share in 0.05_f64..0.9) {
+        let period_s = 1e-3;
+        let system = StateSpace::new(system.a().clone(), system.b().clone(), system.c().clone(), DMatrix::zeros(1, 1)).unwrap();
+        let sampled = system.zero_order_hold(period_s).unwrap();
+        let w = share * sampled.domain().nyquist_rad_per_s();
+        let direct = sampled.at(sampled.domain().boundary_point(w)).unwrap()[(0, 0)];
+        let alias = |k: i32| {
+            let s = C64::new(0.0, w + std::f64::consts::TAU / period_s * f64::from(k));
+            zero_order_hold_response(s, period_s) * system.at(s).unwrap()[(0, 0)]
+        };
+        let sum: C64 = (1..1000).map(|k| alias(k) + alias(-k)).sum::<C64>() + alias(0);
+        // The tail beyond 1000 aliases is of order |C B| T / (pi^2 1000).
+        let bound = 1e-3 * period_s * (system.c() * system.b()).amax() + 1e-12;
+        prop_assert!((direct - sum).norm() < bound, "{direct} {sum}");
+    }
+
+    /// The bilinear transform is a substitution.
+    #[test]
+    fn prop_bilinear_transform_substitutes(system in stable_system(300.0), angle in 0.01_f64..3.0) {
+        let period_s = 1e-3;
+        let z = C64::cis(angle);
+        let s = (z - 1.0) / (z + 1.0) * (2.0 / period_s);
+        let (sampled, direct) = (system.bilinear(period_s).unwrap().at(z).unwrap(), system.at(s).unwrap());
+        prop_assert!((sampled[(0, 0)] - direct[(0, 0)]).norm() < 1e-11 * (1.0 + direct[(0, 0)].norm()));
+    }
+
+    /// A first-order hold is exact for straight lines: for a constant and a ramp at once, against the continuous solution.
+    #[test]
+    fn prop_first_order_hold_follows_a_ramp(system in stable_system(300.0), start in -1.0_f64..1.0, slope in -50.0_f64..50.0) {
+        let (period_s, samples) = (1e-3, 20_u32);
+        let held = system.first_order_hold(period_s).unwrap();
+        let input = DMatrix::from_fn(1, samples as usize, |_, k| start + slope * period_s * k as f64);
+        // The first state of the causal form is x[0] less its share of u[0].
+        let whole = feeler_lti::expm_integrals(system.a(), system.b(), period_s).unwrap();
+        let initial = DVector::from_column_slice((whole.ramp * (-start / period_s)).as_slice());
+        let found = held.respond(&initial, &input).unwrap();
+        for k in 0..samples {
+            let t = period_s * f64::from(k);
+            let e = feeler_lti::expm_integrals(system.a(), system.b(), t).unwrap();
+            let x = e.step * start + e.ramp * slope;
+            let truth = (system.c() * x)[(0, 0)] + system.d()[(0, 0)] * (start + slope * t);
+            prop_assert!((found[(0, k as usize)] - truth).abs() < 1e-12 * (1.0 + truth.abs()), "{} {truth}", found[(0, k as usize)]);
+        }
+    }
+
+    /// The response vanishes at each zero and explodes at each pole, and both lists together reproduce it.
+    #[test]
+    fn prop_zeros_and_poles_by_substitution(system in stable_system(100.0), angle in 0.0_f64..6.0) {
+        let form = system.zero_pole_gain().unwrap();
+        let away = C64::from_polar(150.0, angle);
+        let (direct, factored) = (system.at(away).unwrap()[(0, 0)], form.at(away));
+        prop_assert!((direct - factored).norm() < 1e-9 * direct.norm(), "{direct} {factored}");
+        for zero in &form.zeros {
+            // Newton's step from a zero, H / H', is what substitution leaves in units of s. Beyond 1e6 rates D all but vanishes.
+            if zero.norm() < 1e6 {
+                let evaluator = feeler_lti::TransferEvaluator::new(&system);
+                if let Ok((value, slope)) = evaluator.with_derivative(*zero) {
+                    let step = value[(0, 0)].norm() / slope[(0, 0)].norm();
+                    prop_assert!(step < 1e-5 * zero.norm().max(1.0), "{zero}: {step:e}");
+                }
+            }
+        }
+    }
+
+    /// Series, parallel and feedback are product, sum and L / (1 + L B) of responses.
+    #[test]
+    fn prop_connections_are_algebra(first in stable_system(10.0), second in stable_system(10.0), w in 0.1_f64..100.0) {
+        let s = C64::new(0.3, w);
+        let at = |system: &StateSpace| system.at(s).unwrap()[(0, 0)];
+        let (g, h) = (at(&first), at(&second));
+        prop_assert!((at(&first.series(&second).unwrap()) - g * h).norm() < 1e-11 * (1.0 + (g * h).norm()));
+        prop_assert!((at(&first.parallel(&second).unwrap()) - g - h).norm() < 1e-11 * (1.0 + (g + h).norm()));
+        let difference = 1.0 + first.d()[(0, 0)] * second.d()[(0, 0)];
+        prop_assume!(difference.abs() > 0.1);
+        let truth = g / (1.0 + g * h);
+        prop_assert!((at(&first.feedback(&second).unwrap()) - truth).norm() < 1e-9 * (1.0 + truth.norm()));
+    }
+
+    /// Branches of a root locus hold the eigenvalues of the loop at every gain, and move little in a small step.
+    #[test]
+    fn prop_root_locus_is_continuous(system in stable_system(10.0)) {
+        let a = |k: f64| system.a() - system.b() * system.c() * k;
+        let gains: Vec<f64> = (0..200).map(|i| f64::from(i) * 1e-3).collect();
+        let locus = root_locus(a, &gains).unwrap();
+        for (j, &gain) in gains.iter().enumerate() {
+            let sum: C64 = locus.branches.iter().map(|b| b[j]).sum();
+            prop_assert!((sum - a(gain).trace()).norm() < 1e-10 * (1.0 + sum.norm()));
+        }
+        // Eigenvalues of an n x n matrix move by at most about |dA|^(1/n) times the norm; order 5 and 1e-3 give a quarter.
+        let norm = system.a().norm() + system.b().norm() * system.c().norm();
+        for branch in &locus.branches {
+            prop_assert!(branch.windows(2).all(|p| (p[1] - p[0]).norm() < 0.5 * norm));
+        }
+    }
+}

@@ -33,15 +33,15 @@ pub fn balance(matrix: &DMatrix<f64>) -> Balanced {
     let mut exponents = vec![0_i32; n];
     for _ in 0..MAX_SWEEPS {
         let mut changed = false;
-        for i in 0..n {
+        for (i, exponent_of_i) in exponents.iter_mut().enumerate() {
             let (row, column) = off_diagonal_norms(&m, i);
             if row > 0.0 && column > 0.0 {
                 // Nearest power of two to sqrt(row / column).
-                let exponent = bounded(exponents[i], (0.5 * (row / column).log2()).round());
+                let exponent = bounded(*exponent_of_i, (0.5 * (row / column).log2()).round());
                 let f = 2_f64.powi(exponent);
                 if exponent != 0 && column * f + row / f < WORTHWHILE * (column + row) {
                     rescale(&mut m, i, exponent);
-                    exponents[i] += exponent;
+                    *exponent_of_i += exponent;
                     changed = true;
                 }
             }

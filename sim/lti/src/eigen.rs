@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn truth_vectors_satisfy_their_equation() {
-        let a = DMatrix::from_fn(6, 6, |i, j| ((3 * i + 5 * j) % 7) as f64 * 10_f64.powi(i as i32 - j as i32));
+        let a = DMatrix::from_fn(6, 6, |i, j| ((3 * i + 5 * j) % 7) as f64 * 10_f64.powf(i as f64 - j as f64));
         let found = eigen(&a).unwrap();
         let complex = a.map(|v| C64::new(v, 0.0));
         for (value, vector) in found.values.iter().zip(&found.vectors) {

@@ -83,7 +83,7 @@ impl<T: TimeDomain> StateSpace<T> {
     ///
     /// # Errors
     /// [`LtiError::Shape`] unless `back` goes from the outputs of `self` to its inputs; [`LtiError::SampleTimes`];
-    /// [`LtiError::AlgebraicLoop`] where I + D D_back is singular.
+    /// [`LtiError::AlgebraicLoop`] where I + D `D_back` is singular.
     pub fn feedback(&self, back: &Self) -> Result<Self, LtiError> {
         self.require_same_domain(back)?;
         require_shape("D of the feedback system", back.d(), (self.inputs(), self.outputs()))?;

@@ -123,7 +123,7 @@ impl<T: TimeDomain> LoopTransfer<T> {
         if nyquist.is_finite() {
             return Ok(nyquist);
         }
-        let mut w = 10.0 * self.landmarks().map(|p| p.norm()).fold(0.0, f64::max);
+        let mut w = 10.0 * self.landmarks().map(C64::norm).fold(0.0, f64::max);
         if w <= 0.0 {
             w = if self.delay_s > 0.0 { 1.0 / self.delay_s } else { 1.0 };
         }
@@ -193,7 +193,7 @@ impl<T: TimeDomain> LoopTransfer<T> {
 
     /// Frequencies between two ends at which to begin: a logarithmic grid, and a cluster round each pole and zero as wide as its damping.
     fn nodes(&self, start: f64, end: f64) -> Vec<f64> {
-        let slowest = self.landmarks().map(|p| p.norm()).filter(|w| *w > 0.0).fold(end, f64::min);
+        let slowest = self.landmarks().map(C64::norm).filter(|w| *w > 0.0).fold(end, f64::min);
         let first = if start > 0.0 { start } else { (1e-3 * slowest).min(0.1 * end) };
         let decades = (end / first).log10().max(0.1);
         let count = (20.0 * decades).ceil() as u32;

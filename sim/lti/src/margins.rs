@@ -3,7 +3,7 @@
 //! Sources: Astrom and Murray, Feedback Systems, chapter 10; Seiler, Packard and Gahinet, IEEE Control Systems Magazine 40 (2020), for the
 //! disk margin.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use crate::domain::{C64, TimeDomain};
 use crate::error::LtiError;
@@ -33,6 +33,13 @@ pub struct PhaseMargin {
     pub frequency_hz: f64,
     /// Additional delay (s) that would turn the loop to -1 here.
     pub delay_s: f64,
+}
+
+impl PhaseMargin {
+    /// The margin in degrees.
+    pub fn margin_deg(&self) -> f64 {
+        self.margin_rad.to_degrees()
+    }
 }
 
 /// A largest value and where it is reached.
@@ -235,18 +242,10 @@ impl<T: TimeDomain> LoopTransfer<T> {
                 // A real value at which nothing changes sides is no edge.
                 Some(last) if last.upper >= lower => (last.upper, last.upper_frequency_hz) = (upper, w_upper / TAU),
                 _ => {
-                    intervals.push(LoopGainInterval { lower, upper, lower_frequency_hz: w_lower / TAU, upper_frequency_hz: w_upper / TAU })
+                    intervals.push(LoopGainInterval { lower, upper, lower_frequency_hz: w_lower / TAU, upper_frequency_hz: w_upper / TAU });
                 }
             }
         }
         Ok(intervals)
-    }
-}
-
-/// Phase margin in degrees, for tables.
-impl PhaseMargin {
-    /// The margin in degrees.
-    pub fn margin_deg(&self) -> f64 {
-        self.margin_rad * 180.0 / PI
     }
 }

@@ -22,6 +22,7 @@ const MAX_POLISH: usize = 8;
 const MAX_CORRECTION: f64 = 1e-2;
 
 /// System matrices during reduction.
+#[derive(Clone)]
 struct Reduced {
     a: DMatrix<f64>,
     b: DMatrix<f64>,
@@ -51,10 +52,8 @@ impl<T: TimeDomain> StateSpace<T> {
         let system = balanced_system(self);
         let total = system.a.norm() + system.b.norm() + system.c.norm() + system.d.norm();
         let tolerance = RANK_ROUNDINGS * (self.states() + self.inputs() + self.outputs()) as f64 * f64::EPSILON * total;
-        let reduced = transpose(reduce(
-            transpose(reduce(Reduced { a: system.a.clone(), b: system.b.clone(), c: system.c.clone(), d: system.d.clone() }, tolerance)),
-            tolerance,
-        ));
+        let rows = reduce(system.clone(), tolerance);
+        let reduced = transpose(&reduce(transpose(&rows), tolerance));
         let rank = reduced.d.ncols();
         if rank == 0 && self.inputs() == 1 && self.outputs() == 1 {
             return Err(LtiError::Degenerate);
@@ -86,7 +85,7 @@ fn balanced_system<T: TimeDomain>(system: &StateSpace<T>) -> Reduced {
     }
 }
 
-fn transpose(r: Reduced) -> Reduced {
+fn transpose(r: &Reduced) -> Reduced {
     Reduced { a: r.a.transpose(), b: r.c.transpose(), c: r.b.transpose(), d: r.d.transpose() }
 }
 

@@ -1,6 +1,7 @@
 //! Laws that hold for all systems, on random ones.
+#![cfg(test)]
 
-use feeler_lti::{C64, StateSpace, TimeDomain, expm, root_locus, zero_order_hold_response};
+use feeler_lti::{AffineLoop, C64, LoopTransfer, StateSpace, TimeDomain, eigenvalues, expm, root_locus, zero_order_hold_response};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
@@ -17,6 +18,37 @@ fn stable_system(scale: f64) -> impl Strategy<Value = StateSpace> {
             StateSpace::new(a, b, DMatrix::from_vec(1, n, c), DMatrix::from_element(1, 1, d)).unwrap()
         })
     })
+}
+
+/// Growth rates (1/s) of the loop u = -k y.
+fn growth_rates<T: TimeDomain>(system: &StateSpace<T>, gain: f64) -> Vec<f64> {
+    let closed = AffineLoop::negative_feedback(system).unwrap().at(gain);
+    eigenvalues(&closed).unwrap().into_iter().map(|p| system.domain().growth_per_s(p)).collect()
+}
+
+/// Motions that grow or decay by less than this (1/s) are too near the edge to be compared; the systems have rates of about 100 1/s.
+const UNDECIDED_PER_S: f64 = 1e-6;
+
+fn check_gains<T: TimeDomain>(system: &StateSpace<T>, exponents: &[f64]) -> Result<(), TestCaseError> {
+    let stable = AffineLoop::negative_feedback(system).unwrap().stable_gains().unwrap();
+    for exponent in exponents {
+        let gain = 10_f64.powf(*exponent);
+        let growth = growth_rates(system, gain).into_iter().fold(f64::NEG_INFINITY, f64::max);
+        if growth.abs() > UNDECIDED_PER_S {
+            let inside = stable.nearest(gain).is_some_and(|interval| interval.distance(gain) <= 0.0);
+            prop_assert_eq!(inside, growth < 0.0, "gain {} grows with {}, {:?}", gain, growth, stable);
+        }
+    }
+    Ok(())
+}
+
+fn check_count<T: TimeDomain>(system: &StateSpace<T>, transfer: &LoopTransfer<T>, gain: f64) -> Result<(), TestCaseError> {
+    let growth = growth_rates(system, gain);
+    if growth.iter().all(|g| g.abs() > UNDECIDED_PER_S) {
+        let unstable = growth.iter().filter(|g| **g > 0.0).count();
+        prop_assert_eq!(transfer.closed_loop_unstable_poles(gain).unwrap(), unstable);
+    }
+    Ok(())
 }
 
 proptest! {
@@ -127,6 +159,28 @@ proptest! {
         prop_assume!(difference.abs() > 0.1);
         let truth = g / (1.0 + g * h);
         prop_assert!((at(&first.feedback(&second).unwrap()) - truth).norm() < 1e-9 * (1.0 + truth.norm()));
+    }
+
+    /// A gain lies in one of the stable intervals exactly if the closed loop's eigenvalues say so: no interval or gap is missed.
+    #[test]
+    fn prop_stable_gains_agree_with_eigenvalues(
+        system in stable_system(100.0),
+        period_share in 0.0_f64..1.0,
+        exponents in proptest::collection::vec(-3.0_f64..5.0, 40),
+    ) {
+        let system = StateSpace::new(system.a().clone(), system.b().clone(), system.c().clone(), DMatrix::zeros(1, 1)).unwrap();
+        let sampled = system.zero_order_hold_delayed(1e-3, 2e-3 * period_share).unwrap();
+        check_gains(&system, &exponents)?;
+        check_gains(&sampled, &exponents)?;
+    }
+
+    /// Nyquist's count, which knows only the response, finds as many unstable poles as there are eigenvalues.
+    #[test]
+    fn prop_nyquist_count_equals_eigenvalues(system in stable_system(100.0), gain in -300.0_f64..300.0, period_share in 0.0_f64..1.0) {
+        let system = StateSpace::new(system.a().clone(), system.b().clone(), system.c().clone(), DMatrix::zeros(1, 1)).unwrap();
+        let sampled = system.zero_order_hold_delayed(1e-3, 2e-3 * period_share).unwrap();
+        check_count(&system, &LoopTransfer::continuous(&system, 0.0).unwrap(), gain)?;
+        check_count(&sampled, &LoopTransfer::discrete(&sampled).unwrap(), gain)?;
     }
 
     /// Branches of a root locus hold the eigenvalues of the loop at every gain, and move little in a small step.

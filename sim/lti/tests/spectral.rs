@@ -1,4 +1,5 @@
 //! Estimators against systems whose response is known exactly.
+#![cfg(test)]
 
 use std::f64::consts::TAU;
 

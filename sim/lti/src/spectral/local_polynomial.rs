@@ -62,7 +62,7 @@ pub fn local_polynomial(
             return Err(LtiError::NotExcited { frequency_hz });
         }
         let regressors = DMatrix::from_fn(equations, unknowns, |row, column| {
-            let power = offset(row).powi((column / 2) as i32);
+            let power = offset(row).powf((column / 2) as f64);
             if column % 2 == 0 { u[first + row] / scale * power } else { C64::new(power, 0.0) }
         });
         let observed = DVector::from_fn(equations, |row, _| y[first + row]);

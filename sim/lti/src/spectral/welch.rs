@@ -125,7 +125,7 @@ fn one_sided(line: usize, samples: usize) -> f64 {
     if line == 0 || 2 * line == samples { 1.0 } else { 2.0 }
 }
 
-/// Independent averages in overlapping segments of white noise: n / (1 + 2 sum (1 - k/n) rho_k), rho_k the squared correlation of windows k
+/// Independent averages in overlapping segments of white noise: `n / (1 + 2 sum (1 - k/n) rho_k)`, `rho_k` the squared correlation of windows k
 /// hops apart (Welch 1967, equation 11).
 fn effective_averages(weights: &[f64], hop: usize, segments: usize) -> f64 {
     let power: f64 = weights.iter().map(|w| w * w).sum();

@@ -10,7 +10,7 @@ pub(crate) enum Drive {
     Ideal,
     /// The force follows the input with a time constant (s).
     Lag(f64),
-    /// tau f' + f = b_a (u - v): damping b_a (N s/m) and tau (s).
+    /// `tau f' + f = b_a (u - v)`: damping `b_a` (N s/m) and tau (s).
     VelocitySource(f64, f64),
 }
 

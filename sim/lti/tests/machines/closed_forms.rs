@@ -23,8 +23,8 @@ fn rigid(mass: f64, damping: f64, stiffness: f64, drive: Drive) -> Axis {
     }
 }
 
-/// Form A: a rigid axis whose force lags with tau; K_max = b/(tau k) + tau b/m + b^2/(m k), at omega^2 = (b + tau k)/(tau m).
-/// A velocity source adds its damping b_m to b.
+/// Form A: a rigid axis whose force lags with tau; `K_max = b/(tau k) + tau b/m + b^2/(m k)`, at `omega^2 = (b + tau k)/(tau m)`.
+/// A velocity source adds its damping `b_m` to b.
 #[test]
 fn truth_a_rigid_axis_with_force_lag() {
     let (m, b, k) = (20.0_f64, 200.0, 1e5);
@@ -54,7 +54,7 @@ fn truth_a_rigid_axis_with_force_lag() {
     assert!((edge.gain - 0.450_043).abs() < 0.5e-6 && (edge.frequency_hz - 13.206).abs() < 0.5e-3);
 }
 
-/// Form B: an undamped two-mass axis; 1 + K* = (m1 (k + k_s) + m2 k)^2 / (4 m1 m2 k k_s). Poles meet on the imaginary axis there.
+/// Form B: an undamped two-mass axis; `1 + K* = (m1 (k + k_s) + m2 k)^2 / (4 m1 m2 k k_s)`. Poles meet on the imaginary axis there.
 #[test]
 fn truth_b_undamped_two_mass_axis() {
     let (m1, m2, k, ks) = (12.0, 8.0, 4e5, 1e5);
@@ -78,7 +78,7 @@ fn truth_b_undamped_two_mass_axis() {
     assert!((edge.gain - 4.510_417).abs() < 0.5e-6);
 }
 
-/// Form C: undamped zeros of base and workpiece, exactly at sqrt(k_b / (m_r + m_b)) and sqrt(k_w / m_w).
+/// Form C: undamped zeros of base and workpiece, exactly at `sqrt(k_b / (m_r + m_b))` and `sqrt(k_w / m_w)`.
 #[test]
 fn truth_c_zeros_of_base_and_workpiece() {
     let (mr, mb, kb, mw, kw) = (12.0, 180.0, 1.02e6, 3.0, 1.5e6);

@@ -1,4 +1,5 @@
 //! Linear theory of robot axes in contact, held against printed figures and closed forms.
+#![cfg(test)]
 
 mod axis;
 mod closed_forms;

@@ -11,6 +11,7 @@ const FREQUENCY_HZ: f64 = 0.5e-3 + 1e-9;
 /// Half a unit of the fourth decimal, the last that is printed for gains.
 const GAIN: f64 = 0.5e-4 + 1e-9;
 
+#[expect(clippy::struct_excessive_bools, reason = "a model is named by which parts it has")]
 pub(crate) struct Row {
     pub(crate) name: &'static str,
     flexible: bool,

@@ -1,5 +1,31 @@
 //! Stepping a machine through time.
+//!
+//! A [`Scenario`] is what is to be run; [`Program`] is the same checked and resolved; [`Simulation`] runs one variant of it, or several side by side.
+//! Between events a machine is linear with held inputs, so the default integrator carries it by matrix exponentials and locates every event in between
+//! to rounding; modes with laws that are not linear are integrated by extrapolation to the same accuracy (see [`Integrator::Exact`]).
 
+mod clock;
+mod drive;
+mod error;
+mod event;
+mod extrapolation;
+mod fixed_step;
+mod flow;
+mod lane;
+mod ledger;
+mod observer;
+mod program;
 mod scenario;
+mod sensing;
+mod simulation;
+mod taps;
+mod taylor;
+mod transition;
 
+pub use error::{EngineError, RunEnd};
+pub use event::{Event, EventKind};
+pub use ledger::EnergyBalance;
+pub use observer::{Observer, Trace, Unobserved};
+pub use program::Program;
 pub use scenario::{ControllerUse, Integrator, RunSettings, Scenario};
+pub use simulation::Simulation;

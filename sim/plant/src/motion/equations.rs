@@ -62,8 +62,6 @@ pub struct Guard {
 pub enum GuardValue {
     /// To this state.
     To(SwitchState),
-    /// A contact or stop no longer pushes: to [`SwitchState::Minus`] while it is still compressed, else to rest.
-    Release,
     /// A guide comes to rest: it sticks, or slides the other way, whichever the forces ask for.
     Stop,
 }
@@ -228,7 +226,7 @@ impl Motion {
     }
 
     fn guards(&self, mode: Mode, forces: &Forces, friction: &[Row], load: &Row) -> Vec<Guard> {
-        use GuardValue::{Release, Stop, To};
+        use GuardValue::{Stop, To};
         use SwitchState::{Minus, Plus, Rest};
         let mut guards = Vec::new();
         for (switch, &what) in self.switches.iter().enumerate() {
@@ -237,16 +235,13 @@ impl Motion {
             match what {
                 Switch::Contact(i) => {
                     let [d, rate] = &forces.compression[i];
-                    let law = self.assembly.contacts[i].law;
                     let pushing = self.pushing_rows(i, d, rate);
                     match state {
                         Rest => guard(scaled(-1.0, d), To(Plus)),
-                        Plus => pushing.into_iter().for_each(|row| guard(row, Release)),
+                        Plus => pushing.into_iter().for_each(|(row, next)| guard(row, To(next))),
                         Minus => {
                             // Only the rate can make a compressed contact push again.
-                            let again =
-                                if law.is_linear() || law.damping > 0.0 { pushing.into_iter().next() } else { pushing.into_iter().nth(1) };
-                            if let Some(row) = again {
+                            if let Some((row, _)) = pushing.into_iter().find(|(_, next)| *next == Minus) {
                                 guard(scaled(-1.0, &row), To(Plus));
                             }
                             guard(d.clone(), To(Rest));
@@ -269,7 +264,7 @@ impl Motion {
                     }
                     match state {
                         Rest => guard(scaled(-1.0, &d), To(Plus)),
-                        Plus => guard(push, Release),
+                        Plus => guard(push, To(if link.damping > 0.0 { Minus } else { Rest })),
                         Minus => {
                             guard(scaled(-1.0, &push), To(Plus));
                             guard(d, To(Rest));
@@ -326,23 +321,27 @@ impl Motion {
         }
     }
 
-    /// Rows that are all positive while contact `i` pushes.
-    fn pushing_rows(&self, i: usize, d: &Row, rate: &Row) -> Vec<Row> {
+    /// Rows that are all positive while contact `i` pushes, and where the contact goes when one no longer is: with damping the force vanishes while
+    /// the contact is still compressed.
+    fn pushing_rows(&self, i: usize, d: &Row, rate: &Row) -> Vec<(Row, SwitchState)> {
         let law = self.assembly.contacts[i].law;
-        if law.is_linear() {
-            let mut force = scaled(law.stiffness, d);
-            add(&mut force, law.damping, rate);
-            return vec![force];
-        }
         if law.damping > 0.0 {
             let total = |law| matches!(law, super::NonlinearLaw::Contact { contact, .. } if contact == i);
-            return self.terms.iter().position(|term| total(term.law)).map(|j| self.layout.unit(self.layout.term(j))).into_iter().collect();
+            let force = match self.terms.iter().position(|term| total(term.law)) {
+                Some(j) => self.layout.unit(self.layout.term(j)),
+                None => {
+                    let mut force = scaled(law.stiffness, d);
+                    add(&mut force, law.damping, rate);
+                    force
+                }
+            };
+            return vec![(force, SwitchState::Minus)];
         }
-        let mut rows = vec![d.clone()];
+        let mut rows = vec![(d.clone(), SwitchState::Rest)];
         if law.alpha > 0.0 {
             let mut factor = scaled(law.alpha, rate);
             factor[self.layout.one()] += 1.0;
-            rows.push(factor);
+            rows.push((factor, SwitchState::Minus));
         }
         rows
     }

@@ -73,8 +73,10 @@ impl NonlinearTerm {
     pub fn value(&self, a: f64, b: f64) -> f64 {
         match self.law {
             NonlinearLaw::Contact { law, unilateral, .. } => {
+                // The damping that grows with compression opposes the motion on either side of a clamped contact.
                 let spring = law.stiffness * power(&law, a, unilateral);
-                spring * (1.0 + law.alpha * b) + law.damping * b + law.cubic * a * a * a
+                let growing = if unilateral { spring } else { spring.abs() };
+                spring + growing * law.alpha * b + law.damping * b + law.cubic * a * a * a
             }
             NonlinearLaw::Elastic { law, unilateral, .. } => law.stiffness * power(&law, a, unilateral) + law.cubic * a * a * a,
             NonlinearLaw::Cubic { cubic, .. } => cubic * a * a * a,

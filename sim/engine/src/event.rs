@@ -1,0 +1,72 @@
+//! Events of a run.
+
+use feeler_plant::assembly::Assembly;
+use feeler_plant::motion::{Switch, SwitchState};
+
+/// What happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum EventKind {
+    /// A contact or one side of a free play began to push.
+    Touch,
+    /// It ceased to push.
+    Lift,
+    /// A guide came to rest.
+    Stick,
+    /// It began to slide, or turned.
+    Slip,
+    /// A drive reached its limit.
+    Limit,
+    /// It left it.
+    Release,
+}
+
+impl EventKind {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Touch => "touch",
+            Self::Lift => "lift",
+            Self::Stick => "stick",
+            Self::Slip => "slip",
+            Self::Limit => "limit",
+            Self::Release => "release",
+        }
+    }
+
+    /// The event of a switch going from one state to another, if it is one.
+    pub(crate) fn of(switch: Switch, from: SwitchState, to: SwitchState) -> Option<Self> {
+        use SwitchState::{Plus, Rest};
+        match switch {
+            Switch::Contact(_) | Switch::Stop(..) => match (from == Plus, to == Plus) {
+                (false, true) => Some(Self::Touch),
+                (true, false) => Some(Self::Lift),
+                _ => None,
+            },
+            Switch::Friction(_) => Some(if to == Rest { Self::Stick } else { Self::Slip }),
+            Switch::Limit(_) => Some(if to == Rest { Self::Release } else { Self::Limit }),
+            Switch::Ramp(_) => None,
+        }
+    }
+}
+
+/// An event at its instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Event {
+    /// When, s.
+    pub t_s: f64,
+    /// What.
+    pub kind: EventKind,
+    /// The switch it happened to.
+    pub switch: Switch,
+}
+
+impl Event {
+    /// Name of the element it happened to.
+    pub fn element<'a>(&self, assembly: &'a Assembly) -> &'a str {
+        match self.switch {
+            Switch::Contact(i) => &assembly.contacts[i].name,
+            Switch::Stop(i, _) | Switch::Friction(i) => &assembly.links[i].name,
+            Switch::Limit(i) | Switch::Ramp(i) => &assembly.drives[i].name,
+        }
+    }
+}

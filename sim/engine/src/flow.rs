@@ -1,0 +1,141 @@
+//! The flow of one mode: its equations as matrices, and its exponentials.
+
+use feeler_lti::{balance, eigenvalues, expm};
+use feeler_plant::assembly::Source;
+use feeler_plant::motion::{Equations, Ledger, Mode, Motion, Row};
+use nalgebra::DMatrix;
+
+use crate::error::EngineError;
+
+/// Largest angle of the fastest oscillation between two looks at the guards, rad: below a quarter turn, so that a guard has at most one
+/// minimum in between and its slopes at both ends betray it.
+const CHECK_ANGLE: f64 = 1.2;
+/// Largest product of a mode's norm and the span of one Taylor polynomial; with [`crate::taylor`]'s 30 terms its remainder is below 1e-18.
+const TAYLOR_REACH: f64 = 3.0;
+
+/// Guards a switch may have at once.
+pub(crate) const SLOTS_PER_SWITCH: usize = 2;
+/// Rows of a transition per guard slot: value at the end, slope at the start, slope at the end, value at the start.
+pub(crate) const ROWS_PER_SLOT: usize = 4;
+
+/// One mode of one machine.
+#[derive(Clone, Debug)]
+pub(crate) struct Flow {
+    pub(crate) equations: Equations,
+    pub(crate) linear: bool,
+    /// Derivatives of the states over the linear part of the extended vector, row by row.
+    pub(crate) derivative: Vec<f64>,
+    pub(crate) states: usize,
+    pub(crate) width: usize,
+    /// Norm of the balanced derivative matrix, 1/s.
+    pub(crate) rate: f64,
+    /// Longest span between two looks at the guards, s.
+    pub(crate) check_s: f64,
+    /// Longest span of one Taylor polynomial, s.
+    pub(crate) horizon_s: f64,
+    /// Guard slot of each guard of the equations.
+    pub(crate) slots: Vec<usize>,
+    /// Rows of the wanted signals; `None` for those no row can tell.
+    pub(crate) signals: Vec<Option<Row>>,
+    /// Energy meters, where the run keeps the ledger.
+    pub(crate) ledger: Ledger,
+    /// Transition rows by span.
+    transitions: Vec<(u64, Vec<f64>)>,
+}
+
+impl Flow {
+    pub(crate) fn new(motion: &Motion, mode: Mode, wanted: &[Source], energy: bool) -> Result<Self, EngineError> {
+        let equations = motion.equations(mode);
+        let layout = motion.layout();
+        let (states, width) = (layout.states(), layout.linear_width());
+        let derivative: Vec<f64> = equations.derivative.iter().flat_map(|row| row[..width].iter().copied()).collect();
+        let matrix = DMatrix::from_row_slice(states, width, &derivative);
+        let square = matrix.columns(0, states).into_owned();
+        let balanced = balance(&square).matrix;
+        let rate = norm(&balanced).max(f64::MIN_POSITIVE);
+        let fastest = eigenvalues(&square)?.iter().map(|lambda| lambda.im.abs()).fold(0.0, f64::max);
+        let mut slots = Vec::new();
+        for (i, guard) in equations.guards.iter().enumerate() {
+            let earlier = equations.guards[..i].iter().filter(|other| other.switch == guard.switch).count();
+            slots.push(SLOTS_PER_SWITCH * guard.switch + earlier);
+        }
+        let signals = wanted.iter().map(|&source| motion.signal(&equations, source)).collect();
+        let ledger = if energy { motion.ledger(&equations) } else { Ledger::default() };
+        Ok(Self {
+            linear: equations.is_linear(),
+            equations,
+            derivative,
+            states,
+            width,
+            rate,
+            check_s: if fastest > 0.0 { CHECK_ANGLE / fastest } else { f64::INFINITY },
+            horizon_s: TAYLOR_REACH / rate,
+            slots,
+            signals,
+            ledger,
+            transitions: Vec::new(),
+        })
+    }
+
+    /// Row `i` of the derivative matrix.
+    pub(crate) fn derivative_row(&self, i: usize) -> &[f64] {
+        &self.derivative[i * self.width..(i + 1) * self.width]
+    }
+
+    /// The slope of a linear functional along the flow, as a row.
+    pub(crate) fn slope(&self, row: &[f64]) -> Row {
+        let mut slope = vec![0.0; self.width];
+        for (i, &factor) in row[..self.states].iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
+            for (s, d) in slope.iter_mut().zip(self.derivative_row(i)) {
+                *s += factor * d;
+            }
+        }
+        slope
+    }
+
+    /// The rows that carry the extended vector over `span_fs` femtoseconds: the states, then for every guard slot its value at the end, its slopes
+    /// at start and end, and its value at the start. Unused slots read 1.
+    pub(crate) fn transition(&mut self, span_fs: u64, slots: usize) -> Result<&[f64], EngineError> {
+        if let Some(i) = self.transitions.iter().position(|(key, _)| *key == span_fs) {
+            return Ok(&self.transitions[i].1);
+        }
+        let n = self.width;
+        let mut augmented = DMatrix::zeros(n, n);
+        augmented.rows_mut(0, self.states).copy_from(&DMatrix::from_row_slice(self.states, n, &self.derivative));
+        let exponential = expm(&(augmented * (span_fs as f64 * 1e-15)))?;
+        let mut rows = vec![0.0; (self.states + ROWS_PER_SLOT * slots) * n];
+        for (i, row) in rows.chunks_exact_mut(n).take(self.states).enumerate() {
+            row.iter_mut().zip(exponential.row(i).iter()).for_each(|(r, e)| *r = *e);
+        }
+        for slot in 0..slots {
+            let base = (self.states + ROWS_PER_SLOT * slot) * n;
+            rows[base + n - 1] = 1.0;
+            rows[base + 3 * n + n - 1] = 1.0;
+        }
+        for (guard, &slot) in self.equations.guards.iter().zip(&self.slots) {
+            let value = &guard.row[..n];
+            let slope = self.slope(value);
+            let base = (self.states + ROWS_PER_SLOT * slot) * n;
+            for j in 0..n {
+                let column = exponential.column(j);
+                rows[base + j] = dot(value, column.iter());
+                rows[base + n + j] = slope[j];
+                rows[base + 2 * n + j] = dot(&slope, column.iter());
+                rows[base + 3 * n + j] = value[j];
+            }
+        }
+        self.transitions.push((span_fs, rows));
+        Ok(&self.transitions[self.transitions.len() - 1].1)
+    }
+}
+
+fn dot<'a>(row: &[f64], other: impl Iterator<Item = &'a f64>) -> f64 {
+    row.iter().zip(other).map(|(a, b)| a * b).sum()
+}
+
+/// The smaller of the largest row sum and the largest column sum.
+fn norm(matrix: &DMatrix<f64>) -> f64 {
+    let rows = matrix.row_iter().map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max);
+    let columns = matrix.column_iter().map(|column| column.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max);
+    f64::min(rows, columns)
+}

@@ -1,0 +1,384 @@
+//! One variant on its own: the modes it has met, and its motion through events.
+//!
+//! Lanes travel together between events; whichever meets one goes through it here, alone, and joins the others at the end of the interval.
+
+use feeler_plant::assembly::Source;
+use feeler_plant::motion::{GuardValue, Mode, Motion, Switch, SwitchState};
+
+use crate::error::{EngineError, RunEnd};
+use crate::event::{Event, EventKind};
+use crate::extrapolation::{Extrapolation, fill_terms};
+use crate::flow::Flow;
+use crate::ledger::{EnergyLedger, GAUSS_NODES};
+use crate::taylor::Series;
+
+/// Events at one instant after which time is pushed on a little: rounding may leave two modes each asking for the other.
+const EVENTS_BEFORE_PUSH: usize = 4;
+/// The first push, s; each further event at the instant doubles it.
+const PUSH_S: f64 = 1e-13;
+/// Events at one instant after which the run is given up.
+const EVENTS_BEFORE_STORM: usize = 60;
+/// Angle of the fastest oscillation per step of a nonlinear mode, rad.
+const NONLINEAR_ANGLE_SHARE: f64 = 0.5;
+/// Span of one polynomial over its longest while the ledger is kept: powers oscillate twice as fast as the motion, and eight nodes then integrate
+/// them to rounding.
+const LEDGER_SHARE: f64 = 1.0 / 3.0;
+
+/// One variant.
+#[derive(Debug)]
+pub(crate) struct LaneCore {
+    pub(crate) motion: Motion,
+    wanted: Vec<Source>,
+    flows: Vec<Flow>,
+    /// Index of the current flow.
+    pub(crate) current: usize,
+    pub(crate) events: Vec<Event>,
+    pub(crate) ledger: Option<EnergyLedger>,
+    pub(crate) end: RunEnd,
+    series: Series,
+    extrapolation: Extrapolation,
+}
+
+impl LaneCore {
+    /// Any state beyond this has diverged.
+    pub(crate) const BOUND: f64 = 1e12;
+
+    /// A variant at its start: the machine's initial state, and the mode it is in.
+    pub(crate) fn new(motion: Motion, wanted: Vec<Source>, energy: bool) -> Result<(Self, Vec<f64>), EngineError> {
+        let mut xi = motion.initial_state();
+        xi.resize(motion.layout().width(), 0.0);
+        xi[motion.layout().one()] = 1.0;
+        let mut lane = Self {
+            motion,
+            wanted,
+            flows: Vec::new(),
+            current: 0,
+            events: Vec::new(),
+            ledger: None,
+            end: RunEnd::Completed,
+            series: Series::default(),
+            extrapolation: Extrapolation::default(),
+        };
+        if energy {
+            lane.ledger = Some(EnergyLedger::default());
+        }
+        let mode = lane.initial_mode(&xi);
+        lane.enter(mode)?;
+        fill_terms(&lane.motion, &lane.flows[lane.current], &mut xi);
+        let equations = lane.flows[lane.current].equations.clone();
+        lane.motion.settle_filters(&equations, &mut xi);
+        if let Some(ledger) = &mut lane.ledger {
+            ledger.begin(lane.motion.storage(&equations, &xi), lane.flows[lane.current].ledger.meters.len());
+        }
+        Ok((lane, xi))
+    }
+
+    pub(crate) fn flow(&self) -> &Flow {
+        &self.flows[self.current]
+    }
+
+    pub(crate) fn flow_mut(&mut self) -> &mut Flow {
+        &mut self.flows[self.current]
+    }
+
+    pub(crate) fn has_ended(&self) -> bool {
+        self.end != RunEnd::Completed
+    }
+
+    fn initial_mode(&self, xi: &[f64]) -> Mode {
+        let equations = self.motion.equations(Mode::default());
+        let value = |row: &[f64]| dot(row, xi);
+        let mut mode = Mode::default();
+        for (i, &switch) in self.motion.switches().iter().enumerate() {
+            let state = match switch {
+                Switch::Contact(c) => side(value(&equations.compression[c][0]) > 0.0),
+                Switch::Stop(link, stop) => {
+                    let e = value(&equations.elongation[link][0]);
+                    let half = 0.5 * self.motion.assembly().links[link].play;
+                    side(if stop == feeler_plant::motion::StopSide::Upper { e > half } else { -e > half })
+                }
+                Switch::Friction(link) => match value(&equations.elongation[link][1]) {
+                    v if v > 0.0 => SwitchState::Plus,
+                    v if v < 0.0 => SwitchState::Minus,
+                    _ => SwitchState::Rest,
+                },
+                Switch::Limit(_) | Switch::Ramp(_) => SwitchState::Rest,
+            };
+            mode = mode.with(i, state);
+        }
+        mode
+    }
+
+    /// Makes `mode` the current one.
+    fn enter(&mut self, mode: Mode) -> Result<(), EngineError> {
+        self.current = self.index_of(mode)?;
+        Ok(())
+    }
+
+    fn index_of(&mut self, mode: Mode) -> Result<usize, EngineError> {
+        if let Some(i) = self.flows.iter().position(|flow| flow.equations.mode == mode) {
+            return Ok(i);
+        }
+        self.flows.push(Flow::new(&self.motion, mode, &self.wanted, self.ledger.is_some())?);
+        Ok(self.flows.len() - 1)
+    }
+
+    /// Gives drive `i` a new input. Where the drive's rate is limited it starts to ramp there.
+    pub(crate) fn set_input(&mut self, i: usize, value: f64, xi: &mut [f64]) -> Result<(), EngineError> {
+        xi[self.motion.layout().input(i)] = value;
+        if let Some(ramp) = self.motion.layout().ramp(i)
+            && let Some(switch) = self.motion.switches().iter().position(|&s| s == Switch::Ramp(i))
+        {
+            let left = value - xi[ramp];
+            let state = match left {
+                l if l > 0.0 => SwitchState::Plus,
+                l if l < 0.0 => SwitchState::Minus,
+                _ => SwitchState::Rest,
+            };
+            let mode = self.flow().equations.mode.with(switch, state);
+            self.enter(mode)?;
+        }
+        Ok(())
+    }
+
+    /// Moves `xi` from `t_s` on by `span_s`, through every event on the way.
+    pub(crate) fn advance(&mut self, xi: &mut [f64], t_s: f64, span_s: f64) -> Result<(), EngineError> {
+        let mut elapsed = 0.0;
+        let mut at_instant = 0;
+        while elapsed < span_s && !self.has_ended() {
+            let remaining = span_s - elapsed;
+            let push = (at_instant >= EVENTS_BEFORE_PUSH).then(|| PUSH_S * f64::from(1_u32 << (at_instant - EVENTS_BEFORE_PUSH).min(20)));
+            let (moved, event) =
+                if self.flow().linear { self.linear_leg(xi, remaining, push) } else { self.nonlinear_leg(xi, remaining, push) };
+            if moved > 10.0 * PUSH_S {
+                at_instant = 0;
+            }
+            elapsed = if moved >= remaining { span_s } else { elapsed + moved };
+            if let Some(guard) = event {
+                at_instant += 1;
+                self.switch(guard, xi, t_s + elapsed)?;
+                if at_instant > EVENTS_BEFORE_STORM {
+                    self.end = RunEnd::EventStorm { t_s: t_s + elapsed };
+                }
+            } else if moved <= 0.0 {
+                self.end = RunEnd::EventStorm { t_s: t_s + elapsed };
+            }
+            if xi.iter().any(|x| x.is_nan() || x.abs() > Self::BOUND) {
+                self.end = RunEnd::Diverged { t_s: t_s + elapsed };
+            }
+        }
+        Ok(())
+    }
+
+    /// One polynomial of a linear mode: how far it went, and the guard that ended it.
+    fn linear_leg(&mut self, xi: &mut [f64], remaining: f64, push: Option<f64>) -> (f64, Option<usize>) {
+        let flow = &self.flows[self.current];
+        let reach = if self.ledger.is_some() { flow.horizon_s * LEDGER_SHARE } else { flow.horizon_s };
+        let mut h = push.map_or(reach, |push| push.min(reach)).min(remaining);
+        self.series.expand(flow, xi, h);
+        let mut event = None;
+        if push.is_none() {
+            for (i, guard) in flow.equations.guards.iter().enumerate() {
+                if let Some(s) = self.series.functional(&guard.row, xi, flow.width).first_crossing(h)
+                    && (event.is_none() || s < h)
+                {
+                    h = s;
+                    event = Some(i);
+                }
+            }
+        }
+        if let Some(ledger) = &mut self.ledger {
+            let mut node = xi.to_vec();
+            for (position, weight) in GAUSS_NODES {
+                self.series.evaluate(position * h, &mut node);
+                ledger.add_powers(&flow.ledger, &node, weight * h);
+            }
+        }
+        self.series.evaluate(h, xi);
+        self.join(xi);
+        (h, event)
+    }
+
+    /// One step of a nonlinear mode.
+    fn nonlinear_leg(&mut self, xi: &mut [f64], remaining: f64, push: Option<f64>) -> (f64, Option<usize>) {
+        let flow = &self.flows[self.current];
+        fill_terms(&self.motion, flow, xi);
+        let mut none = Vec::new();
+        let reach = NONLINEAR_ANGLE_SHARE * flow.check_s;
+        let span = push.map_or(reach, |push| push.min(reach)).min(remaining);
+        let start = xi.to_vec();
+        let meters = self.ledger.as_mut().map_or(&mut none, |ledger| &mut ledger.meters);
+        let before = meters.clone();
+        let Some(mut h) = self.extrapolation.step(&self.motion, flow, xi, meters, span) else { return (0.0, None) };
+        let mut event = None;
+        if push.is_none() {
+            for (i, guard) in flow.equations.guards.iter().enumerate() {
+                if dot(&guard.row, xi) <= 0.0
+                    && let Some(s) = first_crossing(&mut self.extrapolation, &self.motion, flow, &start, &guard.row, h)
+                    && (event.is_none() || s < h)
+                {
+                    h = s;
+                    event = Some(i);
+                }
+            }
+        }
+        if event.is_some() {
+            xi.copy_from_slice(&start);
+            meters.copy_from_slice(&before);
+            if h > 0.0 {
+                self.extrapolation.step(&self.motion, flow, xi, meters, h);
+            }
+        }
+        self.join(xi);
+        (h, event)
+    }
+
+    /// Makes speeds that stick together equal to the bit.
+    pub(crate) fn join(&self, xi: &mut [f64]) {
+        for &[a, b] in &self.flow().equations.stuck {
+            let v = |g| self.motion.layout().v(g);
+            match (a, b) {
+                (Some(a), Some(b)) => xi[v(b)] = xi[v(a)],
+                (Some(g), None) | (None, Some(g)) => xi[v(g)] = 0.0,
+                (None, None) => {}
+            }
+        }
+    }
+
+    /// What happens when guard `index` of the current mode is crossed.
+    pub(crate) fn switch(&mut self, index: usize, xi: &mut [f64], t_s: f64) -> Result<(), EngineError> {
+        let guard = self.flow().equations.guards[index].clone();
+        let old = self.current;
+        let mode = self.flow().equations.mode;
+        let from = mode.get(guard.switch);
+        let to = match guard.value {
+            GuardValue::To(state) => state,
+            GuardValue::Stop => self.after_stop(mode, guard.switch, xi)?,
+        };
+        let what = self.motion.switches()[guard.switch];
+        if let (Switch::Ramp(i), Some(ramp)) = (what, self.ramp_of(what)) {
+            xi[ramp] = xi[self.motion.layout().input(i)];
+        }
+        self.enter(mode.with(guard.switch, to))?;
+        self.join(xi);
+        fill_terms(&self.motion, &self.flows[self.current], xi);
+        if let Some(ledger) = &mut self.ledger {
+            let before = self.motion.storage(&self.flows[old].equations, xi);
+            let after = self.motion.storage(&self.flows[self.current].equations, xi);
+            ledger.jump(&self.flows[old].ledger, what, &before, &after);
+        }
+        if let Some(kind) = EventKind::of(what, from, to) {
+            self.events.push(Event { t_s, kind, switch: what });
+        }
+        Ok(())
+    }
+
+    /// Where a fixed step has carried a sliding guide past rest, puts it at rest.
+    pub(crate) fn stop_exactly(&self, guard: usize, xi: &mut [f64]) {
+        let guard = &self.flow().equations.guards[guard];
+        if let (GuardValue::Stop, Switch::Friction(link)) = (guard.value, self.motion.switches()[guard.switch]) {
+            let link = &self.motion.assembly().links[link];
+            let of = |node| self.motion.coordinates().of(node);
+            let layout = self.motion.layout();
+            match (of(link.a), of(link.b)) {
+                (Some(a), Some(b)) => {
+                    // The joint speed that keeps the momentum.
+                    let (ma, mb) = (self.motion.coordinates().mass_kg(a), self.motion.coordinates().mass_kg(b));
+                    let joint = (ma * xi[layout.v(a)] + mb * xi[layout.v(b)]) / (ma + mb);
+                    xi[layout.v(a)] = joint;
+                    xi[layout.v(b)] = joint;
+                }
+                (Some(g), None) | (None, Some(g)) => xi[layout.v(g)] = 0.0,
+                (None, None) => {}
+            }
+        }
+    }
+
+    fn ramp_of(&self, switch: Switch) -> Option<usize> {
+        match switch {
+            Switch::Ramp(i) => self.motion.layout().ramp(i),
+            _ => None,
+        }
+    }
+
+    /// A guide has come to rest: whether it sticks, or slides on the other way.
+    fn after_stop(&mut self, mode: Mode, switch: usize, xi: &mut [f64]) -> Result<SwitchState, EngineError> {
+        let index = self.index_of(mode.with(switch, SwitchState::Rest))?;
+        let flow = &self.flows[index];
+        let mut rested = xi.to_vec();
+        fill_terms(&self.motion, flow, &mut rested);
+        let exceeded = flow.equations.guards.iter().find(|guard| guard.switch == switch && dot(&guard.row, &rested) < 0.0);
+        Ok(match exceeded.map(|guard| guard.value) {
+            Some(GuardValue::To(state)) => state,
+            _ => SwitchState::Rest,
+        })
+    }
+}
+
+fn side(closed: bool) -> SwitchState {
+    if closed { SwitchState::Plus } else { SwitchState::Rest }
+}
+
+pub(crate) fn dot(row: &[f64], xi: &[f64]) -> f64 {
+    row.iter().zip(xi).map(|(r, x)| r * x).sum()
+}
+
+/// The first instant in `[0, h]` at which a guard that is not positive at `h` stops being positive: regula falsi (Illinois), each look a fresh step
+/// from the start.
+fn first_crossing(method: &mut Extrapolation, motion: &Motion, flow: &Flow, start: &[f64], row: &[f64], h: f64) -> Option<f64> {
+    let mut at = |s: f64| {
+        let mut xi = start.to_vec();
+        fill_terms(motion, flow, &mut xi);
+        let mut reached = 0.0;
+        while reached < s {
+            reached += method.step(motion, flow, &mut xi, &mut [], s - reached)?;
+        }
+        Some(dot(row, &xi))
+    };
+    let (mut a, mut b) = (0.0, h);
+    let mut fa = at(0.0)?;
+    let mut fb = at(h)?;
+    let size: f64 = row.iter().zip(start).map(|(r, x)| (r * x).abs()).sum();
+    if fa < -1e-12 * size {
+        return Some(0.0);
+    }
+    if fa <= 1e-12 * size {
+        // The trace of the event just passed: look for the first positive value on the way back from `h`.
+        let mut s = 0.5 * h;
+        loop {
+            let value = at(s)?;
+            if value > 0.0 {
+                (a, fa) = (s, value);
+                break;
+            }
+            (b, fb) = (s, value);
+            s *= 0.25;
+            if s < 1e-14 {
+                return Some(0.0);
+            }
+        }
+    }
+    for _ in 0..80 {
+        let secant = (a * fb - b * fa) / (fb - fa);
+        let s = if secant > a && secant < b { secant } else { 0.5 * (a + b) };
+        if b - a <= 4.0 * f64::EPSILON * b {
+            break;
+        }
+        let value = at(s)?;
+        if value > 0.0 {
+            if s - a < 0.1 * (b - a) {
+                fb *= 0.5;
+            }
+            (a, fa) = (s, value);
+        } else {
+            if b - s < 0.1 * (b - a) {
+                fa *= 0.5;
+            }
+            (b, fb) = (s, value);
+        }
+        if b - a < 1e-15 {
+            break;
+        }
+    }
+    Some(b)
+}

@@ -1,0 +1,49 @@
+//! From the filtered signal of a sensor to the number that a controller or a recorder gets.
+
+use feeler_control::Stream;
+use feeler_lanes::Lane;
+use feeler_plant::assembly::SensorPart;
+
+/// Picoseconds per second: the grid on which noise is a function of time.
+const PICOSECONDS: f64 = 1e12;
+
+/// One sensor of every lane. The noise of a reading is a property of sensor and instant: it does not depend on who reads, or how often.
+#[derive(Clone, Debug)]
+pub(crate) struct Sensing<L> {
+    gain: L,
+    bias: L,
+    noise: L,
+    /// Steps of quantisation in order; zero for none.
+    resolutions: Vec<L>,
+    noisy: bool,
+    stream: Stream,
+    pub(crate) delay_s: f64,
+}
+
+impl<L: Lane> Sensing<L> {
+    /// The sensors must agree in their delay and in how many times they quantise.
+    pub(crate) fn new(of_lane: &[&SensorPart], seed: u64) -> Self {
+        let number = |f: &dyn Fn(&SensorPart) -> f64| L::from_fn(|lane| f(of_lane[lane]));
+        Self {
+            gain: number(&|sensor| sensor.gain),
+            bias: number(&|sensor| sensor.bias),
+            noise: number(&|sensor| sensor.noise),
+            resolutions: (0..of_lane[0].resolutions.len()).map(|k| number(&|sensor| sensor.resolutions[k])).collect(),
+            noisy: of_lane.iter().any(|sensor| sensor.noise > 0.0),
+            stream: Stream::new(seed, &format!("sensors.{}", of_lane[0].name)),
+            delay_s: of_lane[0].delay,
+        }
+    }
+
+    /// The reading at `t_s` of a (delayed, filtered) signal.
+    pub(crate) fn read(&self, t_s: f64, signal: L) -> L {
+        let mut reading = self.gain * signal + self.bias;
+        if self.noisy {
+            reading += self.noise * L::splat(self.stream.normal_at((t_s * PICOSECONDS).round() as u64));
+        }
+        for &step in &self.resolutions {
+            reading = reading.zip(step, |x, q| if q > 0.0 { (x / q).round() * q } else { x });
+        }
+        reading
+    }
+}

@@ -1,0 +1,236 @@
+//! The flow of a linear mode as a Taylor polynomial in time, and the first zero of a guard along it.
+
+use crate::flow::Flow;
+
+/// Terms of the longest polynomial.
+const MOST_TERMS: usize = 31;
+/// Remainder of a polynomial relative to the motion.
+const REMAINDER: f64 = 1e-18;
+/// Parts into which a span is cut in the search for a zero; with the spans that [`Flow`] allows each is below 0.2 rad of the fastest oscillation.
+const PARTS: usize = 8;
+/// A guard this close to zero, relative to the terms it is made of, may be the trace of the event that has just happened ...
+const AT_ZERO: f64 = 1e-12;
+/// ... and so may one that was at zero this short a time ago, s: ten thousand times the rounding of an event's instant.
+const AT_ZERO_S: f64 = 1e-13;
+
+/// `x(s) = sum_k c_k s^k` from a state and held inputs.
+#[derive(Debug, Default)]
+pub(crate) struct Series {
+    coefficients: Vec<f64>,
+    terms: usize,
+    states: usize,
+}
+
+impl Series {
+    /// Expands the motion from `xi` (states, inputs, 1) for spans up to `span_s`.
+    pub(crate) fn expand(&mut self, flow: &Flow, xi: &[f64], span_s: f64) {
+        let n = flow.states;
+        self.states = n;
+        self.terms = terms(flow.rate * span_s);
+        self.coefficients.clear();
+        self.coefficients.resize(n * self.terms, 0.0);
+        self.coefficients[..n].copy_from_slice(&xi[..n]);
+        for k in 1..self.terms {
+            let (known, next) = self.coefficients.split_at_mut(k * n);
+            let last = &known[(k - 1) * n..];
+            for (i, c) in next[..n].iter_mut().enumerate() {
+                let row = flow.derivative_row(i);
+                let mut sum: f64 = row.iter().zip(last).map(|(a, x)| a * x).sum();
+                if k == 1 {
+                    sum += row[n..].iter().zip(&xi[n..]).map(|(a, u)| a * u).sum::<f64>();
+                }
+                *c = sum / k as f64;
+            }
+        }
+    }
+
+    /// Writes the states at `s` into the front of `xi`.
+    pub(crate) fn evaluate(&self, s: f64, xi: &mut [f64]) {
+        let n = self.states;
+        xi[..n].copy_from_slice(&self.coefficients[(self.terms - 1) * n..]);
+        for k in (0..self.terms - 1).rev() {
+            for (x, c) in xi[..n].iter_mut().zip(&self.coefficients[k * n..]) {
+                *x = *x * s + c;
+            }
+        }
+    }
+
+    /// The polynomial of a linear functional of states and held inputs.
+    pub(crate) fn functional(&self, row: &[f64], xi: &[f64], width: usize) -> Polynomial {
+        let n = self.states;
+        let mut polynomial = Polynomial { c: [0.0; MOST_TERMS], terms: self.terms, size: 0.0 };
+        for (k, c) in polynomial.c[..self.terms].iter_mut().enumerate() {
+            *c = row[..n].iter().zip(&self.coefficients[k * n..]).map(|(r, x)| r * x).sum();
+        }
+        for (r, x) in row[..width].iter().zip(&xi[..width]) {
+            polynomial.size += (r * x).abs();
+        }
+        polynomial.c[0] += row[n..width].iter().zip(&xi[n..width]).map(|(r, u)| r * u).sum::<f64>();
+        polynomial
+    }
+}
+
+/// Terms needed for a remainder below [`REMAINDER`] at `z = rate * span`.
+fn terms(z: f64) -> usize {
+    let mut term = 1.0;
+    for k in 1..MOST_TERMS {
+        term *= z / k as f64;
+        if term < REMAINDER {
+            return k + 1;
+        }
+    }
+    MOST_TERMS
+}
+
+/// A guard along the motion.
+#[derive(Debug)]
+pub(crate) struct Polynomial {
+    c: [f64; MOST_TERMS],
+    terms: usize,
+    /// Sum of the sizes of the parts the value at zero is made of.
+    size: f64,
+}
+
+impl Polynomial {
+    pub(crate) fn at(&self, s: f64) -> f64 {
+        self.c[..self.terms].iter().rev().fold(0.0, |sum, c| sum * s + c)
+    }
+
+    fn slope(&self, s: f64) -> f64 {
+        (1..self.terms).rev().fold(0.0, |sum, k| sum * s + k as f64 * self.c[k])
+    }
+
+    /// The first instant in `[0, span]` at which the value, positive before, is no longer positive.
+    ///
+    /// A value at zero that is the rounded trace of an event counts as positive if it grows, and has already crossed if it does not.
+    pub(crate) fn first_crossing(&self, span: f64) -> Option<f64> {
+        let start = self.at(0.0);
+        let trace = AT_ZERO * self.size + AT_ZERO_S * self.c[1].abs();
+        if start < -trace {
+            return Some(0.0);
+        }
+        let mut left = 0.0;
+        if start <= trace {
+            left = self.leave_zero(span)?;
+            if left < 0.0 {
+                return Some(0.0);
+            }
+        }
+        for part in 1..=PARTS {
+            let right = span * part as f64 / PARTS as f64;
+            if right <= left {
+                continue;
+            }
+            if self.at(right) <= 0.0 {
+                return Some(self.refine(left, right));
+            }
+            if let Some(low) = self.dip(left, right) {
+                return Some(self.refine(left, low));
+            }
+            left = right;
+        }
+        None
+    }
+
+    /// From a start at zero: the first looked-at instant with a positive value, a negative number if the value falls at once,
+    /// `None` if it stays at zero.
+    fn leave_zero(&self, span: f64) -> Option<f64> {
+        // The lowest power of time whose term matters at the end of the span decides the sign just after the start.
+        let mut power = 1.0;
+        for c in &self.c[1..self.terms] {
+            power *= span;
+            let term = c * power;
+            if term.abs() > AT_ZERO * self.size {
+                if term < 0.0 {
+                    return Some(-1.0);
+                }
+                let mut s = span / PARTS as f64;
+                for _ in 0..200 {
+                    if self.at(s) > 0.0 {
+                        return Some(s);
+                    }
+                    s *= 0.5;
+                }
+                return Some(-1.0);
+            }
+        }
+        None
+    }
+
+    /// An instant between two positive values at which the value is negative, if its one minimum there is.
+    fn dip(&self, left: f64, right: f64) -> Option<f64> {
+        let (mut a, mut b) = (left, right);
+        if self.slope(a) >= 0.0 || self.slope(b) <= 0.0 {
+            return None;
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (a + b);
+            if self.at(middle) <= 0.0 {
+                return Some(middle);
+            }
+            // Both tangents lie below a convex function: where they meet above zero there is no dip.
+            let (fa, fb, da, db) = (self.at(a), self.at(b), self.slope(a), self.slope(b));
+            let lowest = (db * fa - da * fb + da * db * (b - a)) / (db - da);
+            if lowest > 0.0 {
+                return None;
+            }
+            if self.slope(middle) < 0.0 { a = middle } else { b = middle }
+        }
+        None
+    }
+
+    /// The zero between `a` (positive) and `b` (not positive), to rounding: Newton, kept inside the bracket.
+    fn refine(&self, a: f64, b: f64) -> f64 {
+        let (mut a, mut b) = (a, b);
+        let mut s = 0.5 * (a + b);
+        for _ in 0..100 {
+            let value = self.at(s);
+            if value > 0.0 {
+                a = s
+            } else {
+                b = s
+            }
+            let newton = s - value / self.slope(s);
+            let next = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
+            if (next - s).abs() <= f64::EPSILON * b || b - a <= f64::EPSILON * b {
+                return next;
+            }
+            s = next;
+        }
+        s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn polynomial(c: &[f64]) -> Polynomial {
+        let mut all = [0.0; MOST_TERMS];
+        all[..c.len()].copy_from_slice(c);
+        Polynomial { c: all, terms: c.len(), size: 1.0 }
+    }
+
+    #[test]
+    fn truth_first_zero_of_a_quadratic() {
+        // (s - 0.3)(s - 0.7) is positive until 0.3.
+        let root = polynomial(&[0.21, -1.0, 1.0]).first_crossing(1.0).unwrap();
+        assert!((root - 0.3).abs() < 4.0 * f64::EPSILON);
+    }
+
+    #[test]
+    fn truth_dip_between_looks_is_seen() {
+        // Negative only between 0.06 - 1e-3 and 0.06 + 1e-3, inside the first part.
+        let root = polynomial(&[0.06 * 0.06 - 1e-6, -0.12, 1.0]).first_crossing(1.0).unwrap();
+        assert!((root - 0.059).abs() < 1e-14);
+    }
+
+    #[test]
+    fn truth_a_guard_that_starts_at_zero_and_grows_has_not_crossed() {
+        assert_eq!(polynomial(&[-1e-17, 1.0]).first_crossing(1.0), None);
+        assert_eq!(polynomial(&[1e-17, -1.0]).first_crossing(1.0), Some(0.0));
+        // It grows, then falls: the second zero counts.
+        let root = polynomial(&[0.0, 1.0, -2.0]).first_crossing(1.0).unwrap();
+        assert!((root - 0.5).abs() < 4.0 * f64::EPSILON);
+    }
+}

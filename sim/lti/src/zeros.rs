@@ -1,8 +1,8 @@
 //! Transmission zeros: where the Rosenbrock system matrix loses rank.
 //!
 //! Zeros at infinity have high multiplicity in mechanics (a force acts on a speed that acts on a position ...), and rounding spreads a k-fold
-//! infinite zero to a finite radius of eps^(-1/k). They are therefore removed beforehand by orthogonal rank reduction; what is left has an
-//! invertible feed-through and is a generalised eigenvalue problem whose infinite part is simple. Each zero is then polished on the unreduced
+//! infinite zero to a finite radius of eps^(-1/k). They are therefore removed beforehand by orthogonal rank reduction (counted by the Markov
+//! parameters where there is one input and one output); what is left has an invertible feed-through and is a generalised eigenvalue problem whose infinite part is simple. Each zero is then polished on the unreduced
 //! system by Newton's method on its determinant.
 //! Source: Emami-Naeini and Van Dooren, Automatica 18 (1982).
 
@@ -10,16 +10,21 @@ use nalgebra::DMatrix;
 
 use crate::balance::balance;
 use crate::domain::{C64, TimeDomain};
-use crate::eigen::{sort_by_modulus, to_faer};
+use crate::eigen::{eigenvalues, sort_by_modulus, to_faer};
 use crate::error::LtiError;
 use crate::state_space::StateSpace;
 
-/// Singular values below this multiple of (order x eps x norm) count as zero in the reduction.
+/// With several inputs or outputs, what is below this multiple of (order x eps x norm) counts as zero in the reduction.
 const RANK_ROUNDINGS: f64 = 16.0;
 /// Newton steps allowed to polish a zero; two usually suffice.
 const MAX_POLISH: usize = 8;
 /// A polishing step larger than this share of the zero (or of the slowest scale) is not a correction, so the zero stays as found.
 const MAX_CORRECTION: f64 = 1e-2;
+
+/// A Newton step below this share of a zero shows that the zero has been found.
+const ALREADY_FOUND: f64 = 1e-3;
+/// Sweeps of the joint improvement; from bad starting points a dozen or two are needed.
+const MAX_SWEEPS: usize = 100;
 
 /// System matrices during reduction.
 #[derive(Clone)]
@@ -50,16 +55,17 @@ impl<T: TimeDomain> StateSpace<T> {
     /// ```
     pub fn zeros(&self) -> Result<Vec<C64>, LtiError> {
         let system = balanced_system(self);
-        let total = system.a.norm() + system.b.norm() + system.c.norm() + system.d.norm();
-        let tolerance = RANK_ROUNDINGS * (self.states() + self.inputs() + self.outputs()) as f64 * f64::EPSILON * total;
-        let rows = reduce(system.clone(), tolerance);
-        let reduced = transpose(&reduce(transpose(&rows), tolerance));
-        let rank = reduced.d.ncols();
-        if rank == 0 && self.inputs() == 1 && self.outputs() == 1 {
-            return Err(LtiError::Degenerate);
-        }
+        let reduced = if self.inputs() == 1 && self.outputs() == 1 {
+            reduce_single(&system).ok_or(LtiError::Degenerate)?
+        } else {
+            let total = system.a.norm() + system.b.norm() + system.c.norm() + system.d.norm();
+            let tolerance = RANK_ROUNDINGS * (self.states() + self.inputs() + self.outputs()) as f64 * f64::EPSILON * total;
+            let rows = reduce(system.clone(), tolerance);
+            transpose(&reduce(transpose(&rows), tolerance))
+        };
         let mut zeros = pencil_eigenvalues(&reduced)?;
-        if self.inputs() == self.outputs() && rank == self.inputs() {
+        if self.inputs() == self.outputs() && reduced.d.ncols() == self.inputs() {
+            improve_together(&system, &mut zeros);
             polish_all(&system, &mut zeros);
         }
         sort_by_modulus(&mut zeros);
@@ -83,6 +89,53 @@ fn balanced_system<T: TimeDomain>(system: &StateSpace<T>) -> Reduced {
         c: whole.view((n, 0), (p, n)).into_owned(),
         d: whole.view((n, n), (p, m)).into_owned(),
     }
+}
+
+/// Removes the infinite zeros of a system with one input and one output. `None` where its transfer function vanishes.
+///
+/// Their number r is that of the first nonzero Markov parameter D, C B, C A B, ..., which is told from rounding by the same product of moduli
+/// |C| |A|^k |B|. That bound is element by element, so it stays sharp for machines whose masses and springs differ by many decades, and it
+/// vanishes where no path leads from input to output. The same number makes the feed-through of the reduced system exact.
+fn reduce_single(system: &Reduced) -> Option<Reduced> {
+    let n = system.a.nrows();
+    let mut r = system.clone();
+    if r.d[(0, 0)].abs() > 0.0 {
+        return Some(r);
+    }
+    let (a_modulus, c_modulus) = (system.a.abs(), system.c.abs());
+    let (mut x, mut x_modulus) = (system.b.clone(), system.b.abs());
+    for step in 1..=n {
+        // One step of the reduction: turn the states so that the output is the last one alone, and hold that state at zero.
+        let (v, _) = row_compression(&r.c.transpose(), 0.0);
+        let order: Vec<usize> = (1..r.a.nrows()).chain([0]).collect();
+        let v = v.select_columns(&order);
+        let last = r.a.nrows() - 1;
+        let output = (&r.c * &v)[(0, last)];
+        let a = v.transpose() * &r.a * &v;
+        let b = v.transpose() * &r.b;
+        r = Reduced {
+            a: a.view((0, 0), (last, last)).into_owned(),
+            b: b.rows(0, last).into_owned(),
+            c: a.view((last, 0), (1, last)).into_owned(),
+            d: b.rows(last, 1).into_owned(),
+        };
+        // x holds A^(step - 1) B over the product of the outputs, so that C x is the feed-through after this step.
+        x /= output;
+        x_modulus /= output.abs();
+        let markov = (&system.c * &x)[(0, 0)];
+        let rounding = (2 * n * (step + 1)) as f64 * f64::EPSILON * (&c_modulus * &x_modulus)[(0, 0)];
+        if markov.abs() > rounding {
+            r.d[(0, 0)] = markov;
+            return Some(r);
+        }
+        r.d[(0, 0)] = 0.0;
+        if output.abs() <= 0.0 {
+            return None;
+        }
+        x = &system.a * x;
+        x_modulus = &a_modulus * x_modulus;
+    }
+    None
 }
 
 fn transpose(r: &Reduced) -> Reduced {
@@ -162,6 +215,10 @@ fn pencil_eigenvalues(r: &Reduced) -> Result<Vec<C64>, LtiError> {
     if n == 0 {
         return Ok(Vec::new());
     }
+    if rank == 1 {
+        // A scalar feed-through, however small, is eliminated without loss.
+        return eigenvalues(&(&r.a - &r.b * &r.c / r.d[(0, 0)]));
+    }
     let order = n + rank;
     let mut left = DMatrix::zeros(order, order);
     left.view_mut((0, 0), (n, n)).copy_from(&r.a);
@@ -195,37 +252,77 @@ fn polish_all(system: &Reduced, zeros: &mut Vec<C64>) {
     }
 }
 
-/// Newton's method on det P(s), P = [s I - A, B; -C, D]: the step is 1 / trace(P^-1 P').
-fn polish(system: &Reduced, start: C64, slowest: f64) -> C64 {
+/// Newton's step on det P(s), P = [s I - A, B; -C, D]: -1 / trace(P^-1 P'); zero where P is singular, since the point then is exact.
+fn newton_step(system: &Reduced, point: C64) -> C64 {
     let n = system.a.nrows();
     let order = n + system.d.nrows();
+    let mut p = DMatrix::from_fn(order, order, |i, j| {
+        let value = match (i < n, j < n) {
+            (true, true) => -system.a[(i, j)],
+            (true, false) => system.b[(i, j - n)],
+            (false, true) => -system.c[(i - n, j)],
+            (false, false) => system.d[(i - n, j - n)],
+        };
+        C64::new(value, 0.0)
+    });
+    for i in 0..n {
+        p[(i, i)] += point;
+    }
+    let Some(inverse) = p.try_inverse() else { return C64::new(0.0, 0.0) };
+    let trace: C64 = (0..n).map(|i| inverse[(i, i)]).sum();
+    let step = -trace.inv();
+    if step.is_finite() { step } else { C64::new(0.0, 0.0) }
+}
+
+/// Newton's method as long as its steps shrink; then rounding sets their size.
+fn polish(system: &Reduced, start: C64, slowest: f64) -> C64 {
     let mut zero = start;
     let mut last = MAX_CORRECTION * start.norm().max(slowest);
     for _ in 0..MAX_POLISH {
-        let mut p = DMatrix::from_fn(order, order, |i, j| {
-            let value = match (i < n, j < n) {
-                (true, true) => -system.a[(i, j)],
-                (true, false) => system.b[(i, j - n)],
-                (false, true) => -system.c[(i - n, j)],
-                (false, false) => system.d[(i - n, j - n)],
-            };
-            C64::new(value, 0.0)
-        });
-        for i in 0..n {
-            p[(i, i)] += zero;
-        }
-        // A singular P means that the zero is exact.
-        let Some(inverse) = p.try_inverse() else { return zero };
-        let trace: C64 = (0..n).map(|i| inverse[(i, i)]).sum();
-        let step = trace.inv();
-        // Newton's steps shrink until rounding sets their size.
-        if !step.is_finite() || step.norm() >= 0.5 * last {
+        let step = newton_step(system, zero);
+        if step.norm() >= 0.5 * last {
             return zero;
         }
-        zero -= step;
+        zero += step;
         last = step.norm();
     }
     zero
+}
+
+/// Where zeros lie many decades apart the small ones drown in the rounding of the large ones. All are then improved together by the method of
+/// Ehrlich (CACM 10, 1967) and Aberth (Math. Comp. 27, 1973), which is Newton's on the determinant with the other zeros divided out.
+fn improve_together(system: &Reduced, zeros: &mut [C64]) {
+    let coarse = |z: &C64| !z.is_finite() || newton_step(system, *z).norm() > ALREADY_FOUND * z.norm();
+    if !zeros.iter().any(coarse) {
+        return;
+    }
+    let scale = system.a.norm();
+    for (k, zero) in zeros.iter_mut().enumerate() {
+        // Any distinct starting points will do; those off the axes are free to go either way.
+        if !zero.is_finite() {
+            *zero = C64::from_polar(scale, 1.0 + k as f64);
+        }
+        *zero *= C64::new(1.0, 1e-3 * (k + 1) as f64);
+    }
+    for _ in 0..MAX_SWEEPS {
+        let mut settled = true;
+        for k in 0..zeros.len() {
+            let newton = newton_step(system, zeros[k]);
+            let others: C64 = (0..zeros.len()).filter(|&j| j != k).map(|j| (zeros[k] - zeros[j]).inv()).filter(|v| v.is_finite()).sum();
+            let step = newton / (C64::new(1.0, 0.0) + newton * others);
+            if step.is_finite() {
+                zeros[k] += step;
+                settled &= step.norm() <= 8.0 * f64::EPSILON * zeros[k].norm();
+            }
+        }
+        if settled {
+            break;
+        }
+    }
+    // Real zeros return to the axis up to rounding.
+    for zero in zeros.iter_mut().filter(|z| z.im.abs() <= 1e-9 * z.norm()) {
+        zero.im = 0.0;
+    }
 }
 
 #[cfg(test)]

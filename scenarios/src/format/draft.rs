@@ -17,6 +17,9 @@ use super::tree::{Entry, Node, Table, Value, from_table, from_value};
 /// Machine files are a few kilobytes; more than this is some other file.
 const LARGEST_FILE: u64 = 16 << 20;
 
+/// Every whole number below this is a float of its own.
+const LARGEST_WHOLE: f64 = 9_007_199_254_740_992.0;
+
 /// Files that build on each other.
 const LONGEST_CHAIN: usize = 8;
 
@@ -121,6 +124,10 @@ impl Draft {
     /// A path through elements that do not exist.
     pub fn set_value(&mut self, key: &str, setting: &Setting) -> Result<(), FormatError> {
         let (shown, value) = match setting {
+            // Whole numbers stay whole, for keys that count.
+            Setting::Number(number) if number.fract() == 0.0 && number.abs() < LARGEST_WHOLE => {
+                (number.to_string(), Value::Integer(*number as i128))
+            }
             Setting::Number(number) => (number.to_string(), Value::Float(*number)),
             Setting::Text(text) => (text.clone(), Value::Text(text.clone())),
             Setting::Flag(flag) => (flag.to_string(), Value::Flag(*flag)),
@@ -258,7 +265,8 @@ pub(crate) fn parse_toml(text: &str, file_name: &str, sources: &mut Sources) -> 
     let mut problems = Problems::default();
     for error in errors {
         let span = error.span().unwrap_or(0..0);
-        problems.add(&Origin { source, span }, "", error.message(), "this is not TOML; see https://toml.io");
+        let remedy = if error.message().contains("duplicate") { "write it once" } else { "this is not TOML; see https://toml.io" };
+        problems.add(&Origin { source, span }, "", error.message(), remedy);
     }
     Err(problems.into_error(sources.clone()))
 }

@@ -20,19 +20,31 @@
 //! ```
 
 mod build;
+mod dataset;
 mod dimension;
 mod document;
 mod draft;
 mod keys;
 mod problem;
 mod read;
+mod reference;
 mod report;
+mod schema;
 mod shape;
 mod source;
 mod suggest;
+mod sweep;
+mod templates;
 mod tree;
 mod units;
+mod write;
 
+pub use dataset::{Column, DatasetFile, Experiment, Role};
 pub use document::{Document, Place};
 pub use draft::{Draft, Setting};
 pub use problem::{FormatError, Located};
+pub use reference::reference_markdown;
+pub use schema::{dataset_schema, schema, sweep_schema};
+pub use sweep::{Axis, Keep, Sampling, SweepFile};
+pub use templates::{TEMPLATES, Template, template};
+pub use write::{machine_to_toml, to_toml};

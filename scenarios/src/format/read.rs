@@ -331,8 +331,8 @@ impl Reader<'_> {
         let unit = dim.si_unit(self.scope.rotational);
         let shown = if unit.is_empty() { format!("{value}") } else { format!("{value} {unit}") };
         if !bound.admits(value) {
-            let remedy = if value.is_finite() { "" } else { "write a finite number" };
-            self.problems.add(&node.origin, path, format!("{shown} makes no sense: this {}", bound.words()), remedy);
+            let remedy = if value.is_finite() { format!("this {}", bound.words()) } else { "write a finite number".into() };
+            self.problems.add(&node.origin, path, format!("{shown} makes no sense"), remedy);
             return None;
         }
         if value.abs() > LARGEST {
@@ -361,7 +361,7 @@ impl Reader<'_> {
         match u64::try_from(value) {
             Ok(count) if (least..=most).contains(&count) => Some(count),
             _ => {
-                self.problems.add(&node.origin, path, format!("{value} makes no sense: this must lie from {least} to {most}"), "");
+                self.problems.add(&node.origin, path, format!("{value} makes no sense"), format!("this must lie from {least} to {most}"));
                 None
             }
         }
@@ -397,8 +397,10 @@ impl Reader<'_> {
         let [low, high] = items else { return self.mistyped(node, "a list of two numbers", path) };
         let ends = (self.quantity(low, unit, Bound::Any, path), self.quantity(high, unit, Bound::Any, path));
         let (Some(low), Some(high)) = ends else { return None };
-        if low > high || (low < 0.0 && unit != Unit::Swept) {
-            self.problems.add(&node.origin, path, format!("the band from {low} to {high} makes no sense"), "write the smaller one first");
+        // A sweep may run downwards; a band may not, and has no negative frequencies.
+        if unit != Unit::Swept && (low >= high || low < 0.0) {
+            let remedy = "write the lower frequency first, from zero on";
+            self.problems.add(&node.origin, path, format!("a band from {low} to {high} makes no sense"), remedy);
             return None;
         }
         Some([low, high])

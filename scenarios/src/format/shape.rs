@@ -3,6 +3,8 @@
 use feeler_plant::effects::HostKind;
 use feeler_plant::units::Dimension;
 
+use super::dimension::Dim;
+
 /// A key of a table.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Key {
@@ -110,6 +112,33 @@ impl Bound {
             Self::AtLeast(least) => format!("must be {least} or above"),
             Self::Within(least, most) => format!("must lie from {least} to {most}"),
             Self::Above(least, most) => format!("must be above {least} and at most {most}"),
+        }
+    }
+}
+
+impl Unit {
+    /// The unit in words, for manuals: on a rotational axis in parentheses where it is another.
+    pub(crate) fn words(self) -> String {
+        match self {
+            Self::Of(dimension) => {
+                let [straight, rotary] = [false, true].map(|rotational| dimension.si_unit(rotational));
+                if straight == rotary { straight.to_owned() } else { format!("{straight} ({rotary})") }
+            }
+            Self::Signal => "unit of the signal".into(),
+            Self::PowerStiffness => Self::Of(Dimension::POWER_STIFFNESS).words(),
+            Self::Output => "unit of the command".into(),
+            Self::OutputPer(dimension) => {
+                let dim = Dim::from(dimension);
+                // Seen as a quotient: of the inverse only the denominator is written.
+                let unit = dim.si_unit(false);
+                if unit.contains(['/', ' ']) {
+                    format!("unit of the command per ({unit})")
+                } else {
+                    format!("unit of the command per {unit}")
+                }
+            }
+            Self::Reference => "unit of the reference".into(),
+            Self::Swept => "unit of the key".into(),
         }
     }
 }

@@ -277,3 +277,89 @@ pub(crate) fn parse_any(text: &str) -> Result<f64, UnitError> {
     let (number, unit) = split(text).ok_or_else(|| UnitError::NoNumber { text: text.into() })?;
     if unit.is_empty() { Ok(number) } else { unit_bases(unit).map(|(factor, _)| scaled(number, factor)) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A unit is a product of at most four factors, each correctly rounded.
+    const ROUNDING: f64 = 1e-15;
+
+    fn si(text: &str, dimension: Dimension, rotational: bool) -> Result<f64, UnitError> {
+        parse(text, dimension.into(), rotational)
+    }
+
+    #[test]
+    fn truth_texts_are_read_in_si() {
+        let cases = [
+            ("400 kN/m", Dimension::STIFFNESS, false, 4e5),
+            ("1.2 kN/mm", Dimension::STIFFNESS, false, 1.2e6),
+            ("30 mm/s", Dimension::VELOCITY, false, 0.03),
+            ("1 kHz", Dimension::FREQUENCY, false, 1e3),
+            ("0.4 ms", Dimension::TIME, false, 4e-4),
+            ("5kg", Dimension::MASS, false, 5.0),
+            ("250 g", Dimension::MASS, false, 0.25),
+            ("12 N s/m", Dimension::DAMPING, false, 12.0),
+            ("3 N*s/m", Dimension::DAMPING, false, 3.0),
+            ("3 N·s/mm", Dimension::DAMPING, false, 3e3),
+            ("1e3 N/(m/s)", Dimension::DAMPING, false, f64::NAN),
+            ("10 %", Dimension::NONE, false, 0.1),
+            ("9.81 m/s^2", Dimension::ACCELERATION, false, 9.81),
+            ("9.81 m/s2", Dimension::ACCELERATION, false, 9.81),
+            ("9.81 m s^-2", Dimension::ACCELERATION, false, 9.81),
+            ("1 m/s²", Dimension::ACCELERATION, false, 1.0),
+            ("2e12 N/m3", Dimension::CUBIC_STIFFNESS, false, 2e12),
+            ("1e8 N/m^1.5", Dimension::POWER_STIFFNESS, false, 1e8),
+            ("1 1/s", Dimension::FREQUENCY, false, 1.0),
+            ("60 1/min", Dimension::FREQUENCY, false, 1.0),
+            ("-5 µm", Dimension::LENGTH, false, -5e-6),
+            ("180 deg", Dimension::NONE, false, PI),
+            ("2 deg", Dimension::LENGTH, true, PI / 90.0),
+            ("60 rpm", Dimension::VELOCITY, true, 2.0 * PI),
+            ("1 N m/rad", Dimension::STIFFNESS, true, 1.0),
+            ("1 N m", Dimension::FORCE, true, 1.0),
+            ("0.1 kg m2", Dimension::MASS, true, 0.1),
+            ("1 mN m s/rad", Dimension::DAMPING, true, 1e-3),
+        ];
+        for (text, dimension, rotational, expected) in cases {
+            match si(text, dimension, rotational) {
+                Ok(value) => assert!((value - expected).abs() <= ROUNDING * expected.abs(), "{text}: {value}, not {expected}"),
+                Err(error) => assert!(expected.is_nan(), "{text}: {error}"),
+            }
+        }
+    }
+
+    #[test]
+    fn truth_what_is_written_is_the_nearest_float() {
+        for (text, dimension, expected) in [
+            ("5 mm", Dimension::LENGTH, 0.005_f64),
+            ("0.4 ms", Dimension::TIME, 0.0004),
+            ("30 mm/s", Dimension::VELOCITY, 0.03),
+            ("1 um", Dimension::LENGTH, 1e-6),
+            ("7 kg", Dimension::MASS, 7.0),
+        ] {
+            assert_eq!(si(text, dimension, false).unwrap().to_bits(), expected.to_bits(), "{text}");
+        }
+    }
+
+    #[test]
+    fn truth_another_dimension_is_named() {
+        for (text, dimension, rotational, expected) in [
+            ("5 mm", Dimension::STIFFNESS, false, "`5 mm` is a length (m)"),
+            ("5 N", Dimension::FORCE, true, "in kg m s^-2"),
+            ("5 rad/s", Dimension::FREQUENCY, false, "in s^-1 rad"),
+            ("5 Hz", Dimension::VELOCITY, true, "`5 Hz` is a frequency (Hz)"),
+            ("5", Dimension::TIME, false, "`5` has no unit"),
+            ("5 khz", Dimension::FREQUENCY, false, "`khz` is no unit"),
+            ("5 N/m s", Dimension::DAMPING, false, "ambiguous"),
+            ("5 N/m/s", Dimension::DAMPING, false, "two `/`"),
+            ("fast", Dimension::TIME, false, "does not begin with a number"),
+            ("5 m^99", Dimension::LENGTH, false, "is no unit"),
+            ("", Dimension::LENGTH, false, "does not begin with a number"),
+            ("5 /", Dimension::LENGTH, false, "nothing before"),
+        ] {
+            let error = si(text, dimension, rotational).unwrap_err().to_string();
+            assert!(error.contains(expected), "{text}: {error}");
+        }
+    }
+}

@@ -152,6 +152,15 @@ impl Builder<'_> {
         }
     }
 
+    /// Dimension of a signal; that of a reading is that of what the sensor reads.
+    pub(crate) fn measured_dim(&self, signal: &SignalName) -> Dim {
+        let read = node_at(&self.draft.root, &[SENSORS.table, &signal.element, "reads"]).and_then(|node| node.as_text());
+        match read.and_then(|text| text.parse().ok()) {
+            Some(read) if signal.quantity == Quantity::Reading => self.signal_dim(&read),
+            _ => self.signal_dim(signal),
+        }
+    }
+
     /// Dimension of an actuator's command.
     pub(super) fn command_dim(&self, actuator: &str) -> Dim {
         let kind = node_at(&self.draft.root, &[ACTUATORS.table, actuator, "kind"]).and_then(|node| node.as_text());

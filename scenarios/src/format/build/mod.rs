@@ -7,6 +7,9 @@ pub(crate) mod names;
 mod references;
 mod run;
 
+pub(crate) use effects::bound_of;
+pub(crate) use elements::engagement;
+
 use feeler_plant::description::{Axis, Elements};
 
 use super::draft::Draft;

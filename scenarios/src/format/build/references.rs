@@ -52,13 +52,17 @@ impl Builder<'_> {
                 amplitude: table.number("amplitude"),
                 offset,
             },
+            Some("samples") => {
+                let (times_s, values) = table.points("points").into_iter().unzip();
+                ReferenceSpec::Table { times_s, values, between: between(table), offset }
+            }
             Some("file") => self.samples(item, table, offset),
             _ => ReferenceSpec::Constant(table.number("value")),
         }
     }
 
     fn samples(&mut self, item: Item<'_>, table: &Fields, offset: f64) -> ReferenceSpec {
-        let between = if table.text("between") == Some("linear") { Between::Linear } else { Between::Hold };
+        let between = between(table);
         let mut spec = ReferenceSpec::Table { times_s: vec![0.0], values: vec![0.0], between, offset };
         let Some(name) = table.text("file") else { return spec };
         let origin = file_origin(item);
@@ -72,6 +76,10 @@ impl Builder<'_> {
         }
         spec
     }
+}
+
+fn between(table: &Fields) -> Between {
+    if table.text("between") == Some("linear") { Between::Linear } else { Between::Hold }
 }
 
 /// Place of the file's name, against whose file it is relative.

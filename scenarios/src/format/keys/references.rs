@@ -13,6 +13,13 @@ const BAND: Key = required("band", Kind::Range(FREQUENCY), "lowest and highest f
 const RMS: Key = required("rms", Kind::Quantity(R, Bound::Positive), "root mean square about the mean");
 const AMPLITUDE: Key = required("amplitude", Kind::Quantity(R, Bound::Any), "amplitude about the mean");
 
+const BETWEEN: Key = words(
+    "between",
+    &[word("hold", "each value holds until the next"), word("linear", "straight lines")],
+    "hold",
+    "what lies between samples",
+);
+
 const fn words(name: &'static str, words: &'static [Word], default: &'static str, text: &'static str) -> Key {
     Key { name, kind: Kind::Word(words), absent: Absent::Word(default), text }
 }
@@ -96,18 +103,14 @@ pub(crate) static REFERENCE: Shape = Shape {
                 ],
             },
             Variant {
+                name: "samples",
+                text: "samples written out",
+                keys: &[required("points", Kind::Points(R), "[[time, value], ...]"), BETWEEN, OFFSET],
+            },
+            Variant {
                 name: "file",
                 text: "samples from a CSV file with the header `t_s,value`",
-                keys: &[
-                    required("file", Kind::Text, "the file, relative to this one"),
-                    words(
-                        "between",
-                        &[word("hold", "each value holds until the next"), word("linear", "straight lines")],
-                        "hold",
-                        "what lies between samples",
-                    ),
-                    OFFSET,
-                ],
+                keys: &[required("file", Kind::Text, "the file, relative to this one"), BETWEEN, OFFSET],
             },
         ],
     }),

@@ -1,0 +1,200 @@
+//! Dataset files: what was measured on the real machine.
+
+use std::path::{Path, PathBuf};
+
+use feeler_plant::assembly::resolve;
+use feeler_plant::description::{Axis, Engagement, SignalName};
+use indexmap::IndexMap;
+
+use super::build::{Builder, engagement};
+use super::document::Document;
+use super::draft::{Draft, parse_toml, read_text};
+use super::keys::{COLUMN, DATASET, EXPERIMENT};
+use super::problem::{FormatError, Located, Problems};
+use super::read::{Field, Reader, Scope, join};
+use super::source::{Origin, Sources};
+use super::tree::{Table, Value};
+
+/// A dataset file that has been checked, with the machine that is believed. The series themselves are not read here.
+#[derive(Clone, Debug)]
+pub struct DatasetFile {
+    /// Short name; the folder's where none is given.
+    pub name: String,
+    /// What was measured.
+    pub about: String,
+    /// The machine file, as found from the dataset.
+    pub machine_path: PathBuf,
+    /// What is believed.
+    pub machine: Document,
+    /// CSV columns by their header.
+    pub columns: IndexMap<String, Column>,
+    /// What was done.
+    pub experiments: Vec<Experiment>,
+}
+
+/// A column of every CSV file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// What it is in the machine.
+    pub signal: SignalName,
+    /// Time for which a command is held between controller samples.
+    pub hold_s: Option<f64>,
+    /// One sigma in the signal's own unit, where known.
+    pub noise: Option<f64>,
+}
+
+/// One experiment.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Experiment {
+    /// The CSV file, as found from the dataset.
+    pub file: PathBuf,
+    /// Overrides the engagement of the machine's contacts.
+    pub engagement: Option<Engagement>,
+    /// What it is used for; where absent, the tool splits.
+    pub role: Option<Role>,
+    /// Experiments with the same name repeat each other.
+    pub repeat: Option<String>,
+}
+
+/// What an experiment is used for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Role {
+    /// It is fitted.
+    Fit,
+    /// It is scored, never fitted.
+    Check,
+}
+
+impl DatasetFile {
+    /// Reads `dataset.toml` in a folder, or a file under another name, and the machine that it names.
+    ///
+    /// # Errors
+    /// Every mistake at once.
+    pub fn load(path: &Path) -> Result<Self, FormatError> {
+        let path = if path.is_dir() { path.join("dataset.toml") } else { path.to_owned() };
+        Self::parse(&read_text(&path)?, &path.display().to_string())
+    }
+
+    /// Checks `text` as the content of `file_name`, against which other names in it are resolved.
+    ///
+    /// # Errors
+    /// Every mistake at once.
+    pub fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
+        let mut sources = Sources::default();
+        let root = parse_toml(text, file_name, &mut sources)?;
+        let directory = sources.0[0].directory.clone();
+        let mut problems = Problems::default();
+        let mut reader = Reader { problems: &mut problems, scope: Scope::new(false) };
+        let fields = reader.fields(&DATASET, &["columns", "experiments"], &root, &Origin::default(), "");
+        let machine_path = directory.join(fields.text("machine").unwrap_or_default());
+        let machine = fields.text("machine").and_then(|_| load_machine(&machine_path, &root, &mut problems));
+        let columns = columns(&root, machine.as_ref(), &mut problems);
+        let experiments = experiments(&root, &directory, &mut problems);
+        let Some(machine) = machine.filter(|_| problems.is_empty()) else { return Err(problems.into_error(sources)) };
+        let folder = directory.file_name().map(|name| name.to_string_lossy().into_owned());
+        Ok(Self {
+            name: fields.text("name").map(str::to_owned).or(folder).unwrap_or_default(),
+            about: fields.text("about").unwrap_or_default().into(),
+            machine_path,
+            machine,
+            columns,
+            experiments,
+        })
+    }
+}
+
+fn load_machine(path: &Path, root: &Table, problems: &mut Problems) -> Option<Document> {
+    let error = match Document::load(path) {
+        Ok(machine) => return Some(machine),
+        Err(error) => error,
+    };
+    let origin = root.get("machine").map(|entry| entry.node.origin.clone()).unwrap_or_default();
+    let first = error.problems.first().map_or_else(String::new, Located::to_string);
+    problems.add(&origin, "machine", first, "every mistake of a machine shows when it is checked by itself");
+    None
+}
+
+fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) -> IndexMap<String, Column> {
+    let mut found = IndexMap::new();
+    let remedy = "add [columns.NAME] with a signal for each column of the CSV files";
+    let Some(entry) = root.get("columns") else {
+        problems.add(&Origin::default(), "columns", "`columns` is missing", remedy);
+        return found;
+    };
+    let Value::Table(table) = &entry.node.value else {
+        problems.add(&entry.node.origin, "columns", format!("this must be a table, not {}", entry.node.value.kind()), remedy);
+        return found;
+    };
+    for (name, entry) in table {
+        let path = join("columns", name);
+        let Value::Table(table) = &entry.node.value else {
+            let message = format!("this must be a table, not {}", entry.node.value.kind());
+            problems.add(&entry.node.origin, &path, message, format!("write [{path}]"));
+            continue;
+        };
+        let written = table.get("signal").map(|entry| &entry.node);
+        let signal = written.and_then(|node| node.as_text()).and_then(|text| text.parse::<SignalName>().ok());
+        let mut scope = Scope::new(false);
+        if let (Some(signal), Some(machine), Some(node)) = (&signal, machine, written) {
+            if let Err(problem) = resolve(&machine.scenario.machine, signal) {
+                problems.add(&node.origin, join(&path, "signal"), problem.message, problem.remedy.unwrap_or_default());
+            }
+            scope = signal_scope(machine.draft(), machine.scenario.machine.axis, signal);
+        }
+        let fields = Reader { problems, scope }.fields(&COLUMN, &[], table, &entry.node.origin, &path);
+        if let Some(Field::Signal(signal)) = fields.get("signal") {
+            let column = Column { signal: signal.clone(), hold_s: fields.optional("hold"), noise: fields.optional("noise") };
+            found.insert(name.clone(), column);
+        }
+    }
+    found
+}
+
+/// Units on the machine's axis; those of a reading are those of what the sensor reads.
+fn signal_scope(draft: &Draft, axis: Axis, signal: &SignalName) -> Scope {
+    let mut unheard = Problems::default();
+    let builder = Builder::new(draft, &mut unheard, axis);
+    Scope { signal: builder.measured_dim(signal), ..Scope::new(axis == Axis::Rotational) }
+}
+
+fn experiments(root: &Table, directory: &Path, problems: &mut Problems) -> Vec<Experiment> {
+    let remedy = "add [[experiments]] with a file for each";
+    let mut found = Vec::new();
+    let Some(entry) = root.get("experiments") else {
+        problems.add(&Origin::default(), "experiments", "`experiments` is missing", remedy);
+        return found;
+    };
+    let Value::Array(items) = &entry.node.value else {
+        problems.add(&entry.node.origin, "experiments", format!("this must be a list, not {}", entry.node.value.kind()), remedy);
+        return found;
+    };
+    for (index, item) in items.iter().enumerate() {
+        let path = format!("experiments[{index}]");
+        let Value::Table(table) = &item.value else {
+            problems.add(&item.origin, &path, format!("this must be a table, not {}", item.value.kind()), remedy);
+            continue;
+        };
+        let fields = Reader { problems, scope: Scope::new(false) }.fields(&EXPERIMENT, &[], table, &item.origin, &path);
+        let Some(file) = fields.text("file") else { continue };
+        let file = directory.join(file);
+        let origin = table.get("file").map_or(&item.origin, |entry| &entry.node.origin);
+        if !file.is_file() {
+            problems.add(
+                origin,
+                join(&path, "file"),
+                format!("there is no file {}", file.display()),
+                "name a CSV file relative to this one",
+            );
+        }
+        if found.iter().any(|other: &Experiment| other.file == file) {
+            problems.add(origin, join(&path, "file"), "this file is an experiment already", "name each file once");
+        }
+        let role = match fields.text("role") {
+            Some("fit") => Some(Role::Fit),
+            Some("check") => Some(Role::Check),
+            _ => None,
+        };
+        found.push(Experiment { file, engagement: engagement(&fields), role, repeat: fields.text("repeat").map(str::to_owned) });
+    }
+    found
+}

@@ -1,0 +1,162 @@
+//! The written reference of the formats, made from the lines that declare them.
+
+use std::fmt::Write as _;
+
+use feeler_plant::effects::LIBRARY;
+
+use super::keys::{AXIS, COLUMN, DATASET, ELEMENTS, EXPERIMENT, KEEP, REFERENCE, RUN, SWEEP, TOLERANCE_TEXT, TOP};
+use super::shape::{Absent, Bound, Key, Kind, Shape, Unit, Word};
+
+/// The reference as Markdown; `docs/format.md` is this text.
+pub fn reference_markdown() -> String {
+    let mut text = String::from(INTRODUCTION);
+    section(&mut text, 2, "Machine and scenario", "One file may hold both.", &Shape { keys: TOP, choice: None });
+    for element in ELEMENTS {
+        section(&mut text, 3, &format!("`[{}.NAME]`", element.table), element.text, &element.shape);
+        nested(&mut text, &element.shape);
+    }
+    section(&mut text, 3, "A `reference` as a table", "`reference = { kind = \"...\", ... }`", &REFERENCE);
+    section(&mut text, 3, "`[run]`", "How to run it.", &RUN);
+    let _ = write!(text, "\n### `[tolerance]`\n\n{TOLERANCE_TEXT}.\n");
+    effects(&mut text);
+    section(&mut text, 2, "Sweep", "A scenario, `[axes]` over its keys, and what to `[keep]` of each run.", &SWEEP);
+    section(&mut text, 3, "`[axes]`", "`\"key.path\" = [...]` lists values; tables make them.", &AXIS);
+    section(&mut text, 3, "`[keep]`", "What is kept of each run.", &KEEP);
+    section(&mut text, 2, "Dataset", "What was measured on the real machine: `dataset.toml` in a folder of CSV files.", &DATASET);
+    section(&mut text, 3, "`[columns.NAME]`", "A column of the CSV files, by its header.", &COLUMN);
+    section(&mut text, 3, "`[[experiments]]`", "One for each CSV file.", &EXPERIMENT);
+    text
+}
+
+const INTRODUCTION: &str = "\
+# File formats
+
+This page is made from the declarations that the parser reads by; a test keeps the two alike.
+
+Files are TOML. A plain number is SI; a text carries a unit, as in `\"1.2 kN/mm\"`, `\"5 mm\"`, `\"12 N s/m\"`, `\"1 kHz\"`, `\"2 deg\"`, `\"10 %\"`. Units are
+products of g, m, s, min, Hz, N, J, W, rad, deg, rpm with the prefixes n, u, m, c, k, M, G; factors are separated by a space, `*` or `·`; powers are written
+`m2` or `m^2`; there is at most one `/`, and a denominator of several factors stands in parentheses. Where two units are given below, the one in
+parentheses is that of a rotational axis.
+
+A number that must obey a rule has it beside its unit. A dash in the column `default` means that there is no such thing unless it is given.
+";
+
+fn section(text: &mut String, level: usize, title: &str, about: &str, shape: &Shape) {
+    let _ = write!(text, "\n{} {title}\n\n{about}\n", "#".repeat(level));
+    if !shape.keys.is_empty() {
+        table(text, shape.keys);
+    }
+    let Some(choice) = &shape.choice else { return };
+    if !choice.key.is_empty() {
+        let default = choice.default.map_or_else(|| "required".into(), |default| format!("`{default}` where absent"));
+        let _ = write!(text, "\n`{}`, {default}: {}.\n", choice.key, choice.text);
+    }
+    for variant in choice.variants {
+        let name = if choice.key.is_empty() { format!("`{}`", variant.name) } else { format!("`{} = \"{}\"`", choice.key, variant.name) };
+        let _ = write!(text, "\n{name}: {}.\n", variant.text);
+        if !variant.keys.is_empty() {
+            table(text, variant.keys);
+        }
+    }
+}
+
+/// Tables within the tables of an element.
+fn nested(text: &mut String, shape: &Shape) {
+    let mut seen = Vec::new();
+    for key in shape.all_keys() {
+        let inner = match key.kind {
+            Kind::Table(inner) | Kind::QuantityOrTable(_, _, inner) | Kind::WordOrTable(_, inner) => inner,
+            _ => continue,
+        };
+        if !seen.contains(&key.name) {
+            seen.push(key.name);
+            let _ = write!(text, "\n`{}` as a table:\n", key.name);
+            table(text, inner.keys);
+        }
+    }
+}
+
+fn table(text: &mut String, keys: &[Key]) {
+    text.push_str("\n| key | value | default | meaning |\n|---|---|---|---|\n");
+    for key in keys {
+        let _ = writeln!(text, "| `{}` | {} | {} | {} |", key.name, value(key.kind), default(key.absent), escaped(key.text));
+    }
+}
+
+fn default(absent: Absent) -> String {
+    match absent {
+        Absent::Required => "required".into(),
+        Absent::Nothing => "-".into(),
+        Absent::Number(value) => format!("{value}"),
+        Absent::Count(count) => count.to_string(),
+        Absent::Flag(flag) => flag.to_string(),
+        Absent::Word(word) => format!("`{word}`"),
+    }
+}
+
+fn value(kind: Kind) -> String {
+    match kind {
+        Kind::Quantity(unit, bound) => quantity(unit, bound),
+        Kind::Count(least, most) if most == u64::MAX => format!("whole number from {least}"),
+        Kind::Count(least, most) => format!("whole number from {least} to {most}"),
+        Kind::Flag => "`true` or `false`".into(),
+        Kind::Text => "text".into(),
+        Kind::Name(what) => format!("name of {what}"),
+        Kind::Pair => "two names of bodies".into(),
+        Kind::Signal => "signal".into(),
+        Kind::Signals => "list of signals".into(),
+        Kind::Word(words) => choices(words),
+        Kind::Table(_) => "table".into(),
+        Kind::QuantityOrTable(_, unit, _) => format!("{}, or table", quantity(unit, Bound::Positive)),
+        Kind::WordOrTable(words, _) => format!("{}, or table", choices(words)),
+        Kind::Range(unit) => format!("two numbers, {}", unit.words()),
+        Kind::Points(unit) => format!("pairs of s and {}", unit.words()),
+        Kind::Reference(_) => "number, pairs of time and value, or table".into(),
+    }
+}
+
+fn quantity(unit: Unit, bound: Bound) -> String {
+    let unit = match unit.words() {
+        empty if empty.is_empty() => "number".into(),
+        unit => unit,
+    };
+    match bound {
+        Bound::Any => unit,
+        bound => format!("{unit}, {}", bound.words().trim_start_matches("must ").trim_start_matches("be ")),
+    }
+}
+
+fn choices(words: &[Word]) -> String {
+    let each: Vec<String> = words.iter().map(|word| format!("`{}` ({})", word.name, escaped(word.text))).collect();
+    each.join(", ")
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('|', "\\|")
+}
+
+fn effects(text: &mut String) {
+    text.push_str(
+        "\n## Effects\n\nAn effect sits under the element that it disturbs: `[springs.guide.effects.coulomb-friction]`. \
+         Its page, with the model and the source, is shown by `feeler effects KIND`.\n\n| effect | under | parameters | what it does |\n|---|---|---|---|\n",
+    );
+    for definition in LIBRARY {
+        let hosts: Vec<&str> = definition.hosts.iter().map(|host| host.phrase()).collect();
+        let parameters: Vec<String> = (definition.parameters.iter())
+            .map(|parameter| {
+                let unit = Unit::Of(parameter.dimension).words();
+                let default = parameter.default.map_or_else(String::new, |value| format!(", {value} where absent"));
+                let colon = if unit.is_empty() { "" } else { " " };
+                format!("`{}`{colon}{unit}: {}{default}", parameter.name, escaped(parameter.text))
+            })
+            .collect();
+        let _ = writeln!(
+            text,
+            "| `{}` | {} | {} | {} |",
+            definition.kind,
+            hosts.join(", "),
+            parameters.join("; "),
+            escaped(definition.summary)
+        );
+    }
+}

@@ -1,0 +1,216 @@
+//! JSON Schemas (2020-12) of the files, for editors.
+
+use feeler_plant::effects::{Definition, HostKind, LIBRARY, Parameter};
+use serde_json::{Map, Value, json};
+
+use super::build::bound_of;
+use super::keys::{AXIS, COLUMN, DATASET, EFFECTS, ELEMENTS, EXPERIMENT, KEEP, RUN, SWEEP, TOLERANCE, TOLERANCE_TEXT, TOP};
+use super::shape::{Absent, Bound, Element, Key, Kind, Shape, Unit, Variant, Word};
+
+const DIALECT: &str = "https://json-schema.org/draft/2020-12/schema";
+
+/// Schema of machine and scenario files.
+pub fn schema() -> Value {
+    let mut properties = properties(TOP);
+    for element in ELEMENTS {
+        properties.insert(
+            element.table.into(),
+            json!({ "description": element.text, "type": "object", "additionalProperties": of_element(element) }),
+        );
+    }
+    properties.insert("run".into(), described(of_shape(&RUN, &Map::new()), "how to run it"));
+    let share = json!({ "type": "number", "minimum": 0.0 });
+    properties.insert(TOLERANCE.into(), json!({ "description": TOLERANCE_TEXT, "type": "object", "additionalProperties": share }));
+    json!({
+        "$schema": DIALECT,
+        "title": "feeler machine and scenario",
+        "type": "object",
+        "properties": properties,
+        "additionalProperties": false,
+    })
+}
+
+/// Schema of sweep files.
+pub fn sweep_schema() -> Value {
+    let list = json!({ "type": "array", "minItems": 1, "items": { "type": ["number", "string", "boolean"] } });
+    let axis = json!({ "anyOf": [list, of_shape(&AXIS, &Map::new())] });
+    let mut properties = properties(SWEEP.keys);
+    properties.insert(
+        "axes".into(),
+        json!({ "description": "key paths, in quotes, and their values", "type": "object", "additionalProperties": axis }),
+    );
+    properties.insert("keep".into(), described(of_shape(&KEEP, &Map::new()), "what is kept of each run"));
+    let required = required(SWEEP.keys).into_iter().chain(["axes"]).collect::<Vec<_>>();
+    json!({
+        "$schema": DIALECT, "title": "feeler sweep", "type": "object",
+        "properties": properties, "required": required, "additionalProperties": false,
+    })
+}
+
+/// Schema of dataset files.
+pub fn dataset_schema() -> Value {
+    let mut properties = properties(DATASET.keys);
+    let column = of_shape(&COLUMN, &Map::new());
+    properties
+        .insert("columns".into(), json!({ "description": "columns of the CSV files", "type": "object", "additionalProperties": column }));
+    let experiment = of_shape(&EXPERIMENT, &Map::new());
+    properties.insert("experiments".into(), json!({ "description": "what was done", "type": "array", "minItems": 1, "items": experiment }));
+    let required = required(DATASET.keys).into_iter().chain(["columns", "experiments"]).collect::<Vec<_>>();
+    json!({
+        "$schema": DIALECT, "title": "feeler dataset", "type": "object",
+        "properties": properties, "required": required, "additionalProperties": false,
+    })
+}
+
+fn described(mut schema: Value, text: &str) -> Value {
+    if let Some(object) = schema.as_object_mut() {
+        object.insert("description".into(), text.into());
+    }
+    schema
+}
+
+fn of_element(element: &Element) -> Value {
+    let fits = |definition: &&&Definition| definition.hosts.iter().any(|host: &HostKind| element.hosts.contains(host));
+    let kinds: Map<String, Value> = LIBRARY.iter().filter(fits).map(|definition| (definition.kind.into(), of_effect(definition))).collect();
+    let effects =
+        json!({ "description": "departures from the ideal", "type": "object", "properties": kinds, "additionalProperties": false });
+    of_shape(&element.shape, &[(EFFECTS.to_owned(), effects)].into_iter().collect())
+}
+
+fn of_effect(definition: &Definition) -> Value {
+    let parameter = |parameter: &Parameter| {
+        let quantity = of_quantity(Unit::Of(parameter.dimension), bound_of(parameter));
+        let unit = Unit::Of(parameter.dimension).words();
+        let text = if unit.is_empty() { parameter.text.to_owned() } else { format!("{}, {unit}", parameter.text) };
+        let mut quantity = described(quantity, &text);
+        if let (Some(object), Some(default)) = (quantity.as_object_mut(), parameter.default) {
+            object.insert("default".into(), default.into());
+        }
+        (parameter.name.to_owned(), quantity)
+    };
+    let properties: Map<String, Value> = definition.parameters.iter().map(parameter).collect();
+    let required: Vec<&str> = definition.parameters.iter().filter(|p| p.default.is_none()).map(|p| p.name).collect();
+    json!({
+        "description": definition.summary, "type": "object",
+        "properties": properties, "required": required, "additionalProperties": false,
+    })
+}
+
+/// A table: one object, or one for each variant.
+fn of_shape(shape: &Shape, besides: &Map<String, Value>) -> Value {
+    let object = |variant: Option<(&str, &Variant, bool)>| {
+        let mut properties = properties(shape.keys);
+        let mut required = required(shape.keys);
+        properties.extend(besides.clone());
+        let mut description = Value::Null;
+        if let Some((key, variant, default)) = variant {
+            properties.extend(self::properties(variant.keys));
+            required.extend(self::required(variant.keys));
+            if !key.is_empty() {
+                properties.insert(key.into(), json!({ "description": variant.text, "const": variant.name }));
+                if !default {
+                    required.push(shape.choice.as_ref().map_or("", |choice| choice.key));
+                }
+            }
+            description = variant.text.into();
+        }
+        let mut object = json!({ "type": "object", "properties": properties, "required": required, "additionalProperties": false });
+        if let (Some(object), Value::String(_)) = (object.as_object_mut(), &description) {
+            object.insert("description".into(), description);
+        }
+        object
+    };
+    match &shape.choice {
+        None => object(None),
+        Some(choice) => {
+            let variants = choice.variants.iter();
+            json!({ "oneOf": variants.map(|v| object(Some((choice.key, v, choice.default == Some(v.name))))).collect::<Vec<_>>() })
+        }
+    }
+}
+
+fn properties(keys: &[Key]) -> Map<String, Value> {
+    keys.iter().map(|key| (key.name.to_owned(), of_key(key))).collect()
+}
+
+fn required(keys: &[Key]) -> Vec<&'static str> {
+    keys.iter().filter(|key| key.absent == Absent::Required).map(|key| key.name).collect()
+}
+
+fn of_key(key: &Key) -> Value {
+    let unit = match key.kind {
+        Kind::Quantity(unit, _) | Kind::QuantityOrTable(_, unit, _) | Kind::Range(unit) | Kind::Points(unit) => unit.words(),
+        _ => String::new(),
+    };
+    let text = if unit.is_empty() { key.text.to_owned() } else { format!("{}, {unit}", key.text) };
+    let mut schema = described(of_kind(key.kind), &text);
+    let default = match key.absent {
+        Absent::Required | Absent::Nothing => return schema,
+        Absent::Number(value) => json!(value),
+        Absent::Count(count) => json!(count),
+        Absent::Flag(flag) => json!(flag),
+        Absent::Word(word) => json!(word),
+    };
+    if let Some(object) = schema.as_object_mut() {
+        object.insert("default".into(), default);
+    }
+    schema
+}
+
+fn of_kind(kind: Kind) -> Value {
+    let nested = |shape: &Shape| of_shape(shape, &Map::new());
+    let signal = json!({ "type": "string", "pattern": "^.+\\.[a-z_]+$" });
+    match kind {
+        Kind::Quantity(unit, bound) => of_quantity(unit, bound),
+        Kind::Count(least, most) => json!({ "type": "integer", "minimum": least, "maximum": most }),
+        Kind::Flag => json!({ "type": "boolean" }),
+        Kind::Text | Kind::Name(_) => json!({ "type": "string" }),
+        Kind::Pair => json!({ "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 2 }),
+        Kind::Signal => signal,
+        Kind::Signals => json!({ "type": "array", "items": signal }),
+        Kind::Word(words) => of_words(words),
+        Kind::Table(shape) => nested(shape),
+        Kind::QuantityOrTable(_, unit, shape) => json!({ "anyOf": [of_quantity(unit, Bound::Positive), nested(shape)] }),
+        Kind::WordOrTable(words, shape) => json!({ "anyOf": [of_words(words), nested(shape)] }),
+        Kind::Range(unit) => json!({ "type": "array", "items": of_quantity(unit, Bound::Any), "minItems": 2, "maxItems": 2 }),
+        Kind::Points(unit) => of_points(unit),
+        Kind::Reference(shape) => {
+            json!({ "anyOf": [of_quantity(Unit::Reference, Bound::Any), of_points(Unit::Reference), nested(shape)] })
+        }
+    }
+}
+
+fn of_words(words: &[Word]) -> Value {
+    let each = words.iter().map(|word| json!({ "const": word.name, "description": word.text }));
+    json!({ "oneOf": each.collect::<Vec<_>>() })
+}
+
+fn of_points(unit: Unit) -> Value {
+    let pair = [of_quantity(Unit::Of(feeler_plant::units::Dimension::TIME), Bound::Any), of_quantity(unit, Bound::Any)];
+    json!({ "type": "array", "minItems": 1, "items": { "type": "array", "prefixItems": pair, "items": false, "minItems": 2 } })
+}
+
+/// A number within its bounds, or a text that begins with one.
+fn of_quantity(unit: Unit, bound: Bound) -> Value {
+    let mut number = json!({ "type": "number" });
+    let mut limit = |key: &str, value: f64| {
+        number[key] = value.into();
+    };
+    match bound {
+        Bound::Any => {}
+        Bound::Positive => limit("exclusiveMinimum", 0.0),
+        Bound::NotNegative => limit("minimum", 0.0),
+        Bound::AtLeast(least) => limit("minimum", least),
+        Bound::Within(least, most) => {
+            limit("minimum", least);
+            limit("maximum", most);
+        }
+        Bound::Above(least, most) => {
+            limit("exclusiveMinimum", least);
+            limit("maximum", most);
+        }
+    }
+    let text =
+        json!({ "type": "string", "pattern": "^[+-]?[0-9.]", "description": format!("a number with a unit such as {}", unit.words()) });
+    json!({ "anyOf": [number, text] })
+}

@@ -1,0 +1,35 @@
+//! Files to start from.
+
+/// A file to start from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Template {
+    /// Its name.
+    pub name: &'static str,
+    /// One line.
+    pub about: &'static str,
+    /// The file.
+    pub text: &'static str,
+}
+
+/// Every template.
+pub const TEMPLATES: &[Template] = &[
+    Template { name: "rigid", about: "one mass against a stiff wall under force control", text: include_str!("templates/rigid.toml") },
+    Template {
+        name: "flexible",
+        about: "motor and tip with a flexible transmission between them",
+        text: include_str!("templates/flexible.toml"),
+    },
+    Template { name: "base", about: "an axis on a base that moves", text: include_str!("templates/base.toml") },
+    Template { name: "workpiece", about: "an axis that pushes on a workpiece that yields", text: include_str!("templates/workpiece.toml") },
+    Template {
+        name: "all-three",
+        about: "transmission, base and workpiece all flexible, driven by a voltage amplifier",
+        text: include_str!("templates/all-three.toml"),
+    },
+    Template { name: "chatter", about: "sustained bouncing on a stiff wall", text: include_str!("templates/chatter.toml") },
+];
+
+/// The template of this name.
+pub fn template(name: &str) -> Option<&'static Template> {
+    TEMPLATES.iter().find(|template| template.name == name)
+}

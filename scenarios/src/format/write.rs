@@ -1,0 +1,150 @@
+//! From a scenario back to a file: plain numbers in SI, and only what differs from the defaults.
+
+mod controllers;
+mod machine;
+
+use std::fmt::Write as _;
+
+use feeler_engine::{RunSettings, Scenario};
+use feeler_plant::description::{Axis, Machine};
+use feeler_plant::effects::EffectUse;
+use indexmap::IndexMap;
+
+use super::document::Document;
+use super::keys::{EFFECTS, TOLERANCE};
+
+/// The file of a scenario: reading it gives the scenario back, to the bit.
+///
+/// What a controller knows of its machine (the mass that its approach moves) is not written: it follows from the machine when read.
+pub fn to_toml(scenario: &Scenario) -> String {
+    let mut writer = Writer::default();
+    writer.machine(&scenario.machine);
+    for (name, controller) in &scenario.controllers {
+        writer.controller(name, controller);
+    }
+    writer.run(&scenario.run);
+    writer.text
+}
+
+/// The file of a machine alone.
+pub fn machine_to_toml(machine: &Machine) -> String {
+    let mut writer = Writer::default();
+    writer.machine(machine);
+    writer.text
+}
+
+impl Document {
+    /// The file of this document, without its comments: as [`to_toml`], and with the tolerances.
+    pub fn to_toml(&self) -> String {
+        let mut writer = Writer { text: to_toml(&self.scenario) };
+        writer.tolerance(&self.tolerance);
+        writer.text
+    }
+}
+
+#[derive(Default)]
+struct Writer {
+    text: String,
+}
+
+/// A number such that reading it gives the same bits.
+fn number(value: f64) -> String {
+    format!("{value:?}")
+}
+
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+/// A key, in quotes where it needs them.
+fn key(name: &str) -> String {
+    let bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
+    if bare { name.to_owned() } else { quoted(name) }
+}
+
+fn points(points: impl IntoIterator<Item = (f64, f64)>) -> String {
+    let pairs: Vec<String> = points.into_iter().map(|(time, value)| format!("[{}, {}]", number(time), number(value))).collect();
+    format!("[{}]", pairs.join(", "))
+}
+
+impl Writer {
+    fn line(&mut self, key: &str, value: impl AsRef<str>) {
+        let _ = writeln!(self.text, "{key} = {}", value.as_ref());
+    }
+
+    fn header(&mut self, path: &[&str]) {
+        if !self.text.is_empty() {
+            self.text.push('\n');
+        }
+        let path: Vec<String> = path.iter().map(|segment| key(segment)).collect();
+        let _ = writeln!(self.text, "[{}]", path.join("."));
+    }
+
+    fn number(&mut self, key: &str, value: f64) {
+        self.line(key, number(value));
+    }
+
+    fn words(&mut self, key: &str, value: &str) {
+        self.line(key, quoted(value));
+    }
+
+    fn optional(&mut self, key: &str, value: Option<f64>) {
+        if let Some(value) = value {
+            self.number(key, value);
+        }
+    }
+
+    /// A number, unless it is the default. Compared by bits, so that -0 comes back as -0.
+    fn unless(&mut self, key: &str, value: f64, default: f64) {
+        if value.to_bits() != default.to_bits() {
+            self.number(key, value);
+        }
+    }
+
+    fn pair(&mut self, key: &str, [a, b]: &[String; 2]) {
+        self.line(key, format!("[{}, {}]", quoted(a), quoted(b)));
+    }
+
+    fn effects(&mut self, table: &str, element: &str, effects: &[EffectUse]) {
+        for effect in effects {
+            self.header(&[table, element, EFFECTS, effect.definition.kind]);
+            for (parameter, value) in effect.definition.parameters.iter().zip(&effect.values) {
+                self.number(parameter.name, *value);
+            }
+        }
+    }
+
+    fn machine(&mut self, machine: &Machine) {
+        self.words("name", &machine.name);
+        if !machine.about.is_empty() {
+            self.words("about", &machine.about);
+        }
+        if machine.axis == Axis::Rotational {
+            self.words("axis", "rotational");
+        }
+        self.elements(machine);
+    }
+
+    fn run(&mut self, run: &RunSettings) {
+        self.header(&["run"]);
+        self.number("duration", run.duration_s);
+        self.number("step", run.step_s);
+        self.words("integrator", run.integrator.name());
+        self.line("seed", run.seed.to_string());
+        let signals: Vec<String> = run.record.iter().map(|signal| quoted(&signal.to_string())).collect();
+        self.line("record", format!("[{}]", signals.join(", ")));
+        self.optional("record_rate", run.record_rate_hz);
+        if run.energy {
+            self.line("energy", "true");
+        }
+    }
+
+    fn tolerance(&mut self, tolerance: &IndexMap<String, f64>) {
+        if !tolerance.is_empty() {
+            self.header(&[TOLERANCE]);
+        }
+        for (path, share) in tolerance {
+            self.number(&quoted(path), *share);
+        }
+    }
+}

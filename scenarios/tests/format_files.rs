@@ -1,0 +1,147 @@
+//! Files that name other files: machines to build on, references, sweeps, datasets.
+
+use std::fs;
+use std::path::Path;
+
+use feeler_control::ReferenceSpec;
+use feeler_scenarios::format::{Axis, DatasetFile, Document, Role, Sampling, Setting, SweepFile};
+
+const COMPLETE: &str = include_str!("data/complete.toml");
+
+fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    folder
+}
+
+#[test]
+#[expect(clippy::float_cmp, reason = "values are taken over, not computed")]
+fn truth_a_file_builds_on_a_machine() {
+    let over = "machine = \"base.toml\"\nname = \"soft\"\n[contacts.tool]\nstiffness = 1e4\n[springs.guide.effects.viscous-friction]\ndamping = 3.0\n\
+                [controllers.force]\nreference = 5.0\n";
+    let folder = folder(&[("base.toml", COMPLETE), ("over.toml", over)]);
+    let scenario = Document::load(&folder.path().join("over.toml")).unwrap().scenario;
+    assert_eq!(scenario.machine.name, "soft");
+    assert_eq!(scenario.machine.contacts["tool"].stiffness, 1e4);
+    assert_eq!(scenario.machine.contacts["tool"].damping_n_s_per_m, 120.0);
+    assert_eq!(scenario.machine.springs["guide"].effects.len(), 2);
+    assert_eq!(scenario.controllers["force"].spec.reference, ReferenceSpec::Constant(5.0));
+}
+
+#[test]
+fn truth_a_mistake_in_the_base_names_the_base() {
+    let folder = folder(&[("base.toml", &COMPLETE.replace("mass = 7.0", "mass = -7.0")), ("over.toml", "machine = \"base.toml\"\n")]);
+    let error = Document::load(&folder.path().join("over.toml")).unwrap_err();
+    assert!(error.problems[0].file.ends_with("base.toml"), "{error}");
+    let line = COMPLETE.lines().position(|line| line == "mass = 7.0").unwrap() + 1;
+    assert_eq!(error.problems[0].line, line);
+}
+
+#[test]
+fn truth_files_that_build_on_themselves_are_refused() {
+    let folder = folder(&[("loop.toml", "machine = \"loop.toml\"\n")]);
+    let error = Document::load(&folder.path().join("loop.toml")).unwrap_err();
+    assert!(error.to_string().contains("more than 8 files build on each other"), "{error}");
+    let error = Document::parse("machine = \"absent.toml\"\n", "here.toml").unwrap_err();
+    assert_eq!((error.problems[0].line, error.problems[0].column), (1, 11), "{error}");
+}
+
+#[test]
+fn truth_a_reference_is_read_from_its_file() {
+    let text = COMPLETE.replace("reference = [[0.0, 20.0], [1.2, 30.0]]", "reference = { kind = \"file\", file = \"force.csv\" }");
+    let good = folder(&[("run.toml", &text), ("force.csv", "t_s,value\n0,1.5\n0.25, 2\n")]);
+    let scenario = Document::load(&good.path().join("run.toml")).unwrap().scenario;
+    let ReferenceSpec::Table { times_s, values, .. } = &scenario.controllers["force"].spec.reference else { panic!() };
+    assert_eq!((times_s.as_slice(), values.as_slice()), ([0.0, 0.25].as_slice(), [1.5, 2.0].as_slice()));
+    for (csv, expected) in [
+        ("time,f\n0,1\n", "its header is"),
+        ("t_s,value\n0,1\n0,2\n", "line 3"),
+        ("t_s,value\n", "no samples"),
+        ("t_s,value\n0,nan\n", "finite"),
+    ] {
+        let bad = folder(&[("run.toml", &text), ("force.csv", csv)]);
+        let error = Document::load(&bad.path().join("run.toml")).unwrap_err();
+        assert!(error.to_string().contains(expected), "{error}");
+        assert_eq!(error.problems[0].key, "controllers.force.reference.file");
+    }
+}
+
+const SWEEP: &str = "scenario = \"chatter.toml\"\n[axes]\n\"controllers.force.kp\" = { log = [0.05, 5.0], points = 64 }\n\
+    \"contacts.tool.stiffness\" = { log = [\"10 kN/m\", 1e7], points = 64 }\n\"run.integrator\" = [\"exact\", \"rk4\"]\n[keep]\noutcome = true\n";
+
+#[test]
+fn truth_a_sweep_is_read() {
+    let folder = folder(&[("sweep.toml", SWEEP), ("chatter.toml", COMPLETE)]);
+    let sweep = SweepFile::load(&folder.path().join("sweep.toml")).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(sweep.sampling, Sampling::Grid);
+    assert_eq!(sweep.samples, 64 * 64 * 2);
+    assert_eq!(sweep.axes["contacts.tool.stiffness"], Axis::Log { from: 1e4, to: 1e7, points: 64 });
+    assert_eq!(sweep.axes["contacts.tool.stiffness"].point(0), Setting::Number(1e4));
+    assert_eq!(sweep.axes["contacts.tool.stiffness"].point(63), Setting::Number(1e7));
+    assert_eq!(sweep.axes["run.integrator"].point(1), Setting::Text("rk4".into()));
+    assert!(sweep.keep.outcome && !sweep.keep.traces);
+}
+
+#[test]
+fn truth_mistakes_of_a_sweep_are_reported_together() {
+    let sweep = "scenario = \"chatter.toml\"\nsampling = \"grid\"\nsamples = 10\n[axes]\n\"controllers.force.kp\" = { log = [-1.0, 5.0], points = 64 }\n\
+        \"run.seed\" = { uniform = [1, 9] }\n\"contacts.tool.gap\" = { linear = [0, 1], point = 3 }\n\"bodies.tip.mass\" = []\n\
+        \"bodies.base.mass\" = { linear = [1, 2], uniform = [1, 2], points = 2 }\n[kep]\n";
+    insta::assert_snapshot!(SweepFile::parse(sweep, "sweep.toml").unwrap_err().report(false));
+}
+
+#[test]
+fn truth_the_ends_of_axes_are_tried() {
+    let sweep = "scenario = \"chatter.toml\"\n[axes]\n\"bodies.tip.mass\" = { linear = [-1, 5], points = 3 }\n\"contacts.tool.gap\" = [\"1 mm\", \"1 kg\"]\n\
+        \"controllers.forse.kp\" = [1.0]\n";
+    let folder = folder(&[("sweep.toml", sweep), ("chatter.toml", COMPLETE)]);
+    let error = SweepFile::load(&folder.path().join("sweep.toml")).unwrap_err();
+    let messages: Vec<String> = error
+        .problems
+        .iter()
+        .map(|p| format!("{}:{} {} | {}", p.line, p.column, p.message, p.remedy.clone().unwrap_or_default()))
+        .collect();
+    insta::assert_snapshot!(messages.join("\n"));
+}
+
+#[test]
+fn truth_a_dataset_is_read() {
+    let dataset = "name = \"bench\"\nmachine = \"machine.toml\"\n[columns.command_n]\nsignal = \"drive.command\"\nhold = \"1 ms\"\n[columns.force_n]\n\
+        signal = \"force.reading\"\nnoise = \"0.2 N\"\n[[experiments]]\nfile = \"a.csv\"\nengagement = \"free\"\nrole = \"fit\"\n[[experiments]]\nfile = \"b.csv\"\nrepeat = \"again\"\n";
+    let files = [("dataset.toml", dataset), ("machine.toml", COMPLETE), ("a.csv", "t_s\n"), ("b.csv", "t_s\n")];
+    let good = folder(&files);
+    let read = DatasetFile::load(good.path()).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(read.columns["command_n"].hold_s, Some(1e-3));
+    assert_eq!(read.columns["force_n"].noise, Some(0.2));
+    assert_eq!(read.experiments[0].role, Some(Role::Fit));
+    assert_eq!(read.experiments[1].repeat.as_deref(), Some("again"));
+
+    let wrong = dataset
+        .replace("force.reading", "forse.reading")
+        .replace("b.csv", "c.csv")
+        .replace("\"fit\"", "\"fitt\"")
+        .replace("0.2 N", "0.2 m");
+    let bad = folder(&[("dataset.toml", &wrong), files[1], files[2]]);
+    let error = DatasetFile::load(bad.path()).unwrap_err();
+    let lines: Vec<String> = error.problems.iter().map(|p| format!("{}:{} {}", p.line, p.column, p.key)).collect();
+    assert_eq!(
+        lines,
+        ["7:10 columns.force_n.signal", "8:9 columns.force_n.noise", "12:8 experiments[0].role", "14:8 experiments[1].file"],
+        "{error}"
+    );
+}
+
+#[test]
+fn truth_practice_datasets_are_read() {
+    let practice = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/blind/practice");
+    let Ok(cases) = fs::read_dir(&practice) else {
+        eprintln!("skipped: {} is absent", practice.display());
+        return;
+    };
+    for case in cases.map(|case| case.unwrap().path()).filter(|case| case.is_dir()) {
+        let read = DatasetFile::load(&case).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(read.columns.len(), 5);
+    }
+}

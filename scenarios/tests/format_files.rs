@@ -8,6 +8,7 @@ use feeler_scenarios::format::{Axis, DatasetFile, Document, Role, Sampling, Sett
 
 const COMPLETE: &str = include_str!("data/complete.toml");
 
+#[expect(clippy::unwrap_used, reason = "without its files the test has failed")]
 fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in files {
@@ -134,6 +135,7 @@ fn truth_a_dataset_is_read() {
 }
 
 #[test]
+#[expect(clippy::print_stderr, reason = "a skipped test says so")]
 fn truth_practice_datasets_are_read() {
     let practice = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/blind/practice");
     let Ok(cases) = fs::read_dir(&practice) else {

@@ -74,6 +74,7 @@ fn truth_an_override_of_what_does_not_exist_names_the_nearest() {
 }
 
 #[test]
+#[expect(clippy::print_stderr, reason = "a skipped test says so")]
 fn truth_practice_machines_are_read() {
     let practice = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/blind/practice");
     let Ok(cases) = std::fs::read_dir(&practice) else {
@@ -83,4 +84,60 @@ fn truth_practice_machines_are_read() {
     for case in cases.map(|case| case.unwrap().path()).filter(|case| case.is_dir()) {
         Document::load(&case.join("machine.toml")).unwrap_or_else(|error| panic!("{error}"));
     }
+}
+
+#[test]
+fn truth_a_rotational_axis_has_its_own_units() {
+    let text = "axis = \"rotational\"\n[bodies.arm]\nmass = \"0.5 kg m2\"\nposition = \"90 deg\"\nvelocity = \"60 rpm\"\n\
+                [springs.drive]\nbetween = [\"ground\", \"arm\"]\nstiffness = \"2 kN m/rad\"\ndamping = \"3 N m s/rad\"\n";
+    let machine = Document::parse(text, "arm.toml").unwrap_or_else(|error| panic!("{error}")).scenario.machine;
+    assert!(close(machine.bodies["arm"].position_m, std::f64::consts::FRAC_PI_2));
+    assert!(close(machine.bodies["arm"].velocity_m_per_s, std::f64::consts::TAU));
+    assert!(close(machine.springs["drive"].stiffness_n_per_m, 2e3));
+    let error = Document::parse(&text.replace("90 deg", "90 mm"), "arm.toml").unwrap_err();
+    assert!(error.problems[0].message.contains("this must be an angle (rad)"), "{error}");
+}
+
+#[test]
+fn truth_gains_have_the_units_of_drive_and_law() {
+    let text = COMPLETE.replace("kind = \"force\"", "kind = \"velocity-source\"\ndamping = 600.0\ntime_constant = \"2 ms\"");
+    let scenario = Document::parse(&text.replace("kp = 0.6", "kp = \"0.5 mm/(s N)\""), "source.toml").unwrap().scenario;
+    let Law::ExplicitForce(gains) = &scenario.controllers["force"].spec.law else { panic!() };
+    assert!(close(gains.kp, 5e-4));
+    assert!(scenario.controllers["force"].spec.approach.unwrap().velocity_drive);
+    let error = Document::parse(&text.replace("kp = 0.6", "kp = \"0.5 N\""), "source.toml").unwrap_err();
+    assert!(error.problems[0].message.contains("this must be in m/(N s)"), "{error}");
+}
+
+#[test]
+fn truth_wiring_must_fit() {
+    let cases = [
+        ("[springs.motor]\nbetween = [\"ground\", \"tip\"]\n", "springs.motor", "there is already a body `motor`"),
+        ("[bodies.ground]\nmass = 1.0\n", "bodies.ground", "`ground` is the fixed body"),
+        ("[bodies.\"a b\"]\nmass = 1.0\n", "bodies.a b", "cannot be a name"),
+        ("[sensors.s]\nreads = \"encoder.reading\"\n", "sensors.s.reads", "a sensor cannot read another sensor"),
+        (
+            "[controllers.c]\nlaw = \"position\"\nreads = \"force\"\ndrives = \"drive\"\nperiod = 1e-3\n",
+            "controllers.c.reads",
+            "this needs a position",
+        ),
+        ("[controllers.c]\nlaw = \"open-loop\"\nkp = 1.0\ndrives = \"drive\"\nperiod = 1e-3\n", "controllers.c.kp", "belongs to law"),
+        ("[controllers.c]\nlaw = \"admittance\"\nreads = \"force\"\ndrives = \"drive\"\nperiod = 1e-3\n", "controllers.c.mass", "virtual"),
+        ("[tolerance]\n\"bodies.motr.mass\" = 0.05\n", "tolerance.\"bodies.motr.mass\"", "there is no `bodies.motr.mass`"),
+        ("[controllers.force.effects.timing-jitter]\nsigma = -1.0\n", "controllers.force.effects.timing-jitter.sigma", "makes no sense"),
+    ];
+    for (added, key, expected) in cases {
+        let error = Document::parse(&format!("{COMPLETE}\n{added}"), "wired.toml").unwrap_err();
+        assert!(error.problems.iter().any(|problem| problem.key == key && problem.message.contains(expected)), "{key}: {error}");
+        assert_eq!(error.problems.len(), 1, "{error}");
+    }
+}
+
+#[test]
+fn truth_places_of_keys_are_known() {
+    let document = Document::parse(COMPLETE, "complete.toml").unwrap();
+    let place = document.place("controllers.force.kp").unwrap();
+    let line = COMPLETE.lines().position(|line| line == "kp = 0.6").unwrap() + 1;
+    assert_eq!((place.line, place.column), (line, 6));
+    assert_eq!(document.place("controllers.force.kd"), None);
 }

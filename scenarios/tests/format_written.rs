@@ -11,6 +11,7 @@ use feeler_scenarios::format::{Document, TEMPLATES, dataset_schema, machine_to_t
 use proptest::prelude::*;
 
 /// Files that show every element.
+#[expect(clippy::unwrap_used, reason = "the templates have a test of their own")]
 fn originals() -> Vec<Scenario> {
     let complete = include_str!("data/complete.toml");
     let texts = TEMPLATES.iter().map(|template| template.text).chain([complete]);
@@ -201,6 +202,18 @@ fn prop_every_effect_is_read_as_it_was_written() {
         let document = Document::parse(&text, "written.toml").unwrap_or_else(|error| panic!("{}: {error}\n{text}", definition.kind));
         assert_eq!(document.scenario, scenario, "{}", definition.kind);
     }
+}
+
+#[test]
+fn truth_tolerances_are_written_with_the_document() {
+    let text = format!(
+        "{}\n[tolerance]\n\"bodies.motor.mass\" = 0.05\n\"springs.guide.stiffness\" = \"10 %\"\n",
+        include_str!("data/complete.toml")
+    );
+    let document = Document::parse(&text, "document.toml").unwrap();
+    let again = Document::parse(&document.to_toml(), "again.toml").unwrap();
+    assert_eq!(again.tolerance, document.tolerance);
+    assert_eq!(again.scenario, document.scenario);
 }
 
 #[test]

@@ -131,8 +131,8 @@ fn tolerance(root: &Table, problems: &mut Problems) -> IndexMap<String, f64> {
     };
     for (key, entry) in table {
         let path = format!("{TOLERANCE}.\"{key}\"");
-        if let (_, false) = locate(root, key) {
-            let remedy = "name a key of this file in quotes, as in \"bodies.motor.mass\" = 0.05";
+        if !is_believed(root, key) {
+            let remedy = "name a key of an element in quotes, as in \"bodies.motor.mass\" = 0.05";
             problems.add(&entry.key, &path, format!("there is no `{key}` in this file"), remedy);
         }
         let mut reader = Reader { problems, scope: Scope::new(false) };
@@ -143,6 +143,15 @@ fn tolerance(root: &Table, problems: &mut Problems) -> IndexMap<String, f64> {
         }
     }
     found
+}
+
+/// Whether a dotted path names a key that an element of the file has, be it written or left at its default.
+fn is_believed(root: &Table, path: &str) -> bool {
+    let segments: Vec<&str> = path.split('.').collect();
+    let [table, name, key, ..] = segments.as_slice() else { return false };
+    let Some(element) = ELEMENTS.iter().find(|element| element.table == *table) else { return false };
+    let known = element.shape.all_keys().any(|known| known.name == *key);
+    node_at(root, &[table, name]).is_some() && (known || locate(root, path).1)
 }
 
 /// Place of the deepest part of a dotted path that is in the tree, and whether that is all of it.

@@ -169,13 +169,12 @@ impl Draft {
             walked = join(&walked, segment);
             let entry = table.entry((*segment).to_owned()).or_insert_with(|| Entry { key: at.clone(), node: Node::table(at.clone()) });
             let kind = entry.node.value.kind();
-            match entry.node.as_table_mut() {
-                Some(inner) => table = inner,
-                None => {
-                    let mut problems = Problems::default();
-                    problems.add(at, path, format!("`{walked}` is {kind}, not a table"), format!("set `{walked}` as a whole"));
-                    return Err(problems.into_error(self.sources.clone()));
-                }
+            if let Some(inner) = entry.node.as_table_mut() {
+                table = inner;
+            } else {
+                let mut problems = Problems::default();
+                problems.add(at, path, format!("`{walked}` is {kind}, not a table"), format!("set `{walked}` as a whole"));
+                return Err(problems.into_error(self.sources.clone()));
             }
         }
         let key = at.clone();

@@ -38,6 +38,10 @@ products of g, m, s, min, Hz, N, J, W, rad, deg, rpm with the prefixes n, u, m, 
 `m2` or `m^2`; there is at most one `/`, and a denominator of several factors stands in parentheses. Where two units are given below, the one in
 parentheses is that of a rotational axis.
 
+Signals are named `element.quantity`: `motor.position`, `velocity`, `acceleration` of a body; `tool.force` (the total that acts), `spring_force` (its elastic
+part), `compression`, `contact` (1 or 0) of a contact; `force` and `spring_force` of a spring; `command` and `force` of an actuator; `reading` of a sensor;
+`output` and `reference` of a controller.
+
 A number that must obey a rule has it beside its unit. A dash in the column `default` means that there is no such thing unless it is given.
 ";
 
@@ -64,10 +68,7 @@ fn section(text: &mut String, level: usize, title: &str, about: &str, shape: &Sh
 fn nested(text: &mut String, shape: &Shape) {
     let mut seen = Vec::new();
     for key in shape.all_keys() {
-        let inner = match key.kind {
-            Kind::Table(inner) | Kind::QuantityOrTable(_, _, inner) | Kind::WordOrTable(_, inner) => inner,
-            _ => continue,
-        };
+        let (Kind::Table(inner) | Kind::QuantityOrTable(_, _, inner) | Kind::WordOrTable(_, inner)) = key.kind else { continue };
         if !seen.contains(&key.name) {
             seen.push(key.name);
             let _ = write!(text, "\n`{}` as a table:\n", key.name);
@@ -122,7 +123,7 @@ fn quantity(unit: Unit, bound: Bound) -> String {
     };
     match bound {
         Bound::Any => unit,
-        bound => format!("{unit}, {}", bound.words().trim_start_matches("must ").trim_start_matches("be ")),
+        bound => format!("{unit}, {}", bound.words().trim_start_matches("must ").trim_start_matches("be ").trim_start_matches("lie ")),
     }
 }
 

@@ -284,14 +284,12 @@ fn read_list(reader: &mut Reader<'_>, items: &[Node], node: &Node, path: &str) -
     }
     let mut values = Vec::with_capacity(items.len());
     for item in items {
-        match setting(item) {
-            Some(value) => values.push(value),
-            None => {
-                let message = format!("an axis has no {}", item.value.kind().trim_start_matches("a "));
-                reader.problems.add(&item.origin, path, message, "give numbers, texts with units, or words");
-                return None;
-            }
-        }
+        let Some(value) = setting(item) else {
+            let message = format!("an axis has no {}", item.value.kind().trim_start_matches("a "));
+            reader.problems.add(&item.origin, path, message, "give numbers, texts with units, or words");
+            return None;
+        };
+        values.push(value);
     }
     Some(Axis::List(values))
 }

@@ -172,49 +172,40 @@ impl<'a> Build<'a> {
 /// # Errors
 /// A [`Problem`] with an empty key where the element does not exist or has no such quantity.
 pub fn resolve(machine: &Machine, signal: &SignalName) -> Result<Source, Problem> {
-    use Quantity::{Acceleration, Command, Compression, Contact, Force, Position, Reading, SpringForce, Velocity};
     let name = signal.element.as_str();
     let quantity = signal.quantity;
-    let wrong = |allowed: &str| Err(Problem::new("", format!("`{name}` has no `{}`", quantity.name()), format!("it has {allowed}")));
-    if let Some(i) = machine.bodies.get_index_of(name) {
-        return match quantity {
-            Position | Velocity | Acceleration => Ok(Source::Node(i + 1, quantity)),
-            _ => wrong("position, velocity and acceleration"),
-        };
+    // Elements of different kinds may share a name; the quantity says which is meant.
+    let candidates = [
+        (machine.bodies.get_index_of(name).map(|i| i + 1), BODY, Source::Node as fn(usize, Quantity) -> Source),
+        (machine.contacts.get_index_of(name), CONTACT, Source::Contact),
+        (machine.actuators.get_index_of(name), ACTUATOR, Source::Drive),
+        (machine.springs.get_index_of(name), SPRING, Source::Link),
+        (machine.sensors.get_index_of(name), SENSOR, |i, _| Source::Sensor(i)),
+    ];
+    let named = candidates.iter().filter_map(|(index, has, source)| index.map(|i| (i, *has, source)));
+    if let Some((i, _, source)) = named.clone().find(|(_, has, _)| has.contains(&quantity)) {
+        return Ok(source(i, quantity));
     }
-    if let Some(i) = machine.contacts.get_index_of(name) {
-        return match quantity {
-            Force | SpringForce | Compression | Contact => Ok(Source::Contact(i, quantity)),
-            _ => wrong("force, spring_force, compression and contact"),
-        };
+    if let Some((_, has, _)) = named.clone().next() {
+        let has: Vec<&str> = has.iter().map(|q| q.name()).collect();
+        return Err(Problem::new("", format!("`{name}` has no `{}`", quantity.name()), format!("it has {}", has.join(", "))));
     }
-    if let Some(i) = machine.actuators.get_index_of(name) {
-        return match quantity {
-            Command | Force => Ok(Source::Drive(i, quantity)),
-            _ => wrong("command and force"),
-        };
-    }
-    // A sensor may share its name with a spring or a contact's quantity; readings are asked for as such.
-    if let Some(i) = machine.sensors.get_index_of(name)
-        && quantity == Reading
-    {
-        return Ok(Source::Sensor(i));
-    }
-    if let Some(i) = machine.springs.get_index_of(name) {
-        return match quantity {
-            Force | SpringForce => Ok(Source::Link(i, quantity)),
-            _ => wrong("force and spring_force"),
-        };
-    }
-    let candidates = (machine.bodies.keys())
+    let names = (machine.bodies.keys())
         .chain(machine.contacts.keys())
         .chain(machine.actuators.keys())
         .chain(machine.sensors.keys())
         .chain(machine.springs.keys())
         .map(String::as_str);
-    let remedy = nearest(name, candidates).map_or_else(String::new, |near| format!("did you mean `{near}.{}`?", quantity.name()));
+    let remedy = nearest(name, names).map_or_else(String::new, |near| format!("did you mean `{near}.{}`?", quantity.name()));
     Err(Problem::new("", format!("there is no element `{name}`"), remedy))
 }
+
+/// Quantities of each kind of element.
+const BODY: &[Quantity] = &[Quantity::Position, Quantity::Velocity, Quantity::Acceleration];
+const CONTACT: &[Quantity] = &[Quantity::Force, Quantity::SpringForce, Quantity::Compression, Quantity::Contact];
+const ACTUATOR: &[Quantity] = &[Quantity::Command, Quantity::Force];
+const SPRING: &[Quantity] = &[Quantity::Force, Quantity::SpringForce];
+const SENSOR: &[Quantity] = &[Quantity::Reading];
 
 fn force_law(contact: &Contact) -> ForceLaw {
     let (exponent, alpha) = match contact.law {

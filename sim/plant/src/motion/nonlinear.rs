@@ -87,9 +87,39 @@ impl NonlinearTerm {
     }
 }
 
+impl NonlinearTerm {
+    /// Derivatives of the value by `a` and by `b`: what the term does to small motions.
+    pub fn gradient(&self, a: f64, b: f64) -> [f64; 2] {
+        match self.law {
+            NonlinearLaw::Contact { law, unilateral, .. } => {
+                let spring = law.stiffness * power(&law, a, unilateral);
+                let slope = law.stiffness * power_slope(&law, a, unilateral);
+                let (growing, growing_slope) = if unilateral { (spring, slope) } else { (spring.abs(), slope * a.signum()) };
+                [slope + growing_slope * law.alpha * b + 3.0 * law.cubic * a * a, growing * law.alpha + law.damping]
+            }
+            NonlinearLaw::Elastic { law, unilateral, .. } => {
+                [law.stiffness * power_slope(&law, a, unilateral) + 3.0 * law.cubic * a * a, 0.0]
+            }
+            NonlinearLaw::Cubic { cubic, .. } => [3.0 * cubic * a * a, 0.0],
+            NonlinearLaw::Stribeck { velocity, .. } => [-2.0 * a / (velocity * velocity) * self.value(a, b), 0.0],
+            NonlinearLaw::Load { .. } => [a.signum(), 0.0],
+            NonlinearLaw::Ripple { amplitude, pitch, phase, .. } => {
+                let k = std::f64::consts::TAU / pitch;
+                [amplitude * k * (k * a + phase).cos(), 0.0]
+            }
+        }
+    }
+}
+
 /// `d^n`; a law that pushes only has none for `d < 0`, a clamped one is continued oddly, so that it pulls as it pushes.
 fn power(law: &ForceLaw, d: f64, unilateral: bool) -> f64 {
     if unilateral { d.max(0.0).powf(law.exponent) } else { d.abs().powf(law.exponent).copysign(d) }
+}
+
+/// Derivative of [`power`]: even in `d` where the law is clamped.
+fn power_slope(law: &ForceLaw, d: f64, unilateral: bool) -> f64 {
+    let size = if unilateral { d.max(0.0) } else { d.abs() };
+    law.exponent * size.powf(law.exponent - 1.0)
 }
 
 pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<NonlinearTerm> {
@@ -124,4 +154,36 @@ pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Nonli
         laws.extend(ripples.map(|r| NonlinearLaw::Ripple { drive, amplitude: r.amplitude, pitch: r.pitch, phase: r.phase }));
     }
     laws.into_iter().map(|law| NonlinearTerm { law }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Error of a central difference whose step is 1e-5 of the scale: 1e-10, and its rounding 1e-11, with room.
+    const DIFFERENCE: f64 = 1e-8;
+
+    #[test]
+    fn prop_gradients_are_differences_of_values() {
+        let law = ForceLaw { stiffness: 3e4, exponent: 1.5, damping: 7.0, alpha: 0.4, cubic: 2e3 };
+        let laws = [
+            NonlinearLaw::Contact { contact: 0, law, unilateral: true },
+            NonlinearLaw::Contact { contact: 0, law, unilateral: false },
+            NonlinearLaw::Elastic { contact: 0, law, unilateral: true },
+            NonlinearLaw::Cubic { link: 0, side: 0, cubic: 5e3 },
+            NonlinearLaw::Stribeck { link: 0, excess: 4.0, velocity: 0.2 },
+            NonlinearLaw::Load { contact: 0 },
+            NonlinearLaw::Ripple { drive: 0, amplitude: 2.0, pitch: 0.7, phase: 0.3 },
+        ];
+        for term in laws.map(|law| NonlinearTerm { law }) {
+            for (a, b) in [(0.3, 0.2), (-0.3, 0.1), (0.05, -0.4)] {
+                let h = 1e-6;
+                let by_a = (term.value(a + h, b) - term.value(a - h, b)) / (2.0 * h);
+                let by_b = (term.value(a, b + h) - term.value(a, b - h)) / (2.0 * h);
+                let [da, db] = term.gradient(a, b);
+                let scale = 1.0 + by_a.abs() + by_b.abs() + term.value(a, b).abs();
+                assert!((da - by_a).abs() + (db - by_b).abs() < DIFFERENCE * scale, "{:?} at {a}, {b}", term.law);
+            }
+        }
+    }
 }

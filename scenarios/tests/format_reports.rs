@@ -4,7 +4,7 @@ use feeler_scenarios::format::Document;
 
 #[test]
 fn truth_all_mistakes_of_a_file_are_reported_together() {
-    let error = Document::parse(include_str!("data/ten-mistakes.toml"), "ten-mistakes.toml").unwrap_err();
+    let error = Document::parse(include_str!("data/ten-mistakes.txt"), "ten-mistakes.toml").unwrap_err();
     insta::assert_snapshot!(error.report(false));
 }
 

@@ -112,7 +112,7 @@ fn truth_gains_have_the_units_of_drive_and_law() {
 #[test]
 fn truth_wiring_must_fit() {
     let cases = [
-        ("[springs.motor]\nbetween = [\"ground\", \"tip\"]\n", "springs.motor", "there is already a body `motor`"),
+        ("[springs.tool]\nbetween = [\"ground\", \"tip\"]\n", "contacts.tool", "there is already a spring `tool`"),
         ("[bodies.ground]\nmass = 1.0\n", "bodies.ground", "`ground` is the fixed body"),
         ("[bodies.\"a b\"]\nmass = 1.0\n", "bodies.a b", "cannot be a name"),
         ("[sensors.s]\nreads = \"encoder.reading\"\n", "sensors.s.reads", "a sensor cannot read another sensor"),
@@ -130,6 +130,14 @@ fn truth_wiring_must_fit() {
         let error = Document::parse(&format!("{COMPLETE}\n{added}"), "wired.toml").unwrap_err();
         assert!(error.problems.iter().any(|problem| problem.key == key && problem.message.contains(expected)), "{key}: {error}");
         assert_eq!(error.problems.len(), 1, "{error}");
+    }
+}
+
+#[test]
+fn truth_a_name_may_be_shared_where_quantities_differ() {
+    for added in ["[bodies.tool]\nmass = 1.0\n", "[sensors.tool]\nreads = \"tool.compression\"\n"] {
+        let read = Document::parse(&format!("{COMPLETE}\n{added}"), "shared.toml");
+        assert!(read.is_ok(), "{}", read.unwrap_err());
     }
 }
 

@@ -8,6 +8,9 @@ use crate::format::keys::ELEMENTS;
 use crate::format::problem::Problems;
 use crate::format::tree::Table;
 
+/// Tables whose elements all have a `force`.
+const FORCEFUL: [&str; 3] = ["springs", "contacts", "actuators"];
+
 /// Longer names are a mistake.
 const LONGEST_NAME: usize = 64;
 
@@ -25,13 +28,12 @@ pub(crate) fn check(root: &Table, problems: &mut Problems) {
             if name == GROUND {
                 problems.add(&entry.key, &path, "`ground` is the fixed body", "choose another name");
             }
-            // A controller's signals, `output` and `reference`, are no other element's.
-            if element.table == "controllers" {
+            // Other elements may share a name: the quantity says which is meant.
+            if !FORCEFUL.contains(&element.table) {
                 continue;
             }
             if let Some(first) = seen.insert(name, element.singular) {
-                let message =
-                    format!("there is already a {first} `{name}`, and `{name}.force` would mean both").replace("a actuator", "an actuator");
+                let message = format!("there is already a {first} `{name}`, and `{name}.force` would mean both");
                 problems.add(&entry.key, &path, message, "choose another name");
             }
         }

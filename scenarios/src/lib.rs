@@ -1,3 +1,4 @@
 //! What is around the simulator: the files that describe machines and experiments.
 
 pub mod format;
+pub mod run;

@@ -1,0 +1,155 @@
+//! When a contact pushed, and how hard.
+
+use feeler_engine::{EventKind, Scenario, Trace};
+use feeler_plant::assembly::Assembly;
+use feeler_plant::description::{Engagement, Quantity, SignalName};
+use feeler_plant::motion::Switch;
+
+/// A span of time, s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// From here.
+    pub start_s: f64,
+    /// To here.
+    pub end_s: f64,
+}
+
+impl Interval {
+    /// Its length, s.
+    pub fn length_s(self) -> f64 {
+        self.end_s - self.start_s
+    }
+
+    /// The length of the part of it within `[from_s, to_s]`, s.
+    pub fn within_s(self, from_s: f64, to_s: f64) -> f64 {
+        (self.end_s.min(to_s) - self.start_s.max(from_s)).max(0.0)
+    }
+}
+
+/// A contact over a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactRun {
+    /// Its name.
+    pub name: String,
+    /// How the two sides hold on to each other, after effects.
+    pub engagement: Engagement,
+    /// When it pushed, to the accuracy of the events.
+    pub intervals: Vec<Interval>,
+    /// Instants of touch-down, s.
+    pub touches_s: Vec<f64>,
+    /// Instants of lift-off, s.
+    pub lifts_s: Vec<f64>,
+    /// Largest force, N: of the record, and between its rows by a parabola.
+    pub peak_force_n: f64,
+    /// When, s.
+    pub peak_at_s: f64,
+}
+
+impl ContactRun {
+    /// The signal of its total force.
+    pub fn force_signal(&self) -> String {
+        SignalName::new(&self.name, Quantity::Force).to_string()
+    }
+
+    /// Time in contact, s.
+    pub fn contact_time_s(&self) -> f64 {
+        self.intervals.iter().map(|interval| interval.length_s()).sum()
+    }
+
+    /// When it first pushed, s.
+    pub fn first_contact_s(&self) -> Option<f64> {
+        self.intervals.first().map(|interval| interval.start_s)
+    }
+
+    /// Whether it pushes when the run ends.
+    pub fn ends_in_contact(&self, end_s: f64) -> bool {
+        self.intervals.last().is_some_and(|interval| interval.end_s >= end_s)
+    }
+}
+
+pub(super) fn contacts(scenario: &Scenario, assembly: &Assembly, record: &Trace, end_s: f64) -> Vec<ContactRun> {
+    scenario.machine.contacts.keys().enumerate().map(|(i, name)| contact(i, name, assembly, record, end_s)).collect()
+}
+
+fn contact(index: usize, name: &str, assembly: &Assembly, record: &Trace, end_s: f64) -> ContactRun {
+    let instants = |kind: EventKind| {
+        let meant = record.events.iter().filter(move |event| event.kind == kind && event.switch == Switch::Contact(index));
+        meant.map(|event| event.t_s).collect::<Vec<_>>()
+    };
+    let (touches_s, lifts_s) = (instants(EventKind::Touch), instants(EventKind::Lift));
+    let column = |quantity| record.column(&SignalName::new(name, quantity).to_string()).unwrap_or_default();
+    let closed_at_start = column(Quantity::Contact).first().is_some_and(|&state| state > 0.5);
+    let (peak_at_s, peak_force_n) = peak(&record.t_s, column(Quantity::Force));
+    ContactRun {
+        name: name.to_owned(),
+        engagement: assembly.contacts[index].engagement,
+        intervals: intervals(closed_at_start, &touches_s, &lifts_s, end_s),
+        touches_s,
+        lifts_s,
+        peak_force_n,
+        peak_at_s,
+    }
+}
+
+fn intervals(closed_at_start: bool, touches_s: &[f64], lifts_s: &[f64], end_s: f64) -> Vec<Interval> {
+    // A touch at time zero is already in the state of the first row.
+    let at_start = closed_at_start && !touches_s.first().is_some_and(|&touch| lifts_s.first().is_none_or(|&lift| touch < lift));
+    let starts = at_start.then_some(0.0).into_iter().chain(touches_s.iter().copied());
+    let ends = lifts_s.iter().copied().chain(std::iter::once(end_s));
+    starts.zip(ends).map(|(start_s, end_s)| Interval { start_s, end_s }).collect()
+}
+
+/// The largest value of a record and when: the vertex of the parabola through the largest row and its neighbours.
+fn peak(t_s: &[f64], values: &[f64]) -> (f64, f64) {
+    let Some((row, &largest)) = values.iter().enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)) else { return (0.0, 0.0) };
+    if largest <= 0.0 {
+        return (t_s[row], 0.0);
+    }
+    let (Some(&before), Some(&after)) = (row.checked_sub(1).and_then(|i| values.get(i)), values.get(row + 1)) else {
+        return (t_s[row], largest);
+    };
+    let bend = before - 2.0 * largest + after;
+    // A parabola across a jump of the force would overshoot it.
+    if before <= 0.0 || after <= 0.0 || bend >= 0.0 {
+        return (t_s[row], largest);
+    }
+    let shift = 0.5 * (before - after) / bend;
+    let vertex = largest - 0.25 * (before - after) * shift;
+    (t_s[row] + shift * (t_s[row + 1] - t_s[row]), vertex)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Peak of a sine of 150 Hz at 10 kHz: the parabola errs by about (w dt)^4 / 128 = 6e-7 of it.
+    const PARABOLA: f64 = 1e-5;
+
+    #[test]
+    fn truth_the_peak_of_a_sine_is_found_between_rows() {
+        let t_s: Vec<f64> = (0..200).map(|i| f64::from(i) * 1e-4).collect();
+        let shift_s = 0.37e-4;
+        let force: Vec<f64> =
+            t_s.iter().map(|t| 50.0 + 40.0 * (std::f64::consts::TAU * 150.0 * (t - 5e-3 - shift_s)).cos()).collect();
+        let (at_s, peak_n) = peak(&t_s[..100], &force[..100]);
+        assert!((peak_n - 90.0).abs() < 40.0 * PARABOLA, "{peak_n}");
+        assert!((at_s - 5e-3 - shift_s).abs() < 1e-6, "{at_s}");
+    }
+
+    #[test]
+    fn truth_a_jump_is_not_overshot() {
+        assert_eq!(peak(&[0.0, 1.0, 2.0], &[0.0, 10.0, 9.0]), (1.0, 10.0));
+    }
+
+    #[test]
+    fn truth_intervals_follow_from_events() {
+        let spans = |closed, touches: &[f64], lifts: &[f64]| {
+            intervals(closed, touches, lifts, 9.0).iter().map(|i| (i.start_s, i.end_s)).collect::<Vec<_>>()
+        };
+        assert_eq!(spans(false, &[1.0, 3.0], &[2.0]), [(1.0, 2.0), (3.0, 9.0)]);
+        assert_eq!(spans(true, &[3.0], &[2.0, 4.0]), [(0.0, 2.0), (3.0, 4.0)]);
+        assert_eq!(spans(true, &[], &[]), [(0.0, 9.0)]);
+        assert_eq!(spans(true, &[0.0], &[2.0]), [(0.0, 2.0)]);
+        assert_eq!(spans(false, &[], &[]), []);
+    }
+}

@@ -1,0 +1,69 @@
+//! The energy ledger as a table.
+
+use feeler_engine::EnergyBalance;
+use feeler_plant::motion::MeterKind;
+use serde::Serialize;
+
+/// Energy that one element put in or took out.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EnergyItem {
+    /// `drive-work`, `load-work`, `link-damping`, `friction`, `contact-damping`, or `controller-work`.
+    pub what: &'static str,
+    /// The element.
+    pub on: String,
+    /// Energy, J; positive into the machine for works, out of it for losses.
+    pub joule: f64,
+}
+
+/// Where the energy came from and went.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct EnergyTable {
+    /// Work done on the machine, J.
+    pub supplied: Vec<EnergyItem>,
+    /// Energy taken out of it, J.
+    pub dissipated: Vec<EnergyItem>,
+    /// Work of each controller's command through its drive, J; part of what the drives supply.
+    pub controllers: Vec<EnergyItem>,
+    /// Kinetic energy at start and end, J.
+    pub kinetic: [f64; 2],
+    /// Elastic energy at start and end, J.
+    pub elastic: [f64; 2],
+    /// What does not balance, J.
+    pub residual: f64,
+    /// All that was exchanged and stored, in size, J.
+    pub exchanged: f64,
+    /// The residual over that.
+    pub relative_residual: f64,
+}
+
+impl EnergyTable {
+    /// The table of a balance.
+    pub fn new(balance: &EnergyBalance) -> Self {
+        let item = |what, on: &String, joule| EnergyItem { what, on: on.clone(), joule };
+        let meters = |enters: bool| {
+            let meant = balance.meters.iter().filter(move |(kind, ..)| kind.enters() == enters);
+            meant.map(|(kind, on, joule)| item(name(*kind), on, *joule)).collect()
+        };
+        let (residual, exchanged) = (balance.residual(), balance.exchanged());
+        Self {
+            supplied: meters(true),
+            dissipated: meters(false),
+            controllers: balance.controllers.iter().map(|(on, joule)| item("controller-work", on, *joule)).collect(),
+            kinetic: balance.kinetic,
+            elastic: balance.elastic,
+            residual,
+            exchanged,
+            relative_residual: if exchanged > 0.0 { residual.abs() / exchanged } else { 0.0 },
+        }
+    }
+}
+
+fn name(kind: MeterKind) -> &'static str {
+    match kind {
+        MeterKind::DriveWork => "drive-work",
+        MeterKind::LoadWork => "load-work",
+        MeterKind::LinkDamping => "link-damping",
+        MeterKind::Friction => "friction",
+        MeterKind::ContactDamping => "contact-damping",
+    }
+}

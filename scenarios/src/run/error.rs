@@ -1,0 +1,53 @@
+//! What can go wrong in running a scenario and writing what it gave.
+
+use std::path::{Path, PathBuf};
+
+use feeler_engine::EngineError;
+use thiserror::Error;
+
+/// Why a run, or writing it, failed.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RunError {
+    /// The scenario cannot be run.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+    /// A file cannot be written.
+    #[error("{}: {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A trace cannot be put into Parquet.
+    #[error("{}: {source}", path.display())]
+    Parquet {
+        /// The file.
+        path: PathBuf,
+        /// What the format's library says.
+        source: parquet::errors::ParquetError,
+    },
+    /// A trace cannot be put into CSV.
+    #[error("{}: {source}", path.display())]
+    Csv {
+        /// The file.
+        path: PathBuf,
+        /// What the format's library says.
+        source: csv::Error,
+    },
+}
+
+impl RunError {
+    pub(crate) fn write(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        move |source| Self::Write { path: path.into(), source }
+    }
+
+    pub(crate) fn parquet(path: &Path) -> impl FnOnce(parquet::errors::ParquetError) -> Self {
+        move |source| Self::Parquet { path: path.into(), source }
+    }
+
+    pub(crate) fn csv(path: &Path) -> impl FnOnce(csv::Error) -> Self {
+        move |source| Self::Csv { path: path.into(), source }
+    }
+}

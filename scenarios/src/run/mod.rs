@@ -1,0 +1,171 @@
+//! Runs a scenario and says what happened in it.
+//!
+//! ```
+//! use feeler_scenarios::format::Document;
+//! use feeler_scenarios::run::{Outcome, run};
+//!
+//! let text = r#"
+//! [bodies.tip]
+//! mass = 2.0
+//! [contacts.tool]
+//! between = ["tip", "ground"]
+//! stiffness = 1e4
+//! damping = 200.0
+//! [actuators.drive]
+//! on = "tip"
+//! reacts_on = "ground"
+//! kind = "force"
+//! [sensors.force]
+//! reads = "tool.force"
+//! [controllers.force]
+//! law = "explicit-force"
+//! reads = "force"
+//! drives = "drive"
+//! period = "1 ms"
+//! feed_forward = 1.0
+//! reference = 10.0
+//! [run]
+//! duration = 1.0
+//! "#;
+//! let document = Document::parse(text, "press.toml")?;
+//! let result = run(&document.scenario, &mut |_| {})?;
+//! assert_eq!(result.summary.outcome, Outcome::Settled);
+//! assert!(result.summary.energy.relative_residual < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod chatter;
+mod contact;
+mod energy;
+mod error;
+mod force_loop;
+mod outcome;
+mod record;
+mod saturation;
+mod settling;
+mod summary;
+mod trace_file;
+
+use std::time::Instant;
+
+use feeler_engine::{Observer, Program, RunEnd, RunSettings, Scenario, Simulation, Trace};
+use feeler_lti::spectral::{AmplitudeSpectrum, Window, amplitude_spectrum};
+
+pub use chatter::Oscillation;
+pub use contact::{ContactRun, Interval};
+pub use energy::{EnergyItem, EnergyTable};
+pub use error::RunError;
+pub use force_loop::ForceLoop;
+pub use outcome::{Outcome, Undecided, Verdict};
+pub use settling::Response;
+pub use summary::{ContactSummary, EventRecord, Summary};
+pub use trace_file::{write_csv, write_parquet};
+
+use record::Recording;
+
+/// Slices in which a run goes, each followed by a word on its progress.
+const SLICES: usize = 200;
+/// Rows of the tail from which its spectrum is computed, the last ones; enough for any frequency that a run shows, and quick.
+const SPECTRUM_ROWS: usize = 1 << 16;
+
+/// How far a run has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Simulated time reached, s.
+    pub t_s: f64,
+    /// Where it ends, s.
+    pub duration_s: f64,
+}
+
+/// All that a run gave.
+#[derive(Clone, Debug)]
+pub struct RunResult {
+    /// The signals that the scenario asks for, at its rate.
+    pub trace: Trace,
+    /// What the measures were taken from: those signals and contacts, drives, controllers and bodies beside them, at no less than the scenario's rate.
+    pub record: Trace,
+    /// Each contact with when it pushed.
+    pub contacts: Vec<ContactRun>,
+    /// The force loop whose reference the measures refer to.
+    pub force_loop: Option<ForceLoop>,
+    /// Share of the record in which a drive or controller was at its limit, row by row.
+    pub saturated: Vec<bool>,
+    /// Figures of the run.
+    pub summary: Summary,
+}
+
+impl RunResult {
+    /// Amplitude spectrum of the main contact's force over the tail of the run; none where there is no contact or no tail.
+    pub fn tail_spectrum(&self) -> Option<AmplitudeSpectrum> {
+        let contact = self.contacts.get(self.summary.main_contact?)?;
+        let rows = self.tail_rows();
+        let force = self.record.column(&contact.force_signal())?.get(rows)?;
+        let period_s = self.record_spacing_s()?;
+        amplitude_spectrum(force, period_s, Window::Hann).ok()
+    }
+
+    /// Rows of the record from which the tail is judged.
+    pub fn tail_rows(&self) -> std::ops::Range<usize> {
+        let end = self.record.t_s.len();
+        let start = self.record.t_s.partition_point(|&t| t < self.summary.verdict.tail_s[0]);
+        start.max(end.saturating_sub(SPECTRUM_ROWS))..end
+    }
+
+    fn record_spacing_s(&self) -> Option<f64> {
+        let t = &self.record.t_s;
+        Some((t.last()? - t.first()?) / (t.len().checked_sub(1).filter(|&n| n > 0)? as f64))
+    }
+}
+
+/// Runs a scenario with its energy ledger, and calls `progress` now and then; what it is told does not change the run.
+///
+/// # Errors
+/// A machine or wiring with mistakes, and exponentials that cannot be computed. A motion that diverges is a result.
+pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<RunResult, RunError> {
+    let started = Instant::now();
+    let recording = Recording::new(scenario);
+    let settings = RunSettings { energy: true, ..recording.settings(&scenario.run) };
+    let program = Program::new(&Scenario { run: settings, ..scenario.clone() })?;
+    let assembly = program.motion().assembly().clone();
+    let mut record = Trace::new(program.record_names());
+    let mut simulation = Simulation::<f64>::new(vec![program])?;
+    advance(&mut simulation, &mut record, scenario.run.duration_s, recording.rate_hz, progress)?;
+    record::drop_undefined_rows(&mut record);
+    let trace = recording.wanted(&record);
+    let force_loop = ForceLoop::find(scenario);
+    let contacts = contact::contacts(scenario, &assembly, &record, simulation.time_s());
+    let saturated = saturation::rows(scenario, &assembly, &record);
+    let ended = summary::Ended {
+        end: simulation.end(0),
+        t_s: simulation.time_s(),
+        steps: simulation.steps(),
+        energy: simulation.energy(0).unwrap_or_default(),
+    };
+    let mut summary = summary::summarise(scenario, &assembly, &record, &contacts, force_loop.as_ref(), &saturated, &ended);
+    summary.wall_s = started.elapsed().as_secs_f64();
+    Ok(RunResult { trace, record, contacts, force_loop, saturated, summary })
+}
+
+/// Runs to the end in slices that end where the record stops anyway, so that slicing leaves every bit as it is.
+fn advance(
+    simulation: &mut Simulation<f64>,
+    observer: &mut impl Observer<f64>,
+    duration_s: f64,
+    rate_hz: f64,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<(), RunError> {
+    let rows = (duration_s * rate_hz).floor();
+    for slice in 1..SLICES {
+        let until_s = (rows * slice as f64 / SLICES as f64).floor() / rate_hz;
+        if until_s > simulation.time_s() && until_s < duration_s {
+            simulation.run_to(until_s, observer)?;
+            progress(Progress { t_s: simulation.time_s(), duration_s });
+        }
+        if simulation.end(0) != RunEnd::Completed {
+            return Ok(());
+        }
+    }
+    simulation.run_to(duration_s, observer)?;
+    progress(Progress { t_s: simulation.time_s(), duration_s });
+    Ok(())
+}

@@ -1,0 +1,120 @@
+//! How a force answers its reference: overshoot, settling time, what is left.
+
+use serde::Serialize;
+
+/// Half-width of the band in which a force counts as settled, as a share of the final reference.
+pub(super) const SETTLING_BAND: f64 = 0.02;
+/// A reference that has not moved over this last part of the run is at rest.
+const RESTS_OVER: f64 = 0.2;
+
+/// The answer of a contact force to its reference.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Response {
+    /// The reference at the end, N; none where it still moves.
+    pub final_reference_n: Option<f64>,
+    /// The instant from which settling counts: the last change of the reference, or the first touch if that is later, s.
+    pub starts_at_s: f64,
+    /// Half-width of the settling band, N: 2 % of the final reference, or what the sensor cannot resolve where that is more.
+    pub band_n: f64,
+    /// Peak force over the final reference less one; zero where the force stays below.
+    pub overshoot: Option<f64>,
+    /// From [`Self::starts_at_s`] until the force is within the band for good; none where it does not stay there.
+    pub settling_time_s: Option<f64>,
+    /// Mean of the last tenth of the run less the reference, N.
+    pub steady_error_n: Option<f64>,
+}
+
+/// A force and its reference over the rows of a record.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Answer<'a> {
+    pub(super) t_s: &'a [f64],
+    pub(super) force_n: &'a [f64],
+    pub(super) reference_n: &'a [f64],
+    pub(super) peak_force_n: f64,
+    pub(super) first_contact_s: f64,
+    pub(super) unresolved_n: f64,
+}
+
+impl Answer<'_> {
+    pub(super) fn response(&self) -> Response {
+        let changed = self.last_change_s();
+        let end_s = self.t_s.last().copied().unwrap_or(0.0);
+        let rests = changed <= end_s * (1.0 - RESTS_OVER);
+        let reference = self.reference_n.last().copied().filter(|_| rests);
+        let starts_at_s = if rests { changed.max(self.first_contact_s) } else { self.first_contact_s };
+        let band_n = (SETTLING_BAND * reference.unwrap_or(0.0).abs()).max(self.unresolved_n);
+        Response {
+            final_reference_n: reference,
+            starts_at_s,
+            band_n,
+            overshoot: reference.filter(|r| *r != 0.0).map(|r| (self.peak_force_n / r - 1.0).max(0.0)),
+            settling_time_s: reference.and_then(|r| self.settling_time_s(r, band_n, starts_at_s)),
+            steady_error_n: reference.and_then(|r| self.steady_error_n(r)),
+        }
+    }
+
+    /// When the reference last changed, s; zero where it never did.
+    fn last_change_s(&self) -> f64 {
+        // Bit comparison: a held reference repeats exactly. The controller's first sample may come after the first row.
+        let changes = self.reference_n.windows(2).rposition(|pair| pair[0].to_bits() != pair[1].to_bits());
+        changes.map_or(0.0, |row| self.t_s[row + 1])
+    }
+
+    fn settling_time_s(&self, reference: f64, band_n: f64, starts_at_s: f64) -> Option<f64> {
+        let first = self.t_s.partition_point(|&t| t < starts_at_s);
+        let force = self.force_n.get(first..).filter(|rows| !rows.is_empty())?;
+        let settled = match force.iter().rposition(|f| (f - reference).abs() > band_n) {
+            None => first,
+            Some(last_outside) => first + last_outside + 1,
+        };
+        self.t_s.get(settled).map(|t| (t - starts_at_s).max(0.0))
+    }
+
+    fn steady_error_n(&self, reference: f64) -> Option<f64> {
+        let last = &self.force_n[self.force_n.len() - self.force_n.len() / 10..];
+        (!last.is_empty()).then(|| last.iter().sum::<f64>() / last.len() as f64 - reference)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `20 (1 - exp(-t / 0.1))` from `t = 1` on enters the band of 2 % after `0.1 ln 50`.
+    #[test]
+    fn truth_a_first_order_answer_settles_after_four_time_constants() {
+        let t_s: Vec<f64> = (0..30_000).map(|i| f64::from(i) * 1e-4).collect();
+        let force_n: Vec<f64> = t_s.iter().map(|t| if *t < 1.0 { 0.0 } else { 20.0 * (1.0 - (-(t - 1.0) / 0.1).exp()) }).collect();
+        let reference_n = vec![20.0; t_s.len()];
+        let answer = Answer {
+            t_s: &t_s,
+            force_n: &force_n,
+            reference_n: &reference_n,
+            peak_force_n: 20.0,
+            first_contact_s: 1.0,
+            unresolved_n: 0.0,
+        };
+        let response = answer.response();
+        // Rows are 0.1 ms apart.
+        assert!((response.settling_time_s.unwrap() - 0.1 * 50.0_f64.ln()).abs() < 1.1e-4);
+        assert_eq!(response.overshoot, Some(0.0));
+        assert!(response.steady_error_n.unwrap().abs() < 1e-4);
+        let late = Answer { peak_force_n: 25.0, unresolved_n: 2.0, ..answer }.response();
+        assert!((late.overshoot.unwrap() - 0.25).abs() < 1e-12);
+        assert!((late.settling_time_s.unwrap() - 0.1 * 10.0_f64.ln()).abs() < 1.1e-4);
+    }
+
+    #[test]
+    fn truth_a_step_of_the_reference_starts_settling_anew() {
+        let t_s: Vec<f64> = (0..100).map(|i| f64::from(i) * 1e-2).collect();
+        let reference_n: Vec<f64> = t_s.iter().map(|t| if *t < 0.5 { 10.0 } else { 20.0 }).collect();
+        let force_n: Vec<f64> = t_s.iter().map(|t| if *t < 0.6 { 10.0 } else { 20.0 }).collect();
+        let answer =
+            Answer { t_s: &t_s, force_n: &force_n, reference_n: &reference_n, peak_force_n: 20.0, first_contact_s: 0.1, unresolved_n: 0.0 };
+        let response = answer.response();
+        assert!((response.starts_at_s - 0.5).abs() < 1e-12);
+        assert!((response.settling_time_s.unwrap() - 0.1).abs() < 1e-12);
+        let moving: Vec<f64> = t_s.iter().map(|t| 10.0 + t).collect();
+        assert_eq!(Answer { reference_n: &moving, ..answer }.response().final_reference_n, None);
+    }
+}

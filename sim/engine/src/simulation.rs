@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use feeler_control::{Controller, Inputs};
-use feeler_lanes::{Lane, LaneMask};
+use feeler_lanes::{Lane, LaneMask, dispatch};
 use feeler_plant::motion::SwitchState;
 
 use crate::clock::due;
@@ -300,7 +300,11 @@ impl<L: Lane> Simulation<L> {
         let sample_s = self.loops[i].next_sample_s;
         let reference = L::from_fn(|l| self.programs[l].wiring[i].reference.value(sample_s));
         let control = &mut self.loops[i];
-        let output = control.controller.sample(sample_s, &inputs, reference);
+        let controller = &mut control.controller;
+        let output = dispatch(
+            #[inline(always)]
+            || controller.sample(sample_s, &inputs, reference),
+        );
         control.reference = reference;
         control.next_sample += 1;
         control.next_sample_s = wiring.clock.sample_time_s(control.next_sample);
@@ -380,13 +384,19 @@ impl<L: Lane> Simulation<L> {
                 }
             }
         }
-        for (signal, row) in self.signals.iter_mut().zip(self.signal_rows.chunks_exact(width)) {
-            let mut sum = L::zero();
-            for (&r, &x) in row.iter().zip(&self.xi) {
-                sum += r * x;
-            }
-            *signal = sum;
-        }
+        let (signals, rows, xi) = (&mut self.signals, &self.signal_rows, &self.xi);
+        dispatch(
+            #[inline(always)]
+            || {
+                for (signal, row) in signals.iter_mut().zip(rows.chunks_exact(width)) {
+                    let mut sum = L::zero();
+                    for (&r, &x) in row.iter().zip(xi) {
+                        sum = r.mul_add(x, sum);
+                    }
+                    *signal = sum;
+                }
+            },
+        );
     }
 
     fn plant_record(&mut self) -> Vec<L> {
@@ -485,12 +495,11 @@ impl<L: Lane> Simulation<L> {
                 break;
             }
             self.steps += 1;
-            transition.apply(&self.xi, &mut self.product);
-            let stopped = here & transition.suspects(&self.product);
-            let moved = here & !stopped;
-            for (x, &y) in self.xi.iter_mut().zip(&self.product).take(self.programs[0].motion.layout().states()) {
-                *x = L::select(moved, y, *x);
-            }
+            let (xi, product) = (&mut self.xi, &mut self.product);
+            let stopped = dispatch(
+                #[inline(always)]
+                || transition.step(here, xi, product),
+            );
             if stopped.any() {
                 for l in (0..L::WIDTH).filter(|&l| stopped.test(l)) {
                     let gone_s = span_s * part as f64 / transition.parts[l] as f64;

@@ -1,6 +1,6 @@
 //! The exponentials of all lanes side by side, and the look at their guards.
 
-use feeler_lanes::{Lane, LaneMask, dispatch};
+use feeler_lanes::{Lane, LaneMask};
 
 use crate::error::EngineError;
 use crate::flow::{ROWS_PER_SLOT, SLOTS_PER_SWITCH};
@@ -17,6 +17,8 @@ pub(crate) struct Transition<L> {
     filled_for: Vec<usize>,
     /// Equal parts into which each lane cuts the span so as not to miss an event between two looks.
     pub(crate) parts: Vec<u64>,
+    /// Length of these parts, s.
+    part_s: L,
     /// Blocks of [`BLOCK`] rows, each column by column.
     rows: Vec<L>,
     width: usize,
@@ -34,6 +36,7 @@ impl<L: Lane> Transition<L> {
             span_fs,
             filled_for: vec![usize::MAX; L::WIDTH],
             parts: vec![1; L::WIDTH],
+            part_s: L::zero(),
             rows: vec![L::zero(); blocks * BLOCK * width],
             width,
             states,
@@ -60,6 +63,7 @@ impl<L: Lane> Transition<L> {
             }
             let span_s = span_fs as f64 * 1e-15;
             self.parts[l] = (span_s / flow.check_s).ceil().max(1.0) as u64;
+            self.part_s.set_lane(l, span_s / self.parts[l] as f64);
             let rows = flow.transition(span_fs / self.parts[l], slots)?;
             for (i, row) in rows.chunks_exact(width).enumerate() {
                 let block = &mut self.rows[(i / BLOCK) * BLOCK * width..];
@@ -71,38 +75,46 @@ impl<L: Lane> Transition<L> {
         Ok(())
     }
 
-    /// `y = rows * xi`.
-    pub(crate) fn apply(&self, xi: &[L], y: &mut [L]) {
+    /// `y = rows * xi`. To be inlined into a dispatched kernel.
+    #[inline(always)]
+    fn apply(&self, xi: &[L], y: &mut [L]) {
         let width = self.width;
-        dispatch(
-            #[inline(always)]
-            || {
-                for (block, out) in self.rows.chunks_exact(BLOCK * width).zip(y.chunks_exact_mut(BLOCK)) {
-                    let mut sum = [L::zero(); BLOCK];
-                    for (column, &x) in block.chunks_exact(BLOCK).zip(xi) {
-                        for i in 0..BLOCK {
-                            sum[i] = column[i].mul_add(x, sum[i]);
-                        }
-                    }
-                    out.copy_from_slice(&sum);
+        for (block, out) in self.rows.chunks_exact(BLOCK * width).zip(y.chunks_exact_mut(BLOCK)) {
+            let mut sum = [L::zero(); BLOCK];
+            for (column, &x) in block.chunks_exact(BLOCK).zip(xi) {
+                for i in 0..BLOCK {
+                    sum[i] = column[i].mul_add(x, sum[i]);
                 }
-            },
-        );
+            }
+            out.copy_from_slice(&sum);
+        }
     }
 
     /// Lanes in which a guard may have been crossed on the way: it is not positive at the end, was negative at the start, or falls at the start and rises
     /// at the end so steeply that it may have dipped below zero in between.
-    pub(crate) fn suspects(&self, y: &[L]) -> L::Mask {
+    #[inline(always)]
+    fn suspects(&self, y: &[L]) -> L::Mask {
         let zero = L::zero();
         let mut suspect = L::Mask::splat(false);
         for guard in y[self.states..].chunks_exact(ROWS_PER_SLOT).take(self.slots) {
             let [end, slope_start, slope_end, start] = [guard[0], guard[1], guard[2], guard[3]];
-            let part = L::from_fn(|l| self.span_fs as f64 * 1e-15 / self.parts[l] as f64);
             // Where the tangents at both ends meet below zero (see `taylor::Polynomial::dip`).
-            let below = (slope_end * start - slope_start * end + slope_start * slope_end * part).lt(zero);
+            let below = (slope_end * start - slope_start * end + slope_start * slope_end * self.part_s).lt(zero);
             let dips = slope_start.lt(zero) & slope_end.gt(zero) & below;
             suspect = suspect | end.le(zero) | start.lt(zero) | dips;
         }
         suspect
+    }
+
+    /// Moves the lanes of `here` by one part, but for those that may have met an event: these stay where they are, and are given.
+    #[inline(always)]
+    pub(crate) fn step(&self, here: L::Mask, xi: &mut [L], y: &mut [L]) -> L::Mask {
+        self.apply(xi, y);
+        let stopped = here & self.suspects(y);
+        let moved = here & !stopped;
+        for (x, &y) in xi.iter_mut().zip(y.iter()).take(self.states) {
+            *x = L::select(moved, y, *x);
+        }
+        stopped
     }
 }

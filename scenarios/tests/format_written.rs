@@ -193,10 +193,7 @@ fn prop_every_effect_is_read_as_it_was_written() {
             HostKind::Actuator => machine.actuators["drive"].effects = effects,
             HostKind::MotionSensor => machine.sensors["encoder"].effects = effects,
             HostKind::ForceSensor | HostKind::OtherSensor => machine.sensors["force"].effects = effects,
-            HostKind::Controller => {
-                scenario.controllers["force"].spec.jitter_s = values[0];
-                scenario.controllers["force"].effects = effects;
-            }
+            HostKind::Controller => scenario.controllers["force"].effects = effects,
         }
         let text = to_toml(&scenario);
         let document = Document::parse(&text, "written.toml").unwrap_or_else(|error| panic!("{}: {error}\n{text}", definition.kind));

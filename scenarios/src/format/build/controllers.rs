@@ -8,7 +8,7 @@ use feeler_control::{
 };
 use feeler_engine::ControllerUse;
 use feeler_plant::description::{ActuatorKind, Elements, GROUND, Machine, Quantity};
-use feeler_plant::effects::{Change, HostKind};
+use feeler_plant::effects::HostKind;
 use feeler_plant::units::Dimension;
 
 use super::{Builder, Item};
@@ -33,13 +33,11 @@ impl Builder<'_> {
         let before = self.problems.count();
         let fields = self.fields(item, Scope { output, reference, ..self.scope() });
         let effects = self.effects(item, HostKind::Controller);
-        let jitter =
-            effects.iter().filter(|effect| matches!(effect.definition.change, Change::SampleJitter)).map(|effect| effect.values[0]);
         let spec = ControllerSpec {
             law: law(&fields),
             period_s: fields.number("period"),
             delay_s: fields.number("delay"),
-            jitter_s: fields.number("jitter") + jitter.sum::<f64>(),
+            jitter_s: fields.number("jitter"),
             offset_s: fields.number("offset"),
             approach: fields.table("approach").map(|approach| approach_of(approach, machine, fields.text("drives").unwrap_or_default())),
             output_resolution: fields.optional("output_resolution"),

@@ -3,7 +3,6 @@
 use feeler_control::reference::{Between, Lines, Sweep};
 use feeler_control::{AntiWindup, Approach, Law, ReferenceSpec};
 use feeler_engine::ControllerUse;
-use feeler_plant::effects::Change;
 
 use super::machine::low_pass;
 use super::{Writer, number, points};
@@ -22,9 +21,7 @@ impl Writer {
         self.words("drives", &controller.drives);
         self.number("period", spec.period_s);
         self.unless("delay", spec.delay_s, 0.0);
-        // The spec's jitter holds that of the effects, which are written on their own.
-        let jitter = controller.effects.iter().filter(|effect| matches!(effect.definition.change, Change::SampleJitter));
-        self.unless("jitter", spec.jitter_s - jitter.map(|effect| effect.values[0]).sum::<f64>(), 0.0);
+        self.unless("jitter", spec.jitter_s, 0.0);
         self.unless("offset", spec.offset_s, 0.0);
         self.gains(&spec.law);
         self.optional("output_resolution", spec.output_resolution);

@@ -1,0 +1,173 @@
+//! What was measured: series read from files, checked, and tied to the signals of the believed machine.
+
+mod check;
+mod read;
+
+pub use check::{Fault, FaultKind};
+
+use std::path::{Path, PathBuf};
+
+use feeler_plant::assembly::{Source, resolve};
+use feeler_plant::description::{Engagement, Machine, Quantity};
+use feeler_scenarios::format::{DatasetFile, Role};
+use indexmap::IndexMap;
+
+use crate::error::DiagnosisError;
+
+/// A measured column and what it is in the machine.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Header of the column.
+    pub column: String,
+    /// The signal.
+    pub source: Source,
+    /// One sigma of white noise, signal units: as stated, or that of the sensor.
+    pub noise: f64,
+    /// Quantisation step believed, signal units; zero for none.
+    pub resolution: f64,
+}
+
+impl Channel {
+    /// Whether the signal is the acceleration of a body, bare or through a sensor.
+    pub fn quantity(&self, machine: &Machine) -> Quantity {
+        match self.source {
+            Source::Sensor(i) => machine.sensors[i].reads.quantity,
+            Source::Node(_, q) | Source::Contact(_, q) | Source::Link(_, q) | Source::Drive(_, q) => q,
+        }
+    }
+}
+
+/// One experiment: commands in, readings out, on an even grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// File name, as a person would say it.
+    pub name: String,
+    /// Overrides the engagement of the machine's contacts.
+    pub engagement: Option<Engagement>,
+    /// Scored, never fitted.
+    pub is_check: bool,
+    /// Experiments that share this name repeat each other.
+    pub repeat: Option<String>,
+    /// Time of the first row, s.
+    pub start_s: f64,
+    /// Spacing of rows, s.
+    pub spacing_s: f64,
+    /// Commands of every drive, one per row, held until the next; N (or m/s).
+    pub commands: Vec<Vec<f64>>,
+    /// One series per channel.
+    pub series: Vec<Vec<f64>>,
+}
+
+impl Record {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.commands.first().map_or(0, Vec::len)
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// Everything measured, with what is believed of the machine.
+#[derive(Clone, Debug)]
+pub struct Dataset {
+    /// Short name.
+    pub name: String,
+    /// The believed machine.
+    pub machine: Machine,
+    /// How far believed values may be off, as fractions, by dotted key.
+    pub tolerance: IndexMap<String, f64>,
+    /// Drives whose command was recorded: index of the actuator and its column, in the order of [`Record::commands`].
+    pub drives: Vec<(usize, String)>,
+    /// Measured channels, in the order of [`Record::series`].
+    pub channels: Vec<Channel>,
+    /// The experiments.
+    pub records: Vec<Record>,
+    /// What was assumed or noticed while reading.
+    pub warnings: Vec<Fault>,
+}
+
+impl Dataset {
+    /// Reads a dataset folder (or its `dataset.toml`) and every series that it names.
+    ///
+    /// # Errors
+    /// Mistakes in the files, series that cannot be read, and faults of the series that no stated assumption can repair.
+    pub fn load(path: &Path) -> Result<Self, DiagnosisError> {
+        let file = DatasetFile::load(path)?;
+        let machine = file.machine.scenario.machine.clone();
+        let mut drives = Vec::new();
+        let mut channels = Vec::new();
+        for (name, column) in &file.columns {
+            let Ok(source) = resolve(&machine, &column.signal) else { continue };
+            if let Source::Drive(drive, Quantity::Command) = source {
+                drives.push((drive, name.clone()));
+                continue;
+            }
+            let (noise, resolution) = match source {
+                Source::Sensor(i) => (machine.sensors[i].noise, machine.sensors[i].resolution.unwrap_or(0.0)),
+                _ => (0.0, 0.0),
+            };
+            channels.push(Channel { column: name.clone(), source, noise: column.noise.unwrap_or(noise), resolution });
+        }
+        let tables = file.experiments.iter().map(|experiment| read::table(&experiment.file)).collect::<Result<Vec<_>, _>>()?;
+        let holds: Vec<Option<f64>> = drives.iter().map(|(_, name)| file.columns[name].hold_s).collect();
+        let mut dataset = Self {
+            name: file.name.clone(),
+            machine,
+            tolerance: file.machine.tolerance.clone(),
+            drives,
+            channels,
+            records: Vec::new(),
+            warnings: Vec::new(),
+        };
+        let faults = check::assemble(&mut dataset, &file.experiments, tables, &holds);
+        let (fatal, warnings): (Vec<Fault>, Vec<Fault>) = faults.into_iter().partition(|fault| fault.kind.is_fatal());
+        if !fatal.is_empty() {
+            return Err(DiagnosisError::Data { faults: fatal });
+        }
+        dataset.warnings = warnings;
+        dataset.split();
+        Ok(dataset)
+    }
+
+    /// Where no experiment is set aside for scoring, sets aside about every third, so that every kind of experiment is fitted and scored.
+    fn split(&mut self) {
+        if self.records.iter().any(|record| record.is_check) || self.records.len() < 2 {
+            return;
+        }
+        let kind = |record: &Record| record.engagement.map(|e| e as u8);
+        let mut seen: Vec<(Option<u8>, usize)> = Vec::new();
+        for i in 0..self.records.len() {
+            let this = kind(&self.records[i]);
+            let at = seen.iter().position(|(k, _)| *k == this).unwrap_or_else(|| {
+                seen.push((this, 0));
+                seen.len() - 1
+            });
+            seen[at].1 += 1;
+            self.records[i].is_check = seen[at].1 % 3 == 2;
+        }
+        if !self.records.iter().any(|record| record.is_check)
+            && let Some(last) = self.records.last_mut()
+        {
+            last.is_check = true;
+        }
+    }
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
+}
+
+/// A file's numbers as read: header and columns.
+#[derive(Clone, Debug)]
+pub(crate) struct Table {
+    pub(crate) file: PathBuf,
+    pub(crate) header: Vec<String>,
+    pub(crate) columns: Vec<Vec<f64>>,
+}
+
+pub(crate) fn role_is_check(role: Option<Role>) -> bool {
+    role == Some(Role::Check)
+}

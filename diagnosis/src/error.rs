@@ -1,0 +1,48 @@
+//! What stops a diagnosis.
+
+use std::path::PathBuf;
+
+use feeler_lti::LtiError;
+use feeler_plant::problem::Problem;
+use feeler_scenarios::format::FormatError;
+use thiserror::Error;
+
+/// Why there is no diagnosis.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum DiagnosisError {
+    /// The dataset file or the machine that it names has mistakes.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// A file cannot be read.
+    #[error("{}: {source}", .file.display())]
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// What the system says.
+        source: csv::Error,
+    },
+    /// A fault of the measured series that no assumption can repair.
+    #[error("{}", list_faults(.faults))]
+    Data {
+        /// Every fault found.
+        faults: Vec<crate::dataset::Fault>,
+    },
+    /// The machine has no motion as it stands.
+    #[error("the machine cannot be moved: {}", list_problems(.problems))]
+    Machine {
+        /// Every mistake, by key.
+        problems: Vec<Problem>,
+    },
+    /// A mode of the machine has no usable exponential.
+    #[error("the equations of motion have no usable exponential: {0}")]
+    Exponential(#[from] LtiError),
+}
+
+fn list_faults(faults: &[crate::dataset::Fault]) -> String {
+    faults.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}
+
+fn list_problems(problems: &[Problem]) -> String {
+    problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+}

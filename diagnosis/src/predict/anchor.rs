@@ -1,0 +1,223 @@
+//! Keeping the rigid motion of a prediction on what was measured.
+//!
+//! The bodies that an encoder rides on, and all that hang on them by springs, are moved together: by what accelerometers on them read beyond the
+//! prediction (so that a force the model lacks does not spoil its motion), and slowly towards the encoder (so that the accelerometers' noise does not
+//! add up). Relative motion inside the chain, and bodies that are not part of it (base, workpiece), keep their predicted course: a hidden mode needs
+//! no restart. The gains are those of the steady Kalman filter of a mass whose acceleration is read with noise and whose position is read with noise:
+//! a critically shaped pair at `omega = (q / r)^(1/4)`, `q` and `r` the two noise densities.
+
+use feeler_plant::assembly::{Assembly, GROUND_NODE, Source};
+use feeler_plant::description::Quantity;
+use feeler_plant::motion::{Motion, Switch, SwitchState};
+
+use super::machine::{Moving, State};
+use crate::dataset::Channel;
+
+/// Slowest and fastest anchoring, rad/s.
+const OMEGA_RANGE: (f64, f64) = (6.0, 320.0);
+/// Anchoring without accelerometers, rad/s: slow against the motion, so that the model's forces show, and fast against drift.
+const OMEGA_WITHOUT_ACCELEROMETERS: f64 = 40.0;
+/// A step this many times the noise rules the error of a reading.
+const COARSE: f64 = 4.0;
+/// Standard deviations of the speed after which a sticking guide is believed to slide.
+const BREAKAWAY_SIGMAS: f64 = 6.0;
+/// Smallest such speed, m/s.
+const BREAKAWAY_FLOOR: f64 = 2e-5;
+
+/// Whether predictions are kept on the measured motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Anchoring {
+    /// At every row.
+    Continuous,
+    /// Never: the prediction runs freely from its start.
+    Never,
+}
+
+/// One channel that corrects.
+#[derive(Clone, Debug)]
+struct Tap {
+    channel: usize,
+    weight: f64,
+    gain: f64,
+    bias: f64,
+    /// Half the step, where the step is coarse against the noise.
+    dead_zone: f64,
+    /// Rows by which the reading is late.
+    late: usize,
+}
+
+/// The corrections of one chain of bodies.
+#[derive(Clone, Debug)]
+pub(super) struct Anchor {
+    coordinates: Vec<usize>,
+    positions: Vec<Tap>,
+    accelerations: Vec<Tap>,
+    omega: f64,
+    breakaway: f64,
+    /// Speed that a sticking guide would have if it were let go.
+    shadow: f64,
+}
+
+/// The node that a channel of positions or accelerations reads, and the one it is relative to.
+fn nodes_of(assembly: &Assembly, source: Source) -> Option<(usize, usize, Quantity)> {
+    match source {
+        Source::Node(node, quantity) => Some((node, GROUND_NODE, quantity)),
+        Source::Sensor(i) => match assembly.sensors[i].source {
+            Source::Node(node, quantity) => Some((node, assembly.sensors[i].relative_to, quantity)),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// Nodes that move with `node` when nothing is excited: joined rigidly or by stiffness, without passing through ground or `stop`.
+fn chain(assembly: &Assembly, node: usize, stop: usize) -> Vec<usize> {
+    let mut members = vec![node];
+    let mut next = 0;
+    while let Some(&at) = members.get(next) {
+        next += 1;
+        for link in assembly.links.iter().filter(|link| link.rigid || link.stiffness > 0.0 || link.cubic > 0.0) {
+            for (from, to) in [(link.a, link.b), (link.b, link.a)] {
+                if from == at && to != GROUND_NODE && to != stop && !members.contains(&to) {
+                    members.push(to);
+                }
+            }
+        }
+    }
+    members
+}
+
+/// Puts the bodies of every measured chain where the encoder's first row says.
+pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], first_row: &[f64]) {
+    for (channel, &value) in channels.iter().zip(first_row) {
+        let Some((node, relative_to, Quantity::Position)) = nodes_of(assembly, channel.source) else { continue };
+        let (gain, bias) = match channel.source {
+            Source::Sensor(i) => (assembly.sensors[i].gain, assembly.sensors[i].bias),
+            _ => (1.0, 0.0),
+        };
+        let shift = (value - bias) / gain + assembly.nodes[relative_to].position_m - assembly.nodes[node].position_m;
+        for member in chain(assembly, node, relative_to) {
+            assembly.nodes[member].position_m += shift;
+        }
+        return;
+    }
+}
+
+impl Anchor {
+    /// The anchor of the first chain that a position is measured of, if there is one.
+    pub(super) fn new(motion: &Motion, channels: &[Channel], spacing_s: f64) -> Option<Self> {
+        let assembly = motion.assembly();
+        let of_kind = |wanted: Quantity| {
+            channels.iter().enumerate().filter_map(move |(i, channel)| {
+                let (node, relative_to, quantity) = nodes_of(assembly, channel.source)?;
+                (quantity == wanted).then_some((i, channel, node, relative_to))
+            })
+        };
+        let (_, _, first, stop) = of_kind(Quantity::Position).next()?;
+        let members = chain(assembly, first, stop);
+        let mut coordinates: Vec<usize> = members.iter().filter_map(|&node| motion.coordinates().of(node)).collect();
+        coordinates.sort_unstable();
+        coordinates.dedup();
+        let tap = |i: usize, channel: &Channel, weight: f64| {
+            let (gain, bias, late, step) = match channel.source {
+                Source::Sensor(s) => {
+                    let sensor = &assembly.sensors[s];
+                    let step = sensor.resolutions.iter().copied().fold(0.0, f64::max);
+                    (sensor.gain, sensor.bias, (sensor.delay / spacing_s).round() as usize, step)
+                }
+                _ => (1.0, 0.0, 0, 0.0),
+            };
+            let dead_zone = if step > COARSE * channel.noise { 0.5 * step } else { 0.0 };
+            Tap { channel: i, weight, gain, bias, dead_zone, late }
+        };
+        let mut positions = Vec::new();
+        let mut variance = 0.0;
+        for (i, channel, _, _) in of_kind(Quantity::Position).filter(|(_, _, node, to)| members.contains(node) && !members.contains(to)).take(1) {
+            positions.push(tap(i, channel, 1.0));
+            let step = match channel.source {
+                Source::Sensor(s) => assembly.sensors[s].resolutions.iter().copied().fold(channel.resolution, f64::max),
+                _ => channel.resolution,
+            };
+            variance += channel.noise.powi(2) + step * step / 12.0;
+        }
+        let mut accelerations: Vec<Tap> = Vec::new();
+        let mut density = 0.0;
+        let readable: Vec<_> = of_kind(Quantity::Acceleration).filter(|(_, _, node, to)| members.contains(node) && *to == GROUND_NODE).collect();
+        let share = |node: usize| {
+            let g = motion.coordinates().of(node)?;
+            let together = readable.iter().filter(|(_, _, other, _)| motion.coordinates().of(*other) == Some(g)).count();
+            Some(motion.coordinates().mass_kg(g) / together as f64)
+        };
+        let total: f64 = readable.iter().filter_map(|(_, _, node, _)| share(*node)).sum();
+        for (i, channel, node, _) in &readable {
+            let weight = share(*node).unwrap_or(0.0) / total;
+            accelerations.push(tap(*i, channel, weight));
+            density += (weight * channel.noise).powi(2);
+        }
+        let omega = if accelerations.is_empty() || variance <= 0.0 || density <= 0.0 {
+            OMEGA_WITHOUT_ACCELEROMETERS
+        } else {
+            (density / variance).powf(0.25).clamp(OMEGA_RANGE.0, OMEGA_RANGE.1).min(0.2 / spacing_s)
+        };
+        let breakaway = BREAKAWAY_SIGMAS * (density * spacing_s / (4.0 * omega)).sqrt() + BREAKAWAY_FLOOR;
+        Some(Self { coordinates, positions, accelerations, omega, breakaway, shadow: 0.0 })
+    }
+
+    /// Natural frequency of the correction, rad/s.
+    pub(super) fn omega(&self) -> f64 {
+        self.omega
+    }
+
+    /// Corrects a state at row `row`, for the span until the next.
+    pub(super) fn correct(&mut self, machine: &mut Moving, state: &mut State, predicted: &[f64], series: &[Vec<f64>], row: usize, spacing_s: f64) {
+        let innovation = |tap: &Tap| {
+            let measured = series[tap.channel][(row + tap.late).min(series[tap.channel].len() - 1)];
+            let beyond = (measured - tap.bias) / tap.gain - predicted[tap.channel];
+            tap.weight * (beyond - beyond.clamp(-tap.dead_zone, tap.dead_zone))
+        };
+        let position: f64 = self.positions.iter().map(innovation).sum();
+        let acceleration: f64 = self.accelerations.iter().map(innovation).sum();
+        let dx = std::f64::consts::SQRT_2 * self.omega * spacing_s * position;
+        let dv = spacing_s * (acceleration + self.omega.powi(2) * position);
+        for &g in &self.coordinates {
+            state.xi[machine.motion.layout().q(g)] += dx;
+        }
+        let sticks = self.sticking(machine, state);
+        if let Some((switch, sign)) = sticks {
+            self.shadow += dv - self.omega * spacing_s * self.shadow;
+            if self.shadow.abs() < self.breakaway {
+                return;
+            }
+            let towards = if sign * self.shadow > 0.0 { SwitchState::Plus } else { SwitchState::Minus };
+            let mode = machine.flows[state.flow].equations.mode.with(switch, towards);
+            state.flow = machine.flow_of(mode);
+            for &g in &self.coordinates {
+                state.xi[machine.motion.layout().v(g)] += self.shadow;
+            }
+        } else {
+            for &g in &self.coordinates {
+                state.xi[machine.motion.layout().v(g)] += dv;
+            }
+        }
+        self.shadow = 0.0;
+    }
+
+    /// The switch of a guide that holds the chain, and +1 where the chain is its second end.
+    fn sticking(&self, machine: &Moving, state: &State) -> Option<(usize, f64)> {
+        let motion = &machine.motion;
+        let mode = machine.flows[state.flow].equations.mode;
+        motion.switches().iter().enumerate().find_map(|(i, &switch)| {
+            let Switch::Friction(link) = switch else { return None };
+            if mode.get(i) != SwitchState::Rest {
+                return None;
+            }
+            let link = &motion.assembly().links[link];
+            let inside = |node| motion.coordinates().of(node).is_some_and(|g| self.coordinates.contains(&g));
+            match (inside(link.a), inside(link.b)) {
+                (false, true) => Some((i, 1.0)),
+                (true, false) => Some((i, -1.0)),
+                _ => None,
+            }
+        })
+    }
+}

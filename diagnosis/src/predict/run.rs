@@ -1,0 +1,194 @@
+//! Along a whole record.
+
+use feeler_plant::assembly::{Assembly, Drive, Source};
+
+use super::anchor::{Anchor, Anchoring, place};
+use super::flow::dot;
+use super::machine::{Moving, State};
+use super::sensor::readings;
+use crate::dataset::{Channel, Dataset, Record};
+use crate::error::DiagnosisError;
+
+/// A step this many times the noise is put on predictions too; a finer one counts as noise.
+const COARSE: f64 = 4.0;
+/// Share of a row below which a command is taken to arrive with the row.
+const NEGLIGIBLE_PART: f64 = 1e-6;
+
+/// Where a prediction starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Start {
+    /// At what the first row measured.
+    FirstRow,
+    /// Freely again every so many rows from the anchored state.
+    Windows(usize),
+}
+
+/// What a machine would have measured.
+#[derive(Clone, Debug, Default)]
+pub struct Prediction {
+    /// One series per channel.
+    pub series: Vec<Vec<f64>>,
+    /// The same without coarse quantisation steps, for slopes.
+    pub(crate) smooth: Vec<Vec<f64>>,
+    /// Relative position and speed of the first drive, and its force, as predicted.
+    pub(crate) stroke: Vec<[f64; 3]>,
+    /// Whether any contact pushes.
+    pub(crate) touching: Vec<bool>,
+    /// Natural frequency of the anchoring, rad/s; zero without.
+    pub(crate) omega: f64,
+}
+
+/// A machine set up to follow one record.
+#[derive(Debug)]
+pub struct Predictor<'a> {
+    record: &'a Record,
+    channels: &'a [Channel],
+    drives: &'a [(usize, String)],
+    machine: Moving,
+}
+
+impl<'a> Predictor<'a> {
+    /// Sets up an assembled machine for one record of a dataset.
+    ///
+    /// # Errors
+    /// Where the machine has no motion.
+    pub fn new(mut assembly: Assembly, dataset: &'a Dataset, record: &'a Record) -> Result<Self, DiagnosisError> {
+        if let Some(engagement) = record.engagement {
+            assembly.contacts.iter_mut().for_each(|contact| contact.engagement = engagement);
+        }
+        let first: Vec<f64> = record.series.iter().map(|series| series[0]).collect();
+        place(&mut assembly, &dataset.channels, &first);
+        let sources = dataset.channels.iter().map(|channel| channel.source).collect();
+        Ok(Self { record, channels: &dataset.channels, drives: &dataset.drives, machine: Moving::new(assembly, sources)? })
+    }
+
+    /// Predicts freely from the first row to the last.
+    ///
+    /// # Errors
+    /// Where an exponential fails.
+    pub fn free(&mut self) -> Result<Prediction, DiagnosisError> {
+        self.follow(Anchoring::Never, Start::FirstRow)
+    }
+
+    /// Predicts row by row on the measured motion.
+    ///
+    /// # Errors
+    /// Where an exponential fails.
+    pub fn anchored(&mut self) -> Result<Prediction, DiagnosisError> {
+        self.follow(Anchoring::Continuous, Start::FirstRow)
+    }
+
+    /// Predicts row by row on the measured motion, or in free windows from it.
+    ///
+    /// # Errors
+    /// Where an exponential fails.
+    pub(crate) fn follow(&mut self, anchoring: Anchoring, start: Start) -> Result<Prediction, DiagnosisError> {
+        let dt = self.record.spacing_s;
+        let rows = self.record.len();
+        let mut anchor = match anchoring {
+            Anchoring::Continuous => Anchor::new(&self.machine.motion, self.channels, dt),
+            Anchoring::Never => None,
+        };
+        let commands = self.effective_commands();
+        let mut state = self.machine.start();
+        let mut window: Option<State> = None;
+        let mut signals = vec![Vec::with_capacity(rows); self.channels.len()];
+        let mut prediction = Prediction { omega: anchor.as_ref().map_or(0.0, Anchor::omega), ..Prediction::default() };
+        let mut outputs = Vec::new();
+        for k in 0..rows {
+            if let Start::Windows(length) = start
+                && k % length == 0
+            {
+                window = Some(state.clone());
+            }
+            let shown = window.as_ref().unwrap_or(&state);
+            self.machine.outputs(shown, &mut outputs);
+            for (signal, &value) in signals.iter_mut().zip(&outputs) {
+                signal.push(value);
+            }
+            prediction.stroke.push(self.stroke(shown));
+            prediction.touching.push(self.touching(shown));
+            if let Some(anchor) = &mut anchor {
+                if window.is_some() {
+                    self.machine.outputs(&state, &mut outputs);
+                }
+                anchor.correct(&mut self.machine, &mut state, &outputs, &self.record.series, k, dt);
+            }
+            self.drive_on(&mut state, &commands, k, dt)?;
+            if let Some(window) = &mut window {
+                self.drive_on(window, &commands, k, dt)?;
+            }
+        }
+        for (channel, signal) in self.channels.iter().zip(&signals) {
+            let (read, smooth) = match channel.source {
+                Source::Sensor(i) => {
+                    let sensor = &self.machine.motion.assembly().sensors[i];
+                    let smooth = readings(sensor, signal, dt, false);
+                    let coarse = sensor.resolutions.iter().any(|&step| step > COARSE * channel.noise);
+                    (if coarse { readings(sensor, signal, dt, true) } else { smooth.clone() }, smooth)
+                }
+                _ => (signal.clone(), signal.clone()),
+            };
+            prediction.series.push(read);
+            prediction.smooth.push(smooth);
+        }
+        Ok(prediction)
+    }
+
+    /// Commands after the static part of each drive's chain: deadband, gain, limit.
+    fn effective_commands(&self) -> Vec<Vec<f64>> {
+        let chain = |drive: &Drive, command: f64| {
+            let beyond = command - command.clamp(-drive.deadband, drive.deadband);
+            let limit = if drive.velocity_source.is_some() { f64::INFINITY } else { drive.limit };
+            (beyond * drive.gain).clamp(-limit, limit)
+        };
+        let drives = &self.machine.motion.assembly().drives;
+        self.drives
+            .iter()
+            .zip(&self.record.commands)
+            .map(|((drive, _), commands)| commands.iter().map(|&command| chain(&drives[*drive], command)).collect())
+            .collect()
+    }
+
+    /// From row `k` to the next, through the commands that arrive on the way. (Commands of a delayed drive arrive between rows.)
+    fn drive_on(&mut self, state: &mut State, commands: &[Vec<f64>], k: usize, dt: f64) -> Result<(), DiagnosisError> {
+        let mut arrivals: Vec<(f64, usize, f64)> = Vec::new();
+        for ((drive, _), commands) in self.drives.iter().zip(commands) {
+            let delay = self.machine.motion.assembly().drives[*drive].delay / dt;
+            let whole = delay.floor() as usize;
+            let part = delay - whole as f64;
+            let at = |back: usize| if k >= back { commands[k - back] } else { 0.0 };
+            // A part of a row too short to matter would only spoil the reuse of exponentials.
+            if part > NEGLIGIBLE_PART {
+                self.machine.set_input(state, *drive, at(whole + 1));
+                arrivals.push((part * dt, *drive, at(whole)));
+            } else {
+                self.machine.set_input(state, *drive, at(whole));
+            }
+        }
+        arrivals.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut now = 0.0;
+        for (at, drive, value) in arrivals {
+            if at > now {
+                self.machine.advance(state, at - now)?;
+                now = at;
+            }
+            self.machine.set_input(state, drive, value);
+        }
+        self.machine.advance(state, dt - now)
+    }
+
+    fn stroke(&self, state: &State) -> [f64; 3] {
+        let equations = &self.machine.flows[state.flow].equations;
+        let value = |row: &[f64]| dot(row, &state.xi);
+        match (equations.stroke.first(), equations.drive_force.first()) {
+            (Some([x, v]), Some(force)) => [value(x), value(v), value(force)],
+            _ => [0.0; 3],
+        }
+    }
+
+    fn touching(&self, state: &State) -> bool {
+        let equations = &self.machine.flows[state.flow].equations;
+        equations.contact_force.iter().any(|row| dot(row, &state.xi) != 0.0)
+    }
+}

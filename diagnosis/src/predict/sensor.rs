@@ -1,0 +1,26 @@
+//! The part of a sensor that is no motion: delay, gain, bias and quantisation, on whole series.
+
+use feeler_plant::assembly::SensorPart;
+
+/// Readings without noise of a filtered signal sampled every `spacing_s`. With `quantised` false the steps are left out.
+pub(super) fn readings(sensor: &SensorPart, signal: &[f64], spacing_s: f64, quantised: bool) -> Vec<f64> {
+    let rows = sensor.delay / spacing_s;
+    let delayed: Vec<f64> = if rows > 0.0 { (0..signal.len()).map(|k| at(signal, k as f64 - rows)).collect() } else { signal.to_vec() };
+    let resolutions: &[f64] = if quantised { &sensor.resolutions } else { &[] };
+    delayed
+        .into_iter()
+        .map(|x| resolutions.iter().fold(sensor.gain * x + sensor.bias, |y, q| if *q > 0.0 { (y / q).round() * q } else { y }))
+        .collect()
+}
+
+/// A series between its rows: the cubic through four neighbours (Catmull and Rom); its first value before the start.
+fn at(series: &[f64], row: f64) -> f64 {
+    if row <= 0.0 {
+        return series[0];
+    }
+    let i = (row.floor() as usize).min(series.len() - 1);
+    let s = row - i as f64;
+    let value = |k: isize| series[(i as isize + k).clamp(0, series.len() as isize - 1) as usize];
+    let [a, b, c, d] = [value(-1), value(0), value(1), value(2)];
+    b + 0.5 * s * (c - a + s * (2.0 * a - 5.0 * b + 4.0 * c - d + s * (3.0 * (b - c) + d - a)))
+}

@@ -1,1 +1,42 @@
-//! feeler-analysis
+//! A machine seen by linear theory: derived from the very machine that is simulated, so that the two can be held against each other.
+//!
+//! - [`LinearMachine`]: small motions about an operating point, any command to any signal, delays exact beside it;
+//! - [`ControlLoop`]: the machine with its controllers, as a [`SampledLoop`] (hold, fractional delays, filters, several rates: exact) and as a
+//!   [`ContinuousLoop`]; stable values of any gain, and what happens at each edge;
+//! - [`modes()`] and [`classify`]: the paper's colocated and noncolocated modes, and the phase that each costs;
+//! - [`Waterfall`]: which of the three problems limits the bandwidth, and what to stiffen or damp first;
+//! - [`frf`]: frequency responses measured on the simulated machine, the linear response beside them;
+//! - [`analyze`]: all of it as one [`Report`].
+//!
+//! Source: Eppinger and Seering, "Three Dynamic Problems in Robot Force Control", IEEE Trans. Robotics and Automation 8 (1992).
+
+mod channel;
+mod continuous_law;
+mod continuous_loop;
+mod control_loop;
+mod equilibrium;
+mod error;
+pub mod frf;
+mod gain_key;
+mod linearise;
+mod modes;
+mod prepare;
+mod report;
+mod sampled_loop;
+mod schedule;
+mod stability;
+mod waterfall;
+
+pub use channel::Channel;
+pub use continuous_loop::ContinuousLoop;
+pub use control_loop::{ControlLoop, LoopController};
+pub use equilibrium::OperatingPoint;
+pub use error::AnalysisError;
+pub use gain_key::{gain, gain_names, leading_gain, with_gain};
+pub use linearise::{LinearMachine, OutputRow};
+pub use modes::{BodyMotion, Mode, ModeClass, ModeInPair, classify, modes};
+pub use prepare::{ContactView, FrictionView, PlayView, View};
+pub use report::{GainReport, MarginReport, ModeReport, Report, Request, StableRange, analyze};
+pub use sampled_loop::SampledLoop;
+pub use stability::{Band, Edge, GainBands};
+pub use waterfall::{Limit, Sensitivity, Stage, Waterfall};

@@ -5,6 +5,7 @@
 //! to rounding; modes with laws that are not linear are integrated by extrapolation to the same accuracy (see [`Integrator::Exact`]).
 
 mod clock;
+mod crossing;
 mod drive;
 mod error;
 mod event;
@@ -26,6 +27,6 @@ pub use error::{EngineError, RunEnd};
 pub use event::{Event, EventKind};
 pub use ledger::EnergyBalance;
 pub use observer::{Observer, Trace, Unobserved};
-pub use program::Program;
+pub use program::{LoopWiring, Program};
 pub use scenario::{ControllerUse, Integrator, RunSettings, Scenario};
 pub use simulation::Simulation;

@@ -1,6 +1,6 @@
 //! A scenario made ready: the machine's motion, how its controllers are wired, and what is recorded.
 
-use feeler_control::{Reference, SampleClock};
+use feeler_control::{ControllerSpec, Reference, SampleClock};
 use feeler_plant::assembly::{Source, assemble, resolve};
 use feeler_plant::description::{Elements, Machine, Quantity, SignalName};
 use feeler_plant::effects::Change;
@@ -44,6 +44,23 @@ pub(crate) struct Wiring {
 pub(crate) struct Tapped {
     pub(crate) sensor: usize,
     pub(crate) signal: usize,
+}
+
+/// A controller with its names resolved to indices of the assembly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoopWiring<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Law, gains, timing and reference, effects applied.
+    pub spec: &'a ControllerSpec,
+    /// Sensor it controls.
+    pub reading: Option<usize>,
+    /// Sensor of position or velocity that it damps with.
+    pub motion: Option<usize>,
+    /// Which of the two that sensor reads.
+    pub motion_is_velocity: bool,
+    /// Drive that it commands.
+    pub drive: usize,
 }
 
 /// A scenario ready to run, in one variant.
@@ -124,6 +141,18 @@ impl Program {
     /// Names of the controllers, in the order of the file.
     pub fn controller_names(&self) -> impl Iterator<Item = &str> {
         self.controllers.keys().map(String::as_str)
+    }
+
+    /// How the controllers are wired, in the order of the file.
+    pub fn loops(&self) -> impl Iterator<Item = LoopWiring<'_>> {
+        self.controllers.iter().zip(&self.wiring).map(|((name, used), wiring)| LoopWiring {
+            name,
+            spec: &used.spec,
+            reading: wiring.reading.map(|tapped| tapped.sensor),
+            motion: wiring.motion.map(|tapped| tapped.sensor),
+            motion_is_velocity: wiring.motion_is_velocity,
+            drive: wiring.drive,
+        })
     }
 
     /// In what two variants differ that lanes must share; `None` where they can run side by side.

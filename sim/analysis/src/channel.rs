@@ -1,0 +1,151 @@
+//! One input and one output of a machine: state space without idle states, and the delay beside it.
+
+use feeler_lti::{C64, Continuous, LtiError, StateSpace, frequencies_hz};
+use nalgebra::DMatrix;
+
+/// Sums of stiffnesses below this share of their parts cancel: nothing holds these bodies in place.
+const CANCELS: f64 = 1e-13;
+
+/// From a command to a signal: a linear system and an exact delay.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// One input, one output.
+    pub system: StateSpace,
+    /// Delay of drive and sensor together, s.
+    pub delay_s: f64,
+}
+
+impl Channel {
+    /// Poles, rad/s.
+    ///
+    /// # Errors
+    /// [`LtiError::EigenvaluesNotConverged`].
+    pub fn poles(&self) -> Result<Vec<C64>, LtiError> {
+        self.system.poles()
+    }
+
+    /// Zeros, rad/s; none where the output does not depend on the input at all.
+    ///
+    /// # Errors
+    /// [`LtiError::EigenvaluesNotConverged`].
+    pub fn zeros(&self) -> Result<Vec<C64>, LtiError> {
+        match self.system.zeros() {
+            Err(LtiError::Degenerate) => Ok(Vec::new()),
+            other => other,
+        }
+    }
+
+    /// Moduli |s| / 2 pi of the poles, Hz, conjugate pairs once.
+    ///
+    /// # Errors
+    /// As [`Self::poles`].
+    pub fn poles_hz(&self) -> Result<Vec<f64>, LtiError> {
+        Ok(frequencies_hz(Continuous, &self.poles()?))
+    }
+
+    /// Moduli |s| / 2 pi of the zeros, Hz, conjugate pairs once.
+    ///
+    /// # Errors
+    /// As [`Self::zeros`].
+    pub fn zeros_hz(&self) -> Result<Vec<f64>, LtiError> {
+        Ok(frequencies_hz(Continuous, &self.zeros()?))
+    }
+
+    /// Frequency response with the exact delay.
+    ///
+    /// # Errors
+    /// [`LtiError::AtPole`].
+    pub fn frequency_response(&self, frequencies_hz: &[f64]) -> Result<Vec<C64>, LtiError> {
+        let response = self.system.delayed_frequency_response(frequencies_hz, self.delay_s)?;
+        Ok(response.into_iter().map(|value| value[(0, 0)]).collect())
+    }
+}
+
+/// A system with fewer states, and what its states say of those it came from.
+#[derive(Clone, Debug)]
+pub(crate) struct Reduction {
+    pub(crate) a: DMatrix<f64>,
+    pub(crate) b: DMatrix<f64>,
+    pub(crate) c: DMatrix<f64>,
+    /// Original states from those kept.
+    pub(crate) expand: DMatrix<f64>,
+}
+
+/// Replaces the positions of bodies that nothing holds in place by their distances from the first of them, then keeps the states that an input
+/// reaches and an output sees. The first `2 coordinates` states are positions and speeds.
+pub(crate) fn reduce(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, coordinates: usize) -> Reduction {
+    let whole = relative_coordinates(a, b, c, coordinates);
+    let n = whole.a.nrows();
+    let reached = closure(n, |i| whole.b.row(i).amax() > 0.0, |from, to| whole.a[(to, from)].abs() > 0.0);
+    let seen = closure(n, |j| whole.c.column(j).amax() > 0.0, |from, to| whole.a[(from, to)].abs() > 0.0);
+    let kept: Vec<usize> = (0..n).filter(|&i| reached[i] && seen[i]).collect();
+    Reduction {
+        a: whole.a.select_rows(&kept).select_columns(&kept),
+        b: whole.b.select_rows(&kept),
+        c: whole.c.select_columns(&kept),
+        expand: whole.expand.select_columns(&kept),
+    }
+}
+
+fn relative_coordinates(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, nc: usize) -> Reduction {
+    let (mut a, mut b, mut c) = (a.clone(), b.clone(), c.clone());
+    let mut expand = DMatrix::identity(a.nrows(), a.nrows());
+    for group in spring_groups(&a, nc) {
+        let sum = |m: &DMatrix<f64>, row: usize| group.iter().map(|&g| m[(row, g)]).sum::<f64>();
+        let size = |m: &DMatrix<f64>, row: usize| group.iter().map(|&g| m[(row, g)].abs()).sum::<f64>();
+        let free = (nc..2 * nc).all(|row| sum(&a, row).abs() <= CANCELS * size(&a, row));
+        let (Some(&lead), true) = (group.first(), free && group.len() > 1) else { continue };
+        let blind: Vec<bool> = (0..c.nrows()).map(|row| sum(&c, row).abs() <= CANCELS * size(&c, row)).collect();
+        for &g in &group[1..] {
+            for m in [&mut a, &mut c, &mut expand] {
+                let column = m.column(g).into_owned();
+                m.column_mut(lead).axpy(1.0, &column, 1.0);
+            }
+        }
+        for row in nc..2 * nc {
+            a[(row, lead)] = 0.0;
+        }
+        for (row, _) in blind.iter().enumerate().filter(|(_, blind)| **blind) {
+            c[(row, lead)] = 0.0;
+        }
+        for m in [&mut a, &mut b] {
+            let of_lead = m.row(lead).into_owned();
+            for &g in &group[1..] {
+                let mut row = m.row_mut(g);
+                row -= &of_lead;
+            }
+        }
+    }
+    Reduction { a, b, c, expand }
+}
+
+/// Coordinates that springs join, in groups.
+fn spring_groups(a: &DMatrix<f64>, nc: usize) -> Vec<Vec<usize>> {
+    let mut group: Vec<usize> = (0..nc).collect();
+    for _ in 0..nc {
+        for i in 0..nc {
+            for j in 0..nc {
+                if i != j && a[(nc + i, j)].abs() > 0.0 {
+                    let low = group[i].min(group[j]);
+                    group[i] = low;
+                    group[j] = low;
+                }
+            }
+        }
+    }
+    (0..nc).map(|lead| (0..nc).filter(|&g| group[g] == lead).collect::<Vec<_>>()).filter(|members| !members.is_empty()).collect()
+}
+
+fn closure(n: usize, from: impl Fn(usize) -> bool, leads: impl Fn(usize, usize) -> bool) -> Vec<bool> {
+    let mut member: Vec<bool> = (0..n).map(from).collect();
+    let mut open: Vec<usize> = (0..n).filter(|&i| member[i]).collect();
+    while let Some(i) = open.pop() {
+        for j in 0..n {
+            if !member[j] && leads(i, j) {
+                member[j] = true;
+                open.push(j);
+            }
+        }
+    }
+    member
+}

@@ -1,0 +1,97 @@
+//! What of a machine is kept, frozen or left out before it is seen as linear.
+
+use feeler_plant::assembly::{Assembly, Friction};
+use feeler_plant::description::Engagement;
+
+/// How the contacts are taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum ContactView {
+    /// Clamped and free contacts as the machine has them; a unilateral one touches, without preload.
+    #[default]
+    AsDescribed,
+    /// All attached where the bodies stand at the start, without preload.
+    Clamped,
+    /// All in contact, the first one pressed by this force (N); drives hold it.
+    Pressed {
+        /// The force.
+        preload_n: f64,
+    },
+    /// All absent.
+    Free,
+}
+
+/// How dry friction is taken, which has no linear counterpart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FrictionView {
+    /// Everything slides in one direction: a constant force, which small motions do not feel.
+    #[default]
+    Ignored,
+    /// Every guide with friction sticks: its two bodies move as one.
+    Stuck,
+}
+
+/// How free play is taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PlayView {
+    /// Closed on one side, so that the link acts.
+    #[default]
+    Closed,
+    /// Open: the link does not act.
+    Open,
+}
+
+/// The view of a machine about which it is linearised.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct View {
+    /// Contacts.
+    pub contact: ContactView,
+    /// Dry friction.
+    pub friction: FrictionView,
+    /// Free play.
+    pub play: PlayView,
+}
+
+impl View {
+    /// All contacts clamped, which is what the paper's linear models assume.
+    pub const CLAMPED: Self = Self { contact: ContactView::Clamped, friction: FrictionView::Ignored, play: PlayView::Closed };
+    /// No contact.
+    pub const FREE: Self = Self { contact: ContactView::Free, ..Self::CLAMPED };
+
+    /// The force with which the first contact is pressed.
+    pub fn preload_n(&self) -> f64 {
+        if let ContactView::Pressed { preload_n } = self.contact { preload_n } else { 0.0 }
+    }
+}
+
+/// The machine without anything that switches: limits are not reached, deadbands are crossed, bodies start at rest.
+pub(crate) fn without_switches(assembly: &Assembly, view: &View) -> Assembly {
+    let mut frozen = assembly.clone();
+    for node in &mut frozen.nodes {
+        node.velocity_m_per_s = 0.0;
+    }
+    for contact in &mut frozen.contacts {
+        contact.engagement = match (view.contact, contact.engagement) {
+            (ContactView::Free, _) | (ContactView::AsDescribed, Engagement::Free) => Engagement::Free,
+            // In contact, a unilateral law is the clamped one about its operating point.
+            _ => Engagement::Clamped,
+        };
+    }
+    for link in &mut frozen.links {
+        if link.friction.acts() && view.friction == FrictionView::Stuck {
+            link.rigid = true;
+        }
+        link.friction = Friction::NONE;
+        if link.play > 0.0 {
+            link.play = 0.0;
+            if view.play == PlayView::Open {
+                (link.stiffness, link.damping, link.cubic) = (0.0, 0.0, 0.0);
+            }
+        }
+    }
+    for drive in &mut frozen.drives {
+        drive.limit = f64::INFINITY;
+        drive.rate_limit = f64::INFINITY;
+        drive.deadband = 0.0;
+    }
+    frozen
+}

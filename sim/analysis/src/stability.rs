@@ -1,0 +1,134 @@
+//! Which values of a gain are stable, and what happens at each edge.
+
+use feeler_lti::{AffineLoop, C64, GainEdge, GainSearch, StableGains, TimeDomain, stable_gains};
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use crate::continuous_loop::ContinuousLoop;
+use crate::control_loop::ControlLoop;
+use crate::error::AnalysisError;
+use crate::modes::{Mode, modes};
+use crate::sampled_loop::SampledLoop;
+
+/// Decades searched above and below the gain at which loop and machine weigh alike.
+const DECADES: u32 = 7;
+/// Points of the search in each decade, before it is refined where growth rates bend.
+const POINTS_PER_DECADE: u32 = 12;
+/// Matrices that depart from a straight line in the gain by no more than this share of their largest element are on it, up to rounding.
+const AFFINE: f64 = 1e-13;
+/// Gains below this share of the largest edge are zero as far as eigenvalues can tell: rounding 1e-16 over a growth rate of 1e-4 per unit.
+const NEXT_TO_ZERO: f64 = 1e-9;
+
+/// An edge of stability.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Edge {
+    /// The gain.
+    pub gain: f64,
+    /// Frequency of the motion that begins to grow, Hz. Where several rates repeat together, modulo one over their common period.
+    pub frequency_hz: f64,
+    /// Index of the machine's own mode that the motion is most like; `None` for a machine without modes.
+    pub mode: Option<usize>,
+}
+
+/// An interval of stable gains; an absent edge is where the search ended.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Band {
+    /// Lower edge; absent where the interval begins at zero.
+    pub lower: Option<Edge>,
+    /// Upper edge; absent where there is none.
+    pub upper: Option<Edge>,
+}
+
+/// Every interval of stable gains from zero on, rising.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct GainBands {
+    /// The intervals.
+    pub bands: Vec<Band>,
+}
+
+impl GainBands {
+    /// The interval that holds a gain, else the nearest one; `None` where no gain is stable.
+    pub fn nearest(&self, gain: f64) -> Option<&Band> {
+        let distance = |band: &Band| {
+            let below = band.lower.as_ref().map_or(0.0, |edge| edge.gain - gain);
+            let above = band.upper.as_ref().map_or(0.0, |edge| gain - edge.gain);
+            below.max(above).max(0.0)
+        };
+        self.bands.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+
+    /// The first edge met when the gain rises from zero: infinite where there is none, zero where nothing is stable.
+    pub fn first_upper(&self) -> f64 {
+        self.bands.first().map_or(0.0, |band| band.upper.as_ref().map_or(f64::INFINITY, |edge| edge.gain))
+    }
+}
+
+impl ControlLoop {
+    /// Stable values, from zero on, of the gain that a key names, in the sampled loop. Edges are exact to about 1e-12.
+    ///
+    /// # Errors
+    /// [`AnalysisError::NoController`], [`AnalysisError::NoGain`], [`AnalysisError::Rates`], [`AnalysisError::Lti`].
+    pub fn sampled_bands(&self, key: &str) -> Result<GainBands, AnalysisError> {
+        let (controller, gain) = self.gain_of_key(key)?;
+        let sampled = SampledLoop::new(self)?;
+        let matrix = |k: f64| sampled.closed_loop_with(controller, &gain, k);
+        self.bands(sampled.domain()?, matrix, sampled.expand())
+    }
+
+    /// The same in the continuous loop.
+    ///
+    /// # Errors
+    /// As [`Self::sampled_bands`], and [`AnalysisError::Improper`].
+    pub fn continuous_bands(&self, key: &str) -> Result<GainBands, AnalysisError> {
+        let (controller, gain) = self.gain_of_key(key)?;
+        let continuous = ContinuousLoop::new(self)?;
+        let matrix = |k: f64| continuous.closed_loop_with(controller, &gain, k);
+        self.bands(feeler_lti::Continuous, matrix, continuous.expand())
+    }
+
+    fn bands<T: TimeDomain>(
+        &self,
+        domain: T,
+        matrix: impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>,
+        expand: &DMatrix<f64>,
+    ) -> Result<GainBands, AnalysisError> {
+        // Errors do not depend on the gain's value, so these calls tell of them all.
+        let (one, two, three) = (matrix(1.0)?, matrix(2.0)?, matrix(3.0)?);
+        let slope = &two - &one;
+        let zero = &one - &slope;
+        let affine = (&zero + &slope * 3.0 - &three).amax() <= AFFINE * three.amax();
+        let scale = AffineLoop::new(zero.clone(), slope.clone(), domain)?.gain_scale();
+        let at = |k: f64| if affine { &zero + &slope * k } else { matrix(k).unwrap_or_else(|_| one.clone()) };
+        let search = GainSearch { decades: DECADES, points_per_decade: POINTS_PER_DECADE, ..GainSearch::non_negative(scale)? };
+        let stable: StableGains = stable_gains(domain, at, &search)?;
+        let own = modes(self.plant())?;
+        let edge = |edge: GainEdge| Edge {
+            gain: edge.gain,
+            frequency_hz: edge.frequency_hz,
+            mode: self.most_alike(&own, &edge.eigenvector, expand),
+        };
+        // At gains next to zero an integrator's pole cannot be told from the stability limit, and edges there are rounding.
+        let ends = stable.intervals.iter().flat_map(|i| [&i.lower, &i.upper]).flatten().map(|e| e.gain);
+        let smallest = NEXT_TO_ZERO * ends.fold(scale, f64::max);
+        let tells = |e: &GainEdge| e.gain > smallest;
+        let kept = stable.intervals.into_iter().filter(|i| i.upper.as_ref().is_none_or(tells));
+        let bands = kept.map(|i| Band { lower: i.lower.filter(tells).map(edge), upper: i.upper.map(edge) });
+        Ok(GainBands { bands: bands.collect() })
+    }
+
+    /// The mode whose shape has the largest modal assurance with the machine's part of a motion of the loop.
+    fn most_alike(&self, own: &[Mode], vector: &DVector<C64>, expand: &DMatrix<f64>) -> Option<usize> {
+        let motion = expand.map(|v| C64::new(v, 0.0)) * vector.rows(0, expand.ncols());
+        let coordinates = self.plant().motion().coordinates();
+        // In units of kinetic energy, so that light bodies do not outweigh heavy ones.
+        let weighted = |v: &DVector<C64>| {
+            DVector::from_fn(coordinates.count(), |g, _| v[self.plant().motion().layout().q(g)] * coordinates.mass_kg(g).sqrt())
+        };
+        let motion = weighted(&motion);
+        let likeness = |mode: &Mode| {
+            let shape = weighted(&mode.vector);
+            shape.dotc(&motion).norm_sqr() / (shape.norm_squared() * motion.norm_squared())
+        };
+        (0..own.len()).max_by(|&i, &j| likeness(&own[i]).total_cmp(&likeness(&own[j])))
+    }
+}

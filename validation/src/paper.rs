@@ -1,0 +1,245 @@
+//! The paper's machines with the numbers of the reference axis (Figs. 1, 3, 6, 9, 12 and 18), built from their parts.
+
+use std::f64::consts::TAU;
+
+use feeler_control::{ControllerSpec, ForceGains, Law};
+use feeler_engine::{ControllerUse, RunSettings, Scenario};
+use feeler_plant::description::{
+    Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
+};
+
+/// Numbers of an axis. SI units throughout; a part that is absent is rigid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Axis {
+    /// Masses of motor and tip, which move as one unless there is a transmission.
+    pub masses_kg: (f64, f64),
+    /// Damping of the guide under the motor.
+    pub guide_n_s_per_m: f64,
+    /// Stiffness and damping of the force sensor.
+    pub contact: (f64, f64),
+    /// Stiffness and damping between motor and tip.
+    pub transmission: Option<(f64, f64)>,
+    /// Mass, stiffness and damping of the base, on which guide, workpiece and the drive's reaction sit.
+    pub base: Option<(f64, f64, f64)>,
+    /// Mass, stiffness and damping of the workpiece.
+    pub workpiece: Option<(f64, f64, f64)>,
+    /// What drives the motor.
+    pub drive: ActuatorKind,
+    /// Whether the controller reads the total contact force, or its elastic part.
+    pub total_force: bool,
+}
+
+/// Which of the paper's models.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Model {
+    /// Fig. 1.
+    Rigid,
+    /// Fig. 6: a flexible transmission.
+    Flexible,
+    /// Fig. 9: a base that gives way.
+    Base,
+    /// Fig. 12: a workpiece that gives way.
+    Workpiece,
+    /// Fig. 18: all three.
+    AllThree,
+}
+
+impl Model {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Rigid, Self::Flexible, Self::Base, Self::Workpiece, Self::AllThree];
+
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rigid => "rigid",
+            Self::Flexible => "flexible",
+            Self::Base => "base",
+            Self::Workpiece => "workpiece",
+            Self::AllThree => "all three",
+        }
+    }
+}
+
+/// The velocity source of the reference axis: 600 N s/m, 2 ms.
+pub const SOURCE: ActuatorKind = ActuatorKind::VelocitySource { damping_n_s_per_m: 600.0, time_constant_s: 2e-3 };
+/// A drive whose command is the force.
+pub const IDEAL: ActuatorKind = ActuatorKind::Force { bandwidth_hz: None };
+
+impl Axis {
+    /// A model of the paper with the reference axis' numbers.
+    pub fn reference(model: Model, drive: ActuatorKind) -> Self {
+        let wb = TAU * 12.0;
+        let has = |one: Model| model == one || model == Model::AllThree;
+        Self {
+            masses_kg: (7.0, 5.0),
+            guide_n_s_per_m: 60.0,
+            contact: (2e5, 120.0),
+            transmission: has(Model::Flexible).then_some((1.2e6, 120.0)),
+            base: has(Model::Base).then_some((180.0, 180.0 * wb * wb, 2.0 * 0.03 * 180.0 * wb)),
+            workpiece: has(Model::Workpiece).then_some((3.0, 1.5e6, 150.0)),
+            drive,
+            total_force: false,
+        }
+    }
+
+    /// The machine: bodies `motor`, `tip`, `base`, `workpiece` as far as there are, contact `tool` (clamped), actuator `drive`, sensors `force` and
+    /// `encoder` (of the motor against what it is guided on).
+    pub fn machine(&self, name: &str) -> Machine {
+        let mut machine = Machine { name: name.into(), ..Machine::default() };
+        let body = |mass_kg| Body { mass_kg, ..Body::default() };
+        machine.bodies.insert("motor".into(), body(self.masses_kg.0));
+        machine.bodies.insert("tip".into(), body(self.masses_kg.1));
+        let (mut floor, mut work) = (GROUND, GROUND);
+        if let Some((mass_kg, k, c)) = self.base {
+            machine.bodies.insert("base".into(), body(mass_kg));
+            machine.springs.insert("mount".into(), spring(GROUND, "base", k, c));
+            (floor, work) = ("base", "base");
+        }
+        if let Some((mass_kg, k, c)) = self.workpiece {
+            machine.bodies.insert("workpiece".into(), body(mass_kg));
+            machine.springs.insert("fixture".into(), spring(floor, "workpiece", k, c));
+            work = "workpiece";
+        }
+        machine.springs.insert("guide".into(), spring(floor, "motor", 0.0, self.guide_n_s_per_m));
+        let (k, c) = self.transmission.unwrap_or_default();
+        let rigid = self.transmission.is_none();
+        machine.springs.insert("transmission".into(), Spring { rigid, ..spring("motor", "tip", k, c) });
+        let contact = Contact {
+            between: ["tip".into(), work.into()],
+            engagement: Engagement::Clamped,
+            law: ContactLaw::KelvinVoigt,
+            stiffness: self.contact.0,
+            damping_n_s_per_m: self.contact.1,
+            gap_m: 0.0,
+            effects: Vec::new(),
+        };
+        machine.contacts.insert("tool".into(), contact);
+        let drive = Actuator {
+            on: "motor".into(),
+            reacts_on: floor.into(),
+            kind: self.drive,
+            limit_n: None,
+            rate_limit_per_s: None,
+            effects: Vec::new(),
+        };
+        machine.actuators.insert("drive".into(), drive);
+        let force = if self.total_force { Quantity::Force } else { Quantity::SpringForce };
+        machine.sensors.insert("force".into(), sensor("tool", force, None));
+        let rides_on = (floor != GROUND).then(|| floor.to_string());
+        machine.sensors.insert("encoder".into(), sensor("motor", Quantity::Position, rides_on));
+        machine
+    }
+
+    /// The machine under explicit force control every `period_s`, `delay_s` late.
+    pub fn force_loop(&self, gains: ForceGains, period_s: f64, delay_s: f64) -> Scenario {
+        let mut spec = ControllerSpec::new(Law::ExplicitForce(gains), period_s);
+        spec.delay_s = delay_s;
+        let control = ControllerUse { spec, reads: Some("force".into()), motion: None, drives: "drive".into(), effects: Vec::new() };
+        Scenario {
+            machine: self.machine("axis"),
+            controllers: [("force".to_string(), control)].into_iter().collect(),
+            run: RunSettings::default(),
+        }
+    }
+}
+
+/// A spring and damper between two bodies.
+pub fn spring(a: &str, b: &str, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Spring {
+    Spring { between: [a.into(), b.into()], stiffness_n_per_m, damping_n_s_per_m, ..Spring::default() }
+}
+
+/// A perfect sensor.
+pub fn sensor(element: &str, quantity: Quantity, relative_to: Option<String>) -> Sensor {
+    Sensor {
+        reads: SignalName::new(element, quantity),
+        relative_to,
+        gain: 1.0,
+        bias: 0.0,
+        low_pass: None,
+        delay_s: 0.0,
+        resolution: None,
+        noise: 0.0,
+        effects: Vec::new(),
+    }
+}
+
+/// A row of the table of models, computed independently of this project with `SciPy`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ModelRow {
+    /// The model.
+    pub model: Model,
+    /// Whether a velocity source drives it.
+    pub source: bool,
+    /// Numbers of poles and zeros.
+    pub order: (usize, usize),
+    /// |s| / 2 pi of the poles, Hz, three decimals.
+    pub poles_hz: &'static [f64],
+    /// |s| / 2 pi of the zeros, Hz, three decimals.
+    pub zeros_hz: &'static [f64],
+    /// Largest gain up to which the continuous loop is stable and its printed decimals; `None` where no gain is too large.
+    pub continuous: Option<(f64, i32)>,
+    /// The same with a hold at 1 kHz and 0, 1, 2 samples of delay, four decimals.
+    pub sampled: Option<[f64; 3]>,
+}
+
+impl ModelRow {
+    /// Name of the row.
+    pub fn name(&self) -> String {
+        format!("{}, {}", self.model.name(), if self.source { "source" } else { "ideal" })
+    }
+
+    /// Its axis.
+    pub fn axis(&self) -> Axis {
+        Axis::reference(self.model, if self.source { SOURCE } else { IDEAL })
+    }
+}
+
+const RIGID: ModelRow = ModelRow {
+    model: Model::Rigid,
+    source: false,
+    order: (2, 0),
+    poles_hz: &[20.547],
+    zeros_hz: &[],
+    continuous: None,
+    sampled: Some([1.8070, 0.6067, 0.3689]),
+};
+
+/// The table of models.
+pub const MODEL_TABLE: [ModelRow; 6] = [
+    RIGID,
+    ModelRow { source: true, order: (3, 0), poles_hz: &[21.738, 71.094], continuous: Some((0.0034, 4)), sampled: None, ..RIGID },
+    ModelRow {
+        model: Model::Flexible,
+        order: (4, 1),
+        poles_hz: &[19.967, 105.049],
+        zeros_hz: &[1591.549],
+        continuous: Some((5.6083, 4)),
+        sampled: Some([1.5068, 0.5641, 0.3502]),
+        ..RIGID
+    },
+    ModelRow {
+        model: Model::Base,
+        order: (4, 2),
+        poles_hz: &[11.458, 21.518],
+        zeros_hz: &[11.619],
+        sampled: Some([1.8475, 0.6234, 0.3804]),
+        ..RIGID
+    },
+    ModelRow {
+        model: Model::Workpiece,
+        order: (4, 2),
+        poles_hz: &[19.270, 119.995],
+        zeros_hz: &[112.540],
+        sampled: Some([1.5741, 0.5705, 0.3519]),
+        ..RIGID
+    },
+    ModelRow {
+        model: Model::AllThree,
+        order: (8, 5),
+        poles_hz: &[11.322, 19.788, 103.789, 121.826],
+        zeros_hz: &[11.529, 112.661, 1591.549],
+        continuous: Some((4.968, 3)),
+        sampled: Some([1.4167, 0.5607, 0.3534]),
+        ..RIGID
+    },
+];

@@ -1,0 +1,68 @@
+//! Checked rows: what is claimed, what was expected, what was got.
+
+use serde::Serialize;
+
+/// One check.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// What is checked.
+    pub name: String,
+    /// Where the expectation comes from: a closed form, independent numbers, or a claim of the paper.
+    pub claim: String,
+    /// The expected value; not a number where only a bound is asked for.
+    pub expected: f64,
+    /// The value found.
+    pub got: f64,
+    /// Largest difference allowed.
+    pub tolerance: f64,
+    /// Whether the check passed.
+    pub pass: bool,
+}
+
+impl Row {
+    /// Both values within an absolute tolerance, or both infinite.
+    pub fn close(name: impl Into<String>, claim: impl Into<String>, got: f64, expected: f64, tolerance: f64) -> Self {
+        let pass =
+            (got - expected).abs() <= tolerance || (got.is_infinite() && expected.is_infinite() && got.signum() * expected.signum() > 0.0);
+        Self { name: name.into(), claim: claim.into(), expected, got, tolerance, pass }
+    }
+
+    /// Both values within a relative tolerance.
+    pub fn relative(name: impl Into<String>, claim: impl Into<String>, got: f64, expected: f64, tolerance: f64) -> Self {
+        Self::close(name, claim, got, expected, if expected.is_finite() { tolerance * expected.abs() } else { tolerance })
+    }
+
+    /// A magnitude that must not exceed a bound.
+    pub fn at_most(name: impl Into<String>, claim: impl Into<String>, got: f64, bound: f64) -> Self {
+        Self { name: name.into(), claim: claim.into(), expected: 0.0, got, tolerance: bound, pass: got <= bound }
+    }
+
+    /// A value that must exceed a bound.
+    pub fn above(name: impl Into<String>, claim: impl Into<String>, got: f64, bound: f64) -> Self {
+        Self { name: name.into(), claim: claim.into(), expected: bound, got, tolerance: f64::INFINITY, pass: got > bound }
+    }
+
+    /// A statement that must hold.
+    pub fn holds(name: impl Into<String>, claim: impl Into<String>, holds: bool) -> Self {
+        Self { name: name.into(), claim: claim.into(), expected: 1.0, got: f64::from(u8::from(holds)), tolerance: 0.0, pass: holds }
+    }
+}
+
+/// All rows.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Table {
+    /// The rows, in the order in which they were checked.
+    pub rows: Vec<Row>,
+}
+
+impl Table {
+    /// Whether every row passed.
+    pub fn passed(&self) -> bool {
+        self.rows.iter().all(|row| row.pass)
+    }
+
+    /// The rows that did not pass.
+    pub fn failures(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(|row| !row.pass)
+    }
+}

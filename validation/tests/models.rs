@@ -1,0 +1,28 @@
+//! The paper's models and the second axis against independent numbers.
+
+use std::path::PathBuf;
+
+use feeler_validation::models::{critical_gain_rows, model_rows};
+use feeler_validation::{Row, ValidationError};
+
+fn all_pass(rows: Result<Vec<Row>, ValidationError>, at_least: usize) {
+    let rows = rows.unwrap();
+    assert!(rows.len() >= at_least);
+    let failures: Vec<&Row> = rows.iter().filter(|row| !row.pass).collect();
+    assert!(failures.is_empty(), "{failures:#?}");
+}
+
+#[test]
+fn reference_table_of_models() {
+    all_pass(model_rows(), 50);
+}
+
+#[test]
+#[expect(clippy::print_stdout, reason = "a skipped comparison must say so")]
+fn reference_critical_gains_of_the_second_axis() {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/reference/critical-gains.json");
+    match std::fs::read_to_string(&path) {
+        Ok(text) => all_pass(critical_gain_rows(&text), 80),
+        Err(error) => println!("skipped: {}: {error}", path.display()),
+    }
+}

@@ -11,8 +11,13 @@ use crate::flow::Flow;
 const COLUMNS: usize = 9;
 /// Agreement of two columns relative to the size of each state over the step.
 const TOLERANCE: f64 = 4e-14;
-/// Steps are not cut below this share of the span asked for: the motion then has no smooth solution at working precision.
+/// A step that converged by this column may be doubled.
+const EASY_COLUMN: usize = 5;
+/// Steps are not cut below this share of the span asked for: a kink of the motion is then crossed as it is, and what that leaves is the square of
+/// so short a time.
 const SMALLEST_SHARE: f64 = 1e-9;
+/// Relative shift of an argument by which the slope of a law is found.
+const SLOPE_SHIFT: f64 = 1e-6;
 
 /// Workspace of the method.
 #[derive(Debug, Default)]
@@ -23,6 +28,8 @@ pub(crate) struct Extrapolation {
     current: Vec<f64>,
     slope: Vec<f64>,
     first_slope: Vec<f64>,
+    /// How far a step is expected to reach, s; not known at first.
+    reach_s: Option<f64>,
 }
 
 /// Fills in the nonlinear terms of an extended vector.
@@ -36,7 +43,7 @@ pub(crate) fn fill_terms(motion: &Motion, flow: &Flow, xi: &mut [f64]) {
     }
 }
 
-/// `x'` and the power of every meter at a full extended vector whose terms are filled in.
+/// `x'` and the power of as many meters as `out` has room for, at a full extended vector whose terms are filled in.
 fn derivative(flow: &Flow, xi: &[f64], out: &mut [f64]) {
     let dot = |row: &[f64]| row.iter().zip(xi).map(|(r, x)| r * x).sum::<f64>();
     let (states, powers) = out.split_at_mut(flow.states);
@@ -48,13 +55,43 @@ fn derivative(flow: &Flow, xi: &[f64], out: &mut [f64]) {
     }
 }
 
+/// Sum of the sizes of the parts of a functional, which tells what rounding may do to it.
+fn parts(row: &[f64], sizes: &[f64]) -> f64 {
+    row.iter().zip(sizes).map(|(r, size)| r.abs() * size).sum()
+}
+
+/// Sizes of the entries of an extended vector. That of a nonlinear term is no less than what its arguments, taken apart, would make of it:
+/// the small difference of two large positions is known no better than they are.
+fn sizes(motion: &Motion, flow: &Flow, xi: &[f64]) -> Vec<f64> {
+    let mut sizes: Vec<f64> = xi.iter().map(|x| x.abs()).collect();
+    for (j, arguments) in flow.equations.arguments.iter().enumerate() {
+        if let Some(rows) = arguments {
+            let [a, b] = rows.each_ref().map(|row| row.iter().zip(xi).map(|(r, x)| r * x).sum::<f64>());
+            let [shift_a, shift_b] = rows.each_ref().map(|row| SLOPE_SHIFT * parts(row, &sizes));
+            let term = &motion.terms()[j];
+            let value = term.value(a, b);
+            let moved = (term.value(a + shift_a, b) - value).abs() + (term.value(a, b + shift_b) - value).abs();
+            sizes[motion.layout().term(j)] = value.abs().max(moved / SLOPE_SHIFT);
+        }
+    }
+    sizes
+}
+
+fn kinetic_energy(motion: &Motion, xi: &[f64]) -> f64 {
+    (0..motion.coordinates().count()).map(|g| 0.5 * motion.coordinates().mass_kg(g) * xi[motion.layout().v(g)].powi(2)).sum()
+}
+
 impl Extrapolation {
-    /// Advances `xi` (full extended vector) and the meter readings by as much of `span_s` as one step allows, and gives what it advanced;
-    /// `None` where no step, however small, converges.
+    /// Advances `xi` (full extended vector) and the meter readings (none are kept where there are none to advance) by as much of `span_s` as one step
+    /// allows, and gives what it advanced; `None` where the motion leaves all numbers.
     pub(crate) fn step(&mut self, motion: &Motion, flow: &Flow, xi: &mut [f64], meters: &mut [f64], span_s: f64) -> Option<f64> {
-        let mut h = span_s;
-        while h >= SMALLEST_SHARE * span_s {
-            if let Some(result) = self.attempt(motion, flow, xi, h) {
+        let mut h = self.reach_s.map_or(span_s, |reach| reach.min(span_s));
+        loop {
+            let last_resort = h <= SMALLEST_SHARE * span_s;
+            if let Some((result, column)) = self.attempt(motion, flow, xi, meters, h, last_resort) {
+                let reach = if column <= EASY_COLUMN { 2.0 * h } else { h };
+                // What was cut short by the span says nothing against a longer step.
+                self.reach_s = Some(if h < span_s { reach } else { self.reach_s.map_or(reach, |known| known.max(reach)) });
                 xi[..flow.states].copy_from_slice(&result[..flow.states]);
                 for (meter, gain) in meters.iter_mut().zip(&result[flow.states..]) {
                     *meter += gain;
@@ -62,25 +99,39 @@ impl Extrapolation {
                 fill_terms(motion, flow, xi);
                 return Some(h);
             }
+            if last_resort {
+                return None;
+            }
             h *= 0.5;
         }
-        None
     }
 
-    fn attempt(&mut self, motion: &Motion, flow: &Flow, xi: &[f64], h: f64) -> Option<Vec<f64>> {
-        let n = flow.states + flow.ledger.meters.len();
+    /// One step of `h`, and the column at which it converged. As a last resort, a result is taken that has not.
+    fn attempt(
+        &mut self,
+        motion: &Motion,
+        flow: &Flow,
+        xi: &[f64],
+        meters: &[f64],
+        h: f64,
+        last_resort: bool,
+    ) -> Option<(Vec<f64>, usize)> {
+        let (states, n) = (flow.states, flow.states + meters.len());
         self.table.clear();
         self.first_slope.resize(n, 0.0);
         derivative(flow, xi, &mut self.first_slope);
-        let mut size: Vec<f64> = (0..n).map(|i| if i < flow.states { xi[i].abs() } else { 0.0 }).collect();
-        for (s, slope) in size.iter_mut().zip(&self.first_slope) {
-            *s = s.max((h * slope).abs());
-        }
+        let parts_of = sizes(motion, flow, xi);
+        let rows = flow.equations.derivative.iter().enumerate();
+        let mut size: Vec<f64> = rows.map(|(i, row)| parts_of[i].max(h * parts(row, &parts_of))).collect();
+        // Meters matter as shares of the energy that there is.
+        let counted: f64 = meters.iter().map(|joule| joule.abs()).sum();
+        size.resize(n, 0.0);
         for column in 0..COLUMNS {
             let substeps = 2 * (column + 1);
             let mut row = self.midpoint(motion, flow, xi, h, substeps, n);
-            for (s, r) in size.iter_mut().zip(&row) {
-                *s = s.max(r.abs());
+            let energy = counted + kinetic_energy(motion, xi).max(kinetic_energy(motion, &row));
+            for (i, (s, r)) in size.iter_mut().zip(&row).enumerate() {
+                *s = s.max(r.abs()).max(if i < states { 0.0 } else { energy });
             }
             // Aitken-Neville in h^2; `row` becomes the newest diagonal entry, the table keeps the last entry of each column.
             let mut error = vec![f64::INFINITY; n];
@@ -94,11 +145,12 @@ impl Extrapolation {
                     row[i] = better;
                 }
             }
-            if column >= 3 && error.iter().zip(&size).all(|(e, s)| *e <= TOLERANCE * s + f64::MIN_POSITIVE) {
-                return Some(row);
-            }
             if row.iter().any(|x| !x.is_finite()) {
                 return None;
+            }
+            let converged = error.iter().zip(&size).all(|(e, s)| *e <= TOLERANCE * s + f64::MIN_POSITIVE);
+            if column >= 3 && (converged || last_resort) {
+                return Some((row, column));
             }
             self.table.push(row);
         }

@@ -5,6 +5,7 @@
 use feeler_plant::assembly::Source;
 use feeler_plant::motion::{GuardValue, Mode, Motion, Switch, SwitchState};
 
+use crate::crossing::Look;
 use crate::error::{EngineError, RunEnd};
 use crate::event::{Event, EventKind};
 use crate::extrapolation::{Extrapolation, fill_terms};
@@ -145,15 +146,23 @@ impl LaneCore {
     pub(crate) fn advance(&mut self, xi: &mut [f64], t_s: f64, span_s: f64) -> Result<(), EngineError> {
         let mut elapsed = 0.0;
         let mut at_instant = 0;
+        let mut just_switched = false;
         while elapsed < span_s && !self.has_ended() {
             let remaining = span_s - elapsed;
-            let push = (at_instant >= EVENTS_BEFORE_PUSH).then(|| PUSH_S * f64::from(1_u32 << (at_instant - EVENTS_BEFORE_PUSH).min(20)));
+            // A push looks at no guard, so one is followed by a look.
+            let push = (just_switched && at_instant >= EVENTS_BEFORE_PUSH)
+                .then(|| PUSH_S * f64::from(1_u32 << (at_instant - EVENTS_BEFORE_PUSH).min(20)));
             let (moved, event) =
                 if self.flow().linear { self.linear_leg(xi, remaining, push) } else { self.nonlinear_leg(xi, remaining, push) };
-            if moved > 10.0 * PUSH_S {
+            if push.is_none() && moved > 10.0 * PUSH_S {
                 at_instant = 0;
             }
-            elapsed = if moved >= remaining { span_s } else { elapsed + moved };
+            just_switched = event.is_some();
+            elapsed += moved;
+            // What is left is less than the clock can tell.
+            if span_s - elapsed <= f64::EPSILON * (t_s + span_s) {
+                elapsed = span_s;
+            }
             if let Some(guard) = event {
                 at_instant += 1;
                 self.switch(guard, xi, t_s + elapsed)?;
@@ -213,8 +222,8 @@ impl LaneCore {
         let mut event = None;
         if push.is_none() {
             for (i, guard) in flow.equations.guards.iter().enumerate() {
-                if dot(&guard.row, xi) <= 0.0
-                    && let Some(s) = first_crossing(&mut self.extrapolation, &self.motion, flow, &start, &guard.row, h)
+                let look = Look { motion: &self.motion, flow, start: &start, row: &guard.row };
+                if let Some(s) = look.first_crossing(&mut self.extrapolation, xi, h)
                     && (event.is_none() || s < h)
                 {
                     h = s;
@@ -225,8 +234,10 @@ impl LaneCore {
         if event.is_some() {
             xi.copy_from_slice(&start);
             meters.copy_from_slice(&before);
-            if h > 0.0 {
-                self.extrapolation.step(&self.motion, flow, xi, meters, h);
+            let mut reached = 0.0;
+            while reached < h {
+                let Some(part) = self.extrapolation.step(&self.motion, flow, xi, meters, h - reached) else { return (0.0, None) };
+                reached += part;
             }
         }
         self.join(xi);
@@ -321,64 +332,4 @@ fn side(closed: bool) -> SwitchState {
 
 pub(crate) fn dot(row: &[f64], xi: &[f64]) -> f64 {
     row.iter().zip(xi).map(|(r, x)| r * x).sum()
-}
-
-/// The first instant in `[0, h]` at which a guard that is not positive at `h` stops being positive: regula falsi (Illinois), each look a fresh step
-/// from the start.
-fn first_crossing(method: &mut Extrapolation, motion: &Motion, flow: &Flow, start: &[f64], row: &[f64], h: f64) -> Option<f64> {
-    let mut at = |s: f64| {
-        let mut xi = start.to_vec();
-        fill_terms(motion, flow, &mut xi);
-        let mut reached = 0.0;
-        while reached < s {
-            reached += method.step(motion, flow, &mut xi, &mut [], s - reached)?;
-        }
-        Some(dot(row, &xi))
-    };
-    let (mut a, mut b) = (0.0, h);
-    let mut fa = at(0.0)?;
-    let mut fb = at(h)?;
-    let size: f64 = row.iter().zip(start).map(|(r, x)| (r * x).abs()).sum();
-    if fa < -1e-12 * size {
-        return Some(0.0);
-    }
-    if fa <= 1e-12 * size {
-        // The trace of the event just passed: look for the first positive value on the way back from `h`.
-        let mut s = 0.5 * h;
-        loop {
-            let value = at(s)?;
-            if value > 0.0 {
-                (a, fa) = (s, value);
-                break;
-            }
-            (b, fb) = (s, value);
-            s *= 0.25;
-            if s < 1e-14 {
-                return Some(0.0);
-            }
-        }
-    }
-    for _ in 0..80 {
-        let secant = (a * fb - b * fa) / (fb - fa);
-        let s = if secant > a && secant < b { secant } else { 0.5 * (a + b) };
-        if b - a <= 4.0 * f64::EPSILON * b {
-            break;
-        }
-        let value = at(s)?;
-        if value > 0.0 {
-            if s - a < 0.1 * (b - a) {
-                fb *= 0.5;
-            }
-            (a, fa) = (s, value);
-        } else {
-            if b - s < 0.1 * (b - a) {
-                fa *= 0.5;
-            }
-            (b, fb) = (s, value);
-        }
-        if b - a < 1e-15 {
-            break;
-        }
-    }
-    Some(b)
 }

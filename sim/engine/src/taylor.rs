@@ -26,11 +26,12 @@ impl Series {
     pub(crate) fn expand(&mut self, flow: &Flow, xi: &[f64], span_s: f64) {
         let n = flow.states;
         self.states = n;
-        self.terms = terms(flow.rate * span_s);
+        let expected = terms(flow.rate * span_s);
+        self.terms = MOST_TERMS;
         self.coefficients.clear();
-        self.coefficients.resize(n * self.terms, 0.0);
+        self.coefficients.resize(n * MOST_TERMS, 0.0);
         self.coefficients[..n].copy_from_slice(&xi[..n]);
-        for k in 1..self.terms {
+        for k in 1..MOST_TERMS {
             let (known, next) = self.coefficients.split_at_mut(k * n);
             let last = &known[(k - 1) * n..];
             for (i, c) in next[..n].iter_mut().enumerate() {
@@ -41,7 +42,22 @@ impl Series {
                 }
                 *c = sum / k as f64;
             }
+            if k + 1 >= expected && self.is_negligible(k, span_s) {
+                self.terms = k + 1;
+                break;
+            }
         }
+        self.coefficients.truncate(n * self.terms);
+    }
+
+    /// Whether term `k` matters to no state at the end of the span. The norm of a mode says nothing of chains of integrations (a ramping force moves
+    /// a position by the third power of time), whose terms come whatever the norm.
+    fn is_negligible(&self, k: usize, span_s: f64) -> bool {
+        let n = self.states;
+        (0..n).all(|i| {
+            let last = (self.coefficients[k * n + i] * span_s.powi(k as i32)).abs();
+            last <= REMAINDER * (0..k).map(|j| (self.coefficients[j * n + i] * span_s.powi(j as i32)).abs()).sum::<f64>()
+        })
     }
 
     /// Writes the states at `s` into the front of `xi`.

@@ -1,8 +1,6 @@
 //! M1, M2 and M4 against independent event-located integration.
 
-mod common;
-
-use common::{reference_file, reference_machine, run};
+use crate::common::{reference_file, reference_machine, run};
 use feeler_engine::EventKind;
 
 /// Asked for: events within 1e-9 s and forces within 1e-6 N over the first 0.3 s.

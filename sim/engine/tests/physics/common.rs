@@ -1,0 +1,177 @@
+//! Machines in few words: their parts, the reference machines M1, M2 and M4 (see the reference numbers' README), and their runs.
+
+use std::path::PathBuf;
+
+use feeler_control::{ControllerSpec, ForceGains, Law, ReferenceSpec};
+use feeler_engine::{ControllerUse, Program, RunSettings, Scenario, Simulation, Trace};
+use feeler_plant::description::{
+    Actuator, ActuatorKind, Body, Contact, ContactLaw, Elements, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
+};
+use feeler_plant::effects::{self, EffectUse};
+
+pub(crate) fn body(mass_kg: f64, position_m: f64) -> Body {
+    Body { mass_kg, position_m, ..Body::default() }
+}
+
+pub(crate) fn spring(a: &str, b: &str, k: f64, c: f64) -> Spring {
+    Spring { between: [a.into(), b.into()], stiffness_n_per_m: k, damping_n_s_per_m: c, ..Spring::default() }
+}
+
+pub(crate) fn contact(tip: &str, work: &str, stiffness: f64, damping: f64) -> Contact {
+    Contact {
+        between: [tip.into(), work.into()],
+        engagement: Engagement::Unilateral,
+        law: ContactLaw::KelvinVoigt,
+        stiffness,
+        damping_n_s_per_m: damping,
+        gap_m: 0.0,
+        effects: Vec::new(),
+    }
+}
+
+pub(crate) fn drive(on: &str, reacts_on: &str) -> Actuator {
+    Actuator {
+        on: on.into(),
+        reacts_on: reacts_on.into(),
+        kind: ActuatorKind::Force { bandwidth_hz: None },
+        limit_n: None,
+        rate_limit_per_s: None,
+        effects: Vec::new(),
+    }
+}
+
+pub(crate) fn sensor(element: &str, quantity: Quantity) -> Sensor {
+    Sensor {
+        reads: SignalName::new(element, quantity),
+        relative_to: None,
+        gain: 1.0,
+        bias: 0.0,
+        low_pass: None,
+        delay_s: 0.0,
+        resolution: None,
+        noise: 0.0,
+        effects: Vec::new(),
+    }
+}
+
+/// An effect of the library.
+pub(crate) fn effect(kind: &str, values: &[f64]) -> EffectUse {
+    EffectUse { definition: effects::find(kind).unwrap(), values: values.to_vec() }
+}
+
+/// One body, `tip`, of this mass, position and speed.
+pub(crate) fn free_mass(mass_kg: f64, position_m: f64, velocity_m_per_s: f64) -> Machine {
+    let mut machine = Machine::default();
+    machine.bodies.insert("tip".into(), Body { velocity_m_per_s, ..body(mass_kg, position_m) });
+    machine
+}
+
+/// A run without controllers that keeps the energy ledger.
+pub(crate) fn scenario(machine: Machine, duration_s: f64, record: &[&str]) -> Scenario {
+    let record = record.iter().map(|name| name.parse().unwrap()).collect();
+    let run = RunSettings { duration_s, step_s: 1e-3, record, energy: true, ..RunSettings::default() };
+    Scenario { machine, controllers: Elements::default(), run }
+}
+
+/// Adds an open-loop controller that gives the drive `drive` the reference every `period_s`.
+pub(crate) fn command(scenario: &mut Scenario, name: &str, reference: ReferenceSpec, period_s: f64) {
+    let mut spec = ControllerSpec::new(Law::OpenLoop, period_s);
+    spec.reference = reference;
+    let controller = ControllerUse { spec, reads: None, motion: None, drives: "drive".into(), effects: Vec::new() };
+    scenario.controllers.insert(name.into(), controller);
+}
+
+/// Adds explicit force control of the drive `drive` by the sensor `force`.
+pub(crate) fn force_control(scenario: &mut Scenario, gains: ForceGains, period_s: f64, force_n: f64) {
+    let mut spec = ControllerSpec::new(Law::ExplicitForce(gains), period_s);
+    spec.reference = ReferenceSpec::Constant(force_n);
+    let controller = ControllerUse { spec, reads: Some("force".into()), motion: None, drives: "drive".into(), effects: Vec::new() };
+    scenario.controllers.insert("force".into(), controller);
+}
+
+/// The axis on which effects are tried, in a force loop at 1 kHz: a motor (7 kg) on a guide, a transmission, a tip (5 kg) before a wall at
+/// 0.2 mm; 20 N wanted.
+pub(crate) fn axis(duration_s: f64) -> Scenario {
+    let mut machine = Machine::default();
+    machine.bodies.insert("motor".into(), body(7.0, 0.0));
+    machine.bodies.insert("tip".into(), body(5.0, 0.0));
+    machine.springs.insert("guide".into(), spring(GROUND, "motor", 0.0, 60.0));
+    machine.springs.insert("transmission".into(), spring("motor", "tip", 1.2e6, 120.0));
+    machine.contacts.insert("tool".into(), Contact { gap_m: 2e-4, ..contact("tip", GROUND, 2e5, 120.0) });
+    machine.actuators.insert("drive".into(), drive("motor", GROUND));
+    machine.sensors.insert("force".into(), sensor("tool", Quantity::Force));
+    machine.sensors.insert("encoder".into(), sensor("motor", Quantity::Position));
+    let names = ["tool.force", "tip.position", "tip.velocity", "motor.position", "motor.velocity", "drive.force", "force.reading"];
+    let mut scenario = scenario(machine, duration_s, &names);
+    let gains = ForceGains { feed_forward: 1.0, kp: 0.3, damping: 100.0, ..ForceGains::default() };
+    force_control(&mut scenario, gains, 1e-3, 20.0);
+    scenario
+}
+
+/// M1, M2 or M4 for `duration_s`, its record every 0.1 ms.
+pub(crate) fn reference_machine(masses: u32, duration_s: f64) -> Scenario {
+    let mut machine = Machine { name: format!("M{masses}"), ..Machine::default() };
+    let start = -5e-3;
+    let (mut guide, mut work) = (GROUND, GROUND);
+    let mut motor = "tip";
+    if masses == 4 {
+        machine.bodies.insert("base".into(), body(200.0, 0.0));
+        machine.springs.insert("mount".into(), spring(GROUND, "base", 1.1e6, 600.0));
+        (guide, work) = ("base", "workpiece");
+    }
+    if masses == 1 {
+        machine.bodies.insert("tip".into(), body(10.0, start));
+    } else {
+        machine.bodies.insert("motor".into(), body(6.0, start));
+        machine.bodies.insert("tip".into(), body(4.0, start));
+        machine.springs.insert("transmission".into(), spring("motor", "tip", 4e5, 60.0));
+        motor = "motor";
+    }
+    if masses == 4 {
+        machine.bodies.insert("workpiece".into(), body(5.0, 0.0));
+        machine.springs.insert("fixture".into(), spring("base", "workpiece", 1e6, 200.0));
+    }
+    machine.springs.insert("guide".into(), spring(guide, motor, 0.0, 50.0));
+    machine.contacts.insert("tool".into(), contact("tip", work, 1e5, 100.0));
+    machine.actuators.insert("drive".into(), drive(motor, guide));
+    machine.sensors.insert("force".into(), sensor("tool", Quantity::Force));
+    let gains = ForceGains { feed_forward: 1.0, kp: 2.0, ..ForceGains::default() };
+    let mut spec = ControllerSpec::new(Law::ExplicitForce(gains), 1e-3);
+    spec.output_limit = Some(200.0);
+    spec.reference = ReferenceSpec::Constant(20.0);
+    let controller = ControllerUse { spec, reads: Some("force".into()), motion: None, drives: "drive".into(), effects: Vec::new() };
+    let record = ["tool.force", "tip.position", "tip.velocity", "drive.command"].iter().map(|name| name.parse().unwrap()).collect();
+    let run = RunSettings { duration_s, record, ..RunSettings::default() };
+    Scenario { machine, controllers: [("force".to_string(), controller)].into_iter().collect(), run }
+}
+
+/// Runs a scenario on one lane and gives its trace and simulation.
+pub(crate) fn run(scenario: &Scenario) -> (Trace, Simulation<f64>) {
+    let program = Program::new(scenario).unwrap();
+    let mut trace = Trace::new(program.record_names());
+    let mut simulation = Simulation::new(vec![program]).unwrap();
+    simulation.run(&mut trace).unwrap();
+    (trace, simulation)
+}
+
+/// A file of the reference numbers, or `None` with a message where they are absent.
+pub(crate) fn reference_file(name: &str) -> Option<String> {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/reference").join(name);
+    let text = std::fs::read_to_string(&path).ok();
+    if text.is_none() {
+        println!("skipped: {} is absent", path.display());
+    }
+    text
+}
+
+/// The largest difference of two columns.
+pub(crate) fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// Asserts `|value - expected| <= tolerance`.
+#[track_caller]
+pub(crate) fn close(value: f64, expected: f64, tolerance: f64) {
+    assert!((value - expected).abs() <= tolerance, "{value} is {:.2e} off {expected}, allowed {tolerance:.1e}", (value - expected).abs());
+}

@@ -1,2 +1,48 @@
-//! The `feeler` command.
-fn main() {}
+//! The `feeler` command: simulates robot force control from files.
+//!
+//! Exit codes: 0 done, 1 a check failed, 2 bad input, 3 internal. Results go to standard output, everything else to standard error.
+
+mod arguments;
+mod commands;
+mod failure;
+mod numbers;
+mod page;
+mod progress;
+mod reports;
+mod table;
+mod terminal;
+mod words;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use arguments::{Arguments, Command};
+
+fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        // Help and version are no failures; the parser knows where each goes.
+        Err(error) => {
+            let code = if error.use_stderr() { failure::BAD_INPUT } else { failure::DONE };
+            return if error.print().is_ok() { ExitCode::from(code) } else { ExitCode::from(failure::INTERNAL) };
+        }
+    };
+    match std::panic::catch_unwind(|| dispatch(&arguments)) {
+        Ok(Ok(())) => ExitCode::from(failure::DONE),
+        Ok(Err(error)) => failure::report(&error),
+        // The hook has printed what happened and where.
+        Err(_) => ExitCode::from(failure::INTERNAL),
+    }
+}
+
+fn dispatch(arguments: &Arguments) -> anyhow::Result<()> {
+    match &arguments.command {
+        Command::Run(run) => commands::run::run(run),
+        Command::Check(check) => commands::check::run(check),
+        Command::Effects(effects) => commands::effects::run(effects),
+        Command::New(new) => commands::new::run(new),
+        Command::Schema(schema) => commands::schema::run(schema),
+        Command::Completions(completions) => commands::completions::run(completions),
+    }
+}

@@ -129,8 +129,7 @@ mod tests {
     fn truth_the_peak_of_a_sine_is_found_between_rows() {
         let t_s: Vec<f64> = (0..200).map(|i| f64::from(i) * 1e-4).collect();
         let shift_s = 0.37e-4;
-        let force: Vec<f64> =
-            t_s.iter().map(|t| 50.0 + 40.0 * (std::f64::consts::TAU * 150.0 * (t - 5e-3 - shift_s)).cos()).collect();
+        let force: Vec<f64> = t_s.iter().map(|t| 50.0 + 40.0 * (std::f64::consts::TAU * 150.0 * (t - 5e-3 - shift_s)).cos()).collect();
         let (at_s, peak_n) = peak(&t_s[..100], &force[..100]);
         assert!((peak_n - 90.0).abs() < 40.0 * PARABOLA, "{peak_n}");
         assert!((at_s - 5e-3 - shift_s).abs() < 1e-6, "{at_s}");

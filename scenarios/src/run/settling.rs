@@ -86,14 +86,8 @@ mod tests {
         let t_s: Vec<f64> = (0..30_000).map(|i| f64::from(i) * 1e-4).collect();
         let force_n: Vec<f64> = t_s.iter().map(|t| if *t < 1.0 { 0.0 } else { 20.0 * (1.0 - (-(t - 1.0) / 0.1).exp()) }).collect();
         let reference_n = vec![20.0; t_s.len()];
-        let answer = Answer {
-            t_s: &t_s,
-            force_n: &force_n,
-            reference_n: &reference_n,
-            peak_force_n: 20.0,
-            first_contact_s: 1.0,
-            unresolved_n: 0.0,
-        };
+        let answer =
+            Answer { t_s: &t_s, force_n: &force_n, reference_n: &reference_n, peak_force_n: 20.0, first_contact_s: 1.0, unresolved_n: 0.0 };
         let response = answer.response();
         // Rows are 0.1 ms apart.
         assert!((response.settling_time_s.unwrap() - 0.1 * 50.0_f64.ln()).abs() < 1.1e-4);

@@ -139,11 +139,11 @@ pub(super) fn summarise(
         contacts: contacts.iter().map(contact).collect(),
         main_contact: main,
         verdict,
-        events: record.events.iter().map(|event| EventRecord {
-            t_s: event.t_s,
-            what: event.kind.name(),
-            on: event.element(assembly).to_owned(),
-        }).collect(),
+        events: record
+            .events
+            .iter()
+            .map(|event| EventRecord { t_s: event.t_s, what: event.kind.name(), on: event.element(assembly).to_owned() })
+            .collect(),
         energy: EnergyTable::new(&ended.energy),
         simulated_s: end_s,
         steps: ended.steps,

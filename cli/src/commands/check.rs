@@ -1,0 +1,80 @@
+//! `feeler check`.
+
+use std::path::Path;
+
+use feeler_engine::Program;
+use feeler_scenarios::format::{DatasetFile, Document, FormatError, SweepFile};
+use serde_json::{Value, json};
+
+use crate::arguments::Check;
+use crate::failure::Reported;
+use crate::numbers::count;
+use crate::terminal;
+
+/// The file in a dataset's folder that describes it.
+const DATASET: &str = "dataset.toml";
+
+/// What is wrong with a file.
+enum Mistakes {
+    Format(FormatError),
+    Engine(feeler_engine::EngineError),
+}
+
+pub(crate) fn run(arguments: &Check) -> anyhow::Result<()> {
+    let mut sound = true;
+    let mut results = Vec::new();
+    for path in &arguments.files {
+        let result = check(path);
+        sound &= result.is_ok();
+        if arguments.json {
+            results.push(as_json(path, &result));
+            continue;
+        }
+        match result {
+            Ok(about) => terminal::print(&format!("ok  {}: {about}", path.display()))?,
+            Err(Mistakes::Format(error)) => terminal::complain(&error.report(terminal::has_colours())),
+            Err(Mistakes::Engine(error)) => terminal::complain(&format!("error: {}: this cannot be run\n{error}", path.display())),
+        }
+    }
+    if arguments.json {
+        terminal::print(&serde_json::to_string_pretty(&results)?)?;
+    }
+    if sound { Ok(()) } else { Err(Reported.into()) }
+}
+
+fn check(path: &Path) -> Result<String, Mistakes> {
+    let folder = path.join(DATASET);
+    if folder.is_file() || path.file_name().is_some_and(|name| name == DATASET) {
+        let file = if folder.is_file() { &folder } else { path };
+        let dataset = DatasetFile::load(file).map_err(Mistakes::Format)?;
+        let experiments = count(dataset.experiments.len(), "experiment", "experiments");
+        return Ok(format!("dataset of {experiments}, {}", count(dataset.columns.len(), "column", "columns")));
+    }
+    if is_sweep(path) {
+        let sweep = SweepFile::load(path).map_err(Mistakes::Format)?;
+        return Ok(format!("sweep over {}", count(sweep.axes.len(), "axis", "axes")));
+    }
+    let document = Document::load(path).map_err(Mistakes::Format)?;
+    Program::new(&document.scenario).map_err(Mistakes::Engine)?;
+    let machine = &document.scenario.machine;
+    let parts = [
+        count(machine.bodies.len(), "body", "bodies"),
+        count(machine.contacts.len(), "contact", "contacts"),
+        count(document.scenario.controllers.len(), "controller", "controllers"),
+    ];
+    Ok(format!("scenario `{}` with {}", machine.name, parts.join(", ")))
+}
+
+/// A sweep is known by its table of axes.
+fn is_sweep(path: &Path) -> bool {
+    std::fs::read_to_string(path).is_ok_and(|text| text.lines().any(|line| line.trim_start().starts_with("[axes")))
+}
+
+fn as_json(path: &Path, result: &Result<String, Mistakes>) -> Value {
+    let file = path.display().to_string();
+    match result {
+        Ok(about) => json!({ "file": file, "ok": true, "about": about, "problems": [] }),
+        Err(Mistakes::Format(error)) => json!({ "file": file, "ok": false, "problems": error.to_json()["problems"] }),
+        Err(Mistakes::Engine(error)) => json!({ "file": file, "ok": false, "problems": [{ "message": error.to_string() }] }),
+    }
+}

@@ -1,0 +1,12 @@
+//! `feeler completions`.
+
+use clap::CommandFactory;
+
+use crate::arguments::{Arguments, Completions};
+use crate::terminal;
+
+pub(crate) fn run(arguments: &Completions) -> anyhow::Result<()> {
+    let mut script = Vec::new();
+    clap_complete::generate(arguments.shell, &mut Arguments::command(), "feeler", &mut script);
+    terminal::print(&String::from_utf8(script)?)
+}

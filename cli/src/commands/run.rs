@@ -1,0 +1,116 @@
+//! `feeler run`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use feeler_scenarios::format::{Document, Draft};
+use feeler_scenarios::run::{self, RunError, RunResult, Summary, write_csv, write_parquet};
+
+use crate::arguments::Run;
+use crate::failure::BadInput;
+use crate::numbers::{percent, plain, split, with_unit};
+use crate::progress::Progress;
+use crate::table::table;
+use crate::{reports, terminal, words};
+
+/// Results go under this folder unless another is named.
+const RESULTS: &str = "out";
+
+pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
+    let document = read(arguments)?;
+    let folder = folder(arguments, &document);
+    // Before the run, so that nobody waits for results that cannot be kept.
+    fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
+    let mut progress = Progress::new(document.scenario.machine.name.clone());
+    let result = run::run(&document.scenario, &mut |at| progress.at(at.t_s / at.duration_s));
+    progress.done();
+    let result = result?;
+    let written = write(arguments, &document, &result, &folder)?;
+    if arguments.json {
+        return terminal::print(&serde_json::to_string_pretty(&result.summary)?);
+    }
+    let files = written.iter().map(|path| format!("  {}", path.display())).collect::<Vec<_>>().join("\n");
+    let summary = &result.summary;
+    terminal::print(&format!("{}: {}\n\n{}\n\nwrote\n{files}", summary.name, words::outcome(summary), figures(summary)))
+}
+
+fn read(arguments: &Run) -> anyhow::Result<Document> {
+    let mut draft = Draft::load(&arguments.file)?;
+    for setting in &arguments.settings {
+        draft.set(setting)?;
+    }
+    if let Some(integrator) = &arguments.integrator {
+        draft.set(&format!("run.integrator={integrator}"))?;
+    }
+    Ok(draft.build()?)
+}
+
+fn folder(arguments: &Run, document: &Document) -> PathBuf {
+    let safe = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+    let name: String = document.scenario.machine.name.chars().map(safe).collect();
+    let name = name.trim_matches('.');
+    arguments.out.clone().unwrap_or_else(|| Path::new(RESULTS).join(if name.is_empty() { "run" } else { name }))
+}
+
+/// Writes all results, side by side where there are threads, and gives their paths.
+fn write(arguments: &Run, document: &Document, result: &RunResult, folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let [trace, csv, summary, report] = ["trace.parquet", "trace.csv", "summary.json", "report.html"].map(|name| folder.join(name));
+    let put = |path: &Path, text: String| fs::write(path, text).map_err(|source| RunError::Write { path: path.into(), source });
+    let write_trace = || write_parquet(&result.trace, &about(document), &trace);
+    let write_text = || if arguments.csv { write_csv(&result.trace, &csv) } else { Ok(()) };
+    let write_summary = || -> anyhow::Result<()> { Ok(put(&summary, serde_json::to_string_pretty(&result.summary)? + "\n")?) };
+    let write_report = || -> anyhow::Result<()> { Ok(put(&report, reports::run::page(document, &arguments.settings, result)?)?) };
+    let threads = arguments.threads.map_or(0, usize::from);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let ((traced, texted), (summed, reported)) =
+        pool.install(|| rayon::join(|| rayon::join(write_trace, write_text), || rayon::join(write_summary, write_report)));
+    traced?;
+    texted?;
+    summed?;
+    reported?;
+    let csv = arguments.csv.then_some(csv);
+    Ok([Some(trace), csv, Some(summary), Some(report)].into_iter().flatten().collect())
+}
+
+/// What a trace says of where it comes from.
+fn about(document: &Document) -> Vec<(&'static str, String)> {
+    let run = &document.scenario.run;
+    vec![
+        ("feeler.version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("feeler.scenario", document.text().to_owned()),
+        ("feeler.seed", run.seed.to_string()),
+        ("feeler.integrator", run.integrator.name().to_owned()),
+    ]
+}
+
+/// The summary as a table: measure, number, unit, remark.
+fn figures(summary: &Summary) -> String {
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    let mut row = |name: &str, (number, unit): (String, String), remark: String| rows.push(vec![name.to_owned(), number, unit, remark]);
+    let none = || ("-".to_owned(), String::new());
+    row("outcome", (String::new(), String::new()), words::outcome_label(summary.outcome).to_owned());
+    for contact in &summary.contacts {
+        let name = if summary.contacts.len() > 1 { format!("peak force, {}", contact.name) } else { "peak force".to_owned() };
+        row(&name, split(contact.peak_force_n, "N"), format!("at {}", with_unit(contact.peak_at_s, "s")));
+    }
+    if let Some(response) = summary.response {
+        let reference = response.final_reference_n.map_or_else(String::new, |reference| format!("of {}", with_unit(reference, "N")));
+        row("overshoot", response.overshoot.map_or_else(none, |share| (percent(share), "%".into())), reference);
+        let band = format!("to within {} for good", with_unit(response.band_n, "N"));
+        row("settling time", response.settling_time_s.map_or_else(none, |time| split(time, "s")), band);
+    }
+    row("bounces", (summary.bounces.to_string(), String::new()), String::new());
+    row("contact time", split(summary.contact_time_s, "s"), format!("{} % of the run", percent(summary.contact_share)));
+    if let Some(oscillation) = &summary.oscillation {
+        row("chatter frequency", split(oscillation.frequency_hz, "Hz"), format!("{} impacts per second", plain(oscillation.impacts_per_s)));
+        row("chatter amplitude", split(oscillation.amplitude_n, "N"), "half of peak to peak".into());
+    }
+    row("saturation", (percent(summary.saturation_share), "%".into()), "of the controller samples".into());
+    let energy = &summary.energy;
+    let sum = |items: &[run::EnergyItem]| items.iter().map(|item| item.joule).sum::<f64>();
+    row("energy supplied", split(sum(&energy.supplied), "J"), String::new());
+    row("energy dissipated", split(sum(&energy.dissipated), "J"), String::new());
+    row("energy balance", (plain(energy.relative_residual), String::new()), "residual over energy exchanged".into());
+    row("simulated", split(summary.simulated_s, "s"), format!("{} steps in {}", summary.steps, with_unit(summary.wall_s, "s")));
+    table(&[], &[1], rows)
+}

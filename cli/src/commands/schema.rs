@@ -1,0 +1,15 @@
+//! `feeler schema`.
+
+use feeler_scenarios::format::{dataset_schema, schema, sweep_schema};
+
+use crate::arguments::{FileKind, Schema};
+use crate::terminal;
+
+pub(crate) fn run(arguments: &Schema) -> anyhow::Result<()> {
+    let schema = match arguments.kind {
+        FileKind::Machine => schema(),
+        FileKind::Sweep => sweep_schema(),
+        FileKind::Dataset => dataset_schema(),
+    };
+    terminal::print(&serde_json::to_string_pretty(&schema)?)
+}

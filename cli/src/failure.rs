@@ -1,0 +1,77 @@
+//! What went wrong, as a person reads it, and the exit code for programs.
+
+use std::fmt;
+use std::path::Path;
+use std::process::ExitCode;
+
+use feeler_scenarios::format::FormatError;
+use feeler_scenarios::run::RunError;
+
+use crate::terminal;
+
+/// All went well.
+pub(crate) const DONE: u8 = 0;
+/// The input is wrong, or the output cannot go where it should.
+pub(crate) const BAD_INPUT: u8 = 2;
+/// A mistake of the program.
+pub(crate) const INTERNAL: u8 = 3;
+
+/// Bad input, with what to do about it.
+#[derive(Debug)]
+pub(crate) struct BadInput {
+    message: String,
+    remedy: String,
+}
+
+impl BadInput {
+    pub(crate) fn error(message: impl Into<String>, remedy: impl Into<String>) -> anyhow::Error {
+        Self { message: message.into(), remedy: remedy.into() }.into()
+    }
+
+    /// A file or folder that cannot be written.
+    pub(crate) fn unwritable(path: &Path, source: &std::io::Error) -> anyhow::Error {
+        Self::error(format!("cannot write {}: {source}", path.display()), "name another place with --out, or make this one writable")
+    }
+}
+
+impl fmt::Display for BadInput {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "error: {}\n  help: {}", self.message, self.remedy)
+    }
+}
+
+impl std::error::Error for BadInput {}
+
+/// What has been said already; all that is left is the exit code.
+#[derive(Debug)]
+pub(crate) struct Reported;
+
+impl fmt::Display for Reported {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("mistakes were reported")
+    }
+}
+
+impl std::error::Error for Reported {}
+
+/// Prints an error and gives its exit code.
+pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
+    if terminal::is_broken_pipe(error) {
+        return ExitCode::from(DONE);
+    }
+    let (text, code) = if error.is::<Reported>() {
+        return ExitCode::from(BAD_INPUT);
+    } else if let Some(bad) = error.downcast_ref::<BadInput>() {
+        (bad.to_string(), BAD_INPUT)
+    } else if let Some(mistakes) = error.downcast_ref::<FormatError>() {
+        (mistakes.report(terminal::has_colours()), BAD_INPUT)
+    } else {
+        match error.downcast_ref::<RunError>() {
+            Some(RunError::Engine(engine)) => (format!("error: this scenario cannot be run\n{engine}"), BAD_INPUT),
+            Some(RunError::Write { path, source }) => (BadInput::unwritable(path, source).to_string(), BAD_INPUT),
+            _ => (format!("error: {error:#}\n  help: this is a mistake of feeler itself; please report it with the file"), INTERNAL),
+        }
+    };
+    terminal::complain(&text);
+    ExitCode::from(code)
+}

@@ -1,0 +1,81 @@
+//! Numbers as people read them: four digits and a unit of fitting size.
+
+/// Digits shown.
+const DIGITS: i32 = 4;
+
+/// Units that take a prefix, and the prefixes.
+const PREFIXABLE: &[&str] = &["m", "s", "N", "J", "Hz", "m/s", "N m", "W"];
+const PREFIXES: &[(f64, &str)] = &[(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
+
+/// A number in the unit in which it reads best, such as `("1.25", "mm")`.
+pub(crate) fn split(value: f64, unit: &str) -> (String, String) {
+    if value == 0.0 || !value.is_finite() || !PREFIXABLE.contains(&unit) {
+        return (plain(value), unit.to_owned());
+    }
+    let (scale, prefix) = prefix(value);
+    (plain(value / scale), format!("{prefix}{unit}"))
+}
+
+/// The same as one text.
+pub(crate) fn with_unit(value: f64, unit: &str) -> String {
+    let (number, unit) = split(value, unit);
+    if unit.is_empty() { number } else { format!("{number} {unit}") }
+}
+
+/// The prefix in which a size reads best, as factor and name. Up to ten thousand stay without one.
+pub(crate) fn prefix(value: f64) -> (f64, &'static str) {
+    let size = value.abs();
+    if (1.0..1e4).contains(&size) {
+        return (1.0, "");
+    }
+    // A size that rounds up to the next prefix belongs to it.
+    let rounded = size * (1.0 + 0.5 * 10_f64.powi(-DIGITS));
+    PREFIXES.iter().copied().find(|(scale, _)| rounded >= *scale).unwrap_or((1e-12, "p"))
+}
+
+/// Four digits, with an exponent only where the number is very large or small.
+pub(crate) fn plain(value: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    if !value.is_finite() {
+        return if value.is_nan() { "-".into() } else { "∞".into() };
+    }
+    let exponent = value.abs().log10().floor() as i32;
+    if !(-4..7).contains(&exponent) {
+        return format!("{value:.2e}");
+    }
+    let decimals = (DIGITS - 1 - exponent).max(0) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// A share as a percentage.
+pub(crate) fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent != 0.0 && percent.abs() < 0.05 { "< 0.1".into() } else { format!("{percent:.1}") }
+}
+
+/// A count with its noun.
+pub(crate) fn count(count: usize, one: &str, many: &str) -> String {
+    if count == 1 { format!("1 {one}") } else { format!("{count} {many}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_numbers_read_well() {
+        assert_eq!(with_unit(0.001_25, "m"), "1.25 mm");
+        assert_eq!(with_unit(131.234_5, "N"), "131.2 N");
+        assert_eq!(with_unit(0.999_99, "s"), "1 s");
+        assert_eq!(with_unit(23_456.0, "Hz"), "23.46 kHz");
+        assert_eq!(with_unit(0.0, "N"), "0 N");
+        assert_eq!(with_unit(-0.02, "s"), "-20 ms");
+        assert_eq!(plain(1234.5), "1234");
+        assert_eq!(plain(1.0e-9), "1.00e-9");
+        assert_eq!(percent(0.1234), "12.3");
+        assert_eq!(percent(1e-5), "< 0.1");
+    }
+}

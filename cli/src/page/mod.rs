@@ -1,0 +1,144 @@
+//! Self-contained pages: text, tables and interactive charts in one file that needs no network.
+//!
+//! A [`Page`] is put together from sections in reading order and rendered once. Charts are drawn by the vendored uPlot (MIT licence, see
+//! `assets/uplot.LICENSE`) from data that the page carries with it.
+
+mod chart;
+mod decimate;
+mod html;
+
+use std::fmt::Write as _;
+
+use serde_json::{Map, Value, json};
+
+pub(crate) use chart::{Chart, ChartKind, Line, Mark, Series, rounded};
+pub(crate) use decimate::{by_extremes, by_steps};
+pub(crate) use html::escape;
+
+const UPLOT: &str = include_str!("../../assets/uplot.iife.min.js");
+const UPLOT_STYLE: &str = include_str!("../../assets/uplot.min.css");
+const UPLOT_LICENCE: &str = include_str!("../../assets/uplot.LICENSE");
+const SCRIPT: &str = include_str!("../../assets/page.js");
+const STYLE: &str = include_str!("../../assets/page.css");
+
+/// A figure that stands on its own: its name, the number with its unit, and a remark.
+pub(crate) struct Tile {
+    pub(crate) name: &'static str,
+    pub(crate) value: String,
+    pub(crate) remark: String,
+}
+
+/// A page under way.
+pub(crate) struct Page {
+    title: String,
+    body: String,
+    charts: Vec<Value>,
+    /// Horizontal axes that several charts share, by name.
+    axes: Map<String, Value>,
+}
+
+impl Page {
+    pub(crate) fn new(title: &str, about: &str) -> Self {
+        let mut body = format!("<header><h1>{}</h1>", escape(title));
+        if !about.is_empty() {
+            let _ = write!(body, "<p class=\"about\">{}</p>", escape(about));
+        }
+        body.push_str("</header>\n");
+        Self { title: title.to_owned(), body, charts: Vec::new(), axes: Map::new() }
+    }
+
+    /// The sentence that matters most.
+    pub(crate) fn lead(&mut self, sentence: &str) {
+        let _ = writeln!(self.body, "<p class=\"lead\">{}</p>", escape(sentence));
+    }
+
+    pub(crate) fn heading(&mut self, text: &str) {
+        let _ = writeln!(self.body, "<h2>{}</h2>", escape(text));
+    }
+
+    pub(crate) fn paragraph(&mut self, text: &str) {
+        let _ = writeln!(self.body, "<p>{}</p>", escape(text));
+    }
+
+    pub(crate) fn tiles(&mut self, tiles: &[Tile]) {
+        self.body.push_str("<div class=\"tiles\">");
+        for tile in tiles {
+            let (name, value, remark) = (escape(tile.name), escape(&tile.value), escape(&tile.remark));
+            let _ = write!(self.body, "<div class=\"tile\"><span>{name}</span><strong>{value}</strong><small>{remark}</small></div>");
+        }
+        self.body.push_str("</div>\n");
+    }
+
+    /// A horizontal axis for the charts that name it.
+    pub(crate) fn axis(&mut self, name: &str, values: &[f64]) {
+        self.axes.insert(name.to_owned(), values.iter().map(|&value| rounded(value, chart::AXIS_DIGITS)).collect());
+    }
+
+    pub(crate) fn chart(&mut self, chart: &Chart) {
+        let caption = escape(&chart.caption);
+        let _ = writeln!(
+            self.body,
+            "<figure><figcaption><b>{}</b> {caption}</figcaption><div class=\"chart\" data-chart=\"{}\"></div></figure>",
+            escape(&chart.title),
+            self.charts.len()
+        );
+        self.charts.push(chart.to_json());
+    }
+
+    /// A table; columns named in `right` hold numbers.
+    pub(crate) fn table(&mut self, header: &[&str], right: &[usize], rows: &[Vec<String>]) {
+        let class = |column: usize| if right.contains(&column) { " class=\"number\"" } else { "" };
+        self.body.push_str("<div class=\"scroll\"><table><thead><tr>");
+        for (i, name) in header.iter().enumerate() {
+            let _ = write!(self.body, "<th{}>{}</th>", class(i), escape(name));
+        }
+        self.body.push_str("</tr></thead><tbody>");
+        for row in rows {
+            self.body.push_str("<tr>");
+            for (i, cell) in row.iter().enumerate() {
+                let _ = write!(self.body, "<td{}>{}</td>", class(i), escape(cell));
+            }
+            self.body.push_str("</tr>");
+        }
+        self.body.push_str("</tbody></table></div>\n");
+    }
+
+    /// Bars of lengths relative to the largest, each with its name and number.
+    pub(crate) fn bars(&mut self, bars: &[(String, f64, String)]) {
+        let largest = bars.iter().map(|(_, size, _)| size.abs()).fold(0.0, f64::max);
+        self.body.push_str("<div class=\"bars\">");
+        for (name, size, text) in bars {
+            let width = if largest > 0.0 { 100.0 * size.abs() / largest } else { 0.0 };
+            let class = if *size < 0.0 { "out" } else { "in" };
+            let (name, text) = (escape(name), escape(text));
+            let _ = write!(
+                self.body,
+                "<span>{name}</span><i class=\"{class}\" style=\"--size:{width:.2}%\"></i><span class=\"number\">{text}</span>"
+            );
+        }
+        self.body.push_str("</div>\n");
+    }
+
+    /// A text as it was written, folded away on the screen where it is long.
+    pub(crate) fn verbatim(&mut self, title: &str, text: &str) {
+        let _ = writeln!(self.body, "<details open><summary>{}</summary><pre>{}</pre></details>", escape(title), escape(text));
+    }
+
+    /// The page as one file.
+    pub(crate) fn render(self) -> String {
+        let data = json!({ "axes": self.axes, "charts": self.charts }).to_string().replace("</", "<\\/");
+        let title = escape(&self.title);
+        let version = env!("CARGO_PKG_VERSION");
+        let licence = UPLOT_LICENCE.trim();
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
+             <style>{UPLOT_STYLE}\n{STYLE}</style>\n</head>\n<body>\n<main>\n{}\
+             <noscript><p>The charts of this page need JavaScript.</p></noscript>\n\
+             <footer>Made by feeler {version}. Charts: uPlot, MIT licence, copyright 2022 Leon Sorokin.</footer>\n</main>\n\
+             <script type=\"application/json\" id=\"data\">{data}</script>\n\
+             <script>\n/* uPlot\n{licence}\n*/\n{UPLOT}</script>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+            self.body
+        )
+    }
+}

@@ -1,0 +1,3 @@
+//! What each command's page shows.
+
+pub(crate) mod run;

@@ -1,0 +1,121 @@
+//! A run in plain words.
+
+use feeler_scenarios::run::{Oscillation, Outcome, Summary, Undecided};
+
+use crate::numbers::{count, plain, with_unit};
+
+/// Cycles after which a clock or a quartz would be called slow; below, a rate reads better as a period.
+const SLOW_HZ: f64 = 1.0;
+
+/// One or two sentences that say what became of a run.
+pub(crate) fn outcome(summary: &Summary) -> String {
+    let reference = summary.response.and_then(|response| response.final_reference_n);
+    let oscillation = summary.oscillation.unwrap_or_default();
+    match summary.outcome {
+        Outcome::Settled => format!("The force settles{}: the tool touches and stays.", at_and_within(summary, reference)),
+        Outcome::BouncesThenSettles => {
+            format!("The tool bounces {} and then settles{}.", times(summary.bounces), at_and_within(summary, reference))
+        }
+        Outcome::Chatter => chatter(&oscillation),
+        Outcome::Unstable => match summary.verdict.growth_per_s {
+            Some(rate) if rate > 0.0 => format!("The motion is unstable: its amplitude grows e-fold every {}.", with_unit(1.0 / rate, "s")),
+            _ => "The motion is unstable: it leaves all bounds.".to_owned(),
+        },
+        Outcome::LimitCycle => format!(
+            "The force swings between the limits of the drive at {}, by {} either way, and does not decay.",
+            rate(oscillation.frequency_hz),
+            with_unit(oscillation.amplitude_n, "N")
+        ),
+        Outcome::Hunting => format!(
+            "The axis hunts: it sticks and breaks loose again at {}, and the force swings by {} either way.",
+            rate(oscillation.frequency_hz),
+            with_unit(oscillation.amplitude_n, "N")
+        ),
+        Outcome::Oscillates => format!(
+            "The force oscillates in contact at {}, by {} either way, and does not decay.",
+            rate(oscillation.frequency_hz),
+            with_unit(oscillation.amplitude_n, "N")
+        ),
+        Outcome::Driven => "The reference moves to the end of the run, and contact is kept while the force follows it.".to_owned(),
+        Outcome::NoContact if summary.bounces > 0 => {
+            format!("The tool touches, leaves the workpiece after {} and does not come back.", with_unit(summary.contact_time_s, "s"))
+        }
+        Outcome::NoContact if summary.contacts.is_empty() => "Nothing can touch in this scenario; the axis moves freely.".to_owned(),
+        Outcome::NoContact => "The tool does not touch the workpiece in this run.".to_owned(),
+        _ => undecided(summary.verdict.undecided),
+    }
+}
+
+/// An outcome in one or two words.
+pub(crate) fn outcome_label(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Settled => "settled",
+        Outcome::BouncesThenSettles => "bounces, then settles",
+        Outcome::Chatter => "sustained chatter",
+        Outcome::Unstable => "unstable",
+        Outcome::LimitCycle => "limit cycle through saturation",
+        Outcome::Hunting => "hunting through stiction",
+        Outcome::Oscillates => "sustained oscillation",
+        Outcome::Driven => "follows a moving reference",
+        Outcome::NoContact => "no contact",
+        _ => "undecided",
+    }
+}
+
+fn chatter(oscillation: &Oscillation) -> String {
+    let leaves = match oscillation.impacts_per_s {
+        often if often >= SLOW_HZ => format!("it leaves the workpiece {} times a second", plain(often.round())),
+        seldom => format!("it leaves the workpiece every {}", with_unit(1.0 / seldom, "s")),
+    };
+    let pattern = match oscillation.impacts_per_period {
+        Some(1) => "",
+        Some(2) => "; its period has doubled",
+        Some(_) => "; several impacts make one period",
+        None => "; no two impacts are alike",
+    };
+    format!("The tool chatters at {}: {leaves}{pattern}.", rate(oscillation.frequency_hz))
+}
+
+fn rate(frequency_hz: f64) -> String {
+    with_unit(frequency_hz, "Hz")
+}
+
+fn at_and_within(summary: &Summary, reference_n: Option<f64>) -> String {
+    let at = reference_n.map_or_else(String::new, |reference| format!(" at {}", with_unit(reference, "N")));
+    match (summary.settling_time_s, summary.response) {
+        (Some(time), Some(response)) => {
+            let first = summary.main_contact.and_then(|i| summary.contacts[i].first_contact_s);
+            let since =
+                if first.is_some_and(|first| first >= response.starts_at_s) { "first touch" } else { "the last step of the reference" };
+            format!("{at} within {} of {since}", with_unit(time, "s"))
+        }
+        (None, Some(response)) => {
+            let error = response.steady_error_n.unwrap_or_default();
+            let side = if error < 0.0 { "below" } else { "above" };
+            match reference_n {
+                Some(reference) => format!(", but {} {side} its reference of {}", with_unit(error.abs(), "N"), with_unit(reference, "N")),
+                None => String::new(),
+            }
+        }
+        _ => String::new(),
+    }
+}
+
+fn times(bounces: usize) -> String {
+    match bounces {
+        1 => "once".into(),
+        2 => "twice".into(),
+        many => count(many, "time", "times"),
+    }
+}
+
+fn undecided(why: Option<Undecided>) -> String {
+    let why = match why {
+        Some(Undecided::TooShort) => "too little of it follows the first touch or the last step of the reference; lengthen run.duration",
+        Some(Undecided::StillDecaying) => "the oscillation dies out but has not ended; lengthen run.duration",
+        Some(Undecided::TooFewBounces) => "the tool leaves the workpiece too seldom to tell; lengthen run.duration",
+        Some(Undecided::EventStorm) => "it stopped where more events fall on one instant than can be followed",
+        _ => "lengthen run.duration",
+    };
+    format!("This run does not tell what becomes of it: {why}.")
+}

@@ -1,0 +1,81 @@
+//! Commands that only print: effects, new, schema, completions, help.
+
+use serde_json::Value;
+
+use crate::{BAD_INPUT, Bench, DONE};
+
+#[test]
+fn truth_every_effect_is_listed_and_one_is_explained() {
+    let bench = Bench::new();
+    let all: Value = serde_json::from_str(&bench.feeler(&["effects", "--json"]).out).unwrap();
+    let list = bench.feeler(&["effects"]).out;
+    for effect in all.as_array().unwrap() {
+        assert!(list.contains(effect["kind"].as_str().unwrap()));
+    }
+    let one = bench.feeler(&["effects", "coulomb-friction"]);
+    assert_eq!(one.code, DONE);
+    assert!(one.out.contains("level") && one.out.contains("Source"), "{}", one.out);
+    let json: Value = serde_json::from_str(&bench.feeler(&["effects", "coulomb-friction", "--json"]).out).unwrap();
+    assert_eq!(json["parameters"][0]["name"], "level");
+}
+
+#[test]
+fn truth_an_unknown_effect_is_refused_with_the_nearest() {
+    let said = Bench::new().feeler(&["effects", "coulomb-fricton"]);
+    assert_eq!(said.code, BAD_INPUT);
+    insta::assert_snapshot!(said.err);
+}
+
+#[test]
+fn truth_every_template_passes_the_check_and_none_is_overwritten() {
+    let bench = Bench::new();
+    let list = bench.feeler(&["new", "--list"]).out;
+    let names: Vec<&str> = list.lines().skip(1).filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(names.contains(&"chatter"));
+    for name in names {
+        let file = format!("{name}.toml");
+        assert_eq!(bench.feeler(&["new", name, "--out", &file]).code, DONE);
+        let said = bench.feeler(&["check", &file]);
+        assert_eq!(said.code, DONE, "{}", said.err);
+        assert_eq!(bench.feeler(&["new", name]).out, bench.read(&file));
+    }
+    bench.write("mine.toml", "work");
+    let said = bench.feeler(&["new", "rigid", "--out", "mine.toml"]);
+    assert_eq!((said.code, bench.read("mine.toml").as_str()), (BAD_INPUT, "work"));
+    insta::assert_snapshot!(said.err);
+}
+
+#[test]
+fn truth_schemas_are_json_schemas() {
+    let bench = Bench::new();
+    for kind in ["machine", "sweep", "dataset"] {
+        let schema: Value = serde_json::from_str(&bench.feeler(&["schema", kind]).out).unwrap();
+        assert!(schema["$schema"].as_str().unwrap().contains("json-schema.org"), "{kind}");
+    }
+    assert_eq!(bench.feeler(&["schema"]).out, bench.feeler(&["schema", "machine"]).out);
+}
+
+#[test]
+fn truth_completions_know_the_commands() {
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let said = Bench::new().feeler(&["completions", shell]);
+        assert!(said.code == DONE && said.out.contains("effects"), "{shell}");
+    }
+}
+
+#[test]
+fn truth_help_shows_examples() {
+    let bench = Bench::new();
+    for command in ["run", "check", "effects", "new", "schema", "completions"] {
+        let said = bench.feeler(&[command, "--help"]);
+        assert!(said.code == DONE && said.out.contains("Examples:\n  feeler "), "{command}: {}", said.out);
+    }
+    assert!(bench.feeler(&["--version"]).out.starts_with("feeler "));
+}
+
+#[test]
+fn truth_an_unknown_command_is_refused() {
+    let said = Bench::new().feeler(&["rum"]);
+    assert_eq!((said.code, said.out.as_str()), (BAD_INPUT, ""));
+    insta::assert_snapshot!(said.err);
+}

@@ -1,0 +1,162 @@
+//! `feeler run`.
+
+use serde_json::Value;
+
+use crate::{BAD_INPUT, Bench, DONE, PRESS, exists};
+
+/// Times depend on the machine; they and the number of steps they are quoted with are taken out.
+fn without_times(text: &str) -> String {
+    let keep = |line: &&str| !line.contains(" steps in ");
+    text.lines().filter(keep).collect::<Vec<_>>().join("\n")
+}
+
+fn summary(bench: &Bench, folder: &str) -> Value {
+    serde_json::from_str(&bench.read(&format!("{folder}/summary.json"))).unwrap()
+}
+
+#[test]
+fn truth_a_run_prints_its_summary_and_says_what_it_wrote() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    let said = bench.feeler(&["run", "press.toml", "--csv"]);
+    assert_eq!((said.code, said.err.as_str()), (DONE, ""));
+    insta::assert_snapshot!(without_times(&said.out));
+    for name in ["trace.parquet", "trace.csv", "summary.json", "report.html"] {
+        assert!(exists(bench.path("out/press").join(name)), "{name}");
+    }
+}
+
+#[test]
+fn truth_the_summary_has_the_keys_of_the_contract() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    assert_eq!(bench.feeler(&["run", "press.toml", "--out", "here"]).code, DONE);
+    let summary = summary(&bench, "here");
+    for key in ["peak_force_n", "bounces", "settling_time_s", "contact_share", "outcome", "events", "energy", "steps", "wall_s"] {
+        assert!(!summary[key].is_null(), "{key}");
+    }
+    assert_eq!(summary["outcome"], "settled");
+    let event = &summary["events"][0];
+    assert_eq!((&event["what"], &event["on"]), (&Value::from("touch"), &Value::from("tool")));
+    assert!(event["t_s"].as_f64().unwrap() > 0.0);
+    // The ledger is exact but for rounding.
+    assert!(summary["energy"]["relative_residual"].as_f64().unwrap() < 1e-9);
+}
+
+#[test]
+fn truth_json_on_standard_output_is_the_summary() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    let said = bench.feeler(&["run", "press.toml", "--json"]);
+    let printed: Value = serde_json::from_str(&said.out).unwrap();
+    assert_eq!(printed, summary(&bench, "out/press"));
+}
+
+#[test]
+fn truth_the_csv_holds_the_recorded_signals_at_their_rate() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    bench.feeler(&["run", "press.toml", "--csv"]);
+    let csv = bench.read("out/press/trace.csv");
+    let mut lines = csv.lines();
+    assert_eq!(lines.next(), Some("t_s,tool.force,tip.position,drive.command,force.reading"));
+    let rows: Vec<Vec<f64>> = lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+    // 0.5 s at 1 kHz, both ends included.
+    assert_eq!(rows.len(), 501);
+    for (row, values) in rows.iter().enumerate() {
+        assert_eq!(values.len(), 5);
+        assert!((values[0] - row as f64 * 1e-3).abs() < 1e-12);
+    }
+    assert!((rows[500][1] - 10.0).abs() < 0.2, "the force settles within 2 %");
+}
+
+#[test]
+fn prop_the_same_file_gives_the_same_bytes_whatever_the_threads() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    let noisy = ["--set", "sensors.force.noise=0.2", "--csv"];
+    for (folder, threads) in [("a", "1"), ("b", "1"), ("c", "4")] {
+        let said = bench.feeler(&[&["run", "press.toml", "--out", folder, "--threads", threads], &noisy[..]].concat());
+        assert_eq!(said.code, DONE, "{}", said.err);
+    }
+    for name in ["trace.parquet", "trace.csv", "report.html"] {
+        let bytes = |folder: &str| std::fs::read(bench.path(folder).join(name)).unwrap();
+        assert!(bytes("a") == bytes("b") && bytes("a") == bytes("c"), "{name}");
+    }
+    let timeless = |folder: &str| {
+        let mut summary = summary(&bench, folder);
+        summary["wall_s"].take();
+        summary
+    };
+    assert_eq!(timeless("a"), timeless("b"));
+    assert_eq!(timeless("a"), timeless("c"));
+}
+
+#[test]
+fn truth_settings_and_the_integrator_take_effect() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    let peak = |arguments: &[&str]| {
+        let said = bench.feeler(&[&["run", "press.toml", "--json"], arguments].concat());
+        let summary: Value = serde_json::from_str(&said.out).unwrap();
+        (summary["peak_force_n"].as_f64().unwrap(), summary["steps"].as_u64().unwrap())
+    };
+    let (plain, steps) = peak(&[]);
+    let (hard, _) = peak(&["--set", "controllers.force.reference=20.0"]);
+    assert!(hard > 1.5 * plain);
+    let (stepped, fixed_steps) = peak(&["--integrator", "rk4", "--set", "run.step=20 us"]);
+    assert!(fixed_steps > steps);
+    assert!((stepped / plain - 1.0).abs() < 0.01, "{stepped} {plain}");
+}
+
+#[test]
+fn truth_a_page_carries_all_it_needs() {
+    let bench = Bench::new();
+    bench.write("press.toml", &PRESS.replace("that damps", "that damps <b>much</b>"));
+    bench.feeler(&["run", "press.toml"]);
+    let page = bench.read("out/press/report.html");
+    assert!(page.len() < 3 << 20, "{}", page.len());
+    assert!(!page.contains("src=") && !page.contains("<link") && !page.contains("@import"));
+    assert!(page.contains("&lt;b&gt;much") && !page.contains("<b>much"));
+    assert!(page.contains("The force settles") && page.contains("MIT"));
+}
+
+#[test]
+fn truth_chatter_is_told_in_words() {
+    let bench = Bench::new();
+    assert_eq!(bench.feeler(&["new", "chatter", "--out", "chatter.toml"]).code, DONE);
+    let said = bench.feeler(&["run", "chatter.toml"]);
+    assert!(said.out.starts_with("chatter: The tool chatters at "), "{}", said.out);
+    let summary = summary(&bench, "out/chatter");
+    assert_eq!(summary["outcome"], "chatter");
+    let oscillation = &summary["oscillation"];
+    assert!(oscillation["frequency_hz"].as_f64().unwrap() > 1.0);
+    assert!(oscillation["contact_share"].as_f64().unwrap() < 1.0);
+}
+
+#[test]
+fn truth_a_missing_file_is_one_clear_error() {
+    let said = Bench::new().feeler(&["run", "nowhere.toml"]);
+    assert_eq!((said.code, said.out.as_str()), (BAD_INPUT, ""));
+    insta::assert_snapshot!(said.err);
+}
+
+#[test]
+fn truth_a_wrong_key_on_the_command_line_is_refused() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    let said = bench.feeler(&["run", "press.toml", "--set", "controllers.farce.kp=1"]);
+    assert_eq!(said.code, BAD_INPUT);
+    insta::assert_snapshot!(said.err);
+    assert!(!exists(bench.path("out")));
+}
+
+#[test]
+fn truth_a_folder_that_cannot_be_made_is_one_clear_error() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    bench.write("taken", "a file");
+    let said = bench.feeler(&["run", "press.toml", "--out", "taken/inside"]);
+    assert_eq!(said.code, BAD_INPUT);
+    assert!(said.err.starts_with("error: cannot write taken/inside: ") && said.err.contains("help: "), "{}", said.err);
+}

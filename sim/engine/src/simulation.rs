@@ -164,14 +164,16 @@ impl<L: Lane> Simulation<L> {
         self.run_to(duration_s, observer)
     }
 
-    /// Runs on to `until_s`; instants due then are served.
+    /// Runs on to `until_s`; instants due then are served. Ends at instants of the record or of samples leave no trace in the numbers; others change roundings.
     ///
     /// # Errors
     /// Those of [`Self::run`].
     pub fn run_to(&mut self, until_s: f64, observer: &mut impl Observer<L>) -> Result<(), EngineError> {
         loop {
-            let next_s = self.next_instant_s().min(until_s);
-            if next_s > self.t_s {
+            let instant_s = self.next_instant_s();
+            // An end that falls on an instant is that instant: a run in slices then goes through the same spans as one run.
+            let next_s = if due(instant_s, until_s) { instant_s } else { until_s };
+            if !due(next_s, self.t_s) {
                 self.propagate(next_s - self.t_s)?;
                 self.t_s = next_s;
                 for (l, lane) in self.lanes.iter_mut().enumerate() {

@@ -164,10 +164,9 @@ fn prop_run_in_slices_gives_the_same_bits() {
                 let program = Program::new(&scenario).unwrap();
                 let mut trace = Trace::new(program.record_names());
                 let mut simulation = Simulation::<f64>::new(vec![program]).unwrap();
-                let mut slices = 1;
-                while simulation.time_s() < scenario.run.duration_s {
-                    simulation.run_to((f64::from(slices) * slice_s).min(scenario.run.duration_s), &mut trace).unwrap();
-                    slices += 1;
+                let slices = (scenario.run.duration_s / slice_s).ceil() as u32;
+                for slice in 1..=slices {
+                    simulation.run_to((f64::from(slice) * slice_s).min(scenario.run.duration_s), &mut trace).unwrap();
                 }
                 assert_eq!(simulation.state(0), reference.state(0));
                 assert_eq!(trace, whole);

@@ -1,9 +1,24 @@
 //! The simulation held against closed forms, other people's numbers, and the paper's claims.
+//!
+//! [`validate`] makes every check and gives a [`Table`]; the modules hold what it checks: [`truths`] the closed forms, [`paper`] the paper's
+//! machines and the independent table of their numbers, [`experiments`] measured responses and onsets, [`claims`] the paper's five claims,
+//! [`landmarks`] a machine with the landmarks that the paper measured; [`figures`] draws the paper's figures.
 
+pub mod claims;
+pub mod closed_forms;
+pub mod convergence;
 pub mod error;
+pub mod experiments;
+pub mod figures;
+pub mod landmarks;
 pub mod models;
 pub mod paper;
+pub mod random_machines;
+pub mod svg;
 pub mod table;
+pub mod truths;
+mod validate;
 
 pub use error::ValidationError;
 pub use table::{Row, Table};
+pub use validate::{ONSET_DELAYS, Options, validate};

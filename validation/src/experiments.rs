@@ -1,0 +1,169 @@
+//! The simulation held against the analysis: frequency responses and the onset of instability.
+
+use feeler_analysis::frf::{Excitation, Experiment, MeasuredResponse, NoiseMethod};
+use feeler_analysis::{ControlLoop, View};
+use feeler_control::ForceGains;
+use feeler_engine::{Program, RunEnd, Scenario, Simulation, Trace};
+use feeler_lti::C64;
+use feeler_lti::spectral::{LocalPolynomialSettings, WelchSettings, cross_spectra};
+use feeler_plant::description::{Quantity, SignalName};
+
+use crate::error::ValidationError;
+use crate::paper::{Axis, IDEAL, Model, SOURCE};
+use crate::table::Row;
+use crate::truths::axis_response;
+
+/// Hold and sample time of all experiments, s.
+pub const HOLD_S: f64 = 1e-3;
+/// Band of comparison, Hz.
+pub const BAND_HZ: (f64, f64) = (1.0, 400.0);
+/// Asked of measured responses, dB and degrees.
+const MAGNITUDE_DB: f64 = 0.05;
+const PHASE_DEG: f64 = 0.3;
+/// Where they are compared.
+const COHERENCE: f64 = 0.99;
+/// Asked of the onset of instability, relative to the predicted gain.
+const ONSET: f64 = 1e-3;
+/// Asked of transfer functions got in two ways: rounding of a few hundred operations, amplified next to lightly damped zeros.
+const TWO_ROUTES: f64 = 1e-9;
+/// Lengths of the segments of which coherence is formed, s.
+const SEGMENT_S: f64 = 4.0;
+
+/// Every machine of the paper: each model with both drives.
+pub fn paper_axes() -> Vec<(String, Axis)> {
+    let drives = [("ideal", IDEAL), ("source", SOURCE)];
+    let each = |model: Model| drives.map(|(name, drive)| (format!("{}, {name}", model.name()), Axis::reference(model, drive)));
+    Model::ALL.into_iter().flat_map(each).collect()
+}
+
+/// The measurement of an axis from command to elastic contact force, clamped.
+pub fn clamped_experiment(axis: &Axis) -> Experiment {
+    Experiment {
+        machine: axis.machine("axis"),
+        actuator: "drive".into(),
+        output: SignalName::new("tool", Quantity::SpringForce),
+        hold_s: HOLD_S,
+        offset: 0.0,
+        seed: 11,
+    }
+}
+
+/// Transfer function by hand against the state space made from the machine's description.
+///
+/// # Errors
+/// [`ValidationError::Analysis`].
+pub fn two_route_rows() -> Result<Vec<Row>, ValidationError> {
+    let mut rows = Vec::new();
+    for (name, axis) in paper_axes() {
+        let plant = feeler_analysis::LinearMachine::new(&axis.machine("axis"), &View::CLAMPED)?;
+        let channel = plant.channel(&SignalName::new("drive", Quantity::Command), &SignalName::new("tool", Quantity::SpringForce))?;
+        let frequencies: Vec<f64> = (0..400).map(|i| 0.1 * 10_f64.powf(f64::from(i) / 100.0)).collect();
+        let found = channel.frequency_response(&frequencies)?;
+        let worst = frequencies.iter().zip(&found).map(|(f, g)| {
+            let expected = axis_response(&axis, C64::new(0.0, std::f64::consts::TAU * f));
+            (g - expected).norm() / expected.norm()
+        });
+        let claim = "three routes agree: equations of motion by hand, state space from the file";
+        rows.push(Row::at_most(format!("{name}: response, relative difference"), claim, worst.fold(0.0, f64::max), TWO_ROUTES));
+    }
+    Ok(rows)
+}
+
+/// Largest differences in dB and degrees over the frequencies that `counts`.
+fn differences(measured: &MeasuredResponse, counts: impl Fn(f64) -> bool) -> (f64, f64, usize) {
+    let mut worst = (0.0_f64, 0.0_f64, 0);
+    let values = measured.estimate.response.iter().zip(&measured.linear).zip(&measured.estimate.frequencies_hz);
+    for ((g, linear), _) in values.filter(|(_, f)| counts(**f)) {
+        let ratio = g / linear;
+        worst.0 = worst.0.max((20.0 * ratio.norm().log10()).abs());
+        worst.1 = worst.1.max(ratio.arg().to_degrees().abs());
+        worst.2 += 1;
+    }
+    worst
+}
+
+/// How thoroughly a response is measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResponseEffort {
+    /// Length of the noise record, s.
+    pub noise_s: f64,
+    /// Period of the multisine, s.
+    pub multisine_period_s: f64,
+}
+
+impl ResponseEffort {
+    /// For every machine.
+    pub const FULL: Self = Self { noise_s: 240.0, multisine_period_s: 4.0 };
+    /// For a machine whose resonances are at least 1 Hz wide.
+    pub const QUICK: Self = Self { noise_s: 60.0, multisine_period_s: 1.0 };
+}
+
+/// Measured against linear response of one axis, by noise and by multisine.
+///
+/// # Errors
+/// [`ValidationError::Analysis`].
+pub fn response_rows(name: &str, axis: &Axis, effort: ResponseEffort) -> Result<Vec<Row>, ValidationError> {
+    let claim = "simulated response agrees with the linear one";
+    let experiment = clamped_experiment(axis);
+    let mut rows = Vec::new();
+    let mut compare = |excitation: &str, (db, deg, lines): (f64, f64, usize)| {
+        rows.push(Row::at_most(format!("{name}: {excitation}, dB"), claim, db, MAGNITUDE_DB));
+        rows.push(Row::at_most(format!("{name}: {excitation}, degrees"), claim, deg, PHASE_DEG));
+        rows.push(Row::above(format!("{name}: {excitation}, frequencies compared"), claim, lines as f64, 50.0));
+    };
+    let periodic = Excitation::Multisine { period_s: effort.multisine_period_s, periods: 2, transient_periods: 4, realisations: 1 };
+    compare("multisine", differences(&experiment.measure(&periodic, 1.0, BAND_HZ)?, |_| true));
+
+    let method = NoiseMethod::LocalPolynomial(LocalPolynomialSettings::default());
+    let noise = Excitation::WhiteNoise { duration_s: effort.noise_s, method };
+    let measured = experiment.measure(&noise, 1.0, BAND_HZ)?;
+    let spec = feeler_control::ReferenceSpec::WhiteNoise { low_hz: 0.0, high_hz: BAND_HZ.1, rms: 1.0, offset: 0.0 };
+    let (u, y) = experiment.record(spec, experiment.seed, effort.noise_s)?;
+    let spectra = cross_spectra(&u, &y, HOLD_S, &WelchSettings::hann((SEGMENT_S / HOLD_S) as usize))?;
+    let coherence = spectra.coherence();
+    let coherent = |f: f64| coherence[((f * SEGMENT_S).round() as usize).min(coherence.len() - 1)] > COHERENCE;
+    compare("white noise", differences(&measured, coherent));
+    Ok(rows)
+}
+
+/// Growth rate of the motion (1/s) of a linear closed loop over the later part of a run, from the energy of two stretches of the force.
+fn growth_per_s(scenario: &Scenario, duration_s: f64) -> Result<f64, ValidationError> {
+    let mut scenario = scenario.clone();
+    scenario.run.duration_s = duration_s;
+    scenario.run.record = vec![SignalName::new("tool", Quantity::SpringForce)];
+    scenario.run.record_rate_hz = Some(1.0 / HOLD_S);
+    for body in scenario.machine.bodies.values_mut().take(2) {
+        body.velocity_m_per_s = 1e-3;
+    }
+    let program = Program::new(&scenario)?;
+    let mut trace = Trace::new(program.record_names());
+    let mut simulation = Simulation::<f64>::new(vec![program])?;
+    simulation.run(&mut trace)?;
+    if simulation.end(0) != RunEnd::Completed {
+        return Ok(f64::INFINITY);
+    }
+    let force = &trace.columns[0];
+    let window = force.len() / 5;
+    let energy = |first: usize| force[first..first + window].iter().map(|f| f * f).sum::<f64>();
+    let (early, late) = (energy(2 * window), energy(4 * window));
+    Ok((late / early).ln() / (2.0 * 2.0 * window as f64 * HOLD_S))
+}
+
+/// Simulated against predicted onset of instability of a proportional force loop, by bisection on long runs.
+///
+/// # Errors
+/// [`ValidationError::Analysis`], [`ValidationError::Engine`].
+pub fn onset_row(name: &str, axis: &Axis, delay_samples: f64, duration_s: f64) -> Result<Row, ValidationError> {
+    let scenario = |kp: f64| axis.force_loop(ForceGains { kp, ..ForceGains::default() }, HOLD_S, delay_samples * HOLD_S);
+    let predicted = ControlLoop::new(&scenario(0.1), &View::CLAMPED)?.sampled_bands("kp")?.first_upper();
+    let (mut low, mut high) = (0.98 * predicted, 1.02 * predicted);
+    // The bracket itself is checked: onset must lie within it.
+    let bracketed = growth_per_s(&scenario(low), duration_s)? < 0.0 && growth_per_s(&scenario(high), duration_s)? > 0.0;
+    while bracketed && high - low > 0.2 * ONSET * predicted {
+        let middle = 0.5 * (low + high);
+        if growth_per_s(&scenario(middle), duration_s)? > 0.0 { high = middle } else { low = middle }
+    }
+    let got = if bracketed { 0.5 * (low + high) } else { f64::NAN };
+    let claim = "simulated onset of instability at the predicted gain";
+    Ok(Row::relative(format!("{name}: onset of instability, {delay_samples} samples late"), claim, got, predicted, ONSET))
+}

@@ -1,0 +1,53 @@
+//! The whole table.
+
+use crate::error::ValidationError;
+use crate::experiments::{ResponseEffort, onset_row, paper_axes, response_rows, two_route_rows};
+use crate::table::{Row, Table};
+use crate::{claims, closed_forms, convergence, landmarks, models, random_machines};
+
+/// Delays at which the onset of instability is simulated, in samples.
+pub const ONSET_DELAYS: [f64; 4] = [0.0, 0.37, 1.0, 2.5];
+
+/// How thorough to be.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Options {
+    /// Text of the independent critical gains (`critical-gains.json`), where at hand.
+    pub critical_gains_json: Option<String>,
+    /// Only the checks that take seconds: two of the paper's machines instead of ten, fewer random ones.
+    pub quick: bool,
+}
+
+/// Makes every check and gives the table; `progress` hears of each group before it begins.
+///
+/// # Errors
+/// [`ValidationError`] where a check cannot be made at all.
+pub fn validate(options: &Options, mut progress: impl FnMut(&str)) -> Result<Table, ValidationError> {
+    let mut table = Table::default();
+    let mut group = |name: &str, rows: &dyn Fn() -> Result<Vec<Row>, ValidationError>| -> Result<(), ValidationError> {
+        progress(name);
+        table.rows.extend(rows()?);
+        Ok(())
+    };
+    group("closed forms", &closed_forms::closed_form_rows)?;
+    group("table of models", &models::model_rows)?;
+    if let Some(json) = &options.critical_gains_json {
+        group("critical gains", &|| models::critical_gain_rows(json))?;
+    }
+    group("three routes", &two_route_rows)?;
+    group("claims of the paper", &claims::claim_rows)?;
+    group("convergence", &convergence::convergence_rows)?;
+    group("random machines", &|| random_machines::random_machine_rows(if options.quick { 60 } else { 600 }))?;
+    if !options.quick {
+        group("landmarks by simulated experiments", &|| landmarks::simulated_rows(&landmarks::Chain::FITTED))?;
+    }
+    let axes = paper_axes();
+    let chosen = if options.quick { &axes[..2] } else { &axes[..] };
+    for (name, axis) in chosen {
+        let effort = if options.quick { ResponseEffort::QUICK } else { ResponseEffort::FULL };
+        group(&format!("frequency response: {name}"), &|| response_rows(name, axis, effort))?;
+        group(&format!("onset of instability: {name}"), &|| {
+            ONSET_DELAYS.iter().map(|&delay| onset_row(name, axis, delay, if options.quick { 12.0 } else { 40.0 })).collect()
+        })?;
+    }
+    Ok(table)
+}

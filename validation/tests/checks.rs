@@ -1,0 +1,48 @@
+//! The checks of the table in the forms that take seconds.
+
+use feeler_validation::experiments::{ResponseEffort, onset_row, paper_axes, response_rows, two_route_rows};
+use feeler_validation::{Row, ValidationError, claims, closed_forms, convergence, random_machines};
+
+fn all_pass(rows: Result<Vec<Row>, ValidationError>) {
+    let rows = rows.unwrap();
+    assert!(!rows.is_empty());
+    let failures: Vec<&Row> = rows.iter().filter(|row| !row.pass).collect();
+    assert!(failures.is_empty(), "{failures:#?}");
+}
+
+#[test]
+fn truth_closed_forms() {
+    all_pass(closed_forms::closed_form_rows());
+}
+
+#[test]
+fn truth_transfer_functions_by_hand() {
+    all_pass(two_route_rows());
+}
+
+#[test]
+fn reference_claims_of_the_paper() {
+    all_pass(claims::claim_rows());
+}
+
+#[test]
+fn order_integrators_through_an_impact() {
+    all_pass(convergence::convergence_rows());
+}
+
+#[test]
+fn prop_random_machines() {
+    all_pass(random_machines::random_machine_rows(500));
+}
+
+#[test]
+fn truth_measured_response_of_the_rigid_axis() {
+    let (name, axis) = &paper_axes()[1];
+    all_pass(response_rows(name, axis, ResponseEffort::QUICK));
+}
+
+#[test]
+fn truth_onset_of_instability_of_the_rigid_axis() {
+    let (name, axis) = &paper_axes()[0];
+    all_pass([0.0, 0.37, 1.0, 2.5].iter().map(|&delay| onset_row(name, axis, delay, 10.0)).collect());
+}

@@ -10,9 +10,11 @@
   const text = () => colour("--text"), soft = () => colour("--soft"), grid = () => colour("--line");
   const short = (value) => value == null ? "" : Number(value.toPrecision(5)).toString();
 
+  // Lines at decades alone; an amplitude may span many.
+  const decades = (u, splits) => splits.map((v) => v != null && isDecade(v) ? v : null);
   const axis = (label, side, log) => ({
     label, side, font: FONT, labelFont: FONT, stroke: soft, labelSize: 22, labelGap: 2,
-    grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1, size: 5 },
+    grid: { stroke: grid, width: 1, ...(log && side === 3 ? { filter: decades } : {}) }, ticks: { stroke: grid, width: 1, size: 5 },
     values: (u, splits) => splits.map((v) => v == null ? "" : log && !isDecade(v) ? "" : short(v)),
     ...(side === 3 ? { size: (u, values) => 16 + 7 * Math.max(2, ...(values || []).map((v) => String(v).length)) } : { size: 32 }),
   });
@@ -37,6 +39,7 @@
     ctx.save();
     ctx.beginPath(); ctx.rect(left, top, width, height); ctx.clip();
     ctx.font = `${12 * scale}px system-ui, sans-serif`;
+    ctx.textAlign = "left"; ctx.textBaseline = "alphabetic";
     ctx.fillStyle = text(); ctx.strokeStyle = soft(); ctx.lineWidth = scale;
     const name = (label, x, y) => {
       const w = ctx.measureText(label).width;
@@ -80,16 +83,15 @@
   }));
 
   const lineChart = (chart, width) => {
-    const x = chart.x.axis ? page.axes[chart.x.axis] : chart.x.values;
     const options = {
       width, height: HEIGHT, padding: [12, 18, 0, 4],
-      cursor: { drag: { x: true, y: false }, ...(chart.x.axis ? { sync: { key: chart.x.axis } } : {}) },
+      cursor: { drag: { x: true, y: false }, ...(chart.x.together ? { sync: { key: chart.x.together } } : {}) },
       scales: { x: { time: false, ...(chart.x.log ? { distr: 3, log: 10 } : {}) }, y: vertical(chart) },
       axes: [axis(chart.x.label, 2, chart.x.log), axis(chart.y.label, 3, chart.y.log)],
       series: [{ label: chart.x.label, value: (u, v) => v == null ? "" : Number(v.toPrecision(8)).toString() }, ...curves(chart)],
       hooks: { drawClear: [shade(chart)], draw: [annotate(chart)] },
     };
-    return [options, [x, ...chart.series.map((series) => series.values)]];
+    return [options, [chart.x.values, ...chart.series.map((series) => series.values)]];
   };
 
   // Each series is a path of its own; the pointer picks the nearest point of the first.

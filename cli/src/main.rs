@@ -11,6 +11,7 @@ mod progress;
 mod reports;
 mod table;
 mod terminal;
+mod units;
 mod words;
 
 use std::process::ExitCode;

@@ -4,12 +4,15 @@
 const DIGITS: i32 = 4;
 
 /// Units that take a prefix, and the prefixes.
-const PREFIXABLE: &[&str] = &["m", "s", "N", "J", "Hz", "m/s", "N m", "W"];
+const PREFIXABLE: &[&str] = &["m", "s", "N", "J", "Hz", "m/s", "N m", "rad", "rad/s"];
 const PREFIXES: &[(f64, &str)] = &[(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
 
 /// A number in the unit in which it reads best, such as `("1.25", "mm")`.
 pub(crate) fn split(value: f64, unit: &str) -> (String, String) {
     if value == 0.0 || !value.is_finite() || !PREFIXABLE.contains(&unit) {
+        return (plain(value), unit.to_owned());
+    }
+    if value.abs() < 1e-12 {
         return (plain(value), unit.to_owned());
     }
     let (scale, prefix) = prefix(value);
@@ -73,6 +76,7 @@ mod tests {
         assert_eq!(with_unit(23_456.0, "Hz"), "23.46 kHz");
         assert_eq!(with_unit(0.0, "N"), "0 N");
         assert_eq!(with_unit(-0.02, "s"), "-20 ms");
+        assert_eq!(with_unit(3e-15, "J"), "3.00e-15 J");
         assert_eq!(plain(1234.5), "1234");
         assert_eq!(plain(1.0e-9), "1.00e-9");
         assert_eq!(percent(0.1234), "12.3");

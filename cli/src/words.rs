@@ -3,42 +3,57 @@
 use feeler_scenarios::run::{Oscillation, Outcome, Summary, Undecided};
 
 use crate::numbers::{count, plain, with_unit};
+use crate::units::Units;
 
 /// Cycles after which a clock or a quartz would be called slow; below, a rate reads better as a period.
 const SLOW_HZ: f64 = 1.0;
 
 /// One or two sentences that say what became of a run.
-pub(crate) fn outcome(summary: &Summary) -> String {
+pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
     let reference = summary.response.and_then(|response| response.final_reference_n);
     let oscillation = summary.oscillation.unwrap_or_default();
     match summary.outcome {
-        Outcome::Settled => format!("The force settles{}: the tool touches and stays.", at_and_within(summary, reference)),
+        Outcome::Settled => format!("The force settles{}: the tool touches and stays.", at_and_within(summary, reference, units)),
         Outcome::BouncesThenSettles => {
-            format!("The tool bounces {} and then settles{}.", times(summary.bounces), at_and_within(summary, reference))
+            format!("The tool bounces {} and then settles{}.", times(summary.bounces), at_and_within(summary, reference, units))
         }
         Outcome::Chatter => chatter(&oscillation),
+        Outcome::Unstable if summary.bounces > 0 => match summary.verdict.growth_per_s {
+            Some(rate) if rate > 0.0 => {
+                format!(
+                    "The motion is unstable: every bounce is harder than the last, by a factor of e every {}.",
+                    with_unit(1.0 / rate, "s")
+                )
+            }
+            _ => "The motion is unstable: it leaves all bounds.".to_owned(),
+        },
         Outcome::Unstable => match summary.verdict.growth_per_s {
-            Some(rate) if rate > 0.0 => format!("The motion is unstable: its amplitude grows e-fold every {}.", with_unit(1.0 / rate, "s")),
+            Some(rate) if rate > 0.0 => {
+                format!("The motion is unstable: its amplitude grows by a factor of e every {}.", with_unit(1.0 / rate, "s"))
+            }
             _ => "The motion is unstable: it leaves all bounds.".to_owned(),
         },
         Outcome::LimitCycle => format!(
             "The force swings between the limits of the drive at {}, by {} either way, and does not decay.",
             rate(oscillation.frequency_hz),
-            with_unit(oscillation.amplitude_n, "N")
+            with_unit(oscillation.amplitude_n, units.force)
         ),
         Outcome::Hunting => format!(
             "The axis hunts: it sticks and breaks loose again at {}, and the force swings by {} either way.",
             rate(oscillation.frequency_hz),
-            with_unit(oscillation.amplitude_n, "N")
+            with_unit(oscillation.amplitude_n, units.force)
         ),
         Outcome::Oscillates => format!(
             "The force oscillates in contact at {}, by {} either way, and does not decay.",
             rate(oscillation.frequency_hz),
-            with_unit(oscillation.amplitude_n, "N")
+            with_unit(oscillation.amplitude_n, units.force)
         ),
         Outcome::Driven => "The reference moves to the end of the run, and contact is kept while the force follows it.".to_owned(),
         Outcome::NoContact if summary.bounces > 0 => {
-            format!("The tool touches, leaves the workpiece after {} and does not come back.", with_unit(summary.contact_time_s, "s"))
+            format!(
+                "The tool touches, leaves the workpiece after {} in contact, and is still away at the end.",
+                with_unit(summary.contact_time_s, "s")
+            )
         }
         Outcome::NoContact if summary.contacts.is_empty() => "Nothing can touch in this scenario; the axis moves freely.".to_owned(),
         Outcome::NoContact => "The tool does not touch the workpiece in this run.".to_owned(),
@@ -80,8 +95,8 @@ fn rate(frequency_hz: f64) -> String {
     with_unit(frequency_hz, "Hz")
 }
 
-fn at_and_within(summary: &Summary, reference_n: Option<f64>) -> String {
-    let at = reference_n.map_or_else(String::new, |reference| format!(" at {}", with_unit(reference, "N")));
+fn at_and_within(summary: &Summary, reference_n: Option<f64>, units: Units) -> String {
+    let at = reference_n.map_or_else(String::new, |reference| format!(" at {}", with_unit(reference, units.force)));
     match (summary.settling_time_s, summary.response) {
         (Some(time), Some(response)) => {
             let first = summary.main_contact.and_then(|i| summary.contacts[i].first_contact_s);
@@ -93,7 +108,9 @@ fn at_and_within(summary: &Summary, reference_n: Option<f64>) -> String {
             let error = response.steady_error_n.unwrap_or_default();
             let side = if error < 0.0 { "below" } else { "above" };
             match reference_n {
-                Some(reference) => format!(", but {} {side} its reference of {}", with_unit(error.abs(), "N"), with_unit(reference, "N")),
+                Some(reference) => {
+                    format!(", but {} {side} its reference of {}", with_unit(error.abs(), units.force), with_unit(reference, units.force))
+                }
                 None => String::new(),
             }
         }

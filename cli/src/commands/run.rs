@@ -11,6 +11,7 @@ use crate::failure::BadInput;
 use crate::numbers::{percent, plain, split, with_unit};
 use crate::progress::Progress;
 use crate::table::table;
+use crate::units::Units;
 use crate::{reports, terminal, words};
 
 /// Results go under this folder unless another is named.
@@ -31,7 +32,8 @@ pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
     }
     let files = written.iter().map(|path| format!("  {}", path.display())).collect::<Vec<_>>().join("\n");
     let summary = &result.summary;
-    terminal::print(&format!("{}: {}\n\n{}\n\nwrote\n{files}", summary.name, words::outcome(summary), figures(summary)))
+    let units = Units::of(&document.scenario.machine);
+    terminal::print(&format!("{}: {}\n\n{}\n\nwrote\n{files}", summary.name, words::outcome(summary, units), figures(summary, units)))
 }
 
 fn read(arguments: &Run) -> anyhow::Result<Document> {
@@ -84,26 +86,27 @@ fn about(document: &Document) -> Vec<(&'static str, String)> {
 }
 
 /// The summary as a table: measure, number, unit, remark.
-fn figures(summary: &Summary) -> String {
+fn figures(summary: &Summary, units: Units) -> String {
     let mut rows: Vec<Vec<String>> = Vec::new();
     let mut row = |name: &str, (number, unit): (String, String), remark: String| rows.push(vec![name.to_owned(), number, unit, remark]);
     let none = || ("-".to_owned(), String::new());
     row("outcome", (String::new(), String::new()), words::outcome_label(summary.outcome).to_owned());
     for contact in &summary.contacts {
         let name = if summary.contacts.len() > 1 { format!("peak force, {}", contact.name) } else { "peak force".to_owned() };
-        row(&name, split(contact.peak_force_n, "N"), format!("at {}", with_unit(contact.peak_at_s, "s")));
+        row(&name, split(contact.peak_force_n, units.force), format!("at {}", with_unit(contact.peak_at_s, "s")));
     }
     if let Some(response) = summary.response {
-        let reference = response.final_reference_n.map_or_else(String::new, |reference| format!("of {}", with_unit(reference, "N")));
+        let reference =
+            response.final_reference_n.map_or_else(String::new, |reference| format!("of {}", with_unit(reference, units.force)));
         row("overshoot", response.overshoot.map_or_else(none, |share| (percent(share), "%".into())), reference);
-        let band = format!("to within {} for good", with_unit(response.band_n, "N"));
+        let band = format!("to within {} for good", with_unit(response.band_n, units.force));
         row("settling time", response.settling_time_s.map_or_else(none, |time| split(time, "s")), band);
     }
     row("bounces", (summary.bounces.to_string(), String::new()), String::new());
     row("contact time", split(summary.contact_time_s, "s"), format!("{} % of the run", percent(summary.contact_share)));
     if let Some(oscillation) = &summary.oscillation {
         row("chatter frequency", split(oscillation.frequency_hz, "Hz"), format!("{} impacts per second", plain(oscillation.impacts_per_s)));
-        row("chatter amplitude", split(oscillation.amplitude_n, "N"), "half of peak to peak".into());
+        row("chatter amplitude", split(oscillation.amplitude_n, units.force), "half of peak to peak".into());
     }
     row("saturation", (percent(summary.saturation_share), "%".into()), "of the controller samples".into());
     let energy = &summary.energy;

@@ -5,12 +5,12 @@ use serde_json::{Value, json};
 /// Significant digits of plotted values: ten times finer than a pixel of a large screen.
 const DIGITS: usize = 6;
 /// Of horizontal axes, which may be zoomed far into.
-pub(super) const AXIS_DIGITS: usize = 9;
+const AXIS_DIGITS: usize = 9;
 
 /// What a chart's horizontal axis is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ChartKind {
-    /// Increasing values, zoomed in one direction; charts with the same shared axis zoom together.
+    /// Increasing values, zoomed in one direction; charts may zoom together.
     Line,
     /// A path in a plane, zoomed in both.
     Path,
@@ -58,8 +58,8 @@ pub(crate) struct Chart {
     pub(crate) y_label: String,
     pub(crate) x_log: bool,
     pub(crate) y_log: bool,
-    /// Name of a shared horizontal axis; else `x` holds the values.
-    pub(crate) x_axis: Option<&'static str>,
+    /// Charts that share this name zoom together.
+    pub(crate) together: Option<&'static str>,
     pub(crate) x: Vec<f64>,
     pub(crate) series: Vec<Series>,
     /// Spans of the horizontal axis that are shaded.
@@ -78,7 +78,7 @@ impl Chart {
             y_label: y_label.into(),
             x_log: false,
             y_log: false,
-            x_axis: None,
+            together: None,
             x: Vec::new(),
             series: Vec::new(),
             bands: Vec::new(),
@@ -92,7 +92,7 @@ impl Chart {
         let series = |series: &Series| json!({ "name": series.name, "unit": series.unit, "dashed": series.dashed, "values": numbers(&series.values, DIGITS) });
         json!({
             "kind": if self.kind == ChartKind::Line { "line" } else { "path" },
-            "x": { "label": self.x_label, "log": self.x_log, "axis": self.x_axis, "values": numbers(&self.x, AXIS_DIGITS) },
+            "x": { "label": self.x_label, "log": self.x_log, "together": self.together, "values": numbers(&self.x, AXIS_DIGITS) },
             "y": { "label": self.y_label, "log": self.y_log },
             "series": self.series.iter().map(series).collect::<Vec<_>>(),
             "bands": self.bands.iter().map(|band| numbers(band, AXIS_DIGITS)).collect::<Vec<_>>(),
@@ -103,7 +103,7 @@ impl Chart {
 }
 
 /// A number with this many significant digits, which is shorter to write; none where it is no number.
-pub(crate) fn rounded(value: f64, digits: usize) -> Value {
+fn rounded(value: f64, digits: usize) -> Value {
     let short: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
     // Whole numbers need no `.0`.
     if short.fract() == 0.0 && short.abs() < 1e9 { Value::from(short as i64) } else { Value::from(short) }

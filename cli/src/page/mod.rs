@@ -9,9 +9,9 @@ mod html;
 
 use std::fmt::Write as _;
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
-pub(crate) use chart::{Chart, ChartKind, Line, Mark, Series, rounded};
+pub(crate) use chart::{Chart, ChartKind, Line, Mark, Series};
 pub(crate) use decimate::{by_extremes, by_steps};
 pub(crate) use html::escape;
 
@@ -33,8 +33,6 @@ pub(crate) struct Page {
     title: String,
     body: String,
     charts: Vec<Value>,
-    /// Horizontal axes that several charts share, by name.
-    axes: Map<String, Value>,
 }
 
 impl Page {
@@ -44,7 +42,7 @@ impl Page {
             let _ = write!(body, "<p class=\"about\">{}</p>", escape(about));
         }
         body.push_str("</header>\n");
-        Self { title: title.to_owned(), body, charts: Vec::new(), axes: Map::new() }
+        Self { title: title.to_owned(), body, charts: Vec::new() }
     }
 
     /// The sentence that matters most.
@@ -67,11 +65,6 @@ impl Page {
             let _ = write!(self.body, "<div class=\"tile\"><span>{name}</span><strong>{value}</strong><small>{remark}</small></div>");
         }
         self.body.push_str("</div>\n");
-    }
-
-    /// A horizontal axis for the charts that name it.
-    pub(crate) fn axis(&mut self, name: &str, values: &[f64]) {
-        self.axes.insert(name.to_owned(), values.iter().map(|&value| rounded(value, chart::AXIS_DIGITS)).collect());
     }
 
     pub(crate) fn chart(&mut self, chart: &Chart) {
@@ -126,7 +119,7 @@ impl Page {
 
     /// The page as one file.
     pub(crate) fn render(self) -> String {
-        let data = json!({ "axes": self.axes, "charts": self.charts }).to_string().replace("</", "<\\/");
+        let data = json!({ "charts": self.charts }).to_string().replace("</", "<\\/");
         let title = escape(&self.title);
         let version = env!("CARGO_PKG_VERSION");
         let licence = UPLOT_LICENCE.trim();

@@ -125,7 +125,7 @@ fn truth_a_page_carries_all_it_needs() {
 fn truth_chatter_is_told_in_words() {
     let bench = Bench::new();
     assert_eq!(bench.feeler(&["new", "chatter", "--out", "chatter.toml"]).code, DONE);
-    let said = bench.feeler(&["run", "chatter.toml"]);
+    let said = bench.feeler(&["run", "chatter.toml", "--set", "controllers.force.kp=1.0", "--set", "controllers.force.ki=0"]);
     assert!(said.out.starts_with("chatter: The tool chatters at "), "{}", said.out);
     let summary = summary(&bench, "out/chatter");
     assert_eq!(summary["outcome"], "chatter");

@@ -35,6 +35,8 @@ pub struct ContactRun {
     pub engagement: Engagement,
     /// When it pushed, to the accuracy of the events.
     pub intervals: Vec<Interval>,
+    /// The largest force on the record in each of these, N.
+    pub interval_peaks_n: Vec<f64>,
     /// Instants of touch-down, s.
     pub touches_s: Vec<f64>,
     /// Instants of lift-off, s.
@@ -79,11 +81,18 @@ fn contact(index: usize, name: &str, assembly: &Assembly, record: &Trace, end_s:
     let (touches_s, lifts_s) = (instants(EventKind::Touch), instants(EventKind::Lift));
     let column = |quantity| record.column(&SignalName::new(name, quantity).to_string()).unwrap_or_default();
     let closed_at_start = column(Quantity::Contact).first().is_some_and(|&state| state > 0.5);
-    let (peak_at_s, peak_force_n) = peak(&record.t_s, column(Quantity::Force));
+    let force_n = column(Quantity::Force);
+    let (peak_at_s, peak_force_n) = peak(&record.t_s, force_n);
+    let intervals = intervals(closed_at_start, &touches_s, &lifts_s, end_s);
+    let peak_within = |interval: &Interval| {
+        let row = |t_s: f64| record.t_s.partition_point(|&t| t < t_s);
+        force_n[row(interval.start_s)..row(interval.end_s)].iter().fold(0.0, |peak: f64, &f| peak.max(f))
+    };
     ContactRun {
         name: name.to_owned(),
         engagement: assembly.contacts[index].engagement,
-        intervals: intervals(closed_at_start, &touches_s, &lifts_s, end_s),
+        interval_peaks_n: intervals.iter().map(peak_within).collect(),
+        intervals,
         touches_s,
         lifts_s,
         peak_force_n,

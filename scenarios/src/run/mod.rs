@@ -62,6 +62,7 @@ pub use summary::{ContactSummary, EventRecord, Summary};
 pub use trace_file::{write_csv, write_parquet};
 
 use record::Recording;
+use saturation::Limits;
 
 /// Slices in which a run goes, each followed by a word on its progress.
 const SLICES: usize = 200;
@@ -88,7 +89,7 @@ pub struct RunResult {
     pub contacts: Vec<ContactRun>,
     /// The force loop whose reference the measures refer to.
     pub force_loop: Option<ForceLoop>,
-    /// Share of the record in which a drive or controller was at its limit, row by row.
+    /// Whether a drive or controller was at its limit, for each row of the record.
     pub saturated: Vec<bool>,
     /// Figures of the run.
     pub summary: Summary,
@@ -134,16 +135,16 @@ pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<Ru
     let trace = recording.wanted(&record);
     let force_loop = ForceLoop::find(scenario);
     let contacts = contact::contacts(scenario, &assembly, &record, simulation.time_s());
-    let saturated = saturation::rows(scenario, &assembly, &record);
+    let limits = Limits::of(scenario, &assembly, &record);
     let ended = summary::Ended {
         end: simulation.end(0),
         t_s: simulation.time_s(),
         steps: simulation.steps(),
         energy: simulation.energy(0).unwrap_or_default(),
     };
-    let mut summary = summary::summarise(scenario, &assembly, &record, &contacts, force_loop.as_ref(), &saturated, &ended);
+    let mut summary = summary::summarise(scenario, &assembly, &record, &contacts, force_loop.as_ref(), &limits, &ended);
     summary.wall_s = started.elapsed().as_secs_f64();
-    Ok(RunResult { trace, record, contacts, force_loop, saturated, summary })
+    Ok(RunResult { trace, record, contacts, force_loop, saturated: limits.saturated, summary })
 }
 
 /// Runs to the end in slices that end where the record stops anyway, so that slicing leaves every bit as it is.

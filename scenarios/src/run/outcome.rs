@@ -6,10 +6,10 @@
 //!
 //! | outcome | when |
 //! |---|---|
-//! | unstable | the motion left all bounds, or `A3 > 1.5 A2` and `A2 > 1.5 A1` beyond what the sensor resolves |
+//! | unstable | the motion left all bounds; or `A3 > 1.5 A2` and `A2 > 1.5 A1` beyond what the sensor resolves; or the force peaks of the last half of all contacts, 4 at least, rise from each to the next and by more than 2.25 times in all |
 //! | no-contact | the tool never touched, or left for good before the tail |
 //! | chatter | at least 3 lift-offs in the tail, 2 of them in its last part, and `A3 >= 0.7 A1` |
-//! | driven | the reference moves to the end, so that there is nothing to settle at |
+//! | driven | a reference moves to the end, so that there is nothing to settle at |
 //! | settled, bounces-then-settles | `A3` within the settling band, and no lift-off in the last part; by whether the tool had left the workpiece |
 //! | limit-cycle | the force oscillates and does not decay, and a drive or controller is at its limit for over 1 % of the tail |
 //! | hunting | the same, no limit is reached, and a guide sticks or breaks loose at least twice |
@@ -25,6 +25,8 @@ const GROWS: f64 = 1.5;
 const LASTS: f64 = 0.7;
 /// Share of the tail at a limit that makes an oscillation one of saturation.
 const SATURATES: f64 = 0.01;
+/// Contacts at the end of the run whose peaks must rise to call the bouncing unstable.
+const LEAST_RISING: usize = 4;
 /// Lift-offs in the tail, and in its last part, that make chatter.
 const LEAST_LIFTS: (usize, usize) = (3, 2);
 /// Changes between sticking and sliding in the tail that make hunting.
@@ -128,12 +130,16 @@ pub(super) struct Evidence<'a> {
     pub(super) t_s: &'a [f64],
     /// The contact force at the rows, N.
     pub(super) force_n: &'a [f64],
-    /// The force wanted at the rows, where it moves to the end.
+    /// Whether some reference moves to the end.
+    pub(super) driven: bool,
+    /// The force wanted at the rows, where that is what moves.
     pub(super) moving_reference_n: Option<&'a [f64]>,
     /// When the last change of the reference or the first touch was, s; none where there was no touch.
     pub(super) starts_at_s: Option<f64>,
     /// When contact last ended; none where it lasts to the end.
     pub(super) lost_at_s: Option<f64>,
+    /// Each contact since settling counts: when it began, s, and its largest force, N.
+    pub(super) impacts: &'a [(f64, f64)],
     /// Instants of lift-off, s.
     pub(super) lifts_s: &'a [f64],
     /// Whether a limit was reached, row by row.
@@ -160,6 +166,9 @@ impl Evidence<'_> {
             RunEnd::EventStorm { .. } => return unsure(Undecided::EventStorm),
             _ => {}
         }
+        if let Some(rate) = self.impact_growth_per_s() {
+            return Verdict { growth_per_s: Some(rate), ..say(Outcome::Unstable) };
+        }
         if self.starts_at_s.is_none() || self.lost_at_s.is_some_and(|lost| lost < tail_s[0]) {
             return say(Outcome::NoContact);
         }
@@ -179,7 +188,7 @@ impl Evidence<'_> {
         if lifts.0 >= LEAST_LIFTS.0 && lifts.1 >= LEAST_LIFTS.1 {
             return if lasts { say(Outcome::Chatter) } else { unsure(Undecided::StillDecaying) };
         }
-        if self.moving_reference_n.is_some() {
+        if self.driven {
             return say(Outcome::Driven);
         }
         if a3 <= band_n && lifts.1 == 0 && self.lost_at_s.is_none() {
@@ -196,6 +205,14 @@ impl Evidence<'_> {
         }
         let sticks = self.sticks_s.iter().filter(|&&t| t >= tail_s[0]).count();
         say(if sticks >= LEAST_STICKS { Outcome::Hunting } else { Outcome::Oscillates })
+    }
+
+    /// Rate at which the peaks of the last contacts rise, where they do.
+    fn impact_growth_per_s(&self) -> Option<f64> {
+        let last = &self.impacts[self.impacts.len() - self.impacts.len().div_ceil(2).max(LEAST_RISING).min(self.impacts.len())..];
+        let [(from_s, first_n), .., (to_s, last_n)] = last else { return None };
+        let rises = last.len() >= LEAST_RISING && last.windows(2).all(|pair| pair[1].1 > pair[0].1);
+        (rises && *last_n > GROWS * GROWS * first_n).then(|| (last_n / first_n).ln() / (to_s - from_s))
     }
 
     fn lifts_after(&self, t_s: f64) -> usize {
@@ -224,22 +241,28 @@ mod tests {
         (0..ROWS).map(|i| i as f64 * 1e-4).collect()
     }
 
-    fn verdict_of(force: impl Fn(f64) -> f64, change: impl Fn(&mut Evidence<'_>)) -> Verdict {
-        let t_s = times();
-        let force_n: Vec<f64> = t_s.iter().map(|&t| force(t)).collect();
-        let saturated = vec![false; ROWS];
-        let mut evidence = Evidence {
+    /// A run in which nothing happens after a touch at 0.2 s.
+    fn still() -> Evidence<'static> {
+        Evidence {
             end: RunEnd::Completed,
-            t_s: &t_s,
-            force_n: &force_n,
+            t_s: &[],
+            force_n: &[0.0; ROWS],
+            driven: false,
             moving_reference_n: None,
             starts_at_s: Some(0.2),
             lost_at_s: None,
+            impacts: &[],
             lifts_s: &[],
-            saturated: &saturated,
+            saturated: &[false; ROWS],
             sticks_s: &[],
             band_n: Some(0.4),
-        };
+        }
+    }
+
+    fn verdict_of(force: impl Fn(f64) -> f64, change: impl Fn(&mut Evidence<'_>)) -> Verdict {
+        let t_s = times();
+        let force_n: Vec<f64> = t_s.iter().map(|&t| force(t)).collect();
+        let mut evidence = Evidence { t_s: &t_s, force_n: &force_n, ..still() };
         change(&mut evidence);
         evidence.verdict()
     }
@@ -269,18 +292,7 @@ mod tests {
         let of = |force: &dyn Fn(f64) -> f64| {
             let t_s = times();
             let force_n: Vec<f64> = t_s.iter().map(|&t| force(t)).collect();
-            let evidence = Evidence {
-                end: RunEnd::Completed,
-                t_s: &t_s,
-                force_n: &force_n,
-                moving_reference_n: None,
-                starts_at_s: Some(0.2),
-                lost_at_s: None,
-                lifts_s: &lifts,
-                saturated: &vec![true; ROWS],
-                sticks_s: &[],
-                band_n: Some(0.4),
-            };
+            let evidence = Evidence { t_s: &t_s, force_n: &force_n, lifts_s: &lifts, saturated: &[true; ROWS], ..still() };
             evidence.verdict()
         };
         assert_eq!(of(&bounces).outcome, Outcome::Chatter);
@@ -289,30 +301,33 @@ mod tests {
     }
 
     #[test]
+    fn truth_rising_impacts_are_unstable_even_where_the_tool_is_away_at_the_end() {
+        let impacts: Vec<(f64, f64)> = (0..8).map(|i| (0.1 * f64::from(i), 10.0 * (0.2 * f64::from(i)).exp())).collect();
+        let away = |impacts: &[(f64, f64)]| {
+            let t_s = times();
+            let evidence = Evidence { lost_at_s: Some(0.75), impacts, t_s: &t_s, ..still() };
+            evidence.verdict()
+        };
+        let verdict = away(&impacts);
+        assert_eq!(verdict.outcome, Outcome::Unstable);
+        // 20 % more every 0.1 s.
+        assert!((verdict.growth_per_s.unwrap() - 2.0).abs() < 1e-9);
+        let falling: Vec<(f64, f64)> = impacts.iter().map(|(t, f)| (*t, 1.0 / f)).collect();
+        assert_eq!(away(&falling).outcome, Outcome::NoContact);
+    }
+
+    #[test]
     fn truth_sustained_oscillation_is_named_after_what_is_in_play() {
         let swings = |t: f64| 20.0 + 5.0 * (TAU * 12.0 * t).sin();
-        let always = vec![true; ROWS];
         let sticks: Vec<f64> = (0..20).map(|i| 0.1 * f64::from(i)).collect();
         assert_eq!(verdict_of(swings, |_| {}).outcome, Outcome::Oscillates);
         let t_s = times();
         let force_n: Vec<f64> = t_s.iter().map(|&t| swings(t)).collect();
-        let base = Evidence {
-            end: RunEnd::Completed,
-            t_s: &t_s,
-            force_n: &force_n,
-            moving_reference_n: None,
-            starts_at_s: Some(0.2),
-            lost_at_s: None,
-            lifts_s: &[],
-            saturated: &always,
-            sticks_s: &sticks,
-            band_n: Some(0.4),
-        };
+        let base = Evidence { t_s: &t_s, force_n: &force_n, saturated: &[true; ROWS], sticks_s: &sticks, ..still() };
         assert_eq!(base.verdict().outcome, Outcome::LimitCycle);
-        let never = vec![false; ROWS];
-        assert_eq!(Evidence { saturated: &never, ..base }.verdict().outcome, Outcome::Hunting);
+        assert_eq!(Evidence { saturated: &[false; ROWS], ..base }.verdict().outcome, Outcome::Hunting);
         let reference: Vec<f64> = t_s.iter().map(|t| 20.0 + t).collect();
-        assert_eq!(Evidence { moving_reference_n: Some(&reference), ..base }.verdict().outcome, Outcome::Driven);
+        assert_eq!(Evidence { driven: true, moving_reference_n: Some(&reference), ..base }.verdict().outcome, Outcome::Driven);
     }
 
     #[test]

@@ -1,35 +1,59 @@
 //! When a drive or controller was at its limit.
 
-use feeler_engine::{Scenario, Trace};
+use feeler_engine::{EventKind, Scenario, Trace};
 use feeler_plant::assembly::Assembly;
 use feeler_plant::description::{Quantity, SignalName};
+
+use super::summary::EventRecord;
 
 /// A value this close to its limit is at it: limits act on held numbers, so all that separates the two is rounding.
 const AT_LIMIT: f64 = 1.0 - 1e-9;
 
-/// For each row of the record whether some drive or controller was at its limit. Commands and outputs are held between controller samples, so the
-/// share of rows is the share of samples.
-pub(super) fn rows(scenario: &Scenario, assembly: &Assembly, record: &Trace) -> Vec<bool> {
-    let mut saturated = vec![false; record.t_s.len()];
-    let mut mark = |element: &str, quantity, gain: f64, limit: f64| {
-        let signal = SignalName::new(element, quantity).to_string();
-        for (flag, value) in saturated.iter_mut().zip(record.column(&signal).unwrap_or_default()) {
-            *flag |= (gain * value).abs() >= limit * AT_LIMIT;
+/// Where limits were reached.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Limits {
+    /// For each row of the record whether some drive or controller was at its limit. Commands and outputs are held between controller samples, so
+    /// the share of rows is the share of samples.
+    pub(super) saturated: Vec<bool>,
+    /// When a force drive reached its limit and left it. Its clamp acts on held commands, so nothing within a step happens there; the instants are
+    /// those of the first row that shows it.
+    pub(super) events: Vec<EventRecord>,
+}
+
+impl Limits {
+    pub(super) fn of(scenario: &Scenario, assembly: &Assembly, record: &Trace) -> Self {
+        let mut limits = Self { saturated: vec![false; record.t_s.len()], events: Vec::new() };
+        for drive in assembly.drives.iter().filter(|drive| drive.limit.is_finite()) {
+            // A force drive clamps its command; a velocity source its effort, which the engine locates.
+            if drive.velocity_source.is_some() {
+                limits.mark(record, &drive.name, Quantity::Force, drive.limit);
+                continue;
+            }
+            let at_limit = limits.mark(record, &drive.name, Quantity::Command, drive.limit / drive.gain.abs());
+            let changes = at_limit.windows(2).enumerate().filter(|(_, pair)| pair[0] != pair[1]);
+            limits.events.extend(changes.map(|(row, pair)| EventRecord {
+                t_s: record.t_s[row + 1],
+                what: if pair[1] { EventKind::Limit } else { EventKind::Release }.name(),
+                on: drive.name.clone(),
+            }));
         }
-    };
-    for drive in assembly.drives.iter().filter(|drive| drive.limit.is_finite()) {
-        // A force drive clamps its command, a velocity source its effort.
-        match drive.velocity_source {
-            None => mark(&drive.name, Quantity::Command, drive.gain, drive.limit),
-            Some(_) => mark(&drive.name, Quantity::Force, 1.0, drive.limit),
+        for (name, used) in &scenario.controllers {
+            if let Some(limit) = used.spec.output_limit {
+                limits.mark(record, name, Quantity::Output, limit);
+            }
         }
+        limits
     }
-    for (name, used) in &scenario.controllers {
-        if let Some(limit) = used.spec.output_limit {
-            mark(name, Quantity::Output, 1.0, limit);
+
+    /// Marks the rows in which a signal is at its limit, and gives them.
+    fn mark(&mut self, record: &Trace, element: &str, quantity: Quantity, limit: f64) -> Vec<bool> {
+        let column = record.column(&SignalName::new(element, quantity).to_string()).unwrap_or_default();
+        let at_limit: Vec<bool> = column.iter().map(|value| value.abs() >= limit * AT_LIMIT).collect();
+        for (flag, at_limit) in self.saturated.iter_mut().zip(&at_limit) {
+            *flag |= at_limit;
         }
+        at_limit
     }
-    saturated
 }
 
 /// Share of rows that are marked.

@@ -37,9 +37,8 @@ pub(super) struct Answer<'a> {
 
 impl Answer<'_> {
     pub(super) fn response(&self) -> Response {
-        let changed = self.last_change_s();
-        let end_s = self.t_s.last().copied().unwrap_or(0.0);
-        let rests = changed <= end_s * (1.0 - RESTS_OVER);
+        let changed = last_change_s(self.t_s, self.reference_n);
+        let rests = !moves_to_the_end(self.t_s, self.reference_n);
         let reference = self.reference_n.last().copied().filter(|_| rests);
         let starts_at_s = if rests { changed.max(self.first_contact_s) } else { self.first_contact_s };
         let band_n = (SETTLING_BAND * reference.unwrap_or(0.0).abs()).max(self.unresolved_n);
@@ -51,13 +50,6 @@ impl Answer<'_> {
             settling_time_s: reference.and_then(|r| self.settling_time_s(r, band_n, starts_at_s)),
             steady_error_n: reference.and_then(|r| self.steady_error_n(r)),
         }
-    }
-
-    /// When the reference last changed, s; zero where it never did.
-    fn last_change_s(&self) -> f64 {
-        // Bit comparison: a held reference repeats exactly. The controller's first sample may come after the first row.
-        let changes = self.reference_n.windows(2).rposition(|pair| pair[0].to_bits() != pair[1].to_bits());
-        changes.map_or(0.0, |row| self.t_s[row + 1])
     }
 
     fn settling_time_s(&self, reference: f64, band_n: f64, starts_at_s: f64) -> Option<f64> {
@@ -74,6 +66,19 @@ impl Answer<'_> {
         let last = &self.force_n[self.force_n.len() - self.force_n.len() / 10..];
         (!last.is_empty()).then(|| last.iter().sum::<f64>() / last.len() as f64 - reference)
     }
+}
+
+/// When a reference last changed, s; zero where it never did.
+fn last_change_s(t_s: &[f64], reference_n: &[f64]) -> f64 {
+    // Bit comparison: a held reference repeats exactly. The controller's first sample may come after the first row.
+    let changes = reference_n.windows(2).rposition(|pair| pair[0].to_bits() != pair[1].to_bits());
+    changes.map_or(0.0, |row| t_s[row + 1])
+}
+
+/// Whether a reference is not at rest over the last part of a run.
+pub(super) fn moves_to_the_end(t_s: &[f64], reference_n: &[f64]) -> bool {
+    let end_s = t_s.last().copied().unwrap_or(0.0);
+    last_change_s(t_s, reference_n) > end_s * (1.0 - RESTS_OVER)
 }
 
 #[cfg(test)]

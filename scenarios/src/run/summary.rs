@@ -2,6 +2,7 @@
 
 use feeler_engine::{EnergyBalance, EventKind, RunEnd, Scenario, Trace};
 use feeler_plant::assembly::Assembly;
+use feeler_plant::description::{Quantity, SignalName};
 use serde::Serialize;
 
 use super::chatter::{Oscillation, oscillation};
@@ -9,8 +10,8 @@ use super::contact::ContactRun;
 use super::energy::EnergyTable;
 use super::force_loop::ForceLoop;
 use super::outcome::{Evidence, Outcome, Verdict};
-use super::saturation;
-use super::settling::{Answer, Response};
+use super::saturation::{self, Limits};
+use super::settling::{self, Answer, Response};
 
 /// What a run came to. Forces in N and lengths in m; on a rotational axis read N m and rad.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -102,7 +103,7 @@ pub(super) fn summarise(
     record: &Trace,
     contacts: &[ContactRun],
     force_loop: Option<&ForceLoop>,
-    saturated: &[bool],
+    limits: &Limits,
     ended: &Ended,
 ) -> Summary {
     let end_s = match ended.end {
@@ -111,7 +112,7 @@ pub(super) fn summarise(
     };
     let main = force_loop.map(|found| found.contact).or_else(|| hardest(contacts));
     let response = force_loop.and_then(|found| response(scenario, record, contacts, found));
-    let verdict = verdict(record, main.map(|i| &contacts[i]), force_loop, response.as_ref(), saturated, ended, end_s);
+    let verdict = verdict(scenario, record, main.map(|i| &contacts[i]), force_loop, response.as_ref(), &limits.saturated, ended, end_s);
     let sustained = main.filter(|_| verdict.outcome.is_sustained());
     let share = |time_s: f64| if end_s > 0.0 { time_s / end_s } else { 0.0 };
     let contact_time_s = main.map_or(0.0, |i| contacts[i].contact_time_s());
@@ -134,21 +135,31 @@ pub(super) fn summarise(
         contact_time_s,
         contact_share: share(contact_time_s),
         oscillation: sustained.map(|i| tail_oscillation(record, &contacts[i], &verdict)),
-        saturation_share: saturation::share(saturated),
+        saturation_share: saturation::share(&limits.saturated),
         response,
         contacts: contacts.iter().map(contact).collect(),
         main_contact: main,
         verdict,
-        events: record
-            .events
-            .iter()
-            .map(|event| EventRecord { t_s: event.t_s, what: event.kind.name(), on: event.element(assembly).to_owned() })
-            .collect(),
+        events: events(assembly, record, limits),
         energy: EnergyTable::new(&ended.energy),
         simulated_s: end_s,
         steps: ended.steps,
         wall_s: 0.0,
     }
+}
+
+/// Whether the reference of some controller moves to the end.
+fn is_driven(scenario: &Scenario, record: &Trace) -> bool {
+    let column = |name: &String| record.column(&SignalName::new(name, Quantity::Reference).to_string());
+    scenario.controllers.keys().filter_map(column).any(|reference_n| settling::moves_to_the_end(&record.t_s, reference_n))
+}
+
+/// What the engine located and what the record shows, in order.
+fn events(assembly: &Assembly, record: &Trace, limits: &Limits) -> Vec<EventRecord> {
+    let located = record.events.iter().map(|e| EventRecord { t_s: e.t_s, what: e.kind.name(), on: e.element(assembly).to_owned() });
+    let mut events: Vec<EventRecord> = located.chain(limits.events.iter().cloned()).collect();
+    events.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
+    events
 }
 
 fn hardest(contacts: &[ContactRun]) -> Option<usize> {
@@ -169,6 +180,7 @@ fn response(scenario: &Scenario, record: &Trace, contacts: &[ContactRun], force_
 }
 
 fn verdict(
+    scenario: &Scenario,
     record: &Trace,
     contact: Option<&ContactRun>,
     force_loop: Option<&ForceLoop>,
@@ -183,13 +195,20 @@ fn verdict(
     let reference_n = force_loop.filter(|_| moves).and_then(|found| record.column(&found.reference_signal()));
     let sticks_s: Vec<f64> = record.events.iter().filter(|e| matches!(e.kind, EventKind::Stick | EventKind::Slip)).map(|e| e.t_s).collect();
     let first_contact_s = contact.and_then(ContactRun::first_contact_s);
+    let starts_at_s = response.map(|response| response.starts_at_s).or(first_contact_s);
+    let impacts: Vec<(f64, f64)> = contact.map_or_else(Vec::new, |contact| {
+        let peaks = contact.intervals.iter().zip(&contact.interval_peaks_n).map(|(interval, peak)| (interval.start_s, *peak));
+        peaks.filter(|(start, _)| starts_at_s.is_none_or(|from| *start >= from)).collect()
+    });
     let evidence = Evidence {
         end: ended.end,
         t_s: &record.t_s,
         force_n: force_n.unwrap_or(&still),
+        driven: moves || (response.is_none() && is_driven(scenario, record)),
         moving_reference_n: reference_n,
-        starts_at_s: response.map(|response| response.starts_at_s).or(first_contact_s),
+        starts_at_s,
         lost_at_s: contact.filter(|contact| !contact.ends_in_contact(end_s)).and_then(|contact| contact.lifts_s.last().copied()),
+        impacts: &impacts,
         lifts_s: contact.map_or(&[], |contact| &contact.lifts_s),
         saturated,
         sticks_s: &sticks_s,

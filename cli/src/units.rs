@@ -1,0 +1,36 @@
+//! Units of a machine's axis.
+
+use feeler_plant::description::{Axis, Machine, Quantity};
+use feeler_plant::units::Dimension;
+
+/// SI units of the quantities of an axis, which may turn rather than slide.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Units {
+    pub(crate) force: &'static str,
+    pub(crate) position: &'static str,
+    pub(crate) velocity: &'static str,
+    pub(crate) acceleration: &'static str,
+}
+
+impl Units {
+    pub(crate) fn of(machine: &Machine) -> Self {
+        let unit = |dimension: Dimension| dimension.si_unit(machine.axis == Axis::Rotational);
+        Self {
+            force: unit(Dimension::FORCE),
+            position: unit(Dimension::LENGTH),
+            velocity: unit(Dimension::VELOCITY),
+            acceleration: unit(Dimension::ACCELERATION),
+        }
+    }
+
+    /// The unit of a quantity; empty where it depends on more.
+    pub(crate) fn unit(self, quantity: Quantity) -> &'static str {
+        match quantity {
+            Quantity::Position | Quantity::Compression => self.position,
+            Quantity::Velocity => self.velocity,
+            Quantity::Acceleration => self.acceleration,
+            Quantity::Force | Quantity::SpringForce => self.force,
+            _ => "",
+        }
+    }
+}

@@ -3,6 +3,7 @@
 mod check;
 mod read;
 
+pub(crate) use check::quantum;
 pub use check::{Fault, FaultKind};
 
 use std::path::{Path, PathBuf};

@@ -21,6 +21,7 @@ pub(super) struct Flow {
     width: usize,
     /// Derivatives of the states, row by row.
     derivative: Vec<f64>,
+    /// How fast the mode moves, 1/s.
     norm: f64,
     /// Rows of the channels; none for what no row tells.
     pub(super) outputs: Vec<Option<Row>>,
@@ -34,7 +35,15 @@ impl Flow {
         let layout = motion.layout();
         let (states, width) = (layout.states(), layout.width());
         let derivative: Vec<f64> = equations.derivative.iter().flat_map(|row| row.iter().copied()).collect();
-        let norm = derivative.chunks_exact(width).map(|row| row[..states].iter().map(|a| a.abs()).sum()).fold(0.0, f64::max);
+        let n = layout.coordinates();
+        let sum = |entries: &[f64]| entries.iter().map(|a| a.abs()).sum::<f64>();
+        // In coordinates scaled by the frequency itself a stiffness over a mass counts with its square root.
+        let rate = |(i, row): (usize, &[f64])| match i {
+            i if i < n => 0.0,
+            i if i < 2 * n => sum(&row[..n]).sqrt() + sum(&row[n..2 * n]),
+            i => row[i].abs(),
+        };
+        let norm = derivative.chunks_exact(width).enumerate().map(rate).fold(0.0, f64::max);
         let outputs = channels.iter().map(|&source| motion.signal(&equations, source)).collect();
         Self { linear: equations.is_linear(), equations, states, width, derivative, norm, outputs, spans: Vec::new() }
     }

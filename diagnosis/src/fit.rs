@@ -1,0 +1,275 @@
+//! Fitting unknowns to records: Levenberg and Marquardt's method with bounds, priors and a robust loss.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::dataset::Dataset;
+use crate::model::Model;
+use crate::predict::{Prediction, Predictor};
+
+/// Independent pieces of evidence in one channel of one experiment. Samples are many, but a model's errors last: whole stretches of motion are one piece.
+pub(crate) const PIECES: f64 = 100.0;
+/// Residuals beyond this many sigmas count linearly.
+const ROBUST_SIGMAS: f64 = 8.0;
+/// Share of a channel's variation that no model is expected to explain.
+const DISCREPANCY: f64 = 0.01;
+/// Share of a channel's variation over all experiments below which one experiment's own is not taken as its scale.
+const SMALLEST_SCALE: f64 = 0.1;
+/// Step of finite differences in `theta`.
+const DIFFERENCE: f64 = 1e-3;
+/// Gain of the cost in one step below which a fit has converged.
+const CONVERGED: f64 = 0.02;
+
+/// Per record and channel, what the residuals are compared with.
+#[derive(Clone, Debug)]
+pub(crate) struct Weights {
+    /// One sigma of noise.
+    pub(crate) noise: Vec<Vec<f64>>,
+    /// Root mean square of the variation.
+    pub(crate) scale: Vec<Vec<f64>>,
+    /// What a residual is divided by.
+    pub(crate) sigma: Vec<Vec<f64>>,
+}
+
+impl Weights {
+    pub(crate) fn new(dataset: &Dataset, reference: &[Prediction]) -> Self {
+        let channels = dataset.channels.len();
+        let variation = |series: &[f64]| {
+            let mean = series.iter().sum::<f64>() / series.len() as f64;
+            (series.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / series.len() as f64).sqrt()
+        };
+        let own: Vec<Vec<f64>> = dataset.records.iter().map(|record| record.series.iter().map(|s| variation(s)).collect()).collect();
+        let pooled: Vec<f64> =
+            (0..channels).map(|c| (own.iter().map(|o: &Vec<f64>| o[c].powi(2)).sum::<f64>() / own.len() as f64).sqrt()).collect();
+        let scale: Vec<Vec<f64>> =
+            own.iter().map(|own| own.iter().zip(&pooled).map(|(own, pooled)| own.max(SMALLEST_SCALE * pooled)).collect()).collect();
+        let noise: Vec<Vec<f64>> = dataset
+            .records
+            .iter()
+            .map(|_| dataset.channels.iter().map(|c| (c.noise.powi(2) + c.resolution.powi(2) / 12.0).sqrt()).collect())
+            .collect();
+        // The anchored prediction of a position differs from its reading only by what an acceleration error makes within the anchor's memory.
+        let is_position: Vec<bool> = dataset
+            .channels
+            .iter()
+            .map(|channel| channel.quantity(&dataset.machine) == feeler_plant::description::Quantity::Position)
+            .collect();
+        let sigma = (0..dataset.records.len())
+            .map(|r| {
+                let accelerations = acceleration_scale(dataset, &scale[r], r, reference[r].omega);
+                (0..channels)
+                    .map(|c| {
+                        let expected = if is_position[c] && reference[r].omega > 0.0 {
+                            accelerations / reference[r].omega.powi(2)
+                        } else {
+                            scale[r][c]
+                        };
+                        noise[r][c].hypot(DISCREPANCY * expected).max(f64::MIN_POSITIVE)
+                    })
+                    .collect()
+            })
+            .collect();
+        Self { noise, scale, sigma }
+    }
+}
+
+/// Root mean square acceleration of a record: measured, or from the position's own variation at the anchor's frequency.
+fn acceleration_scale(dataset: &Dataset, scale: &[f64], record: usize, omega: f64) -> f64 {
+    use feeler_plant::description::Quantity;
+    let of = |wanted: Quantity| (0..scale.len()).find(|&c| dataset.channels[c].quantity(&dataset.machine) == wanted);
+    if let Some(c) = of(Quantity::Acceleration) {
+        return scale[c];
+    }
+    let Some(c) = of(Quantity::Position) else { return 0.0 };
+    // Second difference over the anchor's memory.
+    let series = &dataset.records[record].series[c];
+    let span = ((1.0 / (omega * dataset.records[record].spacing_s)).round() as usize).max(1);
+    let h = span as f64 * dataset.records[record].spacing_s;
+    let n = series.len().saturating_sub(2 * span).max(1);
+    let sum: f64 = (0..series.len().saturating_sub(2 * span))
+        .map(|k| ((series[k + 2 * span] - 2.0 * series[k + span] + series[k]) / (h * h)).powi(2))
+        .sum();
+    (sum / n as f64).sqrt()
+}
+
+/// Records, weights and which records are fitted.
+pub(crate) struct Task<'a> {
+    pub(crate) dataset: &'a Dataset,
+    pub(crate) weights: Weights,
+    pub(crate) fitted: Vec<usize>,
+}
+
+/// A fitted model.
+#[derive(Clone, Debug)]
+pub(crate) struct Fitted {
+    pub(crate) model: Model,
+    pub(crate) theta: Vec<f64>,
+    pub(crate) cost: f64,
+    /// Standard deviations of `theta`.
+    pub(crate) sigma: Vec<f64>,
+}
+
+/// Mean robust squared residual of one series in sigmas.
+fn loss(measured: &[f64], predicted: &[f64], sigma: f64) -> f64 {
+    let sum: f64 = measured.iter().zip(predicted).map(|(m, p)| robust((m - p) / sigma).0).sum();
+    sum / measured.len() as f64
+}
+
+/// Pseudo-Huber loss (Charbonnier) and the weight it gives a residual.
+fn robust(r: f64) -> (f64, f64) {
+    let t = (1.0 + (r / ROBUST_SIGMAS).powi(2)).sqrt();
+    (2.0 * ROBUST_SIGMAS.powi(2) * (t - 1.0), 1.0 / t)
+}
+
+impl Task<'_> {
+    /// The anchored prediction of one record; none where the model makes no machine or leaves all bounds.
+    pub(crate) fn predict(&self, model: &Model, theta: &[f64], record: usize) -> Option<Prediction> {
+        let assembly = model.assembly(theta)?;
+        let prediction = Predictor::new(assembly, self.dataset, &self.dataset.records[record]).ok()?.anchored().ok()?;
+        prediction.series.iter().all(|series| series.iter().all(|x| x.is_finite())).then_some(prediction)
+    }
+
+    /// Mean robust squared residual per record and channel.
+    pub(crate) fn misfits(&self, model: &Model, theta: &[f64], records: &[usize]) -> Option<Vec<Vec<f64>>> {
+        records
+            .par_iter()
+            .map(|&r| {
+                let prediction = self.predict(model, theta, r)?;
+                Some(self.misfit_of(r, &prediction))
+            })
+            .collect()
+    }
+
+    pub(crate) fn misfit_of(&self, r: usize, prediction: &Prediction) -> Vec<f64> {
+        let record = &self.dataset.records[r];
+        record.series.iter().zip(&prediction.series).zip(&self.weights.sigma[r]).map(|((m, p), &sigma)| loss(m, p, sigma)).collect()
+    }
+
+    fn prior_cost(model: &Model, theta: &[f64]) -> f64 {
+        let term = |(unknown, theta): (&crate::model::Unknown, &f64)| unknown.prior.map_or(0.0, |(mean, sigma)| ((theta - mean) / sigma).powi(2));
+        model.unknowns.iter().zip(theta).map(term).sum()
+    }
+
+    /// Cost over the fitted records: pieces times mean loss, and the priors.
+    pub(crate) fn cost(&self, model: &Model, theta: &[f64]) -> f64 {
+        self.misfits(model, theta, &self.fitted).map_or(f64::INFINITY, |misfits| {
+            PIECES * misfits.iter().flatten().sum::<f64>() + Self::prior_cost(model, theta)
+        })
+    }
+
+    /// Normal equations of one record: `J^T W J`, `J^T W r`.
+    fn normal(&self, model: &Model, theta: &[f64], r: usize) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let n = theta.len();
+        let base = self.predict(model, theta, r)?;
+        let record = &self.dataset.records[r];
+        let moved: Vec<Option<(Prediction, f64)>> = (0..n)
+            .map(|i| {
+                for step in [DIFFERENCE, -DIFFERENCE] {
+                    let mut probe = theta.to_vec();
+                    probe[i] += step;
+                    if let Some(prediction) = self.predict(model, &probe, r) {
+                        return Some((prediction, step));
+                    }
+                }
+                None
+            })
+            .collect();
+        let mut a = DMatrix::zeros(n, n);
+        let mut b = DVector::zeros(n);
+        let mut slope = vec![0.0; n];
+        for (c, measured) in record.series.iter().enumerate() {
+            let sigma = self.weights.sigma[r][c];
+            let factor = PIECES / measured.len() as f64;
+            for k in 0..measured.len() {
+                let residual = (measured[k] - base.series[c][k]) / sigma;
+                let (_, weight) = robust(residual);
+                for (slope, moved) in slope.iter_mut().zip(&moved) {
+                    *slope = moved.as_ref().map_or(0.0, |(m, step)| (m.smooth[c][k] - base.smooth[c][k]) / (step * sigma));
+                }
+                for i in 0..n {
+                    let s = factor * weight * slope[i];
+                    if s != 0.0 {
+                        b[i] += s * residual;
+                        for j in 0..=i {
+                            a[(i, j)] += s * slope[j];
+                        }
+                    }
+                }
+            }
+        }
+        a.fill_upper_triangle_with_lower_triangle();
+        Some((a, b))
+    }
+
+    /// Fits from `start` in at most `steps` steps.
+    pub(crate) fn fit(&self, model: &Model, start: &[f64], steps: usize) -> Fitted {
+        let n = start.len();
+        let mut theta = start.to_vec();
+        let mut cost = self.cost(model, &theta);
+        let mut damping = 1e-3;
+        let mut sigma = vec![f64::INFINITY; n];
+        for _ in 0..steps {
+            if !cost.is_finite() {
+                break;
+            }
+            let parts: Option<Vec<_>> = self.fitted.par_iter().map(|&r| self.normal(model, &theta, r)).collect();
+            let Some(parts) = parts else { break };
+            let mut a = DMatrix::zeros(n, n);
+            let mut b = DVector::zeros(n);
+            for (pa, pb) in parts {
+                a += pa;
+                b += pb;
+            }
+            for (i, unknown) in model.unknowns.iter().enumerate() {
+                if let Some((mean, prior)) = unknown.prior {
+                    a[(i, i)] += prior.powi(-2);
+                    b[i] -= (theta[i] - mean) / prior.powi(2);
+                }
+            }
+            sigma = deviations(&a);
+            let mut gained = None;
+            for _ in 0..6 {
+                let mut damped = a.clone();
+                for i in 0..n {
+                    damped[(i, i)] += damping * a[(i, i)].max(1e-9) + 1e-9;
+                }
+                let Some(factor) = damped.cholesky() else {
+                    damping *= 10.0;
+                    continue;
+                };
+                let step = factor.solve(&b);
+                let probe: Vec<f64> = (0..n)
+                    .map(|i| {
+                        let (low, high) = model.unknowns[i].bounds;
+                        (theta[i] + step[i].clamp(-LONGEST_STEP, LONGEST_STEP)).clamp(low, high)
+                    })
+                    .collect();
+                let tried = self.cost(model, &probe);
+                if tried < cost {
+                    gained = Some(cost - tried);
+                    theta = probe;
+                    cost = tried;
+                    damping = (damping * 0.1).max(1e-9);
+                    break;
+                }
+                damping *= 8.0;
+            }
+            if gained.is_none_or(|gain| gain < CONVERGED) {
+                break;
+            }
+        }
+        Fitted { model: model.clone(), theta, cost, sigma }
+    }
+}
+
+/// Longest step of one unknown: a factor of e, or its unit.
+const LONGEST_STEP: f64 = 1.0;
+
+/// Standard deviations from the normal matrix.
+fn deviations(a: &DMatrix<f64>) -> Vec<f64> {
+    let n = a.nrows();
+    // Unknowns that nothing depends on must not spoil the others.
+    let scale: Vec<f64> = (0..n).map(|i| a[(i, i)].sqrt().max(1e-9)).collect();
+    let scaled = DMatrix::from_fn(n, n, |i, j| a[(i, j)] / (scale[i] * scale[j]) + if i == j { 1e-10 } else { 0.0 });
+    scaled.try_inverse().map_or_else(|| vec![f64::INFINITY; n], |inverse| (0..n).map(|i| inverse[(i, i)].max(0.0).sqrt() / scale[i]).collect())
+}

@@ -1,0 +1,297 @@
+//! A machine with unknowns: believed values free within their tolerance, and effects that are being tried.
+
+use feeler_plant::assembly::{Assembly, assemble};
+use feeler_plant::description::{Elements, Machine, Quantity};
+use feeler_plant::effects::{Definition, EffectUse, Scale};
+use indexmap::IndexMap;
+
+use crate::error::DiagnosisError;
+
+/// Tolerance of masses, stiffnesses and gains where the file states none: a fraction.
+const TOLERANCE: f64 = 0.10;
+/// Tolerance of dampings: a factor of two, as the logarithm of it.
+const DAMPING_TOLERANCE: f64 = std::f64::consts::LN_2;
+/// Tolerance of the gap of a contact, as a fraction.
+const GAP_TOLERANCE: f64 = 0.05;
+/// A tolerance is taken as this many standard deviations.
+const SIGMAS: f64 = 2.0;
+
+/// Which table an element is in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Table {
+    /// `[bodies.*]`.
+    Bodies,
+    /// `[springs.*]`.
+    Springs,
+    /// `[contacts.*]`.
+    Contacts,
+    /// `[actuators.*]`.
+    Actuators,
+    /// `[sensors.*]`.
+    Sensors,
+}
+
+impl Table {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bodies => "bodies",
+            Self::Springs => "springs",
+            Self::Contacts => "contacts",
+            Self::Actuators => "actuators",
+            Self::Sensors => "sensors",
+        }
+    }
+}
+
+/// An element of a machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Site {
+    /// Its table.
+    pub table: Table,
+    /// Its position there.
+    pub index: usize,
+}
+
+impl Site {
+    /// `springs.guide`, as in a file.
+    pub fn key(self, machine: &Machine) -> String {
+        fn name<T>(elements: &Elements<T>, index: usize) -> String {
+            elements.get_index(index).map_or_else(String::new, |(name, _)| name.clone())
+        }
+        let name = match self.table {
+            Table::Bodies => name(&machine.bodies, self.index),
+            Table::Springs => name(&machine.springs, self.index),
+            Table::Contacts => name(&machine.contacts, self.index),
+            Table::Actuators => name(&machine.actuators, self.index),
+            Table::Sensors => name(&machine.sensors, self.index),
+        };
+        format!("{}.{name}", self.table.name())
+    }
+
+    /// The effects that sit under it.
+    pub fn effects(self, machine: &mut Machine) -> Option<&mut Vec<EffectUse>> {
+        let i = self.index;
+        Some(match self.table {
+            Table::Bodies => &mut machine.bodies.get_index_mut(i)?.1.effects,
+            Table::Springs => &mut machine.springs.get_index_mut(i)?.1.effects,
+            Table::Contacts => &mut machine.contacts.get_index_mut(i)?.1.effects,
+            Table::Actuators => &mut machine.actuators.get_index_mut(i)?.1.effects,
+            Table::Sensors => &mut machine.sensors.get_index_mut(i)?.1.effects,
+        })
+    }
+}
+
+/// A believed number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Believed {
+    Mass,
+    Stiffness,
+    Damping,
+    Gap,
+    Gain,
+}
+
+/// What one unknown stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Target {
+    Value(Site, Believed),
+    /// Parameter of an effect: index of the effect in the model, of the parameter in its definition.
+    Effect(usize, usize),
+}
+
+/// One unknown of a fit. It is walked in `theta`: the logarithm of the value, or the value in units of `unit`.
+#[derive(Clone, Debug)]
+pub(crate) struct Unknown {
+    target: Target,
+    /// Dotted key, as in a file.
+    pub(crate) key: String,
+    log: bool,
+    unit: f64,
+    /// Where the prior has its centre, and its one sigma in `theta`; none for an effect's parameter.
+    pub(crate) prior: Option<(f64, f64)>,
+    pub(crate) bounds: (f64, f64),
+}
+
+impl Unknown {
+    pub(crate) fn value(&self, theta: f64) -> f64 {
+        if self.log { theta.exp() } else { theta * self.unit }
+    }
+
+    pub(crate) fn theta(&self, value: f64) -> f64 {
+        if self.log { value.max(f64::MIN_POSITIVE).ln() } else { value / self.unit }
+    }
+
+    /// Standard deviation of the value for one of `theta`.
+    pub(crate) fn spread(&self, theta: f64, sigma: f64) -> f64 {
+        if self.log { theta.exp() * sigma } else { self.unit * sigma }
+    }
+
+    /// Whether it is a parameter of effect `effect`; if so, which.
+    pub(crate) fn parameter_of(&self, effect: usize) -> Option<usize> {
+        match self.target {
+            Target::Effect(e, parameter) if e == effect => Some(parameter),
+            _ => None,
+        }
+    }
+}
+
+/// An effect under an element, as tried.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tried {
+    /// The element.
+    pub site: Site,
+    /// The effect with the values it starts from.
+    pub effect: EffectUse,
+}
+
+/// A machine with unknowns.
+#[derive(Clone, Debug)]
+pub(crate) struct Model {
+    pub(crate) believed: Machine,
+    pub(crate) tried: Vec<Tried>,
+    pub(crate) unknowns: Vec<Unknown>,
+}
+
+impl Model {
+    /// The believed machine, its own values free within their tolerances.
+    pub(crate) fn calibration(machine: &Machine, tolerance: &IndexMap<String, f64>) -> Result<Self, DiagnosisError> {
+        let assembly = assemble(machine).map_err(|problems| DiagnosisError::Machine { problems })?;
+        let mut model = Self { believed: machine.clone(), tried: Vec::new(), unknowns: Vec::new() };
+        let mut add = |site: Site, what: Believed, name: &str, value: f64| {
+            let key = format!("{}.{name}", site.key(machine));
+            if value == 0.0 {
+                return;
+            }
+            let stated = tolerance.get(&key).copied();
+            let (log, unit, sigma) = match what {
+                Believed::Damping => (true, 1.0, stated.map_or(DAMPING_TOLERANCE, f64::ln_1p)),
+                Believed::Gap => (false, value.abs(), stated.unwrap_or(GAP_TOLERANCE)),
+                _ => (true, 1.0, stated.unwrap_or(TOLERANCE)),
+            };
+            let mut unknown =
+                Unknown { target: Target::Value(site, what), key, log, unit, prior: None, bounds: (f64::NEG_INFINITY, f64::INFINITY) };
+            let centre = unknown.theta(value);
+            unknown.prior = Some((centre, sigma / SIGMAS));
+            unknown.bounds = (centre - 2.0 * SIGMAS * sigma, centre + 2.0 * SIGMAS * sigma);
+            model.unknowns.push(unknown);
+        };
+        let moves = |node: usize| assembly.rigid_mass_kg(node).is_finite();
+        for (i, (_, body)) in machine.bodies.iter().enumerate().filter(|(i, _)| moves(i + 1)) {
+            add(Site { table: Table::Bodies, index: i }, Believed::Mass, "mass", body.mass_kg);
+        }
+        for (i, (_, spring)) in machine.springs.iter().enumerate().filter(|(_, (_, spring))| !spring.rigid) {
+            let site = Site { table: Table::Springs, index: i };
+            add(site, Believed::Stiffness, "stiffness", spring.stiffness_n_per_m);
+            add(site, Believed::Damping, "damping", spring.damping_n_s_per_m);
+        }
+        for (i, (_, contact)) in machine.contacts.iter().enumerate() {
+            let site = Site { table: Table::Contacts, index: i };
+            add(site, Believed::Stiffness, "stiffness", contact.stiffness);
+            add(site, Believed::Damping, "damping", contact.damping_n_s_per_m);
+            add(site, Believed::Gap, "gap", contact.gap_m);
+        }
+        for (i, (_, sensor)) in machine.sensors.iter().enumerate() {
+            if matches!(sensor.reads.quantity, Quantity::Force | Quantity::SpringForce) {
+                add(Site { table: Table::Sensors, index: i }, Believed::Gain, "gain", sensor.gain);
+            }
+        }
+        Ok(model)
+    }
+
+    /// The same with an effect more.
+    pub(crate) fn with(&self, site: Site, definition: &'static Definition, values: &[f64]) -> Self {
+        let mut model = self.clone();
+        let index = model.tried.len();
+        for (i, parameter) in definition.parameters.iter().enumerate().filter(|(_, parameter)| parameter.default.is_none()) {
+            let log = parameter.scale == Scale::Log;
+            let key = format!("{}.effects.{}.{}", site.key(&self.believed), definition.kind, parameter.name);
+            let unit = parameter.typical.abs();
+            let mut unknown = Unknown { target: Target::Effect(index, i), key, log, unit, prior: None, bounds: (0.0, 0.0) };
+            let floor = if log { unit.abs() * NEXT_TO_NOTHING } else { parameter.bounds.0 };
+            unknown.bounds = (unknown.theta(parameter.bounds.0.max(floor)), unknown.theta(parameter.bounds.1));
+            model.unknowns.push(unknown);
+        }
+        model.tried.push(Tried { site, effect: EffectUse { definition, values: values.to_vec() } });
+        model
+    }
+
+    /// The same without one of its effects, and which unknowns stay.
+    pub(crate) fn without(&self, effect: usize) -> (Self, Vec<usize>) {
+        let mut model = self.clone();
+        model.tried.remove(effect);
+        let keep: Vec<usize> = (0..self.unknowns.len()).filter(|&i| self.unknowns[i].parameter_of(effect).is_none()).collect();
+        model.unknowns = keep.iter().map(|&i| self.unknowns[i].clone()).collect();
+        for unknown in &mut model.unknowns {
+            if let Target::Effect(e, _) = &mut unknown.target
+                && *e > effect
+            {
+                *e -= 1;
+            }
+        }
+        (model, keep)
+    }
+
+    /// Where the fit starts: believed values, and the effects as they were tried.
+    pub(crate) fn start(&self) -> Vec<f64> {
+        self.unknowns
+            .iter()
+            .map(|unknown| match (unknown.target, unknown.prior) {
+                (Target::Effect(e, p), _) => unknown.theta(self.tried[e].effect.values[p]).clamp(unknown.bounds.0, unknown.bounds.1),
+                (_, Some((centre, _))) => centre,
+                (_, None) => 0.0,
+            })
+            .collect()
+    }
+
+    /// The parameters of effect `effect` at `theta`.
+    pub(crate) fn parameters(&self, effect: usize, theta: &[f64]) -> Vec<f64> {
+        let mut values = self.tried[effect].effect.values.clone();
+        for (unknown, &theta) in self.unknowns.iter().zip(theta) {
+            if let Some(parameter) = unknown.parameter_of(effect) {
+                values[parameter] = unknown.value(theta);
+            }
+        }
+        values
+    }
+
+    /// The machine at `theta`.
+    pub(crate) fn machine(&self, theta: &[f64]) -> Machine {
+        let mut machine = self.believed.clone();
+        for (unknown, &theta) in self.unknowns.iter().zip(theta) {
+            let value = unknown.value(theta);
+            if let Target::Value(site, what) = unknown.target {
+                set(&mut machine, site, what, value);
+            }
+        }
+        for (i, tried) in self.tried.iter().enumerate() {
+            let effect = EffectUse { definition: tried.effect.definition, values: self.parameters(i, theta) };
+            if let Some(effects) = tried.site.effects(&mut machine) {
+                effects.push(effect);
+            }
+        }
+        machine
+    }
+
+    /// The assembly at `theta`; none where the numbers make no machine.
+    pub(crate) fn assembly(&self, theta: &[f64]) -> Option<Assembly> {
+        assemble(&self.machine(theta)).ok()
+    }
+}
+
+/// Share of the typical value below which an effect counts as absent.
+const NEXT_TO_NOTHING: f64 = 1e-5;
+
+fn set(machine: &mut Machine, site: Site, what: Believed, value: f64) {
+    let i = site.index;
+    match (site.table, what) {
+        (Table::Bodies, Believed::Mass) => machine.bodies[i].mass_kg = value,
+        (Table::Springs, Believed::Stiffness) => machine.springs[i].stiffness_n_per_m = value,
+        (Table::Springs, Believed::Damping) => machine.springs[i].damping_n_s_per_m = value,
+        (Table::Contacts, Believed::Stiffness) => machine.contacts[i].stiffness = value,
+        (Table::Contacts, Believed::Damping) => machine.contacts[i].damping_n_s_per_m = value,
+        (Table::Contacts, Believed::Gap) => machine.contacts[i].gap_m = value,
+        (Table::Sensors, Believed::Gain) => machine.sensors[i].gain = value,
+        _ => {}
+    }
+}

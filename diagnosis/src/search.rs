@@ -1,0 +1,190 @@
+//! From calibration to single effects to compounds.
+
+use feeler_plant::assembly::Source;
+use feeler_plant::description::Quantity;
+use rayon::prelude::*;
+
+use crate::candidates::{Candidate, candidates};
+use crate::dataset::{Dataset, quantum};
+use crate::error::DiagnosisError;
+use crate::fit::{Fitted, Task, Weights};
+use crate::model::Model;
+use crate::predict::{Prediction, Predictor};
+use crate::starts::{Glance, starts};
+
+/// Steps of a full fit.
+const STEPS: usize = 10;
+/// Steps after which candidates are compared.
+const SCREENING_STEPS: usize = 3;
+/// Starts of a candidate that are fitted.
+const BEST_STARTS: usize = 2;
+/// Candidates that are fitted fully, and at least one of every place.
+const FULLY: usize = 7;
+
+/// A candidate with its fit and its misfits on every record.
+#[derive(Clone, Debug)]
+pub(crate) struct Scored {
+    pub(crate) causes: Vec<Candidate>,
+    pub(crate) fitted: Fitted,
+    /// Mean robust squared residual per record and channel.
+    pub(crate) misfits: Vec<Vec<f64>>,
+}
+
+/// All that a search has tried.
+pub(crate) struct Search<'a> {
+    pub(crate) task: Task<'a>,
+    pub(crate) calibrated: Scored,
+    pub(crate) singles: Vec<Scored>,
+}
+
+pub(crate) fn search(dataset: &Dataset) -> Result<Search<'_>, DiagnosisError> {
+    let model = Model::calibration(&dataset.machine, &dataset.tolerance)?;
+    let start = model.start();
+    let reference = dataset
+        .records
+        .iter()
+        .map(|record| {
+            let assembly = model.assembly(&start).ok_or(DiagnosisError::Machine { problems: Vec::new() })?;
+            Predictor::new(assembly, dataset, record)?.anchored()
+        })
+        .collect::<Result<Vec<Prediction>, _>>()?;
+    let weights = Weights::new(dataset, &reference);
+    let fitted = (0..dataset.records.len()).filter(|&r| !dataset.records[r].is_check).collect();
+    let task = Task { dataset, weights, fitted };
+    let calibrated = score(&task, Vec::new(), task.fit(&model, &start, STEPS));
+    let glance = glance(&task, &calibrated);
+    let all = candidates(&dataset.machine);
+    let singles = extensions(&task, &calibrated, &all, &glance);
+    Ok(Search { task, calibrated, singles })
+}
+
+pub(crate) fn score(task: &Task<'_>, causes: Vec<Candidate>, fitted: Fitted) -> Scored {
+    let records: Vec<usize> = (0..task.dataset.records.len()).collect();
+    let channels = task.dataset.channels.len();
+    let misfits =
+        task.misfits(&fitted.model, &fitted.theta, &records).unwrap_or_else(|| vec![vec![f64::INFINITY; channels]; records.len()]);
+    Scored { causes, fitted, misfits }
+}
+
+/// `base` with one more effect, for every candidate: all after a few steps, then the best and the best of every place to the end.
+pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glance: &Glance) -> Vec<Scored> {
+    let mut screened: Vec<(Candidate, Fitted)> =
+        all.par_iter().filter_map(|&candidate| Some((candidate, screen(task, base, candidate, glance)?))).collect();
+    screened.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    let mut places = Vec::new();
+    let chosen: Vec<(Candidate, Fitted)> = screened
+        .into_iter()
+        .enumerate()
+        .filter(|(i, (candidate, _))| {
+            let first = !places.contains(&candidate.place);
+            places.push(candidate.place);
+            *i < FULLY || first
+        })
+        .map(|(_, pair)| pair)
+        .collect();
+    chosen
+        .into_par_iter()
+        .map(|(candidate, fitted)| {
+            let refined = task.fit(&fitted.model, &fitted.theta, STEPS);
+            score(task, base.causes.iter().copied().chain([candidate]).collect(), refined)
+        })
+        .collect()
+}
+
+/// A few steps with one more effect than `base`.
+fn screen(task: &Task<'_>, base: &Scored, candidate: Candidate, glance: &Glance) -> Option<Fitted> {
+    let mut begun: Vec<(f64, Model, Vec<f64>)> = starts(candidate, &task.dataset.machine, task.dataset, glance)
+        .into_iter()
+        .map(|values| {
+            let model = base.fitted.model.with(candidate.site, candidate.definition, &values);
+            let mut start = model.start();
+            start[..base.fitted.theta.len()].copy_from_slice(&base.fitted.theta);
+            (task.cost(&model, &start), model, start)
+        })
+        .filter(|(cost, ..)| cost.is_finite())
+        .collect();
+    begun.sort_by(|a, b| a.0.total_cmp(&b.0));
+    begun
+        .iter()
+        .take(BEST_STARTS)
+        .map(|(_, model, start)| task.fit(model, start, SCREENING_STEPS))
+        .min_by(|a, b| a.cost.total_cmp(&b.cost))
+}
+
+/// What the records show at a glance, with the force that the calibrated machine lacks.
+pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
+    let dataset = task.dataset;
+    let largest = |series: &[f64]| series.iter().map(|x| x.abs()).fold(0.0, f64::max);
+    let mut glance =
+        Glance { command: 0.0, command_change: 0.0, spacing_s: 0.0, force: 0.0, speed: 0.0, quanta: Vec::new(), missing: Vec::new() };
+    for (r, record) in dataset.records.iter().enumerate() {
+        glance.spacing_s = record.spacing_s;
+        for command in &record.commands {
+            glance.command = glance.command.max(largest(command));
+            let changes: Vec<f64> = command.windows(2).map(|w| w[1] - w[0]).collect();
+            glance.command_change = glance.command_change.max(largest(&changes));
+        }
+        for (channel, series) in dataset.channels.iter().zip(&record.series) {
+            if matches!(channel.quantity(&dataset.machine), Quantity::Force | Quantity::SpringForce) {
+                glance.force = glance.force.max(largest(series));
+            }
+        }
+        let Some(prediction) = task.predict(&calibrated.fitted.model, &calibrated.fitted.theta, r) else { continue };
+        glance.speed = prediction.stroke.iter().map(|s| s[1].abs()).fold(glance.speed, f64::max);
+        if !record.is_check {
+            let mass = moving_mass(dataset, calibrated);
+            let residual = missing_acceleration(dataset, r, &prediction);
+            glance.missing.extend(prediction.stroke.iter().zip(residual).map(|(stroke, a)| (stroke[0], mass * a)));
+        }
+    }
+    for (c, channel) in dataset.channels.iter().enumerate() {
+        let Source::Sensor(sensor) = channel.source else { continue };
+        let steps: Vec<f64> = dataset.records.iter().filter_map(|record| quantum(&record.series[c])).collect();
+        let coarse = steps.iter().copied().filter(|&step| step > 1.5 * channel.resolution && step > channel.noise).fold(0.0, f64::max);
+        if coarse > 0.0 && 2 * steps.len() > dataset.records.len() {
+            glance.quanta.push((sensor, coarse));
+        }
+    }
+    glance
+}
+
+/// Mass that moves with the first drive.
+pub(crate) fn moving_mass(dataset: &Dataset, scored: &Scored) -> f64 {
+    let Some(assembly) = scored.fitted.model.assembly(&scored.fitted.theta) else { return 1.0 };
+    let node = dataset.drives.first().map_or(1, |(drive, _)| assembly.drives[*drive].on);
+    assembly.rigid_mass_kg(node)
+}
+
+/// Mean of the accelerometers' residuals at each row; without any, what the anchor makes of the position's.
+pub(crate) fn missing_acceleration(dataset: &Dataset, record: usize, prediction: &Prediction) -> Vec<f64> {
+    let of = |wanted: Quantity| -> Vec<usize> {
+        (0..dataset.channels.len()).filter(|&c| dataset.channels[c].quantity(&dataset.machine) == wanted).collect()
+    };
+    let accelerations = of(Quantity::Acceleration);
+    let series = &dataset.records[record].series;
+    let residual = |c: usize, k: usize| series[c][k] - prediction.series[c][k];
+    let rows = dataset.records[record].len();
+    if accelerations.is_empty() {
+        let factor = prediction.omega.powi(2);
+        return match of(Quantity::Position).first() {
+            Some(&c) => (0..rows).map(|k| factor * residual(c, k)).collect(),
+            None => vec![0.0; rows],
+        };
+    }
+    (0..rows).map(|k| accelerations.iter().map(|&c| residual(c, k)).sum::<f64>() / accelerations.len() as f64).collect()
+}
+
+/// Development view: every single cause with its cost.
+pub fn ranking(dataset: &Dataset) -> Result<Vec<(String, f64, String)>, DiagnosisError> {
+    let search = search(dataset)?;
+    let show = |scored: &Scored| {
+        let c = scored.causes.iter().map(|c| format!("{}@{}", c.definition.kind, c.site.key(&dataset.machine))).collect::<Vec<_>>().join("+");
+        let f = &scored.fitted;
+        let p = f.model.unknowns.iter().zip(&f.theta).zip(&f.sigma).map(|((u, t), s)| format!("{}={:.4}±{:.2}%", u.key.rsplit('.').take(2).collect::<Vec<_>>().join("<"), u.value(*t), 100.0 * u.spread(*t, *s) / u.value(*t))).collect::<Vec<_>>().join(" ");
+        let m: Vec<String> = (0..dataset.channels.len()).map(|c| format!("{:.2}", scored.misfits.iter().map(|m| m[c]).sum::<f64>() / scored.misfits.len() as f64)).collect();
+        (c, scored.misfits.iter().flatten().map(|m| m.ln()).sum::<f64>(), format!("cost {:.0} [{}] {p}", f.cost, m.join(" ")))
+    };
+    let mut all: Vec<_> = search.singles.iter().chain([&search.calibrated]).map(show).collect();
+    all.sort_by(|a, b| a.1.total_cmp(&b.1));
+    Ok(all)
+}

@@ -33,6 +33,8 @@ pub(crate) struct FixedStep<L> {
     slope: Vec<L>,
     sum: Vec<L>,
     probe: Vec<L>,
+    /// States before the step.
+    last: Vec<L>,
     scratch: Vec<f64>,
 }
 
@@ -52,6 +54,7 @@ impl<L: Lane> FixedStep<L> {
             slope: vec![L::zero(); layout.states()],
             sum: vec![L::zero(); layout.states()],
             probe: vec![L::zero(); width],
+            last: vec![L::zero(); layout.states()],
             scratch: Vec::new(),
         }
     }
@@ -63,12 +66,13 @@ impl<L: Lane> FixedStep<L> {
             let start_s = k as f64 * self.step_s;
             let h = if k + 1 == steps { span_s - start_s } else { self.step_s };
             self.refresh(lanes);
-            let before = self.powers(lanes, xi);
+            self.last.copy_from_slice(&xi[..self.states]);
+            let before = powers(lanes, xi);
             match self.method {
                 Integrator::Rk4 => self.rk4(lanes, xi, h),
                 Integrator::SemiImplicitEuler | Integrator::Exact => self.semi_implicit_euler(lanes, xi, h),
             }
-            self.charge(lanes, xi, &before, h);
+            charge(lanes, xi, &before, h);
             self.events(lanes, xi, t_s + start_s + h)?;
         }
         Ok(steps)
@@ -138,10 +142,10 @@ impl<L: Lane> FixedStep<L> {
                     for (slope, row) in self.slope.iter_mut().zip(&self.derivative) {
                         *slope = product(row, &self.probe);
                     }
-                    for i in 0..self.states {
-                        let slope = self.slope[i];
-                        self.sum[i] = if stage == 0 { slope } else { weight.mul_add(slope, self.sum[i]) };
-                        self.probe[i] = reach.mul_add(slope, xi[i]);
+                    let states = self.slope.iter().zip(&mut self.sum).zip(&mut self.probe).zip(xi.iter());
+                    for (((&slope, sum), probe), &x) in states {
+                        *sum = if stage == 0 { slope } else { weight.mul_add(slope, *sum) };
+                        *probe = reach.mul_add(slope, x);
                     }
                 },
             );
@@ -173,7 +177,13 @@ impl<L: Lane> FixedStep<L> {
             if !fine.test(l) && !lane.has_ended() {
                 lane.end = RunEnd::Diverged { t_s };
             }
-            if lane.has_ended() || !(crossed.test(l) || !lane.flow().equations.stuck.is_empty()) {
+            if lane.has_ended() {
+                // It stays at its last state within bounds.
+                for (x, last) in xi.iter_mut().zip(&self.last) {
+                    x.set_lane(l, last.lane(l));
+                }
+            }
+            if lane.has_ended() || (!crossed.test(l) && lane.flow().equations.stuck.is_empty()) {
                 continue;
             }
             take_lane(xi, l, &mut self.scratch);
@@ -188,27 +198,27 @@ impl<L: Lane> FixedStep<L> {
         }
         Ok(())
     }
+}
 
-    /// Powers of all meters of all lanes, where the ledger is kept.
-    fn powers(&self, lanes: &[LaneCore], xi: &[L]) -> Vec<Vec<f64>> {
-        let power = |(l, lane): (usize, &LaneCore)| {
-            let dot = |row: &[f64]| row.iter().zip(xi).map(|(r, x)| r * x.lane(l)).sum::<f64>();
-            lane.flow().ledger.meters.iter().map(|meter| dot(&meter.force) * dot(&meter.speed)).collect()
-        };
-        lanes.iter().enumerate().filter(|(_, lane)| lane.ledger.is_some()).map(power).collect()
+/// Powers of all meters of all lanes, where the ledger is kept.
+fn powers<L: Lane>(lanes: &[LaneCore], xi: &[L]) -> Vec<Vec<f64>> {
+    let power = |(l, lane): (usize, &LaneCore)| {
+        let dot = |row: &[f64]| row.iter().zip(xi).map(|(r, x)| r * x.lane(l)).sum::<f64>();
+        lane.flow().ledger.meters.iter().map(|meter| dot(&meter.force) * dot(&meter.speed)).collect()
+    };
+    lanes.iter().enumerate().filter(|(_, lane)| lane.ledger.is_some()).map(power).collect()
+}
+
+/// Charges the meters by the trapezoidal rule: of the order of the methods' own errors.
+fn charge<L: Lane>(lanes: &mut [LaneCore], xi: &[L], before: &[Vec<f64>], h: f64) {
+    if before.is_empty() {
+        return;
     }
-
-    /// Charges the meters by the trapezoidal rule: of the order of the methods' own errors.
-    fn charge(&self, lanes: &mut [LaneCore], xi: &[L], before: &[Vec<f64>], h: f64) {
-        if before.is_empty() {
-            return;
-        }
-        let after = self.powers(lanes, xi);
-        for (lane, (before, after)) in lanes.iter_mut().zip(before.iter().zip(&after)) {
-            if let Some(ledger) = &mut lane.ledger {
-                for (sum, (a, b)) in ledger.meters.iter_mut().zip(before.iter().zip(after)) {
-                    *sum += 0.5 * h * (a + b);
-                }
+    let after = powers(lanes, xi);
+    for (lane, (before, after)) in lanes.iter_mut().zip(before.iter().zip(&after)) {
+        if let Some(ledger) = &mut lane.ledger {
+            for (sum, (a, b)) in ledger.meters.iter_mut().zip(before.iter().zip(after)) {
+                *sum += 0.5 * h * (a + b);
             }
         }
     }

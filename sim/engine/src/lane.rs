@@ -169,10 +169,9 @@ impl LaneCore {
                 if at_instant > EVENTS_BEFORE_STORM {
                     self.end = RunEnd::EventStorm { t_s: t_s + elapsed };
                 }
-            } else if moved <= 0.0 {
-                self.end = RunEnd::EventStorm { t_s: t_s + elapsed };
             }
-            if xi.iter().any(|x| x.is_nan() || x.abs() > Self::BOUND) {
+            // A leg that goes nowhere has found no numbers to go to.
+            if (event.is_none() && moved <= 0.0) || xi.iter().any(|x| x.is_nan() || x.abs() > Self::BOUND) {
                 self.end = RunEnd::Diverged { t_s: t_s + elapsed };
             }
         }

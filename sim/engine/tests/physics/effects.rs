@@ -1,0 +1,181 @@
+//! What every effect of the library must do to a run.
+
+use feeler_engine::{Program, RunEnd, Scenario, Simulation, Trace, Unobserved};
+use feeler_plant::description::{Body, GROUND, Spring};
+use feeler_plant::effects::{Definition, EffectUse, HostKind, LIBRARY};
+use feeler_plant::motion::MeterKind;
+
+use crate::common::{axis, largest_difference, run, spring};
+
+/// Puts an effect under every element of the axis that takes it, one variant each.
+fn placements(base: &Scenario, definition: &'static Definition, values: &[f64]) -> Vec<Scenario> {
+    let used = EffectUse { definition, values: values.to_vec() };
+    let mut scenarios = Vec::new();
+    for host in definition.hosts {
+        let mut scenario = base.clone();
+        let machine = &mut scenario.machine;
+        match host {
+            HostKind::Body => machine.bodies["tip"].effects.push(used.clone()),
+            // Guide effects sit on the guide, and so does the base; the rest on the transmission.
+            HostKind::Spring => {
+                let on_guide = matches!(definition.place.name(), "guide" | "base");
+                machine.springs[if on_guide { "guide" } else { "transmission" }].effects.push(used.clone());
+            }
+            HostKind::Contact => machine.contacts["tool"].effects.push(used.clone()),
+            HostKind::Actuator => machine.actuators["drive"].effects.push(used.clone()),
+            HostKind::ForceSensor => machine.sensors["force"].effects.push(used.clone()),
+            HostKind::MotionSensor => machine.sensors["encoder"].effects.push(used.clone()),
+            HostKind::Controller => scenario.controllers["force"].effects.push(used.clone()),
+            // No rigid spring and no other sensor here; these are looked at on their own below.
+            HostKind::RigidSpring | HostKind::OtherSensor => continue,
+        }
+        scenarios.push(scenario);
+    }
+    scenarios
+}
+
+/// The values of the ideal machine. Where the library names none, the value that the element itself has, or else a limit, is it.
+fn null_values(definition: &Definition) -> Option<Vec<f64>> {
+    match definition.kind {
+        "contact-stiffness" => Some(vec![2e5]),
+        "contact-damping" => Some(vec![120.0]),
+        "hertz-contact" => Some(vec![1.0, 2e5]),
+        _ => {
+            let has_null = definition.parameters.iter().any(|parameter| parameter.null.is_some());
+            has_null.then(|| definition.parameters.iter().map(|p| p.null.unwrap_or(p.typical)).collect())
+        }
+    }
+}
+
+fn typical_values(definition: &Definition) -> Vec<f64> {
+    definition.parameters.iter().map(|parameter| parameter.typical).collect()
+}
+
+#[test]
+fn prop_at_its_null_value_every_effect_is_absent() {
+    let base = axis(0.15);
+    let (ideal, _) = run(&base);
+    let mut seen = 0;
+    for definition in LIBRARY {
+        let Some(values) = null_values(definition) else { continue };
+        for scenario in placements(&base, definition, &values) {
+            let (trace, simulation) = run(&scenario);
+            assert_eq!(simulation.end(0), RunEnd::Completed, "{}", definition.kind);
+            assert!(trace == ideal, "{} at {values:?} is not absent", definition.kind);
+            seen += 1;
+        }
+    }
+    assert!(seen >= LIBRARY.len() - 3, "only {seen} effects were looked at");
+}
+
+/// Effects that have no null but a stiff limit: the machine tends to the ideal one as one over the stiffness, in the motion after the first impact.
+#[test]
+fn order_the_stiff_limit_of_added_bodies_is_the_ideal_machine() {
+    let base = axis(0.03);
+    let (ideal, _) = run(&base);
+    let force = |trace: &Trace| trace.column("tool.force").unwrap().to_vec();
+    for (kind, mass) in [("workpiece-dynamics", 0.02_f64), ("base-flexibility", 50.0)] {
+        let values = |k: f64| [mass, k, 2.0 * (k * mass).sqrt()];
+        let definition = feeler_plant::effects::find(kind).unwrap();
+        let distance = |k: f64| {
+            let scenario = placements(&base, definition, &values(k)).pop().unwrap();
+            largest_difference(&force(&run(&scenario).0), &force(&ideal))
+        };
+        let (soft, stiff) = (distance(1e9), distance(1e11));
+        // Damping falls as the root of the stiffness, and its share of the yielding with it: between one and two decades in two.
+        assert!(stiff < 0.2 * soft && stiff < 0.2, "{kind}: {soft} and {stiff} N");
+    }
+    // A body split in two of the same mass together, with a stiff spring between.
+    let definition = feeler_plant::effects::find("transmission-flexibility").unwrap();
+    let distance = |k: f64| {
+        let mut scenario = base.clone();
+        let values = vec![k, 2.0 * k.sqrt(), 2.0];
+        scenario.machine.bodies["tip"].effects.push(EffectUse { definition, values });
+        largest_difference(&force(&run(&scenario).0), &force(&ideal))
+    };
+    let (soft, stiff) = (distance(1e9), distance(1e11));
+    assert!(stiff < 0.2 * soft && stiff < 0.2, "{soft} and {stiff} N");
+}
+
+/// On a machine that nothing drives, stored energy never grows where the effect only takes, and no meter of loss runs backwards.
+#[test]
+fn prop_dissipative_effects_never_add_energy() {
+    /// Roundings of a sum of some ten energies.
+    const ROUNDING: f64 = 1e-13;
+    let mut base = axis(0.2);
+    base.controllers.clear();
+    base.machine.bodies["motor"].velocity_m_per_s = 0.1;
+    base.machine.springs.insert("centring".into(), spring(GROUND, "motor", 5e3, 0.0));
+    for definition in LIBRARY.iter().filter(|definition| definition.dissipative) {
+        for scenario in placements(&base, definition, &typical_values(definition)) {
+            let program = Program::new(&scenario).unwrap();
+            let mut simulation = Simulation::<f64>::new(vec![program]).unwrap();
+            let mut last = f64::INFINITY;
+            for slice in 1..=200 {
+                simulation.run_to(1e-3 * f64::from(slice), &mut Unobserved).unwrap();
+                let balance = simulation.energy(0).unwrap();
+                let stored = balance.kinetic[1] + balance.elastic[1];
+                let size = balance.exchanged();
+                assert!(stored <= last + ROUNDING * size, "{}: grew by {:e} J", definition.kind, stored - last);
+                last = stored;
+                for (kind, name, joule) in balance.meters.iter().filter(|(kind, ..)| *kind != MeterKind::DriveWork) {
+                    assert!(*joule >= -ROUNDING * size, "{}: {kind:?} of {name} gave {joule:e} J", definition.kind);
+                }
+                assert!(balance.residual().abs() < 1e-9 * size, "{}", definition.kind);
+            }
+        }
+    }
+}
+
+/// Near its typical value (which may be that of the axis itself) every effect runs to the end, changes the motion or the readings, and closes the ledger.
+#[test]
+fn prop_near_its_typical_value_every_effect_shows_and_closes_the_ledger() {
+    let mut base = axis(0.3);
+    // Hard enough to meet the limits of the drive.
+    base.controllers["force"].spec.reference = feeler_control::ReferenceSpec::Constant(300.0);
+    base.run.record.push("encoder.reading".parse().unwrap());
+    let (ideal, _) = run(&base);
+    for definition in LIBRARY {
+        let values: Vec<f64> = typical_values(definition).iter().map(|value| 0.9 * value).collect();
+        for scenario in placements(&base, definition, &values) {
+            let (trace, simulation) = run(&scenario);
+            assert_eq!(simulation.end(0), RunEnd::Completed, "{}", definition.kind);
+            assert!(trace.columns != ideal.columns, "{} does not show", definition.kind);
+            let balance = simulation.energy(0).unwrap();
+            let share = balance.residual().abs() / balance.exchanged();
+            assert!(share < 1e-9, "{}: {share:e}", definition.kind);
+        }
+    }
+}
+
+/// Effects of rigid joints: a joint that yields, and plays, is a machine like any other.
+#[test]
+fn prop_effects_of_rigid_joints_run_and_close_the_ledger() {
+    for kind in ["backlash", "transmission-flexibility", "workpiece-dynamics", "base-flexibility"] {
+        let definition = feeler_plant::effects::find(kind).unwrap();
+        assert!(definition.hosts.contains(&HostKind::RigidSpring), "{kind}");
+        let mut scenario = axis(0.2);
+        let rigid = |a: &str, b: &str| Spring { between: [a.into(), b.into()], rigid: true, ..Spring::default() };
+        let joint = match kind {
+            "workpiece-dynamics" => {
+                scenario.machine.bodies.insert("part".into(), Body { mass_kg: 3.0, ..Body::default() });
+                scenario.machine.contacts["tool"].between[1] = "part".into();
+                rigid(GROUND, "part")
+            }
+            "base-flexibility" => {
+                scenario.machine.bodies.insert("base".into(), Body { mass_kg: 180.0, ..Body::default() });
+                scenario.machine.springs["guide"].between[0] = "base".into();
+                scenario.machine.actuators["drive"].reacts_on = "base".into();
+                rigid(GROUND, "base")
+            }
+            _ => rigid("motor", "tip"),
+        };
+        let name = if kind.ends_with("dynamics") || kind.starts_with("base") { "joint" } else { "transmission" };
+        let effects = vec![EffectUse { definition, values: typical_values(definition) }];
+        scenario.machine.springs.insert(name.into(), Spring { effects, ..joint });
+        let (_, simulation) = run(&scenario);
+        assert_eq!(simulation.end(0), RunEnd::Completed, "{kind}");
+        let balance = simulation.energy(0).unwrap();
+        assert!(balance.residual().abs() < 1e-9 * balance.exchanged(), "{kind}");
+    }
+}

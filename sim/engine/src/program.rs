@@ -233,13 +233,11 @@ fn wire(
     }
     let mut tap = |sensor: &Option<String>, last: &str| {
         let sensor = sensor.as_ref()?;
-        match machine.sensors.get_index_of(sensor) {
-            Some(i) => Some(wanted.tap(i)),
-            None => {
-                problems.push(missing(key(last), "sensor", sensor, &machine.sensors));
-                None
-            }
+        let index = machine.sensors.get_index_of(sensor);
+        if index.is_none() {
+            problems.push(missing(key(last), "sensor", sensor, &machine.sensors));
         }
+        index.map(|i| wanted.tap(i))
     };
     let reading = tap(&controller.reads, "reads");
     let needs_motion = controller.spec.law.needs_motion() || controller.spec.approach.is_some();

@@ -207,11 +207,18 @@ impl<L: Lane> Simulation<L> {
         self.steps
     }
 
-    /// Replaces the state (positions, velocities, then drives and filters, as [`feeler_plant::motion::Layout`] numbers them) of a lane at the present time.
-    pub fn set_state(&mut self, lane: usize, state: &[f64]) {
-        for (x, &value) in self.xi.iter_mut().zip(state) {
-            x.set_lane(lane, value);
-        }
+    /// Replaces the state (positions, velocities, then drives and filters, as [`feeler_plant::motion::Layout`] numbers them) of a lane at the present time;
+    /// what touches and what sticks follows from it, and the energy ledger starts anew.
+    ///
+    /// # Errors
+    /// Where the exponential of the mode that the state is in cannot be computed.
+    pub fn set_state(&mut self, lane: usize, state: &[f64]) -> Result<(), EngineError> {
+        take_lane(&self.xi, lane, &mut self.scratch);
+        let states = self.programs[lane].motion.layout().states().min(state.len());
+        self.scratch[..states].copy_from_slice(&state[..states]);
+        self.lanes[lane].begin_at(&mut self.scratch)?;
+        put_lane(&mut self.xi, lane, &self.scratch);
+        Ok(())
     }
 
     /// The state of a lane.
@@ -436,13 +443,12 @@ impl<L: Lane> Simulation<L> {
         let strokes = self.strokes();
         let span_fs = (span_s * FEMTOSECONDS).round() as u64;
         let alone = self.lanes[0].ledger.is_some();
-        match (!alone).then(|| self.transition_index(span_fs)).flatten() {
-            Some(index) => self.travel(index)?,
-            None => {
-                self.steps += 1;
-                for l in 0..L::WIDTH {
-                    self.go_alone(l, self.t_s, span_s)?;
-                }
+        if let Some(index) = (!alone).then(|| self.transition_index(span_fs)).flatten() {
+            self.travel(index)?;
+        } else {
+            self.steps += 1;
+            for l in 0..L::WIDTH {
+                self.go_alone(l, self.t_s, span_s)?;
             }
         }
         self.charge_controllers(&strokes);
@@ -481,15 +487,13 @@ impl<L: Lane> Simulation<L> {
     /// All lanes together, by the exponential of the span; those that meet an event go on alone.
     fn travel(&mut self, index: usize) -> Result<(), EngineError> {
         self.transitions[index].refresh(&mut self.lanes)?;
-        let transition = &self.transitions[index];
-        let span_s = transition.span_fs as f64 / FEMTOSECONDS;
-        self.product.resize(transition.len(), L::zero());
+        let span_s = self.transitions[index].span_fs as f64 / FEMTOSECONDS;
         let mut travelling = L::Mask::from_fn(|l| self.lanes[l].flow().linear && !self.lanes[l].has_ended());
         for l in (0..L::WIDTH).filter(|&l| !travelling.test(l)) {
-            take_lane(&self.xi, l, &mut self.scratch);
-            self.lanes[l].advance(&mut self.scratch, self.t_s, span_s)?;
-            put_lane(&mut self.xi, l, &self.scratch);
+            self.go_alone(l, self.t_s, span_s)?;
         }
+        let transition = &self.transitions[index];
+        self.product.resize(transition.len(), L::zero());
         let most = (0..L::WIDTH).map(|l| transition.parts[l]).max().unwrap_or(1);
         for part in 0..most {
             let here = travelling & L::Mask::from_fn(|l| part < transition.parts[l]);

@@ -55,8 +55,12 @@ impl Series {
     fn is_negligible(&self, k: usize, span_s: f64) -> bool {
         let n = self.states;
         (0..n).all(|i| {
-            let last = (self.coefficients[k * n + i] * span_s.powi(k as i32)).abs();
-            last <= REMAINDER * (0..k).map(|j| (self.coefficients[j * n + i] * span_s.powi(j as i32)).abs()).sum::<f64>()
+            let (mut power, mut sum) = (1.0, 0.0);
+            for j in 0..k {
+                sum += (self.coefficients[j * n + i] * power).abs();
+                power *= span_s;
+            }
+            (self.coefficients[k * n + i] * power).abs() <= REMAINDER * sum
         })
     }
 
@@ -202,9 +206,9 @@ impl Polynomial {
         for _ in 0..100 {
             let value = self.at(s);
             if value > 0.0 {
-                a = s
+                a = s;
             } else {
-                b = s
+                b = s;
             }
             let newton = s - value / self.slope(s);
             let next = if newton > a && newton < b { newton } else { 0.5 * (a + b) };

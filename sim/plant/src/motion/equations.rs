@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::forces::Forces;
+use super::forces::{Forces, source_rate};
 use super::layout::{add, scaled};
 use super::{Mode, Motion, Row, StopSide, Switch, SwitchState};
 
@@ -306,7 +306,7 @@ impl Motion {
         use SwitchState::{Minus, Plus, Rest};
         let drive = &self.assembly.drives[i];
         let (Some(source), Some(force)) = (drive.velocity_source, self.layout.drives[i].force) else { return };
-        let rate = self.source_rate(source, &self.lagged_command(i), &forces.stroke[i][1], force);
+        let rate = source_rate(source, &self.lagged_command(i), &forces.stroke[i][1], force);
         match state {
             Rest => {
                 for (sign, to) in [(-1.0, Plus), (1.0, Minus)] {
@@ -327,13 +327,12 @@ impl Motion {
         let law = self.assembly.contacts[i].law;
         if law.damping > 0.0 {
             let total = |law| matches!(law, super::NonlinearLaw::Contact { contact, .. } if contact == i);
-            let force = match self.terms.iter().position(|term| total(term.law)) {
-                Some(j) => self.layout.unit(self.layout.term(j)),
-                None => {
-                    let mut force = scaled(law.stiffness, d);
-                    add(&mut force, law.damping, rate);
-                    force
-                }
+            let force = if let Some(j) = self.terms.iter().position(|term| total(term.law)) {
+                self.layout.unit(self.layout.term(j))
+            } else {
+                let mut force = scaled(law.stiffness, d);
+                add(&mut force, law.damping, rate);
+                force
             };
             return vec![(force, SwitchState::Minus)];
         }

@@ -194,16 +194,16 @@ impl Motion {
         }
         if let (Some(source), Some(force)) = (drive.velocity_source, states.force) {
             let held = matches!(self.state_of(mode, Switch::Limit(i)), Some(SwitchState::Plus | SwitchState::Minus));
-            let row = if held { layout.zero() } else { self.source_rate(source, &command, stroke_rate, force) };
+            let row = if held { layout.zero() } else { source_rate(source, &command, stroke_rate, force) };
             derivatives.push((force, row));
         }
         derivatives
     }
+}
 
-    /// `(b_a (v_c - v) - f_a) / tau`, the paper's Fig. 2.
-    pub(super) fn source_rate(&self, source: crate::assembly::VelocitySource, command: &Row, stroke_rate: &Row, force: usize) -> Row {
-        let mut row = scaled(source.damping, &difference(command, stroke_rate));
-        row[force] -= 1.0;
-        scaled(1.0 / source.time_constant, &row)
-    }
+/// `(b_a (v_c - v) - f_a) / tau`, the paper's Fig. 2.
+pub(super) fn source_rate(source: crate::assembly::VelocitySource, command: &Row, stroke_rate: &Row, force: usize) -> Row {
+    let mut row = scaled(source.damping, &difference(command, stroke_rate));
+    row[force] -= 1.0;
+    scaled(1.0 / source.time_constant, &row)
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::forces::Forces;
-use super::layout::{add, difference};
+use super::layout::{add, difference, scaled};
 use super::{Equations, Motion, Row};
 use crate::assembly::{GROUND_NODE, NodeId, SensorPart, Source};
 use crate::description::{LowPass, Quantity};
@@ -100,7 +100,7 @@ impl Motion {
             LowPass::FirstOrder { corner_hz } => {
                 let mut row = input.clone();
                 row[first] -= 1.0;
-                row.iter_mut().for_each(|r| *r *= TAU * corner_hz);
+                row = scaled(TAU * corner_hz, &row);
                 derivative[first] = row;
             }
             LowPass::SecondOrder { corner_hz, damping_ratio } => {
@@ -112,7 +112,7 @@ impl Motion {
                 let mut row = input.clone();
                 row[first] -= 1.0;
                 row[rate] -= 2.0 * damping_ratio;
-                row.iter_mut().for_each(|r| *r *= omega);
+                row = scaled(omega, &row);
                 derivative[rate] = row;
             }
         }

@@ -33,6 +33,8 @@ pub(crate) struct Flow {
     pub(crate) check_s: f64,
     /// Longest span of one Taylor polynomial, s.
     pub(crate) horizon_s: f64,
+    /// Coordinates whose speed is that of another, or zero, because guides stick: each once, and the other is none of them.
+    pub(crate) joined: Vec<(usize, Option<usize>)>,
     /// Guard slot of each guard of the equations.
     pub(crate) slots: Vec<usize>,
     /// Rows of the wanted signals; `None` for those no row can tell.
@@ -63,6 +65,7 @@ impl Flow {
         let ledger = if energy { motion.ledger(&equations) } else { Ledger::default() };
         Ok(Self {
             linear: equations.is_linear(),
+            joined: joined(&equations.stuck, layout.coordinates()),
             equations,
             derivative,
             states,
@@ -127,6 +130,19 @@ impl Flow {
         self.transitions.push((span_fs, rows));
         Ok(&self.transitions[self.transitions.len() - 1].1)
     }
+}
+
+/// The groups that pairs of equal speeds make: each member with the first one, or with ground.
+fn joined(pairs: &[[Option<usize>; 2]], coordinates: usize) -> Vec<(usize, Option<usize>)> {
+    let mut lead: Vec<Option<usize>> = (0..coordinates).map(Some).collect();
+    let lead_of = |lead: &[Option<usize>], end: Option<usize>| end.and_then(|g| lead[g]);
+    for &[a, b] in pairs {
+        let (a, b) = (lead_of(&lead, a), lead_of(&lead, b));
+        // None, the ground, is less than any coordinate.
+        let (low, high) = (a.min(b), a.max(b));
+        lead.iter_mut().filter(|l| **l == high).for_each(|l| *l = low);
+    }
+    (0..coordinates).map(|g| (g, lead[g])).filter(|(g, lead)| *lead != Some(*g)).collect()
 }
 
 fn dot<'a>(row: &[f64], other: impl Iterator<Item = &'a f64>) -> f64 {

@@ -110,6 +110,24 @@ impl LaneCore {
         mode
     }
 
+    /// Begins anew at a state that was not reached by motion: what touches, sticks and slides there is looked up, and the ledger starts again.
+    pub(crate) fn begin_at(&mut self, xi: &mut [f64]) -> Result<(), EngineError> {
+        let (old, mut mode) = (self.flow().equations.mode, self.initial_mode(xi));
+        for (i, switch) in self.motion.switches().iter().enumerate() {
+            if matches!(switch, Switch::Limit(_) | Switch::Ramp(_)) {
+                mode = mode.with(i, old.get(i));
+            }
+        }
+        self.enter(mode)?;
+        fill_terms(&self.motion, &self.flows[self.current], xi);
+        let flow = &self.flows[self.current];
+        if let Some(ledger) = &mut self.ledger {
+            *ledger = EnergyLedger::default();
+            ledger.begin(self.motion.storage(&flow.equations, xi), flow.ledger.meters.len());
+        }
+        Ok(())
+    }
+
     /// Makes `mode` the current one.
     fn enter(&mut self, mode: Mode) -> Result<(), EngineError> {
         self.current = self.index_of(mode)?;
@@ -245,13 +263,9 @@ impl LaneCore {
 
     /// Makes speeds that stick together equal to the bit.
     pub(crate) fn join(&self, xi: &mut [f64]) {
-        for &[a, b] in &self.flow().equations.stuck {
-            let v = |g| self.motion.layout().v(g);
-            match (a, b) {
-                (Some(a), Some(b)) => xi[v(b)] = xi[v(a)],
-                (Some(g), None) | (None, Some(g)) => xi[v(g)] = 0.0,
-                (None, None) => {}
-            }
+        let v = |g| self.motion.layout().v(g);
+        for &(member, lead) in &self.flow().joined {
+            xi[v(member)] = lead.map_or(0.0, |lead| xi[v(lead)]);
         }
     }
 

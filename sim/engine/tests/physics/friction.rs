@@ -4,10 +4,10 @@ use std::f64::consts::{PI, TAU};
 
 use feeler_control::ReferenceSpec;
 use feeler_control::reference::Sweep;
-use feeler_engine::{EventKind, RunEnd, Scenario};
-use feeler_plant::description::{Body, GROUND, Machine, Spring};
+use feeler_engine::{EventKind, Program, RunEnd, Scenario, Simulation, Unobserved};
+use feeler_plant::description::{Body, Contact, GROUND, Machine, Spring};
 
-use crate::common::{body, close, command, drive, effect, free_mass, run, scenario, spring};
+use crate::common::{body, close, command, contact, drive, effect, free_mass, run, scenario, spring};
 
 /// A handful of legs, each exact to a few roundings.
 const EXACT: f64 = 1e-12;
@@ -211,4 +211,40 @@ fn regress_parallel_guides_hold_the_sum_of_their_levels() {
             assert!(simulation.energy(0).unwrap().residual().abs() < EXACT);
         }
     }
+}
+
+/// A rider on a sliding body: both come to rest, and rest is zero for both, whatever the order in which the guides are written.
+#[test]
+fn regress_a_chain_of_sticking_bodies_rests_to_the_bit() {
+    for order in [["joint", "guide"], ["guide", "joint"]] {
+        let mut machine = free_mass(3.0, 0.0, 0.7);
+        machine.bodies.insert("rider".into(), Body { velocity_m_per_s: 0.9, ..body(2.0, 0.0) });
+        for name in order {
+            let between = if name == "joint" { ["rider", "tip"] } else { [GROUND, "tip"] };
+            machine.springs.insert(name.into(), rubbing(between, &[("coulomb-friction", &[8.0])]));
+        }
+        let (trace, simulation) = run(&scenario(machine, 2.0, &[]));
+        assert_eq!(trace.events.iter().filter(|event| event.kind == EventKind::Stick).count(), 2);
+        for speed in &simulation.state(0)[2..] {
+            assert_eq!(speed.to_bits(), 0.0_f64.to_bits(), "{order:?}");
+        }
+    }
+}
+
+/// A state that is set is in the mode that belongs to it: what stuck may move, what was apart may touch.
+#[test]
+fn regress_a_state_that_is_set_is_in_its_own_mode() {
+    let mut machine = free_mass(3.0, 0.0, 0.0);
+    machine.springs.insert("guide".into(), rubbing([GROUND, "tip"], &[("coulomb-friction", &[8.0])]));
+    machine.contacts.insert("wall".into(), Contact { gap_m: 0.01, ..contact("tip", GROUND, 1e4, 0.0) });
+    let program = Program::new(&scenario(machine, 1.0, &["wall.contact"])).unwrap();
+    let mut simulation = Simulation::<f64>::new(vec![program]).unwrap();
+    simulation.run_to(0.1, &mut Unobserved).unwrap();
+    // Back from within the wall, and then through its own braking distance.
+    simulation.set_state(0, &[0.02, -0.5]).unwrap();
+    simulation.run_to(0.9, &mut Unobserved).unwrap();
+    let energy = 0.5 * 3.0 * 0.25 + 0.5 * 1e4 * 1e-4;
+    close(simulation.state(0)[0], 0.02 - energy / 8.0, EXACT);
+    assert_eq!(simulation.state(0)[1].to_bits(), 0.0_f64.to_bits());
+    assert!(simulation.energy(0).unwrap().residual().abs() < EXACT);
 }

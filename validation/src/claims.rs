@@ -1,8 +1,6 @@
 //! The paper's five claims (Eppinger and Seering 1992), each as checked rows.
 
-use feeler_analysis::{
-    ControlLoop, GainBands, Limit, LinearMachine, Mode, ModeClass, ModeInPair, View, classify, modes,
-};
+use feeler_analysis::{ControlLoop, GainBands, Limit, LinearMachine, Mode, ModeClass, ModeInPair, View, classify, modes};
 use feeler_control::{ControllerSpec, ForceGains, Law, PositionGains};
 use feeler_engine::Scenario;
 use feeler_plant::description::{ActuatorKind, Body, GROUND, Machine, Quantity, SignalName};
@@ -108,7 +106,11 @@ fn third() -> Result<Vec<Row>, ValidationError> {
         rows.push(Row::close(format!("{name}: no gain is too large"), claim, force_limit(&axis)?, f64::INFINITY, 0.0));
         let twice = |part: Option<(f64, f64, f64)>| part.map(|(m, k, b)| (m, k, 2.0 * b));
         let damped = Axis { base: twice(axis.base), workpiece: twice(axis.workpiece), ..axis };
-        rows.push(Row::holds(format!("{name}: more damping shrinks the dip"), claim, phase_excursion_deg(&damped)? < phase_excursion_deg(&axis)?));
+        rows.push(Row::holds(
+            format!("{name}: more damping shrinks the dip"),
+            claim,
+            phase_excursion_deg(&damped)? < phase_excursion_deg(&axis)?,
+        ));
     }
     let axis = Axis::reference(Model::Workpiece, IDEAL);
     let stiffer = Axis { workpiece: axis.workpiece.map(|(m, k, b)| (m, 2.0 * k, b)), ..axis };
@@ -147,7 +149,8 @@ fn fifth() -> Result<Vec<Row>, ValidationError> {
     let flexible = || found.iter().filter(|(_, pair)| !pair.rigid_body);
     let lost: f64 = flexible().map(|(_, pair)| pair.phase_change_deg).sum();
     let drops = flexible().find(|(_, pair)| pair.phase_change_deg < 0.0);
-    let lowest_is_base = found.first().is_some_and(|(mode, pair)| pair.class == ModeClass::Colocated && (mode.frequency_hz() - 12.0).abs() < 1.5);
+    let lowest_is_base =
+        found.first().is_some_and(|(mode, pair)| pair.class == ModeClass::Colocated && (mode.frequency_hz() - 12.0).abs() < 1.5);
     // At a sample rate that costs nothing the machine itself decides, at a low one the sampling.
     let limit = |drive, period_s: f64, axis: &Axis| -> Result<Option<Limit>, ValidationError> {
         let axis = Axis { drive, ..*axis };

@@ -22,16 +22,7 @@ const ZERO: f64 = 1e-10;
 const IMPACT: f64 = 1e-8;
 
 fn axis(masses_kg: (f64, f64), guide: f64, contact: (f64, f64)) -> Axis {
-    Axis {
-        masses_kg,
-        guide_n_s_per_m: guide,
-        contact,
-        transmission: None,
-        base: None,
-        workpiece: None,
-        drive: IDEAL,
-        total_force: false,
-    }
+    Axis { masses_kg, guide_n_s_per_m: guide, contact, transmission: None, base: None, workpiece: None, drive: IDEAL, total_force: false }
 }
 
 fn kp_loop(axis: &Axis, period_s: f64) -> Result<ControlLoop, ValidationError> {

@@ -45,8 +45,19 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
         if model == Model::Base {
             axes = vec![("base damping as given".into(), axis), ("base damping times 5".into(), damped(5.0))];
         }
-        all.push(bode_figure(bode, &format!("Fig. {}. Open-loop frequency response of the {name}, {how}: command to sensed force.", &bode[3..]), &axes)?);
-        all.push(locus_figure(locus, &format!("Fig. {}. Root locus of the {name} under explicit force control, {how}; poles at gain zero are crosses, zeros circles.", &locus[3..]), &axis)?);
+        all.push(bode_figure(
+            bode,
+            &format!("Fig. {}. Open-loop frequency response of the {name}, {how}: command to sensed force.", number(bode)),
+            &axes,
+        )?);
+        all.push(locus_figure(
+            locus,
+            &format!(
+                "Fig. {}. Root locus of the {name} under explicit force control, {how}; poles at gain zero are crosses, zeros circles.",
+                number(locus)
+            ),
+            &axis,
+        )?);
     }
     all.extend(measured_figures()?);
     let (three, rigid) = (paper::Axis::reference(Model::AllThree, SOURCE), paper::Axis::reference(Model::Rigid, SOURCE));
@@ -62,6 +73,11 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
     Ok(all)
 }
 
+/// The number in a figure's name.
+fn number(name: &str) -> &str {
+    name.trim_start_matches("fig").trim_start_matches('0')
+}
+
 fn channel_of(axis: &paper::Axis) -> Result<Channel, ValidationError> {
     let plant = LinearMachine::new(&axis.machine("axis"), &View::CLAMPED)?;
     Ok(plant.channel(&SignalName::new("drive", Quantity::Command), &SignalName::new("tool", Quantity::SpringForce))?)
@@ -71,7 +87,8 @@ fn channel_of(axis: &paper::Axis) -> Result<Channel, ValidationError> {
 fn bode_curves(name: &str, frequencies: &[f64], response: &[C64], mark: Mark, colour: &'static str) -> [Curve; 2] {
     let decibels = response.iter().map(|g| 20.0 * g.norm().log10());
     let degrees = unwrapped_phase_rad(response).into_iter().map(f64::to_degrees);
-    let curve = |values: Vec<f64>, name: &str| Curve { name: name.into(), points: frequencies.iter().copied().zip(values).collect(), mark, colour };
+    let curve =
+        |values: Vec<f64>, name: &str| Curve { name: name.into(), points: frequencies.iter().copied().zip(values).collect(), mark, colour };
     [curve(decibels.collect(), name), curve(degrees.collect(), name)]
 }
 
@@ -137,9 +154,30 @@ fn measured_figures() -> Result<Vec<Figure>, ValidationError> {
     let stand_in = "the machine fitted to the paper's landmarks (not the robot's own parameters, which were never published): white noise in, dots \
                     estimated from the records, line linear theory.";
     let cases = [
-        ("fig15", Engagement::Free, "motor", Quantity::Acceleration, "Colocated acceleration: velocity command to acceleration at the motor", "1/s"),
-        ("fig16", Engagement::Free, "link4", Quantity::Acceleration, "Noncolocated acceleration: velocity command to acceleration at the end-point", "1/s"),
-        ("fig17", Engagement::Clamped, "tool", Quantity::SpringForce, "Noncolocated force: velocity command to contact force, end-point clamped", "N s/m"),
+        (
+            "fig15",
+            Engagement::Free,
+            "motor",
+            Quantity::Acceleration,
+            "Colocated acceleration: velocity command to acceleration at the motor",
+            "1/s",
+        ),
+        (
+            "fig16",
+            Engagement::Free,
+            "link4",
+            Quantity::Acceleration,
+            "Noncolocated acceleration: velocity command to acceleration at the end-point",
+            "1/s",
+        ),
+        (
+            "fig17",
+            Engagement::Clamped,
+            "tool",
+            Quantity::SpringForce,
+            "Noncolocated force: velocity command to contact force, end-point clamped",
+            "N s/m",
+        ),
     ];
     let mut all = Vec::new();
     for (name, engagement, element, quantity, what, unit) in cases {
@@ -159,8 +197,8 @@ fn measured_figures() -> Result<Vec<Figure>, ValidationError> {
         let frequencies: Vec<f64> = kept.iter().map(|&i| measured.estimate.frequencies_hz[i]).collect();
         let [line, line_phase] = bode_curves("linear theory", &frequencies, &pick(&measured.linear), Mark::Line, RED);
         let [dots, dots_phase] = bode_curves("estimated", &frequencies, &pick(&measured.estimate.response), Mark::Dot, BLUE);
-        let caption = format!("Fig. {}. {what}, {stand_in}", &name[3..]);
-        all.push(Figure { name: name.into(), caption, panels: bode_panels(BAND_HZ, unit, vec![line, dots], vec![line_phase, dots_phase]) });
+        let caption = format!("Fig. {}. {what}, {stand_in}", number(name));
+        all.push(Figure { name: name.into(), caption, panels: bode_panels(BAND_HZ, unit, vec![dots, line], vec![dots_phase, line_phase]) });
     }
     Ok(all)
 }

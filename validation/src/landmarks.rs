@@ -10,9 +10,7 @@ use feeler_analysis::frf::{Excitation, Experiment, NoiseMethod};
 use feeler_analysis::{LinearMachine, View, modes};
 use feeler_lti::C64;
 use feeler_lti::spectral::LocalPolynomialSettings;
-use feeler_plant::description::{
-    Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, Machine, Quantity, SignalName,
-};
+use feeler_plant::description::{Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, Machine, Quantity, SignalName};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -64,7 +62,7 @@ impl Chain {
         mount: [10.6963, 0.109_197],
         motor_kg: 84.7368,
         guide_n_s_per_m: 61.2371,
-        masses_kg: [13.1877, 4.78503, 0.499345, 0.110906],
+        masses_kg: [13.1877, 4.78503, 0.499_345, 0.110_906],
         stiffness_n_per_m: [1.32854e6, 565_366.0, 80_840.5, 8715.03],
         damping_n_s_per_m: [22.1445, 16.7749, 17.6357, 11.8577],
         source: [4441.58, 1.240_06e-3],
@@ -156,7 +154,8 @@ impl Chain {
 pub struct Landmarks {
     /// Frequencies of the modes nearest to the five resonances, each mode counted once.
     pub resonances_hz: [f64; 5],
-    /// Acceleration of the motor: phase falls below 0 degrees.
+    /// Acceleration of the motor: phase falls below 0 degrees for good. (In the fitted chain it grazes 0 at the base mode as well, by some degrees:
+    /// a base that turns the end-point's phase turns the motor's too.)
     pub motor_hz: f64,
     /// Acceleration of the end-point: phase dips below 0 degrees, and returns.
     pub end_dip_hz: [f64; 2],
@@ -202,8 +201,7 @@ impl Landmarks {
 /// Phase (degrees) of a response on a fine grid, continued from its first value in (-180, 180].
 fn phase_deg(plant: &LinearMachine, output: &SignalName) -> Result<(Vec<f64>, Vec<f64>), ValidationError> {
     let points = 880;
-    let frequencies: Vec<f64> =
-        (0..=points).map(|i| BAND_HZ.0 + (BAND_HZ.1 - BAND_HZ.0) * f64::from(i) / f64::from(points)).collect();
+    let frequencies: Vec<f64> = (0..=points).map(|i| BAND_HZ.0 + (BAND_HZ.1 - BAND_HZ.0) * f64::from(i) / f64::from(points)).collect();
     let channel = plant.channel(&SignalName::new("drive", Quantity::Command), output)?;
     let response: Vec<C64> = channel.frequency_response(&frequencies)?;
     let phase = feeler_lti::unwrapped_phase_rad(&response).into_iter().map(f64::to_degrees).collect();

@@ -65,7 +65,7 @@ fn check(seed: u64) -> Result<(f64, f64), ValidationError> {
     let program = Program::new(&scenario)?;
     let mut trace = Trace::new(program.record_names());
     let mut simulation = Simulation::<f64>::new(vec![program])?;
-    simulation.set_state(0, start.as_slice());
+    simulation.set_state(0, start.as_slice())?;
     simulation.run(&mut trace)?;
     let mut worst: f64 = 0.0;
     let mut scale: f64 = 0.0;

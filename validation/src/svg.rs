@@ -77,7 +77,9 @@ const LEFT: f64 = 84.0;
 const RIGHT: f64 = 20.0;
 const PANEL: f64 = 250.0;
 const GAP: f64 = 62.0;
-const TOP: f64 = 18.0;
+const TOP: f64 = 34.0;
+/// Width that one entry of the legend takes.
+const LEGEND: f64 = 220.0;
 /// Characters of caption on a line.
 const CAPTION_CHARACTERS: usize = 92;
 
@@ -111,8 +113,8 @@ impl Axis {
                 let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|s| *s >= rough).unwrap_or(10.0 * power);
                 // Phases are read in quarters of a turn.
                 let step = if self.label.contains('\u{b0}') { if high - low > 400.0 { 90.0 } else { 45.0 } } else { step };
-                let first = (low / step).ceil() as i64;
-                (first..).map(|i| i as f64 * step).take_while(|v| *v <= high + 1e-9 * step).map(|v| (v, true)).collect()
+                let (first, last) = ((low / step).ceil() as i64, (high / step + 1e-9).floor() as i64);
+                (first..=last).map(|i| (i as f64 * step, true)).collect()
             }
             Scale::Logarithmic => {
                 let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
@@ -149,6 +151,13 @@ impl Figure {
              font-family=\"Helvetica, Arial, sans-serif\" font-size=\"13\">\n<title>{}</title>\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
             escaped(&self.caption)
         );
+        // One legend above all panels, which show the same curves, so that it hides none of them.
+        let named = self.panels.iter().take(1).flat_map(|panel| &panel.curves).filter(|curve| !curve.name.is_empty());
+        for (i, curve) in named.enumerate() {
+            let at = LEFT + LEGEND * i as f64;
+            let _ = writeln!(out, "<rect x=\"{at}\" y=\"15\" width=\"16\" height=\"4\" fill=\"{}\"/>", curve.colour);
+            let _ = writeln!(out, "<text x=\"{}\" y=\"21\">{}</text>", at + 22.0, escaped(&curve.name));
+        }
         for (i, panel) in self.panels.iter().enumerate() {
             panel.draw(&mut out, TOP + i as f64 * (PANEL + GAP), &format!("{}-{i}", self.name));
         }
@@ -211,13 +220,6 @@ impl Panel {
             curve.draw(out, &x, &y);
         }
         out.push_str("</g>\n");
-        for (i, curve) in self.curves.iter().filter(|curve| !curve.name.is_empty()).enumerate() {
-            let at = top + 18.0 + 17.0 * i as f64;
-            let colour = curve.colour;
-            let _ = writeln!(out, "<rect x=\"{}\" y=\"{:.1}\" width=\"14\" height=\"4\" fill=\"{colour}\"/>", LEFT + 10.0, at - 6.0);
-            let halo = "stroke=\"white\" stroke-width=\"3\" paint-order=\"stroke\"";
-            let _ = writeln!(out, "<text x=\"{}\" y=\"{at:.1}\" {halo}>{}</text>", LEFT + 30.0, escaped(&curve.name));
-        }
     }
 }
 
@@ -231,10 +233,12 @@ impl Curve {
             Mark::Line | Mark::Dashed => {
                 let path: Vec<String> = points.map(|(a, b)| format!("{a:.1},{b:.1}")).collect();
                 let dash = if self.mark == Mark::Dashed { " stroke-dasharray=\"6 4\"" } else { "" };
-                let _ = writeln!(out, "<polyline fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.7\"{dash} points=\"{}\"/>", path.join(" "));
+                let _ =
+                    writeln!(out, "<polyline fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.7\"{dash} points=\"{}\"/>", path.join(" "));
             }
             Mark::Cross => points.for_each(|(a, b)| {
-                let _ = writeln!(out, "<path d=\"M{:.1} {:.1}l10 10m0 -10l-10 10\" stroke=\"{colour}\" stroke-width=\"2\"/>", a - 5.0, b - 5.0);
+                let _ =
+                    writeln!(out, "<path d=\"M{:.1} {:.1}l10 10m0 -10l-10 10\" stroke=\"{colour}\" stroke-width=\"2\"/>", a - 5.0, b - 5.0);
             }),
             Mark::Circle => points.for_each(|(a, b)| {
                 let _ = writeln!(out, "<circle cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"5\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>");

@@ -114,10 +114,22 @@ fn full_machine(
     let (t, c, w) = (s * b + k, s * axis.contact.1 + axis.contact.0, s * bw + kw);
     let o = C64::new(0.0, 0.0);
     let matrix = Matrix4::new(
-        s * s * m1 + guide + t, -t, o, -guide, //
-        -t, s * s * m2 + t + c, -c, o, //
-        o, -c, s * s * mw + c + w, -w, //
-        -guide, o, -w, s * s * mb + s * bb + kb + guide + w,
+        s * s * m1 + guide + t,
+        -t,
+        o,
+        -guide, //
+        -t,
+        s * s * m2 + t + c,
+        -c,
+        o, //
+        o,
+        -c,
+        s * s * mw + c + w,
+        -w, //
+        -guide,
+        o,
+        -w,
+        s * s * mb + s * bb + kb + guide + w,
     );
     let one = C64::new(1.0, 0.0);
     let x = matrix.lu().solve(&Vector4::new(one, o, o, -one)).unwrap_or_else(|| Vector4::from_element(C64::new(f64::NAN, 0.0)));

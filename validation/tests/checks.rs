@@ -4,7 +4,7 @@ use feeler_validation::experiments::{ResponseEffort, onset_row, paper_axes, resp
 use feeler_validation::{Row, ValidationError, claims, closed_forms, convergence, random_machines};
 
 fn all_pass(rows: Result<Vec<Row>, ValidationError>) {
-    let rows = rows.unwrap();
+    let rows = rows.unwrap_or_else(|error| panic!("{error}"));
     assert!(!rows.is_empty());
     let failures: Vec<&Row> = rows.iter().filter(|row| !row.pass).collect();
     assert!(failures.is_empty(), "{failures:#?}");

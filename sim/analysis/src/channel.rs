@@ -140,11 +140,10 @@ fn closure(n: usize, from: impl Fn(usize) -> bool, leads: impl Fn(usize, usize) 
     let mut member: Vec<bool> = (0..n).map(from).collect();
     let mut open: Vec<usize> = (0..n).filter(|&i| member[i]).collect();
     while let Some(i) = open.pop() {
-        for j in 0..n {
-            if !member[j] && leads(i, j) {
-                member[j] = true;
-                open.push(j);
-            }
+        let next: Vec<usize> = (0..n).filter(|&j| !member[j] && leads(i, j)).collect();
+        for j in next {
+            member[j] = true;
+            open.push(j);
         }
     }
     member

@@ -100,11 +100,10 @@ fn start_in_contact(motion: &Motion, equations: &Equations, preload_n: f64, xi: 
     let part = &motion.assembly().contacts[0];
     let depth = (preload_n.abs() / part.law.stiffness).powf(1.0 / part.law.exponent) * preload_n.signum();
     let missing = depth - dot(&equations.compression[0][0], xi);
-    for g in 0..motion.layout().coordinates() {
-        // Coordinates that share the tip's side: those not on the workpiece's.
-        if equations.compression[0][0][g] > 0.0 {
-            xi[g] += missing;
-        }
+    // Coordinates on the tip's side move, those on the workpiece's stay.
+    let rows = equations.compression[0][0].iter().take(motion.layout().coordinates());
+    for (x, _) in xi.iter_mut().zip(rows).filter(|(_, row)| **row > 0.0) {
+        *x += missing;
     }
 }
 

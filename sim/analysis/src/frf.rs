@@ -115,7 +115,7 @@ impl Experiment {
             Excitation::WhiteNoise { duration_s, method } => {
                 let spec = ReferenceSpec::WhiteNoise { low_hz: 0.0, high_hz: high_hz.min(0.499 / self.hold_s), rms, offset: self.offset };
                 let (u, y) = self.record(spec, self.seed, duration_s)?;
-                self.from_noise(&u, &y, method, (low_hz, high_hz))?
+                self.evaluate_noise(&u, &y, method, (low_hz, high_hz))?
             }
             Excitation::Multisine { period_s, periods, transient_periods, realisations } => {
                 let samples_per_period = (period_s / self.hold_s).round() as usize;
@@ -148,7 +148,7 @@ impl Experiment {
             }
             Excitation::SteppedSine { points, settle_s, measure_s } => {
                 let step = (high_hz / low_hz).powf(1.0 / (points.max(2) - 1) as f64);
-                let frequencies: Vec<f64> = (0..points).map(|i| low_hz * step.powi(i as i32)).collect();
+                let frequencies: Vec<f64> = (0..points).map(|i| low_hz * step.powf(i as f64)).collect();
                 let records = frequencies.iter().map(|&f| self.sine(f, rms, settle_s, measure_s)).collect::<Result<Vec<_>, _>>()?;
                 let points = frequencies.iter().zip(&records);
                 let points: Vec<_> =
@@ -198,7 +198,7 @@ impl Experiment {
         Scenario { machine: self.machine.clone(), controllers: [("excitation".to_string(), control)].into_iter().collect(), run }
     }
 
-    fn from_noise(&self, u: &[f64], y: &[f64], method: NoiseMethod, band: (f64, f64)) -> Result<ResponseEstimate, AnalysisError> {
+    fn evaluate_noise(&self, u: &[f64], y: &[f64], method: NoiseMethod, band: (f64, f64)) -> Result<ResponseEstimate, AnalysisError> {
         Ok(match method {
             NoiseMethod::Welch { segment_s, estimator } => {
                 let settings = WelchSettings::hann((segment_s / self.hold_s).round() as usize);

@@ -25,10 +25,13 @@ pub struct SampledLoop<'a> {
     plant: LoopPlant,
     schedule: Schedule,
     /// Per instant, how the plant gets from it to the next: transition and input matrix.
-    spans: Vec<(DMatrix<f64>, DMatrix<f64>)>,
+    spans: Vec<Span>,
     /// From the start of the period to the first instant.
-    lead_in: (DMatrix<f64>, DMatrix<f64>),
+    lead_in: Span,
 }
+
+/// Transition and input matrix of the plant over a span of time.
+type Span = (DMatrix<f64>, DMatrix<f64>);
 
 /// What the broken loop puts out.
 #[derive(Clone, Copy, PartialEq)]
@@ -69,7 +72,7 @@ impl<'a> SampledLoop<'a> {
             })
             .collect();
         let schedule = Schedule::new(&timings)?;
-        let mut known: Vec<(f64, (DMatrix<f64>, DMatrix<f64>))> = Vec::new();
+        let mut known: Vec<(f64, Span)> = Vec::new();
         let mut span = |s: f64| -> Result<_, AnalysisError> {
             if let Some((_, found)) = known.iter().find(|(t, _)| (t - s).abs() <= SAME_SPAN_S) {
                 return Ok(found.clone());
@@ -241,7 +244,7 @@ impl<'a> SampledLoop<'a> {
     }
 
     /// Moves the plant on with its inputs held.
-    fn advance(&self, walk: &mut Walk, (transition, step): &(DMatrix<f64>, DMatrix<f64>)) {
+    fn advance(&self, walk: &mut Walk, (transition, step): &Span) {
         walk.x = transition * &walk.x;
         for (controller, held) in self.whole.controllers().iter().zip(&walk.held) {
             walk.x.ger(1.0, &step.column(controller.drive), &held.transpose(), 1.0);
@@ -260,7 +263,7 @@ impl<'a> SampledLoop<'a> {
 
 impl Walk {
     fn into_matrix(self) -> DMatrix<f64> {
-        let mut rows: Vec<RowDVector<f64>> = self.x.row_iter().map(|row| row.into_owned()).collect();
+        let mut rows: Vec<RowDVector<f64>> = self.x.row_iter().map(nalgebra::Matrix::into_owned).collect();
         rows.extend(self.held);
         rows.extend(self.pending.into_iter().flatten());
         rows.extend(self.taken.into_iter().flatten().flatten());

@@ -96,7 +96,9 @@ fn idealise_drives(assembly: &mut Assembly) {
 fn without_delay(assembly: &mut Assembly, controllers: &mut [LoopController]) {
     assembly.drives.iter_mut().for_each(|drive| drive.delay = 0.0);
     assembly.sensors.iter_mut().for_each(|sensor| sensor.delay = 0.0);
-    controllers.iter_mut().for_each(|c| c.spec.delay_s = 0.0);
+    for controller in controllers {
+        controller.spec.delay_s = 0.0;
+    }
 }
 
 fn without_filters(assembly: &mut Assembly, controllers: &mut [LoopController]) {

@@ -1,0 +1,79 @@
+//! Linearisation: operating points, free bodies, friction.
+
+mod common;
+
+use common::{force_loop, machine};
+use feeler_analysis::{ContactView, FrictionView, LinearMachine, View};
+use feeler_plant::description::{ContactLaw, Engagement, Quantity, SignalName};
+use feeler_plant::effects::{EffectUse, find};
+
+/// Newton's method ends at 1e-10 of the forces.
+const EQUILIBRIUM: f64 = 1e-8;
+
+fn command() -> SignalName {
+    SignalName::new("drive", Quantity::Command)
+}
+
+#[test]
+fn truth_a_hertzian_contact_is_as_stiff_as_its_preload_makes_it() {
+    let mut machine = machine();
+    let contact = &mut machine.contacts["tool"];
+    contact.law = ContactLaw::Hertz;
+    contact.engagement = Engagement::Unilateral;
+    contact.stiffness = 3e8;
+    let preload_n: f64 = 25.0;
+    let view = View { contact: ContactView::Pressed { preload_n }, ..View::default() };
+    let plant = LinearMachine::new(&machine, &view).unwrap();
+    // F = k d^1.5, so dF/dd = 1.5 k d^0.5 at d = (F / k)^(2/3); a slow force of the drive arrives at the sensor whole.
+    let depth = (preload_n / 3e8).powf(2.0 / 3.0);
+    let compression = plant.channel(&command(), &SignalName::new("tool", Quantity::Compression)).unwrap();
+    let softness = compression.system.dc_gain().unwrap()[(0, 0)];
+    assert!((softness * 1.5 * 3e8 * depth.sqrt() - 1.0).abs() < EQUILIBRIUM, "{softness}");
+    assert!(plant.operating_point().balanced);
+    let held = plant.operating_point().xi[plant.motion().layout().input(0)];
+    assert!((held / preload_n - 1.0).abs() < EQUILIBRIUM, "the drive holds {held} N");
+}
+
+#[test]
+fn truth_free_bodies_drift_with_a_pole_at_zero_exactly() {
+    let mut machine = machine();
+    machine.springs["guide"].damping_n_s_per_m = 0.0;
+    let plant = LinearMachine::new(&machine, &View::FREE).unwrap();
+    // Acceleration does not see where the machine stands; two free speeds remain, of which the common one is a pole at zero.
+    let channel = plant.channel(&command(), &SignalName::new("tip", Quantity::Acceleration)).unwrap();
+    assert_eq!(channel.system.states(), 3);
+    let poles = channel.poles().unwrap();
+    assert!(poles[0].norm() < 1e-9 * poles[1].norm(), "{poles:?}");
+    // At low frequency the machine is its mass.
+    let slow = channel.frequency_response(&[0.01]).unwrap()[0];
+    assert!((slow.re * 12.0 - 1.0).abs() < 1e-6 && slow.im.abs() < 1e-6, "{slow}");
+}
+
+#[test]
+fn truth_a_sticking_guide_holds_its_body() {
+    let mut machine = machine();
+    let definition = find("coulomb-friction").unwrap();
+    machine.springs["guide"].effects.push(EffectUse { definition, values: vec![10.0; definition.parameters.len()] });
+    let view = |friction| View { friction, ..View::CLAMPED };
+    let slides = LinearMachine::new(&machine, &view(FrictionView::Ignored)).unwrap();
+    let sticks = LinearMachine::new(&machine, &view(FrictionView::Stuck)).unwrap();
+    assert_eq!((slides.motion().layout().coordinates(), sticks.motion().layout().coordinates()), (2, 1));
+    // What is left is the tip between transmission and sensor.
+    let own = feeler_analysis::modes(&sticks).unwrap();
+    let expected = f64::sqrt(1.4e6 / 5.0) / std::f64::consts::TAU;
+    assert!((own[0].frequency_hz() / expected - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn truth_delays_stand_beside_the_state_space() {
+    let mut scenario = force_loop(0.1, 0.0);
+    scenario.machine.sensors["force"].delay_s = 2e-3;
+    let plant = LinearMachine::new(&scenario.machine, &View::CLAMPED).unwrap();
+    let channel = |signal: SignalName| plant.channel(&command(), &signal).unwrap();
+    let (read, true_force) =
+        (channel(SignalName::new("force", Quantity::Reading)), channel(SignalName::new("tool", Quantity::SpringForce)));
+    assert!((read.delay_s - 2e-3).abs() < 1e-15);
+    let f = [37.0];
+    let ratio = read.frequency_response(&f).unwrap()[0] / true_force.frequency_response(&f).unwrap()[0];
+    assert!((ratio.arg() + std::f64::consts::TAU * 37.0 * 2e-3).abs() < 1e-12 && (ratio.norm() - 1.0).abs() < 1e-12);
+}

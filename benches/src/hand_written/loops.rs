@@ -1,0 +1,199 @@
+//! Three ways to step: semi-implicit Euler, RK4, and RK4 that stops at touch and release.
+
+use super::fma;
+use super::plants::Plant;
+
+/// Sampling of every reference machine: period, wanted force, gain and largest command.
+const PERIOD_S: f64 = 1e-3;
+const WANTED_N: f64 = 20.0;
+const GAIN: f64 = 2.0;
+const LIMIT_N: f64 = 200.0;
+/// The peak force is taken on a grid of 0.1 ms, whatever the step.
+const LOOKS_PER_SAMPLE: usize = 10;
+/// Looks at which a crossing is located to rounding.
+const MOST_LOOKS: usize = 60;
+/// Two looks this close end the search, s; it ends past the crossing, so that the other mode begins within its bounds.
+const INSTANT_S: f64 = 1e-15;
+
+/// How to step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Semi-implicit Euler.
+    SemiImplicitEuler,
+    /// Classical RK4, blind to touch and release.
+    Rk4,
+    /// Classical RK4 in one mode at a time, cut at the located touch or release.
+    Rk4WithEvents,
+}
+
+/// What a run leaves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RunResult {
+    /// Largest contact force on a grid of 0.1 ms, N.
+    pub peak_force_n: f64,
+    /// Contact force at the end, N.
+    pub final_force_n: f64,
+}
+
+/// Runs a machine for `samples` controller periods of 1 ms, each cut into `steps_per_sample` equal steps, a multiple of ten.
+#[inline(never)]
+pub fn run<const S: usize>(plant: &impl Plant<S>, method: Method, samples: usize, steps_per_sample: usize) -> RunResult {
+    match method {
+        Method::SemiImplicitEuler => sampled(plant, samples, steps_per_sample, semi_implicit_euler),
+        Method::Rk4 => sampled(plant, samples, steps_per_sample, rk4_blind),
+        Method::Rk4WithEvents => sampled(plant, samples, steps_per_sample, rk4_with_events),
+    }
+}
+
+/// Which law of the contact holds within a step.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Mode {
+    Free,
+    Pushing,
+    /// Whatever the state says.
+    Either,
+}
+
+#[inline(always)]
+fn sampled<const S: usize, P: Plant<S>>(
+    plant: &P,
+    samples: usize,
+    steps: usize,
+    step: impl Fn(&P, &mut [f64; S], &mut bool, f64, f64),
+) -> RunResult {
+    let mut x = plant.start();
+    let mut pushing = false;
+    let mut peak = 0.0_f64;
+    let mut force = contact(plant, &x);
+    let h = PERIOD_S / steps as f64;
+    for _ in 0..samples {
+        let u = fma(GAIN, WANTED_N - force, WANTED_N).clamp(-LIMIT_N, LIMIT_N);
+        for _ in 0..LOOKS_PER_SAMPLE {
+            for _ in 0..steps / LOOKS_PER_SAMPLE {
+                step(plant, &mut x, &mut pushing, u, h);
+            }
+            force = contact(plant, &x);
+            peak = if force > peak { force } else { peak };
+        }
+    }
+    RunResult { peak_force_n: peak, final_force_n: force }
+}
+
+/// Total contact force, `max(0, k_s d + b_s d')` for `d > 0`.
+#[inline(always)]
+fn contact<const S: usize>(plant: &impl Plant<S>, x: &[f64; S]) -> f64 {
+    let compression = plant.compression(x);
+    let force = plant.contact_force_n(compression);
+    if compression[0] > 0.0 && force > 0.0 { force } else { 0.0 }
+}
+
+#[inline(always)]
+fn slope<const S: usize>(plant: &impl Plant<S>, x: &[f64; S], u: f64, mode: Mode) -> [f64; S] {
+    let force = match mode {
+        Mode::Free => 0.0,
+        Mode::Pushing => plant.contact_force_n(plant.compression(x)),
+        Mode::Either => contact(plant, x),
+    };
+    let a = plant.accelerations(x, u, force);
+    let mut k = [0.0; S];
+    for i in 0..S / 2 {
+        k[i] = x[i + S / 2];
+        k[i + S / 2] = a[i];
+    }
+    k
+}
+
+/// `x + s k`.
+#[inline(always)]
+fn along<const S: usize>(x: &[f64; S], k: &[f64; S], s: f64) -> [f64; S] {
+    let mut there = *x;
+    for i in 0..S {
+        there[i] = fma(s, k[i], there[i]);
+    }
+    there
+}
+
+#[inline(always)]
+fn rk4_blind<const S: usize>(plant: &impl Plant<S>, x: &mut [f64; S], _: &mut bool, u: f64, h: f64) {
+    rk4(plant, x, u, h, Mode::Either);
+}
+
+#[inline(always)]
+fn semi_implicit_euler<const S: usize>(plant: &impl Plant<S>, x: &mut [f64; S], _: &mut bool, u: f64, h: f64) {
+    let a = plant.accelerations(x, u, contact(plant, x));
+    for i in 0..S / 2 {
+        x[i + S / 2] = fma(h, a[i], x[i + S / 2]);
+        x[i] = fma(h, x[i + S / 2], x[i]);
+    }
+}
+
+#[inline(always)]
+fn rk4<const S: usize>(plant: &impl Plant<S>, x: &mut [f64; S], u: f64, h: f64, mode: Mode) {
+    let k1 = slope(plant, x, u, mode);
+    let k2 = slope(plant, &along(x, &k1, 0.5 * h), u, mode);
+    let k3 = slope(plant, &along(x, &k2, 0.5 * h), u, mode);
+    let k4 = slope(plant, &along(x, &k3, h), u, mode);
+    for i in 0..S {
+        x[i] = fma(h / 6.0, fma(2.0, k2[i] + k3[i], k1[i] + k4[i]), x[i]);
+    }
+}
+
+#[inline(always)]
+fn part<const S: usize>(plant: &impl Plant<S>, x: &[f64; S], u: f64, h: f64, mode: Mode) -> [f64; S] {
+    let mut there = *x;
+    rk4(plant, &mut there, u, h, mode);
+    there
+}
+
+/// Positive while the mode may go on. In free motion the contact may still be compressed (it has just let go), and then pushes again where its force
+/// turns positive.
+#[inline(always)]
+fn guard<const S: usize>(plant: &impl Plant<S>, x: &[f64; S], pushing: bool) -> f64 {
+    let compression = plant.compression(x);
+    let force = plant.contact_force_n(compression);
+    if pushing { force } else { -compression[0].min(force) }
+}
+
+#[inline(always)]
+fn rk4_with_events<const S: usize>(plant: &impl Plant<S>, x: &mut [f64; S], pushing: &mut bool, u: f64, h: f64) {
+    let start = *x;
+    rk4(plant, x, u, h, if *pushing { Mode::Pushing } else { Mode::Free });
+    if guard(plant, x, *pushing) < 0.0 {
+        *x = start;
+        through_event(plant, x, pushing, u, h);
+    }
+}
+
+/// A step with a touch or release in it: Illinois on steps from the start, then on in the other mode.
+#[cold]
+#[inline(never)]
+fn through_event<const S: usize>(plant: &impl Plant<S>, x: &mut [f64; S], pushing: &mut bool, u: f64, h: f64) {
+    let mode = if *pushing { Mode::Pushing } else { Mode::Free };
+    let (mut a, mut b) = (0.0, h);
+    let (mut g_a, mut g_b) = (guard(plant, x, *pushing), guard(plant, &part(plant, x, u, h, mode), *pushing));
+    let mut last = h;
+    let mut kept_a = false;
+    for _ in 0..MOST_LOOKS {
+        if g_a <= 0.0 {
+            b = 0.0;
+            break;
+        }
+        let s = (a * g_b - b * g_a) / (g_b - g_a);
+        let g = guard(plant, &part(plant, x, u, s, mode), *pushing);
+        if g < 0.0 {
+            (b, g_b) = (s, g);
+            g_a *= if kept_a { 0.5 } else { 1.0 };
+        } else {
+            (a, g_a) = (s, g);
+            g_b *= if kept_a { 1.0 } else { 0.5 };
+        }
+        kept_a = g < 0.0;
+        if g < 0.0 && (s - last).abs() < INSTANT_S || b - a < INSTANT_S {
+            break;
+        }
+        last = s;
+    }
+    *x = part(plant, x, u, b, mode);
+    *pushing = !*pushing;
+    rk4(plant, x, u, h - b, if *pushing { Mode::Pushing } else { Mode::Free });
+}

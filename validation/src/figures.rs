@@ -124,9 +124,9 @@ fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure,
     let whole = ControlLoop::new(&scenario, &View::CLAMPED)?;
     let continuous = ContinuousLoop::new(&whole)?;
     let (one, two) = (continuous.closed_loop_with(0, "kp", 1.0)?, continuous.closed_loop_with(0, "kp", 2.0)?);
-    // Up to ten times the gain at which the loop becomes unstable, or a hundred where it never does.
+    // Up to a hundred times the gain at which the loop becomes unstable, or a hundred where it never does.
     let first = whole.continuous_bands("kp")?.first_upper();
-    let top = if first.is_finite() { 10.0 * first } else { 100.0 };
+    let top = if first.is_finite() { 100.0 * first } else { 100.0 };
     let gains: Vec<f64> = std::iter::once(0.0).chain((0..=600).map(|i| top * 1e-5_f64.powf(1.0 - f64::from(i) / 600.0))).collect();
     let locus = root_locus(|k| &one + (&two - &one) * (k - 1.0), &gains)?;
     let point = |s: &C64| (s.re, s.im / TAU);

@@ -118,7 +118,10 @@ impl Axis {
             }
             Scale::Logarithmic => {
                 let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
-                let all = decades.flat_map(|d| (1..10).map(move |m| (f64::from(m) * 10_f64.powi(d), m == 1)));
+                // Where there are few decades, numbers stand at 2 and 5 as well.
+                let few = high / low < 200.0;
+                let numbered = move |m: i32| m == 1 || (few && (m == 2 || m == 5));
+                let all = decades.flat_map(|d| (1..10).map(move |m| (f64::from(m) * 10_f64.powi(d), numbered(m))));
                 all.filter(|(v, _)| *v >= low * (1.0 - 1e-9) && *v <= high * (1.0 + 1e-9)).collect()
             }
         }

@@ -104,6 +104,26 @@ pub struct MeasuredResponse {
     pub distortion_variance: Option<Vec<f64>>,
 }
 
+/// The response between two frequencies from records of input and output under a noise-like excitation, simulated or measured on a real machine.
+///
+/// # Errors
+/// [`AnalysisError::Lti`] for records of different length, too short, or without power at a frequency.
+pub fn response_from_noise(
+    input: &[f64],
+    output: &[f64],
+    sample_s: f64,
+    method: NoiseMethod,
+    band_hz: (f64, f64),
+) -> Result<ResponseEstimate, AnalysisError> {
+    Ok(match method {
+        NoiseMethod::Welch { segment_s, estimator } => {
+            let settings = WelchSettings::hann((segment_s / sample_s).round() as usize);
+            cross_spectra(input, output, sample_s, &settings)?.response(estimator, band_hz.0, band_hz.1)?
+        }
+        NoiseMethod::LocalPolynomial(settings) => local_polynomial(input, output, sample_s, &settings, band_hz)?,
+    })
+}
+
 impl Experiment {
     /// Excites the machine with root mean square `rms` (amplitude of a sine: `sqrt(2) rms`) between two frequencies and estimates the response.
     ///
@@ -115,7 +135,7 @@ impl Experiment {
             Excitation::WhiteNoise { duration_s, method } => {
                 let spec = ReferenceSpec::WhiteNoise { low_hz: 0.0, high_hz: high_hz.min(0.499 / self.hold_s), rms, offset: self.offset };
                 let (u, y) = self.record(spec, self.seed, duration_s)?;
-                self.evaluate_noise(&u, &y, method, (low_hz, high_hz))?
+                response_from_noise(&u, &y, self.hold_s, method, (low_hz, high_hz))?
             }
             Excitation::Multisine { period_s, periods, transient_periods, realisations } => {
                 let samples_per_period = (period_s / self.hold_s).round() as usize;
@@ -196,16 +216,6 @@ impl Experiment {
         let record = vec![SignalName::new(&self.actuator, Quantity::Command), self.output.clone()];
         let run = RunSettings { duration_s, record, record_rate_hz: Some(1.0 / self.hold_s), seed, ..RunSettings::default() };
         Scenario { machine: self.machine.clone(), controllers: [("excitation".to_string(), control)].into_iter().collect(), run }
-    }
-
-    fn evaluate_noise(&self, u: &[f64], y: &[f64], method: NoiseMethod, band: (f64, f64)) -> Result<ResponseEstimate, AnalysisError> {
-        Ok(match method {
-            NoiseMethod::Welch { segment_s, estimator } => {
-                let settings = WelchSettings::hann((segment_s / self.hold_s).round() as usize);
-                cross_spectra(u, y, self.hold_s, &settings)?.response(estimator, band.0, band.1)?
-            }
-            NoiseMethod::LocalPolynomial(settings) => local_polynomial(u, y, self.hold_s, &settings, band)?,
-        })
     }
 
     fn sine(&self, frequency_hz: f64, rms: f64, settle_s: f64, measure_s: f64) -> Result<(Vec<f64>, Vec<f64>), AnalysisError> {

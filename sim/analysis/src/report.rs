@@ -12,7 +12,7 @@ use crate::modes::{BodyMotion, ModeClass, classify, modes};
 use crate::prepare::View;
 use crate::sampled_loop::SampledLoop;
 use crate::stability::GainBands;
-use crate::waterfall::{Limit, Waterfall};
+use crate::waterfall::{Limit, Sensitivity, Waterfall};
 
 /// What to analyse; what is absent is chosen from the scenario.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -25,6 +25,8 @@ pub struct Request {
     pub gain: Option<String>,
     /// How the machine is taken.
     pub view: View,
+    /// Whether to find out how the bandwidth answers to every mass, stiffness and damping.
+    pub sensitivities: bool,
 }
 
 /// A mode for the pair of input and output.
@@ -120,6 +122,8 @@ pub struct Report {
     pub limit: Option<Limit>,
     /// The account behind the limit.
     pub waterfall: Option<Waterfall>,
+    /// What to stiffen, lighten or damp first: the most telling number first; empty unless asked for.
+    pub sensitivities: Vec<Sensitivity>,
 }
 
 /// Analyses a scenario.
@@ -136,7 +140,7 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
     let classified = classify(plant, &own, plant.drive(&input)?, plant.source(&output)?, &channel)?;
 
     let key = request.gain.clone().or_else(|| whole.default_gain_key());
-    let (mut gain, mut margins, mut waterfall) = (None, None, None);
+    let (mut gain, mut margins, mut waterfall, mut sensitivities) = (None, None, None, Vec::new());
     if let Some(key) = key {
         let (controller, name) = whole.gain_of_key(&key)?;
         let present = crate::gain_key::gain(&whole.controllers()[controller].spec, &name)?;
@@ -153,6 +157,9 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
         };
         if continuous.is_some() && margins.is_some() {
             waterfall = Some(whole.waterfall(&key, &own, &classified)?);
+        }
+        if request.sensitivities && margins.is_some() {
+            sensitivities = whole.sensitivities(&key)?;
         }
         gain = Some(GainReport { key, continuous, sampled });
     }
@@ -183,6 +190,7 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
         margins,
         limit: waterfall.as_ref().map(|w| w.limit),
         waterfall,
+        sensitivities,
     })
 }
 

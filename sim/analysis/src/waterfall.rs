@@ -196,7 +196,9 @@ impl ControlLoop {
                 largest_gain_relative: slope(&|stage| stage.largest_gain),
             });
         }
-        sensitivities.sort_by(|a, b| b.bandwidth_relative.abs().total_cmp(&a.bandwidth_relative.abs()));
+        // Where the loop has no crossover there is no bandwidth to compare by.
+        let size = |s: &Sensitivity| if s.bandwidth_relative.is_nan() { -1.0 } else { s.bandwidth_relative.abs() };
+        sensitivities.sort_by(|a, b| size(b).total_cmp(&size(a)));
         Ok(sensitivities)
     }
 

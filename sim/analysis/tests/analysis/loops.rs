@@ -1,8 +1,6 @@
 //! Sampled and continuous loops.
 
-mod common;
-
-use common::{control, force_loop, machine};
+use crate::common::{control, force_loop, machine};
 use feeler_analysis::{AnalysisError, ControlLoop, Limit, ModeClass, Request, SampledLoop, View, analyze};
 use feeler_control::{AdmittanceGains, ForceGains, ImpedanceGains, Law, LeadSpec, LowPassSpec, PositionGains};
 use feeler_engine::{Program, RunSettings, Scenario, Simulation, Trace};

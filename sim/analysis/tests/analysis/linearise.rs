@@ -1,8 +1,6 @@
 //! Linearisation: operating points, free bodies, friction.
 
-mod common;
-
-use common::{force_loop, machine};
+use crate::common::{force_loop, machine};
 use feeler_analysis::{ContactView, FrictionView, LinearMachine, View};
 use feeler_plant::description::{ContactLaw, Engagement, Quantity, SignalName};
 use feeler_plant::effects::{EffectUse, find};

@@ -1,13 +1,133 @@
-//! x
+//! Runs the diagnosis over a folder of cases with known truth and says, case by case and in sum, what it got right.
+//!
+//! `cargo run --release --example score -- FOLDER [CASE ...]`; the folder holds one dataset per case and a `truth.json`.
 #![expect(clippy::print_stdout, reason = "a table is what this example is for")]
+
+use std::path::Path;
 use std::time::Instant;
+
 use feeler_diagnosis::dataset::Dataset;
-fn main() {
-    for case in std::env::args().skip(1) {
-        let data = Dataset::load(std::path::Path::new(&case)).unwrap();
-        let t = Instant::now();
-        let r = feeler_diagnosis::search::ranking(&data).unwrap();
-        println!("{case} {:.1} s", t.elapsed().as_secs_f64());
-        for (i, (name, score, text)) in r.iter().enumerate() { if i < 4 || name.is_empty() { println!("   {i:2} {score:8.1} {name:60} {text}"); } }
+use feeler_diagnosis::report::Verdict;
+use feeler_diagnosis::{Diagnosis, diagnose};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+#[derive(Deserialize)]
+struct Case {
+    case: String,
+    effects: Vec<Effect>,
+}
+
+#[derive(Deserialize)]
+struct Effect {
+    kind: String,
+    place: String,
+    parameters: BTreeMap<String, f64>,
+    #[serde(default)]
+    outside_library: bool,
+}
+
+#[derive(Default)]
+struct Tally {
+    right: usize,
+    of: usize,
+}
+
+impl Tally {
+    fn add(&mut self, right: bool) -> &'static str {
+        self.of += 1;
+        self.right += usize::from(right);
+        if right { "ok" } else { "MISS" }
     }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let folder = arguments.next().ok_or("name a folder of cases")?;
+    let only: Vec<String> = arguments.collect();
+    let truth: Vec<Case> = serde_json::from_str(&std::fs::read_to_string(Path::new(&folder).join("truth.json"))?)?;
+    let mut table: BTreeMap<&str, Tally> = BTreeMap::new();
+    let (mut errors, mut closed, mut times) = (Vec::new(), Vec::new(), Vec::new());
+    for case in truth.iter().filter(|case| only.is_empty() || only.iter().any(|name| case.case.ends_with(name.as_str()))) {
+        let begun = Instant::now();
+        let dataset = Dataset::load(&Path::new(&folder).join(&case.case))?;
+        let answer = diagnose(&dataset, &|_| {})?;
+        let seconds = begun.elapsed().as_secs_f64();
+        times.push(seconds);
+        let accepted: Vec<_> = answer.effects.iter().filter(|effect| effect.accepted).collect();
+        let marks = judge(case, &answer, &mut table, &mut errors);
+        if !case.effects.is_empty() && !case.effects[0].outside_library {
+            closed.push(answer.gap.closed);
+        }
+        let said: Vec<String> = accepted
+            .iter()
+            .map(|e| {
+                let values: Vec<String> = e.parameters.iter().map(|(k, v)| format!("{k} {:.4e}", v.value)).collect();
+                format!("{} p={:.2} ({})", e.kind, e.probability, values.join(", "))
+            })
+            .collect();
+        let rivals: Vec<String> =
+            answer.attempts.iter().take(3).map(|a| format!("{} {:.0}/{:.0}", a.causes, a.gain_check, a.gain_all)).collect();
+        let kinds: Vec<&str> = case.effects.iter().map(|e| e.kind.as_str()).collect();
+        let g = answer.gap;
+        println!(
+            "{} {marks} truth [{}] {:?} [{}] gap {:.4} {:.4} {:.4} {:.4} closed {:.3} alike {:?} {seconds:.0} s\n      where {:?}\n      tried {}",
+            case.case,
+            kinds.join(", "),
+            answer.verdict,
+            said.join("; "),
+            g.before,
+            g.refit,
+            g.after,
+            g.floor,
+            g.closed,
+            answer.look_alikes,
+            answer.places.iter().map(|p| format!("{} {:.2} {}", p.place, p.probability, p.evidence)).collect::<Vec<_>>(),
+            rivals.join(" | "),
+        );
+    }
+    for (what, tally) in &table {
+        println!("{what:32} {:3} of {:3}", tally.right, tally.of);
+    }
+    for (what, mut values) in [("parameter error, median", errors), ("closed, median", closed), ("wall time, median, s", times)] {
+        values.sort_by(f64::total_cmp);
+        if let Some(median) = values.get(values.len() / 2) {
+            println!("{what:32} {median:.4}");
+        }
+    }
+    Ok(())
+}
+
+fn judge(case: &Case, answer: &Diagnosis, table: &mut BTreeMap<&'static str, Tally>, errors: &mut Vec<f64>) -> String {
+    let accepted: Vec<_> = answer.effects.iter().filter(|effect| effect.accepted).collect();
+    let mut mark = |what: &'static str, right: bool| format!("{what}: {}", table.entry(what).or_default().add(right));
+    let place = answer.places.first().map(|p| p.place);
+    let mut marks = Vec::new();
+    match case.effects.as_slice() {
+        [] => marks.push(mark("no false alarm", answer.verdict == Verdict::NoGap)),
+        [one] if one.outside_library => {
+            marks
+                .push(mark("outside library refused, place", answer.verdict == Verdict::UnknownCause && place == Some(one.place.as_str())));
+        }
+        [one] => {
+            let first = accepted.first();
+            let alike = answer.look_alikes.iter().flatten().any(|kind| *kind == one.kind);
+            marks.push(mark("place right", place == Some(one.place.as_str())));
+            marks.push(mark("kind right", first.is_some_and(|e| e.kind == one.kind)));
+            marks.push(mark("kind right or look-alike", first.is_some_and(|e| e.kind == one.kind) || alike));
+        }
+        several => {
+            marks.push(mark("both found", several.iter().all(|truth| accepted.iter().any(|e| e.kind == truth.kind))));
+        }
+    }
+    for truth in &case.effects {
+        if let Some(found) = accepted.iter().find(|e| e.kind == truth.kind) {
+            for (name, value) in truth.parameters.iter().filter(|(name, _)| *name != "phase") {
+                if let Some(estimate) = found.parameters.get(name.as_str()) {
+                    errors.push((estimate.value / value - 1.0).abs());
+                }
+            }
+        }
+    }
+    marks.join(", ")
 }

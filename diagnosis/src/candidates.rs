@@ -21,7 +21,10 @@ pub(crate) fn candidates(machine: &Machine) -> Vec<Candidate> {
     for definition in LIBRARY.iter().copied().filter(|definition| matches!(definition.change, Change::Plant(_))) {
         for site in sites(machine) {
             let Some(host) = host_kind(&assembly, site) else { continue };
-            if definition.hosts.contains(&host) && makes_sense(machine, &assembly, definition, site, host) && applies(machine, definition, site) {
+            if definition.hosts.contains(&host)
+                && makes_sense(machine, &assembly, definition, site, host)
+                && applies(machine, definition, site)
+            {
                 found.push(Candidate { site, definition, place: definition.place_under(host) });
             }
         }

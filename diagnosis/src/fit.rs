@@ -110,9 +110,14 @@ pub(crate) struct Fitted {
 }
 
 /// Mean robust squared residual of one series in sigmas.
-fn loss(measured: &[f64], predicted: &[f64], sigma: f64) -> f64 {
-    let sum: f64 = measured.iter().zip(predicted).map(|(m, p)| robust((m - p) / sigma).0).sum();
+fn loss(measured: &[f64], predicted: &[f64], sigma: f64, dead_zone: f64) -> f64 {
+    let sum: f64 = measured.iter().zip(predicted).map(|(m, p)| robust(beyond(m - p, dead_zone) / sigma).0).sum();
     sum / measured.len() as f64
+}
+
+/// What of a residual a quantised reading can vouch for.
+fn beyond(residual: f64, dead_zone: f64) -> f64 {
+    residual - residual.clamp(-dead_zone, dead_zone)
 }
 
 /// Pseudo-Huber loss (Charbonnier) and the weight it gives a residual.
@@ -142,19 +147,20 @@ impl Task<'_> {
 
     pub(crate) fn misfit_of(&self, r: usize, prediction: &Prediction) -> Vec<f64> {
         let record = &self.dataset.records[r];
-        record.series.iter().zip(&prediction.series).zip(&self.weights.sigma[r]).map(|((m, p), &sigma)| loss(m, p, sigma)).collect()
+        let channels = record.series.iter().zip(&prediction.smooth).zip(&self.weights.sigma[r]).zip(&prediction.dead_zone);
+        channels.map(|(((m, p), &sigma), &dead_zone)| loss(m, p, sigma, dead_zone)).collect()
     }
 
     fn prior_cost(model: &Model, theta: &[f64]) -> f64 {
-        let term = |(unknown, theta): (&crate::model::Unknown, &f64)| unknown.prior.map_or(0.0, |(mean, sigma)| ((theta - mean) / sigma).powi(2));
+        let term =
+            |(unknown, theta): (&crate::model::Unknown, &f64)| unknown.prior.map_or(0.0, |(mean, sigma)| ((theta - mean) / sigma).powi(2));
         model.unknowns.iter().zip(theta).map(term).sum()
     }
 
     /// Cost over the fitted records: pieces times mean loss, and the priors.
     pub(crate) fn cost(&self, model: &Model, theta: &[f64]) -> f64 {
-        self.misfits(model, theta, &self.fitted).map_or(f64::INFINITY, |misfits| {
-            PIECES * misfits.iter().flatten().sum::<f64>() + Self::prior_cost(model, theta)
-        })
+        self.misfits(model, theta, &self.fitted)
+            .map_or(f64::INFINITY, |misfits| PIECES * misfits.iter().flatten().sum::<f64>() + Self::prior_cost(model, theta))
     }
 
     /// Normal equations of one record: `J^T W J`, `J^T W r`.
@@ -181,7 +187,10 @@ impl Task<'_> {
             let sigma = self.weights.sigma[r][c];
             let factor = PIECES / measured.len() as f64;
             for k in 0..measured.len() {
-                let residual = (measured[k] - base.series[c][k]) / sigma;
+                let residual = beyond(measured[k] - base.smooth[c][k], base.dead_zone[c]) / sigma;
+                if residual == 0.0 && base.dead_zone[c] > 0.0 {
+                    continue;
+                }
                 let (_, weight) = robust(residual);
                 for (slope, moved) in slope.iter_mut().zip(&moved) {
                     *slope = moved.as_ref().map_or(0.0, |(m, step)| (m.smooth[c][k] - base.smooth[c][k]) / (step * sigma));
@@ -271,5 +280,7 @@ fn deviations(a: &DMatrix<f64>) -> Vec<f64> {
     // Unknowns that nothing depends on must not spoil the others.
     let scale: Vec<f64> = (0..n).map(|i| a[(i, i)].sqrt().max(1e-9)).collect();
     let scaled = DMatrix::from_fn(n, n, |i, j| a[(i, j)] / (scale[i] * scale[j]) + if i == j { 1e-10 } else { 0.0 });
-    scaled.try_inverse().map_or_else(|| vec![f64::INFINITY; n], |inverse| (0..n).map(|i| inverse[(i, i)].max(0.0).sqrt() / scale[i]).collect())
+    scaled
+        .try_inverse()
+        .map_or_else(|| vec![f64::INFINITY; n], |inverse| (0..n).map(|i| inverse[(i, i)].max(0.0).sqrt() / scale[i]).collect())
 }

@@ -1,12 +1,22 @@
 //! Where a gap between machine and model lies, which unmodelled effect causes it, and how far it shrinks.
+//!
+//! [`dataset::Dataset::load`] reads and checks what was measured; [`diagnose`] answers; [`predict::Predictor`] replays a record on any machine.
 
-pub mod dataset;
 mod candidates;
+pub mod dataset;
+mod diagnose;
 mod error;
 mod fit;
+mod gap;
 mod model;
+mod odds;
 pub mod predict;
-pub mod search;
+pub mod report;
+mod search;
 mod starts;
+mod tolerance;
+mod unknown;
 
+pub use diagnose::diagnose;
 pub use error::DiagnosisError;
+pub use report::Diagnosis;

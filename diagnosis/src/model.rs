@@ -2,7 +2,7 @@
 
 use feeler_plant::assembly::{Assembly, assemble};
 use feeler_plant::description::{Elements, Machine, Quantity};
-use feeler_plant::effects::{Definition, EffectUse, Scale};
+use feeler_plant::effects::{Definition, EffectUse, Parameter, Scale};
 use indexmap::IndexMap;
 
 use crate::error::DiagnosisError;
@@ -203,10 +203,13 @@ impl Model {
     pub(crate) fn with(&self, site: Site, definition: &'static Definition, values: &[f64]) -> Self {
         let mut model = self.clone();
         let index = model.tried.len();
-        for (i, parameter) in definition.parameters.iter().enumerate().filter(|(_, parameter)| parameter.default.is_none()) {
+        // A value that a file may leave out is a choice of the model, unless the start gives it one of its own.
+        let is_free =
+            |(i, parameter): &(usize, &Parameter)| parameter.default.is_none_or(|default| default.to_bits() != values[*i].to_bits());
+        for (i, parameter) in definition.parameters.iter().enumerate().filter(is_free) {
             let log = parameter.scale == Scale::Log;
             let key = format!("{}.effects.{}.{}", site.key(&self.believed), definition.kind, parameter.name);
-            let unit = parameter.typical.abs();
+            let unit = if parameter.typical == 0.0 { values[i].abs() } else { parameter.typical.abs() };
             let mut unknown = Unknown { target: Target::Effect(index, i), key, log, unit, prior: None, bounds: (0.0, 0.0) };
             let floor = if log { unit.abs() * NEXT_TO_NOTHING } else { parameter.bounds.0 };
             unknown.bounds = (unknown.theta(parameter.bounds.0.max(floor)), unknown.theta(parameter.bounds.1));

@@ -35,6 +35,8 @@ pub(crate) struct Search<'a> {
     pub(crate) task: Task<'a>,
     pub(crate) calibrated: Scored,
     pub(crate) singles: Vec<Scored>,
+    /// Way covered over all fitted records, m.
+    pub(crate) stroke_m: f64,
 }
 
 pub(crate) fn search(dataset: &Dataset) -> Result<Search<'_>, DiagnosisError> {
@@ -55,7 +57,8 @@ pub(crate) fn search(dataset: &Dataset) -> Result<Search<'_>, DiagnosisError> {
     let glance = glance(&task, &calibrated);
     let all = candidates(&dataset.machine);
     let singles = extensions(&task, &calibrated, &all, &glance);
-    Ok(Search { task, calibrated, singles })
+    let (low, high) = glance.missing.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
+    Ok(Search { task, calibrated, singles, stroke_m: high - low })
 }
 
 pub(crate) fn score(task: &Task<'_>, causes: Vec<Candidate>, fitted: Fitted) -> Scored {
@@ -93,7 +96,7 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
 
 /// A few steps with one more effect than `base`.
 fn screen(task: &Task<'_>, base: &Scored, candidate: Candidate, glance: &Glance) -> Option<Fitted> {
-    let mut begun: Vec<(f64, Model, Vec<f64>)> = starts(candidate, &task.dataset.machine, task.dataset, glance)
+    let mut begun: Vec<(f64, Model, Vec<f64>)> = starts(candidate, &task.dataset.machine, glance)
         .into_iter()
         .map(|values| {
             let model = base.fitted.model.with(candidate.site, candidate.definition, &values);
@@ -104,11 +107,7 @@ fn screen(task: &Task<'_>, base: &Scored, candidate: Candidate, glance: &Glance)
         .filter(|(cost, ..)| cost.is_finite())
         .collect();
     begun.sort_by(|a, b| a.0.total_cmp(&b.0));
-    begun
-        .iter()
-        .take(BEST_STARTS)
-        .map(|(_, model, start)| task.fit(model, start, SCREENING_STEPS))
-        .min_by(|a, b| a.cost.total_cmp(&b.cost))
+    begun.iter().take(BEST_STARTS).map(|(_, model, start)| task.fit(model, start, SCREENING_STEPS)).min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
 /// What the records show at a glance, with the force that the calibrated machine lacks.
@@ -172,19 +171,4 @@ pub(crate) fn missing_acceleration(dataset: &Dataset, record: usize, prediction:
         };
     }
     (0..rows).map(|k| accelerations.iter().map(|&c| residual(c, k)).sum::<f64>() / accelerations.len() as f64).collect()
-}
-
-/// Development view: every single cause with its cost.
-pub fn ranking(dataset: &Dataset) -> Result<Vec<(String, f64, String)>, DiagnosisError> {
-    let search = search(dataset)?;
-    let show = |scored: &Scored| {
-        let c = scored.causes.iter().map(|c| format!("{}@{}", c.definition.kind, c.site.key(&dataset.machine))).collect::<Vec<_>>().join("+");
-        let f = &scored.fitted;
-        let p = f.model.unknowns.iter().zip(&f.theta).zip(&f.sigma).map(|((u, t), s)| format!("{}={:.4}±{:.2}%", u.key.rsplit('.').take(2).collect::<Vec<_>>().join("<"), u.value(*t), 100.0 * u.spread(*t, *s) / u.value(*t))).collect::<Vec<_>>().join(" ");
-        let m: Vec<String> = (0..dataset.channels.len()).map(|c| format!("{:.2}", scored.misfits.iter().map(|m| m[c]).sum::<f64>() / scored.misfits.len() as f64)).collect();
-        (c, scored.misfits.iter().flatten().map(|m| m.ln()).sum::<f64>(), format!("cost {:.0} [{}] {p}", f.cost, m.join(" ")))
-    };
-    let mut all: Vec<_> = search.singles.iter().chain([&search.calibrated]).map(show).collect();
-    all.sort_by(|a, b| a.1.total_cmp(&b.1));
-    Ok(all)
 }

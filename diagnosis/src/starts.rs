@@ -7,7 +7,6 @@ use feeler_plant::assembly::{GROUND_NODE, assemble};
 use feeler_plant::description::Machine;
 
 use crate::candidates::Candidate;
-use crate::dataset::Dataset;
 use crate::model::Table;
 
 /// Pitches tried for a ripple, from a few sample distances to twice the stroke.
@@ -61,7 +60,7 @@ fn modes(mass: f64, fixed: &[f64], frequencies_hz: &[f64], ratio: f64) -> Vec<Ve
 }
 
 /// Starting values of a candidate, in the order of its definition.
-pub(crate) fn starts(candidate: Candidate, machine: &Machine, dataset: &Dataset, glance: &Glance) -> Vec<Vec<f64>> {
+pub(crate) fn starts(candidate: Candidate, machine: &Machine, glance: &Glance) -> Vec<Vec<f64>> {
     let definition = candidate.definition;
     let i = candidate.site.index;
     let levels = |largest: f64| scaled(largest, &[0.01, 0.04, 0.15]);
@@ -95,14 +94,14 @@ pub(crate) fn starts(candidate: Candidate, machine: &Machine, dataset: &Dataset,
             let reduced = a * b / (a + b);
             modes(reduced, &[], &[15.0, 35.0, 70.0, 110.0, 170.0, 300.0], 0.03).into_iter().map(|m| vec![m[0], m[1], b]).collect()
         }
-        "backlash" => scaled(definition.parameters[0].typical, &[0.2, 1.0, 4.0, 15.0])
-            .into_iter()
-            .map(|width| {
-                let mut values: Vec<f64> = definition.parameters.iter().map(|p| p.default.unwrap_or(p.typical)).collect();
-                values[0] = width;
-                values
-            })
-            .collect(),
+        "backlash" => {
+            let Some(assembly) = &assembly else { return Vec::new() };
+            let link = &assembly.links[i];
+            let (a, b) = (mass_of(link.a), mass_of(link.b));
+            let widths = scaled(definition.parameters[0].typical, &[1.0, 4.0, 15.0]);
+            let flanks = modes(a * b / (a + b), &[], &[100.0, 250.0, 600.0], 0.05);
+            widths.iter().flat_map(|&width| flanks.iter().map(move |flank| vec![width, flank[0], flank[1]])).collect()
+        }
         "hardening-stiffness" => {
             let (k, force) = match candidate.site.table {
                 Table::Contacts => (machine.contacts[i].stiffness, glance.force),
@@ -138,16 +137,21 @@ pub(crate) fn starts(candidate: Candidate, machine: &Machine, dataset: &Dataset,
                 .map(|(n, share)| vec![n, k * (share * force / k).powf(1.0 - n)])
                 .collect()
         }
-        "surface-offset" => scaled(definition.parameters[0].typical, &[-2.0, -0.6, -0.2, 0.2, 0.6, 2.0]).into_iter().map(|v| vec![v]).collect(),
+        "surface-offset" => {
+            scaled(definition.parameters[0].typical, &[-2.0, -0.6, -0.2, 0.2, 0.6, 2.0]).into_iter().map(|v| vec![v]).collect()
+        }
         "force-bias" => [-1.0, 1.0].iter().map(|s| vec![s * 0.03 * glance.force.max(1e-9)]).collect(),
         "force-resolution" | "encoder-resolution" => {
             glance.quanta.iter().filter(|(sensor, _)| *sensor == i).map(|(_, step)| vec![*step]).collect()
         }
         "tool-inertia" => vec![vec![0.1], vec![0.5], vec![2.0]],
-        _ => {
-            let _ = dataset;
-            grid(&definition.parameters.iter().map(|p| p.default.map_or_else(|| scaled(p.typical, &[0.3, 1.0, 3.0]), |d| vec![d])).collect::<Vec<_>>())
-        }
+        _ => grid(
+            &definition
+                .parameters
+                .iter()
+                .map(|p| p.default.map_or_else(|| scaled(p.typical, &[0.3, 1.0, 3.0]), |d| vec![d]))
+                .collect::<Vec<_>>(),
+        ),
     }
 }
 

@@ -84,28 +84,35 @@ impl FaultKind {
     fn message_and_remedy(&self) -> (String, &'static str) {
         match self {
             Self::MissingColumn => ("the column is missing".into(), "record it, or take it out of [columns]"),
-            Self::NoCommand => {
-                ("no column is the command of a drive".into(), "add one with `signal = \"<actuator>.command\"`: without it nothing drives the prediction")
-            }
+            Self::NoCommand => (
+                "no column is the command of a drive".into(),
+                "add one with `signal = \"<actuator>.command\"`: without it nothing drives the prediction",
+            ),
             Self::TooShort { rows } => (format!("only {rows} rows"), "record at least 50 rows"),
-            Self::NotANumber { cells } => (format!("no number here ({cells} such cells in the column)"), "cut the file there, or record again"),
+            Self::NotANumber { cells } => {
+                (format!("no number here ({cells} such cells in the column)"), "cut the file there, or record again")
+            }
             Self::TimeGoesBack => ("the time stamp does not advance".into(), "sort the rows, or repair the clock of the recorder"),
             Self::Gap { seconds } => (format!("{seconds:.4} s are missing before this row"), "split the file here into two experiments"),
-            Self::Uneven { share } => {
-                (format!("rows depart from even spacing by up to {:.0} %", 100.0 * share), "series were brought to an even grid by interpolation")
-            }
+            Self::Uneven { share } => (
+                format!("rows depart from even spacing by up to {:.0} %", 100.0 * share),
+                "series were brought to an even grid by interpolation",
+            ),
             Self::Constant => ("the value never changes".into(), "the column is left out of this experiment's score; check the wiring"),
             Self::ConstantCommand => ("the command never changes".into(), "excite the drive, or take the experiment out"),
             Self::Clipped { value, share } => {
                 (format!("{:.1} % of rows sit at {value}", 100.0 * share), "these rows do not count; widen the range of the channel")
             }
-            Self::Quantised { step } => (format!("values are multiples of {step:.4e}, coarser than believed"), "taken as a finding, not as noise"),
+            Self::Quantised { step } => {
+                (format!("values are multiples of {step:.4e}, coarser than believed"), "taken as a finding, not as noise")
+            }
             Self::WeakExcitation { ratio } => {
                 (format!("the series varies only {ratio:.1} times its noise"), "it can tell little; excite more strongly")
             }
-            Self::ClockOffset { other, late_s } => {
-                (format!("runs {:.3} ms behind `{other}`", 1e3 * late_s), "set the sensor's `delay` in the machine file if that is believed")
-            }
+            Self::ClockOffset { other, late_s } => (
+                format!("runs {:.3} ms behind `{other}`", 1e3 * late_s),
+                "set the sensor's `delay` in the machine file if that is believed",
+            ),
         }
     }
 }

@@ -132,7 +132,9 @@ impl Anchor {
         };
         let mut positions = Vec::new();
         let mut variance = 0.0;
-        for (i, channel, _, _) in of_kind(Quantity::Position).filter(|(_, _, node, to)| members.contains(node) && !members.contains(to)).take(1) {
+        for (i, channel, _, _) in
+            of_kind(Quantity::Position).filter(|(_, _, node, to)| members.contains(node) && !members.contains(to)).take(1)
+        {
             positions.push(tap(i, channel, 1.0));
             let step = match channel.source {
                 Source::Sensor(s) => assembly.sensors[s].resolutions.iter().copied().fold(channel.resolution, f64::max),
@@ -142,7 +144,8 @@ impl Anchor {
         }
         let mut accelerations: Vec<Tap> = Vec::new();
         let mut density = 0.0;
-        let readable: Vec<_> = of_kind(Quantity::Acceleration).filter(|(_, _, node, to)| members.contains(node) && *to == GROUND_NODE).collect();
+        let readable: Vec<_> =
+            of_kind(Quantity::Acceleration).filter(|(_, _, node, to)| members.contains(node) && *to == GROUND_NODE).collect();
         let share = |node: usize| {
             let g = motion.coordinates().of(node)?;
             let together = readable.iter().filter(|(_, _, other, _)| motion.coordinates().of(*other) == Some(g)).count();
@@ -169,7 +172,15 @@ impl Anchor {
     }
 
     /// Corrects a state at row `row`, for the span until the next.
-    pub(super) fn correct(&mut self, machine: &mut Moving, state: &mut State, predicted: &[f64], series: &[Vec<f64>], row: usize, spacing_s: f64) {
+    pub(super) fn correct(
+        &mut self,
+        machine: &mut Moving,
+        state: &mut State,
+        predicted: &[f64],
+        series: &[Vec<f64>],
+        row: usize,
+        spacing_s: f64,
+    ) {
         let innovation = |tap: &Tap| {
             let measured = series[tap.channel][(row + tap.late).min(series[tap.channel].len() - 1)];
             let beyond = (measured - tap.bias) / tap.gain - predicted[tap.channel];

@@ -204,7 +204,11 @@ impl Moving {
         for _ in 0..SECANT_STEPS {
             flow.carry_once(share * span_s, &state.xi, &mut self.probe);
             let f = dot(row, &self.probe);
-            if f > 0.0 { (a, fa) = (share, f) } else { (b, fb) = (share, f) }
+            if f > 0.0 {
+                (a, fa) = (share, f)
+            } else {
+                (b, fb) = (share, f)
+            }
             if fa <= fb {
                 break;
             }

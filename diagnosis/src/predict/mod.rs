@@ -11,5 +11,5 @@ mod run;
 mod sensor;
 
 pub(crate) use anchor::Anchoring;
-pub use run::{Prediction, Predictor};
 pub(crate) use run::Start;
+pub use run::{Prediction, Predictor};

@@ -30,6 +30,8 @@ pub struct Prediction {
     pub series: Vec<Vec<f64>>,
     /// The same without coarse quantisation steps, for slopes.
     pub(crate) smooth: Vec<Vec<f64>>,
+    /// Half the step of channels whose quantisation is coarse against their noise, else zero: a reading says no more than that.
+    pub(crate) dead_zone: Vec<f64>,
     /// Relative position and speed of the first drive, and its force, as predicted.
     pub(crate) stroke: Vec<[f64; 3]>,
     /// Whether any contact pushes.
@@ -120,17 +122,22 @@ impl<'a> Predictor<'a> {
             }
         }
         for (channel, signal) in self.channels.iter().zip(&signals) {
-            let (read, smooth) = match channel.source {
+            let (read, smooth, dead_zone) = match channel.source {
                 Source::Sensor(i) => {
                     let sensor = &self.machine.motion.assembly().sensors[i];
                     let smooth = readings(sensor, signal, dt, false);
-                    let coarse = sensor.resolutions.iter().any(|&step| step > COARSE * channel.noise);
-                    (if coarse { readings(sensor, signal, dt, true) } else { smooth.clone() }, smooth)
+                    let step = sensor.resolutions.iter().copied().fold(0.0, f64::max);
+                    if step > COARSE * channel.noise {
+                        (readings(sensor, signal, dt, true), smooth, 0.5 * step)
+                    } else {
+                        (smooth.clone(), smooth, 0.0)
+                    }
                 }
-                _ => (signal.clone(), signal.clone()),
+                _ => (signal.clone(), signal.clone(), 0.0),
             };
             prediction.series.push(read);
             prediction.smooth.push(smooth);
+            prediction.dead_zone.push(dead_zone);
         }
         Ok(prediction)
     }

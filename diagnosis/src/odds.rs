@@ -1,0 +1,34 @@
+//! How strongly the records speak for one model against another.
+//!
+//! Evidence is counted in stretches of motion, not in samples: each channel of each experiment counts as a handful of independent looks at its mean
+//! square residual, and the looks compare logarithms, so that the size of what no model explains cancels. A white-noise likelihood of all samples
+//! would make every comparison certain, also the wrong ones.
+
+use crate::search::Scored;
+
+/// Independent looks per channel and experiment.
+const LOOKS: f64 = 20.0;
+/// Evidence that an unknown more must bring, nats.
+const PER_UNKNOWN: f64 = 1.5;
+/// Mean squares below this are noise; differences there tell nothing.
+const QUIET: f64 = 0.05;
+
+/// Evidence for `new` against `old` over `records`, nats.
+pub(crate) fn gain(old: &Scored, new: &Scored, records: &[usize]) -> f64 {
+    let mut sum = 0.0;
+    for &r in records {
+        for (a, b) in old.misfits[r].iter().zip(&new.misfits[r]) {
+            sum += 0.5 * LOOKS * ((a + QUIET) / (b + QUIET)).ln();
+        }
+    }
+    let unknowns = new.fitted.theta.len() as f64 - old.fitted.theta.len() as f64;
+    sum - PER_UNKNOWN * unknowns
+}
+
+/// Probabilities from evidence in nats, softened by `temperature`.
+pub(crate) fn probabilities(evidence: &[f64], temperature: f64) -> Vec<f64> {
+    let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<f64> = evidence.iter().map(|e| ((e - best) / temperature).exp()).collect();
+    let sum: f64 = weights.iter().sum();
+    weights.iter().map(|w| w / sum).collect()
+}

@@ -1,0 +1,122 @@
+//! The answer, in the shape of `diagnosis.json`.
+
+use feeler_plant::description::Machine;
+use indexmap::IndexMap;
+use serde::Serialize;
+
+/// What kind of answer this is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// The accepted effects explain the gap.
+    Explained,
+    /// Several causes explain it about as well.
+    Ambiguous,
+    /// Something is missing that the library does not explain.
+    UnknownCause,
+    /// Calibration alone closes the gap.
+    NoGap,
+    /// The records excite too little to tell.
+    NotIdentifiable,
+}
+
+/// Prediction errors over the check experiments, each divided by its channel's scale (root mean square).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Gap {
+    /// The machine as given.
+    pub before: f64,
+    /// Its own values refitted.
+    pub refit: f64,
+    /// With the accepted effects.
+    pub after: f64,
+    /// What noise alone leaves.
+    pub floor: f64,
+    /// Share of the closable gap that the effects close.
+    pub closed: f64,
+    /// Its 90 % interval, by bootstrap over the check experiments.
+    pub closed_ci90: [f64; 2],
+}
+
+/// A fitted number.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    /// SI.
+    pub value: f64,
+    /// 90 % interval.
+    pub ci90: [f64; 2],
+    /// SI unit.
+    pub unit: String,
+}
+
+/// Where a part of the gap shows.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Where {
+    /// Place on the machine.
+    pub place: &'static str,
+    /// That the gap lies there.
+    pub probability: f64,
+    /// Column in which it shows most.
+    pub channel: String,
+    /// Band in which it shows most.
+    pub band_hz: [f64; 2],
+    /// Phase of the motion in which it shows most: `free` or `contact`.
+    pub phase: &'static str,
+    /// What says so.
+    pub evidence: String,
+}
+
+/// A cause.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cause {
+    /// Its kind in the library.
+    pub kind: &'static str,
+    /// The element.
+    pub on: String,
+    /// Its place.
+    pub place: &'static str,
+    /// That it is (part of) the cause.
+    pub probability: f64,
+    /// Its parameters by name.
+    pub parameters: IndexMap<&'static str, Estimate>,
+    /// Its share of what the accepted effects close; zero for causes that are not accepted.
+    pub credit: f64,
+    /// Whether it is part of the repaired machine.
+    pub accepted: bool,
+}
+
+/// A set of causes that was tried, and what came of it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Attempt {
+    /// Kinds and elements, joined by `+`.
+    pub causes: String,
+    /// Gain of evidence over calibration alone on the check experiments, nats.
+    pub gain_check: f64,
+    /// The same over all experiments.
+    pub gain_all: f64,
+}
+
+/// The whole answer.
+#[derive(Clone, Debug, Serialize)]
+pub struct Diagnosis {
+    /// What kind of answer.
+    pub verdict: Verdict,
+    /// How large the gap is, and how far it closes.
+    pub gap: Gap,
+    /// Where it lies, the most probable place first.
+    #[serde(rename = "where")]
+    pub places: Vec<Where>,
+    /// Accepted and rival causes, the most probable first.
+    pub effects: Vec<Cause>,
+    /// Causes that these records can hardly tell apart from the accepted ones.
+    pub look_alikes: Vec<[&'static str; 2]>,
+    /// What was tried, the best first.
+    pub attempts: Vec<Attempt>,
+    /// What was noticed about the data.
+    pub warnings: Vec<String>,
+    /// Missing force of the calibrated machine against position, speed and drive force on fitted experiments: `[x, v, F_drive, F_missing]`.
+    #[serde(skip)]
+    pub portrait: Vec<[f64; 4]>,
+    /// The believed machine with fitted values and accepted effects.
+    #[serde(skip)]
+    pub machine: Machine,
+}

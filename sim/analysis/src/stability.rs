@@ -1,6 +1,6 @@
 //! Which values of a gain are stable, and what happens at each edge.
 
-use feeler_lti::{AffineLoop, C64, GainEdge, GainSearch, StableGains, TimeDomain, stable_gains};
+use feeler_lti::{AffineLoop, C64, GainEdge, GainSearch, StableGains, TimeDomain, eigenvalues, stable_gains};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -16,8 +16,9 @@ const DECADES: u32 = 7;
 const POINTS_PER_DECADE: u32 = 12;
 /// Matrices that depart from a straight line in the gain by no more than this share of their largest element are on it, up to rounding.
 const AFFINE: f64 = 1e-13;
-/// Gains below this share of the largest edge are zero as far as eigenvalues can tell: rounding 1e-16 over a growth rate of 1e-4 per unit.
-const NEXT_TO_ZERO: f64 = 1e-9;
+/// Growth rates below this cannot be told from none, 1/s: at gains next to zero an integrator's pole lies that close to the limit, where
+/// eigenvalues of sampled loops are good to 1e-12 per period of 1e-3 s or less.
+const TELLING_GROWTH_PER_S: f64 = 1e-7;
 
 /// An edge of stability.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -99,7 +100,8 @@ impl ControlLoop {
         let affine = (&zero + &slope * 3.0 - &three).amax() <= AFFINE * three.amax();
         let scale = AffineLoop::new(zero.clone(), slope.clone(), domain)?.gain_scale();
         let at = |k: f64| if affine { &zero + &slope * k } else { matrix(k).unwrap_or_else(|_| one.clone()) };
-        let search = GainSearch { decades: DECADES, points_per_decade: POINTS_PER_DECADE, ..GainSearch::non_negative(scale)? };
+        let lower = smallest_telling(domain, &at, scale)?;
+        let search = GainSearch { lower, decades: DECADES, points_per_decade: POINTS_PER_DECADE, ..GainSearch::non_negative(scale)? };
         let stable: StableGains = stable_gains(domain, at, &search)?;
         let own = modes(self.plant())?;
         let edge = |edge: GainEdge| Edge {
@@ -107,12 +109,7 @@ impl ControlLoop {
             frequency_hz: edge.frequency_hz,
             mode: self.most_alike(&own, &edge.eigenvector, expand),
         };
-        // At gains next to zero an integrator's pole cannot be told from the stability limit, and edges there are rounding.
-        let ends = stable.intervals.iter().flat_map(|i| [&i.lower, &i.upper]).flatten().map(|e| e.gain);
-        let smallest = NEXT_TO_ZERO * ends.fold(scale, f64::max);
-        let tells = |e: &GainEdge| e.gain > smallest;
-        let kept = stable.intervals.into_iter().filter(|i| i.upper.as_ref().is_none_or(tells));
-        let bands = kept.map(|i| Band { lower: i.lower.filter(tells).map(edge), upper: i.upper.map(edge) });
+        let bands = stable.intervals.into_iter().map(|i| Band { lower: i.lower.map(edge), upper: i.upper.map(edge) });
         Ok(GainBands { bands: bands.collect() })
     }
 
@@ -131,4 +128,17 @@ impl ControlLoop {
         };
         (0..own.len()).max_by(|&i, &j| likeness(&own[i]).total_cmp(&likeness(&own[j])))
     }
+}
+
+/// The smallest gain of the search at which stability can be told; zero where it never can.
+fn smallest_telling<T: TimeDomain>(domain: T, at: &impl Fn(f64) -> DMatrix<f64>, scale: f64) -> Result<f64, AnalysisError> {
+    let decades = i32::try_from(DECADES).unwrap_or(i32::MAX);
+    for decade in -decades..=decades {
+        let gain = scale * 10_f64.powi(decade);
+        let growth = eigenvalues(&at(gain))?.into_iter().map(|p| domain.growth_per_s(p)).fold(f64::NEG_INFINITY, f64::max);
+        if growth.abs() > TELLING_GROWTH_PER_S {
+            return Ok(gain);
+        }
+    }
+    Ok(0.0)
 }

@@ -98,6 +98,7 @@ impl ControlLoop {
         let slope = &two - &one;
         let zero = &one - &slope;
         let affine = (&zero + &slope * 3.0 - &three).amax() <= AFFINE * three.amax();
+        let (zero, slope) = if affine { without_idle(&zero, &slope, expand.ncols()) } else { (zero, slope) };
         let scale = AffineLoop::new(zero.clone(), slope.clone(), domain)?.gain_scale();
         let at = |k: f64| if affine { &zero + &slope * k } else { matrix(k).unwrap_or_else(|_| one.clone()) };
         let lower = smallest_telling(domain, &at, scale)?;
@@ -141,4 +142,19 @@ fn smallest_telling<T: TimeDomain>(domain: T, at: &impl Fn(f64) -> DMatrix<f64>,
         }
     }
     Ok(0.0)
+}
+
+/// Both matrices without the states, from `first` on, that nothing depends on: held outputs that are overwritten before they act. Each is an
+/// eigenvalue at exactly zero, whose rounding would only mislead the search.
+fn without_idle(zero: &DMatrix<f64>, slope: &DMatrix<f64>, first: usize) -> (DMatrix<f64>, DMatrix<f64>) {
+    let mut kept: Vec<usize> = (0..zero.ncols()).collect();
+    loop {
+        let acts = |j: usize| kept.iter().any(|&i| zero[(i, j)] != 0.0 || slope[(i, j)] != 0.0);
+        let left: Vec<usize> = kept.iter().copied().filter(|&j| j < first || acts(j)).collect();
+        if left.len() == kept.len() {
+            let part = |m: &DMatrix<f64>| m.select_rows(&kept).select_columns(&kept);
+            return (part(zero), part(slope));
+        }
+        kept = left;
+    }
 }

@@ -78,8 +78,8 @@ fn truth_damped_flanks_have_the_restitution_of_kelvin_and_voigt() {
     let lifts: Vec<f64> = trace.events.iter().filter(|event| event.kind == EventKind::Lift).map(|event| event.t_s).collect();
     assert!(lifts.len() >= 3);
     // The speed well after each lift, from the record.
-    for (i, lift) in lifts.iter().enumerate().take(3) {
+    for (visits, lift) in (1..=3).zip(&lifts) {
         let at = (lift / 1e-3).ceil() as usize + 2;
-        close(trace.column("tip.velocity").unwrap()[at].abs(), v * e.powi(i as i32 + 1), EXACT);
+        close(trace.column("tip.velocity").unwrap()[at].abs(), v * e.powi(visits), EXACT);
     }
 }

@@ -32,6 +32,14 @@ pub(crate) enum Command {
     Run(Run),
     /// Check machine, scenario, sweep and dataset files without running them
     Check(Check),
+    /// Say what linear theory predicts for a scenario: poles, zeros, modes, stable gains, margins, what limits it
+    Analyze(Analyze),
+    /// Hold the simulation against closed forms, independent numbers and the paper's claims
+    Validate(Validate),
+    /// Draw the paper's figures from the reference axis
+    Figures(Figures),
+    /// Fit a chain of masses to the landmarks that the paper measured on a robot
+    FitLandmarks(FitLandmarks),
     /// List the effects that a machine can have, or explain one
     Effects(Effects),
     /// Print or write a scenario to start from
@@ -85,6 +93,98 @@ pub(crate) struct Check {
     #[arg(required = true, value_hint = ValueHint::AnyPath)]
     pub(crate) files: Vec<PathBuf>,
     /// Print the result as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  \
+    feeler analyze scenario.toml\n  \
+    feeler analyze scenario.toml --output motor.position --clamped\n  \
+    feeler analyze scenario.toml --gain controllers.force.ki --json | jq .gain.sampled.stable\n\n\
+    `sampled` honours period, delay, filters and hold of the file; `continuous` drops them.")]
+pub(crate) struct Analyze {
+    /// Scenario file (TOML)
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// Set a key of the file, as in controllers.force.kp=0.8; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) settings: Vec<String>,
+    /// Input, an actuator's command [default: that of the first controller's actuator]
+    #[arg(long, value_name = "SIGNAL")]
+    pub(crate) input: Option<String>,
+    /// Output [default: what the first controller reads]
+    #[arg(long, value_name = "SIGNAL")]
+    pub(crate) output: Option<String>,
+    /// Gain whose stable range is asked for, as in controllers.force.kp [default: the first controller's leading gain]
+    #[arg(long, value_name = "KEY")]
+    pub(crate) gain: Option<String>,
+    /// Take every contact as attached, as the paper's linear models do
+    #[arg(long, conflicts_with_all = ["free", "preload"])]
+    pub(crate) clamped: bool,
+    /// Take every contact as absent
+    #[arg(long, conflicts_with = "preload")]
+    pub(crate) free: bool,
+    /// Press the first contact with this force (N) and linearise there
+    #[arg(long, value_name = "FORCE")]
+    pub(crate) preload: Option<f64>,
+    /// Find out how the bandwidth answers to every mass, stiffness and damping
+    #[arg(long)]
+    pub(crate) sensitivities: bool,
+    /// Print as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  \
+    feeler validate --quick\n  \
+    feeler validate --critical-gains ../shared/reference/critical-gains.json\n  \
+    feeler validate convergence\n\n\
+    Exit code 1 where a row fails.")]
+pub(crate) struct Validate {
+    /// What to check
+    #[arg(value_enum, default_value_t = Checks::All)]
+    pub(crate) checks: Checks,
+    /// Only the checks that take seconds
+    #[arg(long)]
+    pub(crate) quick: bool,
+    /// Independent critical gains (JSON) to hold the linear theory against
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) critical_gains: Option<PathBuf>,
+    /// Print as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Groups of checks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Checks {
+    /// Everything
+    All,
+    /// Error of the three integrators against step size, through an impact
+    Convergence,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  \
+    feeler figures --out figures       SVG files, and captions.md")]
+pub(crate) struct Figures {
+    /// Folder for the figures, made if absent
+    #[arg(long, short, value_name = "DIR", default_value = "out/figures", value_hint = ValueHint::DirPath)]
+    pub(crate) out: PathBuf,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Example:\n  \
+    feeler fit-landmarks --iterations 200\n\n\
+    The parameters found are those of some chain that shows the landmarks of the paper's Figs. 15 to 17. They are not the robot's\n\
+    parameters, which were never published, and the landmarks do not determine all of them: the table says which.")]
+pub(crate) struct FitLandmarks {
+    /// Steps of the fit at most
+    #[arg(long, value_name = "N", default_value_t = 300)]
+    pub(crate) iterations: usize,
+    /// Print as JSON
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -11,6 +11,8 @@ use crate::terminal;
 
 /// All went well.
 pub(crate) const DONE: u8 = 0;
+/// A check failed.
+pub(crate) const CHECK_FAILED: u8 = 1;
 /// The input is wrong, or the output cannot go where it should.
 pub(crate) const BAD_INPUT: u8 = 2;
 /// A mistake of the program.
@@ -54,6 +56,18 @@ impl fmt::Display for Reported {
 
 impl std::error::Error for Reported {}
 
+/// A check has failed, and the table says which.
+#[derive(Debug)]
+pub(crate) struct CheckFailed;
+
+impl fmt::Display for CheckFailed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a check failed")
+    }
+}
+
+impl std::error::Error for CheckFailed {}
+
 /// Prints an error and gives its exit code.
 pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     if terminal::is_broken_pipe(error) {
@@ -61,6 +75,8 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     }
     let (text, code) = if error.is::<Reported>() {
         return ExitCode::from(BAD_INPUT);
+    } else if error.is::<CheckFailed>() {
+        return ExitCode::from(CHECK_FAILED);
     } else if let Some(bad) = error.downcast_ref::<BadInput>() {
         (bad.to_string(), BAD_INPUT)
     } else if let Some(mistakes) = error.downcast_ref::<FormatError>() {

@@ -41,6 +41,10 @@ fn dispatch(arguments: &Arguments) -> anyhow::Result<()> {
     match &arguments.command {
         Command::Run(run) => commands::run::run(run),
         Command::Check(check) => commands::check::run(check),
+        Command::Analyze(analyze) => commands::analyze::run(analyze),
+        Command::Validate(validate) => commands::validate::run(validate),
+        Command::Figures(figures) => commands::figures::run(figures),
+        Command::FitLandmarks(fit) => commands::fit_landmarks::run(fit),
         Command::Effects(effects) => commands::effects::run(effects),
         Command::New(new) => commands::new::run(new),
         Command::Schema(schema) => commands::schema::run(schema),

@@ -1,8 +1,12 @@
 //! The commands, one file each.
 
+pub(crate) mod analyze;
 pub(crate) mod check;
 pub(crate) mod completions;
 pub(crate) mod effects;
+pub(crate) mod figures;
+pub(crate) mod fit_landmarks;
 pub(crate) mod new;
 pub(crate) mod run;
 pub(crate) mod schema;
+pub(crate) mod validate;

@@ -66,8 +66,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 format!("{} p={:.2} ({})", e.kind, e.probability, values.join(", "))
             })
             .collect();
-        let rivals: Vec<String> =
-            answer.attempts.iter().take(3).map(|a| format!("{} {:.0}/{:.0}", a.causes, a.gain_check, a.gain_all)).collect();
+        let rivals: Vec<String> = answer
+            .attempts
+            .iter()
+            .take(if only.len() == 1 { 40 } else { 3 })
+            .map(|a| format!("{} {:.0}/{:.0}", a.causes, a.gain_check, a.gain_all))
+            .collect();
         let kinds: Vec<&str> = case.effects.iter().map(|e| e.kind.as_str()).collect();
         let g = answer.gap;
         println!(

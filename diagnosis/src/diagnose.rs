@@ -52,6 +52,12 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
         accepted = (*best).clone();
         rivals = ranked.iter().map(|scored| (*scored).clone()).collect();
     }
+    // A force over position that no effect of the library makes: the sine that is no ripple describes it better than any cause.
+    let shape = found.singles.iter().filter(|scored| !judge.is_finding(scored) && scored.causes[0].definition.kind == "force-ripple");
+    let shape = shape.max_by(|a, b| judge.all(a).total_cmp(&judge.all(b)));
+    if let Some(shape) = shape.filter(|shape| gain(&accepted, shape, &judge.everything()) > ACCEPT_FURTHER) {
+        return Ok(judge.position_force(shape, &attempts));
+    }
     let glimpse = glance(&found.task, &accepted);
     while !accepted.causes.is_empty() && accepted.causes.len() < MOST_CAUSES && !unknown::is_adequate(&accepted) {
         progress("trying a further cause");
@@ -184,6 +190,25 @@ impl Judge<'_> {
         }
     }
 
+    /// The answer where a force over position is missing that is no effect of the library.
+    fn position_force(&self, shape: &Scored, attempts: &[Scored]) -> Diagnosis {
+        let mut answer = self.answer(&self.search.calibrated, &[], attempts);
+        answer.verdict = Verdict::UnknownCause;
+        let values = shape.fitted.model.parameters(0, &shape.fitted.theta);
+        let evidence = format!(
+            "a force that depends on position and hardly repeats over the stroke, about {:.2} N over {:.4} m, explains what no effect of the library does",
+            values[0], self.search.stroke_m
+        );
+        let mut found = answer.places.iter().find(|place| place.place == Place::Guide.name()).or(answer.places.first()).cloned();
+        if let Some(place) = &mut found {
+            place.place = Place::Guide.name();
+            place.probability = 0.85;
+            place.evidence = evidence;
+        }
+        answer.places = found.into_iter().collect();
+        answer
+    }
+
     fn verdict(&self, accepted: &Scored, adequate: bool, own: f64) -> Verdict {
         match (accepted.causes.is_empty(), adequate) {
             (true, true) => Verdict::NoGap,
@@ -278,7 +303,6 @@ impl Judge<'_> {
             })
             .collect();
         places.sort_by(|a, b| b.probability.total_cmp(&a.probability));
-        let _ = Place::ALL;
         places
     }
 }

@@ -20,7 +20,7 @@ pub(crate) fn square_errors(task: &Task<'_>, model: &Model, theta: &[f64], recor
         .par_iter()
         .map(|&r| {
             let record = &task.dataset.records[r];
-            let assembly = model.assembly(theta)?;
+            let assembly = model.assembly(theta, record.engagement)?;
             let rows = ((WINDOW_S / record.spacing_s).round() as usize).max(1);
             let prediction =
                 Predictor::new(assembly, task.dataset, record).ok()?.follow(Anchoring::Continuous, Start::Windows(rows)).ok()?;

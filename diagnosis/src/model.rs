@@ -1,7 +1,7 @@
 //! A machine with unknowns: believed values free within their tolerance, and effects that are being tried.
 
 use feeler_plant::assembly::{Assembly, assemble};
-use feeler_plant::description::{Elements, Machine, Quantity};
+use feeler_plant::description::{Elements, Engagement, Machine, Quantity};
 use feeler_plant::effects::{Definition, EffectUse, Parameter, Scale};
 use indexmap::IndexMap;
 
@@ -276,11 +276,22 @@ impl Model {
         machine
     }
 
-    /// The assembly at `theta`; none where the numbers make no machine.
-    pub(crate) fn assembly(&self, theta: &[f64]) -> Option<Assembly> {
-        assemble(&self.machine(theta)).ok()
+    /// The assembly at `theta` as an experiment with this engagement sees it; none where the numbers make no machine.
+    ///
+    /// A clamped tool is attached: the laws of surfaces that part (Hertz, Hunt and Crossley) do not act there.
+    pub(crate) fn assembly(&self, theta: &[f64], engagement: Option<Engagement>) -> Option<Assembly> {
+        let mut machine = self.machine(theta);
+        if engagement == Some(Engagement::Clamped) {
+            for contact in machine.contacts.values_mut() {
+                contact.effects.retain(|effect| !PARTING.contains(&effect.definition.kind));
+            }
+        }
+        assemble(&machine).ok()
     }
 }
+
+/// Effects that describe surfaces which meet and part.
+const PARTING: [&str; 2] = ["hertz-contact", "hunt-crossley-contact"];
 
 /// Share of the typical value below which an effect counts as absent.
 const NEXT_TO_NOTHING: f64 = 1e-5;

@@ -46,7 +46,7 @@ pub(crate) fn search(dataset: &Dataset) -> Result<Search<'_>, DiagnosisError> {
         .records
         .iter()
         .map(|record| {
-            let assembly = model.assembly(&start).ok_or(DiagnosisError::Machine { problems: Vec::new() })?;
+            let assembly = model.assembly(&start, record.engagement).ok_or(DiagnosisError::Machine { problems: Vec::new() })?;
             Predictor::new(assembly, dataset, record)?.anchored()
         })
         .collect::<Result<Vec<Prediction>, _>>()?;
@@ -149,7 +149,7 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
 
 /// Mass that moves with the first drive.
 pub(crate) fn moving_mass(dataset: &Dataset, scored: &Scored) -> f64 {
-    let Some(assembly) = scored.fitted.model.assembly(&scored.fitted.theta) else { return 1.0 };
+    let Some(assembly) = scored.fitted.model.assembly(&scored.fitted.theta, None) else { return 1.0 };
     let node = dataset.drives.first().map_or(1, |(drive, _)| assembly.drives[*drive].on);
     assembly.rigid_mass_kg(node)
 }

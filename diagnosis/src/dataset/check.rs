@@ -326,3 +326,29 @@ fn regrid(time: &[f64], column: &[f64], spacing_s: f64, held: bool) -> Vec<f64> 
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_a_quantised_sine_shows_its_step() {
+        let step = 0.037;
+        let column: Vec<f64> = (0..4000).map(|k| ((f64::from(k) * 0.01).sin() / step).round() * step).collect();
+        let found = quantum(&column).unwrap();
+        // Least squares over levels that are multiples to rounding.
+        assert!((found / step - 1.0).abs() < 1e-9);
+        let smooth: Vec<f64> = (0..4000).map(|k| (f64::from(k) * 0.01).sin()).collect();
+        assert_eq!(quantum(&smooth), None);
+    }
+
+    #[test]
+    fn truth_time_that_goes_back_and_gaps_are_placed() {
+        let mut faults = Vec::new();
+        time_faults(&[0.0, 0.1, 0.2, 0.15, 0.4], &mut |row, kind| faults.push((row, kind)));
+        assert_eq!(faults, [(Some(5), FaultKind::TimeGoesBack)]);
+        faults.clear();
+        time_faults(&[0.0, 0.1, 0.2, 0.3, 0.4, 1.4, 1.5], &mut |row, kind| faults.push((row, kind)));
+        assert!(matches!(faults.as_slice(), [(Some(7), FaultKind::Gap { seconds })] if (seconds - 0.9).abs() < 1e-12));
+    }
+}

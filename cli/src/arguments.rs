@@ -103,6 +103,7 @@ pub(crate) struct Check {
     feeler analyze scenario.toml --output motor.position --clamped\n  \
     feeler analyze scenario.toml --gain controllers.force.ki --json | jq .gain.sampled.stable\n\n\
     `sampled` honours period, delay, filters and hold of the file; `continuous` drops them.")]
+#[expect(clippy::struct_excessive_bools, reason = "each is a switch of its own on the command line")]
 pub(crate) struct Analyze {
     /// Scenario file (TOML)
     #[arg(value_hint = ValueHint::FilePath)]

@@ -1,5 +1,6 @@
 //! `feeler figures`.
 
+use std::fmt::Write as _;
 use std::fs;
 
 use feeler_validation::figures::figures;
@@ -16,7 +17,7 @@ pub(crate) fn run(arguments: &Figures) -> anyhow::Result<()> {
     for figure in figures()? {
         let path = folder.join(format!("{}.svg", figure.name));
         fs::write(&path, figure.svg()).map_err(|error| BadInput::unwritable(&path, &error))?;
-        captions.push_str(&format!("\n![{0}]({0}.svg)\n\n{1}\n", figure.name, figure.caption));
+        let _ = write!(captions, "\n![{0}]({0}.svg)\n\n{1}\n", figure.name, figure.caption);
         written.push(format!("  {}", path.display()));
     }
     let path = folder.join("captions.md");

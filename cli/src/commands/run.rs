@@ -61,7 +61,7 @@ fn write(arguments: &Run, document: &Document, result: &RunResult, folder: &Path
     let write_trace = || write_parquet(&result.trace, &about(document), &trace);
     let write_text = || if arguments.csv { write_csv(&result.trace, &csv) } else { Ok(()) };
     let write_summary = || -> anyhow::Result<()> { Ok(put(&summary, serde_json::to_string_pretty(&result.summary)? + "\n")?) };
-    let write_report = || -> anyhow::Result<()> { Ok(put(&report, reports::run::page(document, &arguments.settings, result)?)?) };
+    let write_report = || -> anyhow::Result<()> { Ok(put(&report, reports::run::page(document, &arguments.settings, result))?) };
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let ((traced, texted), (summed, reported)) =

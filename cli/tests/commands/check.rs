@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::{BAD_INPUT, Bench, DONE, PRESS};
+use crate::bench::{BAD_INPUT, Bench, DONE, PRESS};
 
 #[test]
 fn truth_sound_files_are_named_with_what_they_hold() {

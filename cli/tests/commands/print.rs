@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::{BAD_INPUT, Bench, DONE};
+use crate::bench::{BAD_INPUT, Bench, DONE};
 
 #[test]
 fn truth_every_effect_is_listed_and_one_is_explained() {

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::{BAD_INPUT, Bench, DONE, PRESS, exists};
+use crate::bench::{BAD_INPUT, Bench, DONE, PRESS, exists};
 
 /// Times and roundings depend on the machine; the lines that quote them are taken out.
 fn without_times(text: &str) -> String {

@@ -63,6 +63,7 @@ pub use trace_file::{write_csv, write_parquet};
 
 use record::Recording;
 use saturation::Limits;
+use summary::Finished;
 
 /// Slices in which a run goes, each followed by a word on its progress.
 const SLICES: usize = 200;
@@ -134,17 +135,31 @@ pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<Ru
     record::drop_undefined_rows(&mut record);
     let trace = recording.wanted(&record);
     let force_loop = ForceLoop::find(scenario);
-    let contacts = contact::contacts(scenario, &assembly, &record, simulation.time_s());
+    let contacts = contact::contacts(scenario, &assembly, &record, end_s(&simulation));
     let limits = Limits::of(scenario, &assembly, &record);
-    let ended = summary::Ended {
+    let finished = Finished {
+        scenario,
+        assembly: &assembly,
+        record: &record,
+        contacts: &contacts,
+        force_loop: force_loop.as_ref(),
+        limits: &limits,
         end: simulation.end(0),
-        t_s: simulation.time_s(),
+        end_s: end_s(&simulation),
         steps: simulation.steps(),
         energy: simulation.energy(0).unwrap_or_default(),
     };
-    let mut summary = summary::summarise(scenario, &assembly, &record, &contacts, force_loop.as_ref(), &limits, &ended);
+    let mut summary = finished.summary();
     summary.wall_s = started.elapsed().as_secs_f64();
     Ok(RunResult { trace, record, contacts, force_loop, saturated: limits.saturated, summary })
+}
+
+/// How far the motion came, s.
+fn end_s(simulation: &Simulation<f64>) -> f64 {
+    match simulation.end(0) {
+        RunEnd::Diverged { t_s } | RunEnd::EventStorm { t_s } => t_s,
+        _ => simulation.time_s(),
+    }
 }
 
 /// Runs to the end in slices that end where the record stops anyway, so that slicing leaves every bit as it is.

@@ -1,6 +1,6 @@
 //! The figures of a run, as programs read them.
 
-use feeler_engine::{EnergyBalance, EventKind, RunEnd, Scenario, Trace};
+use feeler_engine::{EnergyBalance, Event, EventKind, RunEnd, Scenario, Trace};
 use feeler_plant::assembly::Assembly;
 use feeler_plant::description::{Quantity, SignalName};
 use serde::Serialize;
@@ -88,140 +88,143 @@ pub struct EventRecord {
     pub on: String,
 }
 
-/// How a simulation ended.
+/// A finished run, to be summed up.
 #[derive(Clone, Debug)]
-pub(super) struct Ended {
+pub(super) struct Finished<'a> {
+    pub(super) scenario: &'a Scenario,
+    pub(super) assembly: &'a Assembly,
+    pub(super) record: &'a Trace,
+    pub(super) contacts: &'a [ContactRun],
+    pub(super) force_loop: Option<&'a ForceLoop>,
+    pub(super) limits: &'a Limits,
     pub(super) end: RunEnd,
-    pub(super) t_s: f64,
+    /// Simulated time reached, s.
+    pub(super) end_s: f64,
     pub(super) steps: u64,
     pub(super) energy: EnergyBalance,
 }
 
-pub(super) fn summarise(
-    scenario: &Scenario,
-    assembly: &Assembly,
-    record: &Trace,
-    contacts: &[ContactRun],
-    force_loop: Option<&ForceLoop>,
-    limits: &Limits,
-    ended: &Ended,
-) -> Summary {
-    let end_s = match ended.end {
-        RunEnd::Diverged { t_s } | RunEnd::EventStorm { t_s } => t_s,
-        _ => ended.t_s,
-    };
-    let main = force_loop.map(|found| found.contact).or_else(|| hardest(contacts));
-    let response = force_loop.and_then(|found| response(scenario, record, contacts, found));
-    let verdict = verdict(scenario, record, main.map(|i| &contacts[i]), force_loop, response.as_ref(), &limits.saturated, ended, end_s);
-    let sustained = main.filter(|_| verdict.outcome.is_sustained());
-    let share = |time_s: f64| if end_s > 0.0 { time_s / end_s } else { 0.0 };
-    let contact_time_s = main.map_or(0.0, |i| contacts[i].contact_time_s());
-    let contact = |contact: &ContactRun| ContactSummary {
-        name: contact.name.clone(),
-        peak_force_n: contact.peak_force_n,
-        peak_at_s: contact.peak_at_s,
-        first_contact_s: contact.first_contact_s(),
-        bounces: contact.lifts_s.len(),
-        contact_time_s: contact.contact_time_s(),
-        contact_share: share(contact.contact_time_s()),
-    };
-    Summary {
-        name: scenario.machine.name.clone(),
-        outcome: verdict.outcome,
-        peak_force_n: contacts.iter().map(|contact| contact.peak_force_n).fold(0.0, f64::max),
-        overshoot: response.and_then(|response| response.overshoot),
-        settling_time_s: response.and_then(|response| response.settling_time_s),
-        bounces: contacts.iter().map(|contact| contact.lifts_s.len()).sum(),
-        contact_time_s,
-        contact_share: share(contact_time_s),
-        oscillation: sustained.map(|i| tail_oscillation(record, &contacts[i], &verdict)),
-        saturation_share: saturation::share(&limits.saturated),
-        response,
-        contacts: contacts.iter().map(contact).collect(),
-        main_contact: main,
-        verdict,
-        events: events(assembly, record, limits),
-        energy: EnergyTable::new(&ended.energy),
-        simulated_s: end_s,
-        steps: ended.steps,
-        wall_s: 0.0,
+impl<'a> Finished<'a> {
+    pub(super) fn summary(&self) -> Summary {
+        let main_contact = self.force_loop.map(|found| found.contact).or_else(|| self.hardest());
+        let main = main_contact.map(|i| &self.contacts[i]);
+        let response = self.response();
+        let verdict = self.verdict(main, response.as_ref());
+        let sustained = main.filter(|_| verdict.outcome.is_sustained());
+        let contact_time_s = main.map_or(0.0, ContactRun::contact_time_s);
+        Summary {
+            name: self.scenario.machine.name.clone(),
+            outcome: verdict.outcome,
+            peak_force_n: self.contacts.iter().map(|contact| contact.peak_force_n).fold(0.0, f64::max),
+            overshoot: response.and_then(|response| response.overshoot),
+            settling_time_s: response.and_then(|response| response.settling_time_s),
+            bounces: self.contacts.iter().map(|contact| contact.lifts_s.len()).sum(),
+            contact_time_s,
+            contact_share: self.share(contact_time_s),
+            oscillation: sustained.map(|contact| self.oscillation(contact, &verdict)),
+            saturation_share: saturation::share(&self.limits.saturated),
+            response,
+            contacts: self.contacts.iter().map(|contact| self.contact(contact)).collect(),
+            main_contact,
+            verdict,
+            events: self.events(),
+            energy: EnergyTable::new(&self.energy),
+            simulated_s: self.end_s,
+            steps: self.steps,
+            wall_s: 0.0,
+        }
     }
-}
 
-/// Whether the reference of some controller moves to the end.
-fn is_driven(scenario: &Scenario, record: &Trace) -> bool {
-    let column = |name: &String| record.column(&SignalName::new(name, Quantity::Reference).to_string());
-    scenario.controllers.keys().filter_map(column).any(|reference_n| settling::moves_to_the_end(&record.t_s, reference_n))
-}
+    /// A time as a share of the run.
+    fn share(&self, time_s: f64) -> f64 {
+        if self.end_s > 0.0 { time_s / self.end_s } else { 0.0 }
+    }
 
-/// What the engine located and what the record shows, in order.
-fn events(assembly: &Assembly, record: &Trace, limits: &Limits) -> Vec<EventRecord> {
-    let located = record.events.iter().map(|e| EventRecord { t_s: e.t_s, what: e.kind.name(), on: e.element(assembly).to_owned() });
-    let mut events: Vec<EventRecord> = located.chain(limits.events.iter().cloned()).collect();
-    events.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
-    events
-}
+    fn contact(&self, contact: &ContactRun) -> ContactSummary {
+        ContactSummary {
+            name: contact.name.clone(),
+            peak_force_n: contact.peak_force_n,
+            peak_at_s: contact.peak_at_s,
+            first_contact_s: contact.first_contact_s(),
+            bounces: contact.lifts_s.len(),
+            contact_time_s: contact.contact_time_s(),
+            contact_share: self.share(contact.contact_time_s()),
+        }
+    }
 
-fn hardest(contacts: &[ContactRun]) -> Option<usize> {
-    (0..contacts.len()).max_by(|&i, &j| contacts[i].peak_force_n.total_cmp(&contacts[j].peak_force_n).then(j.cmp(&i)))
-}
+    fn hardest(&self) -> Option<usize> {
+        let peak = |i: usize| self.contacts[i].peak_force_n;
+        (0..self.contacts.len()).max_by(|&i, &j| peak(i).total_cmp(&peak(j)).then(j.cmp(&i)))
+    }
 
-fn response(scenario: &Scenario, record: &Trace, contacts: &[ContactRun], force_loop: &ForceLoop) -> Option<Response> {
-    let contact = &contacts[force_loop.contact];
-    let answer = Answer {
-        t_s: &record.t_s,
-        force_n: record.column(&contact.force_signal())?,
-        reference_n: record.column(&force_loop.reference_signal())?,
-        peak_force_n: contact.peak_force_n,
-        first_contact_s: contact.first_contact_s()?,
-        unresolved_n: force_loop.unresolved_n(scenario),
-    };
-    Some(answer.response())
-}
+    /// What the engine located and what the record shows, in order.
+    fn events(&self) -> Vec<EventRecord> {
+        let of = |event: &Event| EventRecord { t_s: event.t_s, what: event.kind.name(), on: event.element(self.assembly).to_owned() };
+        let mut events: Vec<EventRecord> = self.record.events.iter().map(of).chain(self.limits.events.iter().cloned()).collect();
+        events.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
+        events
+    }
 
-fn verdict(
-    scenario: &Scenario,
-    record: &Trace,
-    contact: Option<&ContactRun>,
-    force_loop: Option<&ForceLoop>,
-    response: Option<&Response>,
-    saturated: &[bool],
-    ended: &Ended,
-    end_s: f64,
-) -> Verdict {
-    let force_n = contact.and_then(|contact| record.column(&contact.force_signal()));
-    let still = vec![0.0; record.t_s.len()];
-    let moves = response.is_some_and(|response| response.final_reference_n.is_none());
-    let reference_n = force_loop.filter(|_| moves).and_then(|found| record.column(&found.reference_signal()));
-    let sticks_s: Vec<f64> = record.events.iter().filter(|e| matches!(e.kind, EventKind::Stick | EventKind::Slip)).map(|e| e.t_s).collect();
-    let first_contact_s = contact.and_then(ContactRun::first_contact_s);
-    let starts_at_s = response.map(|response| response.starts_at_s).or(first_contact_s);
-    let impacts: Vec<(f64, f64)> = contact.map_or_else(Vec::new, |contact| {
-        let peaks = contact.intervals.iter().zip(&contact.interval_peaks_n).map(|(interval, peak)| (interval.start_s, *peak));
-        peaks.filter(|(start, _)| starts_at_s.is_none_or(|from| *start >= from)).collect()
-    });
-    let evidence = Evidence {
-        end: ended.end,
-        t_s: &record.t_s,
-        force_n: force_n.unwrap_or(&still),
-        driven: moves || (response.is_none() && is_driven(scenario, record)),
-        moving_reference_n: reference_n,
-        starts_at_s,
-        lost_at_s: contact.filter(|contact| !contact.ends_in_contact(end_s)).and_then(|contact| contact.lifts_s.last().copied()),
-        impacts: &impacts,
-        lifts_s: contact.map_or(&[], |contact| &contact.lifts_s),
-        saturated,
-        sticks_s: &sticks_s,
-        band_n: response.map(|response| response.band_n).filter(|_| !moves),
-    };
-    evidence.verdict()
-}
+    fn reference_n(&self, controller: &str) -> Option<&'a [f64]> {
+        self.record.column(&SignalName::new(controller, Quantity::Reference).to_string())
+    }
 
-fn tail_oscillation(record: &Trace, contact: &ContactRun, verdict: &Verdict) -> Oscillation {
-    let first = record.t_s.partition_point(|&t| t < verdict.tail_s[0]).max(record.t_s.len().saturating_sub(super::SPECTRUM_ROWS));
-    let force_n = record.column(&contact.force_signal()).and_then(|column| column.get(first..)).unwrap_or_default();
-    let rows = record.t_s.len().saturating_sub(first + 1).max(1) as f64;
-    let from_s = record.t_s.get(first).copied().unwrap_or(0.0);
-    let to_s = record.t_s.last().copied().unwrap_or(0.0);
-    oscillation(contact, force_n, (to_s - from_s) / rows, [from_s, to_s])
+    fn response(&self) -> Option<Response> {
+        let force_loop = self.force_loop?;
+        let contact = &self.contacts[force_loop.contact];
+        let answer = Answer {
+            t_s: &self.record.t_s,
+            force_n: self.record.column(&contact.force_signal())?,
+            reference_n: self.reference_n(&force_loop.name)?,
+            peak_force_n: contact.peak_force_n,
+            first_contact_s: contact.first_contact_s()?,
+            unresolved_n: force_loop.unresolved_n(self.scenario),
+        };
+        Some(answer.response())
+    }
+
+    /// Whether the reference of some controller moves to the end.
+    fn is_driven(&self) -> bool {
+        let references = self.scenario.controllers.keys().filter_map(|name| self.reference_n(name));
+        references.into_iter().any(|reference_n| settling::moves_to_the_end(&self.record.t_s, reference_n))
+    }
+
+    fn verdict(&self, contact: Option<&ContactRun>, response: Option<&Response>) -> Verdict {
+        let still = vec![0.0; self.record.t_s.len()];
+        let force_n = contact.and_then(|contact| self.record.column(&contact.force_signal()));
+        let moves = response.is_some_and(|response| response.final_reference_n.is_none());
+        let sticks = self.record.events.iter().filter(|event| matches!(event.kind, EventKind::Stick | EventKind::Slip));
+        let sticks_s: Vec<f64> = sticks.map(|event| event.t_s).collect();
+        let starts_at_s = response.map(|response| response.starts_at_s).or(contact.and_then(ContactRun::first_contact_s));
+        let impacts: Vec<(f64, f64)> = contact.map_or_else(Vec::new, |contact| {
+            let peaks = contact.intervals.iter().zip(&contact.interval_peaks_n).map(|(interval, peak)| (interval.start_s, *peak));
+            peaks.filter(|(start, _)| starts_at_s.is_none_or(|from| *start >= from)).collect()
+        });
+        let lost = contact.filter(|contact| !contact.ends_in_contact(self.end_s));
+        let evidence = Evidence {
+            end: self.end,
+            t_s: &self.record.t_s,
+            force_n: force_n.unwrap_or(&still),
+            driven: moves || (response.is_none() && self.is_driven()),
+            moving_reference_n: self.force_loop.filter(|_| moves).and_then(|found| self.reference_n(&found.name)),
+            starts_at_s,
+            lost_at_s: lost.and_then(|contact| contact.lifts_s.last().copied()),
+            impacts: &impacts,
+            lifts_s: contact.map_or(&[], |contact| &contact.lifts_s),
+            saturated: &self.limits.saturated,
+            sticks_s: &sticks_s,
+            band_n: response.map(|response| response.band_n).filter(|_| !moves),
+        };
+        evidence.verdict()
+    }
+
+    fn oscillation(&self, contact: &ContactRun, verdict: &Verdict) -> Oscillation {
+        let t_s = &self.record.t_s;
+        let first = t_s.partition_point(|&t| t < verdict.tail_s[0]).max(t_s.len().saturating_sub(super::SPECTRUM_ROWS));
+        let force_n = self.record.column(&contact.force_signal()).and_then(|column| column.get(first..)).unwrap_or_default();
+        let rows = t_s.len().saturating_sub(first + 1).max(1) as f64;
+        let from_s = t_s.get(first).copied().unwrap_or(0.0);
+        let to_s = t_s.last().copied().unwrap_or(0.0);
+        oscillation(contact, force_n, (to_s - from_s) / rows, [from_s, to_s])
+    }
 }

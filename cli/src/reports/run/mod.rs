@@ -16,7 +16,7 @@ use crate::words;
 const MOST_EVENTS: usize = 400;
 
 /// The page of a run.
-pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult) -> anyhow::Result<String> {
+pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult) -> String {
     let summary = &result.summary;
     let machine = &document.scenario.machine;
     let mut page = Page::new(&machine.name, &machine.about);
@@ -35,7 +35,7 @@ pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult)
         page.paragraph(&format!("Set on the command line: {}", settings.join("; ")));
     }
     page.verbatim("the file as it was run", document.text());
-    Ok(page.render())
+    page.render()
 }
 
 fn tiles(summary: &Summary, units: Units) -> Vec<Tile> {

@@ -1,5 +1,7 @@
 //! Thousands of variants of one machine: lanes side by side, blocks over threads. One element of throughput is one simulated second of one variant.
 
+#![expect(clippy::unwrap_used, reason = "a benchmark that cannot be set up has nothing to measure")]
+
 mod common;
 
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};

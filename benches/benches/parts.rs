@@ -1,26 +1,26 @@
 //! What a run consists of besides stepping: reading a file, compiling a machine, exponentials, events, estimation.
 
+#![expect(clippy::unwrap_used, reason = "a benchmark that cannot be set up has nothing to measure")]
+
 mod common;
 
 use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use feeler_benches::machines::{FORCE_LOOP, REFERENCES, chain};
+use feeler_benches::machines::{BOUNCING, FORCE_LOOP, REFERENCES, chain, load};
 use feeler_benches::peak::Peak;
 use feeler_engine::{Program, Simulation};
 use feeler_lti::expm;
 use feeler_lti::spectral::{Estimator, WelchSettings, cross_spectra};
-use feeler_scenarios::format::Document;
 use nalgebra::DMatrix;
 
-/// From text to a checked scenario.
-fn parse(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("format/parse");
-    for (name, text) in REFERENCES.iter().map(|r| (r.name, r.text)).chain([("force_loop", FORCE_LOOP)]) {
-        group.throughput(Throughput::Bytes(text.len() as u64));
+/// From files to a checked scenario, reading included: M2 builds on M1's file, and M4 on M2's.
+fn load_files(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("format/load");
+    for (name, path) in REFERENCES.iter().map(|r| (r.name, r.path)).chain([("force_loop", FORCE_LOOP)]) {
         group.bench_function(name, |bench| {
             bench.iter(|| {
-                let scenario = Document::parse(black_box(text), "bench.toml").unwrap().scenario;
+                let scenario = load(black_box(path)).unwrap();
                 assert_eq!(scenario.controllers.len(), 1);
                 scenario
             });
@@ -31,9 +31,9 @@ fn parse(criterion: &mut Criterion) {
 /// From a checked scenario to one ready to run, and from there to the first simulated millisecond, which needs the exponentials.
 fn compile(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("engine/compile");
-    let named = REFERENCES.iter().map(|r| (r.name, r.text)).chain([("force_loop", FORCE_LOOP)]);
-    for (name, text) in named {
-        let scenario = Document::parse(text, "bench.toml").unwrap().scenario;
+    let named = REFERENCES.iter().map(|r| (r.name, r.path)).chain([("force_loop", FORCE_LOOP)]);
+    for (name, path) in named {
+        let scenario = load(path).unwrap();
         group.bench_function(format!("{name}/program"), |bench| bench.iter(|| Program::new(black_box(&scenario)).unwrap()));
         let program = Program::new(&scenario).unwrap();
         group.bench_function(format!("{name}/first_millisecond"), |bench| {
@@ -85,7 +85,7 @@ fn chain_matrix(bodies: usize) -> DMatrix<f64> {
 
 /// A run in which events, not samples, set the cost. One element is one located event.
 fn events(criterion: &mut Criterion) {
-    let scenario = Document::parse(include_str!("../machines/bouncing.toml"), "bouncing.toml").unwrap().scenario;
+    let scenario = load(BOUNCING).unwrap();
     let program = Program::new(&scenario).unwrap();
     let count = |simulation: &mut Simulation<f64>| {
         let mut peak = Peak::default();
@@ -150,6 +150,6 @@ fn compile_chains(criterion: &mut Criterion) {
 criterion_group! {
     name = suite;
     config = common::settings();
-    targets = parse, compile, compile_chains, exponential, events, frequency_response
+    targets = load_files, compile, compile_chains, exponential, events, frequency_response
 }
 criterion_main!(suite);

@@ -1,16 +1,17 @@
 //! One variant, or one block of lanes, on one thread. One element of throughput is one simulated millisecond.
 
+#![expect(clippy::unwrap_used, reason = "a benchmark that cannot be set up has nothing to measure")]
+
 mod common;
 
 use std::hint::black_box;
 
 use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime};
 use feeler_benches::hand_written::{Axis, FlexibleAxis, FlexibleCell, Method, Plant, run};
-use feeler_benches::machines::{FORCE_LOOP, REFERENCES, Reference};
+use feeler_benches::machines::{FORCE_LOOP, REFERENCES, Reference, load};
 use feeler_benches::peak::peak_of;
 use feeler_engine::{Integrator, Program, RunEnd, Scenario, Simulation, Unobserved};
 use feeler_lanes::{Lane, Pack};
-use feeler_scenarios::format::Document;
 
 const SAMPLES: usize = 2000;
 const STEP_S: f64 = 1e-4;
@@ -62,7 +63,7 @@ fn recorded(criterion: &mut Criterion) {
 
 /// A force loop with sensor noise, resolution, filter and delay, an approach, friction and late commands, two seconds of it.
 fn force_loop(criterion: &mut Criterion) {
-    let mut scenario = Document::parse(FORCE_LOOP, "force-loop.toml").unwrap().scenario;
+    let mut scenario = load(FORCE_LOOP).unwrap();
     let settled_force = peak_of(&scenario).unwrap().last;
     assert!((settled_force - 30.0).abs() < 2.0, "the loop holds {settled_force} N of 30 N");
     scenario.run.record.clear();

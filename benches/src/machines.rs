@@ -1,6 +1,7 @@
 //! The machines that are run: M1, M2, M4, a whole force loop, and families of growing size.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use feeler_engine::{Integrator, Scenario};
 use feeler_scenarios::format::{Document, FormatError};
@@ -13,7 +14,7 @@ pub struct Reference {
     /// Name in benchmarks.
     pub name: &'static str,
     /// The scenario file.
-    pub text: &'static str,
+    pub path: &'static str,
     /// Largest contact force on a grid of 0.1 ms, N; computed outside this project by event-located integration, checked against DOP853 and Radau.
     pub peak_force_n: f64,
     /// Contact force after two seconds, N, from the same source.
@@ -25,21 +26,21 @@ pub const REFERENCES: [Reference; 3] = [
     Reference {
         short: "M1",
         name: "rigid_contact",
-        text: include_str!("../machines/m1.toml"),
+        path: concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/reference/m1.toml"),
         peak_force_n: 140.269_504_131_704_14,
         force_at_2s_n: 19.999_999_989_441_182,
     },
     Reference {
         short: "M2",
         name: "flexible_contact",
-        text: include_str!("../machines/m2.toml"),
+        path: concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/reference/m2.toml"),
         peak_force_n: 142.273_739_491_869_86,
         force_at_2s_n: 19.999_999_993_076_64,
     },
     Reference {
         short: "M4",
         name: "flexible_cell_contact",
-        text: include_str!("../machines/m4.toml"),
+        path: concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/reference/m4.toml"),
         peak_force_n: 127.472_053_082_160_19,
         force_at_2s_n: 20.301_925_783_869_812,
     },
@@ -49,19 +50,20 @@ impl Reference {
     /// Its scenario with nothing recorded, so that only the machine and its controller are stepped.
     ///
     /// # Errors
-    /// None unless the file in this crate is broken.
+    /// The file is not there, or does not describe a scenario.
     pub fn unrecorded(&self, integrator: Integrator, step_s: f64) -> Result<Scenario, FormatError> {
         let mut scenario = self.recorded(integrator, step_s)?;
         scenario.run.record.clear();
         Ok(scenario)
     }
 
-    /// Its scenario with the contact force recorded every 0.1 ms.
+    /// Its scenario with the contact force, the first signal of the file's record, and nothing else recorded every 0.1 ms.
     ///
     /// # Errors
-    /// None unless the file in this crate is broken.
+    /// The file is not there, or does not describe a scenario.
     pub fn recorded(&self, integrator: Integrator, step_s: f64) -> Result<Scenario, FormatError> {
-        let mut scenario = Document::parse(self.text, self.short)?.scenario;
+        let mut scenario = load(self.path)?;
+        scenario.run.record.truncate(1);
         scenario.run.integrator = integrator;
         scenario.run.step_s = step_s;
         scenario.run.record_rate_hz = Some(1e4);
@@ -70,7 +72,18 @@ impl Reference {
 }
 
 /// A force loop with all that a real one has: sensor noise, resolution, filter and delay, an approach, friction, and late commands.
-pub const FORCE_LOOP: &str = include_str!("../machines/force-loop.toml");
+pub const FORCE_LOOP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/machines/force-loop.toml");
+
+/// A hammer that bounces off an anvil about once per controller sample: a run dense in events.
+pub const BOUNCING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/machines/bouncing.toml");
+
+/// The scenario of a file.
+///
+/// # Errors
+/// The file is not there, or does not describe a scenario.
+pub fn load(path: &str) -> Result<Scenario, FormatError> {
+    Ok(Document::load(Path::new(path))?.scenario)
+}
 
 /// A chain of `bodies` equal masses with a drive on the first; what is measured against the number of bodies.
 ///

@@ -2,11 +2,16 @@
 
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
+/// Characters below which cells are not wrapped to the terminal.
+const LEAST_WIDTH: u16 = 60;
+
 /// A table without lines, numbers of the named columns to the right.
 pub(crate) fn table(header: &[&str], right: &[usize], rows: impl IntoIterator<Item = Vec<String>>) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
-    table.set_content_arrangement(ContentArrangement::Dynamic);
+    // A terminal that says it is a few characters wide is mistaken, or beyond help.
+    let fits = table.width().is_some_and(|width| width >= LEAST_WIDTH);
+    table.set_content_arrangement(if fits { ContentArrangement::Dynamic } else { ContentArrangement::Disabled });
     if !header.is_empty() {
         table.set_header(header.iter().copied());
     }

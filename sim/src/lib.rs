@@ -55,7 +55,8 @@ pub use feeler_plant as plant;
 pub mod prelude {
     pub use feeler_control::{Approach, ControllerSpec, ForceGains, Law, PositionGains, ReferenceSpec};
     pub use feeler_engine::{
-        ControllerUse, EnergyBalance, EngineError, Event, EventKind, Integrator, Observer, Program, RunEnd, RunSettings, Scenario, Simulation, Trace,
+        ControllerUse, EnergyBalance, EngineError, Event, EventKind, Integrator, Observer, Program, RunEnd, RunSettings, Scenario,
+        Simulation, Trace,
     };
     pub use feeler_lanes::{Lane, Pack};
     pub use feeler_plant::description::{

@@ -12,14 +12,35 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("feeler-engine", &["feeler-lanes", "feeler-lti", "feeler-plant", "feeler-control"]),
     ("feeler-analysis", &["feeler-lti", "feeler-plant", "feeler-control", "feeler-engine", "feeler-lanes"]),
     ("feeler-sim", &["feeler-lanes", "feeler-lti", "feeler-plant", "feeler-control", "feeler-engine", "feeler-analysis"]),
-    ("feeler-scenarios", &["feeler-lanes", "feeler-lti", "feeler-plant", "feeler-control", "feeler-engine", "feeler-analysis", "feeler-sim"]),
+    (
+        "feeler-scenarios",
+        &["feeler-lanes", "feeler-lti", "feeler-plant", "feeler-control", "feeler-engine", "feeler-analysis", "feeler-sim"],
+    ),
     (
         "feeler-validation",
-        &["feeler-lanes", "feeler-lti", "feeler-plant", "feeler-control", "feeler-engine", "feeler-analysis", "feeler-sim", "feeler-scenarios"],
+        &[
+            "feeler-lanes",
+            "feeler-lti",
+            "feeler-plant",
+            "feeler-control",
+            "feeler-engine",
+            "feeler-analysis",
+            "feeler-sim",
+            "feeler-scenarios",
+        ],
     ),
     (
         "feeler-diagnosis",
-        &["feeler-lanes", "feeler-lti", "feeler-plant", "feeler-control", "feeler-engine", "feeler-analysis", "feeler-sim", "feeler-scenarios"],
+        &[
+            "feeler-lanes",
+            "feeler-lti",
+            "feeler-plant",
+            "feeler-control",
+            "feeler-engine",
+            "feeler-analysis",
+            "feeler-sim",
+            "feeler-scenarios",
+        ],
     ),
 ];
 

@@ -171,27 +171,28 @@ fn through_event<const S: usize>(plant: &impl Plant<S>, x: &mut [f64; S], pushin
     let mode = if *pushing { Mode::Pushing } else { Mode::Free };
     let (mut a, mut b) = (0.0, h);
     let (mut g_a, mut g_b) = (guard(plant, x, *pushing), guard(plant, &part(plant, x, u, h, mode), *pushing));
-    let mut last = h;
     let mut kept_a = false;
+    if g_a <= 0.0 {
+        b = 0.0;
+    }
     for _ in 0..MOST_LOOKS {
-        if g_a <= 0.0 {
-            b = 0.0;
+        if b - a < INSTANT_S {
             break;
         }
         let s = (a * g_b - b * g_a) / (g_b - g_a);
         let g = guard(plant, &part(plant, x, u, s, mode), *pushing);
-        if g < 0.0 {
-            (b, g_b) = (s, g);
+        let before = if g <= 0.0 { std::mem::replace(&mut b, s) } else { a };
+        if g <= 0.0 {
+            g_b = g;
             g_a *= if kept_a { 0.5 } else { 1.0 };
         } else {
             (a, g_a) = (s, g);
             g_b *= if kept_a { 1.0 } else { 0.5 };
         }
-        kept_a = g < 0.0;
-        if g < 0.0 && (s - last).abs() < INSTANT_S || b - a < INSTANT_S {
+        kept_a = g <= 0.0;
+        if kept_a && before - b < INSTANT_S {
             break;
         }
-        last = s;
     }
     *x = part(plant, x, u, b, mode);
     *pushing = !*pushing;

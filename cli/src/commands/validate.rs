@@ -57,6 +57,8 @@ fn print_convergence(arguments: &Validate) -> anyhow::Result<()> {
     let slopes = std::iter::once("order".to_owned()).chain(found.iter().map(slope)).collect();
     let columns: Vec<usize> = (0..header.len()).collect();
     let lines = table(&header, &columns, rows.chain([slopes]).collect::<Vec<Vec<String>>>());
-    terminal::print(&format!("Relative error of the peak force of an impact against its closed form; order by regression.\n\n{lines}\n\n\
-         The peak is that of the parabola through the three highest samples of a record at the step, which is all that the exact column shows."))
+    terminal::print(&format!(
+        "Relative error of the peak force of an impact against its closed form; order by regression.\n\n{lines}\n\n\
+         The peak is that of the parabola through the three highest samples of a record at the step, which is all that the exact column shows."
+    ))
 }

@@ -2,11 +2,14 @@
 (() => {
   "use strict";
   const page = JSON.parse(document.getElementById("data").textContent);
-  // Okabe and Ito's colours, told apart by all kinds of sight; black and yellow left out, which vanish on dark or light ground.
-  const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
+  // Okabe and Ito's colours, told apart by all kinds of sight, in the order that stands out on light or on dark ground.
+  const ON_LIGHT = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
+  const ON_DARK = ["#56b4e9", "#e69f00", "#009e73", "#cc79a7", "#f0e442", "#d55e00"];
   const HEIGHT = 280, PATH_HEIGHT = 420, PRINT_WIDTH = 680;
   const FONT = "12px system-ui, sans-serif";
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const dark = () => matchMedia("(prefers-color-scheme: dark)").matches && !document.documentElement.classList.contains("print");
+  const palette = (i) => { const colours = dark() ? ON_DARK : ON_LIGHT; return colours[i % colours.length]; };
   const text = () => colour("--text"), soft = () => colour("--soft"), grid = () => colour("--line");
   const short = (value) => value == null ? "" : Number(value.toPrecision(5)).toString();
 
@@ -78,7 +81,7 @@
   };
 
   const curves = (chart) => chart.series.map((series, i) => ({
-    label: series.name + (series.unit ? ` (${series.unit})` : ""), stroke: COLOURS[i % COLOURS.length], width: series.dashed ? 1.5 : 1.3,
+    label: series.name + (series.unit ? ` (${series.unit})` : ""), stroke: palette(i), width: series.dashed ? 1.5 : 1.3,
     dash: series.dashed ? [7, 4] : undefined, points: { show: false }, value: (u, v) => short(v),
   }));
 

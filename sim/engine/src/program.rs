@@ -1,6 +1,6 @@
 //! A scenario made ready: the machine's motion, how its controllers are wired, and what is recorded.
 
-use feeler_control::{ControllerSpec, Reference, SampleClock};
+use feeler_control::{ControllerSpec, Law, Reference, SampleClock};
 use feeler_plant::assembly::{Source, assemble, resolve};
 use feeler_plant::description::{Elements, Machine, Quantity, SignalName};
 use feeler_plant::effects::Change;
@@ -249,7 +249,12 @@ fn wire(
         let message = "damping, impedance, admittance and the approach need a sensor of position or velocity of the driven body";
         problems.push(Problem::new(key("motion"), message, "add one under [sensors] and name it here"));
     }
-    if controller.reads.is_none() && !matches!(controller.spec.law, feeler_control::Law::OpenLoop) {
+    let blind = match &controller.spec.law {
+        Law::OpenLoop => true,
+        Law::Impedance(gains) => gains.force_gain == 0.0 && controller.spec.approach.is_none(),
+        _ => false,
+    };
+    if controller.reads.is_none() && !blind {
         problems.push(Problem::new(key("reads"), "this law needs a sensor", "name one with `reads = \"...\"`"));
     }
     let control = |source| EngineError::Control { name: name.into(), source };

@@ -18,6 +18,8 @@ use crate::unknown;
 const ACCEPT: f64 = 12.0;
 /// Evidence that a further cause must bring, nats: the first may be slightly wrong in ways that a second patches.
 const ACCEPT_FURTHER: f64 = 40.0;
+/// A cause with fewer parameters is preferred to one that brings less than this more, nats: real friction differs a little from every law.
+const PARSIMONY: f64 = 30.0;
 /// Most causes at once.
 const MOST_CAUSES: usize = 3;
 /// Softening of the odds.
@@ -45,6 +47,7 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
     let judge = Judge { dataset, search: &found };
     let mut ranked: Vec<&Scored> = found.singles.iter().filter(|scored| judge.is_finding(scored)).collect();
     ranked.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
+    prefer_simple(&mut ranked, |scored| judge.all(scored));
     let mut attempts: Vec<Scored> = found.singles.clone();
     let mut accepted = found.calibrated.clone();
     let mut rivals: Vec<Scored> = Vec::new();
@@ -68,6 +71,7 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
         let mut further: Vec<Scored> = extensions(&found.task, &accepted, &left, &glimpse);
         further.retain(|scored| judge.is_finding(scored));
         further.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
+        prefer_simple(&mut further, |scored| judge.all(scored));
         attempts.extend(further.iter().cloned());
         let Some(best) = further.first() else { break };
         if judge.check(&accepted, best) < ACCEPT_FURTHER || gain(&accepted, best, &judge.everything()) < ACCEPT_FURTHER {
@@ -77,6 +81,14 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
         rivals = further;
     }
     Ok(judge.answer(&accepted, &rivals, &attempts))
+}
+
+/// Brings the simplest of those nearly as good as the best to the front of a ranking.
+fn prefer_simple<T: std::borrow::Borrow<Scored>>(ranked: &mut [T], evidence: impl Fn(&Scored) -> f64) {
+    let Some(best) = ranked.first().map(|first| evidence(first.borrow())) else { return };
+    let near = ranked.iter().take_while(|scored| best - evidence((*scored).borrow()) < PARSIMONY).count();
+    let simplest = (0..near).min_by_key(|&i| ranked[i].borrow().fitted.theta.len()).unwrap_or(0);
+    ranked[..=simplest].rotate_right(1);
 }
 
 struct Judge<'a> {

@@ -173,7 +173,8 @@ impl Model {
                 Unknown { target: Target::Value(site, what), key, log, unit, prior: None, bounds: (f64::NEG_INFINITY, f64::INFINITY) };
             let centre = unknown.theta(value);
             unknown.prior = Some((centre, sigma / SIGMAS));
-            unknown.bounds = (centre - 2.0 * SIGMAS * sigma, centre + 2.0 * SIGMAS * sigma);
+            // Beyond its tolerance a value is no calibration any more, but an effect to be found.
+            unknown.bounds = (centre - sigma, centre + sigma);
             model.unknowns.push(unknown);
         };
         let moves = |node: usize| assembly.rigid_mass_kg(node).is_finite();

@@ -20,7 +20,7 @@ pub(crate) fn candidates(machine: &Machine) -> Vec<Candidate> {
     let mut found = Vec::new();
     for definition in LIBRARY.iter().copied().filter(|definition| matches!(definition.change, Change::Plant(_))) {
         for site in sites(machine) {
-            let Some(host) = host_kind(&assembly, site) else { continue };
+            let host = host_kind(&assembly, site);
             if definition.hosts.contains(&host)
                 && makes_sense(machine, &assembly, definition, site, host)
                 && applies(machine, definition, site)
@@ -43,7 +43,7 @@ fn sites(machine: &Machine) -> Vec<Site> {
     tables.into_iter().flat_map(|(table, n)| (0..n).map(move |index| Site { table, index })).collect()
 }
 
-fn host_kind(assembly: &Assembly, site: Site) -> Option<HostKind> {
+fn host_kind(assembly: &Assembly, site: Site) -> HostKind {
     let host = match site.table {
         Table::Bodies => Host::Body(site.index + 1),
         Table::Springs => Host::Spring(site.index),
@@ -51,7 +51,7 @@ fn host_kind(assembly: &Assembly, site: Site) -> Option<HostKind> {
         Table::Actuators => Host::Actuator(site.index),
         Table::Sensors => Host::Sensor(site.index),
     };
-    Some(assembly.host_kind(host))
+    assembly.host_kind(host)
 }
 
 /// Whether the machine with the effect can be assembled.

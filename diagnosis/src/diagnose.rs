@@ -168,10 +168,8 @@ impl Judge<'_> {
         for (rival, &p) in rivals.iter().zip(&odds) {
             let Some(last) = rival.causes.len().checked_sub(1).filter(|_| !same(rival, accepted)) else { continue };
             let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            if best - self.all(rival) < LOOK_ALIKE && look_alikes.len() < 2 {
-                if let Some(mine) = accepted.causes.last() {
-                    look_alikes.push([mine.definition.kind, rival.causes[last].definition.kind]);
-                }
+            if let Some(mine) = accepted.causes.last().filter(|_| best - self.all(rival) < LOOK_ALIKE && look_alikes.len() < 2) {
+                look_alikes.push([mine.definition.kind, rival.causes[last].definition.kind]);
             }
             if sum < CREDIBLE && p > 0.005 {
                 sum += p;
@@ -179,7 +177,7 @@ impl Judge<'_> {
             }
         }
         self.credit(accepted, &refit, &after, &mut effects);
-        let verdict = self.verdict(accepted, adequate, own);
+        let verdict = verdict(accepted, adequate, own);
         let places = self.places(accepted, &effects, verdict);
         let mut tried: Vec<Attempt> = attempts
             .iter()
@@ -219,15 +217,6 @@ impl Judge<'_> {
         }
         answer.places = found.into_iter().collect();
         answer
-    }
-
-    fn verdict(&self, accepted: &Scored, adequate: bool, own: f64) -> Verdict {
-        match (accepted.causes.is_empty(), adequate) {
-            (true, true) => Verdict::NoGap,
-            (_, false) => Verdict::UnknownCause,
-            (false, true) if own < 0.9 => Verdict::Ambiguous,
-            (false, true) => Verdict::Explained,
-        }
     }
 
     fn names(&self, scored: &Scored) -> String {
@@ -322,4 +311,13 @@ impl Judge<'_> {
 fn same(a: &Scored, b: &Scored) -> bool {
     a.causes.len() == b.causes.len()
         && a.causes.iter().zip(&b.causes).all(|(a, b)| a.site == b.site && a.definition.kind == b.definition.kind)
+}
+
+fn verdict(accepted: &Scored, adequate: bool, own: f64) -> Verdict {
+    match (accepted.causes.is_empty(), adequate) {
+        (true, true) => Verdict::NoGap,
+        (_, false) => Verdict::UnknownCause,
+        (false, true) if own < 0.9 => Verdict::Ambiguous,
+        (false, true) => Verdict::Explained,
+    }
 }

@@ -186,8 +186,8 @@ impl Task<'_> {
         for (c, measured) in record.series.iter().enumerate() {
             let sigma = self.weights.sigma[r][c];
             let factor = PIECES / measured.len() as f64;
-            for k in 0..measured.len() {
-                let residual = beyond(measured[k] - base.smooth[c][k], base.dead_zone[c]) / sigma;
+            for (k, &value) in measured.iter().enumerate() {
+                let residual = beyond(value - base.smooth[c][k], base.dead_zone[c]) / sigma;
                 if residual == 0.0 && base.dead_zone[c] > 0.0 {
                     continue;
                 }

@@ -18,7 +18,7 @@ const SIGMAS: f64 = 2.0;
 
 /// Which table an element is in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Table {
+pub(crate) enum Table {
     /// `[bodies.*]`.
     Bodies,
     /// `[springs.*]`.
@@ -33,7 +33,7 @@ pub enum Table {
 
 impl Table {
     /// Its name in files.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Bodies => "bodies",
             Self::Springs => "springs",
@@ -46,7 +46,7 @@ impl Table {
 
 /// An element of a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Site {
+pub(crate) struct Site {
     /// Its table.
     pub table: Table,
     /// Its position there.
@@ -55,7 +55,7 @@ pub struct Site {
 
 impl Site {
     /// `springs.guide`, as in a file.
-    pub fn key(self, machine: &Machine) -> String {
+    pub(crate) fn key(self, machine: &Machine) -> String {
         fn name<T>(elements: &Elements<T>, index: usize) -> String {
             elements.get_index(index).map_or_else(String::new, |(name, _)| name.clone())
         }
@@ -70,7 +70,7 @@ impl Site {
     }
 
     /// The effects that sit under it.
-    pub fn effects(self, machine: &mut Machine) -> Option<&mut Vec<EffectUse>> {
+    pub(crate) fn effects(self, machine: &mut Machine) -> Option<&mut Vec<EffectUse>> {
         let i = self.index;
         Some(match self.table {
             Table::Bodies => &mut machine.bodies.get_index_mut(i)?.1.effects,
@@ -104,8 +104,6 @@ enum Target {
 #[derive(Clone, Debug)]
 pub(crate) struct Unknown {
     target: Target,
-    /// Dotted key, as in a file.
-    pub(crate) key: String,
     log: bool,
     unit: f64,
     /// Where the prior has its centre, and its one sigma in `theta`; none for an effect's parameter.
@@ -138,7 +136,7 @@ impl Unknown {
 
 /// An effect under an element, as tried.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tried {
+pub(crate) struct Tried {
     /// The element.
     pub site: Site,
     /// The effect with the values it starts from.
@@ -170,7 +168,7 @@ impl Model {
                 _ => (true, 1.0, stated.unwrap_or(TOLERANCE)),
             };
             let mut unknown =
-                Unknown { target: Target::Value(site, what), key, log, unit, prior: None, bounds: (f64::NEG_INFINITY, f64::INFINITY) };
+                Unknown { target: Target::Value(site, what), log, unit, prior: None, bounds: (f64::NEG_INFINITY, f64::INFINITY) };
             let centre = unknown.theta(value);
             unknown.prior = Some((centre, sigma / SIGMAS));
             // Beyond its tolerance a value is no calibration any more, but an effect to be found.
@@ -209,9 +207,8 @@ impl Model {
             |(i, parameter): &(usize, &Parameter)| parameter.default.is_none_or(|default| default.to_bits() != values[*i].to_bits());
         for (i, parameter) in definition.parameters.iter().enumerate().filter(is_free) {
             let log = parameter.scale == Scale::Log;
-            let key = format!("{}.effects.{}.{}", site.key(&self.believed), definition.kind, parameter.name);
             let unit = if parameter.typical == 0.0 { values[i].abs() } else { parameter.typical.abs() };
-            let mut unknown = Unknown { target: Target::Effect(index, i), key, log, unit, prior: None, bounds: (0.0, 0.0) };
+            let mut unknown = Unknown { target: Target::Effect(index, i), log, unit, prior: None, bounds: (0.0, 0.0) };
             let floor = if log { unit.abs() * NEXT_TO_NOTHING } else { parameter.bounds.0 };
             unknown.bounds = (unknown.theta(parameter.bounds.0.max(floor)), unknown.theta(parameter.bounds.1));
             model.unknowns.push(unknown);

@@ -205,9 +205,9 @@ impl Moving {
             flow.carry_once(share * span_s, &state.xi, &mut self.probe);
             let f = dot(row, &self.probe);
             if f > 0.0 {
-                (a, fa) = (share, f)
+                (a, fa) = (share, f);
             } else {
-                (b, fb) = (share, f)
+                (b, fb) = (share, f);
             }
             if fa <= fb {
                 break;

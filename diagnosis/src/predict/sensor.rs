@@ -20,7 +20,7 @@ fn at(series: &[f64], row: f64) -> f64 {
     }
     let i = (row.floor() as usize).min(series.len() - 1);
     let s = row - i as f64;
-    let value = |k: isize| series[(i as isize + k).clamp(0, series.len() as isize - 1) as usize];
-    let [a, b, c, d] = [value(-1), value(0), value(1), value(2)];
+    let last = series.len() - 1;
+    let [a, b, c, d] = [i.saturating_sub(1), i, i + 1, i + 2].map(|k| series[k.min(last)]);
     b + 0.5 * s * (c - a + s * (2.0 * a - 5.0 * b + 4.0 * c - d + s * (3.0 * (b - c) + d - a)))
 }

@@ -66,7 +66,7 @@ pub(crate) struct Run {
     /// Set a key of the file, as in controllers.force.kp=0.8; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
-    /// Folder for the results, made if absent [default: out/<name of the scenario>]
+    /// Folder for the results, made if absent [default: out/ and the name of the scenario]
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
     /// Write the trace as CSV too

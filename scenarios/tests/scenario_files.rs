@@ -1,5 +1,7 @@
 //! Every scenario file does what its header says.
 
+#![expect(clippy::unwrap_used, reason = "a file that cannot be read or run fails the test that asks for it")]
+
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,7 @@
 //! Every scenario file does what its header says.
 
 #![expect(clippy::unwrap_used, reason = "a file that cannot be read or run fails the test that asks for it")]
+#![expect(clippy::print_stdout, reason = "a skipped test says so")]
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -8,6 +9,9 @@ use std::path::{Path, PathBuf};
 use feeler_plant::effects::LIBRARY;
 use feeler_scenarios::format::{Document, Setting};
 use feeler_scenarios::run::{Outcome, RunResult, run};
+
+/// Keys of a scenario and what they are set to.
+type Settings<'a> = &'a [(&'a str, f64)];
 
 /// Energy that appears from nowhere, relative to what is exchanged: what the exact integrator promises.
 const LEDGER_TOLERANCE: f64 = 1e-9;
@@ -176,7 +180,7 @@ fn truth_each_file_ends_as_its_header_claims() {
 #[test]
 fn truth_what_cures_each_trouble_does() {
     use Outcome::{BouncesThenSettles, Chatter, Settled, Unstable};
-    let cases: [(&str, &[(&str, f64)], Outcome); 8] = [
+    let cases: [(&str, Settings<'_>, Outcome); 8] = [
         ("chatter/sustained", &[("controllers.force.kp", 0.6)], BouncesThenSettles),
         ("chatter/unstable", &[("controllers.force.delay", 0.0)], Settled),
         ("chatter/stiction", &[("springs.guide.effects.stribeck-friction.static", 10.0)], Settled),

@@ -45,7 +45,7 @@ def simulate(machine, method, rtol):
 
 for name, machine in MACHINES.items():
     for method, rtol in (("RK45", 1e-6), ("DOP853", 1e-8), ("DOP853", 1e-11)):
-        begin = time.perf_counter()
+        begin = time.thread_time()
         peak = simulate(machine, method, rtol)
-        wall = (time.perf_counter() - begin) / SIMULATED_S
+        wall = (time.thread_time() - begin) / SIMULATED_S
         row("SciPy solve_ivp", f"{method} with events, rtol {rtol:g}", name, None, wall, peak)

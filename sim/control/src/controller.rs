@@ -46,7 +46,7 @@ struct LawState<L> {
 #[derive(Clone)]
 struct Config<L: Lane> {
     law: LawConfig<L>,
-    low_pass: Section<L>,
+    low_pass: Option<Section<L>>,
     motion: MotionConfig<L>,
     approach: ApproachConfig<L>,
     /// Zero in lanes with a continuous output; none if all are.
@@ -99,12 +99,11 @@ impl<L: Lane> Controller<L> {
         let period_s = per_lane[0].period_s;
         let config = Config {
             law: LawConfig::new(per_lane, period_s),
-            low_pass: Section::from_lanes(|i| match per_lane[i].reading_low_pass {
-                Some(filter) => match filter.damping_ratio {
+            low_pass: Section::of_lanes(|i| {
+                per_lane[i].reading_low_pass.map(|filter| match filter.damping_ratio {
                     Some(zeta) => Section::low_pass_second(filter.cutoff_hz, zeta, period_s),
                     None => Section::low_pass_first(filter.cutoff_hz, period_s),
-                },
-                None => Section::IDENTITY,
+                })
             }),
             motion: MotionConfig::new(period_s, L::from_fn(|i| per_lane[i].velocity_filter_s)),
             approach: ApproachConfig::new(|i| per_lane[i].approach),
@@ -123,11 +122,14 @@ impl<L: Lane> Controller<L> {
     #[inline(always)]
     pub fn sample(&mut self, t_s: f64, inputs: &Inputs<L>, reference: L) -> L {
         let Self { config, state } = self;
-        if !state.started {
-            state.low_pass = config.low_pass.settled(inputs.reading);
-            state.started = true;
+        let mut y = inputs.reading;
+        if let Some(low_pass) = &config.low_pass {
+            if !state.started {
+                state.low_pass = low_pass.settled(y);
+            }
+            y = low_pass.update(&mut state.low_pass, y);
         }
-        let y = config.low_pass.update(&mut state.low_pass, inputs.reading);
+        state.started = true;
         let motion = if matches!(config.law, LawConfig::Position(_)) && !inputs.motion_is_velocity { y } else { inputs.motion };
         let (x, v) = config.motion.update(&mut state.motion, motion, inputs.motion_is_velocity);
         let phase = config.approach.update(&mut state.approach, L::splat(t_s), y, x, v);

@@ -66,6 +66,11 @@ impl Section<f64> {
 }
 
 impl<L: Lane> Section<L> {
+    /// The section `of(i)` in lane `i`; none where every lane passes its input unchanged.
+    pub(crate) fn of_lanes(of: impl Fn(usize) -> Option<Section<f64>>) -> Option<Self> {
+        (0..L::WIDTH).any(|i| of(i).is_some()).then(|| Self::from_lanes(|i| of(i).unwrap_or(Section::IDENTITY)))
+    }
+
     /// The section `of(i)` in lane `i`.
     pub fn from_lanes(of: impl Fn(usize) -> Section<f64>) -> Self {
         Self {

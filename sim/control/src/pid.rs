@@ -22,7 +22,8 @@ pub(crate) struct PidConfig<L: Lane> {
     damping: L,
     derivative_pole: L,
     derivative_gain: L,
-    lead: Section<L>,
+    /// None where no lane has one.
+    lead: Option<Section<L>>,
     /// Lanes whose integrator stops at the limit.
     conditional: L::Mask,
     /// Share of the excess taken back per sample, `T / T_t`; zero where the integrator is not driven back.
@@ -60,10 +61,7 @@ impl<L: Lane> PidConfig<L> {
             damping: L::from_fn(|i| gains(i).damping),
             derivative_pole: tau / (tau + period),
             derivative_gain: L::splat(1.0) / (tau + period),
-            lead: Section::from_lanes(|i| match gains(i).lead {
-                Some(lead) => Section::lead(lead.zero_hz, lead.pole_hz, period_s),
-                None => Section::IDENTITY,
-            }),
+            lead: Section::of_lanes(|i| gains(i).lead.map(|lead| Section::lead(lead.zero_hz, lead.pole_hz, period_s))),
             conditional: L::Mask::from_fn(|i| gains(i).anti_windup == AntiWindup::Conditional),
             tracking: L::from_fn(|i| match gains(i).anti_windup {
                 // Without an integral gain there is nothing to drive back.
@@ -77,9 +75,11 @@ impl<L: Lane> PidConfig<L> {
     #[inline(always)]
     pub(crate) fn update(&self, state: &mut PidState<L>, r: L, y: L, v: L, limit: L, fresh: L::Mask) -> L {
         let zero = L::zero();
-        let raw_error = r - y;
-        state.lead = SectionState::select(fresh, self.lead.settled(raw_error), state.lead);
-        let e = self.lead.update(&mut state.lead, raw_error);
+        let mut e = r - y;
+        if let Some(lead) = &self.lead {
+            state.lead = SectionState::select(fresh, lead.settled(e), state.lead);
+            e = lead.update(&mut state.lead, e);
+        }
         let last_error = L::select(fresh, e, state.error);
         let last_integral = L::select(fresh, zero, state.integral);
         let last_derivative = L::select(fresh, zero, state.derivative);

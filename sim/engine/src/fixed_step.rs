@@ -2,21 +2,23 @@
 //!
 //! They are here to be compared with and for those who must reproduce another tool's steps. A step ends early at a controller's sample or a command's
 //! arrival, so these are placed exactly; within a step the mode does not change, which makes both methods first order through an impact.
+//! In linear modes a step is one product (see [`crate::step_map`]); nonlinear ones go through the stages one by one.
 
 use feeler_lanes::{Lane, LaneMask, dispatch};
 
 use crate::error::{EngineError, RunEnd};
+use crate::formation::Formation;
 use crate::lane::LaneCore;
 use crate::scenario::Integrator;
 use crate::simulation::{put_lane, take_lane};
+use crate::step_map::StepMap;
 
 /// Switches in one lane at the end of one step; more means that modes ask for each other.
 const MOST_SWITCHES: usize = 16;
-/// A remainder of a step below this share of it is rounding.
+/// A remainder of a step below this share of it is rounding, and lengths of steps that differ by less are one.
 const SLIVER: f64 = 1e-9;
-
-/// A row of the derivative or of a guard: its entries that are not zero in every lane.
-type Sparse<L> = Vec<(usize, L)>;
+/// Lengths of steps whose maps are kept.
+const MAPS_KEPT: usize = 16;
 
 /// Stepper of all lanes.
 #[derive(Debug)]
@@ -25,210 +27,195 @@ pub(crate) struct FixedStep<L> {
     step_s: f64,
     coordinates: usize,
     states: usize,
-    /// Flow of each lane for which the rows were filled in.
-    filled_for: Vec<usize>,
-    derivative: Vec<Sparse<L>>,
-    guards: Vec<Sparse<L>>,
-    nonlinear: bool,
-    slope: Vec<L>,
-    sum: Vec<L>,
-    probe: Vec<L>,
-    /// States before the step.
-    last: Vec<L>,
+    maps: Vec<StepMap<L>>,
+    product: Vec<L>,
+    /// Work of the staged methods, of one lane: slope, weighted sum of slopes, where the next slope is taken, and the state.
+    slope: Vec<f64>,
+    sum: Vec<f64>,
+    probe: Vec<f64>,
     scratch: Vec<f64>,
 }
 
 impl<L: Lane> FixedStep<L> {
     pub(crate) fn new(method: Integrator, step_s: f64, lanes: &[LaneCore]) -> Self {
         let layout = lanes[0].motion.layout();
-        let width = layout.width();
         Self {
             method,
             step_s,
             coordinates: layout.coordinates(),
             states: layout.states(),
-            filled_for: vec![usize::MAX; L::WIDTH],
-            derivative: Vec::new(),
-            guards: Vec::new(),
-            nonlinear: false,
-            slope: vec![L::zero(); layout.states()],
-            sum: vec![L::zero(); layout.states()],
-            probe: vec![L::zero(); width],
-            last: vec![L::zero(); layout.states()],
+            maps: Vec::new(),
+            product: Vec::new(),
+            slope: vec![0.0; layout.states()],
+            sum: vec![0.0; layout.states()],
+            probe: Vec::new(),
             scratch: Vec::new(),
         }
     }
 
     /// Moves every lane by `span_s` and gives the number of steps.
-    pub(crate) fn run(&mut self, lanes: &mut [LaneCore], xi: &mut [L], t_s: f64, span_s: f64) -> Result<u64, EngineError> {
+    pub(crate) fn run(
+        &mut self,
+        lanes: &mut [LaneCore],
+        formation: &mut Formation<L>,
+        xi: &mut [L],
+        t_s: f64,
+        span_s: f64,
+    ) -> Result<u64, EngineError> {
         let steps = (span_s / self.step_s - SLIVER).ceil().max(1.0) as u64;
-        for k in 0..steps {
-            let start_s = k as f64 * self.step_s;
-            let h = if k + 1 == steps { span_s - start_s } else { self.step_s };
-            self.refresh(lanes);
-            self.last.copy_from_slice(&xi[..self.states]);
-            let before = powers(lanes, xi);
-            match self.method {
-                Integrator::Rk4 => self.rk4(lanes, xi, h),
-                Integrator::SemiImplicitEuler | Integrator::Exact => self.semi_implicit_euler(lanes, xi, h),
+        let last_s = span_s - (steps - 1) as f64 * self.step_s;
+        let whole = if (last_s - self.step_s).abs() <= SLIVER * self.step_s { steps } else { steps - 1 };
+        let mut done = 0;
+        while done < steps {
+            let (h, most) = if done < whole { (self.step_s, whole - done) } else { (last_s, 1) };
+            let step_s = self.step_s;
+            let end_of = |k: u64| t_s + if k == steps { span_s } else { k as f64 * step_s };
+            let index = if lanes[0].ledger.is_none() { self.map(h, lanes) } else { None };
+            // A lane goes by the map or through the stages according to its own mode alone, so that its numbers do not depend on its neighbours.
+            let by_map = if index.is_some() { formation.travelling } else { L::Mask::splat(false) };
+            let most = if formation.all_linear && index.is_some() { most } else { 1 };
+            let (mut taken, mut changed) = (most, false);
+            if let Some(index) = index.filter(|_| by_map.any()) {
+                let map = &mut self.maps[index];
+                map.refresh(self.method, formation.number, lanes);
+                self.product.resize(map.padded_rows().max(self.product.len()), L::zero());
+                let product = &mut self.product;
+                let (crossed, lost);
+                (taken, crossed, lost) = dispatch(
+                    #[inline(always)]
+                    || map.steps(most, by_map, xi, product),
+                );
+                changed = crossed.any() || lost.any();
+                if changed || formation.any_joined {
+                    self.events(lanes, xi, end_of(done + taken), crossed, lost)?;
+                }
             }
-            charge(lanes, xi, &before, h);
-            self.events(lanes, xi, t_s + start_s + h)?;
+            done += taken;
+            if !by_map.all() {
+                changed |= self.stages(lanes, xi, h, end_of(done), by_map)?;
+            }
+            if changed {
+                formation.form(lanes);
+            }
         }
         Ok(steps)
     }
 
-    fn refresh(&mut self, lanes: &[LaneCore]) {
-        if lanes.iter().zip(&self.filled_for).all(|(lane, &filled)| lane.current == filled) {
-            return;
+    /// The map of a step of this length; none once too many lengths have been seen.
+    fn map(&mut self, step_s: f64, lanes: &[LaneCore]) -> Option<usize> {
+        let known = self.maps.iter().position(|map| (map.step_s - step_s).abs() <= SLIVER * self.step_s);
+        if known.is_none() && self.maps.len() < MAPS_KEPT {
+            self.maps.push(StepMap::new(step_s, lanes));
+            return Some(self.maps.len() - 1);
         }
-        for (filled, lane) in self.filled_for.iter_mut().zip(lanes) {
-            *filled = lane.current;
-        }
-        self.nonlinear = lanes.iter().any(|lane| !lane.flow().linear);
-        let width = self.probe.len();
-        let row = |of: &dyn Fn(&LaneCore) -> Option<Vec<f64>>| -> Sparse<L> {
-            let rows: Vec<_> = lanes.iter().map(of).collect();
-            let entry = |j: usize| L::from_fn(|l| rows[l].as_ref().map_or(0.0, |row| row[j]));
-            (0..width).map(|j| (j, entry(j))).filter(|(_, entry)| *entry != L::zero()).collect()
-        };
-        self.derivative = (0..self.states).map(|i| row(&|lane| Some(lane.flow().equations.derivative[i].clone()))).collect();
-        let most = lanes.iter().map(|lane| lane.flow().equations.guards.len()).max().unwrap_or(0);
-        self.guards = (0..most).map(|i| row(&|lane| lane.flow().equations.guards.get(i).map(|guard| guard.row.clone()))).collect();
+        known
     }
 
-    fn fill_terms(&mut self, lanes: &[LaneCore], xi: &mut [L]) {
-        if !self.nonlinear {
-            return;
-        }
-        for (l, lane) in lanes.iter().enumerate().filter(|(_, lane)| !lane.flow().linear) {
+    /// One step of every lane but those of `by_map` through the stages of the method. Gives whether a lane has changed its mode or ended.
+    fn stages(&mut self, lanes: &mut [LaneCore], xi: &mut [L], h: f64, t_s: f64, by_map: L::Mask) -> Result<bool, EngineError> {
+        let mut changed = false;
+        for (l, lane) in lanes.iter_mut().enumerate().filter(|(l, lane)| !by_map.test(*l) && !lane.has_ended()) {
+            let mode = lane.current;
             take_lane(xi, l, &mut self.scratch);
-            crate::extrapolation::fill_terms(&lane.motion, lane.flow(), &mut self.scratch);
-            put_lane(xi, l, &self.scratch);
+            let mut state = std::mem::take(&mut self.scratch);
+            let before = powers(lane, &state);
+            match self.method {
+                Integrator::Rk4 => self.rk4(lane, &mut state, h),
+                Integrator::SemiImplicitEuler | Integrator::Exact => self.semi_implicit_euler(lane, &mut state, h),
+            }
+            crate::extrapolation::fill_terms(&lane.motion, lane.flow(), &mut state);
+            charge(lane, &state, &before, h);
+            let size: f64 = state[..self.states].iter().map(|x| x.abs()).sum();
+            if size < LaneCore::BOUND {
+                switch_all(lane, &mut state, t_s)?;
+                put_lane(xi, l, &state);
+            } else {
+                lane.end = RunEnd::Diverged { t_s };
+            }
+            self.scratch = state;
+            changed |= lane.current != mode || lane.has_ended();
         }
+        Ok(changed)
     }
 
-    fn semi_implicit_euler(&mut self, lanes: &[LaneCore], xi: &mut [L], h: f64) {
-        self.fill_terms(lanes, xi);
+    fn semi_implicit_euler(&mut self, lane: &LaneCore, xi: &mut [f64], h: f64) {
         let n = self.coordinates;
-        let h = L::splat(h);
-        dispatch(
-            #[inline(always)]
-            || {
-                for (slope, row) in self.slope[n..].iter_mut().zip(&self.derivative[n..]) {
-                    *slope = product(row, xi);
-                }
-                for (x, &slope) in xi[n..self.states].iter_mut().zip(&self.slope[n..]) {
-                    *x = h.mul_add(slope, *x);
-                }
-                for g in 0..n {
-                    xi[g] = h.mul_add(xi[n + g], xi[g]);
-                }
-            },
-        );
+        crate::extrapolation::fill_terms(&lane.motion, lane.flow(), xi);
+        slopes(lane, xi, &mut self.slope);
+        for (x, &slope) in xi[n..self.states].iter_mut().zip(&self.slope[n..]) {
+            *x += h * slope;
+        }
+        for g in 0..n {
+            xi[g] += h * xi[n + g];
+        }
     }
 
     /// The classical method: slopes at the start, twice in the middle, at the end, weighted 1, 2, 2, 1.
-    fn rk4(&mut self, lanes: &[LaneCore], xi: &mut [L], h: f64) {
-        self.probe.copy_from_slice(xi);
-        for (stage, (reach, weight)) in [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)].into_iter().enumerate() {
-            let mut probe = std::mem::take(&mut self.probe);
-            self.fill_terms(lanes, &mut probe);
-            self.probe = probe;
-            let (reach, weight) = (L::splat(reach * h), L::splat(weight));
-            dispatch(
-                #[inline(always)]
-                || {
-                    for (slope, row) in self.slope.iter_mut().zip(&self.derivative) {
-                        *slope = product(row, &self.probe);
-                    }
-                    let states = self.slope.iter().zip(&mut self.sum).zip(&mut self.probe).zip(xi.iter());
-                    for (((&slope, sum), probe), &x) in states {
-                        *sum = if stage == 0 { slope } else { weight.mul_add(slope, *sum) };
-                        *probe = reach.mul_add(slope, x);
-                    }
-                },
-            );
+    fn rk4(&mut self, lane: &LaneCore, xi: &mut [f64], h: f64) {
+        self.probe.clear();
+        self.probe.extend_from_slice(xi);
+        self.sum.fill(0.0);
+        for (reach, weight) in [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)] {
+            crate::extrapolation::fill_terms(&lane.motion, lane.flow(), &mut self.probe);
+            slopes(lane, &self.probe, &mut self.slope);
+            for i in 0..self.states {
+                self.sum[i] += weight * self.slope[i];
+                self.probe[i] = xi[i] + reach * h * self.slope[i];
+            }
         }
-        let sixth = L::splat(h / 6.0);
         for (x, &sum) in xi[..self.states].iter_mut().zip(&self.sum) {
-            *x = sixth.mul_add(sum, *x);
+            *x += h / 6.0 * sum;
         }
     }
 
-    /// Switches every lane whose guards ask for it, and ends those that have diverged.
-    fn events(&mut self, lanes: &mut [LaneCore], xi: &mut [L], t_s: f64) -> Result<(), EngineError> {
-        self.fill_terms(lanes, xi);
-        let mut crossed = L::Mask::splat(false);
-        let mut size = L::zero();
-        dispatch(
-            #[inline(always)]
-            || {
-                for row in &self.guards {
-                    crossed = crossed | product(row, xi).lt(L::zero());
-                }
-                for x in &xi[..self.states] {
-                    size += x.abs();
-                }
-            },
-        );
-        let fine = size.lt(L::splat(LaneCore::BOUND));
+    /// Switches the lanes whose guards ask for it, and ends those that have left all bounds.
+    fn events(&mut self, lanes: &mut [LaneCore], xi: &mut [L], t_s: f64, crossed: L::Mask, lost: L::Mask) -> Result<(), EngineError> {
         for (l, lane) in lanes.iter_mut().enumerate() {
-            if !fine.test(l) && !lane.has_ended() {
+            if lost.test(l) {
                 lane.end = RunEnd::Diverged { t_s };
+            } else if crossed.test(l) || (lane.joins_bodies() && !lane.has_ended()) {
+                take_lane(xi, l, &mut self.scratch);
+                switch_all(lane, &mut self.scratch, t_s)?;
+                put_lane(xi, l, &self.scratch);
             }
-            if lane.has_ended() {
-                // It stays at its last state within bounds.
-                for (x, last) in xi.iter_mut().zip(&self.last) {
-                    x.set_lane(l, last.lane(l));
-                }
-            }
-            if lane.has_ended() || (!crossed.test(l) && lane.flow().equations.stuck.is_empty()) {
-                continue;
-            }
-            take_lane(xi, l, &mut self.scratch);
-            for _ in 0..MOST_SWITCHES {
-                let violated = lane.flow().equations.guards.iter().position(|guard| crate::lane::dot(&guard.row, &self.scratch) < 0.0);
-                let Some(guard) = violated else { break };
-                lane.stop_exactly(guard, &mut self.scratch);
-                lane.switch(guard, &mut self.scratch, t_s)?;
-            }
-            lane.join(&mut self.scratch);
-            put_lane(xi, l, &self.scratch);
         }
         Ok(())
     }
 }
 
-/// Powers of all meters of all lanes, where the ledger is kept.
-fn powers<L: Lane>(lanes: &[LaneCore], xi: &[L]) -> Vec<Vec<f64>> {
-    let power = |(l, lane): (usize, &LaneCore)| {
-        let dot = |row: &[f64]| row.iter().zip(xi).map(|(r, x)| r * x.lane(l)).sum::<f64>();
-        lane.flow().ledger.meters.iter().map(|meter| dot(&meter.force) * dot(&meter.speed)).collect()
-    };
-    lanes.iter().enumerate().filter(|(_, lane)| lane.ledger.is_some()).map(power).collect()
+/// Makes every switch that the guards ask for at the end of a step.
+fn switch_all(lane: &mut LaneCore, xi: &mut [f64], t_s: f64) -> Result<(), EngineError> {
+    for _ in 0..MOST_SWITCHES {
+        let violated = lane.flow().equations.guards.iter().position(|guard| crate::lane::dot(&guard.row, xi) < 0.0);
+        let Some(guard) = violated else { break };
+        lane.stop_exactly(guard, xi);
+        lane.switch(guard, xi, t_s)?;
+    }
+    lane.join(xi);
+    Ok(())
+}
+
+fn slopes(lane: &LaneCore, xi: &[f64], slope: &mut [f64]) {
+    for (slope, row) in slope.iter_mut().zip(&lane.flow().equations.derivative) {
+        *slope = crate::lane::dot(row, xi);
+    }
+}
+
+/// Powers of all meters of a lane, where the ledger is kept.
+fn powers(lane: &LaneCore, xi: &[f64]) -> Vec<f64> {
+    if lane.ledger.is_none() {
+        return Vec::new();
+    }
+    let dot = |row: &[f64]| crate::lane::dot(row, xi);
+    lane.flow().ledger.meters.iter().map(|meter| dot(&meter.force) * dot(&meter.speed)).collect()
 }
 
 /// Charges the meters by the trapezoidal rule: of the order of the methods' own errors.
-fn charge<L: Lane>(lanes: &mut [LaneCore], xi: &[L], before: &[Vec<f64>], h: f64) {
-    if before.is_empty() {
-        return;
-    }
-    let after = powers(lanes, xi);
-    for (lane, (before, after)) in lanes.iter_mut().zip(before.iter().zip(&after)) {
-        if let Some(ledger) = &mut lane.ledger {
-            for (sum, (a, b)) in ledger.meters.iter_mut().zip(before.iter().zip(after)) {
-                *sum += 0.5 * h * (a + b);
-            }
+fn charge(lane: &mut LaneCore, xi: &[f64], before: &[f64], h: f64) {
+    let after = powers(lane, xi);
+    if let Some(ledger) = &mut lane.ledger {
+        for (sum, (a, b)) in ledger.meters.iter_mut().zip(before.iter().zip(&after)) {
+            *sum += 0.5 * h * (a + b);
         }
     }
-}
-
-#[inline(always)]
-fn product<L: Lane>(row: &[(usize, L)], xi: &[L]) -> L {
-    let mut sum = L::zero();
-    for &(j, factor) in row {
-        sum = factor.mul_add(xi[j], sum);
-    }
-    sum
 }

@@ -13,10 +13,8 @@ const CHECK_ANGLE: f64 = 1.2;
 /// Largest product of a mode's norm and the span of one Taylor polynomial; with [`crate::taylor`]'s 30 terms its remainder is below 1e-18.
 const TAYLOR_REACH: f64 = 3.0;
 
-/// Guards a switch may have at once.
-pub(crate) const SLOTS_PER_SWITCH: usize = 2;
-/// Rows of a transition per guard slot: value at the end, slope at the start, slope at the end, value at the start.
-pub(crate) const ROWS_PER_SLOT: usize = 4;
+/// Rows of a transition per guard: value at the end, slope at the start, slope at the end, value at the start.
+pub(crate) const ROWS_PER_GUARD: usize = 4;
 
 /// One mode of one machine.
 #[derive(Clone, Debug)]
@@ -35,8 +33,6 @@ pub(crate) struct Flow {
     pub(crate) horizon_s: f64,
     /// Coordinates whose speed is that of another, or zero, because guides stick: each once, and the other is none of them.
     pub(crate) joined: Vec<(usize, Option<usize>)>,
-    /// Guard slot of each guard of the equations.
-    pub(crate) slots: Vec<usize>,
     /// Rows of the wanted signals; `None` for those no row can tell.
     pub(crate) signals: Vec<Option<Row>>,
     /// Energy meters, where the run keeps the ledger.
@@ -56,11 +52,6 @@ impl Flow {
         let balanced = balance(&square).matrix;
         let rate = norm(&balanced).max(f64::MIN_POSITIVE);
         let fastest = eigenvalues(&square)?.iter().map(|lambda| lambda.im.abs()).fold(0.0, f64::max);
-        let mut slots = Vec::new();
-        for (i, guard) in equations.guards.iter().enumerate() {
-            let earlier = equations.guards[..i].iter().filter(|other| other.switch == guard.switch).count();
-            slots.push(SLOTS_PER_SWITCH * guard.switch + earlier);
-        }
         let signals = wanted.iter().map(|&source| motion.signal(&equations, source)).collect();
         let ledger = if energy { motion.ledger(&equations) } else { Ledger::default() };
         Ok(Self {
@@ -73,7 +64,6 @@ impl Flow {
             rate,
             check_s: if fastest > 0.0 { CHECK_ANGLE / fastest } else { f64::INFINITY },
             horizon_s: TAYLOR_REACH / rate,
-            slots,
             signals,
             ledger,
             transitions: Vec::new(),
@@ -96,9 +86,9 @@ impl Flow {
         slope
     }
 
-    /// The rows that carry the extended vector over `span_fs` femtoseconds: the states, then for every guard slot its value at the end, its slopes
-    /// at start and end, and its value at the start. Unused slots read 1.
-    pub(crate) fn transition(&mut self, span_fs: u64, slots: usize) -> Result<&[f64], EngineError> {
+    /// The rows that carry the extended vector over `span_fs` femtoseconds: the states, then for every guard its value at the end, its slopes
+    /// at start and end, and its value at the start.
+    pub(crate) fn transition(&mut self, span_fs: u64) -> Result<&[f64], EngineError> {
         if let Some(i) = self.transitions.iter().position(|(key, _)| *key == span_fs) {
             return Ok(&self.transitions[i].1);
         }
@@ -106,26 +96,17 @@ impl Flow {
         let mut augmented = DMatrix::zeros(n, n);
         augmented.rows_mut(0, self.states).copy_from(&DMatrix::from_row_slice(self.states, n, &self.derivative));
         let exponential = expm(&(augmented * (span_fs as f64 * 1e-15)))?;
-        let mut rows = vec![0.0; (self.states + ROWS_PER_SLOT * slots) * n];
-        for (i, row) in rows.chunks_exact_mut(n).take(self.states).enumerate() {
-            row.iter_mut().zip(exponential.row(i).iter()).for_each(|(r, e)| *r = *e);
+        let mut rows = Vec::with_capacity((self.states + ROWS_PER_GUARD * self.equations.guards.len()) * n);
+        for i in 0..self.states {
+            rows.extend(exponential.row(i).iter());
         }
-        for slot in 0..slots {
-            let base = (self.states + ROWS_PER_SLOT * slot) * n;
-            rows[base + n - 1] = 1.0;
-            rows[base + 3 * n + n - 1] = 1.0;
-        }
-        for (guard, &slot) in self.equations.guards.iter().zip(&self.slots) {
+        for guard in &self.equations.guards {
             let value = &guard.row[..n];
             let slope = self.slope(value);
-            let base = (self.states + ROWS_PER_SLOT * slot) * n;
-            for j in 0..n {
-                let column = exponential.column(j);
-                rows[base + j] = dot(value, column.iter());
-                rows[base + n + j] = slope[j];
-                rows[base + 2 * n + j] = dot(&slope, column.iter());
-                rows[base + 3 * n + j] = value[j];
-            }
+            rows.extend(exponential.column_iter().map(|column| dot(value, column.iter())));
+            rows.extend_from_slice(&slope);
+            rows.extend(exponential.column_iter().map(|column| dot(&slope, column.iter())));
+            rows.extend_from_slice(value);
         }
         self.transitions.push((span_fs, rows));
         Ok(&self.transitions[self.transitions.len() - 1].1)

@@ -4,7 +4,9 @@
 //! Between events a machine is linear with held inputs, so the default integrator carries it by matrix exponentials and locates every event in between
 //! to rounding; modes with laws that are not linear are integrated by extrapolation to the same accuracy (see [`Integrator::Exact`]).
 
+mod blocks;
 mod clock;
+mod control_loop;
 mod crossing;
 mod drive;
 mod error;
@@ -12,6 +14,8 @@ mod event;
 mod extrapolation;
 mod fixed_step;
 mod flow;
+mod formation;
+mod instants;
 mod lane;
 mod ledger;
 mod observer;
@@ -19,9 +23,11 @@ mod program;
 mod scenario;
 mod sensing;
 mod simulation;
+mod step_map;
 mod taps;
 mod taylor;
 mod transition;
+mod travel;
 
 pub use error::{EngineError, RunEnd};
 pub use event::{Event, EventKind};

@@ -6,8 +6,10 @@ use crate::flow::Flow;
 const MOST_TERMS: usize = 31;
 /// Remainder of a polynomial relative to the motion.
 const REMAINDER: f64 = 1e-18;
-/// Parts into which a span is cut in the search for a zero; with the spans that [`Flow`] allows each is below 0.2 rad of the fastest oscillation.
-const PARTS: usize = 8;
+/// Longest part of a span in the search for a zero, over the mode's norm: each part is then below 0.4 rad of the fastest oscillation.
+const PART_REACH: f64 = 0.375;
+/// Parts of the longest span that a [`Flow`] allows.
+const MOST_PARTS: f64 = 8.0;
 /// A guard this close to zero, relative to the terms it is made of, may be the trace of the event that has just happened ...
 const AT_ZERO: f64 = 1e-12;
 /// ... and so may one that was at zero this short a time ago, s: ten thousand times the rounding of an event's instant.
@@ -19,6 +21,8 @@ pub(crate) struct Series {
     coefficients: Vec<f64>,
     terms: usize,
     states: usize,
+    /// Norm of the mode, 1/s.
+    rate: f64,
 }
 
 impl Series {
@@ -26,9 +30,9 @@ impl Series {
     pub(crate) fn expand(&mut self, flow: &Flow, xi: &[f64], span_s: f64) {
         let n = flow.states;
         self.states = n;
+        self.rate = flow.rate;
         let expected = terms(flow.rate * span_s);
         self.terms = MOST_TERMS;
-        self.coefficients.clear();
         self.coefficients.resize(n * MOST_TERMS, 0.0);
         self.coefficients[..n].copy_from_slice(&xi[..n]);
         for k in 1..MOST_TERMS {
@@ -78,7 +82,7 @@ impl Series {
     /// The polynomial of a linear functional of states and held inputs.
     pub(crate) fn functional(&self, row: &[f64], xi: &[f64], width: usize) -> Polynomial {
         let n = self.states;
-        let mut polynomial = Polynomial { c: [0.0; MOST_TERMS], terms: self.terms, size: 0.0 };
+        let mut polynomial = Polynomial { c: [0.0; MOST_TERMS], terms: self.terms, size: 0.0, rate: self.rate };
         for (k, c) in polynomial.c[..self.terms].iter_mut().enumerate() {
             *c = row[..n].iter().zip(&self.coefficients[k * n..]).map(|(r, x)| r * x).sum();
         }
@@ -109,6 +113,8 @@ pub(crate) struct Polynomial {
     terms: usize,
     /// Sum of the sizes of the parts the value at zero is made of.
     size: f64,
+    /// Norm of the mode, 1/s.
+    rate: f64,
 }
 
 impl Polynomial {
@@ -136,8 +142,12 @@ impl Polynomial {
                 return Some(0.0);
             }
         }
-        for part in 1..=PARTS {
-            let right = span * part as f64 / PARTS as f64;
+        if self.stays_positive(start, span) {
+            return None;
+        }
+        let parts = (self.rate * span / PART_REACH).ceil().clamp(1.0, MOST_PARTS);
+        for part in 1..=parts as usize {
+            let right = span * part as f64 / parts;
             if right <= left {
                 continue;
             }
@@ -152,6 +162,11 @@ impl Polynomial {
         None
     }
 
+    /// Whether the value is so far from zero that no sum of its terms reaches it: the most frequent case, told without a search.
+    fn stays_positive(&self, start: f64, span: f64) -> bool {
+        self.c[1..self.terms].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * span) < start
+    }
+
     /// From a start at zero: the first looked-at instant with a positive value, a negative number if the value falls at once,
     /// `None` if it stays at zero.
     fn leave_zero(&self, span: f64) -> Option<f64> {
@@ -164,7 +179,7 @@ impl Polynomial {
                 if term < 0.0 {
                     return Some(-1.0);
                 }
-                let mut s = span / PARTS as f64;
+                let mut s = span / MOST_PARTS;
                 for _ in 0..200 {
                     if self.at(s) > 0.0 {
                         return Some(s);
@@ -228,7 +243,7 @@ mod tests {
     fn polynomial(c: &[f64]) -> Polynomial {
         let mut all = [0.0; MOST_TERMS];
         all[..c.len()].copy_from_slice(c);
-        Polynomial { c: all, terms: c.len(), size: 1.0 }
+        Polynomial { c: all, terms: c.len(), size: 1.0, rate: 3.0 }
     }
 
     #[test]

@@ -13,6 +13,8 @@ use crate::error::{LtiError, require_finite, require_shape};
 const SCALED_NORM: f64 = 0.5;
 /// Term at which the Taylor series ends in any case: 0.5^40 / 40! is 1e-60.
 const MAX_TERMS: usize = 40;
+/// Largest matrix that is multiplied by plain loops.
+const LARGEST_PLAIN: usize = 24;
 
 /// exp(A) of a square matrix.
 ///
@@ -34,8 +36,10 @@ pub fn expm(a: &DMatrix<f64>) -> Result<DMatrix<f64>, LtiError> {
     let norm = one_norm(&balanced.matrix);
     let squarings = if norm > SCALED_NORM { (norm / SCALED_NORM).log2().ceil() as i32 } else { 0 };
     let mut e = taylor(&(balanced.matrix * 2_f64.powi(-squarings)));
+    let mut square = e.clone();
     for _ in 0..squarings {
-        e = &e * &e;
+        multiply(&e, &e, &mut square);
+        std::mem::swap(&mut e, &mut square);
     }
     let scale = balanced.scale;
     for j in 0..e.ncols() {
@@ -54,29 +58,51 @@ fn one_norm(m: &DMatrix<f64>) -> f64 {
 /// in a chain of integrators the corner of the matrix appears only then.
 fn taylor(a: &DMatrix<f64>) -> DMatrix<f64> {
     let n = a.nrows();
-    let mut terms = Vec::with_capacity(MAX_TERMS);
-    let mut sum_of_norms = DMatrix::<f64>::identity(n, n);
-    let mut term = DMatrix::<f64>::identity(n, n);
+    let mut terms = vec![DMatrix::<f64>::identity(n, n)];
+    let mut sum_of_sizes = DMatrix::<f64>::identity(n, n);
     for k in 1..=MAX_TERMS.max(n) {
-        term = (&term * a) / k as f64;
-        let negligible = term.iter().zip(sum_of_norms.iter()).all(|(t, s)| t.abs() <= 0.125 * f64::EPSILON * s);
+        let mut term = DMatrix::zeros(n, n);
+        multiply(&terms[k - 1], a, &mut term);
+        term /= k as f64;
+        let negligible = term.iter().zip(sum_of_sizes.iter()).all(|(t, s)| t.abs() <= 0.125 * f64::EPSILON * s);
         if negligible && k >= n {
             break;
         }
-        for (s, t) in sum_of_norms.iter_mut().zip(term.iter()) {
+        for (s, t) in sum_of_sizes.iter_mut().zip(term.iter()) {
             *s += t.abs();
         }
-        terms.push(term.clone());
+        terms.push(term);
     }
     // Smallest first: the rounding of the sum is then that of its last addition.
     let mut sum = DMatrix::zeros(n, n);
-    for term in terms.iter().rev() {
+    for term in terms[1..].iter().rev() {
         sum += term;
     }
     for i in 0..n {
         sum[(i, i)] += 1.0;
     }
     sum
+}
+
+/// `out = a b` of square matrices. Small ones are not worth the packing of a general product.
+fn multiply(a: &DMatrix<f64>, b: &DMatrix<f64>, out: &mut DMatrix<f64>) {
+    let n = a.nrows();
+    if n > LARGEST_PLAIN {
+        a.mul_to(b, out);
+        return;
+    }
+    let a = a.as_slice();
+    for (column, factors) in out.as_mut_slice().chunks_exact_mut(n).zip(b.as_slice().chunks_exact(n)) {
+        column.fill(0.0);
+        for (a, &factor) in a.chunks_exact(n).zip(factors) {
+            // Zeros are frequent: speeds are states of their own, and inputs are held.
+            if factor != 0.0 {
+                for (sum, a) in column.iter_mut().zip(a) {
+                    *sum += a * factor;
+                }
+            }
+        }
+    }
 }
 
 /// exp(A t) and the two integrals with which inputs enter over a time t.

@@ -158,9 +158,9 @@ impl<L: Lane> FixedStep<L> {
         for (reach, weight) in [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)] {
             crate::extrapolation::fill_terms(&lane.motion, lane.flow(), &mut self.probe);
             slopes(lane, &self.probe, &mut self.slope);
-            for i in 0..self.states {
-                self.sum[i] += weight * self.slope[i];
-                self.probe[i] = xi[i] + reach * h * self.slope[i];
+            for ((&slope, sum), (probe, &x)) in self.slope.iter().zip(&mut self.sum).zip(self.probe.iter_mut().zip(xi.iter())) {
+                *sum += weight * slope;
+                *probe = x + reach * h * slope;
             }
         }
         for (x, &sum) in xi[..self.states].iter_mut().zip(&self.sum) {

@@ -13,7 +13,6 @@ pub(crate) struct Formation<L: Lane> {
     pub(crate) travelling: L::Mask,
     pub(crate) all_linear: bool,
     pub(crate) all_ended: bool,
-    pub(crate) any_ended: bool,
     /// Whether guides stick bodies to each other in some lane, whose speeds are then kept equal to the bit.
     pub(crate) any_joined: bool,
 }
@@ -32,7 +31,6 @@ impl<L: Lane> Formation<L> {
         self.travelling = L::Mask::from_fn(|l| lanes[l].flow().linear && !lanes[l].has_ended());
         self.all_linear = lanes.iter().all(|lane| lane.flow().linear);
         self.all_ended = lanes.iter().all(LaneCore::has_ended);
-        self.any_ended = lanes.iter().any(LaneCore::has_ended);
         self.any_joined = lanes.iter().any(LaneCore::joins_bodies);
     }
 }

@@ -1,6 +1,6 @@
 //! What happens at an instant: delayed readings are taken, controllers sample, commands arrive, signals are recorded. In this order.
 
-use feeler_lanes::Lane;
+use feeler_lanes::{Lane, LaneMask};
 use feeler_plant::description::Engagement;
 use feeler_plant::motion::{Switch, SwitchState};
 
@@ -198,7 +198,7 @@ impl<L: Lane> Simulation<L> {
                 _ => {}
             }
         }
-        if self.formation.any_ended {
+        if !self.formation.travelling.all() {
             for (l, _) in self.lanes.iter().enumerate().filter(|(_, lane)| lane.has_ended()) {
                 self.record.iter_mut().for_each(|value| value.set_lane(l, f64::NAN));
             }

@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use feeler_engine::Integrator;
 use feeler_plant::effects::LIBRARY;
 use feeler_scenarios::format::TEMPLATES;
+use feeler_scenarios::sweep::Shard;
 
 /// Simulate robot force control, and see why it chatters.
 #[derive(Debug, Parser)]
@@ -30,6 +31,10 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Run a scenario: print a summary, write trace, summary and report
     Run(Run),
+    /// Run a scenario in many variants, over the axes of a sweep file
+    Sweep(Sweep),
+    /// Put the shards of a sweep together
+    Merge(Merge),
     /// Check machine, scenario, sweep and dataset files without running them
     Check(Check),
     /// Say what linear theory predicts for a scenario: poles, zeros, modes, stable gains, margins, what limits it
@@ -81,6 +86,41 @@ pub(crate) struct Run {
     /// Integrator, in place of the file's
     #[arg(long, value_name = "NAME", value_parser = integrators())]
     pub(crate) integrator: Option<String>,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  \
+    feeler sweep map.toml                          results in out/<name of the sweep>\n  \
+    feeler sweep map.toml --threads 8 --out first\n  \
+    feeler sweep map.toml --shard 3/16             one part of sixteen; then: feeler merge out/map\n\n\
+    Writes into the output folder: sweep.parquet (one row per variant), report.html, map.svg and map.png. Killed at\n\
+    any instant and started again with the same command it goes on where it was, and ends with the same bytes.")]
+pub(crate) struct Sweep {
+    /// Sweep file (TOML)
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// Folder for the results, made if absent [default: out/ and the name of the sweep]
+    #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
+    /// Threads [default: one per processor]; results do not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    /// Run only part K of N, K from 1 on; all parts together are the sweep
+    #[arg(long, value_name = "K/N")]
+    pub(crate) shard: Option<Shard>,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  \
+    feeler merge out/map                           all shards wrote into one folder\n  \
+    feeler merge a b c --out map                   each into its own")]
+pub(crate) struct Merge {
+    /// Folders that hold the shards
+    #[arg(required = true, value_hint = ValueHint::DirPath)]
+    pub(crate) folders: Vec<PathBuf>,
+    /// Folder for the results [default: the first of the folders]
+    #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
 }
 
 #[derive(Args, Debug)]

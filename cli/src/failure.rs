@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use feeler_scenarios::format::FormatError;
 use feeler_scenarios::run::RunError;
+use feeler_scenarios::sweep::SweepError;
 
 use crate::terminal;
 
@@ -81,6 +82,8 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
         (bad.to_string(), BAD_INPUT)
     } else if let Some(mistakes) = error.downcast_ref::<FormatError>() {
         (mistakes.report(terminal::has_colours()), BAD_INPUT)
+    } else if let Some(sweep) = error.downcast_ref::<SweepError>() {
+        of_sweep(sweep)
     } else {
         match error.downcast_ref::<RunError>() {
             Some(RunError::Engine(engine)) => (format!("error: this scenario cannot be run\n{engine}"), BAD_INPUT),
@@ -90,4 +93,19 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
     };
     terminal::complain(&text);
     ExitCode::from(code)
+}
+
+fn of_sweep(error: &SweepError) -> (String, u8) {
+    let with = |remedy: &str| (BadInput { message: error.to_string(), remedy: remedy.into() }.to_string(), BAD_INPUT);
+    match error {
+        SweepError::Format(mistakes) => (mistakes.report(terminal::has_colours()), BAD_INPUT),
+        SweepError::Io { path, source } => (BadInput::unwritable(path, source).to_string(), BAD_INPUT),
+        SweepError::OtherSweep { .. } => with("name another folder with --out, or remove this one"),
+        SweepError::NoSweep { .. } => with("name the folder that `feeler sweep --out` was given"),
+        SweepError::Incomplete { .. } => with("run the shards that have not ended, or name their folders too"),
+        SweepError::RefineShard => with("run it on one machine, or remove [refine]"),
+        SweepError::TooManyAxes { .. } => with("use `sampling = \"latin-hypercube\"`"),
+        SweepError::Parquet { .. } | SweepError::Column { .. } => with("remove the file; what is missing is run again"),
+        _ => (format!("error: {error}"), INTERNAL),
+    }
 }

@@ -40,6 +40,8 @@ fn main() -> ExitCode {
 fn dispatch(arguments: &Arguments) -> anyhow::Result<()> {
     match &arguments.command {
         Command::Run(run) => commands::run::run(run),
+        Command::Sweep(sweep) => commands::sweep::run(sweep),
+        Command::Merge(merge) => commands::merge::run(merge),
         Command::Check(check) => commands::check::run(check),
         Command::Analyze(analyze) => commands::analyze::run(analyze),
         Command::Validate(validate) => commands::validate::run(validate),

@@ -1,9 +1,13 @@
 //! A progress bar with an estimate, for whatever takes longer than a second.
 
 use std::io::{self, IsTerminal};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::numbers::{plain, with_unit};
+use crate::terminal;
 
 /// Work shorter than this shows no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -38,6 +42,61 @@ impl Progress {
             bar.finish_and_clear();
         }
     }
+}
+
+/// Lines of a log, where standard error is no terminal, come this far apart.
+const LOG_EVERY: Duration = Duration::from_secs(30);
+
+/// Shows how far many runs have come, with their rate and an estimate: a bar on a terminal, a line now and then in a log. Told by any thread.
+pub(crate) struct Rate {
+    label: String,
+    started: Instant,
+    shown: Mutex<Shown>,
+}
+
+struct Shown {
+    bar: Option<ProgressBar>,
+    logged: Instant,
+}
+
+impl Rate {
+    pub(crate) fn new(label: impl Into<String>) -> Self {
+        let now = Instant::now();
+        Self { label: label.into(), started: now, shown: Mutex::new(Shown { bar: None, logged: now }) }
+    }
+
+    /// Notes that `done` runs were done, `found` were there before, and how many there are in all.
+    pub(crate) fn at(&self, done: u64, found: u64, total: u64) {
+        let elapsed = self.started.elapsed();
+        // Whoever finds it locked leaves the news to the next.
+        let Ok(mut shown) = self.shown.try_lock() else { return };
+        if done == 0 || elapsed < PATIENCE {
+            return;
+        }
+        let rate = done as f64 / elapsed.as_secs_f64();
+        let left_s = total.saturating_sub(done + found) as f64 / rate;
+        let text = format!("{} of {total}, {} per second, {} left", done + found, plain(rate), with_unit(left_s.round(), "s"));
+        if io::stderr().is_terminal() {
+            let bar = shown.bar.get_or_insert_with(|| bar(&self.label, elapsed).with_style(rate_style()));
+            bar.set_length(total);
+            bar.set_position(done + found);
+            bar.set_message(format!("{}: {text}", self.label));
+        } else if shown.logged.elapsed() >= LOG_EVERY {
+            shown.logged = Instant::now();
+            terminal::complain(&format!("{}: {text}", self.label));
+        }
+    }
+
+    /// Takes the bar away.
+    pub(crate) fn done(self) {
+        if let Ok(Shown { bar: Some(bar), .. }) = self.shown.into_inner() {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn rate_style() -> ProgressStyle {
+    ProgressStyle::with_template("[{bar:30}] {msg}").unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 
 fn bar(label: &str, elapsed: Duration) -> ProgressBar {

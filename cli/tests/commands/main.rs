@@ -8,3 +8,5 @@ mod check;
 mod print;
 #[cfg(test)]
 mod run;
+#[cfg(test)]
+mod sweep;

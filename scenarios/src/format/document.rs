@@ -59,6 +59,11 @@ impl Document {
         &self.draft.sources.0[self.draft.main].text
     }
 
+    /// The texts of the file and of those that it builds on, in the order in which they are read.
+    pub fn texts(&self) -> impl Iterator<Item = &str> {
+        self.draft.sources.0.iter().map(|source| &*source.text)
+    }
+
     /// The file with its overrides, to set further keys.
     pub fn draft(&self) -> &Draft {
         &self.draft

@@ -41,10 +41,11 @@ mod write;
 
 pub use dataset::{Column, DatasetFile, Experiment, Role};
 pub use document::{Document, Place};
+pub(crate) use draft::read_text;
 pub use draft::{Draft, Setting};
 pub use problem::{FormatError, Located};
 pub use reference::reference_markdown;
 pub use schema::{dataset_schema, schema, sweep_schema};
-pub use sweep::{Axis, Keep, Sampling, SweepFile};
+pub use sweep::{Axis, Keep, Refine, Sampling, SweepFile};
 pub use templates::{TEMPLATES, Template, template};
 pub use write::{machine_to_toml, to_toml};

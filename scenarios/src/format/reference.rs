@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use feeler_plant::effects::LIBRARY;
 
-use super::keys::{AXIS, COLUMN, DATASET, ELEMENTS, EXPERIMENT, KEEP, REFERENCE, RUN, SWEEP, TOLERANCE_TEXT, TOP};
+use super::keys::{AXIS, COLUMN, DATASET, ELEMENTS, EXPERIMENT, KEEP, REFERENCE, REFINE, RUN, SWEEP, TOLERANCE_TEXT, TOP};
 use super::shape::{Absent, Bound, Key, Kind, Shape, Unit, Word};
 
 /// The reference as Markdown; `docs/format.md` is this text.
@@ -22,6 +22,13 @@ pub fn reference_markdown() -> String {
     section(&mut text, 2, "Sweep", "A scenario, `[axes]` over its keys, and what to `[keep]` of each run.", &SWEEP);
     section(&mut text, 3, "`[axes]`", "`\"key.path\" = [...]` lists values; tables make them.", &AXIS);
     section(&mut text, 3, "`[keep]`", "What is kept of each run.", &KEEP);
+    section(
+        &mut text,
+        3,
+        "`[refine]`",
+        "Where this table stands, a grid of one or two axes is made finer along boundaries, and only there.",
+        &REFINE,
+    );
     section(&mut text, 2, "Dataset", "What was measured on the real machine: `dataset.toml` in a folder of CSV files.", &DATASET);
     section(&mut text, 3, "`[columns.NAME]`", "A column of the CSV files, by its header.", &COLUMN);
     section(&mut text, 3, "`[[experiments]]`", "One for each CSV file.", &EXPERIMENT);

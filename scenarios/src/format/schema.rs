@@ -4,7 +4,7 @@ use feeler_plant::effects::{Definition, HostKind, LIBRARY, Parameter};
 use serde_json::{Map, Value, json};
 
 use super::build::bound_of;
-use super::keys::{AXIS, COLUMN, DATASET, EFFECTS, ELEMENTS, EXPERIMENT, KEEP, RUN, SWEEP, TOLERANCE, TOLERANCE_TEXT, TOP};
+use super::keys::{AXIS, COLUMN, DATASET, EFFECTS, ELEMENTS, EXPERIMENT, KEEP, REFINE, RUN, SWEEP, TOLERANCE, TOLERANCE_TEXT, TOP};
 use super::shape::{Absent, Bound, Element, Key, Kind, Shape, Unit, Variant, Word};
 
 const DIALECT: &str = "https://json-schema.org/draft/2020-12/schema";
@@ -40,6 +40,7 @@ pub fn sweep_schema() -> Value {
         json!({ "description": "key paths, in quotes, and their values", "type": "object", "additionalProperties": axis }),
     );
     properties.insert("keep".into(), described(of_shape(&KEEP, &Map::new()), "what is kept of each run"));
+    properties.insert("refine".into(), described(of_shape(&REFINE, &Map::new()), "makes a grid finer along boundaries"));
     let required = required(SWEEP.keys).into_iter().chain(["axes"]).collect::<Vec<_>>();
     json!({
         "$schema": DIALECT, "title": "feeler sweep", "type": "object",

@@ -6,7 +6,7 @@ use indexmap::IndexMap;
 
 use super::document::Document;
 use super::draft::{Draft, Setting, parse_toml, read_text};
-use super::keys::{AXIS, KEEP, SWEEP};
+use super::keys::{AXIS, KEEP, REFINE, SWEEP};
 use super::problem::{FormatError, Located, Problems};
 use super::read::{Fields, Reader, Scope, join};
 use super::source::{Origin, Sources};
@@ -14,6 +14,9 @@ use super::tree::{Entry, Node, Table, Value};
 
 /// Most runs of a sweep; more is refused with the arithmetic.
 const MOST_RUNS: f64 = 1e8;
+
+/// Impacts and strobes that a bifurcation diagram shows of each run unless the file says otherwise.
+const TAIL_OF_ONE_AXIS: usize = 64;
 
 /// A sweep file that has been checked.
 #[derive(Clone, Debug)]
@@ -34,6 +37,17 @@ pub struct SweepFile {
     pub seed: u64,
     /// What is kept of each run.
     pub keep: Keep,
+    /// Whether a grid is made finer along boundaries.
+    pub refine: Option<Refine>,
+}
+
+/// How a grid of one or two axes is made finer where neighbours differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refine {
+    /// How often the spacing is halved.
+    pub levels: u32,
+    /// What changes across a boundary: the outcome itself, or only whether the force settles.
+    pub by_outcome: bool,
 }
 
 /// Values that an axis takes, in SI.
@@ -130,6 +144,8 @@ pub struct Keep {
     pub outcome: bool,
     /// The recorded signals.
     pub traces: bool,
+    /// How many of the last impacts and strobes.
+    pub tail: usize,
 }
 
 impl SweepFile {
@@ -151,12 +167,13 @@ impl SweepFile {
         let mut problems = Problems::default();
         let top = Origin::default();
         let mut reader = Reader { problems: &mut problems, scope: Scope::new(false) };
-        let fields = reader.fields(&SWEEP, &["axes", "keep"], &root, &top, "");
-        let keep = match root.get("keep").map(|entry| &entry.node) {
+        let fields = reader.fields(&SWEEP, &["axes", "keep", "refine"], &root, &top, "");
+        let mut table = |name: &str, shape| match root.get(name).map(|entry| &entry.node) {
             None => Fields::default(),
-            Some(Node { value: Value::Table(table), origin }) => reader.fields(&KEEP, &[], table, origin, "keep"),
-            Some(node) => refuse(&mut reader, node, "keep"),
+            Some(Node { value: Value::Table(table), origin }) => reader.fields(shape, &[], table, origin, name),
+            Some(node) => refuse(&mut reader, node, name),
         };
+        let (keep, refine) = (table("keep", &KEEP), table("refine", &REFINE));
         let axes = read_axes(&mut reader, &root, &top);
         let scenario = sources.0[0].directory.join(fields.text("scenario").unwrap_or_default());
         let drawn = axes.values().any(|axis| axis.count().is_none());
@@ -188,6 +205,22 @@ impl SweepFile {
         if sampling != Sampling::Grid && !root.contains_key("samples") {
             problems.add(place("sampling"), "samples", "`samples` is missing", "add `samples = 1000`: how many points to draw");
         }
+        let refine = root.contains_key("refine").then(|| Refine {
+            levels: refine.count("levels").map_or(1, |levels| levels as u32),
+            by_outcome: refine.text("by") == Some("outcome"),
+        });
+        let divides = |axis: &Axis| matches!(axis, Axis::Linear { points, .. } | Axis::Log { points, .. } if *points >= 2);
+        if refine.is_some() && (axes.len() > 2 || sampling != Sampling::Grid || !axes.values().all(divides)) {
+            problems.add(
+                place("refine"),
+                "refine",
+                "only a grid of one or two axes, each `linear` or `log` with 2 points or more, can be refined",
+                "remove [refine], or the other axes",
+            );
+        }
+        if refine.is_some() && keep.get("outcome").is_some() && !keep.flag("outcome") {
+            problems.add(place("keep"), "keep.outcome", "[refine] follows the outcome, which is not kept", "keep it, or remove [refine]");
+        }
         let runs: f64 = axes.values().filter_map(Axis::count).map(|count| count as f64).product();
         if sampling == Sampling::Grid && runs > MOST_RUNS {
             let counts: Vec<String> = axes.values().filter_map(Axis::count).map(|count| count.to_string()).collect();
@@ -200,6 +233,7 @@ impl SweepFile {
         if !problems.is_empty() {
             return Err(problems.into_error(sources));
         }
+        let tail = keep.count("tail").map_or(if axes.len() == 1 { TAIL_OF_ONE_AXIS } else { 0 }, |tail| tail as usize);
         let samples = if sampling == Sampling::Grid { runs as u64 } else { fields.count("samples").unwrap_or(1) };
         Ok(Self {
             name: fields.text("name").unwrap_or_default().into(),
@@ -209,7 +243,8 @@ impl SweepFile {
             sampling,
             samples,
             seed: fields.count("seed").unwrap_or(1),
-            keep: Keep { outcome: keep.get("outcome").is_none() || keep.flag("outcome"), traces: keep.flag("traces") },
+            keep: Keep { outcome: keep.get("outcome").is_none() || keep.flag("outcome"), traces: keep.flag("traces"), tail },
+            refine,
         })
     }
 }

@@ -35,7 +35,7 @@ pub struct ContactRun {
     pub engagement: Engagement,
     /// When it pushed, to the accuracy of the events.
     pub intervals: Vec<Interval>,
-    /// The largest force on the record in each of these, N.
+    /// The largest force in each of these, N: of the record, and between its rows by a parabola.
     pub interval_peaks_n: Vec<f64>,
     /// Instants of touch-down, s.
     pub touches_s: Vec<f64>,
@@ -86,7 +86,8 @@ fn contact(index: usize, name: &str, assembly: &Assembly, record: &Trace, end_s:
     let intervals = intervals(closed_at_start, &touches_s, &lifts_s, end_s);
     let peak_within = |interval: &Interval| {
         let row = |t_s: f64| record.t_s.partition_point(|&t| t < t_s);
-        force_n[row(interval.start_s)..row(interval.end_s)].iter().fold(0.0, |peak: f64, &f| peak.max(f))
+        let rows = row(interval.start_s)..row(interval.end_s);
+        peak(&record.t_s[rows.clone()], &force_n[rows]).1
     };
     ContactRun {
         name: name.to_owned(),

@@ -39,6 +39,7 @@ mod contact;
 mod energy;
 mod error;
 mod force_loop;
+mod measure;
 mod outcome;
 mod record;
 mod saturation;
@@ -48,14 +49,17 @@ mod trace_file;
 
 use std::time::Instant;
 
-use feeler_engine::{Observer, Program, RunEnd, RunSettings, Scenario, Simulation, Trace};
+use feeler_engine::{EnergyBalance, Observer, Program, RunEnd, RunSettings, Scenario, Simulation, Trace};
+use feeler_lanes::Lane;
 use feeler_lti::spectral::{AmplitudeSpectrum, Window, amplitude_spectrum};
+use feeler_plant::assembly::Assembly;
 
 pub use chatter::Oscillation;
 pub use contact::{ContactRun, Interval};
 pub use energy::{EnergyItem, EnergyTable};
 pub use error::RunError;
 pub use force_loop::ForceLoop;
+pub use measure::{Candidate, LANES, MOST_EXTENSION, Measured, measure};
 pub use outcome::{Outcome, Undecided, Verdict};
 pub use settling::Response;
 pub use summary::{ContactSummary, EventRecord, Summary};
@@ -134,31 +138,61 @@ pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<Ru
     advance(&mut simulation, &mut record, scenario.run.duration_s, recording.rate_hz, progress)?;
     record::drop_undefined_rows(&mut record);
     let trace = recording.wanted(&record);
-    let force_loop = ForceLoop::find(scenario);
-    let contacts = contact::contacts(scenario, &assembly, &record, end_s(&simulation));
-    let limits = Limits::of(scenario, &assembly, &record);
-    let finished = Finished {
-        scenario,
-        assembly: &assembly,
-        record: &record,
-        contacts: &contacts,
-        force_loop: force_loop.as_ref(),
-        limits: &limits,
-        end: simulation.end(0),
-        end_s: end_s(&simulation),
-        steps: simulation.steps(),
-        energy: simulation.energy(0).unwrap_or_default(),
-    };
-    let mut summary = finished.summary();
+    let ended = Ended::of(&simulation, 0);
+    let judged = Judged::new(scenario, &assembly, &record, ended, simulation.energy(0).unwrap_or_default());
+    let Judged { contacts, force_loop, limits, mut summary } = judged;
     summary.wall_s = started.elapsed().as_secs_f64();
     Ok(RunResult { trace, record, contacts, force_loop, saturated: limits.saturated, summary })
 }
 
-/// How far the motion came, s.
-fn end_s(simulation: &Simulation<f64>) -> f64 {
-    match simulation.end(0) {
-        RunEnd::Diverged { t_s } | RunEnd::EventStorm { t_s } => t_s,
-        _ => simulation.time_s(),
+/// How a run ended.
+#[derive(Clone, Copy, Debug)]
+struct Ended {
+    end: RunEnd,
+    /// How far the motion came, s.
+    end_s: f64,
+    steps: u64,
+}
+
+impl Ended {
+    fn of<L: Lane>(simulation: &Simulation<L>, lane: usize) -> Self {
+        let end = simulation.end(lane);
+        let end_s = match end {
+            RunEnd::Diverged { t_s } | RunEnd::EventStorm { t_s } => t_s,
+            _ => simulation.time_s(),
+        };
+        Self { end, end_s, steps: simulation.steps() }
+    }
+}
+
+/// A record with what it tells.
+#[derive(Clone, Debug)]
+struct Judged {
+    contacts: Vec<ContactRun>,
+    force_loop: Option<ForceLoop>,
+    limits: Limits,
+    summary: Summary,
+}
+
+impl Judged {
+    fn new(scenario: &Scenario, assembly: &Assembly, record: &Trace, ended: Ended, energy: EnergyBalance) -> Self {
+        let force_loop = ForceLoop::find(scenario);
+        let contacts = contact::contacts(scenario, assembly, record, ended.end_s);
+        let limits = Limits::of(scenario, assembly, record);
+        let finished = Finished {
+            scenario,
+            assembly,
+            record,
+            contacts: &contacts,
+            force_loop: force_loop.as_ref(),
+            limits: &limits,
+            end: ended.end,
+            end_s: ended.end_s,
+            steps: ended.steps,
+            energy,
+        };
+        let summary = finished.summary();
+        Self { contacts, force_loop, limits, summary }
     }
 }
 

@@ -14,13 +14,17 @@
 //! | limit-cycle | the force oscillates and does not decay, and a drive or controller is at its limit for over 1 % of the tail |
 //! | hunting | the same, no limit is reached, and a guide sticks or breaks loose at least twice |
 //! | oscillates | the same with neither |
-//! | undecided | none of these: oscillation or bouncing that decays but has not ended, or a tail too short to judge |
+//! | undecided | none of these: oscillation or bouncing that decays but has not ended, that creeps up or down (by more than 1.05 from part to part), or a tail too short to judge |
+//!
+//! A longer run decides most of what a short one leaves undecided: [`super::measure`] extends the run until it is.
 
 use feeler_engine::RunEnd;
 use serde::{Serialize, Serializer};
 
 /// Growth from one part of the tail to the next that counts as such.
 const GROWS: f64 = 1.5;
+/// Growth (or decay) from one part of the tail to the next that is more than the fluctuation of a steady oscillation, and less than what decides.
+const CREEPS: f64 = 1.05;
 /// The last part's amplitude over the first part's, below which the oscillation dies out.
 const LASTS: f64 = 0.7;
 /// Share of the tail at a limit that makes an oscillation one of saturation.
@@ -80,6 +84,11 @@ impl Outcome {
         Self::ALL.iter().find(|(outcome, _)| *outcome == self).map_or("", |(_, name)| name)
     }
 
+    /// Whether the force comes to rest, or follows a reference that moves.
+    pub fn is_stable(self) -> bool {
+        matches!(self, Self::Settled | Self::BouncesThenSettles | Self::Driven)
+    }
+
     /// Whether the force oscillates to the end.
     pub fn is_sustained(self) -> bool {
         matches!(self, Self::Chatter | Self::LimitCycle | Self::Hunting | Self::Oscillates)
@@ -103,8 +112,28 @@ pub enum Undecided {
     StillDecaying,
     /// The tool leaves the workpiece too seldom to tell.
     TooFewBounces,
+    /// The oscillation grows, and where to does not show yet.
+    StillGrowing,
     /// The run stopped: more events than can be followed at one instant.
     EventStorm,
+}
+
+impl Undecided {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::TooShort => "too-short",
+            Self::StillDecaying => "still-decaying",
+            Self::TooFewBounces => "too-few-bounces",
+            Self::StillGrowing => "still-growing",
+            Self::EventStorm => "event-storm",
+        }
+    }
+
+    /// Whether a longer run may tell.
+    pub fn may_be_decided(self) -> bool {
+        self != Self::EventStorm
+    }
 }
 
 /// An outcome and what it was judged from.
@@ -197,8 +226,11 @@ impl Evidence<'_> {
         if lifts.0 > 0 {
             return unsure(Undecided::TooFewBounces);
         }
-        if !lasts {
+        if !lasts || (a2 > CREEPS * a3 && a1 > CREEPS * a2) {
             return unsure(Undecided::StillDecaying);
+        }
+        if a3 > CREEPS * a2 && a2 > CREEPS * a1 {
+            return Verdict { growth_per_s: Some(growth_per_s).filter(|rate| rate.is_finite()), ..unsure(Undecided::StillGrowing) };
         }
         if super::saturation::share(&self.saturated[first..]) > SATURATES {
             return say(Outcome::LimitCycle);
@@ -284,6 +316,16 @@ mod tests {
         assert!((verdict.growth_per_s.unwrap() - 3.0).abs() < 0.2, "{verdict:?}");
         let diverged = verdict_of(grows, |e| e.end = RunEnd::Diverged { t_s: 2.0 });
         assert_eq!(diverged.outcome, Outcome::Unstable);
+    }
+
+    #[test]
+    fn truth_slow_growth_and_slow_decay_are_left_to_a_longer_run() {
+        // Per part of 0.3 s: exp(0.3) = 1.35.
+        let creeps = verdict_of(|t| 20.0 + 2.0 * t.exp() * (TAU * 60.0 * t).cos(), |_| {});
+        assert_eq!((creeps.outcome, creeps.undecided), (Outcome::Undecided, Some(Undecided::StillGrowing)));
+        assert!((creeps.growth_per_s.unwrap() - 1.0).abs() < 0.1, "{creeps:?}");
+        let decays = verdict_of(|t| 20.0 + 5.0 * (-0.3 * t).exp() * (TAU * 60.0 * t).cos(), |_| {});
+        assert_eq!((decays.outcome, decays.undecided), (Outcome::Undecided, Some(Undecided::StillDecaying)));
     }
 
     #[test]

@@ -12,7 +12,7 @@ pub(crate) use dataset::{COLUMN, DATASET, EXPERIMENT};
 pub(crate) use machine::{ACTUATORS, BODIES, CONTACTS, ENGAGEMENTS, SENSORS, SPRINGS};
 pub(crate) use references::REFERENCE;
 pub(crate) use run::RUN;
-pub(crate) use sweep::{AXIS, KEEP, SWEEP};
+pub(crate) use sweep::{AXIS, KEEP, REFINE, SWEEP};
 
 use super::shape::{Absent, Element, Key, Kind, Word, optional, word};
 

@@ -74,7 +74,34 @@ pub(crate) static KEEP: Shape = Shape {
             absent: Absent::Flag(true),
             text: "settled, chatter, unstable or no-contact, with its measures",
         },
+        optional(
+            "tail",
+            Kind::Count(0, 1000),
+            "how many of the last impacts and strobes of each run, for bifurcation diagrams; where absent, 64 with one axis and none with more",
+        ),
         Key { name: "traces", kind: Kind::Flag, absent: Absent::Flag(false), text: "the recorded signals of every run" },
+    ],
+    choice: None,
+};
+
+/// `[refine]`
+pub(crate) static REFINE: Shape = Shape {
+    keys: &[
+        Key {
+            name: "levels",
+            kind: Kind::Count(1, 12),
+            absent: Absent::Count(4),
+            text: "how often the spacing of the grid is halved along boundaries",
+        },
+        Key {
+            name: "by",
+            kind: Kind::Word(&[
+                word("stability", "whether the force settles"),
+                word("outcome", "the outcome itself, so that chatter and limit cycles part too"),
+            ]),
+            absent: Absent::Word("stability"),
+            text: "what changes across a boundary",
+        },
     ],
     choice: None,
 };

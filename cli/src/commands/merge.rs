@@ -1,0 +1,14 @@
+//! `feeler merge`.
+
+use feeler_scenarios::sweep::{Table, merge};
+
+use crate::arguments::Merge;
+use crate::numbers::count;
+use crate::terminal;
+
+pub(crate) fn run(arguments: &Merge) -> anyhow::Result<()> {
+    let out = arguments.out.as_ref().or(arguments.folders.first()).cloned().unwrap_or_default();
+    let path = merge(&arguments.folders, &out)?;
+    let rows = Table::read(&path)?.rows;
+    terminal::print(&format!("{} in {}", count(rows, "variant", "variants"), path.display()))
+}

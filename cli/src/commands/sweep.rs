@@ -1,0 +1,84 @@
+//! `feeler sweep`.
+
+use std::path::Path;
+use std::time::Instant;
+
+use feeler_scenarios::sweep::{self, Options, SweepResult, Table};
+
+use crate::arguments::Sweep;
+use crate::numbers::{count, plain, with_unit};
+use crate::progress::Rate;
+use crate::table::table;
+use crate::terminal;
+
+/// Results go under this folder unless another is named.
+const RESULTS: &str = "out";
+
+pub(crate) fn run(arguments: &Sweep) -> anyhow::Result<()> {
+    let sweep = sweep::Sweep::load(&arguments.file)?;
+    let folder = arguments.out.clone().unwrap_or_else(|| Path::new(RESULTS).join(name(&sweep, &arguments.file)));
+    let rate = Rate::new(name(&sweep, &arguments.file));
+    let options = Options { threads: arguments.threads.map(usize::from), shard: arguments.shard };
+    let started = Instant::now();
+    let result = sweep.run(&folder, options, &|at| rate.at(at.done, at.found, at.total))?;
+    rate.done();
+    let wall_s = started.elapsed().as_secs_f64();
+    let Some(path) = &result.table else {
+        let shard = arguments.shard.map_or_else(String::new, |shard| format!(" of shard {shard}"));
+        return terminal::print(&format!(
+            "{}{shard} done in {}\nwhen the other shards are done: feeler merge {}",
+            count(result.progress.total as usize, "variant", "variants"),
+            with_unit(wall_s, "s"),
+            folder.display()
+        ));
+    };
+    let results = Table::read(path)?;
+    terminal::print(&format!("{}\n\n{}\n\nwrote\n  {}", told(&sweep, &result, wall_s), outcomes(&results), path.display()))
+}
+
+/// The name of a sweep: its own, or its file's.
+pub(crate) fn name(sweep: &sweep::Sweep, file: &Path) -> String {
+    let safe = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+    let own = if sweep.file.name.is_empty() { file.file_stem().unwrap_or_default().to_string_lossy() } else { (&*sweep.file.name).into() };
+    let name: String = own.chars().map(safe).collect();
+    let name = name.trim_matches('.');
+    if name.is_empty() { "sweep".into() } else { name.into() }
+}
+
+fn told(sweep: &sweep::Sweep, result: &SweepResult, wall_s: f64) -> String {
+    let progress = result.progress;
+    let variants = count(progress.total as usize, "variant", "variants");
+    let text = match (progress.done, progress.found) {
+        (0, _) => format!("{variants}, all found from an earlier call"),
+        (done, 0) => format!("{variants} in {}: {} per second", with_unit(wall_s, "s"), plain(done as f64 / wall_s)),
+        (done, found) => {
+            let rate = plain(done as f64 / wall_s);
+            format!("{variants}: {found} found from an earlier call, {done} run in {} ({rate} per second)", with_unit(wall_s, "s"))
+        }
+    };
+    if let Some(grid) = sweep.runs_of_the_grid() {
+        let share = plain(100.0 * progress.total as f64 / grid as f64);
+        let adaptive = format!("refined along boundaries in {} passes; a grid as fine takes {grid} runs", result.passes);
+        return format!("{text}\n{adaptive}, so this is {share} % of it");
+    }
+    text
+}
+
+/// How many variants ended how.
+fn outcomes(results: &Table) -> String {
+    let mut counts: Vec<(String, usize)> = Vec::new();
+    let outcomes = results.texts("outcome").unwrap_or_default();
+    let errors = results.texts("error").unwrap_or_default();
+    let named = (0..results.rows).map(|row| {
+        let failed = errors.get(row).is_some_and(Option::is_some);
+        if failed { "error" } else { outcomes.get(row).and_then(Option::as_deref).unwrap_or("done") }
+    });
+    for outcome in named {
+        match counts.iter_mut().find(|(name, _)| name == outcome) {
+            Some((_, number)) => *number += 1,
+            None => counts.push((outcome.to_owned(), 1)),
+        }
+    }
+    counts.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(&b.0)));
+    table(&[], &[1], counts.into_iter().map(|(name, number)| vec![name, number.to_string()]))
+}

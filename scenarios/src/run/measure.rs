@@ -1,0 +1,210 @@
+//! Measures of many variants: no energy ledger, no more recorded than the measures need, variants of one structure side by side.
+
+use feeler_engine::{EnergyBalance, Event, Integrator, Observer, Program, RunSettings, Scenario, Simulation, Trace};
+use feeler_lanes::{Lane, Pack};
+
+use super::error::RunError;
+use super::record::{self, Recording};
+use super::{Ended, Judged, Summary};
+
+/// Variants that run side by side.
+pub const LANES: usize = 8;
+/// A run that does not tell its outcome is extended by doubling, up to this many times its duration.
+pub const MOST_EXTENSION: f64 = 8.0;
+
+/// A variant made ready to be measured.
+#[derive(Clone, Debug)]
+pub struct Candidate {
+    scenario: Scenario,
+    program: Program,
+}
+
+/// What was measured of a variant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// Figures of the run; without energies, which are not kept.
+    pub summary: Summary,
+    /// Largest forces of the last contacts, N, in order.
+    pub impact_peaks_n: Vec<f64>,
+    /// The contact force once per mean cycle over the tail, N: one value where it repeats every cycle, two where its period has doubled.
+    pub strobe_n: Vec<f64>,
+}
+
+impl Candidate {
+    /// Checks and prepares a scenario.
+    ///
+    /// # Errors
+    /// Every mistake of machine and wiring.
+    pub fn new(scenario: Scenario) -> Result<Self, RunError> {
+        let recording = Recording::lean(&scenario);
+        let run = RunSettings { energy: false, ..recording.settings(&scenario.run) };
+        let scenario = Scenario { run, ..scenario };
+        let program = Program::new(&scenario)?;
+        Ok(Self { scenario, program })
+    }
+
+    /// Whether the two may run side by side.
+    pub fn runs_beside(&self, other: &Self) -> bool {
+        // Fixed steps take their events one variant at a time, so that there is nothing to gain.
+        self.scenario.run.integrator == Integrator::Exact && self.program.difference(&other.program).is_none()
+    }
+
+    /// Measures this variant alone, for as long as it takes to tell its outcome, up to [`MOST_EXTENSION`] times its duration. `tail` bounds how many
+    /// impacts and strobes are kept.
+    ///
+    /// # Errors
+    /// Exponentials that cannot be computed. A motion that diverges is a result.
+    pub fn measure(&self, tail: usize) -> Result<Measured, RunError> {
+        let mut record = Trace::new(self.program.record_names());
+        let mut simulation = Simulation::<f64>::new(vec![self.program.clone()])?;
+        let duration_s = self.scenario.run.duration_s;
+        let mut until_s = duration_s;
+        loop {
+            simulation.run_to(until_s, &mut record)?;
+            record::drop_undefined_rows(&mut record);
+            let measured = self.judge(&record, Ended::of(&simulation, 0), tail);
+            until_s *= 2.0;
+            if !measured.may_be_decided() || until_s > MOST_EXTENSION * duration_s {
+                return Ok(measured);
+            }
+        }
+    }
+
+    fn judge(&self, record: &Trace, ended: Ended, tail: usize) -> Measured {
+        let judged = Judged::new(&self.scenario, self.program.motion().assembly(), record, ended, EnergyBalance::default());
+        let main = judged.summary.main_contact.map(|i| &judged.contacts[i]).filter(|_| tail > 0);
+        let impact_peaks_n = main.map_or_else(Vec::new, |contact| {
+            let peaks = &contact.interval_peaks_n;
+            peaks[peaks.len().saturating_sub(tail)..].to_vec()
+        });
+        let force_n = main.and_then(|contact| record.column(&contact.force_signal()));
+        let strobe_n = force_n.map_or_else(Vec::new, |force_n| strobe(&record.t_s, force_n, &judged.summary, tail));
+        Measured { summary: judged.summary, impact_peaks_n, strobe_n }
+    }
+}
+
+impl Measured {
+    fn may_be_decided(&self) -> bool {
+        self.summary.verdict.undecided.is_some_and(super::Undecided::may_be_decided)
+    }
+}
+
+/// The force once per mean cycle, backwards from the end of the record, in order of time. Where nothing oscillates, the last value.
+fn strobe(t_s: &[f64], force_n: &[f64], summary: &Summary, most: usize) -> Vec<f64> {
+    let Some(&end_s) = t_s.last() else { return Vec::new() };
+    let rate_hz =
+        summary.oscillation.map(|o| if o.impacts_per_s > 0.0 { o.impacts_per_s } else { o.spectral_hz.unwrap_or(o.frequency_hz) });
+    let Some(rate_hz) = rate_hz.filter(|rate| *rate > 0.0) else { return force_n.last().copied().into_iter().collect() };
+    let instants = (0..most).map(|k| end_s - k as f64 / rate_hz).take_while(|t| *t >= summary.verdict.tail_s[0]);
+    let at = |t: f64| {
+        let after = t_s.partition_point(|&row| row < t).clamp(1, t_s.len() - 1);
+        let share = (t - t_s[after - 1]) / (t_s[after] - t_s[after - 1]);
+        force_n[after - 1] + share * (force_n[after] - force_n[after - 1])
+    };
+    let mut values: Vec<f64> = if t_s.len() < 2 { Vec::new() } else { instants.map(at).collect() };
+    values.reverse();
+    values
+}
+
+/// One trace per lane.
+struct Lanes(Vec<Trace>);
+
+impl<L: Lane> Observer<L> for Lanes {
+    fn record(&mut self, t_s: f64, values: &[L]) {
+        for (l, trace) in self.0.iter_mut().enumerate() {
+            trace.t_s.push(t_s);
+            for (column, value) in trace.columns.iter_mut().zip(values) {
+                column.push(value.lane(l));
+            }
+        }
+    }
+
+    fn event(&mut self, lane: usize, event: &Event) {
+        self.0[lane].events.push(*event);
+    }
+}
+
+/// Measures variants, side by side where their structure allows it; each gets the same numbers as alone, to the bit. In the order given.
+pub fn measure(candidates: &[Candidate], tail: usize) -> Vec<Result<Measured, RunError>> {
+    let mut results: Vec<Option<Result<Measured, RunError>>> = candidates.iter().map(|_| None).collect();
+    let mut left: Vec<usize> = (0..candidates.len()).collect();
+    while let Some(&first) = left.first() {
+        let alike = left.iter().copied().filter(|&i| candidates[first].runs_beside(&candidates[i]));
+        let block: Vec<usize> = alike.take(LANES).collect();
+        let block = if block.len() == LANES { block } else { vec![first] };
+        left.retain(|i| !block.contains(i));
+        if block.len() == LANES
+            && let Ok(measured) = side_by_side(&block.iter().map(|&i| &candidates[i]).collect::<Vec<_>>(), tail)
+        {
+            for (&i, measured) in block.iter().zip(measured) {
+                if !measured.may_be_decided() {
+                    results[i] = Some(Ok(measured));
+                }
+            }
+        }
+        // Those that were undecided, and those that a failure of one took down.
+        for &i in &block {
+            results[i].get_or_insert_with(|| candidates[i].measure(tail));
+        }
+    }
+    results.into_iter().flatten().collect()
+}
+
+fn side_by_side(block: &[&Candidate], tail: usize) -> Result<Vec<Measured>, RunError> {
+    let programs: Vec<Program> = block.iter().map(|candidate| candidate.program.clone()).collect();
+    let mut lanes = Lanes(block.iter().map(|candidate| Trace::new(candidate.program.record_names())).collect());
+    let mut simulation = Simulation::<Pack<LANES>>::new(programs)?;
+    simulation.run(&mut lanes)?;
+    let judge = |(l, (candidate, record)): (usize, (&&Candidate, &mut Trace))| {
+        record::drop_undefined_rows(record);
+        // Steps are counted for all lanes together.
+        candidate.judge(record, Ended { steps: 0, ..Ended::of(&simulation, l) }, tail)
+    };
+    Ok(block.iter().zip(&mut lanes.0).enumerate().map(judge).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::format::{Document, Setting};
+    use crate::run::{Outcome, Undecided};
+
+    fn file(name: &str) -> Document {
+        Document::load(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap()
+    }
+
+    /// Lanes that settle, chatter and are undecided at the end of the run, beside one of another structure.
+    #[test]
+    fn prop_variants_side_by_side_have_the_bits_they_have_alone() {
+        let document = file("chatter/sustained.toml");
+        let mut candidates: Vec<Candidate> = (0..9)
+            .map(|i| {
+                let kp = 0.3 + 0.15 * f64::from(i);
+                let settings = [("controllers.force.kp", Setting::Number(kp)), ("run.duration", Setting::Number(1.0))];
+                Candidate::new(document.with(settings).unwrap().scenario).unwrap()
+            })
+            .collect();
+        candidates.insert(3, Candidate::new(file("chatter/stiction.toml").scenario).unwrap());
+        let together = measure(&candidates, 16);
+        let mut sustained = 0;
+        for (candidate, together) in candidates.iter().zip(together) {
+            let (mut alone, together) = (candidate.measure(16).unwrap(), together.unwrap());
+            sustained += usize::from(together.summary.outcome.is_sustained());
+            alone.summary.steps = together.summary.steps;
+            assert_eq!(format!("{alone:?}"), format!("{together:?}"));
+        }
+        assert!((2..10).contains(&sustained), "{sustained}");
+    }
+
+    /// Close to its limit of 0.6067 the loop rings for seconds, and a run of one does not tell.
+    #[test]
+    fn truth_an_undecided_run_is_extended_until_it_is_decided() {
+        let document = file("limits/sampled-delay.toml");
+        let settings = |duration: f64| [("controllers.force.kp", Setting::Number(0.55)), ("run.duration", Setting::Number(duration))];
+        let short = crate::run::run(&document.with(settings(1.0)).unwrap().scenario, &mut |_| {}).unwrap();
+        assert_eq!(short.summary.verdict.undecided, Some(Undecided::StillDecaying));
+        let measured = Candidate::new(document.with(settings(1.0)).unwrap().scenario).unwrap().measure(0).unwrap();
+        assert_eq!(measured.summary.outcome, Outcome::Settled);
+        assert!(measured.summary.simulated_s > 1.0);
+    }
+}

@@ -1,0 +1,77 @@
+//! A sweep over several machines: each takes a part of the chunks, and the parts are put together.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use thiserror::Error;
+
+use super::chunk_ids;
+use super::error::SweepError;
+use super::store::{ChunkId, Store};
+
+/// Part `index` of `count`, both from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    index: usize,
+    count: usize,
+}
+
+/// Why a text is no shard.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("`{text}` is no shard: write K/N with K from 1 to N, as in 2/8")]
+pub struct ParseShardError {
+    /// The text.
+    pub text: String,
+}
+
+impl Shard {
+    /// Whether a chunk belongs to it. Chunks are dealt out in turn, so that parts of a map that take longer are shared.
+    pub(super) fn has(self, chunk: usize) -> bool {
+        chunk % self.count == self.index - 1
+    }
+}
+
+impl FromStr for Shard {
+    type Err = ParseShardError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let parts = text.split_once('/').and_then(|(k, n)| Some((k.trim().parse().ok()?, n.trim().parse().ok()?)));
+        match parts {
+            Some((index, count)) if index >= 1 && index <= count => Ok(Self { index, count }),
+            _ => Err(ParseShardError { text: text.into() }),
+        }
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.index, self.count)
+    }
+}
+
+/// Puts the shards of a sweep together: `folders` hold them (several may share one folder), `out` takes the results. Gives the table's path.
+///
+/// # Errors
+/// [`SweepError::NoSweep`], [`SweepError::OtherSweep`] where the folders hold different sweeps, [`SweepError::Incomplete`].
+pub fn merge(folders: &[PathBuf], out: &Path) -> Result<PathBuf, SweepError> {
+    let stores = folders.iter().map(|folder| Store::existing(folder)).collect::<Result<Vec<_>, _>>()?;
+    let Some((_, plan)) = stores.first() else { return Err(SweepError::NoSweep { folder: out.into() }) };
+    if let Some(i) = stores.iter().position(|(_, other)| other != plan) {
+        return Err(SweepError::OtherSweep { folder: folders[i].clone() });
+    }
+    let target = Store::open(out, plan)?;
+    if target.is_complete() {
+        return Ok(target.table());
+    }
+    let variants = super::planned_variants(plan).ok_or_else(|| SweepError::NoSweep { folder: folders[0].clone() })?;
+    let ids = chunk_ids(0, variants);
+    let holder = |id: &ChunkId| stores.iter().map(|(store, _)| store).find(|store| store.has(*id)).map(|store| (store, *id));
+    let found: Vec<_> = ids.iter().filter_map(holder).collect();
+    if found.len() < ids.len() {
+        let first = ids.iter().position(|id| holder(id).is_none()).unwrap_or(0);
+        return Err(SweepError::Incomplete { missing: ids.len() - found.len(), chunks: ids.len(), first });
+    }
+    target.assemble(&found)?;
+    Ok(target.table())
+}

@@ -1,0 +1,273 @@
+//! Tables of results, and their Parquet files.
+
+use std::fs::File;
+use std::path::Path;
+use std::sync::Arc;
+
+use indexmap::IndexMap;
+use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
+use parquet::column::reader::ColumnReader;
+use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::Type;
+
+use super::error::SweepError;
+
+/// Rows of a row group, at least, where there are as many.
+const ROWS_PER_GROUP: usize = 1 << 14;
+
+/// One column.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Column {
+    /// Whole numbers.
+    Whole(Vec<i64>),
+    /// Numbers, some absent.
+    Real(Vec<Option<f64>>),
+    /// Texts, some absent.
+    Text(Vec<Option<String>>),
+    /// Lists of numbers.
+    List(Vec<Vec<f64>>),
+}
+
+impl Column {
+    fn empty_like(&self) -> Self {
+        match self {
+            Self::Whole(_) => Self::Whole(Vec::new()),
+            Self::Real(_) => Self::Real(Vec::new()),
+            Self::Text(_) => Self::Text(Vec::new()),
+            Self::List(_) => Self::List(Vec::new()),
+        }
+    }
+
+    fn append(&mut self, other: Self) {
+        match (self, other) {
+            (Self::Whole(mine), Self::Whole(more)) => mine.extend(more),
+            (Self::Real(mine), Self::Real(more)) => mine.extend(more),
+            (Self::Text(mine), Self::Text(more)) => mine.extend(more),
+            (Self::List(mine), Self::List(more)) => mine.extend(more),
+            // Tables of one sweep have the same columns.
+            _ => {}
+        }
+    }
+
+    fn field(&self, name: &str) -> Result<Type, ParquetError> {
+        let builder = |kind, repetition| Type::primitive_type_builder(name, kind).with_repetition(repetition);
+        match self {
+            Self::Whole(_) => builder(PhysicalType::INT64, Repetition::REQUIRED).build(),
+            Self::Real(_) => builder(PhysicalType::DOUBLE, Repetition::OPTIONAL).build(),
+            Self::Text(_) => builder(PhysicalType::BYTE_ARRAY, Repetition::OPTIONAL).with_logical_type(Some(LogicalType::String)).build(),
+            Self::List(_) => builder(PhysicalType::DOUBLE, Repetition::REPEATED).build(),
+        }
+    }
+}
+
+/// Columns of equal length under their names.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// The columns.
+    pub columns: IndexMap<String, Column>,
+    /// How many rows.
+    pub rows: usize,
+}
+
+impl Table {
+    /// The numbers of a column; none where there is no such column of numbers.
+    pub fn reals(&self, name: &str) -> Option<Vec<Option<f64>>> {
+        match self.columns.get(name)? {
+            Column::Real(values) => Some(values.clone()),
+            Column::Whole(values) => Some(values.iter().map(|&value| Some(value as f64)).collect()),
+            _ => None,
+        }
+    }
+
+    /// The texts of a column; none where there is no such column of texts.
+    pub fn texts(&self, name: &str) -> Option<&[Option<String>]> {
+        if let Column::Text(values) = self.columns.get(name)? { Some(values) } else { None }
+    }
+
+    /// The lists of a column; none where there is no such column of lists.
+    pub fn lists(&self, name: &str) -> Option<&[Vec<f64>]> {
+        if let Column::List(values) = self.columns.get(name)? { Some(values) } else { None }
+    }
+
+    fn append(&mut self, other: Self) {
+        if self.columns.is_empty() {
+            *self = other;
+            return;
+        }
+        self.rows += other.rows;
+        for (name, more) in other.columns {
+            if let Some(mine) = self.columns.get_mut(&name) {
+                mine.append(more);
+            }
+        }
+    }
+
+    /// Reads a file whole.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or is no table of a sweep.
+    pub fn read(path: &Path) -> Result<Self, SweepError> {
+        let file = File::open(path).map_err(SweepError::io(path))?;
+        read(file).map_err(SweepError::parquet(path))
+    }
+}
+
+/// Writes tables with the same columns one after another, in row groups whose size does not depend on how the rows arrive.
+pub(super) struct TableWriter {
+    file: SerializedFileWriter<File>,
+    waiting: Table,
+}
+
+impl TableWriter {
+    /// A file with the columns of `like`.
+    pub(super) fn new(file: File, like: &Table) -> Result<Self, ParquetError> {
+        let fields = like.columns.iter().map(|(name, column)| column.field(name).map(Arc::new)).collect::<Result<_, _>>()?;
+        let schema = Arc::new(Type::group_type_builder("sweep").with_fields(fields).build()?);
+        let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).set_created_by("feeler".into()).build();
+        let columns = like.columns.iter().map(|(name, column)| (name.clone(), column.empty_like())).collect();
+        let waiting = Table { columns, rows: 0 };
+        Ok(Self { file: SerializedFileWriter::new(file, schema, Arc::new(properties))?, waiting })
+    }
+
+    pub(super) fn add(&mut self, table: Table) -> Result<(), ParquetError> {
+        self.waiting.append(table);
+        if self.waiting.rows >= ROWS_PER_GROUP { self.flush() } else { Ok(()) }
+    }
+
+    /// Ends the file and gives it back to be synchronised.
+    pub(super) fn finish(mut self) -> Result<File, ParquetError> {
+        if self.waiting.rows > 0 {
+            self.flush()?;
+        }
+        self.file.into_inner()
+    }
+
+    fn flush(&mut self) -> Result<(), ParquetError> {
+        let mut group = self.file.next_row_group()?;
+        for column in self.waiting.columns.values_mut() {
+            let Some(mut writer) = group.next_column()? else { break };
+            match column {
+                Column::Whole(values) => {
+                    writer.typed::<Int64Type>().write_batch(values, None, None)?;
+                }
+                Column::Real(values) => {
+                    let present: Vec<f64> = values.iter().flatten().copied().collect();
+                    writer.typed::<DoubleType>().write_batch(&present, Some(&definition(values)), None)?;
+                }
+                Column::Text(values) => {
+                    let present: Vec<ByteArray> = values.iter().flatten().map(|text| ByteArray::from(text.as_str())).collect();
+                    writer.typed::<ByteArrayType>().write_batch(&present, Some(&definition(values)), None)?;
+                }
+                Column::List(lists) => {
+                    let values: Vec<f64> = lists.iter().flatten().copied().collect();
+                    // An empty list is one entry that is not defined; a list begins at repetition 0.
+                    let levels =
+                        lists.iter().flat_map(|list| (0..list.len().max(1)).map(|i| (i16::from(!list.is_empty()), i16::from(i > 0))));
+                    let (definition, repetition): (Vec<i16>, Vec<i16>) = levels.unzip();
+                    writer.typed::<DoubleType>().write_batch(&values, Some(&definition), Some(&repetition))?;
+                }
+            }
+            writer.close()?;
+            *column = column.empty_like();
+        }
+        self.waiting.rows = 0;
+        group.close()?;
+        Ok(())
+    }
+}
+
+fn definition<T>(values: &[Option<T>]) -> Vec<i16> {
+    values.iter().map(|value| i16::from(value.is_some())).collect()
+}
+
+fn read(file: File) -> Result<Table, ParquetError> {
+    let reader = SerializedFileReader::new(file)?;
+    let mut table = Table::default();
+    for group in 0..reader.num_row_groups() {
+        let group = reader.get_row_group(group)?;
+        let rows = group.metadata().num_rows() as usize;
+        let mut columns = IndexMap::new();
+        for (i, described) in group.metadata().schema_descr().columns().iter().enumerate() {
+            columns.insert(described.name().to_owned(), column(group.get_column_reader(i)?, rows, described.max_rep_level() > 0)?);
+        }
+        table.append(Table { columns, rows });
+    }
+    if table.columns.is_empty() {
+        return Err(ParquetError::General("the file has no rows".into()));
+    }
+    Ok(table)
+}
+
+fn column(reader: ColumnReader, rows: usize, repeated: bool) -> Result<Column, ParquetError> {
+    let (mut definition, mut repetition) = (Vec::new(), Vec::new());
+    match reader {
+        ColumnReader::Int64ColumnReader(mut reader) => {
+            let mut values = Vec::new();
+            reader.read_records(rows, None, None, &mut values)?;
+            Ok(Column::Whole(values))
+        }
+        ColumnReader::DoubleColumnReader(mut reader) => {
+            let mut values = Vec::new();
+            reader.read_records(rows, Some(&mut definition), repeated.then_some(&mut repetition), &mut values)?;
+            if !repeated {
+                return Ok(Column::Real(spread(&definition, values)));
+            }
+            let mut lists: Vec<Vec<f64>> = Vec::new();
+            let mut values = values.into_iter();
+            for (defined, repeats) in definition.iter().zip(&repetition) {
+                if *repeats == 0 {
+                    lists.push(Vec::new());
+                }
+                if let (1, Some(list)) = (defined, lists.last_mut()) {
+                    list.extend(values.next());
+                }
+            }
+            Ok(Column::List(lists))
+        }
+        ColumnReader::ByteArrayColumnReader(mut reader) => {
+            let mut values = Vec::new();
+            reader.read_records(rows, Some(&mut definition), None, &mut values)?;
+            let texts = values.iter().map(|value| Ok(value.as_utf8()?.to_owned())).collect::<Result<Vec<_>, ParquetError>>()?;
+            Ok(Column::Text(spread(&definition, texts)))
+        }
+        _ => Err(ParquetError::General("a sweep has no columns of this kind".into())),
+    }
+}
+
+/// Values at the places where the level says that there is one.
+fn spread<T>(definition: &[i16], values: Vec<T>) -> Vec<Option<T>> {
+    let mut values = values.into_iter();
+    definition.iter().map(|&defined| if defined > 0 { values.next() } else { None }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_what_is_written_is_read() {
+        let columns = [
+            ("variant", Column::Whole(vec![3, 4, 5])),
+            ("kp", Column::Real(vec![Some(0.1), None, Some(-3.0)])),
+            ("outcome", Column::Text(vec![Some("settled".into()), Some(String::new()), None])),
+            ("peaks", Column::List(vec![vec![1.0, 2.0], vec![], vec![3.0]])),
+        ];
+        let table = Table { columns: columns.into_iter().map(|(name, column)| (name.to_owned(), column)).collect(), rows: 3 };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("table.parquet");
+        let mut writer = TableWriter::new(File::create(&path).unwrap(), &table).unwrap();
+        writer.add(table.clone()).unwrap();
+        writer.add(table.clone()).unwrap();
+        writer.finish().unwrap();
+        let read = Table::read(&path).unwrap();
+        assert_eq!(read.rows, 6);
+        assert_eq!(read.lists("peaks").unwrap()[3..], table.lists("peaks").unwrap()[..]);
+        assert_eq!(read.texts("outcome").unwrap()[..3], table.texts("outcome").unwrap()[..]);
+        assert_eq!(read.reals("kp").unwrap()[3..], table.reals("kp").unwrap()[..]);
+        assert_eq!(read.columns["variant"], Column::Whole(vec![3, 4, 5, 3, 4, 5]));
+    }
+}

@@ -19,8 +19,7 @@ pub(crate) struct Formation<L: Lane> {
 
 impl<L: Lane> Formation<L> {
     pub(crate) fn new(lanes: &[LaneCore]) -> Self {
-        let mut formation =
-            Self { number: 0, travelling: L::Mask::splat(false), all_linear: false, all_ended: false, any_ended: false, any_joined: false };
+        let mut formation = Self { number: 0, travelling: L::Mask::splat(false), all_linear: false, all_ended: false, any_joined: false };
         formation.form(lanes);
         formation
     }

@@ -1,5 +1,7 @@
 //! What can be asked of `feeler`: one definition from which parsing, help and completions follow.
 
+mod frf;
+
 use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
@@ -8,6 +10,8 @@ use feeler_engine::Integrator;
 use feeler_plant::effects::LIBRARY;
 use feeler_scenarios::format::TEMPLATES;
 use feeler_scenarios::sweep::Shard;
+
+pub(crate) use frf::{EstimatorKind, ExcitationKind, Frf};
 
 /// Simulate robot force control, and see why it chatters.
 #[derive(Debug, Parser)]
@@ -39,6 +43,8 @@ pub(crate) enum Command {
     Check(Check),
     /// Say what linear theory predicts for a scenario: poles, zeros, modes, stable gains, margins, what limits it
     Analyze(Analyze),
+    /// Measure a frequency response, on the simulated machine or from the records of a dataset, with the linear one beside it
+    Frf(Frf),
     /// Hold the simulation against closed forms, independent numbers and the paper's claims
     Validate(Validate),
     /// Draw the paper's figures from the reference axis
@@ -140,6 +146,7 @@ pub(crate) struct Check {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
     feeler analyze scenario.toml\n  \
+    feeler analyze scenario.toml --out out/theory                report.html: Bode, Nyquist, root locus, mode shapes\n  \
     feeler analyze scenario.toml --output motor.position --clamped\n  \
     feeler analyze scenario.toml --gain controllers.force.ki --json | jq .gain.sampled.stable\n\n\
     `sampled` honours period, delay, filters and hold of the file; `continuous` drops them.")]
@@ -172,6 +179,9 @@ pub(crate) struct Analyze {
     /// Find out how the bandwidth answers to every mass, stiffness and damping
     #[arg(long)]
     pub(crate) sensitivities: bool,
+    /// Folder for report.html and analyze.json, made if absent; nothing is written without it
+    #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
     /// Print as JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -193,6 +203,9 @@ pub(crate) struct Validate {
     /// Independent critical gains (JSON) to hold the linear theory against
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) critical_gains: Option<PathBuf>,
+    /// Folder of the scenario files, from which the paper's machines are taken as well
+    #[arg(long, value_name = "DIR", default_value = "scenarios", value_hint = ValueHint::DirPath)]
+    pub(crate) scenarios: PathBuf,
     /// Print as JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -218,13 +231,16 @@ pub(crate) struct Figures {
 
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  \
-    feeler fit-landmarks --iterations 200\n\n\
+    feeler fit-landmarks --out chain.toml\n\n\
     The parameters found are those of some chain that shows the landmarks of the paper's Figs. 15 to 17. They are not the robot's\n\
     parameters, which were never published, and the landmarks do not determine all of them: the table says which.")]
 pub(crate) struct FitLandmarks {
     /// Steps of the fit at most
-    #[arg(long, value_name = "N", default_value_t = 300)]
+    #[arg(long, value_name = "N", default_value_t = 2000)]
     pub(crate) iterations: usize,
+    /// Machine file to write (TOML)
+    #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) out: Option<PathBuf>,
     /// Print as JSON
     #[arg(long)]
     pub(crate) json: bool,

@@ -1,6 +1,11 @@
-//! Printing, in one place.
+//! Printing and writing results, in one place.
 
+use std::fmt::Write as _;
+use std::fs;
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
+
+use crate::failure::BadInput;
 
 /// Prints a text to standard output.
 pub(crate) fn print(text: &str) -> anyhow::Result<()> {
@@ -11,6 +16,18 @@ pub(crate) fn print(text: &str) -> anyhow::Result<()> {
     }
     out.flush()?;
     Ok(())
+}
+
+/// Writes files into a folder, made if absent, and says which, for the end of a printed text.
+pub(crate) fn write_all(folder: &Path, files: &[(&str, String)]) -> anyhow::Result<String> {
+    fs::create_dir_all(folder).map_err(|error| BadInput::unwritable(folder, &error))?;
+    let mut said = String::from("\n\nwrote");
+    for (name, text) in files {
+        let path = folder.join(name);
+        fs::write(&path, text).map_err(|error| BadInput::unwritable(&path, &error))?;
+        let _ = write!(said, "\n  {}", path.display());
+    }
+    Ok(said)
 }
 
 /// Prints a text to standard error; where even that is closed nobody is left to tell.

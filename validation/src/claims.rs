@@ -3,7 +3,7 @@
 use feeler_analysis::{ControlLoop, GainBands, Limit, LinearMachine, Mode, ModeClass, ModeInPair, View, classify, modes};
 use feeler_control::{ControllerSpec, ForceGains, Law, PositionGains};
 use feeler_engine::Scenario;
-use feeler_plant::description::{ActuatorKind, Body, GROUND, Machine, Quantity, SignalName};
+use feeler_plant::description::{ActuatorKind, Body, Engagement, GROUND, Machine, Quantity, SignalName};
 
 use crate::error::ValidationError;
 use crate::landmarks;
@@ -61,7 +61,7 @@ pub fn claim_rows() -> Result<Vec<Row>, ValidationError> {
     let mut rows = first()?;
     rows.extend(second()?);
     rows.extend(third()?);
-    rows.extend(landmarks::rows(&landmarks::Chain::FITTED)?);
+    rows.extend(landmarks::rows(&landmarks::fitted(Engagement::Free)?)?);
     rows.extend(fifth()?);
     Ok(rows)
 }

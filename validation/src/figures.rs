@@ -10,7 +10,7 @@ use feeler_lti::{C64, root_locus, unwrapped_phase_rad};
 use feeler_plant::description::{Engagement, Quantity, SignalName};
 
 use crate::error::ValidationError;
-use crate::landmarks::Chain;
+use crate::landmarks;
 use crate::paper::{self, IDEAL, Model, SOURCE};
 use crate::svg::{Axis, Curve, Figure, Mark, Panel};
 
@@ -182,7 +182,7 @@ fn measured_figures() -> Result<Vec<Figure>, ValidationError> {
     let mut all = Vec::new();
     for (name, engagement, element, quantity, what, unit) in cases {
         let experiment = Experiment {
-            machine: Chain::FITTED.machine(engagement),
+            machine: landmarks::fitted(engagement)?,
             actuator: "drive".into(),
             output: SignalName::new(element, quantity),
             hold_s: HOLD_S,

@@ -1,9 +1,11 @@
 //! The whole table.
 
+use std::path::PathBuf;
+
 use crate::error::ValidationError;
 use crate::experiments::{ResponseEffort, onset_row, paper_axes, response_rows, two_route_rows};
 use crate::table::{Row, Table};
-use crate::{claims, closed_forms, convergence, landmarks, models, random_machines};
+use crate::{claims, closed_forms, convergence, files, landmarks, models, random_machines};
 
 /// Delays at which the onset of instability is simulated, in samples.
 pub const ONSET_DELAYS: [f64; 4] = [0.0, 0.37, 1.0, 2.5];
@@ -13,6 +15,8 @@ pub const ONSET_DELAYS: [f64; 4] = [0.0, 0.37, 1.0, 2.5];
 pub struct Options {
     /// Text of the independent critical gains (`critical-gains.json`), where at hand.
     pub critical_gains_json: Option<String>,
+    /// Folder of the scenario files, where at hand: the state space of the paper's machines is then taken from their files as well.
+    pub scenarios: Option<PathBuf>,
     /// Only the checks that take seconds: two of the paper's machines instead of ten, fewer random ones.
     pub quick: bool,
 }
@@ -34,11 +38,14 @@ pub fn validate(options: &Options, mut progress: impl FnMut(&str)) -> Result<Tab
         group("critical gains", &|| models::critical_gain_rows(json))?;
     }
     group("three routes", &two_route_rows)?;
+    if let Some(folder) = &options.scenarios {
+        group("three routes, from the scenario files", &|| files::file_rows(folder))?;
+    }
     group("claims of the paper", &claims::claim_rows)?;
     group("convergence", &convergence::convergence_rows)?;
     group("random machines", &|| random_machines::random_machine_rows(if options.quick { 60 } else { 600 }))?;
     if !options.quick {
-        group("landmarks by simulated experiments", &|| landmarks::simulated_rows(&landmarks::Chain::FITTED))?;
+        group("landmarks by simulated experiments", &landmarks::simulated_rows)?;
     }
     let axes = paper_axes();
     let chosen = if options.quick { &axes[..2] } else { &axes[..] };

@@ -1,14 +1,19 @@
 //! `feeler analyze`.
 
-use feeler_analysis::{AnalysisError, ContactView, Report, Request, StableRange, View, analyze};
-use feeler_plant::description::SignalName;
+use feeler_analysis::{AnalysisError, ContactView, Report, Request, StableRange, View, analyze, curves};
+use feeler_control::{Law, Reference};
+use feeler_engine::Scenario;
+use feeler_lti::LtiError;
+use feeler_plant::assembly::assemble;
+use feeler_plant::description::{Engagement, SignalName};
 use feeler_scenarios::format::Draft;
 
 use crate::arguments::Analyze;
 use crate::failure::BadInput;
-use crate::numbers::plain;
+use crate::numbers::{plain, with_unit};
 use crate::table::table;
-use crate::terminal;
+use crate::units::Units;
+use crate::{reports, terminal};
 
 pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
     let mut draft = Draft::load(&arguments.file)?;
@@ -20,17 +25,44 @@ pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
         Some(preload_n) => ContactView::Pressed { preload_n },
         None if arguments.clamped => ContactView::Clamped,
         None if arguments.free => ContactView::Free,
-        None => ContactView::AsDescribed,
+        None => pressed(&document.scenario).map_or(ContactView::AsDescribed, |preload_n| {
+            let unit = Units::of(&document.scenario.machine).force;
+            terminal::complain(&format!(
+                "note: the contact's stiffness depends on its force; linearised at the last reference, {} (--preload chooses another)",
+                with_unit(preload_n, unit)
+            ));
+            ContactView::Pressed { preload_n }
+        }),
     };
     let request = Request {
         input: signal(arguments.input.as_deref())?,
         output: signal(arguments.output.as_deref())?,
         gain: arguments.gain.clone(),
         view: View { contact, ..View::default() },
-        sensitivities: arguments.sensitivities,
+        // A page says what to change first.
+        sensitivities: arguments.sensitivities || arguments.out.is_some(),
     };
     let report = analyze(&document.scenario, &request).map_err(|error| refused(arguments, error))?;
-    terminal::print(&if arguments.json { serde_json::to_string_pretty(&report)? } else { text(&report) })
+    let mut written = String::new();
+    if let Some(folder) = &arguments.out {
+        let curves = curves(&document.scenario, &request, &report).map_err(|error| refused(arguments, error))?;
+        let page = reports::analyze::page(&document, &arguments.settings, &report, &curves);
+        let json = serde_json::to_string_pretty(&report)? + "\n";
+        written = terminal::write_all(folder, &[("analyze.json", json), ("report.html", page)])?;
+    }
+    terminal::print(&if arguments.json { serde_json::to_string_pretty(&report)? } else { text(&report) + &written })
+}
+
+/// The force at which a contact of a nonlinear law is taken: what the first force controller asks for in the end. Without force it has no stiffness.
+fn pressed(scenario: &Scenario) -> Option<f64> {
+    // As assembled: an effect may replace the law.
+    let assembly = assemble(&scenario.machine).ok()?;
+    if !assembly.contacts.iter().any(|contact| contact.engagement != Engagement::Free && contact.law.exponent > 1.0) {
+        return None;
+    }
+    let asks = scenario.controllers.values().find(|control| matches!(control.spec.law, Law::ExplicitForce(_)))?;
+    let last = Reference::new(&asks.spec.reference, 0, "").ok()?.value(f64::MAX);
+    Some(last).filter(|force| *force > 0.0)
 }
 
 fn signal(name: Option<&str>) -> anyhow::Result<Option<SignalName>> {
@@ -41,6 +73,10 @@ fn signal(name: Option<&str>) -> anyhow::Result<Option<SignalName>> {
 /// Everything but a failed computation is a matter of the request or the file.
 fn refused(arguments: &Analyze, error: AnalysisError) -> anyhow::Error {
     match error {
+        AnalysisError::Lti(LtiError::AtPole { .. }) => BadInput::error(
+            format!("{}: {error}", arguments.file.display()),
+            "nothing holds the machine about this operating point: try --clamped, or --preload with a force",
+        ),
         AnalysisError::Lti(_) => error.into(),
         _ => BadInput::error(format!("{}: {error}", arguments.file.display()), "see feeler analyze --help for what can be asked"),
     }
@@ -50,10 +86,12 @@ fn text(report: &Report) -> String {
     let mut parts = vec![format!("from {} to {}", report.input, report.output), roots(report)];
     if !report.modes.is_empty() {
         let rows = report.modes.iter().map(|mode| {
-            let class = serde_json::to_value(mode.class).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default();
-            vec![plain(mode.frequency_hz), plain(mode.damping_ratio), class, plain(mode.phase_change_deg), plain(mode.phase_dip_deg)]
+            let class = reports::analyze::class_name(mode.class).to_owned();
+            let cost = mode.margin_cost_deg.map_or_else(|| "-".to_owned(), plain);
+            vec![plain(mode.frequency_hz), plain(mode.damping_ratio), class, plain(mode.phase_change_deg), plain(mode.phase_dip_deg), cost]
         });
-        parts.push(table(&["mode (Hz)", "damping ratio", "class", "phase change (deg)", "dip (deg)"], &[0, 1, 3, 4], rows));
+        let header = ["mode (Hz)", "damping ratio", "class", "phase change (deg)", "dip (deg)", "taken at crossover (deg)"];
+        parts.push(table(&header, &[0, 1, 3, 4, 5], rows));
     }
     if let Some(gain) = &report.gain {
         let range = |name: &str, range: &StableRange| {
@@ -86,9 +124,17 @@ fn text(report: &Report) -> String {
         });
         parts.push(table(&["with", "largest gain", "edge (Hz)", "bandwidth at half of it (Hz)"], &[1, 2, 3], rows));
     }
+    if !report.sensitivities.is_empty() {
+        let rows = report.sensitivities.iter().map(|s| {
+            vec![s.key.clone(), plain(s.value), plain(s.bandwidth_relative), plain(s.largest_gain_relative), plain(s.bandwidth_hz_per_unit)]
+        });
+        let header = ["1 % more of", "value (SI)", "bandwidth (%)", "largest gain (%)", "bandwidth (Hz per unit)"];
+        parts.push(table(&header, &[1, 2, 3, 4], rows));
+    }
     if let Some(limit) = report.limit.and_then(|limit| serde_json::to_value(limit).ok()) {
         parts.push(format!("limited by: {}", limit.as_str().unwrap_or_default()));
     }
+    parts.push(reports::analyze::sentences(report).join("\n"));
     parts.join("\n\n")
 }
 

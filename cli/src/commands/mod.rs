@@ -6,6 +6,7 @@ pub(crate) mod completions;
 pub(crate) mod effects;
 pub(crate) mod figures;
 pub(crate) mod fit_landmarks;
+pub(crate) mod frf;
 pub(crate) mod merge;
 pub(crate) mod new;
 pub(crate) mod run;

@@ -26,8 +26,15 @@ fn all(arguments: &Validate) -> anyhow::Result<()> {
         })
     };
     let critical_gains_json = arguments.critical_gains.as_ref().map(read).transpose()?;
-    let found =
-        validate(&Options { critical_gains_json, quick: arguments.quick }, |group| terminal::complain(&format!("checking {group}")))?;
+    let scenarios = Some(arguments.scenarios.clone()).filter(|folder| folder.join("paper/machines").is_dir());
+    if scenarios.is_none() {
+        terminal::complain(&format!(
+            "note: no paper/machines in {}; the checks from scenario files are left out",
+            arguments.scenarios.display()
+        ));
+    }
+    let options = Options { critical_gains_json, scenarios, quick: arguments.quick };
+    let found = validate(&options, |group| terminal::complain(&format!("checking {group}")))?;
     terminal::print(&if arguments.json { serde_json::to_string_pretty(&found)? } else { text(&found) })?;
     if found.passed() { Ok(()) } else { Err(CheckFailed.into()) }
 }

@@ -103,7 +103,7 @@ impl Chart {
 }
 
 /// A number with this many significant digits, which is shorter to write; none where it is no number.
-fn rounded(value: f64, digits: usize) -> Value {
+pub(super) fn rounded(value: f64, digits: usize) -> Value {
     let short: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
     // Whole numbers need no `.0`.
     if short.fract() == 0.0 && short.abs() < 1e9 { Value::from(short as i64) } else { Value::from(short) }

@@ -6,6 +6,7 @@
 mod chart;
 mod decimate;
 mod html;
+mod plane;
 
 use std::fmt::Write as _;
 
@@ -14,11 +15,13 @@ use serde_json::{Value, json};
 pub(crate) use chart::{Chart, ChartKind, Line, Mark, Series};
 pub(crate) use decimate::{by_extremes, by_steps};
 pub(crate) use html::escape;
+pub(crate) use plane::{Plane, PlaneKind, PlaneMark, PlanePath, PlaneShape, view_of};
 
 const UPLOT: &str = include_str!("../../assets/uplot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../../assets/uplot.min.css");
 const UPLOT_LICENCE: &str = include_str!("../../assets/uplot.LICENSE");
 const SCRIPT: &str = include_str!("../../assets/page.js");
+const PLANE_SCRIPT: &str = include_str!("../../assets/plane.js");
 const STYLE: &str = include_str!("../../assets/page.css");
 
 /// A figure that stands on its own: its name, the number with its unit, and a remark.
@@ -33,6 +36,7 @@ pub(crate) struct Page {
     title: String,
     body: String,
     charts: Vec<Value>,
+    planes: Vec<Value>,
 }
 
 impl Page {
@@ -42,7 +46,7 @@ impl Page {
             let _ = write!(body, "<p class=\"about\">{}</p>", escape(about));
         }
         body.push_str("</header>\n");
-        Self { title: title.to_owned(), body, charts: Vec::new() }
+        Self { title: title.to_owned(), body, charts: Vec::new(), planes: Vec::new() }
     }
 
     /// The sentence that matters most.
@@ -76,6 +80,24 @@ impl Page {
             self.charts.len()
         );
         self.charts.push(chart.to_json());
+    }
+
+    pub(crate) fn plane(&mut self, plane: &Plane) {
+        let (title, caption, index) = (escape(&plane.title), escape(&plane.caption), self.planes.len());
+        let _ = writeln!(
+            self.body,
+            "<figure><figcaption><b>{title}</b> {caption}</figcaption><div class=\"plane\" data-plane=\"{index}\"></div></figure>"
+        );
+        self.planes.push(plane.to_json());
+    }
+
+    /// Drawings side by side, each an SVG element with its caption.
+    pub(crate) fn drawings(&mut self, drawings: &[(String, String)]) {
+        self.body.push_str("<div class=\"shapes\">");
+        for (caption, svg) in drawings {
+            let _ = write!(self.body, "<figure><figcaption>{}</figcaption>{svg}</figure>", escape(caption));
+        }
+        self.body.push_str("</div>\n");
     }
 
     /// A table; columns named in `right` hold numbers.
@@ -119,10 +141,11 @@ impl Page {
 
     /// The page as one file.
     pub(crate) fn render(self) -> String {
-        let data = json!({ "charts": self.charts }).to_string().replace("</", "<\\/");
+        let data = json!({ "charts": self.charts, "planes": self.planes }).to_string().replace("</", "<\\/");
         let title = escape(&self.title);
         let version = env!("CARGO_PKG_VERSION");
         let licence = UPLOT_LICENCE.trim();
+        let plane_script = if self.planes.is_empty() { String::new() } else { format!("<script>\n{PLANE_SCRIPT}</script>\n") };
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
@@ -130,7 +153,7 @@ impl Page {
              <noscript><p>The charts of this page need JavaScript.</p></noscript>\n\
              <footer>Made by feeler {version}. Charts: uPlot, MIT licence, copyright 2022 Leon Sorokin.</footer>\n</main>\n\
              <script type=\"application/json\" id=\"data\">{data}</script>\n\
-             <script>\n/* uPlot\n{licence}\n*/\n{UPLOT}</script>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+             <script>\n/* uPlot\n{licence}\n*/\n{UPLOT}</script>\n<script>\n{SCRIPT}</script>\n{plane_script}</body>\n</html>\n",
             self.body
         )
     }

@@ -1,3 +1,5 @@
 //! What each command's page shows.
 
+pub(crate) mod analyze;
+pub(crate) mod frf;
 pub(crate) mod run;

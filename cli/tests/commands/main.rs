@@ -10,3 +10,5 @@ mod print;
 mod run;
 #[cfg(test)]
 mod sweep;
+#[cfg(test)]
+mod theory;

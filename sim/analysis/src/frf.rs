@@ -20,6 +20,9 @@ use crate::error::AnalysisError;
 use crate::prepare::View;
 use crate::sampled_loop::SampledLoop;
 
+/// Segments of which the coherence beside a local polynomial is formed.
+const COHERENCE_SEGMENTS: usize = 16;
+
 /// What is measured, and how the command is held.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Experiment {
@@ -102,6 +105,8 @@ pub struct MeasuredResponse {
     pub linear: Vec<C64>,
     /// Per frequency, variance of a single realisation due to nonlinear distortion; only from two realisations of a multisine on.
     pub distortion_variance: Option<Vec<f64>>,
+    /// Per frequency, variance of the estimate due to noise alone; as the distortion.
+    pub noise_variance: Option<Vec<f64>>,
 }
 
 /// The response between two frequencies from records of input and output under a noise-like excitation, simulated or measured on a real machine.
@@ -120,7 +125,16 @@ pub fn response_from_noise(
             let settings = WelchSettings::hann((segment_s / sample_s).round() as usize);
             cross_spectra(input, output, sample_s, &settings)?.response(estimator, band_hz.0, band_hz.1)?
         }
-        NoiseMethod::LocalPolynomial(settings) => local_polynomial(input, output, sample_s, &settings, band_hz)?,
+        NoiseMethod::LocalPolynomial(settings) => {
+            let mut estimate = local_polynomial(input, output, sample_s, &settings, band_hz)?;
+            // Neighbouring lines have no coherence of their own; that of averaged segments speaks for them.
+            let segment = (input.len() / COHERENCE_SEGMENTS).max(2);
+            let segments = cross_spectra(input, output, sample_s, &WelchSettings::hann(segment))?;
+            let coherence = segments.coherence();
+            let nearest = |f: &f64| coherence[((f * segment as f64 * sample_s).round() as usize).min(coherence.len() - 1)];
+            estimate.coherence = Some(estimate.frequencies_hz.iter().map(nearest).collect());
+            estimate
+        }
     })
 }
 
@@ -130,7 +144,7 @@ impl Experiment {
     /// # Errors
     /// The mistakes of the machine; [`AnalysisError::RunEnded`] where the motion diverges; [`AnalysisError::Lti`] for a record too short.
     pub fn measure(&self, excitation: &Excitation, rms: f64, (low_hz, high_hz): (f64, f64)) -> Result<MeasuredResponse, AnalysisError> {
-        let mut distortion_variance = None;
+        let (mut distortion_variance, mut noise_variance) = (None, None);
         let estimate = match *excitation {
             Excitation::WhiteNoise { duration_s, method } => {
                 let spec = ReferenceSpec::WhiteNoise { low_hz: 0.0, high_hz: high_hz.min(0.499 / self.hold_s), rms, offset: self.offset };
@@ -153,7 +167,7 @@ impl Experiment {
                     periodic_response(only, &lines)?
                 } else {
                     let best = best_linear_approximation(&periodic, &lines)?;
-                    distortion_variance = Some(best.distortion_variance);
+                    (distortion_variance, noise_variance) = (Some(best.distortion_variance), Some(best.noise_variance));
                     best.estimate
                 }
             }
@@ -177,7 +191,7 @@ impl Experiment {
             }
         };
         let linear = self.linear_response(&estimate.frequencies_hz)?;
-        Ok(MeasuredResponse { estimate, linear, distortion_variance })
+        Ok(MeasuredResponse { estimate, linear, distortion_variance, noise_variance })
     }
 
     /// The machine's linear response from held command to sampled output at these frequencies.

@@ -6,7 +6,7 @@
 //! - [`modes()`] and [`classify`]: the paper's colocated and noncolocated modes, and the phase that each costs;
 //! - [`Waterfall`]: which of the three problems limits the bandwidth, and what to stiffen or damp first;
 //! - [`frf`]: frequency responses measured on the simulated machine, the linear response beside them;
-//! - [`analyze`]: all of it as one [`Report`].
+//! - [`analyze`]: all of it as one [`Report`], and [`curves()`], what a page draws of it.
 //!
 //! Source: Eppinger and Seering, "Three Dynamic Problems in Robot Force Control", IEEE Trans. Robotics and Automation 8 (1992).
 
@@ -14,6 +14,7 @@ mod channel;
 mod continuous_law;
 mod continuous_loop;
 mod control_loop;
+mod curves;
 mod equilibrium;
 mod error;
 pub mod frf;
@@ -30,6 +31,7 @@ mod waterfall;
 pub use channel::Channel;
 pub use continuous_loop::ContinuousLoop;
 pub use control_loop::{ControlLoop, LoopController};
+pub use curves::{Curves, Locus, curves};
 pub use equilibrium::OperatingPoint;
 pub use error::AnalysisError;
 pub use gain_key::{gain, gain_names, leading_gain, with_gain};

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use feeler_control::{LinearLaw, Reference};
 use feeler_lti::{C64, LoopTransfer, TransferEvaluator};
-use feeler_plant::assembly::Assembly;
+use feeler_plant::assembly::{Assembly, Source};
+use feeler_plant::description::Quantity;
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -149,6 +150,10 @@ impl ControlLoop {
         }
         let saturation_hz = self.saturation_hz(key)?;
         let achieved = stages.last().and_then(|stage| stage.bandwidth_hz);
+        if let (Some(saturation), Some(last)) = (saturation_hz, stages.last().cloned()) {
+            let bandwidth_hz = last.bandwidth_hz.map(|achieved| achieved.min(saturation));
+            stages.push(Stage { added: "saturation".into(), bandwidth_hz, ..last });
+        }
         let saturates = saturation_hz.zip(achieved).is_some_and(|(saturation, achieved)| saturation < achieved);
         let worst = candidates.iter().max_by(|a, b| a.2.total_cmp(&b.2)).filter(|c| c.2 > MATTERS);
         let limit = if saturates { Limit::Saturation } else { worst.map_or(Limit::RigidBody, |c| c.1) };
@@ -262,25 +267,30 @@ impl ControlLoop {
         links.into_iter().map(|(_, i, class)| (i, class)).collect()
     }
 
-    /// Lowest frequency at which a reference of the size that the file ends with asks for more than the drive's limit.
+    /// Lowest frequency at which a reference of the size that the file ends with asks for more than the drive gives: more command than the
+    /// controller may put out, or more force, or faster changes of it, than the drive can make.
     fn saturation_hz(&self, key: &str) -> Result<Option<f64>, AnalysisError> {
         let (controller, _) = self.gain_of_key(key)?;
         let own = &self.controllers()[controller];
         let drive = &self.assembly().drives[own.drive];
-        let limit = drive.limit.min(own.spec.output_limit.unwrap_or(f64::INFINITY));
-        // A velocity source's limit is on its force, of which the command says little.
-        if limit.is_infinite() || drive.velocity_source.is_some() {
+        let command_limit = own.spec.output_limit.unwrap_or(f64::INFINITY);
+        if command_limit.is_infinite() && drive.limit.is_infinite() && drive.rate_limit.is_infinite() {
             return Ok(None);
         }
         let size = Reference::new(&own.spec.reference, 0, "")?.value(f64::MAX).abs();
         let open = SampledLoop::new(self)?.open_loop(controller)?;
-        let (evaluator, law) = (TransferEvaluator::new(&open), own.spec.linear(own.motion_is_velocity)?);
+        // A velocity source's limit is on the force that it makes of the command.
+        let force = self.plant().output(Source::Drive(own.drive, Quantity::Force))?;
+        let made = SampledLoop::response_to(self, controller, force)?;
+        let (around, made, law) = (TransferEvaluator::new(&open), TransferEvaluator::new(&made), own.spec.linear(own.motion_is_velocity)?);
         let nyquist = 0.5 / own.spec.period_s;
         for i in 0..=2000 {
             let frequency_hz = nyquist * 1e-3_f64.powf(1.0 - f64::from(i) / 2000.0);
-            let z = C64::cis(TAU * frequency_hz * own.spec.period_s);
-            let around = evaluator.at(z)?[(0, 0)] + 1.0;
-            if (reference_response(&law, z)? / around).norm() * size > limit {
+            let w = TAU * frequency_hz;
+            let z = C64::cis(w * own.spec.period_s);
+            let command = reference_response(&law, z)? / (around.at(z)?[(0, 0)] + 1.0) * size;
+            let force = if drive.velocity_source.is_some() { (command * made.at(z)?[(0, 0)]).norm() } else { command.norm() * drive.gain };
+            if command.norm() > command_limit || force > drive.limit || w * force > drive.rate_limit {
                 return Ok(Some(frequency_hz));
             }
         }

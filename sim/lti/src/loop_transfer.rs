@@ -19,6 +19,10 @@ const LARGE: f64 = 1e3;
 const MAX_SHRINKS: usize = 16;
 /// A pole whose damping ratio is below this lies on the stability boundary as far as can be told.
 const ON_BOUNDARY: f64 = 1e-9;
+/// A pole this much slower than the fastest, or than half of the sampling rate, is an integrator's: the square root of rounding, for double ones.
+const INTEGRATES: f64 = 1e-9;
+/// The same where the response is infinite at zero frequency beyond doubt: the cube root of rounding, for triple ones.
+const INTEGRATE_TOGETHER: f64 = 1e-5;
 
 /// An open loop with one input and one output, negative feedback understood: the closed loop has the poles where 1 + L = 0.
 #[derive(Debug, Clone)]
@@ -71,14 +75,17 @@ impl<T: TimeDomain> LoopTransfer<T> {
             Err(LtiError::Degenerate) => Vec::new(),
             other => other?,
         };
-        Ok(Self {
-            evaluator: TransferEvaluator::new(system),
-            domain,
-            delay_s,
-            feed_through: system.d()[(0, 0)],
-            poles_s: to_s(system.poles()?),
-            zeros_s: to_s(zeros),
-        })
+        let mut poles_s: Vec<C64> = to_s(system.poles()?);
+        let nyquist = Some(domain.nyquist_rad_per_s()).filter(|w| w.is_finite()).unwrap_or(0.0);
+        let fastest = poles_s.iter().map(|p| p.norm()).fold(nyquist, f64::max);
+        let evaluator = TransferEvaluator::new(system);
+        // Rounding puts an integrator's pole next to the origin, on either side of it, and several together farther out.
+        let singular = evaluator.at(domain.point_of_s(C64::new(0.0, 0.0))).is_err();
+        let near = if singular { INTEGRATE_TOGETHER } else { INTEGRATES };
+        for pole in poles_s.iter_mut().filter(|p| p.norm() <= near * fastest) {
+            *pole = C64::new(0.0, 0.0);
+        }
+        Ok(Self { evaluator, domain, delay_s, feed_through: system.d()[(0, 0)], poles_s, zeros_s: to_s(zeros) })
     }
 
     /// The time domain.

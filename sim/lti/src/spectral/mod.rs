@@ -11,6 +11,8 @@
 //! | random-phase multisine, several realisations | [`best_linear_approximation`] and [`distortion_levels`] |
 //! | stepped sine | [`stepped_sine`] |
 //!
+//! [`common_poles`] finds the resonances that several estimated responses share.
+//!
 //! Records are uniformly sampled; spectra are one-sided; cross spectra are conj(input) times output.
 
 mod amplitude;
@@ -20,6 +22,7 @@ mod fft;
 mod local_polynomial;
 mod multisine;
 mod periodic;
+mod rational;
 mod sine;
 mod welch;
 mod window;
@@ -30,6 +33,7 @@ pub use estimate::{ResponseBand, ResponseEstimate};
 pub use local_polynomial::{LocalPolynomialSettings, local_polynomial};
 pub use multisine::{Multisine, odd_lines_with_detection};
 pub use periodic::{PeriodicRecord, periodic_response};
+pub use rational::common_poles;
 pub use sine::{SineFit, SteppedSinePoint, fit_sine, stepped_sine};
 pub use welch::{CrossSpectra, Estimator, WelchSettings, cross_spectra, smoothed_spectra};
 pub use window::Window;

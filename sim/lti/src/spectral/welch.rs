@@ -138,6 +138,30 @@ fn effective_averages(weights: &[f64], hop: usize, segments: usize) -> f64 {
 }
 
 impl CrossSpectra {
+    /// Spectra of several records with the same lines, each weighing as its averages.
+    ///
+    /// # Errors
+    /// [`LtiError::RecordTooShort`] for none; [`LtiError::RecordLengths`] where numbers of lines differ.
+    pub fn averaged(parts: &[Self]) -> Result<Self, LtiError> {
+        let Some((first, others)) = parts.split_first() else { return Err(LtiError::RecordTooShort { needed: 1, found: 0 }) };
+        let mut sum = first.clone();
+        let weight: f64 = parts.iter().map(|part| part.averages).sum();
+        sum.scale(|_| first.averages / weight);
+        for part in others {
+            if part.cross.len() != sum.cross.len() {
+                return Err(LtiError::RecordLengths { left: sum.cross.len(), right: part.cross.len() });
+            }
+            let share = part.averages / weight;
+            for k in 0..sum.cross.len() {
+                sum.input[k] += share * part.input[k];
+                sum.output[k] += share * part.output[k];
+                sum.cross[k] += part.cross[k] * share;
+            }
+        }
+        sum.averages = weight;
+        Ok(sum)
+    }
+
     fn add(&mut self, u: &[C64], y: &[C64]) {
         for (k, (u, y)) in u.iter().zip(y).enumerate() {
             self.input[k] += u.norm_sqr();

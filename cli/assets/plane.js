@@ -1,0 +1,147 @@
+// Draws the planes of a page: root loci, maps of poles and zeros, Nyquist's curve. The pointer reads them; a drawn box zooms, a double click resets.
+(() => {
+  "use strict";
+  const page = JSON.parse(document.getElementById("data").textContent);
+  const WIDTH = 900, HEIGHT = 460, LEFT = 78, RIGHT = 18, TOP = 12, BOTTOM = 48;
+  const REACH = 24;
+  const NS = "http://www.w3.org/2000/svg";
+  const node = (name, attributes, text) => {
+    const made = document.createElementNS(NS, name);
+    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+    if (text !== undefined) made.textContent = text;
+    return made;
+  };
+  const short = (value) => Number(value.toPrecision(4)).toString().replace("-", "\u2212");
+  const ticks = (low, high, most) => {
+    const rough = (high - low) / most, power = 10 ** Math.floor(Math.log10(rough));
+    const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= rough);
+    const all = [];
+    for (let i = Math.ceil(low / step); i * step <= high + 1e-9 * step; i++) all.push(i * step);
+    return all;
+  };
+
+  // What a point of the plane means; `at` is a gain, or a frequency in Nyquist's plane.
+  const reading = (plane, name, x, y, at) => {
+    const parts = name ? [name] : [];
+    if (plane.kind === "nyquist") {
+      if (at != null) parts.push(`frequency ${short(at)} Hz`);
+      parts.push(`modulus ${short(Math.hypot(x, y))}`, `phase ${short(Math.atan2(y, x) * 180 / Math.PI)}°`);
+      return parts.join(" · ");
+    }
+    if (at != null) parts.push(`${plane.gain} = ${short(at)}`);
+    let re = x, im = y * 2 * Math.PI;
+    if (plane.period_s) {
+      parts.push(`z = ${short(x)} ${y < 0 ? "\u2212" : "+"} ${short(Math.abs(y))}i`);
+      [re, im] = [Math.log(Math.hypot(x, y)) / plane.period_s, Math.atan2(y, x) / plane.period_s];
+    }
+    const size = Math.hypot(re, im);
+    if (Number.isFinite(size)) {
+      parts.push(`s = ${short(re)} ${im < 0 ? "\u2212" : "+"} ${short(Math.abs(im))}i 1/s`, `frequency ${short(size / 2 / Math.PI)} Hz`);
+      if (size > 0) parts.push(`damping ratio ${short(-re / size)}`);
+    }
+    return parts.join(" · ");
+  };
+
+  const draw = (place) => {
+    const plane = page.planes[place.dataset.plane];
+    const svg = node("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "plane-picture" });
+    const told = document.createElement("p");
+    told.className = "told";
+    place.append(svg, told);
+    let view = plane.view;
+    const x = (v) => LEFT + (WIDTH - LEFT - RIGHT) * (v - view[0]) / (view[1] - view[0]);
+    const y = (v) => TOP + (HEIGHT - TOP - BOTTOM) * (1 - (v - view[2]) / (view[3] - view[2]));
+    const back = (px, py) => [
+      view[0] + (px - LEFT) / (WIDTH - LEFT - RIGHT) * (view[1] - view[0]),
+      view[3] - (py - TOP) / (HEIGHT - TOP - BOTTOM) * (view[3] - view[2]),
+    ];
+    const bounded = (v) => Math.max(-1e5, Math.min(1e5, v));
+    const curve = (xs, ys, attributes) => {
+      let pen = false;
+      const d = xs.map((v, i) => {
+        if (v == null || ys[i] == null) { pen = false; return ""; }
+        const step = `${pen ? "L" : "M"}${bounded(x(v)).toFixed(1)} ${bounded(y(ys[i])).toFixed(1)}`;
+        pen = true;
+        return step;
+      }).join("");
+      return node("path", { d, fill: "none", ...attributes });
+    };
+    let spot, box;
+    const paint = () => {
+      svg.replaceChildren();
+      const id = `clip-${place.dataset.plane}`;
+      const clip = node("clipPath", { id });
+      clip.append(node("rect", { x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM }));
+      svg.append(clip);
+      for (const v of ticks(view[0], view[1], 8)) {
+        svg.append(node("path", { d: `M${x(v)} ${TOP}V${HEIGHT - BOTTOM}`, class: "plane-grid" }));
+        svg.append(node("text", { x: x(v), y: HEIGHT - BOTTOM + 17, "text-anchor": "middle", class: "plane-tick" }, short(v)));
+      }
+      for (const v of ticks(view[2], view[3], 7)) {
+        svg.append(node("path", { d: `M${LEFT} ${y(v)}H${WIDTH - RIGHT}`, class: "plane-grid" }));
+        svg.append(node("text", { x: LEFT - 7, y: y(v) + 4, "text-anchor": "end", class: "plane-tick" }, short(v)));
+      }
+      svg.append(node("text", { x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 10, "text-anchor": "middle", class: "plane-label" }, plane.x));
+      const middle = (TOP + HEIGHT - BOTTOM) / 2;
+      svg.append(node("text", { x: 16, y: middle, "text-anchor": "middle", transform: `rotate(-90 16 ${middle})`, class: "plane-label" }, plane.y));
+      const inner = node("g", { "clip-path": `url(#${id})` });
+      svg.append(inner);
+      if (plane.circle) {
+        const turn = Array.from({ length: 361 }, (_, i) => i * Math.PI / 180);
+        inner.append(curve(turn.map(Math.cos), turn.map(Math.sin), { class: "plane-border" }));
+      } else {
+        inner.append(node("path", { d: `M${x(0)} ${TOP}V${HEIGHT - BOTTOM}`, class: "plane-border" }));
+      }
+      plane.paths.forEach((path) => inner.append(curve(path.x, path.y, { class: `plane-path plane-colour-${path.colour}${path.dashed ? " plane-dashed" : ""}` })));
+      for (const mark of plane.marks) {
+        const px = x(mark.x), py = y(mark.y), kind = { class: `plane-mark plane-${mark.shape}` };
+        if (mark.shape === "pole") inner.append(node("path", { d: `M${px - 5} ${py - 5}l10 10m0 -10l-10 10`, ...kind }));
+        else if (mark.shape === "now") inner.append(node("rect", { x: px - 4, y: py - 4, width: 8, height: 8, ...kind }));
+        else inner.append(node("circle", { cx: px, cy: py, r: 5, ...kind }));
+      }
+      svg.append(node("rect", { x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM, class: "plane-frame" }));
+      spot = node("circle", { r: 5, class: "plane-spot", visibility: "hidden" });
+      box = node("rect", { class: "plane-box", visibility: "hidden" });
+      svg.append(spot, box);
+    };
+    const rest = () => { spot.setAttribute("visibility", "hidden"); told.textContent = plane.hint; };
+    const pointer = (event) => {
+      const frame = svg.getBoundingClientRect(), scale = WIDTH / frame.width;
+      return [(event.clientX - frame.left) * scale, (event.clientY - frame.top) * scale];
+    };
+    let from = null;
+    svg.addEventListener("pointermove", (event) => {
+      const [px, py] = pointer(event);
+      if (from) {
+        const [a, b] = [Math.min(from[0], px), Math.min(from[1], py)];
+        for (const [key, value] of Object.entries({ x: a, y: b, width: Math.abs(px - from[0]), height: Math.abs(py - from[1]), visibility: "visible" })) box.setAttribute(key, value);
+        return;
+      }
+      let best = null, least = REACH * REACH;
+      const weigh = (vx, vy, found) => {
+        if (vx == null || vy == null) return;
+        const far = (x(vx) - px) ** 2 + (y(vy) - py) ** 2;
+        if (far < least) { least = far; best = [vx, vy, ...found]; }
+      };
+      plane.paths.forEach((path) => path.x.forEach((v, i) => weigh(v, path.y[i], [path.name, path.at[i]])));
+      plane.marks.forEach((mark) => weigh(mark.x, mark.y, [mark.name, mark.at]));
+      if (!best) { rest(); return; }
+      spot.setAttribute("cx", x(best[0])); spot.setAttribute("cy", y(best[1])); spot.setAttribute("visibility", "visible");
+      told.textContent = reading(plane, best[2], best[0], best[1], best[3]);
+    });
+    svg.addEventListener("pointerdown", (event) => { from = pointer(event); });
+    svg.addEventListener("pointerleave", () => { from = null; box.setAttribute("visibility", "hidden"); rest(); });
+    svg.addEventListener("pointerup", (event) => {
+      const to = pointer(event), start = from;
+      from = null;
+      if (start && Math.abs(to[0] - start[0]) > 8 && Math.abs(to[1] - start[1]) > 8) {
+        const [a, b] = [back(...start), back(...to)];
+        view = [Math.min(a[0], b[0]), Math.max(a[0], b[0]), Math.min(a[1], b[1]), Math.max(a[1], b[1])];
+      }
+      paint(); rest();
+    });
+    svg.addEventListener("dblclick", () => { view = plane.view; paint(); rest(); });
+    paint(); rest();
+  };
+  document.querySelectorAll(".plane").forEach(draw);
+})();

@@ -1,0 +1,118 @@
+//! What can be asked of `feeler frf`.
+
+use std::path::PathBuf;
+
+use clap::builder::TypedValueParser;
+use clap::{Args, ValueEnum, ValueHint};
+
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  \
+    feeler frf scenario.toml --clamped                                   white noise, as in the paper\n  \
+    feeler frf scenario.toml --excitation multisine --realisations 6     noise and nonlinear distortion told apart\n  \
+    feeler frf scenario.toml --estimator hv --segment 4 --out out/frf    report.html, frf.csv and frf.json\n  \
+    feeler frf measured/ --experiment clamped-1.csv --output force_n     from the records of a dataset\n\n\
+    The linear response that is laid over the measured one has the hold and the sampling of the experiment in it.")]
+pub(crate) struct Frf {
+    /// Scenario file (TOML), or a dataset's folder or dataset.toml
+    #[arg(value_name = "FILE|DATASET", value_hint = ValueHint::AnyPath)]
+    pub(crate) source: PathBuf,
+    /// Set a key of the scenario, as in bodies.tip.mass=6; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) settings: Vec<String>,
+    /// Input, an actuator's command (or a dataset's column) [default: that of the first controller's actuator]
+    #[arg(long, value_name = "SIGNAL")]
+    pub(crate) input: Option<String>,
+    /// Output (or a dataset's column) [default: what the first controller reads]
+    #[arg(long, value_name = "SIGNAL")]
+    pub(crate) output: Option<String>,
+    /// Excitation; of a dataset, what it was excited with
+    #[arg(long, value_enum, default_value_t = ExcitationKind::WhiteNoise)]
+    pub(crate) excitation: ExcitationKind,
+    /// Estimator, for noise and for a dataset's chirp
+    #[arg(long, value_enum, default_value_t = EstimatorKind::LocalPolynomial)]
+    pub(crate) estimator: EstimatorKind,
+    /// Lowest frequency, Hz
+    #[arg(long, value_name = "HZ")]
+    pub(crate) from: Option<f64>,
+    /// Highest frequency, Hz [default: 0.8 of half the sampling rate; of a dataset, where its command has power]
+    #[arg(long, value_name = "HZ")]
+    pub(crate) to: Option<f64>,
+    /// Root mean square of the excitation, SI [default: a tenth of the drive's limit, else 1 N or 0.01 m/s]
+    #[arg(long, value_name = "SIZE")]
+    pub(crate) rms: Option<f64>,
+    /// Mean of the command, SI
+    #[arg(long, value_name = "SIZE", default_value_t = 0.0, allow_negative_numbers = true)]
+    pub(crate) offset: f64,
+    /// Length of noise or chirp, s [default: 60]
+    #[arg(long, value_name = "S")]
+    pub(crate) duration: Option<f64>,
+    /// Length of the segments that H1, H2 and Hv average, s
+    #[arg(long, value_name = "S")]
+    pub(crate) segment: Option<f64>,
+    /// Period of the multisine, s [default: 1; must be given for a dataset]
+    #[arg(long, value_name = "S")]
+    pub(crate) period: Option<f64>,
+    /// Periods of the multisine that are evaluated
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = at_least_two())]
+    pub(crate) periods: usize,
+    /// Draws of the multisine's phases
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = at_least_two())]
+    pub(crate) realisations: usize,
+    /// Frequencies of the stepped sine
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = at_least_two())]
+    pub(crate) points: usize,
+    /// Time for which each command is held, s [default: the controller's period, else 1 ms]
+    #[arg(long, value_name = "S")]
+    pub(crate) hold: Option<f64>,
+    /// Seed of excitation and noise [default: that of the file]
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u64>,
+    /// Take every contact as attached
+    #[arg(long, conflicts_with = "free")]
+    pub(crate) clamped: bool,
+    /// Take every contact as absent
+    #[arg(long)]
+    pub(crate) free: bool,
+    /// Confidence of the bands
+    #[arg(long, value_name = "SHARE", default_value_t = 0.95)]
+    pub(crate) confidence: f64,
+    /// CSV file of a dataset; may be repeated
+    #[arg(long = "experiment", value_name = "NAME")]
+    pub(crate) experiments: Vec<String>,
+    /// Folder for report.html, frf.csv and frf.json, made if absent; nothing is written without it
+    #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
+    /// Print as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What a machine is excited with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ExcitationKind {
+    /// Band-limited Gaussian noise, as in the paper
+    WhiteNoise,
+    /// Multisines of random phase: noise and nonlinear distortion are told apart
+    Multisine,
+    /// A linear chirp and silence after it
+    Chirp,
+    /// One sine after the other
+    SteppedSine,
+}
+
+/// How records of noise become a response.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum EstimatorKind {
+    /// Polynomials through neighbouring lines of the whole record: leakage is taken away
+    LocalPolynomial,
+    /// Averaged: unbiased by noise on the output
+    H1,
+    /// Averaged: unbiased by noise on the input
+    H2,
+    /// Averaged: equal noise on both
+    Hv,
+}
+
+fn at_least_two() -> impl TypedValueParser<Value = usize> {
+    clap::value_parser!(u32).range(2..=100_000).map(|count| count as usize)
+}

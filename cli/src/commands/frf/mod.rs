@@ -1,0 +1,202 @@
+//! `feeler frf`.
+
+mod measured;
+mod simulated;
+mod writing;
+
+pub(crate) use writing::{Row, row};
+
+use feeler_analysis::AnalysisError;
+use feeler_lti::C64;
+use feeler_lti::spectral::{Estimator, ResponseEstimate};
+
+use crate::arguments::{EstimatorKind, Frf};
+use crate::failure::BadInput;
+use crate::numbers::plain;
+use crate::table::table;
+use crate::{reports, terminal};
+
+/// Rows of the printed table; files have all.
+const MOST_ROWS: usize = 24;
+/// Frequencies at which the coherence is at least this count when responses are compared: the first of these with enough of them.
+const COHERENT: [f64; 3] = [0.99, 0.9, 0.5];
+/// Enough frequencies, as a share of all.
+const ENOUGH: f64 = 0.05;
+
+/// A response estimated from records, with the linear one at the same frequencies.
+pub(crate) struct Response {
+    pub(crate) title: String,
+    pub(crate) about: String,
+    pub(crate) input: String,
+    pub(crate) output: String,
+    /// Excitation and estimator in words.
+    pub(crate) how: String,
+    /// What was assumed.
+    pub(crate) notes: Vec<String>,
+    pub(crate) hold_s: f64,
+    pub(crate) estimate: ResponseEstimate,
+    pub(crate) linear: Vec<C64>,
+    /// Variances of one realisation of a multisine: noise, and nonlinear distortion.
+    pub(crate) told_apart: Option<[Vec<f64>; 2]>,
+    pub(crate) confidence: f64,
+}
+
+/// How the estimate compares with the linear response.
+pub(crate) struct Agreement {
+    /// Coherence from which a frequency counts; absent where the estimate has none.
+    pub(crate) coherence: Option<f64>,
+    /// Frequencies that count.
+    pub(crate) compared: usize,
+    /// Largest differences among them.
+    pub(crate) decibels: f64,
+    pub(crate) degrees: f64,
+    /// Share of all frequencies at which the linear response lies within the confidence band.
+    pub(crate) within: f64,
+}
+
+impl Response {
+    pub(crate) fn agreement(&self) -> Agreement {
+        let all = || (0..self.linear.len()).filter(|&i| self.linear[i].norm() > 0.0);
+        let known = self.estimate.coherence.as_ref();
+        let from = |least: f64| all().filter(|&i| known.is_none_or(|c| c[i] >= least)).collect::<Vec<usize>>();
+        let enough = |least: &f64| from(*least).len() as f64 >= ENOUGH * self.linear.len() as f64;
+        let least = COHERENT.into_iter().find(enough).unwrap_or(COHERENT[2]);
+        let counts = from(least);
+        let ratio = |i: usize| self.estimate.response[i] / self.linear[i];
+        let bands = self.estimate.confidence(self.confidence);
+        let inside = (0..self.linear.len()).filter(|&i| {
+            let radius = bands[i].magnitude_high - self.estimate.response[i].norm();
+            (self.estimate.response[i] - self.linear[i]).norm() <= radius
+        });
+        Agreement {
+            coherence: known.map(|_| least),
+            compared: counts.len(),
+            decibels: counts.iter().map(|&i| (20.0 * ratio(i).norm().log10()).abs()).fold(0.0, f64::max),
+            degrees: counts.iter().map(|&i| ratio(i).arg().to_degrees().abs()).fold(0.0, f64::max),
+            within: inside.count() as f64 / self.linear.len().max(1) as f64,
+        }
+    }
+
+    /// The comparison, and what the multisines tell apart, in words.
+    pub(crate) fn sentences(&self) -> Vec<String> {
+        let agreement = self.agreement();
+        let coherent = agreement.coherence.map_or_else(String::new, |least| format!(" with a coherence of {} or more", plain(least)));
+        let mut said = vec![if agreement.compared == 0 {
+            format!("No frequency has a coherence of {}: output and input have little to do with each other.", COHERENT[2])
+        } else {
+            format!(
+                "At the {} frequencies{coherent}, measured and linear response differ by {} dB and {}° at most; the linear response lies within \
+                 the {} % confidence band at {} % of all frequencies.",
+                agreement.compared,
+                plain(agreement.decibels),
+                plain(agreement.degrees),
+                plain(100.0 * self.confidence),
+                plain((100.0 * agreement.within).round()),
+            )
+        }];
+        if let Some([noise, distortion]) = &self.told_apart {
+            let below = |variance: &[f64]| {
+                let mut levels: Vec<f64> = (variance.iter().zip(&self.estimate.response))
+                    .map(|(v, g)| 10.0 * (v / g.norm_sqr()).log10())
+                    .filter(|level| level.is_finite())
+                    .collect();
+                levels.sort_by(f64::total_cmp);
+                levels.get(levels.len() / 2).map_or_else(|| "nothing".to_owned(), |level| format!("{} dB", plain(level.round())))
+            };
+            said.push(format!(
+                "Relative to the response (median over frequency): noise {}, nonlinear distortion {}, each of one realisation.",
+                below(noise),
+                below(distortion)
+            ));
+        }
+        said
+    }
+}
+
+pub(crate) fn run(arguments: &Frf) -> anyhow::Result<()> {
+    let named_dataset = arguments.source.file_name().is_some_and(|name| name == "dataset.toml");
+    let response = if arguments.source.is_dir() || named_dataset { measured::respond(arguments)? } else { simulated::respond(arguments)? };
+    let mut written = String::new();
+    if let Some(folder) = &arguments.out {
+        let files = [
+            ("frf.csv", writing::csv(&response)),
+            ("frf.json", serde_json::to_string_pretty(&writing::json(&response))? + "\n"),
+            ("report.html", reports::frf::page(&response)),
+        ];
+        written = terminal::write_all(folder, &files)?;
+    }
+    terminal::print(&if arguments.json { serde_json::to_string_pretty(&writing::json(&response))? } else { text(&response) + &written })
+}
+
+fn text(response: &Response) -> String {
+    let estimate = &response.estimate;
+    let lines = estimate.frequencies_hz.len();
+    // Evenly spaced on a logarithmic scale.
+    let (first, last) = (estimate.frequencies_hz[0], estimate.frequencies_hz[lines - 1]);
+    let mut shown: Vec<usize> = (0..MOST_ROWS)
+        .map(|i| first * (last / first).powf(i as f64 / (MOST_ROWS - 1) as f64))
+        .map(|f| estimate.frequencies_hz.partition_point(|g| *g < f * (1.0 - 1e-9)).min(lines - 1))
+        .collect();
+    shown.dedup();
+    let rows = shown.iter().map(|&i| {
+        let row = writing::row(response, i);
+        let number = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
+        vec![
+            plain(row.frequency_hz),
+            format!("{:.2}", row.magnitude_db),
+            number(row.half_width_db),
+            format!("{:.1}", row.phase_deg),
+            number(row.phase_half_width_deg),
+            number(row.coherence),
+            format!("{:.2}", row.linear_db),
+            format!("{:.1}", row.linear_deg),
+        ]
+    });
+    let header = ["frequency (Hz)", "measured (dB)", "± (dB)", "phase (deg)", "± (deg)", "coherence", "linear (dB)", "linear (deg)"];
+    let mut parts = vec![format!("from {} to {}\n{}", response.input, response.output, response.how)];
+    parts.extend((!response.notes.is_empty()).then(|| response.notes.iter().map(|n| format!("note: {n}")).collect::<Vec<_>>().join("\n")));
+    parts.push(table(&header, &[0, 1, 2, 3, 4, 5, 6, 7], rows));
+    parts.push(response.sentences().join("\n"));
+    parts.join("\n\n")
+}
+
+/// Checks of what every source of records has in common.
+fn require(holds: bool, message: impl FnOnce() -> String, remedy: &str) -> anyhow::Result<()> {
+    if holds { Ok(()) } else { Err(BadInput::error(message(), remedy)) }
+}
+
+fn band(arguments: &Frf, hold_s: f64, lowest_hz: f64, excited_hz: Option<f64>) -> anyhow::Result<(f64, f64)> {
+    let nyquist = 0.5 / hold_s;
+    let usual = excited_hz.unwrap_or(nyquist).min(0.8 * nyquist);
+    let (low, high) = (arguments.from.unwrap_or(lowest_hz), arguments.to.unwrap_or(usual));
+    require(
+        low > 0.0 && low < high && high < nyquist,
+        || format!("no band from {low} to {high} Hz: samples come every {hold_s} s, so frequencies end at {nyquist} Hz"),
+        "name a band with --from and --to, in Hz",
+    )?;
+    require(
+        arguments.confidence > 0.0 && arguments.confidence < 1.0,
+        || format!("a confidence of {} is no probability", arguments.confidence),
+        "write it as in --confidence 0.95",
+    )?;
+    Ok((low, high))
+}
+
+fn estimator(kind: EstimatorKind) -> Option<Estimator> {
+    match kind {
+        EstimatorKind::LocalPolynomial => None,
+        EstimatorKind::H1 => Some(Estimator::H1),
+        EstimatorKind::H2 => Some(Estimator::H2),
+        EstimatorKind::Hv => Some(Estimator::Hv),
+    }
+}
+
+/// Everything that a file or a request can be wrong in; the rest is a mistake of the program.
+fn refused(arguments: &Frf, error: &AnalysisError) -> anyhow::Error {
+    let remedy = match error {
+        AnalysisError::RunEnded { .. } => "the machine runs away under this excitation: try --clamped, or less with --rms",
+        AnalysisError::Lti(_) => "longer records, a shorter --segment or a narrower band may help",
+        _ => "see feeler frf --help for what can be asked",
+    };
+    BadInput::error(format!("{}: {error}", arguments.source.display()), remedy)
+}

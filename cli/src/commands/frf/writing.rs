@@ -1,0 +1,110 @@
+//! A response as numbers for other programs.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+
+use super::Response;
+
+/// One frequency; what is not known is not a number.
+pub(crate) struct Row {
+    pub(crate) frequency_hz: f64,
+    pub(crate) magnitude_db: f64,
+    pub(crate) low_db: f64,
+    pub(crate) high_db: f64,
+    pub(crate) half_width_db: f64,
+    pub(crate) phase_deg: f64,
+    pub(crate) phase_half_width_deg: f64,
+    pub(crate) coherence: f64,
+    pub(crate) linear_db: f64,
+    pub(crate) linear_deg: f64,
+    pub(crate) noise_db: f64,
+    pub(crate) distortion_db: f64,
+}
+
+/// Row `i` of a response.
+pub(crate) fn row(response: &Response, i: usize) -> Row {
+    let estimate = &response.estimate;
+    let one = feeler_lti::spectral::ResponseEstimate {
+        response: vec![estimate.response[i]],
+        variance: vec![estimate.variance[i]],
+        degrees_of_freedom: vec![estimate.degrees_of_freedom[i]],
+        ..Default::default()
+    };
+    let band = one.confidence(response.confidence)[0];
+    let decibels = |value: f64| 20.0 * value.log10();
+    let level = |which: usize| response.told_apart.as_ref().map_or(f64::NAN, |levels| 0.5 * decibels(levels[which][i]));
+    let magnitude_db = decibels(estimate.response[i].norm());
+    Row {
+        frequency_hz: estimate.frequencies_hz[i],
+        magnitude_db,
+        low_db: decibels(band.magnitude_low),
+        high_db: decibels(band.magnitude_high),
+        half_width_db: decibels(band.magnitude_high) - magnitude_db,
+        phase_deg: estimate.response[i].arg().to_degrees(),
+        phase_half_width_deg: band.phase_half_width_rad.to_degrees(),
+        coherence: estimate.coherence.as_ref().map_or(f64::NAN, |c| c[i]),
+        linear_db: decibels(response.linear[i].norm()),
+        linear_deg: response.linear[i].arg().to_degrees(),
+        noise_db: level(0),
+        distortion_db: level(1),
+    }
+}
+
+/// All rows, unknown cells empty.
+pub(super) fn csv(response: &Response) -> String {
+    let mut text = String::from(
+        "frequency_hz,magnitude_db,magnitude_low_db,magnitude_high_db,phase_deg,phase_half_width_deg,coherence,\
+         linear_magnitude_db,linear_phase_deg,noise_db,distortion_db\n",
+    );
+    for i in 0..response.linear.len() {
+        let r = row(response, i);
+        let cells = [
+            r.frequency_hz,
+            r.magnitude_db,
+            r.low_db,
+            r.high_db,
+            r.phase_deg,
+            r.phase_half_width_deg,
+            r.coherence,
+            r.linear_db,
+            r.linear_deg,
+            r.noise_db,
+            r.distortion_db,
+        ];
+        let cells = cells.map(|v| if v.is_finite() { v.to_string() } else { String::new() });
+        let _ = writeln!(text, "{}", cells.join(","));
+    }
+    text
+}
+
+/// The response as programs read it.
+pub(super) fn json(response: &Response) -> Value {
+    let estimate = &response.estimate;
+    let complex = |values: &[feeler_lti::C64]| values.iter().map(|g| [g.re, g.im]).collect::<Vec<_>>();
+    let bands = estimate.confidence(response.confidence);
+    let agreement = response.agreement();
+    json!({
+        "name": response.title,
+        "input": response.input,
+        "output": response.output,
+        "how": response.how,
+        "notes": response.notes,
+        "hold_s": response.hold_s,
+        "confidence": response.confidence,
+        "frequencies_hz": estimate.frequencies_hz,
+        "response": complex(&estimate.response),
+        "magnitude_band": bands.iter().map(|b| [b.magnitude_low, b.magnitude_high]).collect::<Vec<_>>(),
+        "phase_half_width_deg": bands.iter().map(|b| b.phase_half_width_rad.to_degrees()).collect::<Vec<_>>(),
+        "coherence": estimate.coherence,
+        "linear": complex(&response.linear),
+        "noise_variance": response.told_apart.as_ref().map(|t| &t[0]),
+        "distortion_variance": response.told_apart.as_ref().map(|t| &t[1]),
+        "agreement": {
+            "frequencies_compared": agreement.compared,
+            "largest_difference_db": agreement.decibels,
+            "largest_difference_deg": agreement.degrees,
+            "share_within_band": agreement.within,
+        },
+    })
+}

@@ -1,0 +1,106 @@
+//! Planes as data; `assets/plane.js` draws them.
+
+use serde_json::{Value, json};
+
+use super::chart::rounded;
+
+/// Significant digits of coordinates, and of what stands beside them.
+const DIGITS: usize = 6;
+
+/// What a point of a plane is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum PlaneKind {
+    /// Real part in 1/s, imaginary part in Hz.
+    S,
+    /// z of samples; the border of stability is the unit circle.
+    Z,
+    /// The value of a loop; frequencies stand beside it.
+    Nyquist,
+}
+
+/// A curve through a plane, with a gain or a frequency for each point.
+pub(crate) struct PlanePath {
+    pub(crate) name: String,
+    pub(crate) points: Vec<[f64; 2]>,
+    pub(crate) at: Vec<f64>,
+    pub(crate) colour: usize,
+    pub(crate) dashed: bool,
+}
+
+/// How a single point is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum PlaneShape {
+    /// A cross.
+    Pole,
+    /// A circle.
+    Zero,
+    /// A filled square: where the file stands.
+    Now,
+}
+
+/// A single point.
+pub(crate) struct PlaneMark {
+    pub(crate) name: String,
+    pub(crate) point: [f64; 2],
+    pub(crate) at: Option<f64>,
+    pub(crate) shape: PlaneShape,
+}
+
+/// A plane with its curves and points.
+pub(crate) struct Plane {
+    pub(crate) kind: PlaneKind,
+    pub(crate) title: String,
+    pub(crate) caption: String,
+    pub(crate) x_label: String,
+    pub(crate) y_label: String,
+    /// What the values beside the points are, where they are gains.
+    pub(crate) gain: String,
+    /// Sample time of a z plane.
+    pub(crate) period_s: Option<f64>,
+    /// Left, right, bottom and top.
+    pub(crate) view: [f64; 4],
+    pub(crate) paths: Vec<PlanePath>,
+    pub(crate) marks: Vec<PlaneMark>,
+}
+
+impl Plane {
+    pub(super) fn to_json(&self) -> Value {
+        let short = |value: f64| rounded(value, DIGITS);
+        let path = |path: &PlanePath| {
+            let along = |axis: usize| path.points.iter().map(|p| short(p[axis])).collect::<Vec<_>>();
+            let at: Vec<Value> = path.at.iter().map(|&v| short(v)).collect();
+            json!({ "name": path.name, "x": along(0), "y": along(1), "at": at, "colour": path.colour, "dashed": path.dashed })
+        };
+        let mark = |mark: &PlaneMark| {
+            let shape = match mark.shape {
+                PlaneShape::Pole => "pole",
+                PlaneShape::Zero => "zero",
+                PlaneShape::Now => "now",
+            };
+            json!({ "name": mark.name, "x": mark.point[0], "y": mark.point[1], "at": mark.at, "shape": shape })
+        };
+        json!({
+            "kind": if self.kind == PlaneKind::Nyquist { "nyquist" } else { "roots" },
+            "circle": self.kind == PlaneKind::Z,
+            "x": self.x_label,
+            "y": self.y_label,
+            "gain": self.gain,
+            "period_s": self.period_s,
+            "view": self.view,
+            "hint": "Point at a curve to read it; draw a box to zoom, double-click to go back.",
+            "paths": self.paths.iter().map(path).collect::<Vec<_>>(),
+            "marks": self.marks.iter().map(mark).collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// A view that holds points with room about them: `about` is kept inside.
+pub(crate) fn view_of(points: impl IntoIterator<Item = [f64; 2]>, about: [f64; 2]) -> [f64; 4] {
+    let mut view = [about[0], about[0], about[1], about[1]];
+    for [x, y] in points.into_iter().filter(|p| p[0].is_finite() && p[1].is_finite()) {
+        view = [view[0].min(x), view[1].max(x), view[2].min(y), view[3].max(y)];
+    }
+    let room = |low: f64, high: f64| if high > low { 0.12 * (high - low) } else { 1.0 };
+    let (wide, tall) = (room(view[0], view[1]), room(view[2], view[3]));
+    [view[0] - wide, view[1] + wide, view[2] - tall, view[3] + tall]
+}

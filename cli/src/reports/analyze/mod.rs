@@ -1,0 +1,164 @@
+//! The page of an analysis.
+
+mod bode;
+mod planes;
+mod shapes;
+mod verdict;
+
+use feeler_analysis::{Curves, ModeReport, Report};
+use feeler_scenarios::format::Document;
+
+use crate::numbers::{plain, with_unit};
+use crate::page::{Page, Tile};
+
+pub(crate) use bode::degrees;
+pub(crate) use verdict::{class_name, sentences};
+
+/// The page of an analysis, sensitivities included.
+pub(crate) fn page(document: &Document, settings: &[String], report: &Report, curves: &Curves) -> String {
+    let machine = &document.scenario.machine;
+    let mut page = Page::new(&format!("{}: linear theory", machine.name), &machine.about);
+    let said = sentences(report);
+    let (lead, rest) = said.split_first().map_or(("", &[][..]), |(first, rest)| (first.as_str(), rest));
+    page.lead(lead);
+    for sentence in rest {
+        page.paragraph(sentence);
+    }
+    page.tiles(&tiles(report));
+    waterfall(&mut page, report);
+    sensitivities(&mut page, report);
+    modes(&mut page, report);
+    page.heading("Frequency responses");
+    page.paragraph(&format!(
+        "From {} to {}. Continuous curves drop sampling, hold, delays of the controller and filters; sampled curves have all of them, exactly, and end \
+         at half of the sampling rate.",
+        report.input, report.output
+    ));
+    for chart in bode::charts(report, curves) {
+        page.chart(&chart);
+    }
+    if let Some(plane) = planes::nyquist(curves) {
+        page.plane(&plane);
+    }
+    page.heading("Poles and zeros");
+    for plane in planes::loci(report, curves) {
+        page.plane(&plane);
+    }
+    page.plane(&planes::map(report));
+    page.heading("Scenario");
+    if !settings.is_empty() {
+        page.paragraph(&format!("Set on the command line: {}", settings.join("; ")));
+    }
+    page.verbatim("the file as it was analysed", document.text());
+    page.render()
+}
+
+fn tiles(report: &Report) -> Vec<Tile> {
+    let tile = |name, value: String, remark: String| Tile { name, value, remark };
+    let mut tiles = Vec::new();
+    if let Some(gain) = &report.gain {
+        let top = |range: &feeler_analysis::StableRange| match (range.all.bands.is_empty(), range.stable[1]) {
+            (true, _) => "none".to_owned(),
+            (_, Some(edge)) => plain(edge),
+            (_, None) => "unbounded".to_owned(),
+        };
+        let edge =
+            |range: &feeler_analysis::StableRange| range.edge_hz.map_or_else(String::new, |f| format!("swings at {}", with_unit(f, "Hz")));
+        tiles.push(tile("largest stable gain, sampled", top(&gain.sampled), edge(&gain.sampled)));
+        if let Some(continuous) = &gain.continuous {
+            tiles.push(tile("and continuous", top(continuous), edge(continuous)));
+        }
+    }
+    if let Some(margins) = report.margins.as_ref().filter(|margins| margins.unstable_poles == 0) {
+        let number = |value: Option<f64>, unit: &str| value.map_or_else(|| "unlimited".to_owned(), |v| with_unit(v, unit));
+        tiles.push(tile("gain margin", margins.gain.map_or_else(|| "unlimited".to_owned(), plain), "factor".into()));
+        let crossover = margins.crossover_hz.map_or_else(|| "no crossover".to_owned(), |f| format!("at {}", with_unit(f, "Hz")));
+        tiles.push(tile("phase margin", margins.phase_deg.map_or_else(|| "unlimited".to_owned(), |v| format!("{}°", plain(v))), crossover));
+        tiles.push(tile("delay margin", number(margins.delay_s, "s"), "in addition".into()));
+        tiles.push(tile("disk margin", plain(margins.disk), "0 to 2".into()));
+        tiles.push(tile("largest sensitivity", plain(margins.sensitivity_peak), "|S|".into()));
+    }
+    tiles
+}
+
+fn waterfall(page: &mut Page, report: &Report) {
+    let Some(waterfall) = &report.waterfall else { return };
+    page.heading("What limits the bandwidth");
+    page.paragraph(
+        "From the rigid body with a perfect drive down to the loop as built, one ingredient after the other: the highest frequency at which the \
+         loop has modulus 1 when the gain is half of the largest stable one.",
+    );
+    let bars: Vec<_> = (waterfall.stages.iter())
+        .map(|stage| {
+            let text = match (stage.bandwidth_hz, stage.largest_gain) {
+                (Some(f), Some(gain)) => format!("{}, largest gain {}", with_unit(f, "Hz"), plain(gain)),
+                (None, Some(gain)) => format!("no crossover, largest gain {}", plain(gain)),
+                (_, None) => "stable at every gain".to_owned(),
+            };
+            let name = if stage.added == "rigid body" { stage.added.clone() } else { format!("+ {}", stage.added) };
+            (name, stage.bandwidth_hz.unwrap_or(0.0), text)
+        })
+        .collect();
+    page.bars(&bars);
+    page.paragraph("How much higher the largest gain would be without one ingredient, all others present:");
+    let rows: Vec<Vec<String>> = (waterfall.without.iter())
+        .map(|(name, factor)| vec![name.clone(), factor.map_or_else(|| "unlimited".to_owned(), |f| format!("{} times", plain(f)))])
+        .collect();
+    page.table(&["without", "largest gain"], &[1], &rows);
+    if let Some(f) = waterfall.saturation_hz {
+        page.paragraph(&format!(
+            "A reference of the size that the file ends with asks more of the drive than its limit allows from {} on.",
+            with_unit(f, "Hz")
+        ));
+    }
+}
+
+fn sensitivities(page: &mut Page, report: &Report) {
+    if report.sensitivities.is_empty() {
+        return;
+    }
+    page.heading("What to stiffen, lighten or damp first");
+    page.paragraph(
+        "Change of bandwidth and of the largest stable gain, in per cent, for one per cent more of each number; the most telling first.",
+    );
+    let percent = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
+    let rows: Vec<Vec<String>> = (report.sensitivities.iter())
+        .map(|s| {
+            let per_unit = if s.bandwidth_hz_per_unit.is_finite() { plain(s.bandwidth_hz_per_unit) } else { "-".to_owned() };
+            vec![s.key.clone(), plain(s.value), percent(s.bandwidth_relative), percent(s.largest_gain_relative), per_unit]
+        })
+        .collect();
+    page.table(&["number", "value (SI)", "bandwidth (%)", "largest gain (%)", "bandwidth (Hz per unit)"], &[1, 2, 3, 4], &rows);
+}
+
+fn modes(page: &mut Page, report: &Report) {
+    if report.modes.is_empty() {
+        return;
+    }
+    page.heading("Modes");
+    page.paragraph(
+        "Colocated: actuator and sensor move in the phase relation of rigid-body motion. Noncolocated: against it, and the phase is lost for good. \
+         Uninvolved: one of them does not take part.",
+    );
+    let edge = report.gain.as_ref().and_then(|gain| gain.sampled.edge_mode);
+    let row = |(i, mode): (usize, &ModeReport)| {
+        let class =
+            if mode.rigid_body { format!("{}, rigid-body motion", class_name(mode.class)) } else { class_name(mode.class).to_owned() };
+        let cost = mode.margin_cost_deg.map_or_else(|| "-".to_owned(), plain);
+        let breaks = if edge == Some(i) { "unstable first" } else { "" };
+        vec![
+            plain(mode.frequency_hz),
+            plain(mode.damping_ratio),
+            class,
+            plain(mode.phase_change_deg),
+            plain(mode.phase_dip_deg),
+            cost,
+            breaks.to_owned(),
+        ]
+    };
+    let rows: Vec<Vec<String>> = report.modes.iter().enumerate().map(row).collect();
+    let header = ["frequency (Hz)", "damping ratio", "class", "phase lost for good (°)", "largest dip (°)", "taken at crossover (°)", ""];
+    page.table(&header, &[0, 1, 3, 4, 5], &rows);
+    page.paragraph("Shapes: displacement of each body towards the workpiece, the largest being 1; an open orange dot shows what lags or leads by a quarter period.");
+    page.drawings(&report.modes.iter().map(shapes::drawing).collect::<Vec<_>>());
+}

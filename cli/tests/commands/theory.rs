@@ -1,0 +1,141 @@
+//! `feeler analyze` and `feeler frf`.
+
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+/// Closed and simulated responses of a linear machine under noise: leakage left by local polynomials next to a resonance of 2 % damping.
+const LEAKAGE_DB: f64 = 0.05;
+
+fn feeler() -> Command {
+    let mut command = Command::cargo_bin("feeler").unwrap();
+    command.current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios"));
+    command
+}
+
+fn printed(arguments: &[&str]) -> String {
+    let output = feeler().args(arguments).output().unwrap();
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn refused(arguments: &[&str]) -> String {
+    let output = feeler().args(arguments).output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+fn json(arguments: &[&str]) -> Value {
+    serde_json::from_str(&printed(arguments)).unwrap()
+}
+
+#[test]
+fn reference_analysis_of_the_flexible_axis_as_programs_read_it() {
+    let found = json(&["analyze", "paper/flexible.toml", "--json"]);
+    let near = |value: &Value, expected: f64| (value.as_f64().unwrap() - expected).abs() < 1e-3;
+    assert!(near(&found["poles_hz"][0], 19.967) && near(&found["poles_hz"][1], 105.049) && near(&found["zeros_hz"][0], 1591.549));
+    assert!(near(&found["gain"]["continuous"]["stable"][1], 5.6083));
+    assert_eq!(found["modes"][1]["class"], "noncolocated");
+    for key in ["gain", "phase_deg", "delay_s", "crossover_hz"] {
+        assert!(found["margins"][key].is_number(), "{key}");
+    }
+    assert!(found["limit"].is_string());
+}
+
+#[test]
+fn truth_the_page_of_an_analysis_has_every_part_and_needs_no_network() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let text = printed(&["analyze", "paper/all-three.toml", "--out", out]);
+    assert!(text.contains("limited by: ") && text.contains("report.html"));
+    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    let parts = [
+        "What limits the bandwidth",
+        "What to stiffen, lighten or damp first",
+        "Modes",
+        "Open loop,",
+        "Closed loop,",
+        "Plant,",
+        "Nyquist",
+        "Root locus of the continuous loop",
+        "Root locus of the sampled loop",
+        "Poles and zeros of the plant,",
+    ];
+    for part in parts {
+        assert!(page.contains(part), "{part}");
+    }
+    assert!(!page.contains("src=\"http") && !page.contains("href=\"http") && page.len() < 3_000_000);
+    let kept: Value = serde_json::from_str(&std::fs::read_to_string(folder.path().join("analyze.json")).unwrap()).unwrap();
+    assert_eq!(kept["sensitivities"].as_array().unwrap().len(), 13);
+}
+
+#[test]
+fn truth_a_saturating_velocity_source_is_limited_by_its_force() {
+    let with_limit = |limit: &str| {
+        let setting = format!("actuators.drive.limit={limit}");
+        json(&["analyze", "paper/rigid-source.toml", "--json", "--set", &setting])["limit"].as_str().unwrap().to_owned()
+    };
+    assert_eq!(with_limit("1"), "saturation");
+    assert_eq!(with_limit("1e6"), "rigid-body");
+}
+
+#[test]
+fn truth_every_excitation_measures_the_linear_response() {
+    let excitations: [&[&str]; 4] = [
+        &["--excitation", "white-noise"],
+        &["--excitation", "multisine", "--realisations", "2"],
+        &["--excitation", "chirp"],
+        &["--excitation", "stepped-sine", "--points", "8"],
+    ];
+    for excitation in excitations {
+        let found = json(&[&["frf", "paper/rigid.toml", "--from", "2", "--to", "200", "--json"], excitation].concat());
+        let agreement = &found["agreement"];
+        assert!(agreement["frequencies_compared"].as_u64().unwrap() >= 8, "{excitation:?}");
+        assert!(agreement["largest_difference_db"].as_f64().unwrap() < LEAKAGE_DB, "{excitation:?}: {agreement}");
+        assert_eq!(found["frequencies_hz"].as_array().unwrap().len(), found["linear"].as_array().unwrap().len());
+    }
+}
+
+#[test]
+fn truth_a_response_is_written_as_page_table_and_json() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let text = printed(&["frf", "paper/flexible.toml", "--estimator", "hv", "--duration", "20", "--out", out]);
+    assert!(text.contains("Hv of segments") && text.contains("coherence"));
+    let csv = std::fs::read_to_string(folder.path().join("frf.csv")).unwrap();
+    assert!(csv.starts_with("frequency_hz,magnitude_db,") && csv.lines().count() > 100);
+    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(page.contains("Coherence,") && page.contains("Magnitude,"));
+}
+
+#[test]
+fn truth_bad_requests_are_refused_with_what_to_do() {
+    let cases: [(&[&str], &str); 6] = [
+        (&["frf", "paper/rigid.toml", "--output", "tol.force"], "tool"),
+        (&["frf", "paper/rigid.toml", "--input", "force.reading"], "is no input"),
+        (&["frf", "paper/rigid.toml", "--to", "600"], "frequencies end at 500 Hz"),
+        (&["frf", "paper/rigid.toml", "--excitation", "multisine", "--period", "0.0137772"], "no whole number of holds"),
+        (&["frf", "paper/rigid.toml", "--experiment", "a.csv"], "this is a scenario"),
+        (&["analyze", "paper/rigid.toml", "--gain", "controllers.force.kq"], "has no gain `kq`"),
+    ];
+    for (arguments, expected) in cases {
+        let said = refused(arguments);
+        assert!(said.contains(expected) && said.contains("help:"), "{arguments:?}: {said}");
+    }
+}
+
+#[test]
+#[expect(clippy::print_stdout, reason = "a skipped comparison must say so")]
+fn truth_records_of_a_dataset_give_a_response() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/blind/practice/case-00");
+    let Some(folder) = folder.canonicalize().ok().and_then(|f| f.to_str().map(str::to_owned)) else {
+        println!("skipped: no practice datasets");
+        return;
+    };
+    let found = json(&["frf", &folder, "--experiment", "clamped-1.csv", "--experiment", "clamped-2.csv", "--json"]);
+    assert_eq!(found["output"], "force.reading");
+    assert!(found["coherence"].as_array().unwrap().iter().all(Value::is_number));
+    assert!(refused(&["frf", &folder, "--experiment", "clamped-9.csv"]).contains("did you mean `clamped-"));
+    assert!(refused(&["frf", &folder, "--excitation", "multisine"]).contains("--period"));
+}

@@ -1,5 +1,6 @@
 //! One mode of one machine: its rows, and how they carry the state over a span.
 
+use feeler_lanes::Blocks;
 use feeler_lti::expm;
 use feeler_plant::assembly::Source;
 use feeler_plant::motion::{Equations, Mode, Motion, Row};
@@ -23,10 +24,10 @@ pub(super) struct Flow {
     derivative: Vec<f64>,
     /// How fast the mode moves, 1/s.
     norm: f64,
-    /// Rows of the channels; none for what no row tells.
-    pub(super) outputs: Vec<Option<Row>>,
-    /// Exponentials by span.
-    spans: Vec<(u64, Vec<f64>)>,
+    /// What is looked at in every row: the channels, then position, speed and force of the first drive, then the contacts' forces.
+    looks: Blocks<f64>,
+    /// By span, what carries the states over it, and the guards after it.
+    spans: Vec<(u64, Blocks<f64>)>,
 }
 
 impl Flow {
@@ -44,33 +45,71 @@ impl Flow {
             i => row[i].abs(),
         };
         let norm = derivative.chunks_exact(width).enumerate().map(rate).fold(0.0, f64::max);
-        let outputs = channels.iter().map(|&source| motion.signal(&equations, source)).collect();
-        Self { linear: equations.is_linear(), equations, states, width, derivative, norm, outputs, spans: Vec::new() }
+        let none = Row::new();
+        let mut rows: Vec<Row> = channels.iter().map(|&source| motion.signal(&equations, source).unwrap_or_default()).collect();
+        let [position, speed] = equations.stroke.first().map_or([&none, &none], |[x, v]| [x, v]);
+        rows.extend([position, speed, equations.drive_force.first().unwrap_or(&none)].map(Clone::clone));
+        rows.extend(equations.contact_force.iter().cloned());
+        let mut looks = Blocks::zeros(rows.len(), width);
+        rows.iter().enumerate().for_each(|(i, row)| looks.set_row(0, i, row));
+        Self { linear: equations.is_linear(), equations, states, width, derivative, norm, looks, spans: Vec::new() }
     }
 
-    /// The rows that carry the states over `span_s` with everything else held.
-    fn exponential(&mut self, span_s: f64) -> Result<&[f64], DiagnosisError> {
+    /// What carries the states over `span_s` with everything else held.
+    fn exponential(&mut self, span_s: f64) -> Result<usize, DiagnosisError> {
         let key = span_s.to_bits();
         if let Some(i) = self.spans.iter().position(|(k, _)| *k == key) {
-            return Ok(&self.spans[i].1);
+            return Ok(i);
         }
-        let n = self.width;
+        let (n, states) = (self.width, self.states);
         let mut a = DMatrix::zeros(n, n);
-        a.rows_mut(0, self.states).copy_from(&DMatrix::from_row_slice(self.states, n, &self.derivative));
+        a.rows_mut(0, states).copy_from(&DMatrix::from_row_slice(states, n, &self.derivative));
         let e = expm(&(a * span_s))?;
-        let rows = (0..self.states).flat_map(|i| (0..n).map(|j| e[(i, j)]).collect::<Vec<_>>()).collect();
-        self.spans.push((key, rows));
-        Ok(&self.spans[self.spans.len() - 1].1)
+        let guards = &self.equations.guards;
+        let mut carried = Blocks::zeros(states + guards.len(), n);
+        for i in 0..states {
+            carried.set_row(0, i, &e.row(i).iter().copied().collect::<Vec<_>>());
+        }
+        for (i, guard) in guards.iter().enumerate() {
+            let after: Vec<f64> = e.column_iter().map(|column| guard.row.iter().zip(column.iter()).map(|(g, e)| g * e).sum()).collect();
+            carried.set_row(0, states + i, &after);
+        }
+        self.spans.push((key, carried));
+        Ok(self.spans.len() - 1)
     }
 
-    /// Carries `xi` over a span that recurs, into `out`.
+    /// Carries `xi` over a span that recurs: `out` gets the states, then the guards as they are at its end.
+    #[inline(always)]
     pub(super) fn carry(&mut self, span_s: f64, xi: &[f64], out: &mut Vec<f64>) -> Result<(), DiagnosisError> {
-        let (states, width) = (self.states, self.width);
-        let rows = self.exponential(span_s)?;
-        out.clear();
-        out.extend(rows.chunks_exact(width).take(states).map(|row| dot(row, xi)));
-        out.extend_from_slice(&xi[states..]);
+        let index = self.exponential(span_s)?;
+        let carried = &self.spans[index].1;
+        out.resize(carried.padded_rows(), 0.0);
+        carried.apply(xi, out);
         Ok(())
+    }
+
+    /// What is looked at (see [`Self::looks`]).
+    #[inline(always)]
+    pub(super) fn look(&self, xi: &[f64], out: &mut Vec<f64>) {
+        out.resize(self.looks.padded_rows(), 0.0);
+        self.looks.apply(xi, out);
+    }
+
+    /// Carries the extended vector over a span into `out`.
+    pub(super) fn move_by(&mut self, span_s: f64, recurring: bool, xi: &[f64], out: &mut Vec<f64>) -> Result<(), DiagnosisError> {
+        if recurring {
+            self.carry(span_s, xi, out)?;
+            out.truncate(self.states);
+            out.extend_from_slice(&xi[self.states..]);
+        } else {
+            self.carry_once(span_s, xi, out);
+        }
+        Ok(())
+    }
+
+    /// Number of states.
+    pub(super) fn states(&self) -> usize {
+        self.states
     }
 
     /// Carries `xi` over any span by its Taylor series, into `out`.

@@ -95,10 +95,10 @@ impl Moving {
         }
     }
 
-    /// The channels as the plant has them, before gains, delays and quantisation.
-    pub(super) fn outputs(&self, state: &State, out: &mut Vec<f64>) {
-        out.clear();
-        out.extend(self.flows[state.flow].outputs.iter().map(|row| row.as_ref().map_or(0.0, |row| dot(row, &state.xi))));
+    /// The channels as the plant has them, before gains, delays and quantisation, then what else is looked at in every row.
+    #[inline(always)]
+    pub(super) fn look(&self, state: &State, out: &mut Vec<f64>) {
+        self.flows[state.flow].look(&state.xi, out);
     }
 
     /// Gives a drive a new input; where its rate is limited it starts to ramp there.
@@ -116,8 +116,27 @@ impl Moving {
         state.flow = self.flow_of(mode);
     }
 
-    /// Carries the state over `span_s` through the events on the way.
+    /// Carries the state over `span_s`, a span that recurs.
+    #[inline(always)]
     pub(super) fn advance(&mut self, state: &mut State, span_s: f64) -> Result<(), DiagnosisError> {
+        let flow = &mut self.flows[state.flow];
+        if flow.linear {
+            flow.carry(span_s, &state.xi, &mut self.next)?;
+            let states = flow.states();
+            let guards = &self.next[states..states + flow.equations.guards.len()];
+            if guards.iter().all(|guard| *guard >= 0.0) {
+                state.xi[..states].copy_from_slice(&self.next[..states]);
+                if !flow.equations.stuck.is_empty() {
+                    self.join(state);
+                }
+                return Ok(());
+            }
+        }
+        self.advance_through_events(state, span_s)
+    }
+
+    /// Carries the state over `span_s` through the events on the way.
+    fn advance_through_events(&mut self, state: &mut State, span_s: f64) -> Result<(), DiagnosisError> {
         let mut left = span_s;
         let mut events = 0;
         while left > SLIVER * span_s {
@@ -148,11 +167,7 @@ impl Moving {
     /// One span in one mode. Nonlinear terms are averaged over it (trapezoidal, second order).
     fn move_by(&mut self, state: &mut State, span_s: f64, recurring: bool, out: &mut Vec<f64>) -> Result<(), DiagnosisError> {
         let i = state.flow;
-        if recurring {
-            self.flows[i].carry(span_s, &state.xi, out)?;
-        } else {
-            self.flows[i].carry_once(span_s, &state.xi, out);
-        }
+        self.flows[i].move_by(span_s, recurring, &state.xi, out)?;
         if self.flows[i].linear {
             return Ok(());
         }
@@ -164,11 +179,7 @@ impl Moving {
             state.xi[first + j] = 0.5 * (value + end.xi[first + j]);
         }
         *out = end.xi;
-        if recurring {
-            self.flows[i].carry(span_s, &state.xi, out)?;
-        } else {
-            self.flows[i].carry_once(span_s, &state.xi, out);
-        }
+        self.flows[i].move_by(span_s, recurring, &state.xi, out)?;
         let mut end = State { xi: std::mem::take(out), flow: i };
         self.fill(&mut end);
         *out = end.xi;

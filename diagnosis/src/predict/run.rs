@@ -1,9 +1,9 @@
 //! Along a whole record.
 
+use feeler_lanes::dispatch;
 use feeler_plant::assembly::{Assembly, Drive, Source};
 
 use super::anchor::{Anchor, Anchoring, place};
-use super::flow::dot;
 use super::machine::{Moving, State};
 use super::sensor::readings;
 use crate::dataset::{Channel, Dataset, Record};
@@ -96,31 +96,38 @@ impl<'a> Predictor<'a> {
         let mut window: Option<State> = None;
         let mut signals = vec![Vec::with_capacity(rows); self.channels.len()];
         let mut prediction = Prediction { omega: anchor.as_ref().map_or(0.0, Anchor::omega), ..Prediction::default() };
-        let mut outputs = Vec::new();
-        for k in 0..rows {
-            if let Start::Windows(length) = start
-                && k % length == 0
-            {
-                window = Some(state.clone());
-            }
-            let shown = window.as_ref().unwrap_or(&state);
-            self.machine.outputs(shown, &mut outputs);
-            for (signal, &value) in signals.iter_mut().zip(&outputs) {
-                signal.push(value);
-            }
-            prediction.stroke.push(self.stroke(shown));
-            prediction.touching.push(self.touching(shown));
-            if let Some(anchor) = &mut anchor {
-                if window.is_some() {
-                    self.machine.outputs(&state, &mut outputs);
+        let mut seen = Vec::new();
+        let (channels, contacts) = (self.channels.len(), self.machine.motion.assembly().contacts.len());
+        dispatch(
+            #[inline(always)]
+            || -> Result<(), DiagnosisError> {
+                for k in 0..rows {
+                    if let Start::Windows(length) = start
+                        && k % length == 0
+                    {
+                        window = Some(state.clone());
+                    }
+                    self.machine.look(window.as_ref().unwrap_or(&state), &mut seen);
+                    for (signal, &value) in signals.iter_mut().zip(&seen) {
+                        signal.push(value);
+                    }
+                    let [x, v, force] = [0, 1, 2].map(|i| seen[channels + i]);
+                    prediction.stroke.push([x, v, force]);
+                    prediction.touching.push(seen[channels + 3..channels + 3 + contacts].iter().any(|force| *force != 0.0));
+                    if let Some(anchor) = &mut anchor {
+                        if window.is_some() {
+                            self.machine.look(&state, &mut seen);
+                        }
+                        anchor.correct(&mut self.machine, &mut state, &seen, &self.record.series, k, dt);
+                    }
+                    self.drive_on(&mut state, &commands, k, dt)?;
+                    if let Some(window) = &mut window {
+                        self.drive_on(window, &commands, k, dt)?;
+                    }
                 }
-                anchor.correct(&mut self.machine, &mut state, &outputs, &self.record.series, k, dt);
-            }
-            self.drive_on(&mut state, &commands, k, dt)?;
-            if let Some(window) = &mut window {
-                self.drive_on(window, &commands, k, dt)?;
-            }
-        }
+                Ok(())
+            },
+        )?;
         for (channel, signal) in self.channels.iter().zip(&signals) {
             let (read, smooth, dead_zone) = match channel.source {
                 Source::Sensor(i) => {
@@ -158,19 +165,29 @@ impl<'a> Predictor<'a> {
     }
 
     /// From row `k` to the next, through the commands that arrive on the way. (Commands of a delayed drive arrive between rows.)
+    #[inline(always)]
     fn drive_on(&mut self, state: &mut State, commands: &[Vec<f64>], k: usize, dt: f64) -> Result<(), DiagnosisError> {
+        let mut is_delayed = false;
+        for ((drive, _), commands) in self.drives.iter().zip(commands) {
+            let delay = self.machine.motion.assembly().drives[*drive].delay / dt;
+            let whole = delay.floor() as usize;
+            // A part of a row too short to matter would only spoil the reuse of exponentials.
+            let is_part = delay - whole as f64 > NEGLIGIBLE_PART;
+            is_delayed |= is_part;
+            let back = whole + usize::from(is_part);
+            self.machine.set_input(state, *drive, if k >= back { commands[k - back] } else { 0.0 });
+        }
+        if is_delayed { self.drive_on_delayed(state, commands, k, dt) } else { self.machine.advance(state, dt) }
+    }
+
+    fn drive_on_delayed(&mut self, state: &mut State, commands: &[Vec<f64>], k: usize, dt: f64) -> Result<(), DiagnosisError> {
         let mut arrivals: Vec<(f64, usize, f64)> = Vec::new();
         for ((drive, _), commands) in self.drives.iter().zip(commands) {
             let delay = self.machine.motion.assembly().drives[*drive].delay / dt;
             let whole = delay.floor() as usize;
             let part = delay - whole as f64;
-            let at = |back: usize| if k >= back { commands[k - back] } else { 0.0 };
-            // A part of a row too short to matter would only spoil the reuse of exponentials.
             if part > NEGLIGIBLE_PART {
-                self.machine.set_input(state, *drive, at(whole + 1));
-                arrivals.push((part * dt, *drive, at(whole)));
-            } else {
-                self.machine.set_input(state, *drive, at(whole));
+                arrivals.push((part * dt, *drive, if k >= whole { commands[k - whole] } else { 0.0 }));
             }
         }
         arrivals.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -183,19 +200,5 @@ impl<'a> Predictor<'a> {
             self.machine.set_input(state, drive, value);
         }
         self.machine.advance(state, dt - now)
-    }
-
-    fn stroke(&self, state: &State) -> [f64; 3] {
-        let equations = &self.machine.flows[state.flow].equations;
-        let value = |row: &[f64]| dot(row, &state.xi);
-        match (equations.stroke.first(), equations.drive_force.first()) {
-            (Some([x, v]), Some(force)) => [value(x), value(v), value(force)],
-            _ => [0.0; 3],
-        }
-    }
-
-    fn touching(&self, state: &State) -> bool {
-        let equations = &self.machine.flows[state.flow].equations;
-        equations.contact_force.iter().any(|row| dot(row, &state.xi) != 0.0)
     }
 }

@@ -4,7 +4,6 @@
 //! Between events a machine is linear with held inputs, so the default integrator carries it by matrix exponentials and locates every event in between
 //! to rounding; modes with laws that are not linear are integrated by extrapolation to the same accuracy (see [`Integrator::Exact`]).
 
-mod blocks;
 mod clock;
 mod control_loop;
 mod crossing;

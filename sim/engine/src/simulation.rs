@@ -2,9 +2,8 @@
 
 use std::collections::VecDeque;
 
-use feeler_lanes::{Lane, dispatch};
+use feeler_lanes::{Blocks, Lane, dispatch};
 
-use crate::blocks::Blocks;
 use crate::clock::due;
 use crate::control_loop::ControlLoop;
 use crate::drive::DriveChain;

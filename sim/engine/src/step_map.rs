@@ -3,10 +3,9 @@
 //! With `M` the derivative of the extended vector, an RK4 step is the polynomial `I + hM + (hM)^2/2 + (hM)^3/6 + (hM)^4/24` of it, and a semi-implicit
 //! Euler step is `v += h M_v xi`, then `q += h v`: the same methods with the same errors, but for rounding.
 
-use feeler_lanes::{Lane, LaneMask};
+use feeler_lanes::{Blocks, Lane, LaneMask};
 use nalgebra::DMatrix;
 
-use crate::blocks::Blocks;
 use crate::flow::Flow;
 use crate::lane::LaneCore;
 use crate::scenario::Integrator;

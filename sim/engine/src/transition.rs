@@ -1,8 +1,7 @@
 //! The exponentials of all lanes side by side, and the look at their guards.
 
-use feeler_lanes::{Lane, LaneMask};
+use feeler_lanes::{Blocks, Lane, LaneMask};
 
-use crate::blocks::Blocks;
 use crate::error::EngineError;
 use crate::flow::ROWS_PER_GUARD;
 use crate::lane::LaneCore;

@@ -3,9 +3,11 @@
 //! Every operation on a [`Pack`] is the same IEEE operation on each of its numbers, so a variant gives the same bits in any lane of any width.
 //! Packs are plain arrays that the compiler vectorises; [`dispatch`] picks the widest instruction set the processor has at run time.
 
+mod blocks;
 mod mask;
 mod pack;
 
+pub use blocks::Blocks;
 pub use mask::{LaneMask, PackMask};
 pub use pack::Pack;
 

@@ -1,6 +1,6 @@
 //! Small matrices of all lanes side by side, and their product with a vector.
 
-use feeler_lanes::Lane;
+use crate::Lane;
 
 /// Rows of a block of a single variant: one AVX-512 register.
 const ROWS_OF_ONE: usize = 8;
@@ -9,7 +9,7 @@ const ROWS_OF_PACKS: usize = 4;
 
 /// A matrix per lane. Rows are kept in blocks, each column by column, so that the sums of a block run side by side.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Blocks<L> {
+pub struct Blocks<L> {
     entries: Vec<L>,
     width: usize,
 }
@@ -18,17 +18,20 @@ impl<L: Lane> Blocks<L> {
     const ROWS: usize = if L::WIDTH == 1 { ROWS_OF_ONE } else { ROWS_OF_PACKS };
 
     /// Zero matrices of at least `rows` rows.
-    pub(crate) fn zeros(rows: usize, width: usize) -> Self {
+    pub fn zeros(rows: usize, width: usize) -> Self {
         Self { entries: vec![L::zero(); rows.div_ceil(Self::ROWS) * Self::ROWS * width], width }
     }
 
     /// Rows of the product, padded to whole blocks.
-    pub(crate) fn padded_rows(&self) -> usize {
+    pub fn padded_rows(&self) -> usize {
         self.entries.len() / self.width.max(1)
     }
 
     /// Replaces row `i` of lane `l`; columns beyond the end of `row` become zero.
-    pub(crate) fn set_row(&mut self, l: usize, i: usize, row: &[f64]) {
+    ///
+    /// # Panics
+    /// If there is no such row or lane.
+    pub fn set_row(&mut self, l: usize, i: usize, row: &[f64]) {
         let block = &mut self.entries[(i / Self::ROWS) * Self::ROWS * self.width..];
         for j in 0..self.width {
             block[j * Self::ROWS + i % Self::ROWS].set_lane(l, row.get(j).copied().unwrap_or(0.0));
@@ -37,7 +40,7 @@ impl<L: Lane> Blocks<L> {
 
     /// `y = matrix * xi` over the first columns of `xi`; `y` holds [`Self::padded_rows`]. To be inlined into a dispatched kernel.
     #[inline(always)]
-    pub(crate) fn apply(&self, xi: &[L], y: &mut [L]) {
+    pub fn apply(&self, xi: &[L], y: &mut [L]) {
         if L::WIDTH == 1 {
             self.apply_by::<ROWS_OF_ONE>(xi, y);
         } else {

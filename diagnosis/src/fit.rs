@@ -17,8 +17,10 @@ const DISCREPANCY: f64 = 0.01;
 const SMALLEST_SCALE: f64 = 0.1;
 /// Step of finite differences in `theta`.
 const DIFFERENCE: f64 = 1e-3;
-/// Gain of the cost in one step below which a fit has converged.
+/// Gain of the cost in one step below which a fit has converged: a hundredth of what one unknown costs.
 const CONVERGED: f64 = 0.02;
+/// The same as a share of the cost: models are told apart by far larger differences.
+const CONVERGED_SHARE: f64 = 1e-5;
 
 /// Per record and channel, what the residuals are compared with.
 #[derive(Clone, Debug)]
@@ -116,12 +118,12 @@ fn loss(measured: &[f64], predicted: &[f64], sigma: f64, dead_zone: f64) -> f64 
 }
 
 /// What of a residual a quantised reading can vouch for.
-fn beyond(residual: f64, dead_zone: f64) -> f64 {
+pub(crate) fn beyond(residual: f64, dead_zone: f64) -> f64 {
     residual - residual.clamp(-dead_zone, dead_zone)
 }
 
 /// Pseudo-Huber loss (Charbonnier) and the weight it gives a residual.
-fn robust(r: f64) -> (f64, f64) {
+pub(crate) fn robust(r: f64) -> (f64, f64) {
     let t = (1.0 + (r / ROBUST_SIGMAS).powi(2)).sqrt();
     (2.0 * ROBUST_SIGMAS.powi(2) * (t - 1.0), 1.0 / t)
 }
@@ -151,7 +153,7 @@ impl Task<'_> {
         channels.map(|(((m, p), &sigma), &dead_zone)| loss(m, p, sigma, dead_zone)).collect()
     }
 
-    fn prior_cost(model: &Model, theta: &[f64]) -> f64 {
+    pub(crate) fn prior_cost(model: &Model, theta: &[f64]) -> f64 {
         let term =
             |(unknown, theta): (&crate::model::Unknown, &f64)| unknown.prior.map_or(0.0, |(mean, sigma)| ((theta - mean) / sigma).powi(2));
         model.unknowns.iter().zip(theta).map(term).sum()
@@ -163,23 +165,21 @@ impl Task<'_> {
             .map_or(f64::INFINITY, |misfits| PIECES * misfits.iter().flatten().sum::<f64>() + Self::prior_cost(model, theta))
     }
 
+    /// The prediction with unknown `i` moved a little, and how far; none where the model bears no move either way.
+    pub(crate) fn moved(&self, model: &Model, theta: &[f64], i: usize, record: usize) -> Option<(Prediction, f64)> {
+        [DIFFERENCE, -DIFFERENCE].into_iter().find_map(|step| {
+            let mut probe = theta.to_vec();
+            probe[i] += step;
+            Some((self.predict(model, &probe, record)?, step))
+        })
+    }
+
     /// Normal equations of one record: `J^T W J`, `J^T W r`.
     fn normal(&self, model: &Model, theta: &[f64], r: usize) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let n = theta.len();
         let base = self.predict(model, theta, r)?;
         let record = &self.dataset.records[r];
-        let moved: Vec<Option<(Prediction, f64)>> = (0..n)
-            .map(|i| {
-                for step in [DIFFERENCE, -DIFFERENCE] {
-                    let mut probe = theta.to_vec();
-                    probe[i] += step;
-                    if let Some(prediction) = self.predict(model, &probe, r) {
-                        return Some((prediction, step));
-                    }
-                }
-                None
-            })
-            .collect();
+        let moved: Vec<Option<(Prediction, f64)>> = (0..n).map(|i| self.moved(model, theta, i, r)).collect();
         let mut a = DMatrix::zeros(n, n);
         let mut b = DVector::zeros(n);
         let mut slope = vec![0.0; n];
@@ -263,7 +263,7 @@ impl Task<'_> {
                 }
                 damping *= 8.0;
             }
-            if gained.is_none_or(|gain| gain < CONVERGED) {
+            if gained.is_none_or(|gain| gain < CONVERGED + CONVERGED_SHARE * cost) {
                 break;
             }
         }
@@ -272,10 +272,10 @@ impl Task<'_> {
 }
 
 /// Longest step of one unknown: a factor of e, or its unit.
-const LONGEST_STEP: f64 = 1.0;
+pub(crate) const LONGEST_STEP: f64 = 1.0;
 
 /// Standard deviations from the normal matrix.
-fn deviations(a: &DMatrix<f64>) -> Vec<f64> {
+pub(crate) fn deviations(a: &DMatrix<f64>) -> Vec<f64> {
     let n = a.nrows();
     // Unknowns that nothing depends on must not spoil the others.
     let scale: Vec<f64> = (0..n).map(|i| a[(i, i)].sqrt().max(1e-9)).collect();

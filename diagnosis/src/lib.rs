@@ -12,6 +12,7 @@ mod model;
 mod odds;
 pub mod predict;
 pub mod report;
+mod screen;
 mod search;
 mod starts;
 mod tolerance;

@@ -10,14 +10,17 @@ use crate::error::DiagnosisError;
 use crate::fit::{Fitted, Task, Weights};
 use crate::model::Model;
 use crate::predict::{Prediction, Predictor};
+use crate::screen::Linearised;
 use crate::starts::{Glance, starts};
 
 /// Steps of a full fit.
 const STEPS: usize = 10;
 /// Steps after which candidates are compared.
-const SCREENING_STEPS: usize = 3;
+const SCREENING_STEPS: usize = 4;
 /// Starts of a candidate that are fitted.
 const BEST_STARTS: usize = 2;
+/// Gain of the cost in screening below which a candidate is not fitted: a fraction of the least evidence that is ever accepted.
+const WORTH_FITTING: f64 = 20.0;
 /// Candidates that are fitted fully, and at least one of every place.
 const FULLY: usize = 7;
 
@@ -71,8 +74,10 @@ pub(crate) fn score(task: &Task<'_>, causes: Vec<Candidate>, fitted: Fitted) -> 
 
 /// `base` with one more effect, for every candidate: all after a few steps, then the best and the best of every place to the end.
 pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glance: &Glance) -> Vec<Scored> {
+    let Some(linearised) = Linearised::new(task, &base.fitted) else { return Vec::new() };
     let mut screened: Vec<(Candidate, Fitted)> =
-        all.par_iter().filter_map(|&candidate| Some((candidate, screen(task, base, candidate, glance)?))).collect();
+        all.par_iter().filter_map(|&candidate| Some((candidate, screen(task, &linearised, base, candidate, glance)?))).collect();
+    screened.retain(|(_, fitted)| base.fitted.cost - fitted.cost > WORTH_FITTING);
     screened.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
     let mut places = Vec::new();
     let chosen: Vec<(Candidate, Fitted)> = screened
@@ -95,19 +100,23 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
 }
 
 /// A few steps with one more effect than `base`.
-fn screen(task: &Task<'_>, base: &Scored, candidate: Candidate, glance: &Glance) -> Option<Fitted> {
+fn screen(task: &Task<'_>, linearised: &Linearised<'_>, base: &Scored, candidate: Candidate, glance: &Glance) -> Option<Fitted> {
     let mut begun: Vec<(f64, Model, Vec<f64>)> = starts(candidate, &task.dataset.machine, glance)
         .into_iter()
         .map(|values| {
             let model = base.fitted.model.with(candidate.site, candidate.definition, &values);
             let mut start = model.start();
             start[..base.fitted.theta.len()].copy_from_slice(&base.fitted.theta);
-            (task.cost(&model, &start), model, start)
+            (linearised.cost(&model, &start), model, start)
         })
         .filter(|(cost, ..)| cost.is_finite())
         .collect();
     begun.sort_by(|a, b| a.0.total_cmp(&b.0));
-    begun.iter().take(BEST_STARTS).map(|(_, model, start)| task.fit(model, start, SCREENING_STEPS)).min_by(|a, b| a.cost.total_cmp(&b.cost))
+    begun
+        .iter()
+        .take(BEST_STARTS)
+        .filter_map(|(_, model, start)| linearised.screen(model, start, SCREENING_STEPS))
+        .min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
 /// What the records show at a glance, with the force that the calibrated machine lacks.

@@ -10,6 +10,72 @@ use crate::flow::Flow;
 use crate::lane::LaneCore;
 use crate::scenario::Integrator;
 
+/// Share of entries that are not zero up to which a large map is kept as lists: bodies mostly touch their neighbours, and cost then grows with their number,
+/// not with its square.
+const SPARSE_SHARE: f64 = 0.3;
+/// States up to which a map is kept whole in any case.
+const SMALL: usize = 12;
+
+/// A map in the form in which it is applied fastest.
+#[derive(Debug)]
+enum Matrix<L> {
+    Whole(Blocks<L>),
+    /// Row by row where it begins in the lists of columns and factors.
+    Lists {
+        starts: Vec<usize>,
+        columns: Vec<usize>,
+        factors: Vec<L>,
+    },
+}
+
+impl<L: Lane> Matrix<L> {
+    /// From one matrix per lane, row by row.
+    fn new(of_lanes: &[Vec<f64>], width: usize) -> Self {
+        let rows = of_lanes[0].len() / width;
+        let used = |at: usize| of_lanes.iter().any(|matrix| matrix[at] != 0.0);
+        let count = (0..rows * width).filter(|&at| used(at)).count();
+        if rows <= SMALL || count as f64 > SPARSE_SHARE * (rows * width) as f64 {
+            let mut blocks = Blocks::zeros(rows, width);
+            for (l, matrix) in of_lanes.iter().enumerate() {
+                matrix.chunks_exact(width).enumerate().for_each(|(i, row)| blocks.set_row(l, i, row));
+            }
+            return Self::Whole(blocks);
+        }
+        let (mut starts, mut columns, mut factors) = (vec![0], Vec::new(), Vec::new());
+        for i in 0..rows {
+            for j in (0..width).filter(|&j| used(i * width + j)) {
+                columns.push(j);
+                factors.push(L::from_fn(|l| of_lanes[l][i * width + j]));
+            }
+            starts.push(columns.len());
+        }
+        Self::Lists { starts, columns, factors }
+    }
+
+    fn padded_rows(&self) -> usize {
+        match self {
+            Self::Whole(blocks) => blocks.padded_rows(),
+            Self::Lists { starts, .. } => starts.len() - 1,
+        }
+    }
+
+    #[inline(always)]
+    fn apply(&self, xi: &[L], y: &mut [L]) {
+        match self {
+            Self::Whole(blocks) => blocks.apply(xi, y),
+            Self::Lists { starts, columns, factors } => {
+                for (y, ends) in y.iter_mut().zip(starts.windows(2)) {
+                    let mut sum = L::zero();
+                    for (&j, &factor) in columns[ends[0]..ends[1]].iter().zip(&factors[ends[0]..ends[1]]) {
+                        sum = factor.mul_add(xi[j], sum);
+                    }
+                    *y = sum;
+                }
+            }
+        }
+    }
+}
+
 /// The step of every lane, each in its own mode.
 #[derive(Debug)]
 pub(crate) struct StepMap<L> {
@@ -17,8 +83,10 @@ pub(crate) struct StepMap<L> {
     pub(crate) step_s: f64,
     filled_at: u64,
     filled_for: Vec<usize>,
-    /// The states after the step, then the guards.
-    matrix: Blocks<L>,
+    /// Of each lane row by row: the states after the step, then the guards.
+    of_lanes: Vec<Vec<f64>>,
+    /// The same side by side.
+    matrix: Matrix<L>,
     width: usize,
     states: usize,
     guards: usize,
@@ -28,8 +96,9 @@ impl<L: Lane> StepMap<L> {
     pub(crate) fn new(step_s: f64, lanes: &[LaneCore]) -> Self {
         let layout = lanes[0].motion.layout();
         let (states, width) = (layout.states(), layout.linear_width());
-        let matrix = Blocks::zeros(states, width);
-        Self { step_s, filled_at: 0, filled_for: vec![usize::MAX; L::WIDTH], matrix, width, states, guards: 0 }
+        let of_lanes = vec![vec![0.0; states * width]; L::WIDTH];
+        let matrix = Matrix::new(&of_lanes, width);
+        Self { step_s, filled_at: 0, filled_for: vec![usize::MAX; L::WIDTH], of_lanes, matrix, width, states, guards: 0 }
     }
 
     /// Fills in the rows of lanes whose mode has changed since, where it is linear.
@@ -39,30 +108,32 @@ impl<L: Lane> StepMap<L> {
         }
         self.filled_at = formation;
         let most = lanes.iter().map(|lane| lane.flow().equations.guards.len()).max().unwrap_or(0);
-        if most > self.guards {
+        let mut changed = most > self.guards;
+        if changed {
             self.guards = most;
-            self.matrix = Blocks::zeros(self.states + most, self.width);
-            self.filled_for.fill(usize::MAX);
+            // A guard that a lane does not have reads zero, which is no crossing.
+            self.of_lanes.iter_mut().for_each(|rows| rows.resize((self.states + most) * self.width, 0.0));
         }
         for (l, lane) in lanes.iter().enumerate().filter(|(_, lane)| lane.flow().linear && !lane.has_ended()) {
             if self.filled_for[l] == lane.current {
                 continue;
             }
             self.filled_for[l] = lane.current;
-            let coordinates = lane.motion.layout().coordinates();
-            let step = map(lane.flow(), method, coordinates, self.step_s);
-            let row = |i: usize| step.row(i).iter().copied().collect::<Vec<_>>();
-            for i in 0..self.states {
-                self.matrix.set_row(l, i, &row(i));
+            changed = true;
+            let step = map(lane.flow(), method, lane.motion.layout().coordinates(), self.step_s);
+            let (states, guards) = self.of_lanes[l].split_at_mut(self.states * self.width);
+            for (i, row) in states.chunks_exact_mut(self.width).enumerate() {
+                row.iter_mut().zip(step.row(i).iter()).for_each(|(entry, step)| *entry = *step);
             }
-            for i in 0..self.guards {
-                let guard = lane.flow().equations.guards.get(i);
-                // A guard that this lane does not have reads zero, which is no crossing.
-                let after = guard.map_or_else(Vec::new, |guard| {
-                    (0..self.width).map(|j| guard.row.iter().zip(step.column(j).iter()).map(|(g, s)| g * s).sum()).collect()
-                });
-                self.matrix.set_row(l, self.states + i, &after);
+            guards.fill(0.0);
+            for (row, guard) in guards.chunks_exact_mut(self.width).zip(&lane.flow().equations.guards) {
+                for (entry, column) in row.iter_mut().zip(step.column_iter()) {
+                    *entry = guard.row.iter().zip(column.iter()).map(|(g, s)| g * s).sum();
+                }
             }
+        }
+        if changed {
+            self.matrix = Matrix::new(&self.of_lanes, self.width);
         }
     }
 

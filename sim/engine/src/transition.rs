@@ -78,7 +78,8 @@ impl<L: Lane> Transition<L> {
                 continue;
             }
             let span_s = self.span_fs as f64 * 1e-15;
-            self.parts[l] = (span_s / flow.check_s).ceil().max(1.0) as u64;
+            // Where nothing can happen there is nothing to look for.
+            self.parts[l] = if flow.equations.guards.is_empty() { 1 } else { (span_s / flow.check_s).ceil().max(1.0) as u64 };
             self.part_s.set_lane(l, span_s / self.parts[l] as f64);
             let rows = flow.transition(self.span_fs / self.parts[l])?;
             for (i, row) in rows.chunks_exact(self.width).enumerate() {

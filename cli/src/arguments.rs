@@ -39,6 +39,8 @@ pub(crate) enum Command {
     Sweep(Sweep),
     /// Put the shards of a sweep together
     Merge(Merge),
+    /// Say why a scenario chatters, by counterfactual runs, and what to do about it
+    Why(Why),
     /// Check machine, scenario, sweep and dataset files without running them
     Check(Check),
     /// Say what linear theory predicts for a scenario: poles, zeros, modes, stable gains, margins, what limits it
@@ -127,6 +129,28 @@ pub(crate) struct Merge {
     /// Folder for the results [default: the first of the folders]
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
+}
+
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:\n  \
+    feeler why scenario.toml\n  \
+    feeler why scenario.toml --out why             with why/report.html and why/why.json\n  \
+    feeler why scenario.toml --json | jq .causes\n\n\
+    The scenario is run again without one of its troubles at a time (delay, flexibility, friction, ...), then without two\n\
+    or three where that takes it; the smallest set that removes the chatter is the cause.")]
+pub(crate) struct Why {
+    /// Scenario file (TOML)
+    #[arg(value_hint = ValueHint::FilePath)]
+    pub(crate) file: PathBuf,
+    /// Set a key of the file, as in controllers.force.kp=0.8; may be repeated
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub(crate) settings: Vec<String>,
+    /// Folder for why.json and report.html, made if absent
+    #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    pub(crate) out: Option<PathBuf>,
+    /// Print as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Args, Debug)]

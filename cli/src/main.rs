@@ -42,6 +42,7 @@ fn dispatch(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Run(run) => commands::run::run(run),
         Command::Sweep(sweep) => commands::sweep::run(sweep),
         Command::Merge(merge) => commands::merge::run(merge),
+        Command::Why(why) => commands::why::run(why),
         Command::Check(check) => commands::check::run(check),
         Command::Analyze(analyze) => commands::analyze::run(analyze),
         Command::Frf(frf) => commands::frf::run(frf),

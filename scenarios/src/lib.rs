@@ -3,3 +3,4 @@
 pub mod format;
 pub mod run;
 pub mod sweep;
+pub mod why;

@@ -9,7 +9,7 @@ use crate::arguments::Sweep;
 use crate::numbers::{count, plain, with_unit};
 use crate::progress::Rate;
 use crate::table::table;
-use crate::terminal;
+use crate::{reports, terminal};
 
 /// Results go under this folder unless another is named.
 const RESULTS: &str = "out";
@@ -33,7 +33,9 @@ pub(crate) fn run(arguments: &Sweep) -> anyhow::Result<()> {
         ));
     };
     let results = Table::read(path)?;
-    terminal::print(&format!("{}\n\n{}\n\nwrote\n  {}", told(&sweep, &result, wall_s), outcomes(&results), path.display()))
+    let drawn = reports::sweep::write(&sweep, &name(&sweep, &arguments.file), &results, &folder)?;
+    let written: Vec<String> = [path].into_iter().chain(&drawn).map(|path| format!("  {}", path.display())).collect();
+    terminal::print(&format!("{}\n\n{}\n\nwrote\n{}", told(&sweep, &result, wall_s), outcomes(&results), written.join("\n")))
 }
 
 /// The name of a sweep: its own, or its file's.

@@ -22,6 +22,7 @@ const UPLOT_STYLE: &str = include_str!("../../assets/uplot.min.css");
 const UPLOT_LICENCE: &str = include_str!("../../assets/uplot.LICENSE");
 const SCRIPT: &str = include_str!("../../assets/page.js");
 const PLANE_SCRIPT: &str = include_str!("../../assets/plane.js");
+const MAP_SCRIPT: &str = include_str!("../../assets/map.js");
 const STYLE: &str = include_str!("../../assets/page.css");
 
 /// A figure that stands on its own: its name, the number with its unit, and a remark.
@@ -37,6 +38,7 @@ pub(crate) struct Page {
     body: String,
     charts: Vec<Value>,
     planes: Vec<Value>,
+    maps: Vec<Value>,
 }
 
 impl Page {
@@ -46,7 +48,7 @@ impl Page {
             let _ = write!(body, "<p class=\"about\">{}</p>", escape(about));
         }
         body.push_str("</header>\n");
-        Self { title: title.to_owned(), body, charts: Vec::new(), planes: Vec::new() }
+        Self { title: title.to_owned(), body, charts: Vec::new(), planes: Vec::new(), maps: Vec::new() }
     }
 
     /// The sentence that matters most.
@@ -100,6 +102,18 @@ impl Page {
         self.body.push_str("</div>\n");
     }
 
+    /// A drawing, with what its parts say under the pointer.
+    pub(crate) fn map(&mut self, title: &str, caption: &str, svg: &str, hover: Value) {
+        let _ = writeln!(
+            self.body,
+            "<figure><figcaption><b>{}</b> {}</figcaption><div class=\"map\" data-map=\"{}\">{svg}</div><p class=\"told\">&nbsp;</p></figure>",
+            escape(title),
+            escape(caption),
+            self.maps.len()
+        );
+        self.maps.push(hover);
+    }
+
     /// A table; columns named in `right` hold numbers.
     pub(crate) fn table(&mut self, header: &[&str], right: &[usize], rows: &[Vec<String>]) {
         let class = |column: usize| if right.contains(&column) { " class=\"number\"" } else { "" };
@@ -141,7 +155,8 @@ impl Page {
 
     /// The page as one file.
     pub(crate) fn render(self) -> String {
-        let data = json!({ "charts": self.charts, "planes": self.planes }).to_string().replace("</", "<\\/");
+        let map_script = if self.maps.is_empty() { String::new() } else { format!("<script>\n{MAP_SCRIPT}</script>\n") };
+        let data = json!({ "charts": self.charts, "planes": self.planes, "maps": self.maps }).to_string().replace("</", "<\\/");
         let title = escape(&self.title);
         let version = env!("CARGO_PKG_VERSION");
         let licence = UPLOT_LICENCE.trim();
@@ -153,7 +168,7 @@ impl Page {
              <noscript><p>The charts of this page need JavaScript.</p></noscript>\n\
              <footer>Made by feeler {version}. Charts: uPlot, MIT licence, copyright 2022 Leon Sorokin.</footer>\n</main>\n\
              <script type=\"application/json\" id=\"data\">{data}</script>\n\
-             <script>\n/* uPlot\n{licence}\n*/\n{UPLOT}</script>\n<script>\n{SCRIPT}</script>\n{plane_script}</body>\n</html>\n",
+             <script>\n/* uPlot\n{licence}\n*/\n{UPLOT}</script>\n<script>\n{SCRIPT}</script>\n{plane_script}{map_script}</body>\n</html>\n",
             self.body
         )
     }

@@ -3,3 +3,5 @@
 pub(crate) mod analyze;
 pub(crate) mod frf;
 pub(crate) mod run;
+pub(crate) mod sweep;
+pub(crate) mod why;

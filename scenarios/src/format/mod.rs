@@ -46,6 +46,6 @@ pub use draft::{Draft, Setting};
 pub use problem::{FormatError, Located};
 pub use reference::reference_markdown;
 pub use schema::{dataset_schema, schema, sweep_schema};
-pub use sweep::{Axis, Keep, Refine, Sampling, SweepFile};
+pub use sweep::{Axis, Keep, Refine, Sampling, SweepFile, unit_of_key};
 pub use templates::{TEMPLATES, Template, template};
 pub use write::{machine_to_toml, to_toml};

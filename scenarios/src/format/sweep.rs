@@ -9,6 +9,7 @@ use super::draft::{Draft, Setting, parse_toml, read_text};
 use super::keys::{AXIS, KEEP, REFINE, SWEEP};
 use super::problem::{FormatError, Located, Problems};
 use super::read::{Fields, Reader, Scope, join};
+use super::shape::{Kind, Shape, Unit};
 use super::source::{Origin, Sources};
 use super::tree::{Entry, Node, Table, Value};
 
@@ -388,4 +389,27 @@ fn ends(axis: &Axis, node: &Node) -> Vec<(Setting, Origin)> {
     });
     let written = |item: &Node| setting(item).map(|setting| (setting, item.origin.clone()));
     range.and_then(|items| Some(vec![written(items.first()?)?, written(items.last()?)?])).unwrap_or_default()
+}
+
+/// The SI unit of the number at a key path, on a translational axis; empty where it has none, or one that depends on more than the key.
+pub fn unit_of_key(path: &str) -> String {
+    let parts: Vec<&str> = path.split('.').collect();
+    let of = |shape: &'static Shape, name: &str| {
+        shape.all_keys().find(|key| key.name == name).and_then(|key| match key.kind {
+            Kind::Quantity(Unit::Of(dimension), _) => Some(dimension.si_unit(false).to_owned()),
+            Kind::Quantity(Unit::PowerStiffness, _) => Some("N/m".to_owned()),
+            _ => None,
+        })
+    };
+    let found = match parts.as_slice() {
+        [_, _, super::keys::EFFECTS, kind, parameter] => crate::sweep::unit_of_effect(kind, parameter).map(str::to_owned),
+        ["run", name] => of(&super::keys::RUN, name),
+        ["contacts", _, "stiffness"] => Some("N/m".to_owned()),
+        [table, _, name] => {
+            let element = super::keys::ELEMENTS.iter().find(|element| element.table == *table);
+            element.and_then(|element| of(&element.shape, name))
+        }
+        _ => None,
+    };
+    found.unwrap_or_default()
 }

@@ -24,7 +24,7 @@ pub struct Candidate {
 pub struct Measured {
     /// Figures of the run; without energies, which are not kept.
     pub summary: Summary,
-    /// Largest forces of the last contacts, N, in order.
+    /// Largest forces of the contacts that began within the tail, N, the last ones in order; none where nothing leaves the wall any more.
     pub impact_peaks_n: Vec<f64>,
     /// The contact force once per mean cycle over the tail, N: one value where it repeats every cycle, two where its period has doubled.
     pub strobe_n: Vec<f64>,
@@ -73,8 +73,10 @@ impl Candidate {
     fn judge(&self, record: &Trace, ended: Ended, tail: usize) -> Measured {
         let judged = Judged::new(&self.scenario, self.program.motion().assembly(), record, ended, EnergyBalance::default());
         let main = judged.summary.main_contact.map(|i| &judged.contacts[i]).filter(|_| tail > 0);
+        let from_s = judged.summary.verdict.tail_s[0];
         let impact_peaks_n = main.map_or_else(Vec::new, |contact| {
-            let peaks = &contact.interval_peaks_n;
+            let impacts = contact.intervals.iter().zip(&contact.interval_peaks_n).filter(|(interval, _)| interval.start_s >= from_s);
+            let peaks: Vec<f64> = impacts.map(|(_, peak)| *peak).collect();
             peaks[peaks.len().saturating_sub(tail)..].to_vec()
         });
         let force_n = main.and_then(|contact| record.column(&contact.force_signal()));

@@ -4,6 +4,9 @@
 //! are on disk before the next is begun: a sweep that is killed goes on where it was, and what it writes in the end does not depend on that, nor on the
 //! number of threads, nor on how it was cut into shards. A variant that fails is a row with its error.
 
+mod axes;
+mod boundary;
+mod contour;
 mod error;
 mod execute;
 mod permutation;
@@ -20,6 +23,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde_json::json;
 
+pub(crate) use axes::unit_of_effect;
+pub use axes::{DrawnAxis, panels};
+pub use boundary::{Line, LinearLimits, contact_view, linear_limits, sampled_growth_per_s};
 pub use error::SweepError;
 pub use shard::{ParseShardError, Shard, merge};
 pub use table::{Column, Table};

@@ -1,0 +1,98 @@
+//! `feeler why`.
+
+use std::fs;
+use std::sync::Mutex;
+
+use feeler_scenarios::format::Draft;
+use feeler_scenarios::run::Outcome;
+use feeler_scenarios::why::{Change, Explanation, Trial, explain};
+
+use crate::arguments::Why;
+use crate::failure::BadInput;
+use crate::numbers::{percent, plain, with_unit};
+use crate::progress::Progress;
+use crate::table::table;
+use crate::{reports, terminal, words};
+
+pub(crate) fn run(arguments: &Why) -> anyhow::Result<()> {
+    let mut draft = Draft::load(&arguments.file)?;
+    for setting in &arguments.settings {
+        draft.set(setting)?;
+    }
+    let document = draft.build()?;
+    let progress = Mutex::new(Progress::new(document.scenario.machine.name.clone()));
+    let expected = (Change::ALL.len() + 1) as f64;
+    let found = explain(&document.scenario, &|runs| {
+        if let Ok(mut progress) = progress.lock() {
+            // Pairs and triples, where it takes them, come on top.
+            progress.at((runs as f64 / expected).min(0.99));
+        }
+    })?;
+    if let Ok(progress) = progress.into_inner() {
+        progress.done();
+    }
+    let json = serde_json::to_string_pretty(&found)?;
+    let mut written = String::new();
+    if let Some(folder) = &arguments.out {
+        fs::create_dir_all(folder).map_err(|error| BadInput::unwritable(folder, &error))?;
+        let [data, page] = ["why.json", "report.html"].map(|name| folder.join(name));
+        fs::write(&data, json.clone() + "\n").map_err(|error| BadInput::unwritable(&data, &error))?;
+        fs::write(&page, reports::why::page(&document, &arguments.settings, &found))
+            .map_err(|error| BadInput::unwritable(&page, &error))?;
+        written = format!("\n\nwrote\n  {}\n  {}", data.display(), page.display());
+    }
+    if arguments.json {
+        return terminal::print(&json);
+    }
+    terminal::print(&format!("{}{}{written}", found.verdict, details(&found)))
+}
+
+fn details(found: &Explanation) -> String {
+    if !found.chatters {
+        return String::new();
+    }
+    let trials = table(&["the scenario with", "ends as", "amplitude", "limit/gain"], &[2, 3], trial_rows(found));
+    let remedies = remedy_rows(found);
+    let remedies = if remedies.is_empty() {
+        "no remedy tried settles".into()
+    } else {
+        table(&["remedies, cheapest first", "gain kept", "bandwidth", "cost"], &[1, 2, 3], remedies)
+    };
+    format!("\n\n{trials}\n\n{remedies}")
+}
+
+/// A row per run: what was changed, what became of it.
+pub(crate) fn trial_rows(found: &Explanation) -> Vec<Vec<String>> {
+    let all = std::iter::once(&found.baseline).chain(&found.singles);
+    let sets = found.contributions.iter().filter(|trial| trial.changes.len() > 1);
+    all.chain(sets).map(trial_row).collect()
+}
+
+fn trial_row(trial: &Trial) -> Vec<String> {
+    let changes: Vec<&str> = trial.changes.iter().map(|change| change.words()).collect();
+    let name = if changes.is_empty() { "everything as it is".to_owned() } else { changes.join(" and ") };
+    if !trial.applies {
+        return vec![name, "does not apply".into(), String::new(), String::new()];
+    }
+    let outcome = trial.outcome.map_or_else(|| "could not be run".to_owned(), |outcome| words::outcome_label(outcome).to_owned());
+    let decays = trial.cured && trial.outcome == Some(Outcome::Undecided);
+    vec![
+        name,
+        if decays { "decays slowly".into() } else { outcome },
+        trial.amplitude_n.map_or_else(|| "-".into(), |amplitude| with_unit(amplitude, "N")),
+        trial.gain_margin.map_or_else(|| "-".into(), plain),
+    ]
+}
+
+/// A row per remedy.
+pub(crate) fn remedy_rows(found: &Explanation) -> Vec<Vec<String>> {
+    let row = |remedy: &feeler_scenarios::why::Remedy| {
+        vec![
+            remedy.what.clone(),
+            format!("{} %", percent(remedy.gain_factor)),
+            remedy.bandwidth_hz.map_or_else(|| "-".into(), |hz| with_unit(hz, "Hz")),
+            remedy.cost.map_or_else(|| "-".into(), |cost| format!("{} %", percent(cost))),
+        ]
+    };
+    found.remedies.iter().map(row).collect()
+}

@@ -1,0 +1,219 @@
+//! Maps over two axes: each variant a cell, coloured by its outcome or by a measure, with the limits of linear theory over them.
+
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use feeler_scenarios::format::Setting;
+use feeler_scenarios::run::Outcome;
+use feeler_scenarios::sweep::{DrawnAxis, LinearLimits, Sweep, Table, linear_limits};
+
+use super::palette::{of_outcome, of_share};
+use super::svg::{Frame, Place, Scale, image, legend};
+use crate::numbers::with_unit;
+use crate::words;
+
+/// Cells of an axis that are drawn at most; of finer grids every so many.
+const MOST_CELLS: u64 = 256;
+/// Half the size of a variant that lies on no grid, as a share of the plot.
+const DOT: f64 = 0.006;
+const WIDTH: f64 = 860.0;
+const PLOT: Place = Place { x: 92.0, y: 34.0, width: 540.0, height: 430.0 };
+
+/// A cell: shares of the plot from its lower left corner, and the variant.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    left: f64,
+    low: f64,
+    width: f64,
+    height: f64,
+    row: usize,
+}
+
+impl Cell {
+    fn place(&self) -> Place {
+        Place {
+            x: PLOT.x + self.left * PLOT.width,
+            y: PLOT.y + (1.0 - self.low - self.height) * PLOT.height,
+            width: self.width * PLOT.width,
+            height: self.height * PLOT.height,
+        }
+    }
+}
+
+/// The variants of one panel on two axes.
+pub(super) struct Map<'a> {
+    axes: [&'a DrawnAxis; 2],
+    pub(super) title: String,
+    cells: Vec<Cell>,
+    limits: LinearLimits,
+}
+
+/// What colours the cells.
+pub(super) enum Colouring<'a> {
+    /// Outcomes by row.
+    Outcome(&'a [String]),
+    /// A measure by row, with its name and unit.
+    Measure(&'a [Option<f64>], &'static str, &'static str),
+}
+
+impl<'a> Map<'a> {
+    pub(super) fn new(sweep: &Sweep, table: &Table, axes: [&'a DrawnAxis; 2], panel: &[(String, Setting)]) -> Self {
+        let values = axes.map(|axis| table.reals(&axis.key).unwrap_or_default());
+        let shown = |row: &usize| panel.iter().all(|(key, setting)| is(table, key, *row, setting));
+        let rows: Vec<usize> = (0..table.rows).filter(shown).collect();
+        let lattice = axes.map(|axis| {
+            axis.points.map(|points| {
+                let stride = sweep.file.refine.map_or(1, |refine| 1_u64 << refine.levels);
+                ((points - 1) * stride, stride)
+            })
+        });
+        let mut cells: Vec<Cell> = Vec::new();
+        for row in rows {
+            let (Some(x), Some(y)) = (values[0][row], values[1][row]) else { continue };
+            let share = [axes[0].share(x), axes[1].share(y)];
+            let Some(sides) = sides(share, lattice) else { continue };
+            let [[left, width], [low, height]] = sides;
+            cells.push(Cell { left, low, width, height, row });
+        }
+        // Coarse cells lie under fine ones.
+        cells.sort_by(|a, b| b.width.total_cmp(&a.width));
+        let words: Vec<String> = panel.iter().map(|(key, setting)| format!("{key} = {}", shown_setting(setting))).collect();
+        Self { axes, title: words.join(", "), cells, limits: linear_limits(&sweep.document, axes, panel) }
+    }
+
+    /// The rows that it shows.
+    pub(super) fn rows(&self) -> impl Iterator<Item = usize> {
+        self.cells.iter().map(|cell| cell.row)
+    }
+
+    fn frame(&self) -> Frame {
+        let scale = |axis: &DrawnAxis| {
+            let label = if axis.unit.is_empty() { axis.key.clone() } else { format!("{} ({})", axis.key, axis.unit) };
+            // The ends are those of the outermost cells, half a cell beyond the values.
+            let margin = axis.points.map_or(0.0, |points| 0.5 / (points - 1) as f64);
+            Scale { label, range: [axis.value(-margin), axis.value(1.0 + margin)], log: axis.log }
+        };
+        Frame { place: PLOT, x: scale(self.axes[0]), y: scale(self.axes[1]) }
+    }
+
+    /// For each cell its place and row, as the page's script wants them.
+    pub(super) fn places(&self) -> Vec<[f64; 5]> {
+        let round = |v: f64| (v * 100.0).round() / 100.0;
+        let of = |cell: &Cell| {
+            let place = cell.place();
+            [round(place.x), round(place.y), round(place.width), round(place.height), cell.row as f64]
+        };
+        self.cells.iter().map(of).collect()
+    }
+
+    pub(super) fn svg(&self, colouring: &Colouring<'_>) -> String {
+        let mut body = String::new();
+        let (colours, entries) = self.colours(colouring);
+        // One path per colour and size, so that coarse cells stay under fine ones.
+        let mut paths: BTreeMap<(Reverse<u64>, String), String> = BTreeMap::new();
+        for (cell, colour) in self.cells.iter().zip(&colours) {
+            let Place { x, y, width, height } = cell.place();
+            let path = paths.entry((Reverse(cell.width.to_bits()), colour.clone())).or_default();
+            // A little wider, so that no seams show between cells.
+            let _ = write!(path, "M{x:.2} {y:.2}h{:.2}v{:.2}h-{:.2}z", width + 0.15, height + 0.15, width + 0.15);
+        }
+        for ((_, colour), path) in &paths {
+            let _ = write!(body, "<path d=\"{path}\" fill=\"{colour}\" shape-rendering=\"crispEdges\"/>");
+        }
+        let frame = self.frame();
+        frame.clip(&mut body, "plot");
+        for line in &self.limits.continuous {
+            frame.line(&mut body, "plot", line, true);
+        }
+        for line in &self.limits.sampled {
+            frame.line(&mut body, "plot", line, false);
+        }
+        frame.draw(&mut body, &self.title);
+        let right = PLOT.x + PLOT.width + 24.0;
+        let mut all = entries;
+        let line = |dash: &str| format!("<path d=\"M0 7h24\" stroke=\"#000000\" stroke-width=\"2\"{dash}/>");
+        if !self.limits.sampled.is_empty() {
+            all.push((line(""), "limit in contact, sampled".into()));
+        }
+        if !self.limits.continuous.is_empty() {
+            all.push((line(" stroke-dasharray=\"7 5\""), "limit in contact,".into()));
+            all.push((String::new(), "continuous control".into()));
+        }
+        legend(&mut body, [right, PLOT.y + 4.0], &all);
+        image(WIDTH, PLOT.y + PLOT.height + 56.0, &body)
+    }
+
+    /// A colour for each cell, and the legend.
+    fn colours(&self, colouring: &Colouring<'_>) -> (Vec<String>, Vec<(String, String)>) {
+        let swatch = |colour: &str| format!("<rect width=\"24\" height=\"14\" fill=\"{colour}\"/>");
+        match colouring {
+            Colouring::Outcome(outcomes) => {
+                let colours = self.cells.iter().map(|cell| of_outcome(&outcomes[cell.row]).to_owned()).collect();
+                let met = |name: &str| self.cells.iter().any(|cell| outcomes[cell.row] == name);
+                let known = Outcome::ALL.iter().filter(|(_, name)| met(name));
+                let mut entries: Vec<_> =
+                    known.map(|(outcome, name)| (swatch(of_outcome(name)), words::outcome_label(*outcome).to_owned())).collect();
+                if met("error") {
+                    entries.push((swatch(of_outcome("error")), "failed".into()));
+                }
+                (colours, entries)
+            }
+            Colouring::Measure(values, name, unit) => {
+                let positive = self.cells.iter().filter_map(|cell| values[cell.row]).filter(|v| *v > 0.0);
+                let (low, high) = positive.fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+                let share = |value: f64| if high > low { (value / low).ln() / (high / low).ln() } else { 0.5 };
+                let colour = |cell: &Cell| match values[cell.row] {
+                    Some(value) if value > 0.0 => of_share(share(value)),
+                    _ => "#f2f2f2".to_owned(),
+                };
+                let colours = self.cells.iter().map(colour).collect();
+                let mut entries = vec![(String::new(), (*name).to_owned())];
+                if high > low {
+                    let step = |i: u32| f64::from(i) / 6.0;
+                    let entry = |i: u32| (swatch(&of_share(step(i))), with_unit(low * (high / low).powf(step(i)), unit));
+                    entries.extend((0..=6).rev().map(entry));
+                }
+                if self.cells.iter().any(|cell| values[cell.row].is_none_or(|v| v <= 0.0)) {
+                    entries.push((swatch("#f2f2f2"), "none".into()));
+                }
+                (colours, entries)
+            }
+        }
+    }
+}
+
+/// From where, as a share of the plot, and how long a cell's sides are; none where the grid is too fine to show this one.
+fn sides(share: [f64; 2], lattice: [Option<(u64, u64)>; 2]) -> Option<[[f64; 2]; 2]> {
+    let [Some(x), Some(y)] = lattice else {
+        return Some(share.map(|at| [at - DOT, 2.0 * DOT]));
+    };
+    let index = [(share[0] * x.0 as f64).round() as u64, (share[1] * y.0 as f64).round() as u64];
+    // The coarsest level of the lattice that has this place on both axes.
+    let level = |index: u64, stride: u64| if index == 0 { stride } else { stride.min(1 << index.trailing_zeros()) };
+    let step = level(index[0], x.1).min(level(index[1], y.1));
+    let of = |index: u64, (last, stride): (u64, u64)| {
+        let points = last / stride + 1;
+        let every = points.div_ceil(MOST_CELLS);
+        // The plot reaches half a coarse cell beyond the outermost values.
+        let cells = (last + stride) as f64;
+        let size = step.max(every) as f64;
+        (index.is_multiple_of(every)).then(|| [(index as f64 + 0.5 * stride as f64 - 0.5 * size) / cells, size / cells])
+    };
+    Some([of(index[0], x)?, of(index[1], y)?])
+}
+
+fn is(table: &Table, key: &str, row: usize, setting: &Setting) -> bool {
+    match setting {
+        Setting::Number(number) => table.reals(key).and_then(|values| values[row]).is_some_and(|v| v.to_bits() == number.to_bits()),
+        other => table.texts(key).and_then(|texts| texts[row].as_ref()).is_some_and(|text| *text == shown_setting(other)),
+    }
+}
+
+pub(super) fn shown_setting(setting: &Setting) -> String {
+    match setting {
+        Setting::Number(value) => value.to_string(),
+        Setting::Text(text) => text.clone(),
+        Setting::Flag(flag) => flag.to_string(),
+    }
+}

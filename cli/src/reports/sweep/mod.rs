@@ -1,0 +1,230 @@
+//! The page of a sweep: maps over two axes, diagrams over one, and what each variant came to.
+
+mod bifurcation;
+mod map;
+mod palette;
+mod png;
+mod svg;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use feeler_scenarios::run::Outcome;
+use feeler_scenarios::sweep::{Column, DrawnAxis, Sweep, Table, panels};
+use serde_json::{Value, json};
+
+use bifurcation::Diagram;
+use map::{Colouring, Map};
+
+use crate::failure::BadInput;
+use crate::numbers::{percent, plain};
+use crate::page::{Page, Tile};
+use crate::words;
+
+/// Panels that are drawn; more are left to the table.
+const MOST_PANELS: usize = 8;
+/// Measures that the pointer shows, with their units.
+const SHOWN: [(&str, &str); 6] = [
+    ("peak_force_n", "N"),
+    ("settling_time_s", "s"),
+    ("frequency_hz", "Hz"),
+    ("amplitude_n", "N"),
+    ("chatter_contact_share", ""),
+    ("growth_per_s", "1/s"),
+];
+
+/// Writes page and drawings beside a table of results, and gives their paths.
+pub(crate) fn write(sweep: &Sweep, name: &str, table: &Table, folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let report = Report::new(sweep, table);
+    let mut page = Page::new(name, &sweep.file.about);
+    page.lead(&report.lead());
+    page.tiles(&report.tiles());
+    let mut drawings: Vec<(String, String)> = Vec::new();
+    match report.axes.as_slice() {
+        [] => page.paragraph("No axis of this sweep runs over a range of numbers, so that there is nothing to draw."),
+        [axis] => report.diagrams(axis, &mut page, &mut drawings),
+        [x, y, ..] => report.maps([x, y], &mut page, &mut drawings),
+    }
+    report.counts(&mut page);
+    page.heading("Scenario");
+    page.verbatim("the file whose keys are varied", sweep.document.text());
+    let mut written = Vec::new();
+    let put = |path: &Path, text: &str| fs::write(path, text).map_err(|error| BadInput::unwritable(path, &error));
+    for (name, svg) in &drawings {
+        let path = folder.join(format!("{name}.svg"));
+        put(&path, svg)?;
+        png::write(svg, &path.with_extension("png"))?;
+        written.extend([path.clone(), path.with_extension("png")]);
+    }
+    let path = folder.join("report.html");
+    put(&path, &page.render())?;
+    written.push(path);
+    Ok(written)
+}
+
+struct Report<'a> {
+    sweep: &'a Sweep,
+    table: &'a Table,
+    axes: Vec<DrawnAxis>,
+    /// By row; `error` where a variant failed.
+    outcomes: Vec<String>,
+}
+
+impl<'a> Report<'a> {
+    fn new(sweep: &'a Sweep, table: &'a Table) -> Self {
+        let texts = |column: &str, row: usize| table.texts(column).and_then(|texts| texts[row].clone());
+        let outcome = |row: usize| if texts("error", row).is_some() { "error".into() } else { texts("outcome", row).unwrap_or_default() };
+        Self { sweep, table, axes: DrawnAxis::of(&sweep.file), outcomes: (0..table.rows).map(outcome).collect() }
+    }
+
+    fn count(&self, name: &str) -> usize {
+        self.outcomes.iter().filter(|outcome| *outcome == name).count()
+    }
+
+    fn lead(&self) -> String {
+        let rows = self.table.rows;
+        let stable: usize = Outcome::ALL.iter().filter(|(outcome, _)| outcome.is_stable()).map(|(_, name)| self.count(name)).sum();
+        let share = |count: usize| percent(count as f64 / rows.max(1) as f64);
+        let chatter = self.count("chatter");
+        format!("Of {rows} variants {} % settle and {} % chatter.", share(stable), share(chatter))
+    }
+
+    fn tiles(&self) -> Vec<Tile> {
+        let tile = |name, value: String, remark: &str| Tile { name, value, remark: remark.into() };
+        let peaks = self.table.reals("peak_force_n").unwrap_or_default();
+        let largest = peaks.iter().flatten().copied().fold(0.0, f64::max);
+        let mut tiles = vec![
+            tile("variants", self.table.rows.to_string(), ""),
+            tile("largest peak force", format!("{} N", plain(largest)), "of any variant"),
+            tile("undecided", self.count("undecided").to_string(), "at the end of the extended run"),
+            tile("failed", self.count("error").to_string(), "their rows say why"),
+        ];
+        if let Some(grid) = self.sweep.runs_of_the_grid() {
+            let share = percent(self.table.rows as f64 / grid as f64);
+            tiles.push(Tile { name: "runs of a grid", value: grid.to_string(), remark: format!("as fine; this took {share} % of them") });
+        }
+        tiles
+    }
+
+    fn maps(&self, axes: [&DrawnAxis; 2], page: &mut Page, drawings: &mut Vec<(String, String)>) {
+        let panels = panels(&self.sweep.file);
+        let several = panels.len() > 1;
+        for (i, panel) in panels.iter().take(MOST_PANELS).enumerate() {
+            let map = Map::new(self.sweep, self.table, axes, panel);
+            let suffix = if several { format!("-{}", i + 1) } else { String::new() };
+            let caption = "Each cell is a variant. The solid line is where linear theory puts the limit of stability in contact for the loop as \
+                it is sampled, the dashed one for continuous control. Hover to see a variant and the command that runs it; click to copy it.";
+            let title = if map.title.is_empty() { "Outcome".into() } else { format!("Outcome, {}.", map.title) };
+            let svg = map.svg(&Colouring::Outcome(&self.outcomes));
+            page.map(&title, caption, &svg, self.hover(&map.places()));
+            drawings.push((format!("map{suffix}"), svg));
+            let amplitudes = self.table.reals("amplitude_n").unwrap_or_default();
+            let oscillates = map.rows().any(|row| amplitudes.get(row).copied().flatten().is_some_and(|a| a > 0.0));
+            let (values, name, caption) = if oscillates {
+                (amplitudes, "amplitude", "Half of peak to peak of the force of what lasts to the end.")
+            } else {
+                (self.table.reals("peak_force_n").unwrap_or_default(), "peak force", "The largest contact force of each variant.")
+            };
+            if values.len() == self.table.rows {
+                let svg = map.svg(&Colouring::Measure(&values, name, "N"));
+                page.map(if oscillates { "Size of the oscillation." } else { "Peak force." }, caption, &svg, self.hover(&map.places()));
+                drawings.push((format!("size{suffix}"), svg));
+            }
+        }
+        if panels.len() > MOST_PANELS {
+            page.paragraph(&format!("{MOST_PANELS} of {} combinations are drawn; sweep.parquet has all.", panels.len()));
+        }
+    }
+
+    fn diagrams(&self, axis: &DrawnAxis, page: &mut Page, drawings: &mut Vec<(String, String)>) {
+        let diagram = Diagram::new(axis, self.table, (0..self.table.rows).collect());
+        let mut draw = |name: &str, title: &str, caption: &str, label: &str, lists: &[Vec<f64>]| {
+            let svg = diagram.svg(lists, &self.outcomes, label, &[]);
+            page.map(title, caption, &svg, self.hover(&diagram.places()));
+            drawings.push((name.into(), svg));
+        };
+        if let Some(lists) = self.table.lists("impact_peaks_n") {
+            let caption = "The largest force of each of the last contacts: one point where they are alike, two where the period has doubled, many \
+                where no two are alike, none where the tool stays in contact.";
+            draw("impacts", "Per impact.", caption, "peak force of an impact (N)", lists);
+        }
+        if let Some(lists) = self.table.lists("strobe_n") {
+            let caption = "The force once per mean cycle, which is a point where every cycle is like the last.";
+            draw("strobe", "Stroboscopic.", caption, "force once per cycle (N)", lists);
+        }
+        let amplitudes: Vec<Vec<f64>> =
+            self.table.reals("amplitude_n").unwrap_or_default().iter().map(|value| value.iter().copied().collect()).collect();
+        if amplitudes.len() == self.table.rows {
+            draw("amplitude", "Size of the oscillation.", "Half of peak to peak of the force of what lasts.", "amplitude (N)", &amplitudes);
+        }
+    }
+
+    /// What the pointer shows of each row.
+    fn hover(&self, places: &[[f64; 5]]) -> Value {
+        let of_reals = |key: &str| self.table.reals(key).map(|values| json!(values));
+        let mut columns: Vec<Value> = Vec::new();
+        let mut settings: Vec<Value> = Vec::new();
+        for (key, _) in &self.sweep.file.axes {
+            let values = match self.table.columns.get(key) {
+                Some(Column::Text(texts)) => json!(texts),
+                _ => of_reals(key).unwrap_or_default(),
+            };
+            columns.push(json!([key, values, feeler_scenarios::format::unit_of_key(key)]));
+            settings.push(json!([key, values]));
+        }
+        let label = |name: &String| {
+            let known = Outcome::ALL.iter().find(|(_, known)| known == name);
+            known.map_or_else(|| "failed".to_owned(), |(outcome, _)| words::outcome_label(*outcome).to_owned())
+        };
+        columns.push(json!(["", self.outcomes.iter().map(label).collect::<Vec<_>>(), ""]));
+        for (name, unit) in SHOWN {
+            let short = |v: Option<f64>| v.and_then(|v| format!("{v:.4e}").parse::<f64>().ok());
+            if let Some(values) = self.table.reals(name) {
+                let values: Vec<Option<f64>> = values.into_iter().map(short).collect();
+                let words = name.rsplit_once('_').map_or(name, |(words, _)| words).replace('_', " ");
+                columns.push(json!([words, values, unit]));
+            }
+        }
+        json!({
+            "places": places,
+            "columns": columns,
+            "settings": settings,
+            "command": format!("feeler run {}", self.sweep.file.scenario.display()),
+        })
+    }
+
+    fn counts(&self, page: &mut Page) {
+        page.heading("Outcomes");
+        let mut rows: Vec<Vec<String>> = Vec::new();
+        for (outcome, name) in Outcome::ALL {
+            let count = self.count(name);
+            if count > 0 {
+                rows.push(vec![words::outcome_label(outcome).into(), count.to_string(), colour_name(name).into()]);
+            }
+        }
+        if self.count("error") > 0 {
+            rows.push(vec!["failed".into(), self.count("error").to_string(), "black".into()]);
+        }
+        page.table(&["outcome", "variants", "colour"], &[1], &rows);
+        let errors = self.table.texts("error").unwrap_or_default();
+        if let Some((row, Some(error))) = errors.iter().enumerate().find(|(_, error)| error.is_some()) {
+            page.paragraph(&format!("The first to fail is variant {row}: {error}"));
+        }
+    }
+}
+
+fn colour_name(outcome: &str) -> &'static str {
+    match palette::of_outcome(outcome) {
+        "#0072b2" => "dark blue",
+        "#56b4e9" => "sky blue",
+        "#a6d8f5" => "pale blue",
+        "#e69f00" => "orange",
+        "#d55e00" => "vermilion",
+        "#cc79a7" => "pink",
+        "#f0e442" => "yellow",
+        "#009e73" => "green",
+        "#dddddd" => "light grey",
+        "#999999" => "grey",
+        _ => "black",
+    }
+}

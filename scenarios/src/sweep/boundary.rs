@@ -1,0 +1,178 @@
+//! Where linear theory puts the limit of stability on a map: of the loop as it is sampled, and of the continuous one.
+//!
+//! The machine is seen in contact. Where an axis is a gain, its stable values are computed at each value of the other axis, exactly; elsewhere the rate
+//! of growth is computed on a grid and its zero level drawn.
+
+use feeler_analysis::{AnalysisError, ContactView, ContinuousLoop, ControlLoop, GainBands, SampledLoop, View, gain_names};
+use feeler_engine::Scenario;
+use feeler_lti::{Continuous, TimeDomain, eigenvalues};
+use feeler_plant::description::ContactLaw;
+use rayon::prelude::*;
+
+use super::axes::DrawnAxis;
+use super::contour::zero_level;
+use crate::format::{Document, Setting};
+
+/// Values of an axis at which stable gains are computed.
+const SECTIONS: usize = 65;
+/// Values of each axis at which rates of growth are computed.
+const GRID: usize = 33;
+/// What the force is held at where stiffness depends on it and no reference tells, N.
+const PRELOAD_N: f64 = 10.0;
+
+/// A line on a map, in values of the two axes.
+pub type Line = Vec<[f64; 2]>;
+
+/// The limits that linear theory gives.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LinearLimits {
+    /// Of the sampled loop, with its delays, filters and hold.
+    pub sampled: Vec<Line>,
+    /// Of the loop in continuous time.
+    pub continuous: Vec<Line>,
+}
+
+/// How linear theory sees a scenario's contact: attached, or pressed with its reference where the stiffness depends on the force.
+pub fn contact_view(scenario: &Scenario) -> View {
+    if scenario.machine.contacts.values().all(|contact| contact.law == ContactLaw::KelvinVoigt && contact.effects.is_empty()) {
+        return View::CLAMPED;
+    }
+    let preload_n = crate::run::ForceLoop::find(scenario).map_or(PRELOAD_N, |found| {
+        let spec = &scenario.controllers[found.controller].spec;
+        let reference = feeler_control::Reference::new(&spec.reference, scenario.run.seed, "reference");
+        reference.map_or(PRELOAD_N, |reference| reference.value(scenario.run.duration_s))
+    });
+    View { contact: ContactView::Pressed { preload_n }, ..View::CLAMPED }
+}
+
+/// The limits on the map of two axes, with `fixed` settings besides. Where theory has no answer for a variant, its part is left out.
+pub fn linear_limits(document: &Document, [x, y]: [&DrawnAxis; 2], fixed: &[(String, Setting)]) -> LinearLimits {
+    let fixed: Vec<(&str, Setting)> = fixed.iter().map(|(key, value)| (key.as_str(), value.clone())).collect();
+    let base = document.with(fixed).unwrap_or_else(|_| document.clone());
+    if is_gain(&base.scenario, &y.key) {
+        return along(&base, x, y, |section, gain| [section, gain]);
+    }
+    if is_gain(&base.scenario, &x.key) {
+        return along(&base, y, x, |section, gain| [gain, section]);
+    }
+    by_growth(&base, x, y)
+}
+
+/// Whether a key names a gain of a controller.
+fn is_gain(scenario: &Scenario, key: &str) -> bool {
+    let parts: Vec<&str> = key.split('.').collect();
+    let ["controllers", name, gain] = parts.as_slice() else { return false };
+    scenario.controllers.get(*name).is_some_and(|used| gain_names(&used.spec.law).contains(gain))
+}
+
+fn with(document: &Document, settings: &[(&str, f64)]) -> Option<Scenario> {
+    document.with(settings.iter().map(|(key, value)| (*key, Setting::Number(*value)))).ok().map(|document| document.scenario)
+}
+
+/// Stable values of the gain on `along` at each value of `across`.
+fn along(document: &Document, across: &DrawnAxis, along: &DrawnAxis, place: impl Fn(f64, f64) -> [f64; 2]) -> LinearLimits {
+    let sections = across.values(SECTIONS);
+    let bands: Vec<[Option<GainBands>; 2]> = (sections.par_iter())
+        .map(|&value| {
+            let whole =
+                with(document, &[(&across.key, value)]).and_then(|scenario| ControlLoop::new(&scenario, &contact_view(&scenario)).ok());
+            let of = |bands: fn(&ControlLoop, &str) -> Result<GainBands, AnalysisError>| bands(whole.as_ref()?, &along.key).ok();
+            [of(ControlLoop::sampled_bands), of(ControlLoop::continuous_bands)]
+        })
+        .collect();
+    let lines = |which: usize| {
+        // The k-th edge of one section belongs with the k-th of the next.
+        let mut lines: Vec<Line> = Vec::new();
+        let mut open: Vec<usize> = Vec::new();
+        for (&section, found) in sections.iter().zip(&bands) {
+            let edges = found[which].as_ref().map_or_else(Vec::new, edges);
+            if edges.len() != open.len() {
+                open = (lines.len()..lines.len() + edges.len()).collect();
+                lines.extend(edges.iter().map(|_| Line::new()));
+            }
+            for (&line, &gain) in open.iter().zip(&edges) {
+                lines[line].push(place(section, gain));
+            }
+        }
+        lines
+    };
+    LinearLimits { sampled: lines(0), continuous: lines(1) }
+}
+
+fn edges(bands: &GainBands) -> Vec<f64> {
+    bands.bands.iter().flat_map(|band| [&band.lower, &band.upper]).flatten().map(|edge| edge.gain).collect()
+}
+
+fn by_growth(document: &Document, x: &DrawnAxis, y: &DrawnAxis) -> LinearLimits {
+    let (columns, rows) = (x.values(GRID), y.values(GRID));
+    let rates: Vec<Vec<[f64; 2]>> = (rows.par_iter())
+        .map(|&row| {
+            let rate = |&column: &f64| {
+                let whole = with(document, &[(&x.key, column), (&y.key, row)])
+                    .and_then(|scenario| ControlLoop::new(&scenario, &contact_view(&scenario)).ok());
+                whole.map_or([f64::NAN; 2], |whole| {
+                    [sampled_growth_per_s(&whole), continuous_growth_per_s(&whole)].map(|r| r.unwrap_or(f64::NAN))
+                })
+            };
+            columns.iter().map(rate).collect()
+        })
+        .collect();
+    let lines = |which: usize| {
+        let values: Vec<Vec<f64>> = rates.iter().map(|row| row.iter().map(|rate| rate[which]).collect()).collect();
+        let place = |[i, j]: [f64; 2]| [x.value(i / (GRID - 1) as f64), y.value(j / (GRID - 1) as f64)];
+        zero_level(&values).into_iter().map(|line| line.into_iter().map(place).collect()).collect()
+    };
+    LinearLimits { sampled: lines(0), continuous: lines(1) }
+}
+
+/// Rate at which the sampled loop's fastest growing motion grows, 1/s; negative where all decay.
+///
+/// # Errors
+/// As [`SampledLoop::new`].
+pub fn sampled_growth_per_s(whole: &ControlLoop) -> Result<f64, AnalysisError> {
+    let sampled = SampledLoop::new(whole)?;
+    let domain = sampled.domain()?;
+    Ok(sampled.eigenvalues()?.into_iter().map(|pole| domain.growth_per_s(pole)).fold(f64::NEG_INFINITY, f64::max))
+}
+
+fn continuous_growth_per_s(whole: &ControlLoop) -> Result<f64, AnalysisError> {
+    let poles = eigenvalues(&ContinuousLoop::new(whole)?.closed_loop()?)?;
+    Ok(poles.into_iter().map(|pole| Continuous.growth_per_s(pole)).fold(f64::NEG_INFINITY, f64::max))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn flexible() -> Document {
+        Document::load(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("paper/flexible.toml")).unwrap()
+    }
+
+    fn axis(key: &str, range: [f64; 2]) -> DrawnAxis {
+        DrawnAxis { key: key.into(), unit: String::new(), range, points: Some(9), log: true }
+    }
+
+    /// At the machine's own stiffness of 2e5 N/m, the middle of the axis, the limits are 1.5068 sampled and 5.6083 continuous.
+    #[test]
+    fn reference_the_lines_pass_through_the_known_limits() {
+        let (kp, wall) = (axis("controllers.force.kp", [0.1, 10.0]), axis("contacts.tool.stiffness", [2e4, 2e6]));
+        let limits = linear_limits(&flexible(), [&wall, &kp], &[]);
+        let middle = |lines: &[Line]| lines.iter().flatten().find(|point| (point[0] / 2e5 - 1.0).abs() < 1e-9).unwrap()[1];
+        assert!((middle(&limits.sampled) - 1.5068).abs() < 1e-3, "{}", middle(&limits.sampled));
+        assert!((middle(&limits.continuous) - 5.6083).abs() < 1e-3, "{}", middle(&limits.continuous));
+        let turned = linear_limits(&flexible(), [&kp, &wall], &[]);
+        assert_eq!(turned.sampled.iter().flatten().count(), limits.sampled.iter().flatten().count());
+    }
+
+    /// The same limit as a level of the growth rate, over two keys that are no gains: it passes where the exact search puts it.
+    #[test]
+    fn truth_limits_over_keys_that_are_no_gains_are_those_of_the_gain() {
+        let document = flexible().with([("controllers.force.kp", Setting::Number(0.5641))]).unwrap();
+        let (delay, wall) =
+            (DrawnAxis { log: false, ..axis("controllers.force.delay", [0.0, 2e-3]) }, axis("contacts.tool.stiffness", [2e4, 2e6]));
+        let limits = linear_limits(&document, [&delay, &wall], &[]);
+        // kp = 0.5641 is the limit at one sample of delay on the wall of 2e5 N/m. Cells are 0.06 ms by 15 %.
+        let near = |p: &&[f64; 2]| (p[0] - 1e-3).abs() < 0.1e-3 && (p[1] / 2e5).ln().abs() < 0.3;
+        assert!(limits.sampled.iter().flatten().any(|point| near(&point)), "{:?}", limits.sampled);
+    }
+}

@@ -1,0 +1,251 @@
+//! One thing about a scenario made ideal.
+
+use feeler_engine::{Integrator, Scenario};
+use feeler_plant::description::{ActuatorKind, Engagement, Quantity};
+use feeler_plant::effects::EffectUse;
+use serde::Serialize;
+
+use super::roles::Roles;
+
+/// How much shorter the period of a controller is that stands for a continuous one.
+const CONTINUOUS: f64 = 20.0;
+/// A step this much shorter is as good as any.
+const FINE_STEP: f64 = 32.0;
+/// How much slower a slow approach is.
+const SLOWER: f64 = 4.0;
+/// The time constant left to a drive that has to have one, as a share of the controller's period.
+const QUICK_DRIVE: f64 = 1e-3;
+
+/// A counterfactual: the scenario as it would be without one of its troubles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Change {
+    /// Half the fixed step.
+    HalveStep,
+    /// A fixed step 32 times shorter.
+    FineStep,
+    /// Controllers at 20 times the rate, on time, their motion sensors exact.
+    ContinuousController,
+    /// No delay and no filter from sensor to drive.
+    NoDelay,
+    /// A contact that pulls as well as it pushes.
+    BilateralContact,
+    /// The robot's bodies as one.
+    RigidTransmission,
+    /// The base fixed to the ground.
+    FrozenBase,
+    /// The workpiece fixed.
+    FrozenWorkpiece,
+    /// A drive without lag, deadband or ripple.
+    IdealActuator,
+    /// No limit on efforts, rates and outputs.
+    NoSaturation,
+    /// Readings and outputs without steps.
+    NoQuantiser,
+    /// No dry friction.
+    NoFriction,
+    /// A quarter of the speed before contact.
+    SlowerApproach,
+}
+
+/// What a cause is called.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Cause {
+    /// The integrator's step.
+    NumericalArtefact,
+    /// Hold, delay and filters.
+    SamplingAndDelay,
+    /// A mode in which drive and sensor part.
+    NoncolocatedMode,
+    /// A mode of base or workpiece.
+    ColocatedMode,
+    /// The drive's own dynamics.
+    ActuatorLag,
+    /// A contact that only pushes.
+    LossOfContact,
+    /// Limits on efforts, rates and outputs.
+    Saturation,
+    /// Dry friction, or the steps of sensors and outputs.
+    StictionOrQuantiser,
+}
+
+impl Cause {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::NumericalArtefact => "a numerical artefact",
+            Self::SamplingAndDelay => "sampling and delay",
+            Self::NoncolocatedMode => "a noncolocated mode",
+            Self::ColocatedMode => "a colocated mode",
+            Self::ActuatorLag => "actuator lag",
+            Self::LossOfContact => "loss of contact",
+            Self::Saturation => "saturation",
+            Self::StictionOrQuantiser => "stiction or quantiser",
+        }
+    }
+}
+
+impl Change {
+    /// Every change, in the order in which they are tried.
+    pub const ALL: [Self; 13] = [
+        Self::HalveStep,
+        Self::FineStep,
+        Self::ContinuousController,
+        Self::NoDelay,
+        Self::BilateralContact,
+        Self::RigidTransmission,
+        Self::FrozenBase,
+        Self::FrozenWorkpiece,
+        Self::IdealActuator,
+        Self::NoSaturation,
+        Self::NoQuantiser,
+        Self::NoFriction,
+        Self::SlowerApproach,
+    ];
+
+    /// What it takes away.
+    pub fn cause(self) -> Cause {
+        match self {
+            Self::HalveStep | Self::FineStep => Cause::NumericalArtefact,
+            Self::ContinuousController | Self::NoDelay => Cause::SamplingAndDelay,
+            Self::RigidTransmission => Cause::NoncolocatedMode,
+            Self::FrozenBase | Self::FrozenWorkpiece => Cause::ColocatedMode,
+            Self::IdealActuator => Cause::ActuatorLag,
+            Self::BilateralContact | Self::SlowerApproach => Cause::LossOfContact,
+            Self::NoSaturation => Cause::Saturation,
+            Self::NoQuantiser | Self::NoFriction => Cause::StictionOrQuantiser,
+        }
+    }
+
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::HalveStep => "half the step",
+            Self::FineStep => "a step 32 times shorter",
+            Self::ContinuousController => "a continuous controller",
+            Self::NoDelay => "no delay",
+            Self::BilateralContact => "a contact that also pulls",
+            Self::RigidTransmission => "a rigid transmission",
+            Self::FrozenBase => "a frozen base",
+            Self::FrozenWorkpiece => "a frozen workpiece",
+            Self::IdealActuator => "an ideal actuator",
+            Self::NoSaturation => "no saturation",
+            Self::NoQuantiser => "no quantiser",
+            Self::NoFriction => "no friction",
+            Self::SlowerApproach => "a slower approach",
+        }
+    }
+
+    /// The scenario with the change; the same where there is nothing to change.
+    pub fn applied(self, scenario: &Scenario) -> Scenario {
+        let mut changed = scenario.clone();
+        let roles = Roles::of(&scenario.machine);
+        match self {
+            Self::HalveStep | Self::FineStep if scenario.run.integrator == Integrator::Exact => {}
+            Self::HalveStep => changed.run.step_s /= 2.0,
+            Self::FineStep => changed.run.step_s /= FINE_STEP,
+            Self::ContinuousController => continuous(&mut changed),
+            Self::NoDelay => without_delay(&mut changed),
+            Self::BilateralContact => {
+                let unilateral = changed.machine.contacts.values_mut().filter(|contact| contact.engagement == Engagement::Unilateral);
+                unilateral.for_each(|contact| contact.engagement = Engagement::Clamped);
+            }
+            Self::RigidTransmission => {
+                rigid(&mut changed, &roles.transmissions);
+                drop_effects(&mut changed, &["transmission-flexibility", "backlash", "hardening-stiffness"]);
+            }
+            Self::FrozenBase => {
+                rigid(&mut changed, &roles.mounts[..roles.mounts.len().min(1)]);
+                drop_effects(&mut changed, &["base-flexibility"]);
+            }
+            Self::FrozenWorkpiece => {
+                rigid(&mut changed, &roles.fixtures[..roles.fixtures.len().min(1)]);
+                drop_effects(&mut changed, &["workpiece-dynamics"]);
+            }
+            Self::IdealActuator => ideal_actuators(&mut changed),
+            Self::NoSaturation => {
+                for actuator in changed.machine.actuators.values_mut() {
+                    (actuator.limit_n, actuator.rate_limit_per_s) = (None, None);
+                }
+                changed.controllers.values_mut().for_each(|used| used.spec.output_limit = None);
+                drop_effects(&mut changed, &["force-limit", "slew-limit"]);
+            }
+            Self::NoQuantiser => {
+                changed.machine.sensors.values_mut().for_each(|sensor| sensor.resolution = None);
+                changed.controllers.values_mut().for_each(|used| used.spec.output_resolution = None);
+                drop_effects(&mut changed, &["encoder-resolution", "force-resolution"]);
+            }
+            Self::NoFriction => {
+                drop_effects(&mut changed, &["coulomb-friction", "stribeck-friction", "load-friction", "asymmetric-friction"]);
+            }
+            Self::SlowerApproach => {
+                let approaches = changed.controllers.values_mut().filter_map(|used| used.spec.approach.as_mut());
+                approaches.for_each(|approach| approach.speed /= SLOWER);
+                changed.machine.bodies.values_mut().for_each(|body| body.velocity_m_per_s /= SLOWER);
+            }
+        }
+        changed
+    }
+}
+
+fn continuous(scenario: &mut Scenario) {
+    drop_effects(scenario, &["timing-jitter"]);
+    let motion: Vec<String> = scenario.controllers.values().filter_map(|used| used.motion.clone()).collect();
+    for used in scenario.controllers.values_mut() {
+        used.spec.period_s /= CONTINUOUS;
+        used.spec.jitter_s = 0.0;
+    }
+    // Differences of steps over so short a period would be noise.
+    for (name, sensor) in &mut scenario.machine.sensors {
+        if sensor.reads.quantity == Quantity::Position || motion.contains(name) {
+            (sensor.resolution, sensor.noise) = (None, 0.0);
+            sensor.effects.retain(|effect| effect.definition.kind != "encoder-resolution");
+        }
+    }
+}
+
+fn without_delay(scenario: &mut Scenario) {
+    for used in scenario.controllers.values_mut() {
+        used.spec.delay_s = 0.0;
+        used.spec.reading_low_pass = None;
+        used.spec.velocity_filter_s = 0.0;
+    }
+    for sensor in scenario.machine.sensors.values_mut() {
+        (sensor.delay_s, sensor.low_pass) = (0.0, None);
+    }
+    drop_effects(scenario, &["command-delay", "force-delay", "force-lag"]);
+}
+
+fn ideal_actuators(scenario: &mut Scenario) {
+    let period_s = scenario.controllers.values().map(|used| used.spec.period_s).fold(scenario.run.step_s, f64::min);
+    for actuator in scenario.machine.actuators.values_mut() {
+        match &mut actuator.kind {
+            ActuatorKind::Force { bandwidth_hz } => *bandwidth_hz = None,
+            ActuatorKind::VelocitySource { time_constant_s, .. } => *time_constant_s = time_constant_s.min(QUICK_DRIVE * period_s),
+        }
+    }
+    drop_effects(scenario, &["actuator-lag", "drive-deadband", "force-ripple"]);
+}
+
+fn rigid(scenario: &mut Scenario, springs: &[String]) {
+    for name in springs {
+        let Some(spring) = scenario.machine.springs.get_mut(name) else { continue };
+        spring.rigid = true;
+        (spring.stiffness_n_per_m, spring.damping_n_s_per_m) = (0.0, 0.0);
+        spring.effects.clear();
+    }
+}
+
+fn drop_effects(scenario: &mut Scenario, kinds: &[&str]) {
+    let keep = |effects: &mut Vec<EffectUse>| effects.retain(|effect| !kinds.contains(&effect.definition.kind));
+    let machine = &mut scenario.machine;
+    machine.bodies.values_mut().for_each(|body| keep(&mut body.effects));
+    machine.springs.values_mut().for_each(|spring| keep(&mut spring.effects));
+    machine.contacts.values_mut().for_each(|contact| keep(&mut contact.effects));
+    machine.actuators.values_mut().for_each(|actuator| keep(&mut actuator.effects));
+    machine.sensors.values_mut().for_each(|sensor| keep(&mut sensor.effects));
+    scenario.controllers.values_mut().for_each(|used| keep(&mut used.effects));
+}

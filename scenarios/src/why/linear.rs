@@ -1,0 +1,63 @@
+//! What linear theory adds: how far the loop is from its limit, and how fast it is.
+
+use feeler_analysis::{ControlLoop, SampledLoop};
+use feeler_engine::Scenario;
+use feeler_lti::LoopTransfer;
+
+use crate::sweep::{contact_view, sampled_growth_per_s};
+
+/// Factors of the loop's gain that are tried: from here to its inverse.
+const SMALLEST_FACTOR: f64 = 0.02;
+/// Factors tried, evenly by ratio.
+const FACTORS: u32 = 48;
+/// A margin is located to this.
+const MARGIN_ACCURACY: f64 = 1e-3;
+
+/// The loop in contact with the drives' gain scaled.
+fn scaled(whole: &ControlLoop, factor: f64) -> Option<ControlLoop> {
+    whole.altered(|assembly, _| assembly.drives.iter_mut().for_each(|drive| drive.gain *= factor)).ok()
+}
+
+fn is_stable(whole: &ControlLoop, factor: f64) -> Option<bool> {
+    sampled_growth_per_s(&scaled(whole, factor)?).ok().map(|rate| rate < 0.0)
+}
+
+/// Whether the sampled loop in contact is stable; none where linear theory has no answer.
+pub(super) fn is_stable_in_contact(scenario: &Scenario) -> Option<bool> {
+    let whole = ControlLoop::new(scenario, &contact_view(scenario)).ok()?;
+    is_stable(&whole, 1.0)
+}
+
+/// The largest factor on the loop's gain up to which it is stable in contact: below one where it is unstable as it is, infinite where none within
+/// reason destabilises it, zero where no smaller gain helps.
+pub(super) fn gain_margin(scenario: &Scenario) -> Option<f64> {
+    let whole = ControlLoop::new(scenario, &contact_view(scenario)).ok()?;
+    let factor = |i: u32| SMALLEST_FACTOR * SMALLEST_FACTOR.powf(-2.0 * f64::from(i) / f64::from(FACTORS));
+    let mut stable: Option<f64> = None;
+    for i in 0..=FACTORS {
+        let here = factor(i);
+        match (is_stable(&whole, here)?, stable) {
+            (true, _) => stable = Some(here),
+            // Gains below the first stable one do not count: an open loop may be unstable.
+            (false, None) => {}
+            (false, Some(below)) => {
+                let (mut low, mut high) = (below, here);
+                while high / low > 1.0 + MARGIN_ACCURACY {
+                    let middle = (low * high).sqrt();
+                    if is_stable(&whole, middle)? { low = middle } else { high = middle }
+                }
+                return Some(low);
+            }
+        }
+    }
+    Some(if stable.is_some() { f64::INFINITY } else { 0.0 })
+}
+
+/// The highest frequency at which the sampled loop has modulus one, Hz, with its gain scaled.
+pub(super) fn bandwidth_hz(scenario: &Scenario, factor: f64) -> Option<f64> {
+    let whole = scaled(&ControlLoop::new(scenario, &contact_view(scenario)).ok()?, factor)?;
+    let controller = crate::run::ForceLoop::find(scenario).map_or(0, |found| found.controller);
+    let open = SampledLoop::new(&whole).ok()?.open_loop(controller).ok()?;
+    let margins = LoopTransfer::discrete(&open).ok()?.margins().ok()?;
+    margins.phase.iter().map(|crossing| crossing.frequency_hz).reduce(f64::max)
+}

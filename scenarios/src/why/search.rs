@@ -1,0 +1,214 @@
+//! Runs the counterfactuals and weighs them.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use feeler_engine::Scenario;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::change::{Cause, Change};
+use super::{Explanation, is_cured, is_troubled, linear, remedy};
+use crate::run::{Candidate, Measured, Outcome, RunError};
+
+/// Sets larger than this are not tried.
+const LARGEST_SET: usize = 3;
+
+/// A run with some changes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Trial {
+    /// What was changed.
+    pub changes: Vec<Change>,
+    /// Whether the scenario has what the changes take away; where not, they were not run, and the figures are those of the scenario as it is.
+    pub applies: bool,
+    /// What became of it; absent where it could not be run.
+    pub outcome: Option<Outcome>,
+    /// Whether the force comes to rest.
+    pub cured: bool,
+    /// Amplitude of what lasts, N.
+    pub amplitude_n: Option<f64>,
+    /// Its frequency, Hz.
+    pub frequency_hz: Option<f64>,
+    /// Largest factor on the loop's gain up to which the sampled loop is stable in contact; absent where unbounded or unknown.
+    pub gain_margin: Option<f64>,
+    /// Why it could not be run.
+    pub error: Option<String>,
+}
+
+pub(super) struct Search<'a> {
+    scenario: Scenario,
+    baseline: Measured,
+    runs: AtomicUsize,
+    progress: &'a (dyn Fn(usize) + Sync),
+}
+
+impl<'a> Search<'a> {
+    pub(super) fn new(scenario: &Scenario, progress: &'a (dyn Fn(usize) + Sync)) -> Result<Self, RunError> {
+        let baseline = Candidate::new(scenario.clone())?.measure(0)?;
+        progress(1);
+        Ok(Self { scenario: scenario.clone(), baseline, runs: AtomicUsize::new(1), progress })
+    }
+
+    pub(super) fn explain(&self) -> Explanation {
+        let baseline = trial_of(&[], true, &Ok(self.baseline.clone()), linear::gain_margin(&self.scenario));
+        let linear_stable = linear::is_stable_in_contact(&self.scenario);
+        let chatters = is_troubled(&self.baseline);
+        let mut explanation = Explanation {
+            gain_margin: baseline.gain_margin,
+            baseline,
+            chatters,
+            linear_stable,
+            singles: Vec::new(),
+            smallest: Vec::new(),
+            contributions: Vec::new(),
+            causes: Vec::new(),
+            verdict: String::new(),
+            remedies: Vec::new(),
+        };
+        if !chatters {
+            let outcome = self.baseline.summary.outcome.name();
+            explanation.verdict = format!("There is no chatter to explain: the run ends as `{outcome}`.");
+            return explanation;
+        }
+        explanation.singles = Change::ALL.par_iter().map(|change| self.trial(&[*change], true)).collect();
+        let useful: Vec<Change> = explanation.singles.iter().filter(|trial| trial.applies).map(|trial| trial.changes[0]).collect();
+        let mut smallest: Vec<Vec<Change>> =
+            explanation.singles.iter().filter(|trial| trial.applies && trial.cured).map(|trial| trial.changes.clone()).collect();
+        for size in 2..=LARGEST_SET {
+            if !smallest.is_empty() {
+                break;
+            }
+            let sets = combinations(&useful, size);
+            let trials: Vec<Trial> = sets.par_iter().map(|set| self.trial(set, false)).collect();
+            smallest = trials.into_iter().filter(|trial| trial.cured).map(|trial| trial.changes).collect();
+        }
+        let weights: Vec<f64> = Change::ALL.iter().map(|change| weight(*change, &explanation)).collect();
+        let weigh = |change: &Change| Change::ALL.iter().position(|known| known == change).map_or(0.0, |i| weights[i]);
+        let mean = |set: &Vec<Change>| set.iter().map(weigh).sum::<f64>() / set.len() as f64;
+        smallest.sort_by(|a, b| mean(b).total_cmp(&mean(a)));
+        for set in &mut smallest {
+            set.sort_by(|a, b| weigh(b).total_cmp(&weigh(a)));
+        }
+        if let Some(chosen) = smallest.first() {
+            let mut sets = vec![chosen.clone()];
+            if chosen.len() > 1 {
+                sets.extend(
+                    (0..chosen.len())
+                        .map(|left_out| chosen.iter().enumerate().filter(|(i, _)| *i != left_out).map(|(_, change)| *change).collect()),
+                );
+            }
+            explanation.contributions = sets.par_iter().map(|set| self.trial(set, true)).collect();
+            for change in chosen {
+                if !explanation.causes.contains(&change.cause()) {
+                    explanation.causes.push(change.cause());
+                }
+            }
+        }
+        explanation.smallest = smallest;
+        explanation.verdict = sentence(&explanation);
+        explanation.remedies = remedy::remedies(&self.scenario, &explanation.causes);
+        explanation
+    }
+
+    fn trial(&self, changes: &[Change], with_theory: bool) -> Trial {
+        let mut changed = changes.iter().fold(self.scenario.clone(), |scenario, change| change.applied(&scenario));
+        let applies = changed != self.scenario;
+        if !applies {
+            return trial_of(changes, false, &Ok(self.baseline.clone()), None);
+        }
+        if changes.contains(&Change::SlowerApproach) {
+            // As much later as the tool arrives: a quarter of the speed takes four times as long.
+            let contact = self.baseline.summary.contacts.iter().filter_map(|contact| contact.first_contact_s).fold(0.0, f64::max);
+            changed.run.duration_s += 3.0 * contact;
+        }
+        let margin = if with_theory { linear::gain_margin(&changed) } else { None };
+        let result = Candidate::new(changed).and_then(|candidate| candidate.measure(0));
+        (self.progress)(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
+        trial_of(changes, true, &result, margin)
+    }
+}
+
+fn trial_of(changes: &[Change], applies: bool, result: &Result<Measured, RunError>, gain_margin: Option<f64>) -> Trial {
+    let measured = result.as_ref().ok();
+    let oscillation = measured.and_then(|measured| measured.summary.oscillation);
+    let grows = measured.filter(|measured| measured.summary.outcome == Outcome::Unstable);
+    Trial {
+        changes: changes.to_vec(),
+        applies,
+        outcome: measured.map(|measured| measured.summary.outcome),
+        cured: measured.is_some_and(is_cured),
+        amplitude_n: oscillation.map(|o| o.amplitude_n).or(grows.map(|measured| measured.summary.verdict.amplitudes_n[2])),
+        frequency_hz: oscillation.map(|o| o.frequency_hz),
+        gain_margin: gain_margin.filter(|margin| margin.is_finite()),
+        error: result.as_ref().err().map(ToString::to_string),
+    }
+}
+
+fn combinations(changes: &[Change], size: usize) -> Vec<Vec<Change>> {
+    let Some((first, rest)) = changes.split_first() else { return if size == 0 { vec![Vec::new()] } else { Vec::new() } };
+    if size == 0 {
+        return vec![Vec::new()];
+    }
+    let with = combinations(rest, size - 1).into_iter().map(|set| std::iter::once(*first).chain(set).collect());
+    with.chain(combinations(rest, size)).collect()
+}
+
+/// How much a change speaks for its cause, by the rules of the module.
+fn weight(change: Change, found: &Explanation) -> f64 {
+    let linear_stable = found.linear_stable.unwrap_or(false);
+    let own = |cause: Cause| match cause {
+        Cause::NumericalArtefact => 100.0,
+        Cause::StictionOrQuantiser => 50.0,
+        Cause::Saturation => 40.0,
+        Cause::LossOfContact => 20.0,
+        _ => 0.0,
+    };
+    let base = own(change.cause());
+    if base > 0.0 {
+        // The approach shows only that an impact set it off.
+        return if change == Change::SlowerApproach { base - 5.0 } else { base };
+    }
+    let before = found.gain_margin.unwrap_or(f64::INFINITY);
+    let trial = found.singles.iter().find(|trial| trial.changes == [change]);
+    let after = trial.and_then(|trial| trial.gain_margin).unwrap_or(if trial.is_some_and(|t| t.cured) { f64::INFINITY } else { before });
+    let gain = if before > 0.0 { (after / before).clamp(1e-3, 1e3).log10() } else { 0.0 };
+    // Linear causes weigh by what their absence gains; in a loop that is stable anyway they come last.
+    gain + if linear_stable { 0.0 } else { 30.0 }
+}
+
+fn sentence(found: &Explanation) -> String {
+    let list = |words: Vec<&str>| match words.as_slice() {
+        [] => String::new(),
+        [one] => (*one).to_owned(),
+        [rest @ .., last] => format!("{} and {last}", rest.join(", ")),
+    };
+    let Some(chosen) = found.smallest.first() else {
+        return format!("No change or set of up to {LARGEST_SET} changes removes the chatter; its cause is none of those tried.");
+    };
+    let causes = list(found.causes.iter().map(|cause| cause.words()).collect());
+    let changes = list(chosen.iter().map(|change| change.words()).collect());
+    let theory = match (found.linear_stable, found.gain_margin) {
+        (Some(true), Some(margin)) => format!("; by linear theory the loop in contact is stable, up to {margin:.2} times its gain"),
+        (Some(true), None) => "; by linear theory the loop in contact is stable".into(),
+        (Some(false), Some(margin)) if margin > 0.0 => {
+            format!("; by linear theory the loop in contact is stable only up to {margin:.2} of its gain")
+        }
+        _ => String::new(),
+    };
+    if found.causes.len() > 1 {
+        format!("The chatter has {} causes, {causes}: it takes {changes} together to remove it{theory}.", found.causes.len())
+    } else {
+        format!("The chatter is due to {causes}: with {changes} it is gone{theory}.")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_combinations_are_counted() {
+        assert_eq!(combinations(&Change::ALL, 1).len(), 13);
+        assert_eq!(combinations(&Change::ALL, 2).len(), 78);
+        assert_eq!(combinations(&Change::ALL, 3).len(), 286);
+    }
+}

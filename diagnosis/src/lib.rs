@@ -2,13 +2,18 @@
 //!
 //! [`dataset::Dataset::load`] reads and checks what was measured; [`diagnose`] answers; [`predict::Predictor`] replays a record on any machine.
 
+mod answer;
 mod candidates;
 pub mod dataset;
 mod diagnose;
 mod error;
 mod fit;
 mod gap;
+mod ladder;
+mod locate;
 mod model;
+mod nested;
+mod next;
 mod odds;
 pub mod predict;
 pub mod report;

@@ -6,6 +6,7 @@ use feeler_plant::effects::{Definition, EffectUse, Parameter, Scale};
 use indexmap::IndexMap;
 
 use crate::error::DiagnosisError;
+use crate::predict::Presliding;
 
 /// Tolerance of masses, stiffnesses and gains where the file states none: a fraction.
 const TOLERANCE: f64 = 0.10;
@@ -98,6 +99,10 @@ enum Target {
     Value(Site, Believed),
     /// Parameter of an effect: index of the effect in the model, of the parameter in its definition.
     Effect(usize, usize),
+    /// How sticking guides give way: frequency.
+    PreslidingFrequency,
+    /// How sticking guides give way: damping ratio.
+    PreslidingDamping,
 }
 
 /// One unknown of a fit. It is walked in `theta`: the logarithm of the value, or the value in units of `unit`.
@@ -123,6 +128,10 @@ impl Unknown {
     /// Standard deviation of the value for one of `theta`.
     pub(crate) fn spread(&self, theta: f64, sigma: f64) -> f64 {
         if self.log { theta.exp() * sigma } else { self.unit * sigma }
+    }
+
+    fn is_presliding(&self) -> bool {
+        matches!(self.target, Target::PreslidingFrequency | Target::PreslidingDamping)
     }
 
     /// Whether it is a parameter of effect `effect`; if so, which.
@@ -213,6 +222,17 @@ impl Model {
             unknown.bounds = (unknown.theta(parameter.bounds.0.max(floor)), unknown.theta(parameter.bounds.1));
             model.unknowns.push(unknown);
         }
+        if DRY.contains(&definition.kind) && !model.has_dry_friction() {
+            let usual = Presliding::default();
+            for (target, value, sigma) in [
+                (Target::PreslidingFrequency, usual.frequency_hz, PRESLIDING_SPREAD[0]),
+                (Target::PreslidingDamping, usual.damping_ratio, PRESLIDING_SPREAD[1]),
+            ] {
+                let centre = value.ln();
+                let bounds = (centre - 2.0 * sigma, centre + 2.0 * sigma);
+                model.unknowns.push(Unknown { target, log: true, unit: 1.0, prior: Some((centre, sigma)), bounds });
+            }
+        }
         model.tried.push(Tried { site, effect: EffectUse { definition, values: values.to_vec() } });
         model
     }
@@ -221,7 +241,9 @@ impl Model {
     pub(crate) fn without(&self, effect: usize) -> (Self, Vec<usize>) {
         let mut model = self.clone();
         model.tried.remove(effect);
-        let keep: Vec<usize> = (0..self.unknowns.len()).filter(|&i| self.unknowns[i].parameter_of(effect).is_none()).collect();
+        let dry = model.has_dry_friction();
+        let stays = |unknown: &Unknown| unknown.parameter_of(effect).is_none() && (dry || !unknown.is_presliding());
+        let keep: Vec<usize> = (0..self.unknowns.len()).filter(|&i| stays(&self.unknowns[i])).collect();
         model.unknowns = keep.iter().map(|&i| self.unknowns[i].clone()).collect();
         for unknown in &mut model.unknowns {
             if let Target::Effect(e, _) = &mut unknown.target
@@ -243,6 +265,38 @@ impl Model {
                 (_, None) => 0.0,
             })
             .collect()
+    }
+
+    fn has_dry_friction(&self) -> bool {
+        self.tried.iter().any(|tried| DRY.contains(&tried.effect.definition.kind))
+    }
+
+    /// Parameters of effects among the unknowns: what a cause costs in simplicity.
+    pub(crate) fn effect_parameters(&self) -> usize {
+        self.unknowns.iter().filter(|unknown| matches!(unknown.target, Target::Effect(..))).count()
+    }
+
+    /// Takes over what `other` found at `theta` for the unknowns that both have, effects from `effects` on left aside.
+    pub(crate) fn take_over(&self, start: &mut [f64], other: &Self, theta: &[f64], effects: usize) {
+        for (unknown, start) in self.unknowns.iter().zip(start) {
+            let shared = !matches!(unknown.target, Target::Effect(e, _) if e >= effects);
+            if let Some(i) = other.unknowns.iter().position(|o| o.target == unknown.target).filter(|_| shared) {
+                *start = theta[i];
+            }
+        }
+    }
+
+    /// How sticking guides give way at `theta`.
+    pub(crate) fn presliding(&self, theta: &[f64]) -> Presliding {
+        let mut found = Presliding::default();
+        for (unknown, &theta) in self.unknowns.iter().zip(theta) {
+            match unknown.target {
+                Target::PreslidingFrequency => found.frequency_hz = unknown.value(theta),
+                Target::PreslidingDamping => found.damping_ratio = unknown.value(theta),
+                _ => {}
+            }
+        }
+        found
     }
 
     /// The parameters of effect `effect` at `theta`.
@@ -287,6 +341,11 @@ impl Model {
         assemble(&machine).ok()
     }
 }
+
+/// Effects that are dry friction.
+const DRY: [&str; 4] = ["coulomb-friction", "stribeck-friction", "load-friction", "asymmetric-friction"];
+/// One sigma of what is known of pre-sliding, frequency and damping ratio, as logarithms.
+const PRESLIDING_SPREAD: [f64; 2] = [1.2, 1.0];
 
 /// Effects that describe surfaces which meet and part.
 const PARTING: [&str; 2] = ["hertz-contact", "hunt-crossley-contact"];

@@ -59,7 +59,7 @@ pub struct Where {
     pub channel: String,
     /// Band in which it shows most.
     pub band_hz: [f64; 2],
-    /// Phase of the motion in which it shows most: `free` or `contact`.
+    /// Phase of the motion in which it shows most: `free`, `approach`, `impact`, `contact` or `release`.
     pub phase: &'static str,
     /// What says so.
     pub evidence: String,
@@ -93,6 +93,79 @@ pub struct Attempt {
     pub gain_check: f64,
     /// The same over all experiments.
     pub gain_all: f64,
+    /// Why it was accepted or not.
+    pub why: String,
+}
+
+/// The gap in one cell: root mean square of the anchored prediction's error over the channel's scale.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cell {
+    /// Column.
+    pub channel: String,
+    /// Frequency band.
+    pub band_hz: [f64; 2],
+    /// `free`, `approach`, `impact`, `contact` or `release`.
+    pub phase: &'static str,
+    /// `low`, `middle` or `high` command level among experiments of the same engagement.
+    pub amplitude: &'static str,
+    /// The machine as given.
+    pub before: f64,
+    /// Its own values refitted.
+    pub refit: f64,
+    /// With the accepted effects.
+    pub after: f64,
+    /// What noise alone leaves.
+    pub floor: f64,
+    /// Time that the cell covers.
+    pub seconds: f64,
+}
+
+/// One point of a portrait.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PortraitPoint {
+    /// Position of the first drive's body relative to what it reacts on.
+    pub position_m: f64,
+    /// Its speed.
+    pub velocity_m_per_s: f64,
+    /// Drive force.
+    pub drive_n: f64,
+    /// Time within the experiment.
+    pub time_s: f64,
+    /// The force that the calibrated machine lacks.
+    pub missing_n: f64,
+}
+
+/// One rung of the disturbance ladder: what an unknown force or error at one place would explain.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Rung {
+    /// The place.
+    pub place: &'static str,
+    /// What freeing it would explain of the calibrated machine's misfit, nats.
+    pub evidence: f64,
+    /// Its root mean square, N.
+    pub rms_n: f64,
+    /// Share of its variance that goes with position, velocity, drive force and time.
+    pub goes_with: [(&'static str, f64); 4],
+    /// Its portrait.
+    pub portrait: Vec<PortraitPoint>,
+}
+
+/// The experiment that would best separate two causes.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NextExperiment {
+    /// What to do, in a sentence.
+    pub what: String,
+    /// The causes that it separates.
+    pub separates: [&'static str; 2],
+    /// Expected odds of the true one over the other, as a ratio.
+    pub expected_odds: f64,
+    /// Engagement of the contact: `free`, `clamped` or `unilateral`.
+    pub engagement: &'static str,
+    /// Spacing of the command, s.
+    pub spacing_s: f64,
+    /// The command, ready to be written as an excitation file.
+    #[serde(skip)]
+    pub command: Vec<f64>,
 }
 
 /// The whole answer.
@@ -111,6 +184,12 @@ pub struct Diagnosis {
     pub look_alikes: Vec<[&'static str; 2]>,
     /// What was tried, the best first.
     pub attempts: Vec<Attempt>,
+    /// The experiment that would best separate what is still ambiguous; none where nothing is, or where no template would.
+    pub next_experiment: Option<NextExperiment>,
+    /// Where the gap shows, cell by cell.
+    pub cells: Vec<Cell>,
+    /// Where an unknown disturbance would explain most, with its portrait.
+    pub ladder: Vec<Rung>,
     /// What was noticed about the data.
     pub warnings: Vec<String>,
     /// Missing force of the calibrated machine against position, speed and drive force on fitted experiments: `[x, v, F_drive, F_missing]`.
@@ -119,4 +198,7 @@ pub struct Diagnosis {
     /// The believed machine with fitted values and accepted effects.
     #[serde(skip)]
     pub machine: Machine,
+    /// The believed machine with fitted values alone.
+    #[serde(skip)]
+    pub calibrated: Machine,
 }

@@ -9,6 +9,7 @@ use crate::dataset::{Dataset, quantum};
 use crate::error::DiagnosisError;
 use crate::fit::{Fitted, Task, Weights};
 use crate::model::Model;
+use crate::nested;
 use crate::predict::{Prediction, Predictor};
 use crate::screen::Linearised;
 use crate::starts::{Glance, starts};
@@ -90,13 +91,15 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         })
         .map(|(_, pair)| pair)
         .collect();
-    chosen
+    let mut fits: Vec<Scored> = chosen
         .into_par_iter()
         .map(|(candidate, fitted)| {
             let refined = task.fit(&fitted.model, &fitted.theta, STEPS);
             score(task, base.causes.iter().copied().chain([candidate]).collect(), refined)
         })
-        .collect()
+        .collect();
+    nested::enforce(task, &mut fits, STEPS, |old, fitted| score(task, old.causes.clone(), fitted));
+    fits
 }
 
 /// A few steps with one more effect than `base`.

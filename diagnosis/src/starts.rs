@@ -69,7 +69,10 @@ pub(crate) fn starts(candidate: Candidate, machine: &Machine, glance: &Glance) -
     let assembly = assemble(machine).ok();
     let mass_of = |node: usize| assembly.as_ref().map_or(1.0, |a| a.nodes[node].mass_kg);
     match definition.kind {
-        "actuator-lag" | "command-delay" | "force-lag" | "force-delay" => times(),
+        // Readings between two rows cannot see where between them a held command arrives, and jump where the arrival passes a row: every row is a
+        // valley of its own.
+        "command-delay" => grid(&[scaled(glance.spacing_s, &[0.3, 0.5, 0.8, 1.2, 1.5, 1.8, 2.5, 3.5, 4.5, 5.5, 7.5, 10.5])]),
+        "actuator-lag" | "force-lag" | "force-delay" => times(),
         "drive-gain" | "force-gain" => vec![vec![0.6], vec![0.8], vec![1.25], vec![1.6]],
         "drive-deadband" | "coulomb-friction" => grid(&[levels(glance.command)]),
         "constant-load" => [-1.0, 1.0].iter().flat_map(|s| scaled(s * glance.command, &[0.01, 0.1])).map(|v| vec![v]).collect(),

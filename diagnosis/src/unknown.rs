@@ -30,8 +30,19 @@ pub(crate) fn is_adequate(scored: &Scored) -> bool {
     channel_misfits(scored).iter().all(|&m| m <= ADEQUATE)
 }
 
+/// Share of a channel's misfit after calibration that may stay when a cause is said to explain it: real friction and real contacts differ a little
+/// from every law of the library, mostly near reversals and touch-down.
+const DISCREPANCY: f64 = 0.12;
+
+/// Whether a model explains every channel, or leaves no more of what calibration left than laws of nature differ from those of a library.
+pub(crate) fn explains(calibrated: &Scored, scored: &Scored) -> bool {
+    let excess = |m: f64| (m - 1.0).max(0.0);
+    let before = channel_misfits(calibrated);
+    channel_misfits(scored).iter().zip(&before).all(|(&m, &b)| m <= ADEQUATE || excess(m) <= DISCREPANCY * excess(b))
+}
+
 /// Share of the variance of `y` that a regression on some columns explains.
-fn explained(columns: &[Vec<f64>], y: &[f64]) -> f64 {
+pub(crate) fn explained(columns: &[Vec<f64>], y: &[f64]) -> f64 {
     let n = columns.len() + 1;
     let value = |i: usize, k: usize| if i == 0 { 1.0 } else { columns[i - 1][k] };
     let mut a = DMatrix::<f64>::zeros(n, n);

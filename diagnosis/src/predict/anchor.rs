@@ -8,7 +8,7 @@
 
 use feeler_plant::assembly::{Assembly, GROUND_NODE, Source};
 use feeler_plant::description::Quantity;
-use feeler_plant::motion::{Motion, Switch, SwitchState};
+use feeler_plant::motion::Motion;
 
 use super::machine::{Moving, State};
 use crate::dataset::Channel;
@@ -19,10 +19,6 @@ const OMEGA_RANGE: (f64, f64) = (6.0, 320.0);
 const OMEGA_WITHOUT_ACCELEROMETERS: f64 = 40.0;
 /// A step this many times the noise rules the error of a reading.
 const COARSE: f64 = 4.0;
-/// Standard deviations of the speed after which a sticking guide is believed to slide.
-const BREAKAWAY_SIGMAS: f64 = 6.0;
-/// Smallest such speed, m/s.
-const BREAKAWAY_FLOOR: f64 = 2e-5;
 
 /// Whether predictions are kept on the measured motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,9 +49,6 @@ pub(super) struct Anchor {
     positions: Vec<Tap>,
     accelerations: Vec<Tap>,
     omega: f64,
-    breakaway: f64,
-    /// Speed that a sticking guide would have if it were let go.
-    shadow: f64,
 }
 
 /// The node that a channel of positions or accelerations reads, and the one it is relative to.
@@ -104,8 +97,8 @@ pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], first_row: &[
 }
 
 impl Anchor {
-    /// The anchor of the first chain that a position is measured of, if there is one.
-    pub(super) fn new(motion: &Motion, channels: &[Channel], spacing_s: f64) -> Option<Self> {
+    /// The anchor of the first chain that a position is measured of, if there is one. Sliding surfaces are left where friction holds them.
+    pub(super) fn new(motion: &Motion, channels: &[Channel], surfaces: &[usize], spacing_s: f64) -> Option<Self> {
         let assembly = motion.assembly();
         let of_kind = |wanted: Quantity| {
             channels.iter().enumerate().filter_map(move |(i, channel)| {
@@ -115,7 +108,7 @@ impl Anchor {
         };
         let (_, _, first, stop) = of_kind(Quantity::Position).next()?;
         let members = chain(assembly, first, stop);
-        let mut coordinates: Vec<usize> = members.iter().filter_map(|&node| motion.coordinates().of(node)).collect();
+        let mut coordinates: Vec<usize> = members.iter().filter(|node| !surfaces.contains(node)).filter_map(|&node| motion.coordinates().of(node)).collect();
         coordinates.sort_unstable();
         coordinates.dedup();
         let tap = |i: usize, channel: &Channel, weight: f64| {
@@ -162,8 +155,7 @@ impl Anchor {
         } else {
             (density / variance).powf(0.25).clamp(OMEGA_RANGE.0, OMEGA_RANGE.1).min(0.2 / spacing_s)
         };
-        let breakaway = BREAKAWAY_SIGMAS * (density * spacing_s / (4.0 * omega)).sqrt() + BREAKAWAY_FLOOR;
-        Some(Self { coordinates, positions, accelerations, omega, breakaway, shadow: 0.0 })
+        Some(Self { coordinates, positions, accelerations, omega })
     }
 
     /// Natural frequency of the correction, rad/s.
@@ -173,8 +165,8 @@ impl Anchor {
 
     /// Corrects a state at row `row`, for the span until the next.
     pub(super) fn correct(
-        &mut self,
-        machine: &mut Moving,
+        &self,
+        machine: &Moving,
         state: &mut State,
         predicted: &[f64],
         series: &[Vec<f64>],
@@ -193,42 +185,8 @@ impl Anchor {
         for &g in &self.coordinates {
             state.xi[machine.motion.layout().q(g)] += dx;
         }
-        let sticks = self.sticking(machine, state);
-        if let Some((switch, sign)) = sticks {
-            self.shadow += dv - self.omega * spacing_s * self.shadow;
-            if self.shadow.abs() < self.breakaway {
-                return;
-            }
-            let towards = if sign * self.shadow > 0.0 { SwitchState::Plus } else { SwitchState::Minus };
-            let mode = machine.flows[state.flow].equations.mode.with(switch, towards);
-            state.flow = machine.flow_of(mode);
-            for &g in &self.coordinates {
-                state.xi[machine.motion.layout().v(g)] += self.shadow;
-            }
-        } else {
-            for &g in &self.coordinates {
-                state.xi[machine.motion.layout().v(g)] += dv;
-            }
+        for &g in &self.coordinates {
+            state.xi[machine.motion.layout().v(g)] += dv;
         }
-        self.shadow = 0.0;
-    }
-
-    /// The switch of a guide that holds the chain, and +1 where the chain is its second end.
-    fn sticking(&self, machine: &Moving, state: &State) -> Option<(usize, f64)> {
-        let motion = &machine.motion;
-        let mode = machine.flows[state.flow].equations.mode;
-        motion.switches().iter().enumerate().find_map(|(i, &switch)| {
-            let Switch::Friction(link) = switch else { return None };
-            if mode.get(i) != SwitchState::Rest {
-                return None;
-            }
-            let link = &motion.assembly().links[link];
-            let inside = |node| motion.coordinates().of(node).is_some_and(|g| self.coordinates.contains(&g));
-            match (inside(link.a), inside(link.b)) {
-                (false, true) => Some((i, 1.0)),
-                (true, false) => Some((i, -1.0)),
-                _ => None,
-            }
-        })
     }
 }

@@ -12,6 +12,8 @@ use crate::error::DiagnosisError;
 const MOST_TERMS: usize = 60;
 /// Norm times span above which a span is cut before its Taylor series is taken.
 const TAYLOR_REACH: f64 = 4.0;
+/// Binary parts of a span whose exponentials are kept.
+const PARTS: i32 = 16;
 
 /// One mode.
 #[derive(Clone, Debug)]
@@ -28,10 +30,12 @@ pub(super) struct Flow {
     looks: Blocks<f64>,
     /// By span, what carries the states over it, and the guards after it.
     spans: Vec<(u64, Blocks<f64>)>,
+    /// The longest span, of which others are halves and quarters.
+    longest_s: f64,
 }
 
 impl Flow {
-    pub(super) fn new(motion: &Motion, mode: Mode, channels: &[Source]) -> Self {
+    pub(super) fn new(motion: &Motion, mode: Mode, channels: &[Source], longest_s: f64) -> Self {
         let equations = motion.equations(mode);
         let layout = motion.layout();
         let (states, width) = (layout.states(), layout.width());
@@ -52,7 +56,7 @@ impl Flow {
         rows.extend(equations.contact_force.iter().cloned());
         let mut looks = Blocks::zeros(rows.len(), width);
         rows.iter().enumerate().for_each(|(i, row)| looks.set_row(0, i, row));
-        Self { linear: equations.is_linear(), equations, states, width, derivative, norm, looks, spans: Vec::new() }
+        Self { linear: equations.is_linear(), equations, states, width, derivative, norm, looks, spans: Vec::new(), longest_s }
     }
 
     /// What carries the states over `span_s` with everything else held.
@@ -102,7 +106,7 @@ impl Flow {
             out.truncate(self.states);
             out.extend_from_slice(&xi[self.states..]);
         } else {
-            self.carry_once(span_s, xi, out);
+            self.carry_once(span_s, xi, out)?;
         }
         Ok(())
     }
@@ -112,10 +116,32 @@ impl Flow {
         self.states
     }
 
-    /// Carries `xi` over any span by its Taylor series, into `out`.
-    pub(super) fn carry_once(&self, span_s: f64, xi: &[f64], out: &mut Vec<f64>) {
+    /// Carries `xi` over any span, into `out`: over halves, quarters and so on of the longest span seen, whose exponentials are kept, then over the
+    /// rest by its Taylor series. A stiff mode costs no more than a soft one.
+    pub(super) fn carry_once(&mut self, span_s: f64, xi: &[f64], out: &mut Vec<f64>) -> Result<(), DiagnosisError> {
         out.clear();
         out.extend_from_slice(xi);
+        let mut left = span_s;
+        if self.norm * span_s > TAYLOR_REACH {
+            let mut moved = Vec::new();
+            for i in 0..PARTS {
+                let part = self.longest_s * 0.5_f64.powi(i);
+                if left >= part {
+                    self.carry(part, out, &mut moved)?;
+                    out[..self.states].copy_from_slice(&moved[..self.states]);
+                    left -= part;
+                }
+                if self.norm * left <= TAYLOR_REACH {
+                    break;
+                }
+            }
+        }
+        self.taylor(left, out);
+        Ok(())
+    }
+
+    /// Carries `out` on by its Taylor series.
+    fn taylor(&self, span_s: f64, out: &mut [f64]) {
         let parts = (self.norm * span_s / TAYLOR_REACH).ceil().max(1.0);
         let h = span_s / parts;
         let mut term = vec![0.0; self.width];

@@ -25,15 +25,17 @@ pub(super) struct State {
 pub(super) struct Moving {
     pub(super) motion: Motion,
     channels: Vec<Source>,
+    /// Spacing of rows.
+    spacing_s: f64,
     pub(super) flows: Vec<Flow>,
     next: Vec<f64>,
     probe: Vec<f64>,
 }
 
 impl Moving {
-    pub(super) fn new(assembly: Assembly, channels: Vec<Source>) -> Result<Self, DiagnosisError> {
+    pub(super) fn new(assembly: Assembly, channels: Vec<Source>, spacing_s: f64) -> Result<Self, DiagnosisError> {
         let motion = Motion::new(assembly).map_err(|problems| DiagnosisError::Machine { problems })?;
-        Ok(Self { motion, channels, flows: Vec::new(), next: Vec::new(), probe: Vec::new() })
+        Ok(Self { motion, channels, spacing_s, flows: Vec::new(), next: Vec::new(), probe: Vec::new() })
     }
 
     /// The state at the start, filters at rest.
@@ -79,7 +81,7 @@ impl Moving {
         if let Some(i) = self.flows.iter().position(|flow| flow.equations.mode == mode) {
             return i;
         }
-        self.flows.push(Flow::new(&self.motion, mode, &self.channels));
+        self.flows.push(Flow::new(&self.motion, mode, &self.channels, self.spacing_s));
         self.flows.len() - 1
     }
 
@@ -144,7 +146,7 @@ impl Moving {
             let whole = left.to_bits() == span_s.to_bits();
             let mut next = std::mem::take(&mut self.next);
             self.move_by(state, left, whole, &mut next)?;
-            let crossed = if events < MOST_EVENTS { self.first_crossing(state, &mut next, left) } else { None };
+            let crossed = if events < MOST_EVENTS { self.first_crossing(state, &mut next, left)? } else { None };
             if let Some((guard, share)) = crossed {
                 if share > 0.0 {
                     self.move_by(state, share * left, false, &mut next)?;
@@ -188,7 +190,7 @@ impl Moving {
     }
 
     /// The first guard that falls below zero on the way to `next`, and at which share of the span.
-    fn first_crossing(&mut self, state: &State, next: &mut [f64], span_s: f64) -> Option<(usize, f64)> {
+    fn first_crossing(&mut self, state: &State, next: &mut [f64], span_s: f64) -> Result<Option<(usize, f64)>, DiagnosisError> {
         let flow = &self.flows[state.flow];
         let mut first: Option<(usize, f64)> = None;
         for (i, guard) in flow.equations.guards.iter().enumerate() {
@@ -200,7 +202,7 @@ impl Moving {
             if start <= 0.0 {
                 // Just crossed the other way, or pushed over by a correction: it switches unless it is on its way back.
                 if start < 0.0 || end < start {
-                    return Some((i, 0.0));
+                    return Ok(Some((i, 0.0)));
                 }
                 continue;
             }
@@ -209,12 +211,12 @@ impl Moving {
                 first = Some((i, share));
             }
         }
-        let (i, mut share) = first?;
-        let row = &flow.equations.guards[i].row;
-        let (mut a, mut fa, mut b, mut fb) = (0.0, dot(row, &state.xi), 1.0, dot(row, next));
+        let Some((i, mut share)) = first else { return Ok(None) };
+        let row = flow.equations.guards[i].row.clone();
+        let (mut a, mut fa, mut b, mut fb) = (0.0, dot(&row, &state.xi), 1.0, dot(&row, next));
         for _ in 0..SECANT_STEPS {
-            flow.carry_once(share * span_s, &state.xi, &mut self.probe);
-            let f = dot(row, &self.probe);
+            self.flows[state.flow].carry_once(share * span_s, &state.xi, &mut self.probe)?;
+            let f = dot(&row, &self.probe);
             if f > 0.0 {
                 (a, fa) = (share, f);
             } else {
@@ -225,7 +227,7 @@ impl Moving {
             }
             share = a + (b - a) * fa / (fa - fb);
         }
-        Some((i, share))
+        Ok(Some((i, share)))
     }
 
     fn switch(&mut self, state: &mut State, index: usize) {

@@ -7,9 +7,11 @@
 mod anchor;
 mod flow;
 mod machine;
+mod presliding;
 mod run;
 mod sensor;
 
 pub(crate) use anchor::Anchoring;
+pub(crate) use presliding::Presliding;
 pub(crate) use run::Start;
 pub use run::{Prediction, Predictor};

@@ -5,6 +5,7 @@ use feeler_plant::assembly::{Assembly, Drive, Source};
 
 use super::anchor::{Anchor, Anchoring, place};
 use super::machine::{Moving, State};
+use super::presliding::Presliding;
 use super::sensor::readings;
 use crate::dataset::{Channel, Dataset, Record};
 use crate::error::DiagnosisError;
@@ -47,6 +48,7 @@ pub struct Predictor<'a> {
     channels: &'a [Channel],
     drives: &'a [(usize, String)],
     machine: Moving,
+    surfaces: Vec<usize>,
 }
 
 impl<'a> Predictor<'a> {
@@ -54,14 +56,25 @@ impl<'a> Predictor<'a> {
     ///
     /// # Errors
     /// Where the machine has no motion.
-    pub fn new(mut assembly: Assembly, dataset: &'a Dataset, record: &'a Record) -> Result<Self, DiagnosisError> {
+    pub fn new(assembly: Assembly, dataset: &'a Dataset, record: &'a Record) -> Result<Self, DiagnosisError> {
+        Self::with(assembly, Presliding::default(), dataset, record)
+    }
+
+    /// The same with what is known of how sticking guides give way.
+    pub(crate) fn with(
+        mut assembly: Assembly,
+        presliding: Presliding,
+        dataset: &'a Dataset,
+        record: &'a Record,
+    ) -> Result<Self, DiagnosisError> {
+        let surfaces = presliding.soften(&mut assembly);
         if let Some(engagement) = record.engagement {
             assembly.contacts.iter_mut().for_each(|contact| contact.engagement = engagement);
         }
         let first: Vec<f64> = record.series.iter().map(|series| series[0]).collect();
         place(&mut assembly, &dataset.channels, &first);
         let sources = dataset.channels.iter().map(|channel| channel.source).collect();
-        Ok(Self { record, channels: &dataset.channels, drives: &dataset.drives, machine: Moving::new(assembly, sources)? })
+        Ok(Self { record, channels: &dataset.channels, drives: &dataset.drives, machine: Moving::new(assembly, sources, record.spacing_s)?, surfaces })
     }
 
     /// Predicts freely from the first row to the last.
@@ -87,8 +100,8 @@ impl<'a> Predictor<'a> {
     pub(crate) fn follow(&mut self, anchoring: Anchoring, start: Start) -> Result<Prediction, DiagnosisError> {
         let dt = self.record.spacing_s;
         let rows = self.record.len();
-        let mut anchor = match anchoring {
-            Anchoring::Continuous => Anchor::new(&self.machine.motion, self.channels, dt),
+        let anchor = match anchoring {
+            Anchoring::Continuous => Anchor::new(&self.machine.motion, self.channels, &self.surfaces, dt),
             Anchoring::Never => None,
         };
         let commands = self.effective_commands();
@@ -114,11 +127,11 @@ impl<'a> Predictor<'a> {
                     let [x, v, force] = [0, 1, 2].map(|i| seen[channels + i]);
                     prediction.stroke.push([x, v, force]);
                     prediction.touching.push(seen[channels + 3..channels + 3 + contacts].iter().any(|force| *force != 0.0));
-                    if let Some(anchor) = &mut anchor {
+                    if let Some(anchor) = &anchor {
                         if window.is_some() {
                             self.machine.look(&state, &mut seen);
                         }
-                        anchor.correct(&mut self.machine, &mut state, &seen, &self.record.series, k, dt);
+                        anchor.correct(&self.machine, &mut state, &seen, &self.record.series, k, dt);
                     }
                     self.drive_on(&mut state, &commands, k, dt)?;
                     if let Some(window) = &mut window {

@@ -1,0 +1,215 @@
+//! What the search found, as an answer.
+
+use feeler_plant::effects::Place;
+use indexmap::IndexMap;
+
+use crate::diagnose::{ACCEPT, Judge};
+use crate::fit::Fitted;
+use crate::gap;
+use crate::ladder::ladder;
+use crate::locate::{heart, table};
+use crate::next::next_experiment;
+use crate::odds::probabilities;
+use crate::report::{Attempt, Cause, Cell, Diagnosis, Estimate, Verdict, Where};
+use crate::search::Scored;
+use crate::unknown;
+
+/// Softening of the odds.
+const TEMPERATURE: f64 = 4.0;
+/// Causes within this much evidence of the best look alike to these records, nats.
+const LOOK_ALIKE: f64 = 12.0;
+/// A cause with more parameters must bring this much more to be as probable, nats: real friction differs a little from every law.
+const PARSIMONY: f64 = 30.0;
+/// Probability that the set of rivals listed holds.
+const CREDIBLE: f64 = 0.99;
+/// Steps when an effect is taken out again.
+const REMOVAL_STEPS: usize = 6;
+/// 90 % of a normal distribution, in standard deviations.
+const NINETY_PERCENT: f64 = 1.645;
+/// Points of the portrait.
+const PORTRAIT_POINTS: usize = 4000;
+/// Places among causes that look alike from which on the records cannot tell where.
+const PLACES_TO_TELL: usize = 3;
+/// Variation over noise that the best experiment of a channel must show.
+const ENOUGH_EXCITATION: f64 = 5.0;
+
+impl Judge<'_> {
+    pub(crate) fn answer(&self, accepted: &Scored, rivals: &[Scored], attempts: &[Scored]) -> Diagnosis {
+        let task = &self.search.task;
+        let checks = self.checks();
+        let calibrated = &self.search.calibrated;
+        let errors = |fitted: &Fitted| gap::square_errors(task, &fitted.model, &fitted.theta, &checks);
+        let refit = errors(&calibrated.fitted).unwrap_or_else(|| vec![f64::INFINITY; checks.len()]);
+        let before =
+            gap::square_errors(task, &calibrated.fitted.model, &calibrated.fitted.model.start(), &checks).unwrap_or_else(|| refit.clone());
+        let after = errors(&accepted.fitted).unwrap_or_else(|| refit.clone());
+        let floor = gap::square_floors(task, &checks);
+        let figures = gap::gap(&before, &refit, &after, &floor);
+
+        // Odds among models that differ in their last cause; those of earlier causes are settled by acceptance.
+        let evidence: Vec<f64> = rivals.iter().map(|rival| self.all(rival)).collect();
+        let odds = probabilities(&evidence, TEMPERATURE);
+        let adequate = unknown::is_adequate(accepted);
+        let own = rivals.iter().zip(&odds).find(|(rival, _)| same(rival, accepted)).map_or(1.0, |(_, p)| *p);
+        let known = if adequate { 1.0 } else { 0.5 };
+        let mut effects: Vec<Cause> = (0..accepted.causes.len())
+            .map(|i| self.cause(accepted, i, known * if i + 1 == accepted.causes.len() { own } else { 0.95 }, true))
+            .collect();
+        let mut look_alikes = Vec::new();
+        let mut sum = own;
+        for (rival, &p) in rivals.iter().zip(&odds) {
+            let Some(last) = rival.causes.len().checked_sub(1).filter(|_| !same(rival, accepted)) else { continue };
+            let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            if let Some(mine) = accepted.causes.last().filter(|_| best - self.all(rival) < LOOK_ALIKE && look_alikes.len() < 2) {
+                look_alikes.push([mine.definition.kind, rival.causes[last].definition.kind]);
+            }
+            if sum < CREDIBLE && p > 0.005 {
+                sum += p;
+                effects.push(self.cause(rival, last, known * p, false));
+            }
+        }
+        self.credit(accepted, &refit, &after, &mut effects);
+        let verdict = verdict(accepted, adequate, own);
+        let places = self.places(accepted, &effects, verdict);
+        let mut tried: Vec<Attempt> = attempts
+            .iter()
+            .map(|scored| Attempt { causes: self.names(scored), gain_check: self.check(calibrated, scored), gain_all: self.all(scored) })
+            .collect();
+        tried.sort_by(|a, b| b.gain_all.total_cmp(&a.gain_all));
+        let mut portrait = unknown::portrait(task, calibrated, 8, None);
+        let thin = portrait.len().div_ceil(NO_GAP_POINTS).max(1);
+        portrait = portrait.into_iter().step_by(thin).collect();
+        Diagnosis {
+            verdict,
+            gap: figures,
+            places,
+            effects,
+            look_alikes,
+            attempts: tried,
+            warnings: self.dataset.warnings.iter().map(ToString::to_string).collect(),
+            portrait,
+            machine: accepted.fitted.model.machine(&accepted.fitted.theta),
+        }
+    }
+
+    /// The answer where a force over position is missing that is no effect of the library.
+    fn position_force(&self, shape: &Scored, attempts: &[Scored]) -> Diagnosis {
+        let mut answer = self.answer(&self.search.calibrated, &[], attempts);
+        answer.verdict = Verdict::UnknownCause;
+        let values = shape.fitted.model.parameters(0, &shape.fitted.theta);
+        let evidence = format!(
+            "a force that depends on position and hardly repeats over the stroke, about {:.2} N over {:.4} m, explains what no effect of the library does",
+            values[0], self.search.stroke_m
+        );
+        let mut found = answer.places.iter().find(|place| place.place == Place::Guide.name()).or(answer.places.first()).cloned();
+        if let Some(place) = &mut found {
+            place.place = Place::Guide.name();
+            place.probability = 0.85;
+            place.evidence = evidence;
+        }
+        answer.places = found.into_iter().collect();
+        answer
+    }
+
+    fn names(&self, scored: &Scored) -> String {
+        let name = |cause: &crate::candidates::Candidate| format!("{}@{}", cause.definition.kind, cause.site.key(&self.dataset.machine));
+        scored.causes.iter().map(name).collect::<Vec<_>>().join("+")
+    }
+
+    fn cause(&self, scored: &Scored, i: usize, probability: f64, accepted: bool) -> Cause {
+        let candidate = scored.causes[i];
+        let fitted = &scored.fitted;
+        let rotational = self.dataset.machine.axis == feeler_plant::description::Axis::Rotational;
+        let values = fitted.model.parameters(i, &fitted.theta);
+        let mut parameters = IndexMap::new();
+        for (k, parameter) in candidate.definition.parameters.iter().enumerate() {
+            let spread = fitted
+                .model
+                .unknowns
+                .iter()
+                .position(|unknown| unknown.parameter_of(i) == Some(k))
+                .map_or(0.0, |u| NINETY_PERCENT * fitted.model.unknowns[u].spread(fitted.theta[u], fitted.sigma[u]));
+            let unit = parameter.dimension.si_unit(rotational).to_owned();
+            parameters.insert(parameter.name, Estimate { value: values[k], ci90: [values[k] - spread, values[k] + spread], unit });
+        }
+        Cause {
+            kind: candidate.definition.kind,
+            on: candidate.site.key(&self.dataset.machine),
+            place: candidate.place.name(),
+            probability,
+            parameters,
+            credit: 0.0,
+            accepted,
+        }
+    }
+
+    /// Shapley's share of each accepted effect in what all of them close; of two or more, from the order of removal.
+    fn credit(&self, accepted: &Scored, refit: &[f64], after: &[f64], effects: &mut [Cause]) {
+        let n = accepted.causes.len();
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+        match n {
+            0 => {}
+            1 => effects[0].credit = 1.0,
+            _ => {
+                let whole = mean(refit) - mean(after);
+                let checks = self.checks();
+                let losses: Vec<f64> = (0..n)
+                    .map(|i| {
+                        let without = self.without(accepted, i);
+                        let errors = gap::square_errors(&self.search.task, &without.fitted.model, &without.fitted.theta, &checks);
+                        errors.map_or(0.0, |errors| (mean(&errors) - mean(after)).max(0.0))
+                    })
+                    .collect();
+                // For two, Shapley's value is the mean of what each adds alone and last; with equal interaction shares it is this for more.
+                let interaction = (whole - losses.iter().sum::<f64>()) / n as f64;
+                for (effect, loss) in effects.iter_mut().zip(&losses) {
+                    effect.credit = if whole > 0.0 { ((loss + interaction) / whole).clamp(0.0, 1.0) } else { 0.0 };
+                }
+            }
+        }
+    }
+
+    fn places(&self, accepted: &Scored, effects: &[Cause], verdict: Verdict) -> Vec<Where> {
+        let pointer = unknown::point(
+            &self.search.task,
+            if accepted.causes.is_empty() || verdict == Verdict::UnknownCause { accepted } else { &self.search.calibrated },
+        );
+        let mut chances: IndexMap<&'static str, f64> = IndexMap::new();
+        for effect in effects {
+            let chance = chances.entry(effect.place).or_insert(0.0);
+            *chance = if effect.accepted { chance.max(effect.probability) } else { *chance + effect.probability }.min(1.0);
+        }
+        if verdict == Verdict::UnknownCause {
+            let rest = if accepted.causes.is_empty() { 0.7 } else { 0.4 };
+            let chance = chances.entry(pointer.place.name()).or_insert(0.0);
+            *chance = chance.max(rest);
+        }
+        let mut places: Vec<Where> = chances
+            .into_iter()
+            .map(|(place, probability)| Where {
+                place,
+                probability,
+                channel: self.dataset.channels.get(pointer.channel).map_or_else(String::new, |channel| channel.column.clone()),
+                band_hz: [0.0, 0.5 / self.dataset.records[0].spacing_s],
+                phase: if pointer.is_contact { "contact" } else { "free" },
+                evidence: pointer.evidence.clone(),
+            })
+            .collect();
+        places.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        places
+    }
+}
+
+fn same(a: &Scored, b: &Scored) -> bool {
+    a.causes.len() == b.causes.len()
+        && a.causes.iter().zip(&b.causes).all(|(a, b)| a.site == b.site && a.definition.kind == b.definition.kind)
+}
+
+fn verdict(accepted: &Scored, adequate: bool, own: f64) -> Verdict {
+    match (accepted.causes.is_empty(), adequate) {
+        (true, true) => Verdict::NoGap,
+        (_, false) => Verdict::UnknownCause,
+        (false, true) if own < 0.9 => Verdict::Ambiguous,
+        (false, true) => Verdict::Explained,
+    }
+}

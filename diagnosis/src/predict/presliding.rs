@@ -1,0 +1,74 @@
+//! Dry friction as records show it: before it slides it gives way like a spring, by micrometres.
+//!
+//! A set-valued law holds a guide perfectly still, so that every small motion about a reversal, or under a preload, would count against it. Here the
+//! surface that slides is joined to its body by a stiff damped spring (Prandtl's element, the one-bristle case of Maxwell slip): stuck, the body rings
+//! on that spring; sliding, the level acts as before. The spring is no effect of its own but belongs to how any dry friction is observed.
+
+use std::f64::consts::TAU;
+
+use feeler_plant::assembly::{Assembly, Friction, Link, Node};
+
+/// How a guide gives way before it slides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Presliding {
+    /// Natural frequency of all that moves, on the sticking guide, Hz.
+    pub(crate) frequency_hz: f64,
+    /// Damping ratio of that motion.
+    pub(crate) damping_ratio: f64,
+}
+
+impl Default for Presliding {
+    /// A guide under some newtons of friction that gives way by some micrometres.
+    fn default() -> Self {
+        Self { frequency_hz: 60.0, damping_ratio: 0.5 }
+    }
+}
+
+/// Share of a body's mass that its sliding surface takes along: small against the body, large enough that its own motion needs no finer steps.
+const SURFACE_SHARE: f64 = 0.02;
+
+impl Presliding {
+    /// Puts a sliding surface on every guide with dry friction, and gives the nodes added.
+    pub(super) fn soften(self, assembly: &mut Assembly) -> Vec<usize> {
+        let mut surfaces = Vec::new();
+        for i in 0..assembly.links.len() {
+            let link = &assembly.links[i];
+            if link.rigid || !link.friction.acts() {
+                continue;
+            }
+            let (a, b) = (link.a, link.b);
+            let on_b = assembly.rigid_mass_kg(b) <= assembly.rigid_mass_kg(a);
+            let (body, other) = if on_b { (b, a) } else { (a, b) };
+            let (mass, all) = (SURFACE_SHARE * assembly.nodes[body].mass_kg, assembly.rigid_mass_kg(body));
+            if !(mass.is_finite() && mass > 0.0) {
+                continue;
+            }
+            let omega = TAU * self.frequency_hz;
+            let surface = assembly.nodes.len();
+            let under = assembly.nodes[body].clone();
+            assembly.nodes[body].mass_kg -= mass;
+            assembly.nodes.push(Node { name: format!("{} surface", under.name), mass_kg: mass, ..under });
+            let friction = std::mem::replace(&mut assembly.links[i].friction, Friction::NONE);
+            let (from, to) = if on_b { (other, surface) } else { (surface, other) };
+            let bare = |a, b, stiffness, damping, friction: Friction| Link {
+                name: assembly.links[i].name.clone(),
+                a,
+                b,
+                rigid: false,
+                stiffness,
+                damping,
+                cubic: 0.0,
+                play: 0.0,
+                load: 0.0,
+                friction,
+            };
+            let added = [
+                bare(from, to, 0.0, 0.0, friction),
+                bare(body, surface, all * omega * omega, 2.0 * self.damping_ratio * all * omega, Friction::NONE),
+            ];
+            assembly.links.extend(added);
+            surfaces.push(surface);
+        }
+        surfaces
+    }
+}

@@ -3,7 +3,7 @@
 use feeler_plant::effects::Place;
 use indexmap::IndexMap;
 
-use crate::diagnose::{ACCEPT, Judge};
+use crate::diagnose::{ACCEPT, Judge, PARSIMONY};
 use crate::fit::Fitted;
 use crate::gap;
 use crate::ladder::ladder;
@@ -18,12 +18,8 @@ use crate::unknown;
 const TEMPERATURE: f64 = 4.0;
 /// Causes within this much evidence of the best look alike to these records, nats.
 const LOOK_ALIKE: f64 = 12.0;
-/// A cause with more parameters must bring this much more to be as probable, nats: real friction differs a little from every law.
-const PARSIMONY: f64 = 30.0;
 /// Probability that the set of rivals listed holds.
 const CREDIBLE: f64 = 0.99;
-/// Steps when an effect is taken out again.
-const REMOVAL_STEPS: usize = 6;
 /// 90 % of a normal distribution, in standard deviations.
 const NINETY_PERCENT: f64 = 1.645;
 /// Points of the portrait.
@@ -47,9 +43,14 @@ impl Judge<'_> {
         let figures = gap::gap(&before, &refit, &after, &floor);
 
         // Odds among models that differ in their last cause; those of earlier causes are settled by acceptance.
+        // A rival that needs more parameters must bring more, as in the choice itself.
+        let simple = accepted.fitted.model.effect_parameters();
         let evidence: Vec<f64> = rivals.iter().map(|rival| self.all(rival)).collect();
-        let odds = probabilities(&evidence, TEMPERATURE);
-        let adequate = unknown::is_adequate(accepted);
+        let weighed: Vec<f64> = (rivals.iter().zip(&evidence))
+            .map(|(rival, e)| if rival.fitted.model.effect_parameters() > simple { e - PARSIMONY } else { *e })
+            .collect();
+        let odds = probabilities(&weighed, TEMPERATURE);
+        let adequate = unknown::explains(calibrated, accepted);
         let own = rivals.iter().zip(&odds).find(|(rival, _)| same(rival, accepted)).map_or(1.0, |(_, p)| *p);
         let known = if adequate { 1.0 } else { 0.5 };
         let mut effects: Vec<Cause> = (0..accepted.causes.len())
@@ -69,16 +70,19 @@ impl Judge<'_> {
             }
         }
         self.credit(accepted, &refit, &after, &mut effects);
-        let verdict = verdict(accepted, adequate, own);
-        let places = self.places(accepted, &effects, verdict);
-        let mut tried: Vec<Attempt> = attempts
-            .iter()
-            .map(|scored| Attempt { causes: self.names(scored), gain_check: self.check(calibrated, scored), gain_all: self.all(scored) })
-            .collect();
+        let alike: Vec<&Scored> = self.alike(accepted, rivals, &evidence);
+        let verdict = self.verdict(accepted, adequate, own, &alike);
+        let believed = calibrated.fitted.model.start();
+        let at = |scored: &'_ Scored| (scored.fitted.model.clone(), scored.fitted.theta.clone());
+        let (refitted, repaired) = (at(calibrated), at(accepted));
+        let cells = table(task, [(&refitted.0, &believed), (&refitted.0, &refitted.1), (&repaired.0, &repaired.1)]);
+        let places = self.places(accepted, &effects, verdict, &cells);
+        let mut tried: Vec<Attempt> = attempts.iter().map(|scored| self.attempt(scored, accepted)).collect();
         tried.sort_by(|a, b| b.gain_all.total_cmp(&a.gain_all));
         let mut portrait = unknown::portrait(task, calibrated, 8, None);
-        let thin = portrait.len().div_ceil(NO_GAP_POINTS).max(1);
+        let thin = portrait.len().div_ceil(PORTRAIT_POINTS).max(1);
         portrait = portrait.into_iter().step_by(thin).collect();
+        let next_experiment = alike.first().and_then(|rival| next_experiment(self, accepted, rival));
         Diagnosis {
             verdict,
             gap: figures,
@@ -87,13 +91,17 @@ impl Judge<'_> {
             look_alikes,
             attempts: tried,
             warnings: self.dataset.warnings.iter().map(ToString::to_string).collect(),
+            next_experiment,
+            cells,
+            ladder: ladder(task, calibrated),
             portrait,
             machine: accepted.fitted.model.machine(&accepted.fitted.theta),
+            calibrated: calibrated.fitted.model.machine(&calibrated.fitted.theta),
         }
     }
 
     /// The answer where a force over position is missing that is no effect of the library.
-    fn position_force(&self, shape: &Scored, attempts: &[Scored]) -> Diagnosis {
+    pub(crate) fn position_force(&self, shape: &Scored, attempts: &[Scored]) -> Diagnosis {
         let mut answer = self.answer(&self.search.calibrated, &[], attempts);
         answer.verdict = Verdict::UnknownCause;
         let values = shape.fitted.model.parameters(0, &shape.fitted.theta);
@@ -109,6 +117,51 @@ impl Judge<'_> {
         }
         answer.places = found.into_iter().collect();
         answer
+    }
+
+    /// Rivals that these records can hardly tell from the accepted set.
+    fn alike<'b>(&self, accepted: &Scored, rivals: &'b [Scored], evidence: &[f64]) -> Vec<&'b Scored> {
+        let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let near = rivals.iter().zip(evidence).filter(|(rival, e)| !same(rival, accepted) && best - **e < LOOK_ALIKE);
+        near.map(|(rival, _)| rival).collect()
+    }
+
+    fn verdict(&self, accepted: &Scored, adequate: bool, own: f64, alike: &[&Scored]) -> Verdict {
+        let mut places: Vec<Place> =
+            alike.iter().copied().chain([accepted]).filter_map(|scored| scored.causes.last().map(|cause| cause.place)).collect();
+        places.sort_unstable_by_key(|place| place.name());
+        places.dedup();
+        match (accepted.causes.is_empty(), adequate) {
+            (true, true) if !self.is_excited() => Verdict::NotIdentifiable,
+            (true, true) => Verdict::NoGap,
+            (_, false) => Verdict::UnknownCause,
+            (false, true) if places.len() >= PLACES_TO_TELL => Verdict::NotIdentifiable,
+            (false, true) if own < 0.9 => Verdict::Ambiguous,
+            (false, true) => Verdict::Explained,
+        }
+    }
+
+    /// Whether any channel of motion varies well beyond its noise in any experiment: without that, silence says nothing.
+    fn is_excited(&self) -> bool {
+        let weights = &self.search.task.weights;
+        weights.scale.iter().zip(&weights.noise).any(|(scale, noise)| scale.iter().zip(noise).any(|(s, n)| *s > ENOUGH_EXCITATION * n))
+    }
+
+    fn attempt(&self, scored: &Scored, accepted: &Scored) -> Attempt {
+        let (gain_check, gain_all) = (self.check(&self.search.calibrated, scored), self.all(scored));
+        let best = self.all(accepted);
+        let why = if same(scored, accepted) {
+            "accepted".to_owned()
+        } else if !self.is_finding(scored) {
+            "its fitted value is within what was believed, or makes it no instance of its kind".to_owned()
+        } else if gain_check < ACCEPT {
+            format!("gains {gain_check:.0} nats on the check experiments; {ACCEPT:.0} are needed")
+        } else if gain_all < best {
+            format!("explains {:.0} nats less than what was accepted", best - gain_all)
+        } else {
+            format!("explains {:.0} nats more than what was accepted, too little for what it adds", gain_all - best)
+        };
+        Attempt { causes: self.names(scored), gain_check, gain_all, why }
     }
 
     fn names(&self, scored: &Scored) -> String {
@@ -143,33 +196,41 @@ impl Judge<'_> {
         }
     }
 
-    /// Shapley's share of each accepted effect in what all of them close; of two or more, from the order of removal.
+    /// Shapley's share of each accepted effect in what all of them close: its gain averaged over all orders of adding them.
     fn credit(&self, accepted: &Scored, refit: &[f64], after: &[f64], effects: &mut [Cause]) {
         let n = accepted.causes.len();
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-        match n {
-            0 => {}
-            1 => effects[0].credit = 1.0,
-            _ => {
-                let whole = mean(refit) - mean(after);
-                let checks = self.checks();
-                let losses: Vec<f64> = (0..n)
-                    .map(|i| {
-                        let without = self.without(accepted, i);
-                        let errors = gap::square_errors(&self.search.task, &without.fitted.model, &without.fitted.theta, &checks);
-                        errors.map_or(0.0, |errors| (mean(&errors) - mean(after)).max(0.0))
-                    })
-                    .collect();
-                // For two, Shapley's value is the mean of what each adds alone and last; with equal interaction shares it is this for more.
-                let interaction = (whole - losses.iter().sum::<f64>()) / n as f64;
-                for (effect, loss) in effects.iter_mut().zip(&losses) {
-                    effect.credit = if whole > 0.0 { ((loss + interaction) / whole).clamp(0.0, 1.0) } else { 0.0 };
+        let checks = self.checks();
+        let (none, all) = (mean(refit), mean(after));
+        let whole = none - all;
+        if n == 0 || whole <= 0.0 {
+            return;
+        }
+        // What each subset closes; bit `i` of its number is effect `i`.
+        let closes: Vec<f64> = (0..1_usize << n)
+            .map(|subset| {
+                if subset == 0 {
+                    return 0.0;
                 }
-            }
+                let kept = (0..n).rev().filter(|i| subset & (1 << i) == 0).fold(accepted.clone(), |scored, i| self.without(&scored, i));
+                let errors = gap::square_errors(&self.search.task, &kept.fitted.model, &kept.fitted.theta, &checks);
+                errors.map_or(0.0, |errors| none - mean(&errors))
+            })
+            .collect();
+        let factorial = |n: usize| (1..=n).product::<usize>() as f64;
+        for (i, effect) in effects.iter_mut().take(n).enumerate() {
+            let share: f64 = (0..1_usize << n)
+                .filter(|subset| subset & (1 << i) == 0)
+                .map(|subset| {
+                    let others = subset.count_ones() as usize;
+                    factorial(others) * factorial(n - 1 - others) / factorial(n) * (closes[subset | (1 << i)] - closes[subset])
+                })
+                .sum();
+            effect.credit = (share / whole).clamp(0.0, 1.0);
         }
     }
 
-    fn places(&self, accepted: &Scored, effects: &[Cause], verdict: Verdict) -> Vec<Where> {
+    fn places(&self, accepted: &Scored, effects: &[Cause], verdict: Verdict, cells: &[Cell]) -> Vec<Where> {
         let pointer = unknown::point(
             &self.search.task,
             if accepted.causes.is_empty() || verdict == Verdict::UnknownCause { accepted } else { &self.search.calibrated },
@@ -184,14 +245,17 @@ impl Judge<'_> {
             let chance = chances.entry(pointer.place.name()).or_insert(0.0);
             *chance = chance.max(rest);
         }
+        let channel = self.dataset.channels.get(pointer.channel).map_or_else(String::new, |channel| channel.column.clone());
+        let whole = ([0.0, 0.5 / self.dataset.records[0].spacing_s], if pointer.is_contact { "contact" } else { "free" });
+        let (band_hz, phase) = heart(cells, &channel).unwrap_or(whole);
         let mut places: Vec<Where> = chances
             .into_iter()
             .map(|(place, probability)| Where {
                 place,
                 probability,
-                channel: self.dataset.channels.get(pointer.channel).map_or_else(String::new, |channel| channel.column.clone()),
-                band_hz: [0.0, 0.5 / self.dataset.records[0].spacing_s],
-                phase: if pointer.is_contact { "contact" } else { "free" },
+                channel: channel.clone(),
+                band_hz,
+                phase,
                 evidence: pointer.evidence.clone(),
             })
             .collect();
@@ -203,13 +267,4 @@ impl Judge<'_> {
 fn same(a: &Scored, b: &Scored) -> bool {
     a.causes.len() == b.causes.len()
         && a.causes.iter().zip(&b.causes).all(|(a, b)| a.site == b.site && a.definition.kind == b.definition.kind)
-}
-
-fn verdict(accepted: &Scored, adequate: bool, own: f64) -> Verdict {
-    match (accepted.causes.is_empty(), adequate) {
-        (true, true) => Verdict::NoGap,
-        (_, false) => Verdict::UnknownCause,
-        (false, true) if own < 0.9 => Verdict::Ambiguous,
-        (false, true) => Verdict::Explained,
-    }
 }

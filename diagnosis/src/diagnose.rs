@@ -1,39 +1,24 @@
 //! The diagnosis: calibrate, try causes, compose, judge.
 
-use feeler_plant::effects::Place;
-use indexmap::IndexMap;
-
 use crate::candidates::candidates;
 use crate::dataset::Dataset;
 use crate::error::DiagnosisError;
-use crate::fit::Fitted;
-use crate::gap;
-use crate::odds::{gain, probabilities};
-use crate::report::{Attempt, Cause, Diagnosis, Estimate, Verdict, Where};
+use crate::odds::gain;
+use crate::report::Diagnosis;
 use crate::search::{Scored, Search, extensions, glance, score, search};
 use crate::tolerance::is_within;
 use crate::unknown;
 
 /// Evidence on the check experiments that a cause must bring, nats.
-const ACCEPT: f64 = 12.0;
+pub(crate) const ACCEPT: f64 = 12.0;
 /// Evidence that a further cause must bring, nats: the first may be slightly wrong in ways that a second patches.
 const ACCEPT_FURTHER: f64 = 40.0;
 /// A cause with fewer parameters is preferred to one that brings less than this more, nats: real friction differs a little from every law.
-const PARSIMONY: f64 = 30.0;
+pub(crate) const PARSIMONY: f64 = 30.0;
 /// Most causes at once.
 const MOST_CAUSES: usize = 3;
-/// Softening of the odds.
-const TEMPERATURE: f64 = 4.0;
-/// Causes within this much evidence of the best look alike to these records, nats.
-const LOOK_ALIKE: f64 = 12.0;
-/// Probability that the set of rivals listed holds.
-const CREDIBLE: f64 = 0.99;
 /// Steps when an effect is taken out again.
 const REMOVAL_STEPS: usize = 6;
-/// 90 % of a normal distribution, in standard deviations.
-const NINETY_PERCENT: f64 = 1.645;
-/// Largest gap in units of the floor at which nothing is missing.
-const NO_GAP_POINTS: usize = 4000;
 
 /// Says where the gap between a machine and its records lies, what causes it, and how far it closes.
 ///
@@ -91,33 +76,34 @@ fn prefer_simple<T: std::borrow::Borrow<Scored>>(ranked: &mut [T], evidence: imp
     ranked[..=simplest].rotate_right(1);
 }
 
-struct Judge<'a> {
-    dataset: &'a Dataset,
-    search: &'a Search<'a>,
+/// A search and what it was made on.
+pub(crate) struct Judge<'a> {
+    pub(crate) dataset: &'a Dataset,
+    pub(crate) search: &'a Search<'a>,
 }
 
 impl Judge<'_> {
-    fn everything(&self) -> Vec<usize> {
+    pub(crate) fn everything(&self) -> Vec<usize> {
         (0..self.dataset.records.len()).collect()
     }
 
-    fn checks(&self) -> Vec<usize> {
+    pub(crate) fn checks(&self) -> Vec<usize> {
         (0..self.dataset.records.len()).filter(|&r| self.dataset.records[r].is_check).collect()
     }
 
-    fn all(&self, scored: &Scored) -> f64 {
+    pub(crate) fn all(&self, scored: &Scored) -> f64 {
         self.gain(&self.search.calibrated, scored, &self.everything())
     }
 
-    fn gain(&self, old: &Scored, new: &Scored, records: &[usize]) -> f64 {
+    pub(crate) fn gain(&self, old: &Scored, new: &Scored, records: &[usize]) -> f64 {
         gain(self.dataset, old, new, records)
     }
 
-    fn check(&self, old: &Scored, new: &Scored) -> f64 {
+    pub(crate) fn check(&self, old: &Scored, new: &Scored) -> f64 {
         self.gain(old, new, &self.checks())
     }
 
-    fn is_finding(&self, scored: &Scored) -> bool {
+    pub(crate) fn is_finding(&self, scored: &Scored) -> bool {
         let fitted = &scored.fitted;
         (0..scored.causes.len()).all(|i| !is_within(&fitted.model, &fitted.theta, i, &self.dataset.tolerance, self.search.stroke_m))
     }
@@ -137,7 +123,7 @@ impl Judge<'_> {
         scored
     }
 
-    fn without(&self, scored: &Scored, effect: usize) -> Scored {
+    pub(crate) fn without(&self, scored: &Scored, effect: usize) -> Scored {
         let (model, keep) = scored.fitted.model.without(effect);
         let start: Vec<f64> = keep.iter().map(|&i| scored.fitted.theta[i]).collect();
         let fitted = self.search.task.fit(&model, &start, REMOVAL_STEPS);

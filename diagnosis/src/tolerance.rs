@@ -30,9 +30,19 @@ pub(crate) fn is_within(model: &Model, theta: &[f64], effect: usize, tolerance: 
         "surface-offset" => values[0].abs() <= stated(tried.site, "gap", GAP_TOLERANCE) * machine.contacts[i].gap_m.abs(),
         // A sine of which the stroke shows hardly more than one period is some force over position, not a ripple.
         "force-ripple" => stroke_m < PERIODS * values[1],
+        // A law with an exponent of one is a spring, levels that hardly differ are one level, and a mode that cannot swing is a damper.
+        "hertz-contact" => values[0] < LEAST_EXPONENT,
+        "asymmetric-friction" => values[1].abs() < LEAST_ASYMMETRY,
+        "base-flexibility" | "workpiece-dynamics" => values[2] > 2.0 * (values[0] * values[1]).sqrt(),
+        "transmission-flexibility" => values[1] > 2.0 * (values[0] * values[2]).sqrt(),
         _ => false,
     }
 }
+
+/// Exponents below this are a spring's, within its calibration.
+const LEAST_EXPONENT: f64 = 1.1;
+/// Asymmetries below this are none.
+const LEAST_ASYMMETRY: f64 = 0.02;
 
 /// Periods of a ripple within the stroke that make it one.
 const PERIODS: f64 = 1.6;

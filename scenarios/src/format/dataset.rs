@@ -41,6 +41,8 @@ pub struct Column {
     pub hold_s: Option<f64>,
     /// One sigma in the signal's own unit, where known.
     pub noise: Option<f64>,
+    /// Smallest step of its values in the signal's own unit, where known.
+    pub resolution: Option<f64>,
 }
 
 /// One experiment.
@@ -143,7 +145,7 @@ fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) ->
         }
         let fields = Reader { problems, scope }.fields(&COLUMN, &[], table, &entry.node.origin, &path);
         if let Some(Field::Signal(signal)) = fields.get("signal") {
-            let column = Column { signal: signal.clone(), hold_s: fields.optional("hold"), noise: fields.optional("noise") };
+            let column = Column { signal: signal.clone(), hold_s: fields.optional("hold"), noise: fields.optional("noise"), resolution: fields.optional("resolution") };
             found.insert(name.clone(), column);
         }
     }

@@ -3,10 +3,10 @@
 use feeler_plant::effects::Place;
 use indexmap::IndexMap;
 
-use crate::diagnose::{ACCEPT, Judge, PARSIMONY};
+use crate::diagnose::{ACCEPT, Judge, LOOK_ALIKE, PARSIMONY};
 use crate::fit::Fitted;
 use crate::gap;
-use crate::ladder::ladder;
+use crate::ladder::{ladder, missing_force, what_is_left};
 use crate::locate::{heart, table};
 use crate::next::next_experiment;
 use crate::odds::probabilities;
@@ -16,8 +16,6 @@ use crate::unknown;
 
 /// Softening of the odds.
 const TEMPERATURE: f64 = 4.0;
-/// Causes within this much evidence of the best look alike to these records, nats.
-const LOOK_ALIKE: f64 = 12.0;
 /// Probability that the set of rivals listed holds.
 const CREDIBLE: f64 = 0.99;
 /// 90 % of a normal distribution, in standard deviations.
@@ -70,8 +68,8 @@ impl Judge<'_> {
             }
         }
         self.credit(accepted, &refit, &after, &mut effects);
-        let alike: Vec<&Scored> = self.alike(accepted, rivals, &evidence);
-        let verdict = self.verdict(accepted, adequate, own, &alike);
+        let near: Vec<&Scored> = alike(accepted, rivals, &evidence);
+        let verdict = self.verdict(accepted, adequate, own, &near);
         let believed = calibrated.fitted.model.start();
         let at = |scored: &'_ Scored| (scored.fitted.model.clone(), scored.fitted.theta.clone());
         let (refitted, repaired) = (at(calibrated), at(accepted));
@@ -82,7 +80,7 @@ impl Judge<'_> {
         let mut portrait = unknown::portrait(task, calibrated, 8, None);
         let thin = portrait.len().div_ceil(PORTRAIT_POINTS).max(1);
         portrait = portrait.into_iter().step_by(thin).collect();
-        let next_experiment = alike.first().and_then(|rival| next_experiment(self, accepted, rival));
+        let next_experiment = near.first().and_then(|rival| next_experiment(self, accepted, rival));
         Diagnosis {
             verdict,
             gap: figures,
@@ -94,6 +92,8 @@ impl Judge<'_> {
             next_experiment,
             cells,
             ladder: ladder(task, calibrated),
+            missing_force_n: [calibrated, accepted].map(|scored| missing_force(task, scored, &checks)),
+            left: what_is_left(task, accepted),
             portrait,
             machine: accepted.fitted.model.machine(&accepted.fitted.theta),
             calibrated: calibrated.fitted.model.machine(&calibrated.fitted.theta),
@@ -117,13 +117,6 @@ impl Judge<'_> {
         }
         answer.places = found.into_iter().collect();
         answer
-    }
-
-    /// Rivals that these records can hardly tell from the accepted set.
-    fn alike<'b>(&self, accepted: &Scored, rivals: &'b [Scored], evidence: &[f64]) -> Vec<&'b Scored> {
-        let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let near = rivals.iter().zip(evidence).filter(|(rival, e)| !same(rival, accepted) && best - **e < LOOK_ALIKE);
-        near.map(|(rival, _)| rival).collect()
     }
 
     fn verdict(&self, accepted: &Scored, adequate: bool, own: f64, alike: &[&Scored]) -> Verdict {
@@ -267,4 +260,11 @@ impl Judge<'_> {
 fn same(a: &Scored, b: &Scored) -> bool {
     a.causes.len() == b.causes.len()
         && a.causes.iter().zip(&b.causes).all(|(a, b)| a.site == b.site && a.definition.kind == b.definition.kind)
+}
+
+/// Rivals that these records can hardly tell from the accepted set.
+fn alike<'b>(accepted: &Scored, rivals: &'b [Scored], evidence: &[f64]) -> Vec<&'b Scored> {
+    let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let near = rivals.iter().zip(evidence).filter(|(rival, e)| !same(rival, accepted) && best - **e < LOOK_ALIKE);
+    near.map(|(rival, _)| rival).collect()
 }

@@ -3,6 +3,7 @@
 use crate::candidates::candidates;
 use crate::dataset::Dataset;
 use crate::error::DiagnosisError;
+use crate::nested;
 use crate::odds::gain;
 use crate::report::Diagnosis;
 use crate::search::{Scored, Search, extensions, glance, score, search};
@@ -15,8 +16,12 @@ pub(crate) const ACCEPT: f64 = 12.0;
 const ACCEPT_FURTHER: f64 = 40.0;
 /// A cause with fewer parameters is preferred to one that brings less than this more, nats: real friction differs a little from every law.
 pub(crate) const PARSIMONY: f64 = 30.0;
+/// A law that contains another must bring this share more than it.
+const NESTED_SHARE: f64 = 0.15;
 /// Most causes at once.
 const MOST_CAUSES: usize = 3;
+/// Causes within this much evidence of the best look alike to these records, nats.
+pub(crate) const LOOK_ALIKE: f64 = 12.0;
 /// Steps when an effect is taken out again.
 const REMOVAL_STEPS: usize = 6;
 
@@ -39,6 +44,11 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
     if let Some(best) = ranked.first().filter(|best| judge.check(&found.calibrated, best) > ACCEPT && judge.all(best) > ACCEPT) {
         accepted = (*best).clone();
         rivals = ranked.iter().map(|scored| (*scored).clone()).collect();
+        if let Some(pair) = judge.as_level_and_load(&accepted) {
+            rivals.insert(0, pair.clone());
+            attempts.push(pair.clone());
+            accepted = pair;
+        }
     }
     // A force over position that no effect of the library makes: the sine that is no ripple describes it better than any cause.
     let shape = found.singles.iter().filter(|scored| !judge.is_finding(scored) && scored.causes[0].definition.kind == "force-ripple");
@@ -51,7 +61,7 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
         progress("trying a further cause");
         let left: Vec<_> = candidates(&dataset.machine)
             .into_iter()
-            .filter(|c| !accepted.causes.iter().any(|a| a.site == c.site && a.definition.kind == c.definition.kind))
+            .filter(|c| !accepted.causes.iter().any(|a| a.site == c.site && overlaps(a.definition.kind, c.definition.kind)))
             .collect();
         let mut further: Vec<Scored> = extensions(&found.task, &accepted, &left, &glimpse);
         further.retain(|scored| judge.is_finding(scored));
@@ -68,12 +78,29 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
     Ok(judge.answer(&accepted, &rivals, &attempts))
 }
 
+/// Whether two laws under one element say the same thing, or one contains the other.
+fn overlaps(a: &str, b: &str) -> bool {
+    a == b || nested::contains(a, b) || nested::contains(b, a)
+}
+
 /// Brings the simplest of those nearly as good as the best to the front of a ranking.
 fn prefer_simple<T: std::borrow::Borrow<Scored>>(ranked: &mut [T], evidence: impl Fn(&Scored) -> f64) {
     let Some(best) = ranked.first().map(|first| evidence(first.borrow())) else { return };
     let near = ranked.iter().take_while(|scored| best - evidence((*scored).borrow()) < PARSIMONY).count();
     let simplest = (0..near).min_by_key(|&i| ranked[i].borrow().fitted.model.effect_parameters()).unwrap_or(0);
     ranked[..=simplest].rotate_right(1);
+    // A law that contains a simpler one always gains a little from how the real thing differs from both.
+    let last = |scored: &Scored| scored.causes.last().map(|cause| (cause.site, cause.definition.kind));
+    let Some((site, outer)) = last(ranked[0].borrow()) else { return };
+    let inner = ranked.iter().position(|scored| {
+        let scored = scored.borrow();
+        let share = NESTED_SHARE * evidence(scored);
+        last(scored).is_some_and(|(s, kind)| s == site && nested::contains(outer, kind))
+            && evidence(ranked[0].borrow()) - evidence(scored) < share
+    });
+    if let Some(i) = inner {
+        ranked[..=i].rotate_right(1);
+    }
 }
 
 /// A search and what it was made on.
@@ -106,6 +133,23 @@ impl Judge<'_> {
     pub(crate) fn is_finding(&self, scored: &Scored) -> bool {
         let fitted = &scored.fitted;
         (0..scored.causes.len()).all(|i| !is_within(&fitted.model, &fitted.theta, i, &self.dataset.tolerance, self.search.stroke_m))
+    }
+
+    /// Friction that differs by direction, as one level and a constant load: the same to a guide that always slides. Where the records cannot tell,
+    /// weight and cables are believed before a guide that knows directions.
+    fn as_level_and_load(&self, accepted: &Scored) -> Option<Scored> {
+        let [cause] = accepted.causes[..] else { return None };
+        if cause.definition.kind != "asymmetric-friction" {
+            return None;
+        }
+        let level = self
+            .search
+            .singles
+            .iter()
+            .find(|single| single.causes[0].site == cause.site && single.causes[0].definition.kind == "coulomb-friction")?;
+        let load = candidates(&self.dataset.machine).into_iter().find(|c| c.site == cause.site && c.definition.kind == "constant-load")?;
+        let pair = extensions(&self.search.task, level, &[load], &glance(&self.search.task, level)).pop()?;
+        (self.is_finding(&pair) && self.all(accepted) - self.all(&pair) < LOOK_ALIKE).then_some(pair)
     }
 
     /// Takes out effects whose removal costs nothing.

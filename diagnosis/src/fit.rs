@@ -132,7 +132,8 @@ impl Task<'_> {
     /// The anchored prediction of one record; none where the model makes no machine or leaves all bounds.
     pub(crate) fn predict(&self, model: &Model, theta: &[f64], record: usize) -> Option<Prediction> {
         let assembly = model.assembly(theta, self.dataset.records[record].engagement)?;
-        let prediction = Predictor::with(assembly, model.presliding(theta), self.dataset, &self.dataset.records[record]).ok()?.anchored().ok()?;
+        let prediction =
+            Predictor::with(assembly, model.presliding(theta), self.dataset, &self.dataset.records[record]).ok()?.anchored().ok()?;
         prediction.series.iter().all(|series| series.iter().all(|x| x.is_finite())).then_some(prediction)
     }
 

@@ -22,8 +22,10 @@ pub(crate) fn square_errors(task: &Task<'_>, model: &Model, theta: &[f64], recor
             let record = &task.dataset.records[r];
             let assembly = model.assembly(theta, record.engagement)?;
             let rows = ((WINDOW_S / record.spacing_s).round() as usize).max(1);
-            let prediction =
-                Predictor::with(assembly, model.presliding(theta), task.dataset, record).ok()?.follow(Anchoring::Continuous, Start::Windows(rows)).ok()?;
+            let prediction = Predictor::with(assembly, model.presliding(theta), task.dataset, record)
+                .ok()?
+                .follow(Anchoring::Continuous, Start::Windows(rows))
+                .ok()?;
             let of = |c: usize| {
                 let (m, p) = (&record.series[c], &prediction.series[c]);
                 let sum: f64 = m.iter().zip(p).map(|(m, p)| (m - p).powi(2)).sum();

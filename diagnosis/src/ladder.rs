@@ -9,12 +9,15 @@ use crate::odds::looks;
 use crate::predict::Prediction;
 use crate::report::{PortraitPoint, Rung};
 use crate::search::{Scored, missing_acceleration, moving_mass};
-use crate::unknown::explained;
+use crate::starts::ripples;
+use crate::unknown::{explained, portrait};
 
 /// Rows averaged into one point.
 const AVERAGE: usize = 8;
 /// Points handed on for drawing.
 const POINTS: usize = 800;
+/// Share of the missing force's variance from which a wave over position is named.
+const LEAST_WAVE: f64 = 0.01;
 /// Mean square residuals below this are noise.
 const QUIET: f64 = 1.0;
 
@@ -48,9 +51,7 @@ pub(crate) fn ladder(task: &Task<'_>, scored: &Scored) -> Vec<Rung> {
         });
     }
     if !accelerations.is_empty() {
-        add(Place::Base, None, &positions, &|r, p| {
-            residual(r, p, positions[0]).iter().map(|x| mass * p.omega.powi(2) * x).collect()
-        });
+        add(Place::Base, None, &positions, &|r, p| residual(r, p, positions[0]).iter().map(|x| mass * p.omega.powi(2) * x).collect());
     }
     add(Place::ForceSensor, None, &forces, &|r, p| residual(r, p, forces[0]));
     rungs.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
@@ -91,6 +92,34 @@ fn rung(
     let goes_with = shares(&points);
     let thin = points.len().div_ceil(POINTS).max(1);
     Rung { place: place.name(), evidence, rms_n, goes_with, portrait: points.into_iter().step_by(thin).collect() }
+}
+
+/// Root mean square of the missing force of a fitted model over some records, N.
+pub(crate) fn missing_force(task: &Task<'_>, scored: &Scored, records: &[usize]) -> f64 {
+    let mass = moving_mass(task.dataset, scored);
+    let (mut sum, mut rows) = (0.0, 0.0);
+    for &r in records {
+        let Some(prediction) = task.predict(&scored.fitted.model, &scored.fitted.theta, r) else { continue };
+        let missing = missing_acceleration(task.dataset, r, &prediction);
+        sum += missing.iter().map(|a| (mass * a).powi(2)).sum::<f64>();
+        rows += missing.len() as f64;
+    }
+    if rows > 0.0 { (sum / rows).sqrt() } else { 0.0 }
+}
+
+/// Shapes in the force that is missing even with the accepted effects, said in words.
+pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
+    let points: Vec<[f64; 2]> = portrait(task, scored, 2, Some(false)).iter().map(|p| [p[0], p[3]]).collect();
+    let mean = points.iter().map(|p| p[1]).sum::<f64>() / points.len().max(1) as f64;
+    let variance = points.iter().map(|p| (p[1] - mean).powi(2)).sum::<f64>() / points.len().max(1) as f64;
+    let series: Vec<(f64, f64)> = points.iter().map(|p| (p[0], p[1])).collect();
+    let waves = ripples(&series).into_iter().filter(|wave| 0.5 * wave[0].powi(2) > LEAST_WAVE * variance);
+    waves
+        .map(|wave| {
+            let share = 50.0 * wave[0].powi(2) / variance;
+            format!("a force of {:.2} N periodic in position, pitch {:.3e} m, is left ({share:.0} % of what is missing)", wave[0], wave[1])
+        })
+        .collect()
 }
 
 /// Share of the missing force's variance that goes with position, velocity, drive force and time.

@@ -18,6 +18,11 @@ fn embed(outer: &str, inner: &str, values: &[f64]) -> Option<Vec<f64>> {
     }
 }
 
+/// Whether the law `outer` contains the law `inner`.
+pub(crate) fn contains(outer: &str, inner: &str) -> bool {
+    embed(outer, inner, &[1.0]).is_some()
+}
+
 /// Refits every model that fits worse than one that it contains, from that one's solution. All share the causes but the last.
 pub(crate) fn enforce(task: &Task<'_>, fits: &mut [Scored], steps: usize, rescore: impl Fn(&Scored, Fitted) -> Scored) {
     for outer in 0..fits.len() {
@@ -39,9 +44,4 @@ pub(crate) fn enforce(task: &Task<'_>, fits: &mut [Scored], steps: usize, rescor
             }
         }
     }
-}
-
-/// Whether a larger model has kept what the smaller one reached.
-pub(crate) fn is_monotone(smaller: &Fitted, larger: &Fitted) -> bool {
-    larger.cost <= smaller.cost + SLACK
 }

@@ -39,7 +39,9 @@ pub(crate) fn next_experiment(judge: &Judge<'_>, accepted: &Scored, rival: &Scor
     }
     let spacing_s = dataset.records[0].spacing_s;
     let templates = templates(dataset, spacing_s);
-    let odds = |template: &Template| Some((expected(judge, accepted, rival, template, spacing_s)? + expected(judge, rival, accepted, template, spacing_s)?) / 2.0);
+    let odds = |template: &Template| {
+        Some(f64::midpoint(expected(judge, accepted, rival, template, spacing_s)?, expected(judge, rival, accepted, template, spacing_s)?))
+    };
     let (nats, best) = templates.iter().filter_map(|template| Some((odds(template)?, template))).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let expected_odds = nats.exp().min(MOST_ODDS);
     if expected_odds < LEAST_ODDS {

@@ -190,6 +190,10 @@ pub struct Diagnosis {
     pub cells: Vec<Cell>,
     /// Where an unknown disturbance would explain most, with its portrait.
     pub ladder: Vec<Rung>,
+    /// Root mean square of the force that is missing on the check experiments, after calibration and with the accepted effects, N.
+    pub missing_force_n: [f64; 2],
+    /// What shape the force has that is missing even with the accepted effects.
+    pub left: Vec<String>,
     /// What was noticed about the data.
     pub warnings: Vec<String>,
     /// Missing force of the calibrated machine against position, speed and drive force on fitted experiments: `[x, v, F_drive, F_missing]`.

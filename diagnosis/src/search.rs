@@ -8,6 +8,7 @@ use crate::candidates::{Candidate, candidates};
 use crate::dataset::{Dataset, quantum};
 use crate::error::DiagnosisError;
 use crate::fit::{Fitted, Task, Weights};
+use crate::locate::low_pass;
 use crate::model::Model;
 use crate::nested;
 use crate::predict::{Prediction, Predictor};
@@ -17,11 +18,11 @@ use crate::starts::{Glance, starts};
 /// Steps of a full fit.
 const STEPS: usize = 10;
 /// Steps after which candidates are compared.
-const SCREENING_STEPS: usize = 4;
+const SCREENING_STEPS: usize = 6;
 /// Starts of a candidate that are fitted.
-const BEST_STARTS: usize = 2;
+const BEST_STARTS: usize = 3;
 /// Gain of the cost in screening below which a candidate is not fitted: a fraction of the least evidence that is ever accepted.
-const WORTH_FITTING: f64 = 20.0;
+const WORTH_FITTING: f64 = 6.0;
 /// Candidates that are fitted fully, and at least one of every place.
 const FULLY: usize = 7;
 
@@ -176,11 +177,28 @@ pub(crate) fn missing_acceleration(dataset: &Dataset, record: usize, prediction:
     let residual = |c: usize, k: usize| series[c][k] - prediction.series[c][k];
     let rows = dataset.records[record].len();
     if accelerations.is_empty() {
-        let factor = prediction.omega.powi(2);
         return match of(Quantity::Position).first() {
-            Some(&c) => (0..rows).map(|k| factor * residual(c, k)).collect(),
+            Some(&c) => {
+                let residuals: Vec<f64> = (0..rows).map(|k| residual(c, k)).collect();
+                forcing(&residuals, prediction.omega, dataset.records[record].spacing_s)
+            }
             None => vec![0.0; rows],
         };
     }
     (0..rows).map(|k| accelerations.iter().map(|&c| residual(c, k)).sum::<f64>() / accelerations.len() as f64).collect()
+}
+
+/// Corner of the smoothing before a position's residual is differentiated, Hz.
+const SMOOTH_HZ: f64 = 30.0;
+
+/// The acceleration that forces an anchored position's residual `r`: `r'' + sqrt(2) omega r' + omega^2 r`, the anchor's own error dynamics.
+fn forcing(residual: &[f64], omega: f64, dt: f64) -> Vec<f64> {
+    let r = low_pass(residual, SMOOTH_HZ, dt);
+    let last = r.len() - 1;
+    (0..r.len())
+        .map(|k| {
+            let [a, b, c] = [r[k.saturating_sub(1)], r[k], r[(k + 1).min(last)]];
+            (a - 2.0 * b + c) / (dt * dt) + std::f64::consts::SQRT_2 * omega * (c - a) / (2.0 * dt) + omega * omega * b
+        })
+        .collect()
 }

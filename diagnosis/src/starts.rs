@@ -9,8 +9,11 @@ use feeler_plant::description::Machine;
 use crate::candidates::Candidate;
 use crate::model::Table;
 
-/// Pitches tried for a ripple, from a few sample distances to twice the stroke.
-const PITCHES: usize = 160;
+/// Waves per stroke tried for a ripple: from half a wave on in quarters, so that the phase over the stroke moves by less than half a turn from one to
+/// the next.
+const WAVES_STEP: f64 = 0.25;
+/// Steps tried.
+const PITCHES: usize = 400;
 /// Pitches handed on to the fit.
 const BEST_PITCHES: usize = 4;
 /// Points of the missing force that are looked at per record.
@@ -159,7 +162,7 @@ pub(crate) fn starts(candidate: Candidate, machine: &Machine, glance: &Glance) -
 }
 
 /// Amplitude, pitch and phase of the sines in position that take most out of the missing force.
-fn ripples(missing: &[(f64, f64)]) -> Vec<Vec<f64>> {
+pub(crate) fn ripples(missing: &[(f64, f64)]) -> Vec<Vec<f64>> {
     let (low, high) = missing.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
     let stroke = high - low;
     if missing.len() < 50 || stroke <= 0.0 {
@@ -170,8 +173,7 @@ fn ripples(missing: &[(f64, f64)]) -> Vec<Vec<f64>> {
     let mean = points.iter().map(|(_, f)| f).sum::<f64>() / points.len() as f64;
     let mut found: Vec<(f64, Vec<f64>)> = (0..PITCHES)
         .map(|k| {
-            // Even in 1 / pitch on a logarithmic grid fine enough that the phase over the stroke moves by less than a turn between neighbours.
-            let pitch = 2.0 * stroke * (40.0_f64).powf(-(k as f64) / (PITCHES - 1) as f64);
+            let pitch = stroke / (WAVES_STEP * (k + 2) as f64);
             let (mut ss, mut cc, mut sc, mut sf, mut cf) = (0.0, 0.0, 0.0, 0.0, 0.0);
             for (x, f) in &points {
                 let (s, c) = (TAU * x / pitch).sin_cos();
@@ -192,7 +194,7 @@ fn ripples(missing: &[(f64, f64)]) -> Vec<Vec<f64>> {
     found.sort_by(|x, y| y.0.total_cmp(&x.0));
     let mut best: Vec<Vec<f64>> = Vec::new();
     for (_, values) in found {
-        if best.len() < BEST_PITCHES && best.iter().all(|other| (other[1] / values[1]).ln().abs() > 0.1) {
+        if best.len() < BEST_PITCHES && best.iter().all(|other| (stroke / other[1] - stroke / values[1]).abs() > 1.0) {
             best.push(values);
         }
     }

@@ -105,9 +105,12 @@ pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
     let is_contact = contact > 2.0 * free;
     let name = &dataset.channels[worst].column;
     let says = |what: &str| format!("`{name}` departs {:.1} sigma: {what}", misfits[worst].sqrt());
+    let is_read = (0..misfits.len()).any(|c| quantity(c) == Quantity::Acceleration);
     let (place, evidence) = match quantity(worst) {
-        Quantity::Position => (Place::Base, says("encoder and accelerometers disagree smoothly, as when what the encoder rides on moves")),
-        Quantity::Acceleration => {
+        Quantity::Position if is_read => {
+            (Place::Base, says("encoder and accelerometers disagree smoothly, as when what the encoder rides on moves"))
+        }
+        Quantity::Position | Quantity::Acceleration => {
             let accelerations: Vec<usize> = (0..misfits.len()).filter(|&c| quantity(c) == Quantity::Acceleration).collect();
             let (small, large) =
                 accelerations.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &c| (low.min(misfits[c]), high.max(misfits[c])));

@@ -110,7 +110,12 @@ impl Dataset {
                 Source::Sensor(i) => (machine.sensors[i].noise, machine.sensors[i].resolution.unwrap_or(0.0)),
                 _ => (0.0, 0.0),
             };
-            channels.push(Channel { column: name.clone(), source, noise: column.noise.unwrap_or(noise), resolution: column.resolution.unwrap_or(resolution) });
+            channels.push(Channel {
+                column: name.clone(),
+                source,
+                noise: column.noise.unwrap_or(noise),
+                resolution: column.resolution.unwrap_or(resolution),
+            });
         }
         let tables = file.experiments.iter().map(|experiment| read::table(&experiment.file)).collect::<Result<Vec<_>, _>>()?;
         let holds: Vec<Option<f64>> = drives.iter().map(|(_, name)| file.columns[name].hold_s).collect();

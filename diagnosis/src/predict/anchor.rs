@@ -108,7 +108,8 @@ impl Anchor {
         };
         let (_, _, first, stop) = of_kind(Quantity::Position).next()?;
         let members = chain(assembly, first, stop);
-        let mut coordinates: Vec<usize> = members.iter().filter(|node| !surfaces.contains(node)).filter_map(|&node| motion.coordinates().of(node)).collect();
+        let mut coordinates: Vec<usize> =
+            members.iter().filter(|node| !surfaces.contains(node)).filter_map(|&node| motion.coordinates().of(node)).collect();
         coordinates.sort_unstable();
         coordinates.dedup();
         let tap = |i: usize, channel: &Channel, weight: f64| {
@@ -164,15 +165,7 @@ impl Anchor {
     }
 
     /// Corrects a state at row `row`, for the span until the next.
-    pub(super) fn correct(
-        &self,
-        machine: &Moving,
-        state: &mut State,
-        predicted: &[f64],
-        series: &[Vec<f64>],
-        row: usize,
-        spacing_s: f64,
-    ) {
+    pub(super) fn correct(&self, machine: &Moving, state: &mut State, predicted: &[f64], series: &[Vec<f64>], row: usize, spacing_s: f64) {
         let innovation = |tap: &Tap| {
             let measured = series[tap.channel][(row + tap.late).min(series[tap.channel].len() - 1)];
             let beyond = (measured - tap.bias) / tap.gain - predicted[tap.channel];

@@ -74,7 +74,13 @@ impl<'a> Predictor<'a> {
         let first: Vec<f64> = record.series.iter().map(|series| series[0]).collect();
         place(&mut assembly, &dataset.channels, &first);
         let sources = dataset.channels.iter().map(|channel| channel.source).collect();
-        Ok(Self { record, channels: &dataset.channels, drives: &dataset.drives, machine: Moving::new(assembly, sources, record.spacing_s)?, surfaces })
+        Ok(Self {
+            record,
+            channels: &dataset.channels,
+            drives: &dataset.drives,
+            machine: Moving::new(assembly, sources, record.spacing_s)?,
+            surfaces,
+        })
     }
 
     /// Predicts freely from the first row to the last.

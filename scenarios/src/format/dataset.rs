@@ -145,7 +145,12 @@ fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) ->
         }
         let fields = Reader { problems, scope }.fields(&COLUMN, &[], table, &entry.node.origin, &path);
         if let Some(Field::Signal(signal)) = fields.get("signal") {
-            let column = Column { signal: signal.clone(), hold_s: fields.optional("hold"), noise: fields.optional("noise"), resolution: fields.optional("resolution") };
+            let column = Column {
+                signal: signal.clone(),
+                hold_s: fields.optional("hold"),
+                noise: fields.optional("noise"),
+                resolution: fields.optional("resolution"),
+            };
             found.insert(name.clone(), column);
         }
     }

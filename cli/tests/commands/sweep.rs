@@ -92,3 +92,58 @@ fn truth_a_folder_of_another_sweep_is_refused() {
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("another sweep"));
 }
+
+/// The sample job script with what Slurm tells each task of an array that begins at 5.
+#[test]
+#[cfg(unix)]
+fn prop_the_job_script_runs_each_part_once() {
+    let (folder, sweep) = project();
+    let [one, array] = ["one", "array"].map(|name| folder.path().join(name));
+    run(&["sweep", sweep.to_str().unwrap(), "--out", one.to_str().unwrap()]);
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/slurm/sweep.sbatch");
+    for task in ["5", "6", "7"] {
+        let told = [("SLURM_ARRAY_TASK_ID", task), ("SLURM_ARRAY_TASK_MIN", "5"), ("SLURM_ARRAY_TASK_COUNT", "3")];
+        let output = Command::new("sh").arg(&script).args([&sweep, &array]).envs(told).env("FEELER", cargo_bin("feeler")).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    run(&["merge", array.to_str().unwrap()]);
+    assert!(fs::read(one.join("sweep.parquet")).unwrap() == fs::read(array.join("sweep.parquet")).unwrap());
+}
+
+/// The sample job script as an array job of a Slurm that runs on this host; says so where there is none.
+#[test]
+#[expect(clippy::print_stdout, reason = "a skipped test says so")]
+fn prop_an_array_job_of_slurm_gives_the_same_bytes() {
+    let runs = Command::new("sinfo").output().is_ok_and(|output| output.status.success());
+    if !runs {
+        println!("skipped: no Slurm answers on this host (sinfo fails); the job script was not run");
+        return;
+    }
+    let (folder, sweep) = project();
+    let [one, array] = ["one", "array"].map(|name| folder.path().join(name));
+    run(&["sweep", sweep.to_str().unwrap(), "--out", one.to_str().unwrap()]);
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/slurm/sweep.sbatch");
+    let submitted = Command::new("sbatch")
+        .args(["--wait", "--array=1-3", script.to_str().unwrap(), sweep.to_str().unwrap(), array.to_str().unwrap()])
+        .env("FEELER", cargo_bin("feeler"))
+        .current_dir(folder.path())
+        .status()
+        .unwrap();
+    assert!(submitted.success());
+    run(&["merge", array.to_str().unwrap()]);
+    assert!(fs::read(one.join("sweep.parquet")).unwrap() == fs::read(array.join("sweep.parquet")).unwrap());
+}
+
+#[test]
+fn truth_the_verdict_is_printed_and_written() {
+    let (folder, _) = project();
+    let out = folder.path().join("why");
+    let scenario = folder.path().join("chatter.toml");
+    let output = Command::new(cargo_bin("feeler")).args(["why"]).arg(&scenario).arg("--out").arg(&out).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.starts_with("The chatter is due to sampling and delay"), "{text}");
+    let found: serde_json::Value = serde_json::from_str(&fs::read_to_string(out.join("why.json")).unwrap()).unwrap();
+    assert_eq!(found["causes"], serde_json::json!(["sampling-and-delay"]));
+    assert!(found["remedies"].as_array().unwrap().len() > 2);
+    assert!(fs::read_to_string(out.join("report.html")).unwrap().contains("What to do"));
+}

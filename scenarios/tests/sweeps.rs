@@ -1,0 +1,127 @@
+//! The sweep files: what they reproduce of the paper, and that tasks of a scheduler make the same bytes as one run.
+
+#![expect(clippy::unwrap_used, reason = "a file that cannot be read or run fails the test that asks for it")]
+
+use std::path::{Path, PathBuf};
+
+use feeler_analysis::ControlLoop;
+use feeler_scenarios::format::Setting;
+use feeler_scenarios::run::Outcome;
+use feeler_scenarios::sweep::{Column, DrawnAxis, Options, Sweep, Table, contact_view};
+
+fn file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps").join(name)
+}
+
+fn results(sweep: &Sweep) -> Table {
+    let folder = tempfile::tempdir().unwrap();
+    let result = sweep.run(folder.path(), Options::default(), &|_| {}).unwrap();
+    Table::read(&result.table.unwrap()).unwrap()
+}
+
+/// Whether a row comes to rest, or is on its way there.
+fn rests(table: &Table, row: usize) -> bool {
+    let text = |column: &str| table.texts(column).unwrap()[row].clone().unwrap_or_default();
+    let outcome = text("outcome");
+    Outcome::ALL.iter().any(|(known, name)| *name == outcome && known.is_stable()) || text("undecided") == "still-decaying"
+}
+
+/// For each value of the first axis the index of the first gain that does not come to rest, and where linear theory puts the first limit on the same scale.
+fn edges(sweep: &Sweep, table: &Table, rows: &[usize]) -> Vec<(f64, f64)> {
+    let axes = DrawnAxis::of(&sweep.file);
+    let [across, gain] = &axes[..] else { panic!("two axes") };
+    let (sections, gains) = (across.points.unwrap() as usize, gain.points.unwrap() as usize);
+    let of_section = |section: usize| {
+        let at = across.value(section as f64 / (sections - 1) as f64);
+        let clamped = ("contacts.tool.engagement", Setting::Text("clamped".into()));
+        let scenario = sweep.document.with([(across.key.as_str(), Setting::Number(at)), clamped]).unwrap().scenario;
+        let limit = ControlLoop::new(&scenario, &contact_view(&scenario)).unwrap().sampled_bands(&gain.key).unwrap().first_upper();
+        let edge = (0..gains).find(|i| !rests(table, rows[section * gains + i])).unwrap_or(gains);
+        // Limits off the map are met where all of its gains come to rest.
+        (edge as f64, (gain.share(limit) * (gains - 1) as f64).min(gains as f64))
+    };
+    (0..sections).map(of_section).collect()
+}
+
+/// Claims 1, 2 and 3: where the tool is clamped, the first gain that does not come to rest lies within one cell of the sampled linear limit.
+#[test]
+fn reference_the_simulated_boundary_is_within_a_cell_of_the_sampled_one() {
+    for name in ["actuator-bandwidth", "transmission-stiffness", "base-damping", "workpiece-damping", "workpiece-stiffness"] {
+        let sweep = Sweep::load(&file(&format!("{name}.toml"))).unwrap();
+        let table = results(&sweep);
+        let rows: Vec<usize> = (0..table.rows).collect();
+        let gains = DrawnAxis::of(&sweep.file)[1].points.unwrap() as f64;
+        let mut met = 0;
+        for (edge, theory) in edges(&sweep, &table, &rows) {
+            // The first gain beyond the limit is at most one cell past it.
+            let distance = edge - theory;
+            assert!(
+                (-1.0..=2.0).contains(&distance),
+                "{name}: gain number {edge} is the first not to rest, and the limit lies at {theory}"
+            );
+            met += usize::from(theory < gains - 1.0);
+        }
+        assert!(met >= 4, "{name}: the limit crosses the map at {met} places only");
+    }
+}
+
+/// Clamped, chatter begins at the limit; where the tool can leave the wall, below it.
+#[test]
+fn truth_loss_of_contact_brings_chatter_below_the_linear_limit() {
+    let sweep = Sweep::load(&file("loss-of-contact.toml")).unwrap();
+    let table = results(&sweep);
+    let engagements = table.texts("contacts.tool.engagement").unwrap();
+    let below = |name: &str| {
+        let rows: Vec<usize> = (0..table.rows).filter(|row| engagements[*row].as_deref() == Some(name)).collect();
+        edges(&sweep, &table, &rows).into_iter().map(|(edge, theory)| theory - edge).collect::<Vec<_>>()
+    };
+    assert!(below("clamped").iter().all(|cells| cells.abs() <= 1.0), "{:?}", below("clamped"));
+    // Cells are a fortieth of the limit: chatter begins at four fifths of it.
+    assert!(below("unilateral").iter().all(|cells| (6.0..11.0).contains(cells)), "{:?}", below("unilateral"));
+}
+
+#[test]
+fn truth_refinement_finds_the_edge_of_the_fine_grid_for_a_part_of_its_runs() {
+    let text = "scenario = \"../paper/flexible.toml\"\n[axes]\n\"contacts.tool.stiffness\" = { log = [5e4, 2e6], points = 5 }\n\
+        \"controllers.force.kp\" = { log = [0.1, 8.0], points = 5 }\n[refine]\nlevels = 2\n";
+    let name = file("refined.toml").display().to_string();
+    let refined = Sweep::parse(text, &name).unwrap();
+    let fine = text.replace("points = 5", "points = 17").replace("[refine]\nlevels = 2\n", "");
+    let fine = Sweep::parse(&fine, &name).unwrap();
+    let (few, all) = (results(&refined), results(&fine));
+    assert_eq!(refined.runs_of_the_grid(), Some(all.rows as u64));
+    assert!(few.rows < all.rows * 2 / 3, "{} of {}", few.rows, all.rows);
+    // Every pair of neighbours on the fine grid that differ is among the runs made, with the same outcome.
+    let number = |table: &Table, key: &str, row: usize| table.reals(key).unwrap()[row].unwrap();
+    let known = |kp: f64, stiffness: f64| {
+        (0..few.rows).find(|&row| {
+            (number(&few, "controllers.force.kp", row) / kp - 1.0).abs() < 1e-9
+                && (number(&few, "contacts.tool.stiffness", row) / stiffness - 1.0).abs() < 1e-9
+        })
+    };
+    for row in 0..all.rows - 1 {
+        if row % 17 == 16 || rests(&all, row) == rests(&all, row + 1) {
+            continue;
+        }
+        for row in [row, row + 1] {
+            let found = known(number(&all, "controllers.force.kp", row), number(&all, "contacts.tool.stiffness", row)).unwrap();
+            assert_eq!(rests(&few, found), rests(&all, row));
+        }
+    }
+}
+
+/// Values for which there is no machine are rows with their error, beside those that run.
+#[test]
+fn truth_a_variant_that_fails_is_a_row() {
+    let text = "scenario = \"../paper/rigid.toml\"\nsampling = \"latin-hypercube\"\nsamples = 20\n[axes]\n\
+        \"bodies.motor.mass\" = { uniform = [1.0, 12.0] }\n\"controllers.force.low_pass\" = { uniform = [1.0, 499.0] }\n";
+    let sweep = Sweep::parse(text, &file("failing.toml").display().to_string()).unwrap();
+    let mut failing = sweep.clone();
+    failing.file.axes["bodies.motor.mass"] = feeler_scenarios::format::Axis::Uniform { from: -12.0, to: 12.0 };
+    let table = results(&failing);
+    let Column::Real(masses) = &table.columns["bodies.motor.mass"] else { panic!("numbers") };
+    for (mass, error) in masses.iter().zip(table.texts("error").unwrap()) {
+        assert_eq!(mass.unwrap() <= 0.0, error.is_some(), "{mass:?}: {error:?}");
+    }
+    assert_eq!(table.texts("error").unwrap().iter().flatten().count(), 10);
+}

@@ -1,0 +1,55 @@
+//! `why` is right where the cause is known by construction: each file of `why/` says in its header what was added to a machine that settles without it.
+
+#![expect(clippy::unwrap_used, reason = "a file that cannot be read or run fails the test that asks for it")]
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use feeler_scenarios::format::Document;
+use feeler_scenarios::why::explain;
+
+/// Scenarios of known cause that there must be at least, and of two causes among them.
+const LEAST: (usize, usize) = (24, 3);
+
+fn files() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("why");
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    files
+}
+
+fn known(path: &Path) -> BTreeSet<String> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let line = text.lines().find_map(|line| line.strip_prefix("# Cause: ")).unwrap();
+    line.split(", ").map(str::to_owned).collect()
+}
+
+#[test]
+fn truth_the_cause_is_found_where_it_is_known() {
+    let mut wrong = Vec::new();
+    for path in files() {
+        let found = explain(&Document::load(&path).unwrap().scenario, &|_| {}).unwrap();
+        let causes: BTreeSet<String> =
+            found.causes.iter().map(|cause| serde_json::to_value(cause).unwrap().as_str().unwrap().to_owned()).collect();
+        if causes != known(&path) {
+            wrong.push(format!("{}: {causes:?}, not {:?}: {}", path.display(), known(&path), found.verdict));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn prop_there_are_enough_of_them() {
+    let causes: Vec<BTreeSet<String>> = files().iter().map(|path| known(path)).collect();
+    assert!(causes.len() >= LEAST.0);
+    assert!(causes.iter().filter(|causes| causes.len() > 1).count() >= LEAST.1);
+    assert_eq!(causes.into_iter().flatten().collect::<BTreeSet<_>>().len(), 8, "each cause is met");
+}
+
+/// What settles has nothing to explain.
+#[test]
+fn truth_where_nothing_chatters_nothing_is_blamed() {
+    let document = Document::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("chatter/settles.toml")).unwrap();
+    let found = explain(&document.scenario, &|_| {}).unwrap();
+    assert!(!found.chatters && found.causes.is_empty() && found.verdict.contains("settled"));
+}

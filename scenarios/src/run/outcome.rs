@@ -16,7 +16,7 @@
 //! | oscillates | the same with neither |
 //! | undecided | none of these: oscillation or bouncing that decays but has not ended, that creeps up or down (by more than 1.05 from part to part), or a tail too short to judge |
 //!
-//! A longer run decides most of what a short one leaves undecided: [`super::measure`] extends the run until it is.
+//! A longer run decides most of what a short one leaves undecided: [`super::measure()`] extends the run until it is.
 
 use feeler_engine::RunEnd;
 use serde::{Serialize, Serializer};

@@ -1,6 +1,7 @@
 //! Runs the diagnosis over a folder of cases with known truth and says, case by case and in sum, what it got right.
 //!
-//! `cargo run --release --example score -- FOLDER [CASE ...]`; the folder holds one dataset per case and a `truth.json`.
+//! `cargo run --release --example score -- FOLDER [CASE ...] [--hold-back]`; the folder holds one dataset per case and a `truth.json`. With
+//! `--hold-back` the last check experiment is kept from the diagnosis, and what it claims to close is held against what closes there.
 #![expect(clippy::print_stdout, reason = "a table is what this example is for")]
 
 use std::path::Path;
@@ -8,7 +9,7 @@ use std::time::Instant;
 
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::report::Verdict;
-use feeler_diagnosis::{Diagnosis, diagnose};
+use feeler_diagnosis::{Diagnosis, closing, diagnose};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
@@ -44,13 +45,19 @@ impl Tally {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let folder = arguments.next().ok_or("name a folder of cases")?;
-    let only: Vec<String> = arguments.collect();
+    let (flags, only): (Vec<String>, Vec<String>) = arguments.partition(|argument| argument.starts_with("--"));
+    let hold_back = flags.iter().any(|flag| flag == "--hold-back");
     let truth: Vec<Case> = serde_json::from_str(&std::fs::read_to_string(Path::new(&folder).join("truth.json"))?)?;
     let mut table: BTreeMap<&str, Tally> = BTreeMap::new();
-    let (mut errors, mut closed, mut times) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut errors, mut closed, mut times, mut apart) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for case in truth.iter().filter(|case| only.is_empty() || only.iter().any(|name| case.case.ends_with(name.as_str()))) {
         let begun = Instant::now();
-        let dataset = Dataset::load(&Path::new(&folder).join(&case.case))?;
+        let mut dataset = Dataset::load(&Path::new(&folder).join(&case.case))?;
+        let last = dataset.records.iter().rposition(|record| record.is_check).filter(|_| hold_back);
+        let held = last.map(|i| {
+            let record = dataset.records.remove(i);
+            Dataset { records: vec![record], ..dataset.clone() }
+        });
         let answer = diagnose(&dataset, &|_| {})?;
         let seconds = begun.elapsed().as_secs_f64();
         times.push(seconds);
@@ -58,6 +65,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let marks = judge(case, &answer, &mut table, &mut errors);
         if !case.effects.is_empty() && !case.effects[0].outside_library {
             closed.push(answer.gap.closed);
+            let truth = held.as_ref().and_then(|held| closing(held, &answer.calibrated, &answer.machine));
+            apart.extend(truth.map(|truth| (truth - answer.gap.closed).abs()));
         }
         let said: Vec<String> = accepted
             .iter()
@@ -70,7 +79,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .attempts
             .iter()
             .take(if only.len() == 1 { 40 } else { 3 })
-            .map(|a| format!("{} {:.0}/{:.0}", a.causes, a.gain_check, a.gain_all))
+            .map(|a| format!("{} {:.0}/{:.0} ({})", a.causes, a.gain_check, a.gain_all, a.why))
             .collect();
         let kinds: Vec<&str> = case.effects.iter().map(|e| e.kind.as_str()).collect();
         let g = answer.gap;
@@ -93,7 +102,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for (what, tally) in &table {
         println!("{what:32} {:3} of {:3}", tally.right, tally.of);
     }
-    for (what, mut values) in [("parameter error, median", errors), ("closed, median", closed), ("wall time, median, s", times)] {
+    for (what, mut values) in [
+        ("parameter error, median", errors),
+        ("closed, median", closed),
+        ("claimed less true closing, median", apart),
+        ("wall time, median, s", times),
+    ] {
         values.sort_by(f64::total_cmp);
         if let Some(median) = values.get(values.len() / 2) {
             println!("{what:32} {median:.4}");

@@ -107,7 +107,7 @@ impl Judge<'_> {
         let values = shape.fitted.model.parameters(0, &shape.fitted.theta);
         let evidence = format!(
             "a force that depends on position and hardly repeats over the stroke, about {:.2} N over {:.4} m, explains what no effect of the library does",
-            values[0], self.search.stroke_m
+            values[0], self.search.seen.stroke_m
         );
         let mut found = answer.places.iter().find(|place| place.place == Place::Guide.name()).or(answer.places.first()).cloned();
         if let Some(place) = &mut found {

@@ -11,7 +11,11 @@ use crate::tolerance::is_within;
 use crate::unknown;
 
 /// Evidence on the check experiments that a cause must bring, nats.
-pub(crate) const ACCEPT: f64 = 12.0;
+pub(crate) const ACCEPT: f64 = 6.0;
+/// Evidence on all experiments that it must bring, nats.
+const ACCEPT_ALL: f64 = 15.0;
+/// Evidence on the check experiments below which one of several causes is taken out again, nats.
+const KEEP: f64 = 12.0;
 /// Evidence that a further cause must bring, nats: the first may be slightly wrong in ways that a second patches.
 const ACCEPT_FURTHER: f64 = 40.0;
 /// A cause with fewer parameters is preferred to one that brings less than this more, nats: real friction differs a little from every law.
@@ -35,13 +39,14 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
     progress("calibrating and trying single causes");
     let found = search(dataset)?;
     let judge = Judge { dataset, search: &found };
-    let mut ranked: Vec<&Scored> = found.singles.iter().filter(|scored| judge.is_finding(scored)).collect();
+    // A simple cause is preferred only among those that could be accepted by themselves.
+    let mut ranked: Vec<&Scored> = found.singles.iter().filter(|scored| judge.is_finding(scored) && judge.is_acceptable(scored)).collect();
     ranked.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
     prefer_simple(&mut ranked, |scored| judge.all(scored));
     let mut attempts: Vec<Scored> = found.singles.clone();
     let mut accepted = found.calibrated.clone();
     let mut rivals: Vec<Scored> = Vec::new();
-    if let Some(best) = ranked.first().filter(|best| judge.check(&found.calibrated, best) > ACCEPT && judge.all(best) > ACCEPT) {
+    if let Some(best) = ranked.first() {
         accepted = (*best).clone();
         rivals = ranked.iter().map(|scored| (*scored).clone()).collect();
         if let Some(pair) = judge.as_level_and_load(&accepted) {
@@ -64,14 +69,14 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
             .filter(|c| !accepted.causes.iter().any(|a| a.site == c.site && overlaps(a.definition.kind, c.definition.kind)))
             .collect();
         let mut further: Vec<Scored> = extensions(&found.task, &accepted, &left, &glimpse);
-        further.retain(|scored| judge.is_finding(scored));
+        attempts.extend(further.iter().cloned());
+        let enough = |scored: &Scored| {
+            judge.check(&accepted, scored) >= ACCEPT_FURTHER && judge.gain(&accepted, scored, &judge.everything()) >= ACCEPT_FURTHER
+        };
+        further.retain(|scored| judge.is_finding(scored) && enough(scored));
         further.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
         prefer_simple(&mut further, |scored| judge.all(scored));
-        attempts.extend(further.iter().cloned());
         let Some(best) = further.first() else { break };
-        if judge.check(&accepted, best) < ACCEPT_FURTHER || judge.gain(&accepted, best, &judge.everything()) < ACCEPT_FURTHER {
-            break;
-        }
         accepted = judge.prune(best.clone());
         rivals = further;
     }
@@ -130,9 +135,13 @@ impl Judge<'_> {
         self.gain(old, new, &self.checks())
     }
 
+    fn is_acceptable(&self, scored: &Scored) -> bool {
+        self.check(&self.search.calibrated, scored) > ACCEPT && self.all(scored) > ACCEPT_ALL
+    }
+
     pub(crate) fn is_finding(&self, scored: &Scored) -> bool {
         let fitted = &scored.fitted;
-        (0..scored.causes.len()).all(|i| !is_within(&fitted.model, &fitted.theta, i, &self.dataset.tolerance, self.search.stroke_m))
+        (0..scored.causes.len()).all(|i| !is_within(&fitted.model, &fitted.theta, i, &self.dataset.tolerance, self.search.seen))
     }
 
     /// Friction that differs by direction, as one level and a constant load: the same to a guide that always slides. Where the records cannot tell,
@@ -157,7 +166,7 @@ impl Judge<'_> {
         let mut i = 0;
         while i < scored.causes.len() && scored.causes.len() > 1 {
             let without = self.without(&scored, i);
-            if self.check(&without, &scored) < ACCEPT {
+            if self.check(&without, &scored) < KEEP {
                 scored = without;
                 i = 0;
             } else {

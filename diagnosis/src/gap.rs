@@ -1,8 +1,10 @@
 //! How large the gap is: short free predictions from the anchored state, against what was measured.
 
+use feeler_plant::description::Machine;
 use rayon::prelude::*;
 
-use crate::fit::Task;
+use crate::dataset::Dataset;
+use crate::fit::{Task, Weights};
 use crate::model::Model;
 use crate::predict::{Anchoring, Predictor, Start};
 use crate::report::Gap;
@@ -48,6 +50,29 @@ pub(crate) fn square_floors(task: &Task<'_>, records: &[usize]) -> Vec<f64> {
             terms.map(|(noise, scale)| (noise / scale.max(f64::MIN_POSITIVE)).powi(2)).sum::<f64>() / n
         })
         .collect()
+}
+
+/// Share of the closable gap that `repaired` closes against `calibrated` on the records of a dataset that neither was made with: the true closing, to
+/// be held against the claimed one. None where a machine does not predict.
+pub fn closing(dataset: &Dataset, calibrated: &Machine, repaired: &Machine) -> Option<f64> {
+    let records: Vec<usize> = (0..dataset.records.len()).collect();
+    let none = indexmap::IndexMap::default();
+    let of = |machine: &Machine| {
+        let model = Model::calibration(machine, &none).ok()?;
+        let start = model.start();
+        let reference: Option<Vec<_>> = dataset
+            .records
+            .iter()
+            .map(|record| Predictor::new(model.assembly(&start, record.engagement)?, dataset, record).ok()?.anchored().ok())
+            .collect();
+        let task = Task { dataset, weights: Weights::new(dataset, &reference?), fitted: Vec::new() };
+        let errors = square_errors(&task, &model, &start, &records)?;
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+        Some((mean(&errors), mean(&square_floors(&task, &records))))
+    };
+    let (refit, floor) = of(calibrated)?;
+    let (after, _) = of(repaired)?;
+    Some(closed(refit, after, floor))
 }
 
 fn closed(refit: f64, after: f64, floor: f64) -> f64 {

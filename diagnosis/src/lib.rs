@@ -25,4 +25,5 @@ mod unknown;
 
 pub use diagnose::diagnose;
 pub use error::DiagnosisError;
+pub use gap::closing;
 pub use report::Diagnosis;

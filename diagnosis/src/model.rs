@@ -220,6 +220,11 @@ impl Model {
             let mut unknown = Unknown { target: Target::Effect(index, i), log, unit, prior: None, bounds: (0.0, 0.0) };
             let floor = if log { unit.abs() * NEXT_TO_NOTHING } else { parameter.bounds.0 };
             unknown.bounds = (unknown.theta(parameter.bounds.0.max(floor)), unknown.theta(parameter.bounds.1));
+            // A step is read off the values themselves; residuals know it far less well.
+            if definition.kind.ends_with("-resolution") {
+                let read = unknown.theta(values[i]);
+                unknown.bounds = (read - STEP_SPREAD, read + STEP_SPREAD);
+            }
             model.unknowns.push(unknown);
         }
         if DRY.contains(&definition.kind) && !model.has_dry_friction() {
@@ -342,6 +347,8 @@ impl Model {
     }
 }
 
+/// How far a step that was read off the values may move, as a logarithm.
+const STEP_SPREAD: f64 = 0.005;
 /// Effects that are dry friction.
 const DRY: [&str; 4] = ["coulomb-friction", "stribeck-friction", "load-friction", "asymmetric-friction"];
 /// One sigma of what is known of pre-sliding, frequency and damping ratio, as logarithms.

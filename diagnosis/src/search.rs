@@ -14,6 +14,7 @@ use crate::nested;
 use crate::predict::{Prediction, Predictor};
 use crate::screen::Linearised;
 use crate::starts::{Glance, starts};
+use crate::tolerance::Seen;
 
 /// Steps of a full fit.
 const STEPS: usize = 10;
@@ -40,8 +41,8 @@ pub(crate) struct Search<'a> {
     pub(crate) task: Task<'a>,
     pub(crate) calibrated: Scored,
     pub(crate) singles: Vec<Scored>,
-    /// Way covered over all fitted records, m.
-    pub(crate) stroke_m: f64,
+    /// What the fitted records cover.
+    pub(crate) seen: Seen,
 }
 
 pub(crate) fn search(dataset: &Dataset) -> Result<Search<'_>, DiagnosisError> {
@@ -63,7 +64,8 @@ pub(crate) fn search(dataset: &Dataset) -> Result<Search<'_>, DiagnosisError> {
     let all = candidates(&dataset.machine);
     let singles = extensions(&task, &calibrated, &all, &glance);
     let (low, high) = glance.missing.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
-    Ok(Search { task, calibrated, singles, stroke_m: high - low })
+    let seen = Seen { stroke_m: high - low, command_n: glance.command };
+    Ok(Search { task, calibrated, singles, seen })
 }
 
 pub(crate) fn score(task: &Task<'_>, causes: Vec<Candidate>, fitted: Fitted) -> Scored {

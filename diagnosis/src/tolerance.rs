@@ -8,10 +8,17 @@ use crate::model::{Model, Site};
 /// Default tolerance of masses, stiffnesses and gains.
 const TOLERANCE: f64 = 0.10;
 
+/// What the records cover.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen {
+    /// The longest way, m.
+    pub(crate) stroke_m: f64,
+    /// The largest command, N.
+    pub(crate) command_n: f64,
+}
+
 /// Whether effect `effect` of a fitted model only moves a believed value within its tolerance, or is no instance of its kind.
-///
-/// `stroke_m` is the longest way that a record covers.
-pub(crate) fn is_within(model: &Model, theta: &[f64], effect: usize, tolerance: &IndexMap<String, f64>, stroke_m: f64) -> bool {
+pub(crate) fn is_within(model: &Model, theta: &[f64], effect: usize, tolerance: &IndexMap<String, f64>, seen: Seen) -> bool {
     let tried = &model.tried[effect];
     let values = model.parameters(effect, theta);
     let machine = &model.believed;
@@ -29,8 +36,9 @@ pub(crate) fn is_within(model: &Model, theta: &[f64], effect: usize, tolerance: 
         "viscous-friction" => values[0] <= stated(tried.site, "damping", 1.0) * machine.springs[i].damping_n_s_per_m,
         "surface-offset" => values[0].abs() <= stated(tried.site, "gap", GAP_TOLERANCE) * machine.contacts[i].gap_m.abs(),
         // A sine of which the stroke shows hardly more than one period is some force over position, not a ripple.
-        "force-ripple" => stroke_m < PERIODS * values[1],
+        "force-ripple" => seen.stroke_m < PERIODS * values[1],
         // A law with an exponent of one is a spring, levels that hardly differ are one level, and a mode that cannot swing is a damper.
+        "backlash" => values[0] * values[1] < LEAST_PLAY * seen.command_n,
         "hertz-contact" => values[0] < LEAST_EXPONENT,
         "asymmetric-friction" => values[1].abs() < LEAST_ASYMMETRY,
         "base-flexibility" | "workpiece-dynamics" => values[2] > 2.0 * (values[0] * values[1]).sqrt(),
@@ -39,6 +47,8 @@ pub(crate) fn is_within(model: &Model, theta: &[f64], effect: usize, tolerance: 
     }
 }
 
+/// Free play that this share of the largest command would take up in a spring of the flanks' stiffness is none.
+const LEAST_PLAY: f64 = 0.01;
 /// Exponents below this are a spring's, within its calibration.
 const LEAST_EXPONENT: f64 = 1.1;
 /// Asymmetries below this are none.

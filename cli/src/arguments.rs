@@ -69,6 +69,7 @@ pub(crate) enum Command {
     feeler run scenario.toml --out first --csv                   results in first/, with trace.csv\n  \
     feeler run scenario.toml --set controllers.force.kp=0.8 --set 'contacts.tool.gap=5 mm'\n  \
     feeler run scenario.toml --integrator rk4 --set 'run.step=50 us'\n  \
+    feeler run scenario.toml --engine rapier --set 'run.step=20 us'\n  \
     feeler run scenario.toml --json | jq .outcome\n\n\
     Writes into the output folder: trace.parquet (first column t_s, then the recorded signals), trace.csv\n\
     with --csv, summary.json, and report.html, a page of interactive plots that needs no network.")]
@@ -94,6 +95,9 @@ pub(crate) struct Run {
     /// Integrator, in place of the file's
     #[arg(long, value_name = "NAME", value_parser = integrators())]
     pub(crate) integrator: Option<String>,
+    /// Engine that moves the bodies, in place of the file's
+    #[arg(long, value_name = "NAME", value_parser = ["feeler", "rapier"])]
+    pub(crate) engine: Option<String>,
 }
 
 #[derive(Args, Debug)]
@@ -242,6 +246,8 @@ pub(crate) enum Checks {
     All,
     /// Error of the three integrators against step size, through an impact
     Convergence,
+    /// Rapier against the exact engine, by step size
+    Engines,
 }
 
 #[derive(Args, Debug)]

@@ -122,7 +122,7 @@ prop_compose! {
         reference in reference(),
         timing in (positive(), positive(), any::<bool>()),
         seed in any::<u64>(),
-        integrator in prop::sample::select(Integrator::ALL.to_vec()),
+        integrator in prop_oneof![prop::sample::select(Integrator::ALL.map(|(integrator, _)| integrator).to_vec()), Just(Integrator::External)],
     ) -> Scenario {
         let mut scenario = original;
         let machine = &mut scenario.machine;
@@ -154,7 +154,7 @@ prop_compose! {
             controller.spec.reading_low_pass = Some(LowPassSpec { cutoff_hz: 100.0, damping_ratio: Some(0.7) });
         }
         scenario.run.seed = seed;
-        scenario.run.integrator = integrator.0;
+        scenario.run.integrator = integrator;
         scenario
     }
 }

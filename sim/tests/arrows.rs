@@ -10,11 +10,21 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("feeler-plant", &[]),
     ("feeler-control", &["feeler-lanes", "feeler-lti"]),
     ("feeler-engine", &["feeler-lanes", "feeler-lti", "feeler-plant", "feeler-control"]),
+    ("feeler-multibody", &["feeler-plant", "feeler-engine"]),
     ("feeler-analysis", &["feeler-lti", "feeler-plant", "feeler-control", "feeler-engine", "feeler-lanes"]),
     ("feeler-sim", &["feeler-lanes", "feeler-lti", "feeler-plant", "feeler-control", "feeler-engine", "feeler-analysis"]),
     (
         "feeler-scenarios",
-        &["feeler-lanes", "feeler-lti", "feeler-plant", "feeler-control", "feeler-engine", "feeler-analysis", "feeler-sim"],
+        &[
+            "feeler-lanes",
+            "feeler-lti",
+            "feeler-plant",
+            "feeler-control",
+            "feeler-engine",
+            "feeler-analysis",
+            "feeler-multibody",
+            "feeler-sim",
+        ],
     ),
     (
         "feeler-validation",

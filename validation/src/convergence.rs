@@ -92,7 +92,8 @@ pub fn convergence(steps_s: &[f64]) -> Result<Vec<Convergence>, ValidationError>
     Ok(all)
 }
 
-fn slope(points: &[Point]) -> f64 {
+/// Slope of log error over log step, by regression.
+pub(crate) fn slope(points: &[Point]) -> f64 {
     let logs: Vec<(f64, f64)> = points.iter().map(|p| (p.step_s.ln(), p.relative_error.max(f64::MIN_POSITIVE).ln())).collect();
     let n = logs.len() as f64;
     let (mx, my) = (logs.iter().map(|l| l.0).sum::<f64>() / n, logs.iter().map(|l| l.1).sum::<f64>() / n);

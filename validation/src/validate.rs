@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::error::ValidationError;
 use crate::experiments::{ResponseEffort, onset_row, paper_axes, response_rows, two_route_rows};
 use crate::table::{Row, Table};
-use crate::{claims, closed_forms, convergence, files, landmarks, models, random_machines};
+use crate::{claims, closed_forms, convergence, engines, files, landmarks, models, random_machines};
 
 /// Delays at which the onset of instability is simulated, in samples.
 pub const ONSET_DELAYS: [f64; 4] = [0.0, 0.37, 1.0, 2.5];
@@ -43,6 +43,10 @@ pub fn validate(options: &Options, mut progress: impl FnMut(&str)) -> Result<Tab
     }
     group("claims of the paper", &claims::claim_rows)?;
     group("convergence", &convergence::convergence_rows)?;
+    group("two engines", &|| {
+        let steps_s = engines::default_steps_s();
+        Ok(engines::engine_rows(&engines::agreements(options.scenarios.as_deref(), &steps_s)?))
+    })?;
     group("random machines", &|| random_machines::random_machine_rows(if options.quick { 60 } else { 600 }))?;
     if !options.quick {
         group("landmarks by simulated experiments", &landmarks::simulated_rows)?;

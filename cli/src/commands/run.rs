@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use feeler_engine::Integrator;
 use feeler_scenarios::format::{Document, Draft};
 use feeler_scenarios::run::{self, RunError, RunResult, Summary, write_csv, write_parquet};
 
@@ -44,6 +45,9 @@ fn read(arguments: &Run) -> anyhow::Result<Document> {
     if let Some(integrator) = &arguments.integrator {
         draft.set(&format!("run.integrator={integrator}"))?;
     }
+    if let Some(engine) = &arguments.engine {
+        draft.set(&format!("run.engine={engine}"))?;
+    }
     Ok(draft.build()?)
 }
 
@@ -81,8 +85,13 @@ fn about(document: &Document) -> Vec<(&'static str, String)> {
         ("feeler.version", env!("CARGO_PKG_VERSION").to_owned()),
         ("feeler.scenario", document.text().to_owned()),
         ("feeler.seed", run.seed.to_string()),
-        ("feeler.integrator", run.integrator.name().to_owned()),
+        ("feeler.integrator", moved_by(run.integrator).to_owned()),
     ]
+}
+
+/// What moves the bodies, in a word.
+fn moved_by(integrator: Integrator) -> &'static str {
+    if integrator == Integrator::External { "rapier" } else { integrator.name() }
 }
 
 /// The summary as a table: measure, number, unit, remark.

@@ -1,5 +1,7 @@
 //! `feeler validate`.
 
+mod engines;
+
 use std::fs;
 use std::path::PathBuf;
 
@@ -16,7 +18,18 @@ pub(crate) fn run(arguments: &Validate) -> anyhow::Result<()> {
     match arguments.checks {
         Checks::All => all(arguments),
         Checks::Convergence => print_convergence(arguments),
+        Checks::Engines => engines::run(arguments),
     }
+}
+
+/// The folder of scenario files, where it holds the paper's machines.
+fn scenarios(arguments: &Validate) -> Option<PathBuf> {
+    let folder = Some(arguments.scenarios.clone()).filter(|folder| folder.join("paper/machines").is_dir());
+    if folder.is_none() {
+        let what = "the checks from scenario files are left out";
+        terminal::complain(&format!("note: no paper/machines in {}; {what}", arguments.scenarios.display()));
+    }
+    folder
 }
 
 fn all(arguments: &Validate) -> anyhow::Result<()> {
@@ -26,14 +39,7 @@ fn all(arguments: &Validate) -> anyhow::Result<()> {
         })
     };
     let critical_gains_json = arguments.critical_gains.as_ref().map(read).transpose()?;
-    let scenarios = Some(arguments.scenarios.clone()).filter(|folder| folder.join("paper/machines").is_dir());
-    if scenarios.is_none() {
-        terminal::complain(&format!(
-            "note: no paper/machines in {}; the checks from scenario files are left out",
-            arguments.scenarios.display()
-        ));
-    }
-    let options = Options { critical_gains_json, scenarios, quick: arguments.quick };
+    let options = Options { critical_gains_json, scenarios: scenarios(arguments), quick: arguments.quick };
     let found = validate(&options, |group| terminal::complain(&format!("checking {group}")))?;
     terminal::print(&if arguments.json { serde_json::to_string_pretty(&found)? } else { text(&found) })?;
     if found.passed() { Ok(()) } else { Err(CheckFailed.into()) }

@@ -160,3 +160,21 @@ fn truth_a_folder_that_cannot_be_made_is_one_clear_error() {
     assert_eq!(said.code, BAD_INPUT);
     assert!(said.err.starts_with("error: cannot write taken/inside: ") && said.err.contains("help: "), "{}", said.err);
 }
+
+#[test]
+fn truth_another_engine_moves_the_bodies_and_agrees() {
+    let bench = Bench::new();
+    bench.write("press.toml", PRESS);
+    assert_eq!(bench.feeler(&["run", "press.toml", "--out", "own"]).code, DONE);
+    assert_eq!(bench.feeler(&["run", "press.toml", "--engine", "rapier", "--set", "run.step=25 us", "--out", "other"]).code, DONE);
+    let [own, other] = ["own", "other"].map(|folder| summary(&bench, folder));
+    assert_eq!(own["outcome"], other["outcome"]);
+    let peak = |summary: &Value| summary["peak_force_n"].as_f64().unwrap();
+    assert!((peak(&other) / peak(&own) - 1.0).abs() < 0.02, "{} {}", peak(&own), peak(&other));
+    let unknown = bench.feeler(&["run", "press.toml", "--engine", "bullet"]);
+    assert_eq!(unknown.code, BAD_INPUT);
+    bench.write("bad.toml", &(PRESS.to_owned() + "engine = \"bullet\"\n"));
+    let said = bench.feeler(&["run", "bad.toml"]);
+    assert_eq!(said.code, BAD_INPUT);
+    assert!(said.err.contains("rapier"), "{}", said.err);
+}

@@ -5,13 +5,13 @@ mod machine;
 
 use std::fmt::Write as _;
 
-use feeler_engine::{RunSettings, Scenario};
+use feeler_engine::{Integrator, RunSettings, Scenario};
 use feeler_plant::description::{Axis, Machine};
 use feeler_plant::effects::EffectUse;
 use indexmap::IndexMap;
 
 use super::document::Document;
-use super::keys::{EFFECTS, TOLERANCE};
+use super::keys::{EFFECTS, RAPIER, TOLERANCE};
 
 /// The file of a scenario: reading it gives the scenario back, to the bit.
 ///
@@ -129,7 +129,11 @@ impl Writer {
         self.header(&["run"]);
         self.number("duration", run.duration_s);
         self.number("step", run.step_s);
-        self.words("integrator", run.integrator.name());
+        if run.integrator == Integrator::External {
+            self.words("engine", RAPIER);
+        } else {
+            self.words("integrator", run.integrator.name());
+        }
         self.line("seed", run.seed.to_string());
         let signals: Vec<String> = run.record.iter().map(|signal| quoted(&signal.to_string())).collect();
         self.line("record", format!("[{}]", signals.join(", ")));

@@ -5,7 +5,7 @@ use feeler_lanes::{Lane, Pack};
 
 use super::error::RunError;
 use super::record::{self, Recording};
-use super::{Ended, Judged, Summary};
+use super::{Ended, Judged, Summary, engine};
 
 /// Variants that run side by side.
 pub const LANES: usize = 8;
@@ -56,7 +56,7 @@ impl Candidate {
     /// Exponentials that cannot be computed. A motion that diverges is a result.
     pub fn measure(&self, tail: usize) -> Result<Measured, RunError> {
         let mut record = Trace::new(self.program.record_names());
-        let mut simulation = Simulation::<f64>::new(vec![self.program.clone()])?;
+        let mut simulation = engine::simulation(self.program.clone(), self.scenario.machine.axis)?;
         let duration_s = self.scenario.run.duration_s;
         let mut until_s = duration_s;
         loop {

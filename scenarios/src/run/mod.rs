@@ -37,6 +37,7 @@
 mod chatter;
 mod contact;
 mod energy;
+mod engine;
 mod error;
 mod force_loop;
 mod measure;
@@ -57,6 +58,7 @@ use feeler_plant::assembly::Assembly;
 pub use chatter::Oscillation;
 pub use contact::{ContactRun, Interval};
 pub use energy::{EnergyItem, EnergyTable};
+pub use engine::simulation;
 pub use error::RunError;
 pub use force_loop::ForceLoop;
 pub use measure::{Candidate, LANES, MOST_EXTENSION, Measured, measure};
@@ -134,7 +136,7 @@ pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<Ru
     let program = Program::new(&Scenario { run: settings, ..scenario.clone() })?;
     let assembly = program.motion().assembly().clone();
     let mut record = Trace::new(program.record_names());
-    let mut simulation = Simulation::<f64>::new(vec![program])?;
+    let mut simulation = simulation(program, scenario.machine.axis)?;
     advance(&mut simulation, &mut record, scenario.run.duration_s, recording.rate_hz, progress)?;
     record::drop_undefined_rows(&mut record);
     let trace = recording.wanted(&record);

@@ -34,6 +34,14 @@ pub enum EngineError {
         /// What differs.
         what: &'static str,
     },
+    /// A run whose bodies another engine shall move needs one such engine per lane, and any other run none.
+    #[error("{given} engines that move bodies for {needed} variants that need one")]
+    BodyEngines {
+        /// How many were given.
+        given: usize,
+        /// How many are needed.
+        needed: usize,
+    },
     /// A batch needs one scenario per lane.
     #[error("{given} scenarios for {lanes} lanes")]
     Lanes {

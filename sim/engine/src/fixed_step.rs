@@ -1,4 +1,4 @@
-//! Fixed steps: semi-implicit Euler and RK4, all lanes together, events taken at the ends of steps.
+//! Fixed steps: semi-implicit Euler, RK4, and another engine's, all lanes together, events taken at the ends of steps.
 //!
 //! They are here to be compared with and for those who must reproduce another tool's steps. A step ends early at a controller's sample or a command's
 //! arrival, so these are placed exactly; within a step the mode does not change, which makes both methods first order through an impact.
@@ -6,6 +6,7 @@
 
 use feeler_lanes::{Lane, LaneMask, dispatch};
 
+use crate::bodies::BodyEngine;
 use crate::error::{EngineError, RunEnd};
 use crate::formation::Formation;
 use crate::lane::LaneCore;
@@ -27,6 +28,8 @@ pub(crate) struct FixedStep<L> {
     step_s: f64,
     coordinates: usize,
     states: usize,
+    /// Engines that move the bodies, one per lane; none for the methods of this one.
+    bodies: Vec<Box<dyn BodyEngine>>,
     maps: Vec<StepMap<L>>,
     product: Vec<L>,
     /// Work of the staged methods, of one lane: slope, weighted sum of slopes, where the next slope is taken, and the state.
@@ -37,13 +40,14 @@ pub(crate) struct FixedStep<L> {
 }
 
 impl<L: Lane> FixedStep<L> {
-    pub(crate) fn new(method: Integrator, step_s: f64, lanes: &[LaneCore]) -> Self {
+    pub(crate) fn new(method: Integrator, step_s: f64, lanes: &[LaneCore], bodies: Vec<Box<dyn BodyEngine>>) -> Self {
         let layout = lanes[0].motion.layout();
         Self {
             method,
             step_s,
             coordinates: layout.coordinates(),
             states: layout.states(),
+            bodies,
             maps: Vec::new(),
             product: Vec::new(),
             slope: vec![0.0; layout.states()],
@@ -70,7 +74,7 @@ impl<L: Lane> FixedStep<L> {
             let (h, most) = if done < whole { (self.step_s, whole - done) } else { (last_s, 1) };
             let step_s = self.step_s;
             let end_of = |k: u64| t_s + if k == steps { span_s } else { k as f64 * step_s };
-            let index = if lanes[0].ledger.is_none() { self.map(h, lanes) } else { None };
+            let index = if lanes[0].ledger.is_none() && self.bodies.is_empty() { self.map(h, lanes) } else { None };
             // A lane goes by the map or through the stages according to its own mode alone, so that its numbers do not depend on its neighbours.
             let by_map = if index.is_some() { formation.travelling } else { L::Mask::splat(false) };
             let most = if formation.all_linear && index.is_some() { most } else { 1 };
@@ -121,6 +125,7 @@ impl<L: Lane> FixedStep<L> {
             let before = powers(lane, &state);
             match self.method {
                 Integrator::Rk4 => self.rk4(lane, &mut state, h),
+                Integrator::External => self.external(lane, l, &mut state, h),
                 Integrator::SemiImplicitEuler | Integrator::Exact => self.semi_implicit_euler(lane, &mut state, h),
             }
             crate::extrapolation::fill_terms(&lane.motion, lane.flow(), &mut state);
@@ -148,6 +153,21 @@ impl<L: Lane> FixedStep<L> {
         for g in 0..n {
             xi[g] += h * xi[n + g];
         }
+    }
+
+    /// Drives and filters as semi-implicit Euler has them, the bodies by the lane's other engine under the forces at the start of the step.
+    fn external(&mut self, lane: &LaneCore, l: usize, xi: &mut [f64], h: f64) {
+        let n = self.coordinates;
+        crate::extrapolation::fill_terms(&lane.motion, lane.flow(), xi);
+        slopes(lane, xi, &mut self.slope);
+        for (x, &slope) in xi[2 * n..self.states].iter_mut().zip(&self.slope[2 * n..]) {
+            *x += h * slope;
+        }
+        let coordinates = lane.motion.coordinates();
+        self.probe.clear();
+        self.probe.extend((0..n).map(|g| coordinates.mass_kg(g) * self.slope[n + g]));
+        let (positions, rest) = xi.split_at_mut(n);
+        self.bodies[l].step(h, &self.probe, positions, &mut rest[..n]);
     }
 
     /// The classical method: slopes at the start, twice in the middle, at the end, weighted 1, 2, 2, 1.

@@ -4,6 +4,7 @@
 //! Between events a machine is linear with held inputs, so the default integrator carries it by matrix exponentials and locates every event in between
 //! to rounding; modes with laws that are not linear are integrated by extrapolation to the same accuracy (see [`Integrator::Exact`]).
 
+mod bodies;
 mod clock;
 mod control_loop;
 mod crossing;
@@ -28,6 +29,7 @@ mod taylor;
 mod transition;
 mod travel;
 
+pub use bodies::BodyEngine;
 pub use error::{EngineError, RunEnd};
 pub use event::{Event, EventKind};
 pub use ledger::EnergyBalance;

@@ -41,16 +41,18 @@ pub enum Integrator {
     Rk4,
     /// Semi-implicit Euler at the fixed step, events taken at step ends.
     SemiImplicitEuler,
+    /// Another engine moves the bodies (see [`crate::BodyEngine`]); drives and filters go by semi-implicit Euler at its step, events are taken at step ends.
+    External,
 }
 
 impl Integrator {
-    /// Every integrator with its name in files.
+    /// Every integrator of this engine with its name in files.
     pub const ALL: [(Self, &'static str); 3] =
         [(Self::Exact, "exact"), (Self::Rk4, "rk4"), (Self::SemiImplicitEuler, "semi-implicit-euler")];
 
-    /// Its name in files.
+    /// Its name in files; of [`Self::External`], which files ask for by the engine, a word for reports.
     pub fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(integrator, _)| *integrator == self).map_or("", |(_, name)| name)
+        Self::ALL.iter().find(|(integrator, _)| *integrator == self).map_or("external", |(_, name)| name)
     }
 }
 

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use feeler_lanes::{Blocks, Lane, dispatch};
 
+use crate::bodies::BodyEngine;
 use crate::clock::due;
 use crate::control_loop::ControlLoop;
 use crate::drive::DriveChain;
@@ -61,8 +62,17 @@ impl<L: Lane> Simulation<L> {
     /// One variant per lane. All must share their structure and timing (periods, delays, offsets, jitter, record), and may differ in every other number.
     ///
     /// # Errors
-    /// [`EngineError::Structure`] where they do not, and whatever the controllers or exponentials object to.
+    /// [`EngineError::Structure`] where they do not, [`EngineError::BodyEngines`] for [`Integrator::External`], and whatever the controllers or exponentials
+    /// object to.
     pub fn new(programs: Vec<Program>) -> Result<Self, EngineError> {
+        Self::with_bodies(programs, Vec::new())
+    }
+
+    /// The same, where the integrator is [`Integrator::External`], with the engines that move the bodies, one per lane.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub fn with_bodies(programs: Vec<Program>, bodies: Vec<Box<dyn BodyEngine>>) -> Result<Self, EngineError> {
         if programs.len() != L::WIDTH {
             return Err(EngineError::Lanes { given: programs.len(), lanes: L::WIDTH });
         }
@@ -72,6 +82,10 @@ impl<L: Lane> Simulation<L> {
             }
         }
         let first = &programs[0];
+        let needed = if first.run.integrator == Integrator::External { L::WIDTH } else { 0 };
+        if bodies.len() != needed {
+            return Err(EngineError::BodyEngines { given: bodies.len(), needed });
+        }
         let (energy, seed) = (first.run.energy, first.run.seed);
         let mut lanes = Vec::new();
         let mut states = Vec::new();
@@ -100,7 +114,8 @@ impl<L: Lane> Simulation<L> {
                 _ => None,
             })
             .collect();
-        let fixed = (first.run.integrator != Integrator::Exact).then(|| FixedStep::new(first.run.integrator, first.run.step_s, &lanes));
+        let fixed =
+            (first.run.integrator != Integrator::Exact).then(|| FixedStep::new(first.run.integrator, first.run.step_s, &lanes, bodies));
         let signal_rows = Blocks::zeros(first.wanted.len(), first.motion.layout().width());
         Ok(Self {
             formation: Formation::new(&lanes),

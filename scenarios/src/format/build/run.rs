@@ -5,7 +5,7 @@ use feeler_plant::assembly::resolve;
 use feeler_plant::description::{Elements, Machine, Quantity, SignalName};
 
 use super::Builder;
-use crate::format::keys::RUN;
+use crate::format::keys::{RAPIER, RUN};
 use crate::format::read::{Field, Fields, Reader};
 use crate::format::source::Origin;
 use crate::format::suggest::did_you_mean;
@@ -38,8 +38,8 @@ impl Builder<'_> {
         let before = self.problems.count();
         let fields = Reader { problems: self.problems, scope }.fields(&RUN, &[], table, at, "run");
         let sound = self.problems.count() == before;
-        let integrator =
-            Integrator::ALL.iter().find(|(_, name)| fields.text("integrator") == Some(name)).map_or_else(Integrator::default, |(i, _)| *i);
+        let named = Integrator::ALL.iter().find(|(_, name)| fields.text("integrator") == Some(name)).map(|(i, _)| *i);
+        let integrator = if fields.text("engine") == Some(RAPIER) { Integrator::External } else { named.unwrap_or_default() };
         let record = match fields.get("record") {
             Some(Field::Signals(signals)) => signals.clone(),
             _ => default_record(machine),

@@ -11,7 +11,7 @@ pub(crate) use controllers::CONTROLLERS;
 pub(crate) use dataset::{COLUMN, DATASET, EXPERIMENT};
 pub(crate) use machine::{ACTUATORS, BODIES, CONTACTS, ENGAGEMENTS, SENSORS, SPRINGS};
 pub(crate) use references::REFERENCE;
-pub(crate) use run::RUN;
+pub(crate) use run::{RAPIER, RUN};
 pub(crate) use sweep::{AXIS, KEEP, REFINE, SWEEP};
 
 use super::shape::{Absent, Element, Key, Kind, Word, optional, word};

@@ -11,6 +11,15 @@ const INTEGRATORS: &[Word] = &[
     word("semi-implicit-euler", "semi-implicit Euler at the fixed step"),
 ];
 
+/// Engines.
+const ENGINES: &[Word] = &[
+    word("feeler", "Feeler's own, by the integrator named"),
+    word(RAPIER, "Rapier moves the bodies, by its own integrator at the step; first order, for comparison"),
+];
+
+/// The word for Rapier's engine.
+pub(crate) const RAPIER: &str = "rapier";
+
 /// `[run]`
 pub(crate) static RUN: Shape = Shape {
     keys: &[
@@ -22,7 +31,13 @@ pub(crate) static RUN: Shape = Shape {
             1e-4,
             "base step; the exact integrator needs none, and the record uses it",
         ),
-        Key { name: "integrator", kind: Kind::Word(INTEGRATORS), absent: Absent::Word("exact"), text: "how to step" },
+        Key { name: "engine", kind: Kind::Word(ENGINES), absent: Absent::Word("feeler"), text: "what moves the bodies" },
+        Key {
+            name: "integrator",
+            kind: Kind::Word(INTEGRATORS),
+            absent: Absent::Word("exact"),
+            text: "how to step; of no account where another engine moves the bodies",
+        },
         Key { name: "seed", kind: Kind::Count(0, u64::MAX), absent: Absent::Count(1), text: "seed of every random stream" },
         optional(
             "record",

@@ -1,0 +1,36 @@
+//! `feeler validate engines`: Rapier against the exact engine, by step size.
+
+use feeler_validation::engines::{Agreement, agreements, default_steps_s, engine_rows};
+
+use crate::arguments::Validate;
+use crate::failure::CheckFailed;
+use crate::numbers::plain;
+use crate::table::table;
+use crate::terminal;
+
+pub(super) fn run(arguments: &Validate) -> anyhow::Result<()> {
+    let steps_s = default_steps_s();
+    let found = agreements(super::scenarios(arguments).as_deref(), &steps_s)?;
+    if arguments.json {
+        terminal::print(&serde_json::to_string_pretty(&found)?)?;
+    } else {
+        terminal::print(&format!(
+            "Largest difference of the tip's position between Rapier and the exact engine over the tip's travel, by Rapier's step; order by regression.\n\n{}",
+            lines(&found, &steps_s)
+        ))?;
+    }
+    if engine_rows(&found).iter().all(|row| row.pass) { Ok(()) } else { Err(CheckFailed.into()) }
+}
+
+fn lines(found: &[Agreement], steps_s: &[f64]) -> String {
+    let mut header = vec!["machine".to_owned()];
+    header.extend(steps_s.iter().map(|step| format!("{} us", plain(step * 1e6))));
+    header.push("order".to_owned());
+    let line = |one: &Agreement| {
+        let errors = one.points.iter().map(|point| format!("{:.2e}", point.relative_error));
+        std::iter::once(one.machine.clone()).chain(errors).chain([format!("{:.2}", one.order)]).collect::<Vec<_>>()
+    };
+    let header: Vec<&str> = header.iter().map(String::as_str).collect();
+    let columns: Vec<usize> = (1..header.len()).collect();
+    table(&header, &columns, found.iter().map(line).collect::<Vec<_>>())
+}

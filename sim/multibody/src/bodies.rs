@@ -1,0 +1,132 @@
+//! The bodies of one machine in a Rapier world.
+
+use std::f64::consts::{FRAC_PI_4, TAU};
+use std::fmt;
+
+use feeler_engine::BodyEngine;
+use feeler_plant::description::Axis;
+use feeler_plant::motion::Motion;
+use rapier3d_f64::prelude::{
+    IntegrationParameters, MassProperties, PhysicsWorld, Pose, PrismaticJointBuilder, RevoluteJointBuilder, RigidBodyBuilder,
+    RigidBodyHandle, Rotation, Vector,
+};
+
+/// Largest turn in one step, rad. Rapier integrates orientations to first order in it and normalises, which is an error of a twelfth of its cube: within
+/// this, less than a twentieth of the turn; and the turn cannot be mistaken for one the other way.
+const LARGEST_TURN: f64 = FRAC_PI_4;
+
+/// The moving bodies of a machine, stepped by Rapier.
+pub struct RapierBodies {
+    world: PhysicsWorld,
+    axis: Axis,
+    bodies: Vec<Tracked>,
+}
+
+/// A body, and where Rapier left it.
+struct Tracked {
+    handle: RigidBodyHandle,
+    position: f64,
+    speed: f64,
+}
+
+impl RapierBodies {
+    /// One Rapier body per coordinate of `motion`, at the machine's initial state: what is rigidly joined is one body with the sum of the masses.
+    pub fn new(motion: &Motion, axis: Axis) -> Self {
+        let mut world = PhysicsWorld { gravity: Vector::ZERO, ..PhysicsWorld::default() };
+        world.integration_parameters = IntegrationParameters {
+            // With held forces, sub-steps would only move positions ahead of the velocities they were computed from.
+            num_solver_iterations: 1,
+            // A game's speed limit would hide a motion that diverges.
+            normalized_max_linear_velocity: f64::MAX,
+            ..IntegrationParameters::default()
+        };
+        let ground = world.insert_body(RigidBodyBuilder::fixed());
+        let state = motion.initial_state();
+        let layout = motion.layout();
+        let bodies = (0..motion.coordinates().count())
+            .map(|g| {
+                let (mass, position, speed) = (motion.coordinates().mass_kg(g), state[layout.q(g)], state[layout.v(g)]);
+                // The mass of a turning body and the inertia of a sliding one take no part, and must not be zero.
+                let properties = MassProperties::new(Vector::ZERO, mass, Vector::splat(mass));
+                let body = RigidBodyBuilder::dynamic().additional_mass_properties(properties).can_sleep(false).allow_fast_rotation(true);
+                let handle = world.insert_body(body);
+                match axis {
+                    Axis::Translational => world.insert_impulse_joint(ground, handle, PrismaticJointBuilder::new(Vector::X)),
+                    Axis::Rotational => world.insert_impulse_joint(ground, handle, RevoluteJointBuilder::new(Vector::X)),
+                };
+                let mut tracked = Tracked { handle, position, speed };
+                tracked.place(&mut world, axis, position, speed);
+                tracked
+            })
+            .collect();
+        Self { world, axis, bodies }
+    }
+}
+
+impl Tracked {
+    fn place(&mut self, world: &mut PhysicsWorld, axis: Axis, position: f64, speed: f64) {
+        let body = &mut world.bodies[self.handle];
+        let (pose, along) = match axis {
+            Axis::Translational => (Pose::from_translation(Vector::new(position, 0.0, 0.0)), Vector::new(speed, 0.0, 0.0)),
+            Axis::Rotational => (Pose::from_rotation(Rotation::from_rotation_x(position)), Vector::new(speed, 0.0, 0.0)),
+        };
+        body.set_position(pose, false);
+        match axis {
+            Axis::Translational => body.set_linvel(along, false),
+            Axis::Rotational => body.set_angvel(along, false),
+        }
+        (self.position, self.speed) = (position, speed);
+    }
+
+    fn read(&mut self, world: &PhysicsWorld, axis: Axis, step_s: f64) {
+        let body = &world.bodies[self.handle];
+        match axis {
+            Axis::Translational => (self.position, self.speed) = (body.translation().x, body.linvel().x),
+            Axis::Rotational => {
+                self.speed = body.angvel().x;
+                let turned = 2.0 * body.rotation().x.atan2(body.rotation().w) - self.position;
+                self.position += turned - TAU * (turned / TAU).round();
+                if (self.speed * step_s).abs() > LARGEST_TURN {
+                    self.position = f64::NAN;
+                }
+            }
+        }
+    }
+}
+
+impl BodyEngine for RapierBodies {
+    fn step(&mut self, step_s: f64, forces_n: &[f64], positions_m: &mut [f64], speeds_m_per_s: &mut [f64]) {
+        self.world.integration_parameters.dt = step_s;
+        for ((tracked, &force), (&position, &speed)) in
+            self.bodies.iter_mut().zip(forces_n).zip(positions_m.iter().zip(speeds_m_per_s.iter()))
+        {
+            let left_there = |now: f64, then: f64| now.to_bits() == then.to_bits();
+            if !(left_there(position, tracked.position) && left_there(speed, tracked.speed)) {
+                tracked.place(&mut self.world, self.axis, position, speed);
+            }
+            let body = &mut self.world.bodies[tracked.handle];
+            let along = Vector::new(force, 0.0, 0.0);
+            match self.axis {
+                Axis::Translational => {
+                    body.reset_forces(false);
+                    body.add_force(along, false);
+                }
+                Axis::Rotational => {
+                    body.reset_torques(false);
+                    body.add_torque(along, false);
+                }
+            }
+        }
+        self.world.step();
+        for (tracked, (position, speed)) in self.bodies.iter_mut().zip(positions_m.iter_mut().zip(speeds_m_per_s.iter_mut())) {
+            tracked.read(&self.world, self.axis, step_s);
+            (*position, *speed) = (tracked.position, tracked.speed);
+        }
+    }
+}
+
+impl fmt::Debug for RapierBodies {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("RapierBodies").field("axis", &self.axis).field("bodies", &self.bodies.len()).finish_non_exhaustive()
+    }
+}

@@ -214,6 +214,18 @@ fn truth_tolerances_are_written_with_the_document() {
 }
 
 #[test]
+fn truth_a_moving_gap_is_written_out() {
+    let text = include_str!("data/complete.toml").replacen(
+        "[contacts.tool]",
+        "[contacts.tool.profile]\noffset = [[0.0, 0.0], [0.25, 1e-3], [0.7, \"0.3 mm\"]]\n[contacts.tool]",
+        1,
+    );
+    let read = Document::parse(&text, "moving.toml").unwrap().scenario;
+    assert_eq!(read.machine.profiles["tool"].knots().len(), 3);
+    assert_eq!(Document::parse(&to_toml(&read), "again.toml").unwrap().scenario, read);
+}
+
+#[test]
 fn truth_a_machine_is_written_without_its_run() {
     for scenario in originals() {
         let text = machine_to_toml(&scenario.machine);

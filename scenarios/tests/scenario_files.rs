@@ -29,8 +29,10 @@ fn root() -> PathBuf {
 /// Every scenario file, relative to the crate, in order of name.
 fn files() -> Vec<String> {
     let mut found = Vec::new();
-    let mut folders: Vec<PathBuf> =
-        ["paper", "reference", "chatter", "limits", "contact", "control", "effects"].iter().map(|theme| root().join(theme)).collect();
+    let mut folders: Vec<PathBuf> = ["paper", "reference", "chatter", "limits", "contact", "control", "effects", "surface"]
+        .iter()
+        .map(|theme| root().join(theme))
+        .collect();
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(&folder).unwrap() {
             let path = entry.unwrap().path();

@@ -33,7 +33,11 @@ pub(super) struct Moving {
 }
 
 impl Moving {
-    pub(super) fn new(assembly: Assembly, channels: Vec<Source>, spacing_s: f64) -> Result<Self, DiagnosisError> {
+    pub(super) fn new(mut assembly: Assembly, channels: Vec<Source>, spacing_s: f64) -> Result<Self, DiagnosisError> {
+        // A feed is not in the dataset: when it began, relative to a record, nobody knows.
+        for contact in &mut assembly.contacts {
+            contact.profile = None;
+        }
         let motion = Motion::new(assembly).map_err(|problems| DiagnosisError::Machine { problems })?;
         Ok(Self { motion, channels, spacing_s, flows: Vec::new(), next: Vec::new(), probe: Vec::new() })
     }

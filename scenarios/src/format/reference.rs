@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use feeler_plant::effects::LIBRARY;
 
 use super::keys::{AXIS, COLUMN, DATASET, ELEMENTS, EXPERIMENT, KEEP, REFERENCE, REFINE, RUN, SWEEP, TOLERANCE_TEXT, TOP};
-use super::shape::{Absent, Bound, Key, Kind, Shape, Unit, Word};
+use super::shape::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Word};
 
 /// The reference as Markdown; `docs/format.md` is this text.
 pub fn reference_markdown() -> String {
@@ -57,7 +57,12 @@ fn section(text: &mut String, level: usize, title: &str, about: &str, shape: &Sh
     if !shape.keys.is_empty() {
         table(text, shape.keys);
     }
-    let Some(choice) = &shape.choice else { return };
+    if let Some(choice) = &shape.choice {
+        variants(text, choice);
+    }
+}
+
+fn variants(text: &mut String, choice: &Choice) {
     if !choice.key.is_empty() {
         let default = choice.default.map_or_else(|| "required".into(), |default| format!("`{default}` where absent"));
         let _ = write!(text, "\n`{}`, {default}: {}.\n", choice.key, choice.text);
@@ -78,8 +83,28 @@ fn nested(text: &mut String, shape: &Shape) {
         let (Kind::Table(inner) | Kind::QuantityOrTable(_, _, inner) | Kind::WordOrTable(_, inner)) = key.kind else { continue };
         if !seen.contains(&key.name) {
             seen.push(key.name);
-            let _ = write!(text, "\n`{}` as a table:\n", key.name);
-            table(text, inner.keys);
+            inner_table(text, key.name, inner, &mut Vec::new());
+        }
+    }
+}
+
+/// A table within a table, and those within it; a shape that has been described is named only.
+fn inner_table(text: &mut String, name: &str, shape: &'static Shape, described: &mut Vec<(*const Shape, String)>) {
+    if let Some((_, before)) = described.iter().find(|(known, _)| std::ptr::eq(*known, shape)) {
+        let _ = write!(text, "\n`{name}` as a table: as `{before}`.\n");
+        return;
+    }
+    described.push((shape, name.to_owned()));
+    let _ = write!(text, "\n`{name}` as a table:\n");
+    if !shape.keys.is_empty() {
+        table(text, shape.keys);
+    }
+    if let Some(choice) = &shape.choice {
+        variants(text, choice);
+    }
+    for key in shape.all_keys() {
+        if let Kind::Table(inner) = key.kind {
+            inner_table(text, &format!("{name}.{}", key.name), inner, described);
         }
     }
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 /// Energy that one element put in or took out.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EnergyItem {
-    /// `drive-work`, `load-work`, `link-damping`, `friction`, `contact-damping`, or `controller-work`.
+    /// `drive-work`, `load-work`, `feed-work`, `link-damping`, `friction`, `contact-damping`, or `controller-work`.
     pub what: &'static str,
     /// The element.
     pub on: String,
@@ -62,6 +62,7 @@ fn name(kind: MeterKind) -> &'static str {
     match kind {
         MeterKind::DriveWork => "drive-work",
         MeterKind::LoadWork => "load-work",
+        MeterKind::FeedWork => "feed-work",
         MeterKind::LinkDamping => "link-damping",
         MeterKind::Friction => "friction",
         MeterKind::ContactDamping => "contact-damping",

@@ -70,6 +70,8 @@ pub(crate) fn without_switches(assembly: &Assembly, view: &View) -> Assembly {
         node.velocity_m_per_s = 0.0;
     }
     for contact in &mut frozen.contacts {
+        // What a surface does to a linear machine is a disturbance, and no part of it.
+        contact.profile = None;
         contact.engagement = match (view.contact, contact.engagement) {
             (ContactView::Free, _) | (ContactView::AsDescribed, Engagement::Free) => Engagement::Free,
             // In contact, a unilateral law is the clamped one about its operating point.

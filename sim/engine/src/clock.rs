@@ -1,9 +1,31 @@
 //! Instants at which something discrete happens.
 
+use feeler_plant::description::Profile;
+
 /// Instants closer than this are one, s: far below any event tolerance, far above the rounding of sums of periods and delays.
 pub(crate) const SAME_INSTANT_S: f64 = 1e-12;
 
 /// Whether an instant is due at `t_s`.
 pub(crate) fn due(instant_s: f64, t_s: f64) -> bool {
     instant_s <= t_s + SAME_INSTANT_S
+}
+
+/// When the pieces of one moving gap begin.
+#[derive(Clone, Debug)]
+pub(crate) struct GapClock {
+    pub(crate) starts_s: Vec<f64>,
+    /// The next of them.
+    pub(crate) next: usize,
+}
+
+impl GapClock {
+    pub(crate) fn new(profile: &Profile) -> Self {
+        let starts_s: Vec<f64> = profile.pieces().iter().map(|piece| piece.start_s).collect();
+        let next = starts_s.partition_point(|&start_s| due(start_s, 0.0));
+        Self { starts_s, next }
+    }
+
+    pub(crate) fn next_s(&self) -> f64 {
+        self.starts_s.get(self.next).copied().unwrap_or(f64::INFINITY)
+    }
 }

@@ -4,7 +4,7 @@ use feeler_lanes::{Lane, LaneMask};
 use feeler_plant::description::Engagement;
 use feeler_plant::motion::{Switch, SwitchState};
 
-use crate::clock::due;
+use crate::clock::{SAME_INSTANT_S, due};
 use crate::error::EngineError;
 use crate::lane::LaneCore;
 use crate::observer::Observer;
@@ -22,12 +22,16 @@ impl<L: Lane> Simulation<L> {
         for drive in &self.drives {
             next = earliest(next, drive.next_arrival_s());
         }
-        self.taps.iter().fold(next, |next, tap| earliest(next, tap.next_s))
+        next = self.taps.iter().fold(next, |next, tap| earliest(next, tap.next_s));
+        self.gaps.iter().fold(next, |next, gap| earliest(next, gap.next_s()))
     }
 
     /// Serves every instant that is due.
     #[inline(always)]
     pub(crate) fn serve(&mut self, observer: &mut impl Observer<L>) -> Result<(), EngineError> {
+        if !self.gaps.is_empty() {
+            self.move_gaps();
+        }
         self.refresh_signals();
         if !self.taps.is_empty() {
             self.take_taps();
@@ -49,6 +53,26 @@ impl<L: Lane> Simulation<L> {
             self.next_record_s = self.records as f64 / self.record_rate_hz;
         }
         Ok(())
+    }
+
+    /// Gaps whose pieces end now go on with the next.
+    fn move_gaps(&mut self) {
+        let t_s = self.t_s;
+        let mut moved = false;
+        for gap in &mut self.gaps {
+            while due(gap.next_s(), t_s) {
+                gap.next += 1;
+                moved = true;
+            }
+        }
+        if moved {
+            for l in 0..L::WIDTH {
+                take_lane(&self.xi, l, &mut self.scratch);
+                // A little later than now: an instant may come before its time by less than that, and the piece must be the next one.
+                self.lanes[l].motion.set_gaps(t_s + SAME_INSTANT_S, &mut self.scratch);
+                put_lane(&mut self.xi, l, &self.scratch);
+            }
+        }
     }
 
     fn take_taps(&mut self) {

@@ -68,7 +68,7 @@ impl EnergyLedger {
         let name = |kind: MeterKind, element: usize| match kind {
             MeterKind::DriveWork => &assembly.drives[element].name,
             MeterKind::LoadWork | MeterKind::LinkDamping | MeterKind::Friction => &assembly.links[element].name,
-            MeterKind::ContactDamping => &assembly.contacts[element].name,
+            MeterKind::FeedWork | MeterKind::ContactDamping => &assembly.contacts[element].name,
         };
         let meters =
             flow.ledger.meters.iter().zip(&self.meters).map(|(meter, joule)| (meter.kind, name(meter.kind, meter.element).clone(), *joule));

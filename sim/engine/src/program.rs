@@ -1,8 +1,10 @@
 //! A scenario made ready: the machine's motion, how its controllers are wired, and what is recorded.
 
+use std::sync::Arc;
+
 use feeler_control::{ControllerSpec, Law, Reference, SampleClock};
-use feeler_plant::assembly::{Source, assemble, resolve};
-use feeler_plant::description::{Elements, Machine, Quantity, SignalName};
+use feeler_plant::assembly::{ContactPart, Source, assemble, resolve};
+use feeler_plant::description::{Elements, Machine, Profile, Quantity, SignalName};
 use feeler_plant::effects::Change;
 use feeler_plant::motion::Motion;
 use feeler_plant::names::nearest;
@@ -164,6 +166,10 @@ impl Program {
             timing(a) == timing(b) && std::mem::discriminant(&a.spec.law) == std::mem::discriminant(&b.spec.law)
         };
         let wires = |p: &Self| p.wiring.iter().map(|w| (w.reading, w.motion, w.motion_is_velocity, w.drive)).collect::<Vec<_>>();
+        let knots = |contact: &ContactPart| {
+            let starts = |profile: &Arc<Profile>| profile.pieces().iter().map(|piece| bits(piece.start_s)).collect::<Vec<_>>();
+            contact.profile.as_ref().map(starts)
+        };
         let same_run = {
             let [x, y] = [&self.run, &other.run];
             let numbers = |r: &RunSettings| [r.duration_s, r.step_s, r.record_rate_hz.unwrap_or(0.0)].map(bits);
@@ -176,6 +182,7 @@ impl Program {
             (self.wanted == other.wanted && self.recorded == other.recorded, "what is recorded"),
             (self.controllers.len() == other.controllers.len() && wires(self) == wires(other), "how controllers are wired"),
             (self.controllers.values().zip(other.controllers.values()).all(same_loop), "the law or timing of a controller"),
+            (a.contacts.iter().map(knots).eq(b.contacts.iter().map(knots)), "when pieces of a moving gap begin"),
             (a.drives.iter().map(|d| bits(d.delay)).eq(b.drives.iter().map(|d| bits(d.delay))), "the delay of a drive"),
             (
                 a.sensors

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use feeler_lanes::{Blocks, Lane, dispatch};
 
 use crate::bodies::BodyEngine;
-use crate::clock::due;
+use crate::clock::{GapClock, due};
 use crate::control_loop::ControlLoop;
 use crate::drive::DriveChain;
 use crate::error::{EngineError, RunEnd};
@@ -32,6 +32,8 @@ pub struct Simulation<L: Lane> {
     pub(crate) drives: Vec<DriveChain<L>>,
     pub(crate) sensors: Vec<Sensing<L>>,
     pub(crate) taps: Vec<Tap<L>>,
+    /// One per gap that moves by itself.
+    pub(crate) gaps: Vec<GapClock>,
     /// For each recorded reading of a delayed sensor its tap.
     pub(crate) record_taps: Vec<Option<usize>>,
     pub(crate) t_s: f64,
@@ -125,6 +127,7 @@ impl<L: Lane> Simulation<L> {
             drives,
             sensors,
             taps,
+            gaps: first.motion.assembly().contacts.iter().filter_map(|contact| contact.profile.as_deref()).map(GapClock::new).collect(),
             record_taps,
             t_s: 0.0,
             records: 0,
@@ -213,7 +216,7 @@ impl<L: Lane> Simulation<L> {
         self.steps
     }
 
-    /// Replaces the state (positions, velocities, then drives and filters, as [`feeler_plant::motion::Layout`] numbers them) of a lane at the present time;
+    /// Replaces the state (positions, velocities, then drives and filters; gaps move as they do at that time, as [`feeler_plant::motion::Layout`] numbers them) of a lane at the present time;
     /// what touches and what sticks follows from it, and the energy ledger starts anew.
     ///
     /// # Errors
@@ -222,6 +225,7 @@ impl<L: Lane> Simulation<L> {
         take_lane(&self.xi, lane, &mut self.scratch);
         let states = self.programs[lane].motion.layout().states().min(state.len());
         self.scratch[..states].copy_from_slice(&state[..states]);
+        self.lanes[lane].motion.set_gaps(self.t_s, &mut self.scratch);
         self.lanes[lane].begin_at(&mut self.scratch)?;
         put_lane(&mut self.xi, lane, &self.scratch);
         self.formation.form(&self.lanes);

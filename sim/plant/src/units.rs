@@ -46,6 +46,8 @@ impl Dimension {
     pub const CUBIC_STIFFNESS: Self = Self::new(1, -2, -2);
     /// N/m^n for any `n`.
     pub const POWER_STIFFNESS: Self = Self { any_length: true, ..Self::STIFFNESS };
+    /// N/m².
+    pub const PRESSURE: Self = Self::new(1, -1, -2);
     /// N s/m.
     pub const DAMPING: Self = Self::new(1, 0, -1);
 
@@ -65,6 +67,7 @@ impl Dimension {
             Self::STIFFNESS => ("N/m", "N m/rad"),
             Self::CUBIC_STIFFNESS => ("N/m3", "N m/rad3"),
             Self::POWER_STIFFNESS => ("N/m^n", "N m/rad^n"),
+            Self::PRESSURE => ("N/m2", "N/m2"),
             Self::DAMPING => ("N s/m", "N m s/rad"),
             _ => ("SI", "SI"),
         };

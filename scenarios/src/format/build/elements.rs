@@ -1,7 +1,9 @@
 //! Bodies, springs, contacts, actuators, sensors.
 
+use std::sync::Arc;
+
 use feeler_plant::description::{
-    Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, LowPass, Machine, Quantity, Sensor, SignalName, Spring,
+    Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, LowPass, Machine, Profile, Quantity, Sensor, SignalName, Spring,
 };
 use feeler_plant::effects::HostKind;
 use feeler_plant::units::Dimension;
@@ -16,15 +18,16 @@ use crate::format::shape::Bound;
 impl Builder<'_> {
     /// The machine, unnamed.
     pub(crate) fn machine(&mut self) -> Machine {
-        let machine = Machine {
+        let contacts = self.each(&CONTACTS, Self::contact);
+        let mut machine = Machine {
             axis: self.axis,
             bodies: self.each(&BODIES, Self::body),
             springs: self.each(&SPRINGS, Self::spring),
-            contacts: self.each(&CONTACTS, Self::contact),
             actuators: self.each(&ACTUATORS, Self::actuator),
             sensors: self.each(&SENSORS, Self::sensor),
             ..Machine::default()
         };
+        self.gaps(&mut machine, contacts);
         if !self.draft.root.contains_key(BODIES.table) {
             let top = crate::format::source::Origin { source: self.draft.main, span: 0..0 };
             self.problems.add(&top, BODIES.table, "there is no body", "add [bodies.NAME] with a mass");
@@ -54,13 +57,15 @@ impl Builder<'_> {
         }
     }
 
-    fn contact(&mut self, item: Item<'_>) -> Contact {
+    fn contact(&mut self, item: Item<'_>) -> (Contact, Option<Arc<Profile>>) {
         let exponent = match item.table.get("law").and_then(|entry| entry.node.as_text()) {
             Some("hertz") => 1.5,
             Some("hunt-crossley") => item.table.get("exponent").map_or(1.0, |entry| self.quietly(&entry.node)),
             _ => 1.0,
         };
+        let before = self.problems.count();
         let fields = self.fields(item, Scope { exponent, ..self.scope() });
+        let sound = self.problems.count() == before;
         let law = match fields.variant {
             Some("hunt-crossley") => {
                 ContactLaw::HuntCrossley { alpha_s_per_m: fields.number("alpha"), exponent: fields.number("exponent") }
@@ -72,15 +77,17 @@ impl Builder<'_> {
             let message = "the Hunt-Crossley law has no linear damping: its damping is alpha";
             self.problems.add(item.place("damping"), item.key("damping"), message, "remove it");
         }
-        Contact {
+        let stiffness = fields.optional("stiffness").or_else(|| self.stiffness_of_materials(item, &fields, law)).unwrap_or(1.0);
+        let contact = Contact {
             between: fields.pair("between"),
             engagement: engagement(&fields).unwrap_or_default(),
             law,
-            stiffness: fields.number("stiffness"),
+            stiffness,
             damping_n_s_per_m: fields.number("damping"),
             gap_m: fields.number("gap"),
             effects: self.effects(item, HostKind::Contact),
-        }
+        };
+        (contact, self.gap(item, &fields, sound))
     }
 
     /// A pure number whose mistakes are noted elsewhere.

@@ -6,6 +6,7 @@ mod elements;
 pub(crate) mod names;
 mod references;
 mod run;
+mod surface;
 
 pub(crate) use effects::bound_of;
 pub(crate) use elements::engagement;

@@ -3,6 +3,7 @@
 use feeler_plant::effects::HostKind;
 use feeler_plant::units::Dimension;
 
+use super::surface::{PROFILE, SURFACE};
 use crate::format::shape::{Absent, Bound, Choice, Element, Key, Kind, Shape, Unit, Variant, Word, number, optional, required, word};
 
 const MASS: Unit = Unit::Of(Dimension::MASS);
@@ -75,9 +76,15 @@ pub(crate) static CONTACTS: Element = Element {
                 absent: Absent::Word("unilateral"),
                 text: "how tip and workpiece hold on to each other",
             },
-            required("stiffness", Kind::Quantity(Unit::PowerStiffness, Bound::Positive), "k"),
+            optional(
+                "stiffness",
+                Kind::Quantity(Unit::PowerStiffness, Bound::Positive),
+                "k; may be left out of a `hertz` law between materials",
+            ),
             number("damping", DAMPING, Bound::NotNegative, 0.0, "linear damping c"),
             number("gap", LENGTH, Bound::Any, 0.0, "distance to close before they touch, where all positions are zero"),
+            optional("surface", Kind::Table(&SURFACE), "shapes whose distance is added to the gap while the tip travels sideways"),
+            optional("profile", Kind::Table(&PROFILE), "what is added to the gap over time, written out"),
         ],
         choice: Some(Choice {
             key: "law",

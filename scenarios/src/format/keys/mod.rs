@@ -5,6 +5,7 @@ mod dataset;
 mod machine;
 mod references;
 mod run;
+mod surface;
 mod sweep;
 
 pub(crate) use controllers::CONTROLLERS;

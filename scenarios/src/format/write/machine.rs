@@ -1,6 +1,6 @@
 //! Bodies, springs, contacts, actuators, sensors.
 
-use feeler_plant::description::{Actuator, ActuatorKind, Contact, ContactLaw, Engagement, GROUND, LowPass, Machine, Sensor};
+use feeler_plant::description::{Actuator, ActuatorKind, Contact, ContactLaw, Engagement, GROUND, Knot, LowPass, Machine, Profile, Sensor};
 
 use super::{Writer, number};
 
@@ -41,7 +41,7 @@ impl Writer {
             self.effects("springs", name, &spring.effects);
         }
         for (name, contact) in &machine.contacts {
-            self.contact(name, contact);
+            self.contact(name, contact, machine.profiles.get(name).map(|profile| &**profile));
         }
         for (name, actuator) in &machine.actuators {
             self.actuator(name, actuator);
@@ -51,7 +51,7 @@ impl Writer {
         }
     }
 
-    fn contact(&mut self, name: &str, contact: &Contact) {
+    fn contact(&mut self, name: &str, contact: &Contact, profile: Option<&Profile>) {
         self.header(&["contacts", name]);
         self.pair("between", &contact.between);
         self.words("engagement", engagement(contact.engagement));
@@ -67,6 +67,16 @@ impl Writer {
         self.number("stiffness", contact.stiffness);
         self.unless("damping", contact.damping_n_s_per_m, 0.0);
         self.unless("gap", contact.gap_m, 0.0);
+        if let Some(profile) = profile {
+            let points = |value: fn(&Knot) -> f64| {
+                let pairs = profile.knots().iter().map(|knot| format!("[{}, {}]", number(knot.t_s), number(value(knot))));
+                format!("[{}]", pairs.collect::<Vec<_>>().join(", "))
+            };
+            let (offset, rate) = (points(|knot| knot.offset_m), points(|knot| knot.rate_m_per_s));
+            self.header(&["contacts", name, "profile"]);
+            self.line("offset", offset);
+            self.line("rate", rate);
+        }
         self.effects("contacts", name, &contact.effects);
     }
 

@@ -11,6 +11,7 @@ mod friction;
 mod impacts;
 mod lanes;
 mod machines;
+mod moving_gap;
 mod order;
 mod play;
 mod random;

@@ -83,7 +83,18 @@ impl<'a> Build<'a> {
         for (name, contact) in &self.machine.contacts {
             let (a, b) = self.pair(&format!("contacts.{name}.between"), &contact.between);
             let law = force_law(contact);
-            self.assembly.contacts.push(ContactPart { name: name.clone(), a, b, engagement: contact.engagement, gap: contact.gap_m, law });
+            let profile = self.machine.profiles.get(name).cloned();
+            let (engagement, gap) = (contact.engagement, contact.gap_m);
+            self.assembly.contacts.push(ContactPart { name: name.clone(), a, b, engagement, gap, profile, law });
+        }
+        for name in self.machine.profiles.keys().filter(|name| !self.machine.contacts.contains_key(*name)) {
+            let remedy = nearest(name, self.machine.contacts.keys().map(String::as_str));
+            let remedy = remedy.map_or_else(String::new, |near| format!("did you mean `{near}`?"));
+            self.problems.push(Problem::new(
+                format!("contacts.{name}"),
+                format!("there is no contact `{name}` whose gap could move"),
+                remedy,
+            ));
         }
     }
 

@@ -9,7 +9,9 @@ mod friction;
 pub use build::{assemble, resolve};
 pub use friction::Friction;
 
-use crate::description::{Engagement, LowPass, Quantity};
+use std::sync::Arc;
+
+use crate::description::{Engagement, LowPass, Profile, Quantity};
 
 /// Index of a node; [`GROUND_NODE`] is the fixed body.
 pub type NodeId = usize;
@@ -71,7 +73,7 @@ pub struct Link {
     pub friction: Friction,
 }
 
-/// A contact; compression `d = x_a - x_b - gap`, force on `b` is `+F`.
+/// A contact; compression `d = x_a - x_b - gap - offset(t)`, force on `b` is `+F`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ContactPart {
     /// Name of the contact.
@@ -84,6 +86,8 @@ pub struct ContactPart {
     pub engagement: Engagement,
     /// Distance to close at zero positions, m.
     pub gap: f64,
+    /// What is added to the gap over time.
+    pub profile: Option<Arc<Profile>>,
     /// `F = k d^exponent (1 + alpha d') + c d' + cubic d^3`.
     pub law: ForceLaw,
 }

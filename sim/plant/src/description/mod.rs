@@ -4,13 +4,17 @@
 
 mod actuator;
 mod contact;
+mod profile;
 mod sensor;
 mod signal;
 
 pub use actuator::{Actuator, ActuatorKind};
 pub use contact::{Contact, ContactLaw, Engagement};
+pub use profile::{Knot, Piece, Profile};
 pub use sensor::{LowPass, Sensor};
 pub use signal::{ParseSignalError, Quantity, SignalName};
+
+use std::sync::Arc;
 
 use indexmap::IndexMap;
 
@@ -47,6 +51,8 @@ pub struct Machine {
     pub springs: Elements<Spring>,
     /// Places where the tool meets the workpiece.
     pub contacts: Elements<Contact>,
+    /// How gaps move by themselves, by the names of their contacts: the surface under a tool that travels sideways.
+    pub profiles: Elements<Arc<Profile>>,
     /// Drives.
     pub actuators: Elements<Actuator>,
     /// Sensors.

@@ -65,6 +65,7 @@ fn axis(transmission: Spring) -> Assembly {
         sensors: [("force".into(), sensor("tool", Quantity::SpringForce)), ("encoder".into(), sensor("motor", Quantity::Position))]
             .into_iter()
             .collect(),
+        ..Machine::default()
     };
     assemble(&machine).unwrap()
 }

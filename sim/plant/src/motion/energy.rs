@@ -10,6 +10,8 @@ pub enum MeterKind {
     DriveWork,
     /// Work done on the machine by the constant load of a link.
     LoadWork,
+    /// Work done on the machine by the surface of a contact whose gap moves.
+    FeedWork,
     /// Energy that the damping of a link takes out.
     LinkDamping,
     /// Energy that the dry friction of a link takes out.
@@ -21,7 +23,7 @@ pub enum MeterKind {
 impl MeterKind {
     /// Whether the energy counted enters the machine (else it leaves it).
     pub fn enters(self) -> bool {
-        matches!(self, Self::DriveWork | Self::LoadWork)
+        matches!(self, Self::DriveWork | Self::LoadWork | Self::FeedWork)
     }
 }
 
@@ -94,6 +96,12 @@ impl Motion {
             meters.push(Meter { kind: MeterKind::Friction, element, force: negative(friction), speed });
         }
         for (element, force) in equations.contact_force.iter().enumerate() {
+            let mut surface_speed = self.layout.zero();
+            if let Some(offset) = self.layout.moving_gap(element) {
+                // The gap closes: the surface comes towards the tip.
+                surface_speed[offset + 1] = -1.0;
+            }
+            meters.push(Meter { kind: MeterKind::FeedWork, element, force: force.clone(), speed: surface_speed });
             let force = minus(force, &equations.contact_spring_force[element]);
             meters.push(Meter { kind: MeterKind::ContactDamping, element, force, speed: equations.compression[element][1].clone() });
         }

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::forces::{Forces, source_rate};
-use super::layout::{add, scaled};
+use super::layout::{GAP_TIME_S, add, scaled};
 use super::{Mode, Motion, Row, StopSide, Switch, SwitchState};
 
 /// All that holds while no switch changes.
@@ -222,6 +222,11 @@ impl Motion {
             }
         }
         self.filter_derivatives(forces, &mut derivative);
+        for first in (0..self.assembly.contacts.len()).filter_map(|i| layout.moving_gap(i)) {
+            derivative[first] = layout.unit(first + 1);
+            derivative[first + 1] = scaled(1.0 / GAP_TIME_S, &layout.unit(first + 2));
+            derivative[first + 2] = scaled(1.0 / GAP_TIME_S, &layout.unit(first + 3));
+        }
         derivative
     }
 

@@ -42,7 +42,7 @@ impl Motion {
     pub(super) fn forces(&self, mode: Mode) -> Forces {
         let layout = &self.layout;
         let mut forces = Forces {
-            compression: self.assembly.contacts.iter().map(|part| self.compression(part)).collect(),
+            compression: (0..self.assembly.contacts.len()).map(|i| self.compression(i)).collect(),
             contact: Vec::new(),
             contact_spring: Vec::new(),
             link: Vec::new(),
@@ -71,13 +71,21 @@ impl Motion {
         forces
     }
 
-    fn compression(&self, part: &crate::assembly::ContactPart) -> [Row; 2] {
-        let [mut d, rate] = self.relative(part.a, part.b);
+    fn compression(&self, i: usize) -> [Row; 2] {
+        let part = &self.assembly.contacts[i];
+        let [mut d, mut rate] = self.relative(part.a, part.b);
         let nodes = &self.assembly.nodes;
         d[self.layout.one()] -= match part.engagement {
             Engagement::Clamped => nodes[part.a].position_m - nodes[part.b].position_m,
             Engagement::Unilateral | Engagement::Free => part.gap,
         };
+        if let (Some(offset), Some(profile)) = (self.layout.moving_gap(i), &part.profile) {
+            d[offset] -= 1.0;
+            rate[offset + 1] -= 1.0;
+            if part.engagement == Engagement::Clamped {
+                d[self.layout.one()] += profile.at(0.0).0;
+            }
+        }
         [d, rate]
     }
 

@@ -4,6 +4,9 @@ use super::Coordinates;
 use crate::assembly::{Assembly, NodeId};
 use crate::description::LowPass;
 
+/// Unit of time of the higher derivatives of a moving gap, s.
+pub const GAP_TIME_S: f64 = 1e-3;
+
 /// A linear functional of the extended vector.
 pub type Row = Vec<f64>;
 
@@ -28,6 +31,8 @@ pub struct Layout {
     pub(super) drives: Vec<DriveStates>,
     /// First state of each filter of each sensor.
     pub(super) filters: Vec<Vec<usize>>,
+    /// First of the four states of each contact's moving gap.
+    moving_gaps: Vec<Option<usize>>,
 }
 
 impl Layout {
@@ -49,7 +54,12 @@ impl Layout {
             LowPass::SecondOrder { .. } => 2,
         };
         let filters = assembly.sensors.iter().map(|sensor| sensor.filters.iter().map(|filter| take(order(filter))).collect()).collect();
-        Self { coordinates: coordinates.count(), states: next, inputs: assembly.drives.len(), terms, drives, filters }
+        let mut take = |n: usize| {
+            next += n;
+            next - n
+        };
+        let moving_gaps = assembly.contacts.iter().map(|contact| contact.profile.as_ref().map(|_| take(4))).collect();
+        Self { coordinates: coordinates.count(), states: next, inputs: assembly.drives.len(), terms, drives, filters, moving_gaps }
     }
 
     /// Position of coordinate `g`.
@@ -105,6 +115,12 @@ impl Layout {
     /// The state that holds the ramping command of a drive whose rate is limited.
     pub fn ramp(&self, drive: usize) -> Option<usize> {
         self.drives[drive].ramp
+    }
+
+    /// The first of the four states of a contact's moving gap: what is added to the gap, its rate, and the derivatives of that in [`GAP_TIME_S`], so that
+    /// all have a size of their own: `offset`, `offset'`, `GAP_TIME_S offset''`, `GAP_TIME_S^2 offset'''`.
+    pub fn moving_gap(&self, contact: usize) -> Option<usize> {
+        self.moving_gaps[contact]
     }
 
     /// A row of zeros.

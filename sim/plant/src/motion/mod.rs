@@ -2,7 +2,7 @@
 //!
 //! Between events and with held inputs a machine of springs, dampers, contacts and dry friction is linear:
 //! `x' = A xi`, with the state `x = [q, v, z]` and the extended vector `xi = [x, u, 1, w]`. `q` and `v` are coordinates and speeds of the bodies that
-//! move on their own, `z` the states of drives and filters, `u` the held inputs, `w` the values of those laws that are not linear
+//! move on their own, `z` the states of drives, filters and moving gaps, `u` the held inputs, `w` the values of those laws that are not linear
 //! ([`NonlinearTerm`]; none in most machines). Which contact touches, which guide sticks, is the [`Mode`]; a [`Guard`] that falls below zero ends it.
 //! Every integrator, the linear theory and the second engine draw on these rows; there is no other definition of the motion.
 
@@ -18,7 +18,7 @@ mod signals;
 pub use coordinates::Coordinates;
 pub use energy::{Ledger, Meter, MeterKind, Storage, StorageKind};
 pub use equations::{Equations, Guard, GuardValue};
-pub use layout::{Layout, Row};
+pub use layout::{GAP_TIME_S, Layout, Row};
 pub use mode::{Mode, StopSide, Switch, SwitchState};
 pub use nonlinear::{NonlinearLaw, NonlinearTerm};
 
@@ -77,7 +77,18 @@ impl Motion {
         &self.terms
     }
 
-    /// The state at the start: positions and velocities as given, drives and filters at rest.
+    /// Puts into a state the pieces of all moving gaps that hold from `t_s` on.
+    pub fn set_gaps(&self, t_s: f64, state: &mut [f64]) {
+        for (i, contact) in self.assembly.contacts.iter().enumerate() {
+            if let (Some(first), Some(profile)) = (self.layout.moving_gap(i), &contact.profile) {
+                let piece = profile.piece_from(t_s);
+                let scaled = [piece.offset, piece.rate, GAP_TIME_S * piece.curvature, GAP_TIME_S * GAP_TIME_S * piece.jerk];
+                state[first..first + 4].copy_from_slice(&scaled);
+            }
+        }
+    }
+
+    /// The state at the start: positions and velocities as given, drives and filters at rest, gaps as they move then.
     pub fn initial_state(&self) -> Vec<f64> {
         let mut state = vec![0.0; self.layout.states()];
         for g in 0..self.coordinates.count() {
@@ -85,6 +96,7 @@ impl Motion {
             state[self.layout.q(g)] = lead.position_m;
             state[self.layout.v(g)] = lead.velocity_m_per_s;
         }
+        self.set_gaps(0.0, &mut state);
         state
     }
 }

@@ -1,0 +1,113 @@
+//! The gap along a feed as a profile over time.
+
+use feeler_plant::description::{Knot, Profile};
+
+use crate::error::GeometryError;
+use crate::feed::Feed;
+use crate::touching::Touching;
+
+/// Pieces with which a feed begins: what is smaller than a sixty-fourth of the way, and symmetric about the probes, could hide between them.
+const FIRST_PIECES: usize = 64;
+/// Shortest piece, s: at a sharp edge of the gap the error falls with its length.
+const SHORTEST_S: f64 = 1e-7;
+/// Most knots: 24 MB.
+const MOST_KNOTS: usize = 1_000_000;
+/// Where each piece is held against the shapes: between them the largest errors of cubics through values and slopes lie in the middle.
+const PROBES: [f64; 3] = [0.25, 0.5, 0.75];
+
+/// A gap over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Compiled {
+    /// How far the tip can go along x before it touches, as cubics between knots with the exact values and rates.
+    pub profile: Profile,
+    /// Largest difference from the shapes' own gap, over three probes within every piece, m.
+    pub error_m: f64,
+    /// Distance queries that were made.
+    pub queries: usize,
+}
+
+impl Compiled {
+    /// Checks that a tip that has come `travel_m` beyond its zero position at the start is not inside the workpiece.
+    ///
+    /// # Errors
+    /// [`GeometryError::Overlap`].
+    pub fn check_start(&self, travel_m: f64) -> Result<(), GeometryError> {
+        let depth_m = travel_m - self.profile.at(0.0).0;
+        if depth_m > self.error_m { Err(GeometryError::Overlap { depth_m }) } else { Ok(()) }
+    }
+}
+
+/// Measures along a feed and counts.
+struct Probe<'a> {
+    touching: &'a Touching,
+    feed: &'a Feed,
+    queries: usize,
+}
+
+impl Probe<'_> {
+    /// The gap and its rate.
+    fn knot(&mut self, t_s: f64) -> Result<Knot, GeometryError> {
+        self.queries += 1;
+        let (lateral_m, velocity) = self.feed.at(t_s);
+        let touch = self.touching.at(lateral_m).map_err(|error| match error {
+            GeometryError::Unreachable { y_m, z_m, .. } => GeometryError::Unreachable { y_m, z_m, t_s: Some(t_s) },
+            other => other,
+        })?;
+        // A lateral velocity of zero has no part in the rate, however steep the surface.
+        let rate = touch.slope.iter().zip(velocity).filter(|(_, v)| *v != 0.0).map(|(s, v)| s * v).sum();
+        Ok(Knot { t_s, offset_m: touch.travel_m, rate_m_per_s: rate })
+    }
+
+    /// Largest difference of the cubic between two knots from the shapes' own gap, over the probes.
+    fn apart_m(&mut self, a: &Knot, b: &Knot) -> Result<f64, GeometryError> {
+        let mut apart_m = 0.0_f64;
+        for share in PROBES {
+            let t_s = a.t_s + share * (b.t_s - a.t_s);
+            let found_m = Profile::between(a, b, t_s).0;
+            let true_m = self.knot(t_s)?.offset_m;
+            // An infinite rate leaves no number here, which is as far apart as can be.
+            apart_m = apart_m.max(if found_m.is_finite() { (found_m - true_m).abs() } else { f64::INFINITY });
+        }
+        Ok(apart_m)
+    }
+}
+
+impl Touching {
+    /// The gap along a feed, from zero to `duration_s`, to within `error_m`: pieces are halved until they keep it.
+    ///
+    /// # Errors
+    /// [`GeometryError::Jump`] where the gap jumps, [`GeometryError::Knots`] for an error that takes too many pieces, and those of [`Self::at`].
+    pub fn profile(&self, feed: &Feed, duration_s: f64, error_m: f64) -> Result<Compiled, GeometryError> {
+        let mut probe = Probe { touching: self, feed, queries: 0 };
+        let mut ends: Vec<f64> = (0..=FIRST_PIECES).map(|i| duration_s * i as f64 / FIRST_PIECES as f64).collect();
+        ends.extend(feed.times(duration_s));
+        ends.sort_by(f64::total_cmp);
+        ends.dedup_by(|a, b| (*a - *b).abs() < SHORTEST_S);
+        let mut knots = vec![probe.knot(ends[0])?];
+        let mut worst_m = 0.0_f64;
+        for &end_s in &ends[1..] {
+            let mut a = knots[knots.len() - 1];
+            // Ends of pieces ahead, the next one last.
+            let mut ahead = vec![probe.knot(end_s)?];
+            while let Some(b) = ahead.pop() {
+                let apart_m = probe.apart_m(&a, &b)?;
+                if apart_m <= error_m {
+                    worst_m = worst_m.max(apart_m);
+                    knots.push(b);
+                    a = b;
+                    if knots.len() > MOST_KNOTS {
+                        return Err(GeometryError::Knots { most: MOST_KNOTS, error_m });
+                    }
+                } else if b.t_s - a.t_s < 2.0 * SHORTEST_S {
+                    return Err(GeometryError::Jump { t_s: a.t_s, jump_m: (b.offset_m - a.offset_m).abs() });
+                } else {
+                    let middle = probe.knot(0.5 * (a.t_s + b.t_s))?;
+                    ahead.push(b);
+                    ahead.push(middle);
+                }
+            }
+        }
+        let profile = Profile::new(&knots).map_err(|problem| GeometryError::Mesh { what: problem.message })?;
+        Ok(Compiled { profile, error_m: worst_m, queries: probe.queries })
+    }
+}

@@ -1,0 +1,133 @@
+//! Where tip and workpiece touch.
+
+use parry3d_f64::math::{Pose, Vector};
+use parry3d_f64::query::{ShapeCastOptions, cast_shapes, contact};
+use parry3d_f64::shape::SharedShape;
+
+use crate::error::GeometryError;
+use crate::shape::{Place, Shape};
+use crate::swept_ball::{SweptBall, is_triangles};
+
+/// Room ahead of the workpiece from which the tip is sent, over the size of both.
+const ROOM: f64 = 0.1;
+/// Newton steps after the cast, which is close; each doubles the digits where surfaces are smooth.
+const POLISHING_STEPS: usize = 12;
+/// How far polishing may go, over the size of both: the casts of Parry end nearer than this, and beyond it is another place of the surface.
+const NEAR: f64 = 1e-3;
+/// Rounding of positions, over the size of both.
+const ROUNDING: f64 = 1e-15;
+/// Component of the normal along the axis below which the tip slides along a wall.
+const GRAZING: f64 = 1e-6;
+
+/// A tip on its way along x, and a workpiece.
+#[derive(Clone)]
+pub struct Touching {
+    tip: SharedShape,
+    tip_pose: Pose,
+    workpiece: SharedShape,
+    workpiece_pose: Pose,
+    names: [&'static str; 2],
+    /// Where the cast begins, how far it may go, and the size of both shapes, m.
+    start_m: f64,
+    reach_m: f64,
+    size_m: f64,
+}
+
+/// A touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touch {
+    /// How far along x the tip goes from its place until it touches.
+    pub travel_m: f64,
+    /// The point where it touches.
+    pub point_m: [f64; 3],
+    /// Unit vector from the tip into the workpiece.
+    pub normal: [f64; 3],
+    /// Change of the travel per length of lateral motion in y and z; infinite at a wall.
+    pub slope: [f64; 2],
+}
+
+impl std::fmt::Debug for Touching {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Touching").field("shapes", &self.names).finish_non_exhaustive()
+    }
+}
+
+impl Touching {
+    /// A tip whose body stands at x = 0, with its shape at a place relative to that body, and a workpiece at its place.
+    ///
+    /// # Errors
+    /// Those of the shapes' numbers.
+    pub fn new(tip: &Shape, tip_place: &Place, workpiece: &Shape, workpiece_place: &Place) -> Result<Self, GeometryError> {
+        let ((tip_shape, tip_frame), (work_shape, work_frame)) = (tip.build()?, workpiece.build()?);
+        let (tip_pose, workpiece_pose) = (tip_place.pose() * tip_frame, workpiece_place.pose() * work_frame);
+        let (tip_box, work_box) = (tip_shape.compute_aabb(&tip_pose), work_shape.compute_aabb(&workpiece_pose));
+        let size_m = tip_box.extents().length() + work_box.extents().length();
+        let start_m = work_box.mins.x - tip_box.maxs.x - ROOM * size_m;
+        Ok(Self {
+            tip: tip_shape,
+            tip_pose,
+            workpiece: work_shape,
+            workpiece_pose,
+            names: [tip.name(), workpiece.name()],
+            start_m,
+            reach_m: work_box.maxs.x - tip_box.mins.x - start_m,
+            size_m,
+        })
+    }
+
+    fn unsupported(&self) -> GeometryError {
+        GeometryError::Unsupported { tip: self.names[0], workpiece: self.names[1] }
+    }
+
+    /// The touch with the tip moved sideways by `[y, z]`.
+    ///
+    /// # Errors
+    /// [`GeometryError::Unreachable`] where the tip passes the workpiece, [`GeometryError::Unsupported`] for two shapes that cannot be measured.
+    pub fn at(&self, lateral_m: [f64; 2]) -> Result<Touch, GeometryError> {
+        let [y_m, z_m] = lateral_m;
+        if let Some(ball) = self.tip.as_ball().filter(|_| is_triangles(&self.workpiece)) {
+            let centre = self.tip_pose.translation + Vector::new(self.start_m, y_m, z_m);
+            let swept = SweptBall { centre, along: Vector::X, radius_m: ball.radius };
+            let touch = swept.first_touch(&self.workpiece, &self.workpiece_pose, self.reach_m).ok_or(GeometryError::Unreachable {
+                y_m,
+                z_m,
+                t_s: None,
+            })?;
+            let normal = (touch.point - centre - Vector::X * touch.travel_m) / ball.radius;
+            return Ok(Self::touch(self.start_m + touch.travel_m, touch.point, normal));
+        }
+        let placed = |x: f64| self.tip_pose.append_translation(Vector::new(x, y_m, z_m));
+        let options = ShapeCastOptions { max_time_of_impact: self.reach_m, stop_at_penetration: false, ..ShapeCastOptions::default() };
+        let begin = placed(self.start_m);
+        let hit = cast_shapes(&begin, Vector::X, self.tip.as_ref(), &self.workpiece_pose, Vector::ZERO, self.workpiece.as_ref(), options)
+            .map_err(|_| self.unsupported())?
+            .ok_or(GeometryError::Unreachable { y_m, z_m, t_s: None })?;
+        let cast_m = self.start_m + hit.time_of_impact;
+        let mut travel_m = cast_m;
+        let mut normal = begin.rotation * hit.normal1;
+        let mut point = begin.append_translation(Vector::X * hit.time_of_impact).transform_point(hit.witness1);
+        for _ in 0..POLISHING_STEPS {
+            let nearest = contact(&placed(travel_m), self.tip.as_ref(), &self.workpiece_pose, self.workpiece.as_ref(), NEAR * self.size_m)
+                .map_err(|_| self.unsupported())?;
+            let Some(nearest) = nearest.filter(|nearest| nearest.normal1.x > GRAZING) else { break };
+            // The distance shrinks by the normal's share of every step along x.
+            let next_m = travel_m + nearest.dist / nearest.normal1.x;
+            if (next_m - cast_m).abs() > NEAR * self.size_m {
+                break;
+            }
+            (normal, point) = (nearest.normal1, nearest.point1);
+            let moved_m = (next_m - travel_m).abs();
+            travel_m = next_m;
+            if moved_m <= ROUNDING * self.size_m {
+                break;
+            }
+        }
+        Ok(Self::touch(travel_m, point, normal))
+    }
+
+    fn touch(travel_m: f64, point: Vector, normal: Vector) -> Touch {
+        // Staying in touch, the way of the tip has no part along the normal.
+        let slope = [normal.y, normal.z].map(|n| if normal.x > GRAZING { -n / normal.x } else { f64::INFINITY.copysign(-n) });
+        Touch { travel_m, point_m: point.to_array(), normal: normal.to_array(), slope }
+    }
+}

@@ -1,0 +1,244 @@
+//! Gap, slope and profile against closed forms.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+use std::fmt::Write as _;
+
+use feeler_geometry::{Feed, GeometryError, Mesh, Place, Shape, Touching, read_height_field, read_obj, read_stl};
+
+/// Rounding of positions of some centimetres through a distance query and a few Newton steps.
+const ROUNDING_M: f64 = 1e-12;
+/// Parry's distances between a capsule and a triangle come from an iteration that ends at about the square root of the rounding, relative to the sizes
+/// of some centimetres.
+const ITERATED_M: f64 = 1e-9;
+
+fn origin() -> Place {
+    Place::at([0.0; 3])
+}
+
+/// A ball of triangles between circles of latitude.
+fn globe(radius_m: f64, rings: u32) -> Mesh {
+    let around = 2 * rings;
+    let mut mesh = Mesh::default();
+    for i in 0..=rings {
+        let polar = TAU / 2.0 * f64::from(i) / f64::from(rings);
+        for k in 0..around {
+            let azimuth = TAU * f64::from(k) / f64::from(around);
+            mesh.vertices_m.push([radius_m * polar.cos(), radius_m * polar.sin() * azimuth.cos(), radius_m * polar.sin() * azimuth.sin()]);
+        }
+    }
+    for i in 0..rings {
+        for k in 0..around {
+            let [a, b] = [i * around + k, i * around + (k + 1) % around];
+            mesh.triangles.push([a, b, a + around]);
+            mesh.triangles.push([b, b + around, a + around]);
+        }
+    }
+    mesh
+}
+
+#[test]
+fn truth_ball_on_cuboid_face_and_edge() {
+    let (r, half) = (2e-3, 10e-3);
+    let tip = Shape::Ball { radius_m: r };
+    let work = Shape::Cuboid { half_extents_m: [half; 3] };
+    let touching = Touching::new(&tip, &origin(), &work, &Place::at([30e-3, 0.0, 0.0])).unwrap();
+    let face = touching.at([3e-3, -4e-3]).unwrap();
+    assert!((face.travel_m - (20e-3 - r)).abs() < ROUNDING_M, "{face:?}");
+    assert!((face.normal[0] - 1.0).abs() < ROUNDING_M && face.slope.iter().all(|s| s.abs() < ROUNDING_M), "{face:?}");
+    assert!((face.point_m[0] - 20e-3).abs() < ROUNDING_M && (face.point_m[1] - 3e-3).abs() < ROUNDING_M, "{face:?}");
+    // Beyond the edge by e the ball rolls over it: travel = 20 mm - sqrt(r^2 - e^2), slope e / sqrt(r^2 - e^2).
+    let e = 1.2e-3;
+    let reach = f64::sqrt(r * r - e * e);
+    let edge = touching.at([half + e, 0.0]).unwrap();
+    assert!((edge.travel_m - (20e-3 - reach)).abs() < ROUNDING_M, "{edge:?}");
+    assert!((edge.slope[0] - e / reach).abs() < 1e-9, "{edge:?}");
+    let missed = touching.at([half + 1.1 * r, 0.0]).unwrap_err();
+    assert!(matches!(missed, GeometryError::Unreachable { .. }), "{missed}");
+}
+
+#[test]
+fn truth_ball_on_mesh_ball() {
+    let (r, radius, rings) = (4e-3, 30e-3, 48);
+    let touching =
+        Touching::new(&Shape::Ball { radius_m: r }, &origin(), &Shape::Mesh(globe(radius, rings)), &Place::at([0.1, 0.0, 0.0])).unwrap();
+    // A chord of angle a lies under its arc by R (1 - cos(a/2)); a facet's middle under the ball by at most both directions' together. Seen along x
+    // this grows by one over the normal's share.
+    let sag = 2.0 * radius * (1.0 - (TAU / 2.0 / f64::from(rings) / 2.0).cos());
+    for (y, z) in [(0.0, 0.0), (5e-3, 0.0), (-7e-3, 9e-3), (0.0, 15e-3)] {
+        let beside: f64 = f64::hypot(y, z);
+        let ahead = f64::sqrt((r + radius).powi(2) - beside * beside);
+        let touch = touching.at([y, z]).unwrap();
+        let late = touch.travel_m - (0.1 - ahead);
+        assert!(late > -ROUNDING_M && late < sag * (r + radius) / ahead, "{y} {z}: {late} of {sag}");
+        // Facets lean by at most half their angle against the ball, seen from the tip's centre.
+        let slope = y / ahead;
+        assert!((touch.slope[0] - slope).abs() < 2.0 * TAU / 2.0 / f64::from(rings), "{} {slope}", touch.slope[0]);
+    }
+}
+
+#[test]
+fn truth_capsule_on_a_sloping_height_field() {
+    let (r, half, rise_y, rise_z) = (3e-3, 8e-3, 0.2, -0.35);
+    let extent = 0.2;
+    let heights: Vec<Vec<f64>> = (0..21)
+        .map(|i| (0..31).map(|k| rise_y * extent * (f64::from(k) / 30.0 - 0.5) + rise_z * extent * (f64::from(i) / 20.0 - 0.5)).collect())
+        .collect();
+    let text: String = heights.iter().map(|row| row.iter().map(f64::to_string).collect::<Vec<_>>().join(",") + "\n").collect();
+    let work = read_height_field(&text, [extent; 2]).unwrap();
+    for rotation in [[0.0; 3], [FRAC_PI_2, 0.0, 0.0]] {
+        let tip_place = Place { position_m: [0.0; 3], rotation_rad: rotation };
+        let touching =
+            Touching::new(&Shape::Capsule { half_length_m: half, radius_m: r }, &tip_place, &work, &Place::at([0.05, 0.0, 0.0])).unwrap();
+        for (y, z) in [(0.0, 0.0), (11e-3, -7e-3), (-23e-3, 31e-3)] {
+            // The surface is x = 0.05 - a y - b z; the end of the line that the surface rises towards touches first, at distance r.
+            let norm = (1.0 + rise_y * rise_y + rise_z * rise_z).sqrt();
+            let end = if rotation[0] == 0.0 { rise_y * half } else { rise_z.abs() * half };
+            let expected = 0.05 - rise_y * y - rise_z * z - end - r * norm;
+            let touch = touching.at([y, z]).unwrap();
+            assert!((touch.travel_m - expected).abs() < ITERATED_M, "{} {expected}", touch.travel_m);
+            assert!((touch.slope[0] + rise_y).abs() < 1e-6 && (touch.slope[1] + rise_z).abs() < 1e-6, "{:?}", touch.slope);
+        }
+    }
+}
+
+#[test]
+fn truth_rates_along_a_feed_over_a_cylinder() {
+    let (r, radius, speed) = (5e-3, 40e-3, 10e-3);
+    let work = Shape::Cylinder { half_length_m: 0.1, radius_m: radius };
+    // Its axis along z.
+    let place = Place { position_m: [0.1, 0.0, 0.0], rotation_rad: [FRAC_PI_2, 0.0, 0.0] };
+    let touching = Touching::new(&Shape::Ball { radius_m: r }, &origin(), &work, &place).unwrap();
+    let asked_m = 1e-8;
+    let found = touching.profile(&Feed::line([-10e-3, 0.0], [speed, 0.0]), 2.0, asked_m).unwrap();
+    assert!(found.error_m <= asked_m);
+    for i in 0..=200 {
+        let t = 0.01 * f64::from(i);
+        let y = -10e-3 + speed * t;
+        let ahead = f64::sqrt((r + radius).powi(2) - y * y);
+        let (offset, rate) = found.profile.at(t);
+        // Parry's ball on a convex body is iterated; the rate's error is that of the offset over the pieces' 31 ms, times the 3.08 of a cubic's slope.
+        assert!((offset - (0.1 - ahead)).abs() < 2.0 * asked_m, "{t}: {offset}");
+        assert!(t >= 2.0 || (rate - speed * y / ahead).abs() < 1e-5, "{t}: {rate} {}", speed * y / ahead);
+    }
+}
+
+#[test]
+fn order_profiles_keep_the_error_asked_for() {
+    let tip = Shape::Ball { radius_m: 2e-3 };
+    let work = Shape::Cuboid { half_extents_m: [10e-3; 3] };
+    let touching = Touching::new(&tip, &origin(), &work, &Place::at([30e-3, 0.0, 0.0])).unwrap();
+    // Off the face and 1.5 mm over the edge: smooth but for the jump of curvature at the edge.
+    let feed = Feed::line([5e-3, 0.0], [6.5e-3, 0.0]);
+    let mut knots = Vec::new();
+    for asked_m in [1e-6, 1e-8, 1e-10] {
+        let found = touching.profile(&feed, 1.0, asked_m).unwrap();
+        let worst = (0..=5000).map(|i| {
+            let t = 2e-4 * f64::from(i);
+            let e = (5e-3 + 6.5e-3 * t - 10e-3).max(0.0);
+            (found.profile.at(t).0 - (20e-3 - f64::sqrt(4e-6 - e * e))).abs()
+        });
+        // The bound is taken at three probes of each piece, between which a cubic can err half as much again.
+        let worst = worst.fold(0.0, f64::max);
+        assert!(worst < 1.5 * asked_m, "{worst} {asked_m}");
+        knots.push(found.profile.knots().len());
+    }
+    assert!(knots[0] < knots[1] && knots[1] < knots[2] && knots[2] < 2000, "{knots:?}");
+}
+
+#[test]
+fn truth_a_smooth_path_passes_its_points() {
+    let feed = Feed::read_path("t_s,y_m,z_m\n0,0,0\n1,0.01,0\n3,0.01,0.02\n").unwrap();
+    let plane = Shape::HeightField { heights_m: vec![vec![0.05, -0.05]; 2], extents_m: [0.1; 2] };
+    let touching = Touching::new(&Shape::Ball { radius_m: 1e-3 }, &origin(), &plane, &Place::at([0.2, 0.0, 0.0])).unwrap();
+    let found = touching.profile(&feed, 4.0, 1e-9).unwrap();
+    // The surface x = 0.2 + y: the gap follows y.
+    let start = found.profile.at(0.0).0;
+    for (t, y) in [(1.0, 0.01), (3.0, 0.01), (3.7, 0.01)] {
+        assert!((found.profile.at(t).0 - start - y).abs() < 1e-9, "{t}");
+    }
+    assert!(found.profile.at(3.7).1.abs() < 1e-9);
+}
+
+#[test]
+fn truth_a_flat_tip_against_a_step_is_a_jump() {
+    let step = Shape::Mesh(Mesh {
+        vertices_m: vec![
+            [0.0, -1.0, -1.0],
+            [0.0, 0.0, -1.0],
+            [0.0, 0.0, 1.0],
+            [0.0, -1.0, 1.0],
+            [-0.01, 0.0, -1.0],
+            [-0.01, 1.0, -1.0],
+            [-0.01, 1.0, 1.0],
+            [-0.01, 0.0, 1.0],
+        ],
+        triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7], [1, 4, 7], [1, 7, 2]],
+    });
+    let tip = Shape::Cuboid { half_extents_m: [1e-3; 3] };
+    let touching = Touching::new(&tip, &origin(), &step, &Place::at([0.1, 0.0, 0.0])).unwrap();
+    let error = touching.profile(&Feed::line([-0.01, 0.0], [0.02, 0.0]), 1.0, 1e-8).unwrap_err();
+    let GeometryError::Jump { t_s, jump_m } = error else { panic!("{error}") };
+    // The tip's side meets the wall at y = 0 when its middle is 1 mm before it, at 0.45 s.
+    assert!((t_s - 0.45).abs() < 1e-3 && (jump_m - 0.01).abs() < 1e-4, "{t_s} {jump_m}");
+}
+
+#[test]
+fn truth_stl_and_obj_give_the_same_mesh() {
+    let obj = "# a triangle and a square\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 2\nf 1 2 5\nf 1/1/1 2/2/2 3/3/3 -2\n";
+    let mesh = read_obj(obj, 1e-3).unwrap();
+    assert_eq!(mesh.triangles, [[0, 1, 4], [0, 1, 2], [0, 2, 3]]);
+    let mut text = String::from("solid part\n");
+    let mut bytes = vec![0_u8; 80];
+    bytes.extend(3_u32.to_le_bytes());
+    for triangle in &mesh.triangles {
+        text += "facet normal 0 0 0\nouter loop\n";
+        bytes.extend([0_u8; 12]);
+        for corner in triangle.map(|i| mesh.vertices_m[i as usize].map(|x| 1e3 * x)) {
+            writeln!(text, "  vertex {} {} {}", corner[0], corner[1], corner[2]).unwrap();
+            bytes.extend(corner.iter().flat_map(|x| (*x as f32).to_le_bytes()));
+        }
+        text += "endloop\nendfacet\n";
+        bytes.extend([0_u8; 2]);
+    }
+    let corners = |mesh: &Mesh| mesh.triangles.iter().flatten().map(|&i| mesh.vertices_m[i as usize]).collect::<Vec<_>>();
+    for stl in [text.as_bytes(), bytes.as_slice()] {
+        assert_eq!(corners(&read_stl(stl, 1e-3).unwrap()), corners(&mesh));
+    }
+    let cut = read_stl(&bytes[..bytes.len() - 7], 1.0).unwrap_err().to_string();
+    assert!(cut.contains("cut short"), "{cut}");
+}
+
+#[test]
+fn truth_bad_shapes_are_refused() {
+    let ball = |radius_m| Touching::new(&Shape::Ball { radius_m }, &origin(), &Shape::Ball { radius_m: 1.0 }, &origin()).unwrap_err();
+    for radius in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(ball(radius).to_string().contains("radius of a ball"), "{}", ball(radius));
+    }
+    let flat = Shape::Hull { points_m: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.3, 0.4, 0.0]] };
+    let error = Touching::new(&flat, &origin(), &flat, &origin()).unwrap_err();
+    assert_eq!(error, GeometryError::Hull { points: 5 });
+    assert!(matches!(read_obj("v 0 0\n", 1.0), Err(GeometryError::Line { line: 1, .. })));
+    assert!(matches!(read_obj("v 0 0 0\nf 1 2 3\n", 1.0), Err(GeometryError::Line { line: 2, .. })));
+    assert!(matches!(read_obj("", 1.0), Err(GeometryError::Mesh { .. })));
+    assert!(matches!(read_stl(b"solid nothing", 1.0), Err(GeometryError::Mesh { .. })));
+    assert!(matches!(read_height_field("0,1\n0\n", [1.0; 2]), Err(GeometryError::Line { line: 2, .. })));
+    assert!(matches!(read_height_field("0,x\n", [1.0; 2]), Err(GeometryError::Line { line: 1, .. })));
+    assert!(matches!(Feed::read_path("t,y,z\n0,0,0\n"), Err(GeometryError::Line { line: 1, .. })));
+    assert!(matches!(Feed::read_path("t_s,y_m,z_m\n0,0,0\n0,1,1\n"), Err(GeometryError::Path { index: 1, .. })));
+    assert!(matches!(Feed::path(&[]), Err(GeometryError::EmptyPath)));
+}
+
+#[test]
+fn truth_a_hull_touches_where_its_corner_is() {
+    // A pyramid that points at the workpiece.
+    let tip =
+        Shape::Hull { points_m: vec![[6e-3, 1e-3, 0.0], [0.0, 3e-3, 3e-3], [0.0, 3e-3, -3e-3], [0.0, -3e-3, 3e-3], [0.0, -3e-3, -3e-3]] };
+    let work = Shape::Cuboid { half_extents_m: [10e-3; 3] };
+    let touching = Touching::new(&tip, &origin(), &work, &Place::at([30e-3, 0.0, 0.0])).unwrap();
+    let touch = touching.at([0.0, 0.0]).unwrap();
+    assert!((touch.travel_m - 14e-3).abs() < ITERATED_M, "{touch:?}");
+    let found = touching.profile(&Feed::line([0.0; 2], [0.0; 2]), 1.0, 1e-9).unwrap();
+    assert!(found.check_start(13e-3).is_ok());
+    let inside = found.check_start(15e-3).unwrap_err();
+    assert!(matches!(inside, GeometryError::Overlap { depth_m } if (depth_m - 1e-3).abs() < 1e-8), "{inside}");
+}

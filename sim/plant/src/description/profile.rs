@@ -1,0 +1,168 @@
+//! A gap that moves by itself: what a surface does to a tip that travels over it.
+
+use crate::problem::Problem;
+
+/// An offset of the gap over time: cubics between knots, each with its values and rates, so that both are continuous where neighbours agree.
+///
+/// Before the first knot its offset holds, after the last one that of the last.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    knots: Vec<Knot>,
+    pieces: Vec<Piece>,
+}
+
+/// Offset and rate at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knot {
+    /// When, s.
+    pub t_s: f64,
+    /// Added to the contact's gap.
+    pub offset_m: f64,
+    /// Its rate.
+    pub rate_m_per_s: f64,
+}
+
+/// A cubic from an instant on: `offset + rate t + curvature t^2 / 2 + jerk t^3 / 6`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Piece {
+    /// When it begins, s.
+    pub start_s: f64,
+    /// Offset there, m.
+    pub offset: f64,
+    /// First derivative there, m/s.
+    pub rate: f64,
+    /// Second derivative there, m/s².
+    pub curvature: f64,
+    /// Third derivative, m/s³.
+    pub jerk: f64,
+}
+
+impl Piece {
+    fn hermite(a: &Knot, b: &Knot) -> Self {
+        let span = b.t_s - a.t_s;
+        let mean = (b.offset_m - a.offset_m) / span;
+        Self {
+            start_s: a.t_s,
+            offset: a.offset_m,
+            rate: a.rate_m_per_s,
+            curvature: 2.0 * (3.0 * mean - 2.0 * a.rate_m_per_s - b.rate_m_per_s) / span,
+            jerk: 6.0 * (a.rate_m_per_s + b.rate_m_per_s - 2.0 * mean) / (span * span),
+        }
+    }
+
+    fn held(start_s: f64, offset: f64) -> Self {
+        Self { start_s, offset, ..Self::default() }
+    }
+
+    fn at(&self, t_s: f64) -> (f64, f64) {
+        let t = t_s - self.start_s;
+        let offset = self.offset + t * (self.rate + t * (self.curvature / 2.0 + t * self.jerk / 6.0));
+        (offset, self.rate + t * (self.curvature + t * self.jerk / 2.0))
+    }
+}
+
+impl Profile {
+    /// The profile through knots.
+    ///
+    /// # Errors
+    /// A [`Problem`] with an empty key for no knots, times that do not rise, and numbers that are not finite.
+    pub fn new(knots: &[Knot]) -> Result<Self, Problem> {
+        if knots.is_empty() {
+            return Err(Problem::new("", "the profile has no knots", "give at least one time with its offset"));
+        }
+        let finite = |k: &Knot| [k.t_s, k.offset_m, k.rate_m_per_s].iter().all(|x| x.is_finite());
+        if let Some(k) = knots.iter().position(|k| !finite(k)) {
+            return Err(Problem::new("", format!("knot {k} of the profile is not finite"), "remove it"));
+        }
+        if let Some(k) = knots.windows(2).position(|pair| pair[1].t_s <= pair[0].t_s) {
+            let message = format!("knot {} of the profile, at {} s, is not after the one before", k + 1, knots[k + 1].t_s);
+            return Err(Problem::new("", message, "sort the knots by time"));
+        }
+        let last = &knots[knots.len() - 1];
+        let held = Piece::held(last.t_s, last.offset_m);
+        Ok(Self { knots: knots.to_vec(), pieces: knots.windows(2).map(|pair| Piece::hermite(&pair[0], &pair[1])).chain([held]).collect() })
+    }
+
+    /// A smooth profile through points `(time in s, offset in m)`: the rate at each is that from the one before to the one after, and zero at both ends.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub fn smooth(points: &[(f64, f64)]) -> Result<Self, Problem> {
+        let rate = |i: usize| match (i.checked_sub(1).and_then(|before| points.get(before)), points.get(i + 1)) {
+            (Some((t0, p0)), Some((t1, p1))) => (p1 - p0) / (t1 - t0),
+            _ => 0.0,
+        };
+        let knots: Vec<Knot> =
+            points.iter().enumerate().map(|(i, &(t_s, offset_m))| Knot { t_s, offset_m, rate_m_per_s: rate(i) }).collect();
+        Self::new(&knots)
+    }
+
+    /// The knots it goes through.
+    pub fn knots(&self) -> &[Knot] {
+        &self.knots
+    }
+
+    /// The pieces in order of time; the last one is constant.
+    pub fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
+    /// Offset and rate of the cubic between two knots.
+    pub fn between(a: &Knot, b: &Knot, t_s: f64) -> (f64, f64) {
+        Piece::hermite(a, b).at(t_s)
+    }
+
+    /// What holds from `t_s` on, as a piece that begins there.
+    pub fn piece_from(&self, t_s: f64) -> Piece {
+        match self.pieces.partition_point(|piece| piece.start_s <= t_s).checked_sub(1) {
+            Some(i) => {
+                let piece = self.pieces[i];
+                let (offset, rate) = piece.at(t_s);
+                Piece { start_s: t_s, offset, rate, curvature: piece.curvature + piece.jerk * (t_s - piece.start_s), jerk: piece.jerk }
+            }
+            None => Piece::held(t_s, self.pieces[0].offset),
+        }
+    }
+
+    /// Offset and rate at an instant.
+    pub fn at(&self, t_s: f64) -> (f64, f64) {
+        let piece = self.piece_from(t_s);
+        (piece.offset, piece.rate)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_a_cubic_is_met_exactly_and_held_outside() {
+        let cubic = |t: f64| (1.0 + t * (2.0 - t * (0.5 - 0.25 * t)), 2.0 - t * (1.0 - 0.75 * t));
+        let knots: Vec<Knot> = [0.5, 1.0, 2.5].iter().map(|&t| Knot { t_s: t, offset_m: cubic(t).0, rate_m_per_s: cubic(t).1 }).collect();
+        let profile = Profile::new(&knots).unwrap();
+        for t in [0.5, 0.7, 1.0, 1.9, 2.4] {
+            let ((p, v), (p0, v0)) = (profile.at(t), cubic(t));
+            assert!((p - p0).abs() < 1e-14 && (v - v0).abs() < 1e-13, "{t}: {p} {v}");
+        }
+        assert_eq!(profile.at(0.1), (knots[0].offset_m, 0.0));
+        assert_eq!(profile.at(9.0), (knots[2].offset_m, 0.0));
+    }
+
+    #[test]
+    fn truth_a_smooth_profile_is_straight_along_a_line() {
+        let profile = Profile::smooth(&[(0.0, 0.0), (1.0, 2.0), (2.0, 4.0), (3.0, 6.0)]).unwrap();
+        let (p, v) = profile.at(1.4);
+        assert!((p - 2.8).abs() < 1e-14 && (v - 2.0).abs() < 1e-14, "{p} {v}");
+        assert_eq!(profile.at(0.0), (0.0, 0.0));
+        assert_eq!(profile.at(3.0), (6.0, 0.0));
+    }
+
+    #[test]
+    fn truth_bad_knots_are_refused() {
+        let knot = |t_s, offset_m| Knot { t_s, offset_m, rate_m_per_s: 0.0 };
+        assert!(Profile::new(&[]).is_err());
+        assert!(Profile::new(&[knot(0.0, f64::NAN)]).is_err());
+        let message = Profile::new(&[knot(0.0, 0.0), knot(1.0, 0.0), knot(1.0, 0.0)]).unwrap_err().message;
+        assert!(message.contains("knot 2"), "{message}");
+    }
+}

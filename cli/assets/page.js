@@ -19,7 +19,8 @@
     label, side, font: FONT, labelFont: FONT, stroke: soft, labelSize: 22, labelGap: 2,
     grid: { stroke: grid, width: 1, ...(log && side === 3 ? { filter: decades } : {}) }, ticks: { stroke: grid, width: 1, size: 5 },
     values: (u, splits) => splits.map((v) => v == null ? "" : log && !isDecade(v) ? "" : short(v)),
-    ...(side === 3 ? { size: (u, values) => 16 + 7 * Math.max(2, ...(values || []).map((v) => String(v).length)) } : { size: 32 }),
+    // One width for all, so that times stand below each other.
+    size: side === 3 ? 76 : 32,
   });
   const isDecade = (v) => { const e = Math.log10(v); return Math.abs(e - Math.round(e)) < 1e-6; };
 
@@ -80,9 +81,20 @@
     },
   };
 
+  // Shown while no value is pointed at.
+  const spans = new Map();
+  const span = (values) => {
+    if (!spans.has(values)) {
+      const known = values.filter((v) => v != null);
+      const [low, high] = [known.reduce((a, b) => Math.min(a, b), Infinity), known.reduce((a, b) => Math.max(a, b), -Infinity)];
+      spans.set(values, known.length ? `${short(low)} to ${short(high)}` : "");
+    }
+    return spans.get(values);
+  };
+
   const curves = (chart) => chart.series.map((series, i) => ({
     label: series.name + (series.unit ? ` (${series.unit})` : ""), stroke: palette(i), width: series.dashed ? 1.5 : 1.3,
-    dash: series.dashed ? [7, 4] : undefined, points: { show: false }, value: (u, v) => short(v),
+    dash: series.dashed ? [7, 4] : undefined, points: { show: false }, value: (u, v) => v == null ? span(series.values) : short(v),
   }));
 
   const lineChart = (chart, width) => {
@@ -91,7 +103,7 @@
       cursor: { drag: { x: true, y: false }, ...(chart.x.together ? { sync: { key: chart.x.together } } : {}) },
       scales: { x: { time: false, ...(chart.x.log ? { distr: 3, log: 10 } : {}) }, y: vertical(chart) },
       axes: [axis(chart.x.label, 2, chart.x.log), axis(chart.y.label, 3, chart.y.log)],
-      series: [{ label: chart.x.label, value: (u, v) => v == null ? "" : Number(v.toPrecision(8)).toString() }, ...curves(chart)],
+      series: [{ label: chart.x.label, value: (u, v) => v == null ? span(chart.x.values) : Number(v.toPrecision(8)).toString() }, ...curves(chart)],
       hooks: { drawClear: [shade(chart)], draw: [annotate(chart)] },
     };
     return [options, [chart.x.values, ...chart.series.map((series) => series.values)]];
@@ -131,7 +143,7 @@
       axes: [axis(chart.x.label, 2, false), axis(chart.y.label, 3, false)],
       series: [{}, ...curves(chart).map((curve) => ({
         ...curve, paths: path, facets: [{ scale: "x", auto: false }, { scale: "y", auto: false }],
-        value: (u, v, index, i) => i == null ? "" : `${short(u.data[index][0][i])}, ${short(u.data[index][1][i])}`,
+        value: (u, v, index, i) => i == null ? span(u.data[index][1]) : `${short(u.data[index][0][i])}, ${short(u.data[index][1][i])}`,
       }))],
       hooks: {
         draw: [annotate(chart)],

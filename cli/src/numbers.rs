@@ -55,7 +55,8 @@ pub(crate) fn plain(value: f64) -> String {
 
 /// A share as a percentage.
 pub(crate) fn percent(share: f64) -> String {
-    let percent = 100.0 * share;
+    // Zero has no sign here.
+    let percent = 100.0 * share + 0.0;
     if percent != 0.0 && percent.abs() < 0.05 { "< 0.1".into() } else { format!("{percent:.1}") }
 }
 
@@ -81,5 +82,6 @@ mod tests {
         assert_eq!(plain(1.0e-9), "1.00e-9");
         assert_eq!(percent(0.1234), "12.3");
         assert_eq!(percent(1e-5), "< 0.1");
+        assert_eq!(percent(-0.0), "0.0");
     }
 }

@@ -61,6 +61,24 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
     }
 }
 
+/// What became of a run in one or two words.
+pub(crate) fn label(summary: &Summary) -> &'static str {
+    match summary.outcome {
+        Outcome::NoContact if summary.bounces > 0 => "contact lost",
+        outcome => outcome_label(outcome),
+    }
+}
+
+/// Where the force came to rest, where that is outside the band about its reference; none where it did not rest or is inside.
+pub(crate) fn rests_outside(summary: &Summary, units: Units) -> Option<String> {
+    let rests = matches!(summary.outcome, Outcome::Settled | Outcome::BouncesThenSettles);
+    let response = summary.response.filter(|response| rests && response.settling_time_s.is_none())?;
+    let error = response.steady_error_n?;
+    let side = if error < 0.0 { "below" } else { "above" };
+    let band = with_unit(response.band_n, units.force);
+    Some(format!("rests {} {side} the reference, outside its band of {band}", with_unit(error.abs(), units.force)))
+}
+
 /// An outcome in one or two words.
 pub(crate) fn outcome_label(outcome: Outcome) -> &'static str {
     match outcome {

@@ -37,6 +37,35 @@ fn truth_steps_beyond_reason_are_refused_with_the_arithmetic() {
 }
 
 #[test]
+fn truth_work_beyond_reason_is_refused_with_the_arithmetic() {
+    let report = refused(&["run.duration=100", "run.record_rate=1 Hz", "controllers.force.period=1e-8"]);
+    assert!(report.contains("controllers.force.period: 100 s / 1e-8 s") && report.contains("1.000e10 samples"), "{report}");
+    let report = refused(&["run.duration=1e7", "run.record_rate=1 Hz"]);
+    assert!(report.contains("1.000e10 samples, and at most 2e8"), "{report}");
+    let report = refused(&["contacts.tool.law=kelvin-voigt", "contacts.tool.stiffness=1e15", "bodies.tip.mass=1e-6"]);
+    assert!(report.contains("sqrt(1e15 N/m / 1e-6 kg) / 2 pi = 5.033e9 Hz"), "{report}");
+    let chain: String = (0..400).map(|i| format!("[bodies.b{i}]\nmass = 1.0\n")).collect();
+    let report = Document::parse(&chain, "chain.toml").unwrap_err().to_string();
+    assert!(report.contains("there are 400 bodies, and at most 256"), "{report}");
+}
+
+#[test]
+fn truth_numbers_that_nobody_can_mean_are_refused_in_short() {
+    for setting in [
+        "bodies.tip.mass=1e-300",
+        "bodies.tip.mass=1e300",
+        "controllers.force.period=1e-12",
+        "controllers.force.delay=1e9",
+        "sensors.force.delay=1e9",
+        "run.record_rate=1e-3",
+    ] {
+        let report = refused(&[setting]);
+        let longest = report.lines().map(str::len).max().unwrap_or(0);
+        assert!(longest < 200 && report.contains("help"), "{setting}: {report}");
+    }
+}
+
+#[test]
 fn regress_deep_nesting_is_refused_and_not_followed() {
     for text in ["[".repeat(200_000), "a.".repeat(200_000), "a={".repeat(100_000), format!("a = {}", "[".repeat(100_000))] {
         let start = Instant::now();
@@ -51,8 +80,11 @@ fn regress_many_mistakes_make_a_bounded_report() {
     let text = bodies.concat();
     let start = Instant::now();
     let error = Document::parse(&text, "many.toml").unwrap_err();
-    assert_eq!(error.problems.len(), 20_000);
-    assert!(error.report(false).len() < 20_000, "a report shows the first problems and counts the rest");
+    assert_eq!((error.problems.len(), error.problems.len() + error.omitted), (1000, 20_001));
+    // Each mass, and that there are so many bodies.
+    let report = error.report(false);
+    assert!(report.len() < 20_000, "a report shows the first problems and counts the rest");
+    assert!(report.contains("and 19951 more") && report.ends_with("20001 mistakes"), "{report}");
     assert!(start.elapsed() < HANG);
 }
 
@@ -98,8 +130,37 @@ fn mutated() -> impl Strategy<Value = String> {
     )
 }
 
+/// Work that a scenario which has been admitted may ask for: samples, cycles of a spring, rows.
+fn work(document: &Document) -> f64 {
+    let run = &document.scenario.run;
+    let machine = &document.scenario.machine;
+    let samples: f64 = document.scenario.controllers.values().map(|used| run.duration_s / used.spec.period_s).sum();
+    let mass = machine.bodies.values().map(|body| body.mass_kg).fold(f64::INFINITY, f64::min);
+    let stiffness = machine.springs.values().map(|spring| spring.stiffness_n_per_m).fold(0.0, f64::max);
+    let rows = run.duration_s * run.record_rate_hz.unwrap_or(1.0 / run.step_s);
+    samples + rows + run.duration_s * (stiffness / mass).sqrt() / std::f64::consts::TAU
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(1500))]
+
+    #[test]
+    fn prop_extreme_numbers_are_refused_or_bounded_work(
+        exponents in prop::collection::vec(-320..310_i32, 5),
+        negative in any::<bool>(),
+    ) {
+        let mut draft = Draft::parse(COMPLETE, "complete.toml").unwrap();
+        let keys = ["controllers.force.period", "controllers.force.delay", "sensors.force.delay", "bodies.tip.mass", "run.duration"];
+        for (key, exponent) in keys.iter().zip(&exponents) {
+            let sign = if negative { "-" } else { "" };
+            draft.set(&format!("{key}={sign}1e{exponent}")).unwrap();
+        }
+        match draft.build() {
+            // The three budgets together.
+            Ok(document) => prop_assert!(work(&document) <= 2e8 + 1e8 + 1e8),
+            Err(error) => prop_assert!(error.problems.iter().all(|problem| problem.remedy.is_some())),
+        }
+    }
 
     #[test]
     fn prop_a_mutilated_file_gives_a_scenario_or_a_report(text in mutated()) {

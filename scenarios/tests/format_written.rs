@@ -148,7 +148,7 @@ prop_compose! {
         }
         controller.spec.law = law;
         controller.spec.reference = reference;
-        controller.spec.delay_s = timing.0;
+        controller.spec.delay_s = timing.0.min(1e3);
         controller.spec.output_limit = Some(timing.1);
         if timing.2 {
             controller.spec.reading_low_pass = Some(LowPassSpec { cutoff_hz: 100.0, damping_ratio: Some(0.7) });
@@ -186,7 +186,8 @@ fn prop_every_effect_is_read_as_it_was_written() {
             }
             HostKind::RigidSpring => {
                 let joint = if definition.place == Place::Transmission { "transmission" } else { "mount" };
-                machine.springs[joint].rigid = true;
+                let spring = &mut machine.springs[joint];
+                (spring.rigid, spring.stiffness_n_per_m, spring.damping_n_s_per_m) = (true, 0.0, 0.0);
                 machine.springs[joint].effects = effects;
             }
             HostKind::Contact => machine.contacts["tool"].effects = effects,

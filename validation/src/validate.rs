@@ -40,9 +40,9 @@ pub fn validate(options: &Options, mut progress: impl FnMut(&str)) -> Result<Tab
     group("three routes", &two_route_rows)?;
     if let Some(folder) = &options.scenarios {
         group("three routes, from the scenario files", &|| files::file_rows(folder))?;
+        group("convergence", &|| convergence::convergence_rows(folder))?;
     }
     group("claims of the paper", &claims::claim_rows)?;
-    group("convergence", &convergence::convergence_rows)?;
     group("two engines", &|| {
         let steps_s = engines::default_steps_s();
         Ok(engines::engine_rows(&engines::agreements(options.scenarios.as_deref(), &steps_s)?))

@@ -1,7 +1,13 @@
 //! The checks of the table in the forms that take seconds.
 
+use std::path::{Path, PathBuf};
+
 use feeler_validation::experiments::{ResponseEffort, onset_row, paper_axes, response_rows, two_route_rows};
 use feeler_validation::{Row, ValidationError, claims, closed_forms, convergence, random_machines};
+
+fn scenarios() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios")
+}
 
 fn all_pass(rows: Result<Vec<Row>, ValidationError>) {
     let rows = rows.unwrap_or_else(|error| panic!("{error}"));
@@ -27,7 +33,20 @@ fn reference_claims_of_the_paper() {
 
 #[test]
 fn order_integrators_through_an_impact() {
-    all_pass(convergence::convergence_rows());
+    all_pass(convergence::convergence_rows(&scenarios()));
+}
+
+/// With `FEELER_UPDATE_DOCS=1` the page is written instead.
+#[test]
+fn truth_the_page_of_convergence_is_current() {
+    let study = convergence::convergence(&scenarios(), &convergence::default_steps_s()).unwrap();
+    let text = convergence::markdown(&study);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/convergence.md");
+    if std::env::var_os("FEELER_UPDATE_DOCS").is_some() {
+        std::fs::write(&path, &text).unwrap();
+    }
+    let committed = std::fs::read_to_string(&path).unwrap();
+    assert!(committed == text, "docs/convergence.md is stale; run this test with FEELER_UPDATE_DOCS=1");
 }
 
 #[test]

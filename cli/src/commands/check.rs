@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use feeler_engine::Program;
+use feeler_engine::{EngineError, Program};
 use feeler_scenarios::format::{DatasetFile, Document, FormatError, SweepFile};
 use serde_json::{Value, json};
 
@@ -17,7 +17,7 @@ const DATASET: &str = "dataset.toml";
 /// What is wrong with a file.
 enum Mistakes {
     Format(FormatError),
-    Engine(feeler_engine::EngineError),
+    Engine(EngineError),
 }
 
 pub(crate) fn run(arguments: &Check) -> anyhow::Result<()> {
@@ -55,7 +55,10 @@ fn check(path: &Path) -> Result<String, Mistakes> {
         return Ok(format!("sweep over {}", count(sweep.axes.len(), "axis", "axes")));
     }
     let document = Document::load(path).map_err(Mistakes::Format)?;
-    Program::new(&document.scenario).map_err(Mistakes::Engine)?;
+    Program::new(&document.scenario).map_err(|error| match error {
+        EngineError::Problems { problems } => Mistakes::Format(document.locate_problems(&problems)),
+        other => Mistakes::Engine(other),
+    })?;
     let machine = &document.scenario.machine;
     let parts = [
         count(machine.bodies.len(), "body", "bodies"),

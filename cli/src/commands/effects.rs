@@ -41,13 +41,12 @@ fn explain(effect: &Definition) -> String {
     };
     let rows = effect.parameters.iter().map(row);
     let parameters = table(&["parameter", "unit", "default", "typical", "bounds", "what it is"], &[3], rows);
-    let hosts: Vec<&str> = effect.hosts.iter().map(|host| host.phrase()).collect();
     format!(
         "{}: {}\nplace: {}    sits under: {}\n\n{parameters}\n\n{}",
         effect.kind,
         effect.summary,
         effect.place.name(),
-        hosts.join("; "),
+        effect.sits_under(),
         effect.documentation.trim()
     )
 }
@@ -72,6 +71,7 @@ fn as_json(effect: &Definition) -> Value {
         "kind": effect.kind,
         "place": effect.place.name(),
         "sits_under": effect.hosts.iter().map(|host| host.phrase()).collect::<Vec<_>>(),
+        "site": effect.site,
         "parameters": effect.parameters.iter().map(parameter).collect::<Vec<_>>(),
         "summary": effect.summary,
         "documentation": effect.documentation,

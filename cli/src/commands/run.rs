@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use feeler_engine::Integrator;
+use feeler_engine::{EngineError, Integrator};
 use feeler_scenarios::format::{Document, Draft};
 use feeler_scenarios::run::{self, RunError, RunResult, Summary, write_csv, write_parquet};
 
@@ -26,7 +26,10 @@ pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
     let mut progress = Progress::new(document.scenario.machine.name.clone());
     let result = run::run(&document.scenario, &mut |at| progress.at(at.t_s / at.duration_s));
     progress.done();
-    let result = result?;
+    let result = result.map_err(|error| match error {
+        RunError::Engine(EngineError::Problems { problems }) => anyhow::Error::from(document.locate_problems(&problems)),
+        other => other.into(),
+    })?;
     let written = write(arguments, &document, &result, &folder)?;
     if arguments.json {
         return terminal::print(&serde_json::to_string_pretty(&result.summary)?);
@@ -99,7 +102,7 @@ fn figures(summary: &Summary, units: Units) -> String {
     let mut rows: Vec<Vec<String>> = Vec::new();
     let mut row = |name: &str, (number, unit): (String, String), remark: String| rows.push(vec![name.to_owned(), number, unit, remark]);
     let none = || ("-".to_owned(), String::new());
-    row("outcome", (String::new(), String::new()), words::outcome_label(summary.outcome).to_owned());
+    row("outcome", (String::new(), String::new()), words::label(summary).to_owned());
     for contact in &summary.contacts {
         let name = if summary.contacts.len() > 1 { format!("peak force, {}", contact.name) } else { "peak force".to_owned() };
         row(&name, split(contact.peak_force_n, units.force), format!("at {}", with_unit(contact.peak_at_s, "s")));
@@ -108,7 +111,8 @@ fn figures(summary: &Summary, units: Units) -> String {
         let reference =
             response.final_reference_n.map_or_else(String::new, |reference| format!("of {}", with_unit(reference, units.force)));
         row("overshoot", response.overshoot.map_or_else(none, |share| (percent(share), "%".into())), reference);
-        let band = format!("to within {} for good", with_unit(response.band_n, units.force));
+        let within = || format!("to within {} for good", with_unit(response.band_n, units.force));
+        let band = words::rests_outside(summary, units).unwrap_or_else(within);
         row("settling time", response.settling_time_s.map_or_else(none, |time| split(time, "s")), band);
     }
     row("bounces", (summary.bounces.to_string(), String::new()), String::new());

@@ -5,7 +5,7 @@ mod engines;
 use std::fs;
 use std::path::PathBuf;
 
-use feeler_validation::convergence::{Convergence, convergence, default_steps_s};
+use feeler_validation::convergence::{convergence, default_steps_s, markdown};
 use feeler_validation::{Options, Row, Table, validate};
 
 use crate::arguments::{Checks, Validate};
@@ -57,21 +57,10 @@ fn text(found: &Table) -> String {
 }
 
 fn print_convergence(arguments: &Validate) -> anyhow::Result<()> {
-    let steps_s = default_steps_s();
-    let found = convergence(&steps_s)?;
-    if arguments.json {
-        return terminal::print(&serde_json::to_string_pretty(&found)?);
+    if !arguments.scenarios.join("reference").is_dir() {
+        let message = format!("no reference machines in {}", arguments.scenarios.display());
+        return Err(BadInput::error(message, "name the folder of the scenario files with --scenarios"));
     }
-    let mut header = vec!["step (s)"];
-    header.extend(found.iter().map(|c| c.integrator.as_str()));
-    let error = |c: &Convergence, i: usize| c.points.get(i).map_or_else(String::new, |point| format!("{:.2e}", point.relative_error));
-    let rows = steps_s.iter().enumerate().map(|(i, step)| std::iter::once(plain(*step)).chain(found.iter().map(|c| error(c, i))).collect());
-    let slope = |c: &Convergence| if c.slope.is_nan() { "rounding".to_owned() } else { format!("{:.2}", c.slope) };
-    let slopes = std::iter::once("order".to_owned()).chain(found.iter().map(slope)).collect();
-    let columns: Vec<usize> = (0..header.len()).collect();
-    let lines = table(&header, &columns, rows.chain([slopes]).collect::<Vec<Vec<String>>>());
-    terminal::print(&format!(
-        "Relative error of the peak force of an impact against its closed form; order by regression.\n\n{lines}\n\n\
-         The peak is that of the parabola through the three highest samples of a record at the step, which is all that the exact column shows."
-    ))
+    let study = convergence(&arguments.scenarios, &default_steps_s())?;
+    terminal::print(&if arguments.json { serde_json::to_string_pretty(&study)? } else { markdown(&study) })
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use feeler_engine::Scenario;
 use feeler_plant::assembly::assemble;
 use feeler_plant::description::{Axis, Machine};
+use feeler_plant::problem::Problem;
 use indexmap::IndexMap;
 
 use super::build::{Builder, names};
@@ -89,6 +90,15 @@ impl Document {
         Some(Place { file: self.draft.sources.0[origin.source].name.clone(), line, column })
     }
 
+    /// Mistakes that only the engine found, at their places in the file.
+    pub fn locate_problems(&self, found: &[Problem]) -> FormatError {
+        let mut problems = Problems::default();
+        for problem in found {
+            add_problem(&self.draft, &mut problems, problem.clone());
+        }
+        problems.into_error(self.draft.sources.clone())
+    }
+
     pub(crate) fn build(draft: Draft) -> Result<Self, FormatError> {
         let mut problems = Problems::default();
         let top = top_fields(&draft, &mut problems);
@@ -99,11 +109,9 @@ impl Document {
         let machine = Machine { name, about: top.text("about").unwrap_or_default().into(), ..builder.machine() };
         names::check(&draft.root, &mut problems);
         if let Err(found) = assemble(&machine) {
-            for problem in found {
-                if !problems.covers(&problem.key) {
-                    let (origin, _) = locate(&draft.root, &problem.key);
-                    problems.add(&origin.unwrap_or_default(), problem.key, problem.message, problem.remedy.unwrap_or_default());
-                }
+            // What the reader has refused already is not assembled rightly; two mistakes of the assembly may share a key.
+            for problem in found.into_iter().filter(|problem| !problems.covers(&problem.key)).collect::<Vec<_>>() {
+                add_problem(&draft, &mut problems, problem);
             }
         }
         let mut builder = Builder::new(&draft, &mut problems, axis);
@@ -115,6 +123,13 @@ impl Document {
         }
         Ok(Self { scenario: Scenario { machine, controllers, run }, tolerance, draft })
     }
+}
+
+fn add_problem(draft: &Draft, problems: &mut Problems, problem: Problem) {
+    let origin = locate(&draft.root, &problem.key).0.unwrap_or(Origin { source: draft.main, span: 0..0 });
+    // An entry of a list is shown by its place; its key is that of the list.
+    let key = problem.key.trim_end_matches(|c: char| c.is_ascii_digit()).strip_suffix('.').unwrap_or(&problem.key);
+    problems.add(&origin, key, problem.message, problem.remedy.unwrap_or_default());
 }
 
 /// Keys at the top; element tables, `[run]` and `[tolerance]` are read elsewhere.
@@ -159,16 +174,20 @@ fn is_believed(root: &Table, path: &str) -> bool {
     node_at(root, &[table, name]).is_some() && (known || locate(root, path).1)
 }
 
-/// Place of the deepest part of a dotted path that is in the tree, and whether that is all of it.
+/// Place of the deepest part of a dotted path that is in the tree, and whether that is all of it. Entries of lists count from zero.
 pub(crate) fn locate(root: &Table, path: &str) -> (Option<Origin>, bool) {
-    let mut table = Some(root);
-    let mut origin = None;
-    for segment in path.split('.') {
-        let Some(entry) = table.and_then(|table| table.get(segment)) else { return (origin, false) };
-        origin = Some(entry.node.origin.clone());
-        table = entry.node.as_table();
+    let mut segments = path.split('.');
+    let Some(mut node) = segments.next().and_then(|first| root.get(first)).map(|entry| &entry.node) else { return (None, false) };
+    for segment in segments {
+        let below = match &node.value {
+            Value::Table(table) => table.get(segment).map(|entry| &entry.node),
+            Value::Array(items) => segment.parse().ok().and_then(|i: usize| items.get(i)),
+            _ => None,
+        };
+        let Some(below) = below else { return (Some(node.origin.clone()), false) };
+        node = below;
     }
-    (origin, true)
+    (Some(node.origin.clone()), true)
 }
 
 /// The node at a dotted path.

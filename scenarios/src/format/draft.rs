@@ -264,8 +264,22 @@ pub(crate) fn parse_toml(text: &str, file_name: &str, sources: &mut Sources) -> 
     let mut problems = Problems::default();
     for error in errors {
         let span = error.span().unwrap_or(0..0);
-        let remedy = if error.message().contains("duplicate") { "write it once" } else { "this is not TOML; see https://toml.io" };
-        problems.add(&Origin { source, span }, "", error.message(), remedy);
+        problems.add(&Origin { source, span }, "", error.message(), hint(error.message()));
     }
     Err(problems.into_error(sources.clone()))
+}
+
+/// What usually lies behind a complaint of the TOML parser.
+fn hint(message: &str) -> &'static str {
+    let hints = [
+        ("duplicate", "write it once"),
+        ("string", "put texts between quotes, and close each one on its own line"),
+        ("array", "close the list with `]`, and part its values by commas"),
+        ("table", "write a table as [table.name] on a line of its own, or as { key = value, ... }"),
+        ("key", "write key = value, the key without spaces or in quotes"),
+        ("newline", "write one key = value on each line"),
+        ("number", "write numbers as 12, 1.5 or 2e5; with a unit they are texts: \"5 mm\""),
+    ];
+    let found = hints.iter().find(|(word, _)| message.contains(word));
+    found.map_or("write lines such as mass = 12.0 or gap = \"5 mm\" under [table.name]", |(_, hint)| hint)
 }

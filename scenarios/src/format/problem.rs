@@ -7,7 +7,10 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::report;
-use super::source::{Origin, Sources};
+use super::source::{Cursor, Origin, Sources};
+
+/// Mistakes that are kept; a file with more is some other file, and the rest is only counted.
+pub(crate) const MOST_PROBLEMS: usize = 1000;
 
 /// One mistake: where it is and what to do about it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -52,18 +55,20 @@ impl fmt::Display for Located {
 pub struct FormatError {
     /// The mistakes.
     pub problems: Vec<Located>,
+    /// How many more were found after the first thousand.
+    pub omitted: usize,
     pub(crate) sources: Sources,
 }
 
 impl FormatError {
     /// One report with the lines that are meant, for a terminal with colours or without.
     pub fn report(&self, coloured: bool) -> String {
-        report::render(&self.problems, &self.sources, coloured)
+        report::render(&self.problems, self.omitted, &self.sources, coloured)
     }
 
     /// The problems as data.
     pub fn to_json(&self) -> serde_json::Value {
-        serde_json::json!({ "problems": self.problems })
+        serde_json::json!({ "problems": self.problems, "omitted": self.omitted })
     }
 }
 
@@ -71,10 +76,15 @@ impl FormatError {
 #[derive(Debug, Default)]
 pub(crate) struct Problems {
     found: Vec<(Origin, String, String, Option<String>)>,
+    omitted: usize,
 }
 
 impl Problems {
     pub(crate) fn add(&mut self, origin: &Origin, key: impl Into<String>, message: impl Into<String>, remedy: impl Into<String>) {
+        if self.found.len() >= MOST_PROBLEMS {
+            self.omitted += 1;
+            return;
+        }
         let remedy = Some(remedy.into()).filter(|remedy: &String| !remedy.is_empty());
         self.found.push((origin.clone(), key.into(), message.into(), remedy));
     }
@@ -87,7 +97,7 @@ impl Problems {
     }
 
     pub(crate) fn count(&self) -> usize {
-        self.found.len()
+        self.found.len() + self.omitted
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -95,17 +105,18 @@ impl Problems {
     }
 
     /// The error of these mistakes, each once, in the order of files and lines.
-    pub(crate) fn into_error(self, sources: Sources) -> FormatError {
+    pub(crate) fn into_error(mut self, sources: Sources) -> FormatError {
+        self.found.sort_by(|(a, a_key, ..), (b, b_key, ..)| (a.source, a.span.start, a_key).cmp(&(b.source, b.span.start, b_key)));
+        let mut cursor = Cursor::new(&sources);
         let mut problems: Vec<Located> = (self.found.into_iter())
             .map(|(origin, key, message, remedy)| {
-                let (line, column) = sources.position(&origin);
+                let (line, column) = cursor.position(&origin);
                 let file = sources.0.get(origin.source).map_or_else(String::new, |source| source.name.clone());
                 Located { file, line, column, key, message, remedy, span: origin.span, source: origin.source }
             })
             .collect();
-        problems.sort_by(|a, b| (a.source, a.span.start, &a.key).cmp(&(b.source, b.span.start, &b.key)));
         problems.dedup_by(|a, b| a == b);
-        FormatError { problems, sources }
+        FormatError { problems, omitted: self.omitted, sources }
     }
 }
 
@@ -113,5 +124,5 @@ impl Problems {
 pub(crate) fn unreadable(file: &str, message: String, remedy: &str) -> FormatError {
     let remedy = Some(remedy.to_owned());
     let problem = Located { file: file.into(), line: 0, column: 0, key: String::new(), message, remedy, span: 0..0, source: usize::MAX };
-    FormatError { problems: vec![problem], sources: Sources::default() }
+    FormatError { problems: vec![problem], omitted: 0, sources: Sources::default() }
 }

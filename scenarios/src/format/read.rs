@@ -7,14 +7,17 @@ use feeler_plant::units::Dimension;
 
 use super::dimension::Dim;
 use super::problem::Problems;
-use super::shape::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word};
+use super::shape::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word, short};
 use super::source::Origin;
-use super::suggest::{did_you_mean, list};
+use super::suggest::{did_you_mean, list, nearest_of};
 use super::tree::{Node, Table, Value};
 use super::units::{self, UnitError};
 
 /// Nothing that this software is for is larger than this in SI.
 const LARGEST: f64 = 1e15;
+
+/// How signals are written.
+const SIGNAL_FORM: &str = "write element.quantity, as in motor.position, tool.force, drive.command or encoder.reading";
 
 /// Most entries of a list in a file.
 const MOST_ENTRIES: usize = 1_000_000;
@@ -132,21 +135,18 @@ impl Reader<'_> {
         let chosen = shape.choice.as_ref().map(|choice| self.choose(choice, table, at, path));
         let mut fields = Fields::default();
         let mut keys: Vec<&'static Key> = shape.keys.iter().collect();
-        match chosen {
-            Some(Some(variant)) => {
-                fields.variant = Some(variant.name);
-                keys.extend(variant.keys);
-            }
-            Some(None) => self.unknown(shape, &shape.all_keys().collect::<Vec<_>>(), besides, table, path),
-            None => {}
+        if let Some(Some(variant)) = chosen {
+            fields.variant = Some(variant.name);
+            keys.extend(variant.keys);
         }
-        if !matches!(chosen, Some(None)) {
-            self.unknown(shape, &keys, besides, table, path);
-        }
+        let known = if matches!(chosen, Some(None)) { shape.all_keys().collect() } else { keys.clone() };
+        let misspelt = self.unknown(shape, &known, besides, table, path);
         for key in keys {
             let path = join(path, key.name);
             let field = match table.get(key.name) {
                 Some(entry) => self.field(key, &entry.node, &path),
+                // A key that is there under a wrong name has been noted, and is not missing as well.
+                None if key.absent == Absent::Required && misspelt.contains(&key.name) => None,
                 None => self.absent(key, at, &path),
             };
             if let Some(field) = field {
@@ -190,7 +190,9 @@ impl Reader<'_> {
         found
     }
 
-    fn unknown(&mut self, shape: &'static Shape, keys: &[&'static Key], besides: &[&str], table: &Table, path: &str) {
+    /// Notes the keys that do not exist, and gives those that they may stand for.
+    fn unknown(&mut self, shape: &'static Shape, keys: &[&'static Key], besides: &[&str], table: &Table, path: &str) -> Vec<&'static str> {
+        let mut meant = Vec::new();
         let choice = shape.choice.as_ref().map(|choice| choice.key).filter(|key| !key.is_empty());
         let known = || keys.iter().map(|key| key.name).chain(choice).chain(besides.iter().copied());
         for (name, entry) in table {
@@ -203,10 +205,15 @@ impl Reader<'_> {
                     let message = format!("`{name}` has no meaning here: it belongs to {choice} = \"{}\"", variant.name);
                     (message, format!("remove it, or set {choice} = \"{}\"", variant.name))
                 }
-                None => (format!("there is no key `{name}` here"), did_you_mean(name, known())),
+                None => {
+                    let absent = keys.iter().map(|key| key.name).filter(|key| !table.contains_key(*key));
+                    meant.extend(absent.filter(|key| nearest_of(name, known()) == Some(*key)));
+                    (format!("there is no key `{name}` here"), did_you_mean(name, known()))
+                }
             };
             self.problems.add(&entry.key, join(path, name), message, remedy);
         }
+        meant
     }
 
     fn absent(&mut self, key: &Key, at: &Origin, path: &str) -> Option<Field> {
@@ -292,7 +299,7 @@ impl Reader<'_> {
     }
 
     fn mistyped<T>(&mut self, node: &Node, expected: &str, path: &str) -> Option<T> {
-        self.problems.add(&node.origin, path, format!("this must be {expected}, not {}", node.value.kind()), "");
+        self.problems.add(&node.origin, path, format!("this must be {expected}, not {}", node.value.kind()), format!("write {expected}"));
         None
     }
 
@@ -329,7 +336,7 @@ impl Reader<'_> {
 
     fn bounded(&mut self, node: &Node, value: f64, dim: Dim, bound: Bound, path: &str) -> Option<f64> {
         let unit = dim.si_unit(self.scope.rotational);
-        let shown = if unit.is_empty() { format!("{value}") } else { format!("{value} {unit}") };
+        let shown = if unit.is_empty() { short(value) } else { format!("{} {unit}", short(value)) };
         if !bound.admits(value) {
             let remedy = if value.is_finite() { format!("this {}", bound.words()) } else { "write a finite number".into() };
             self.problems.add(&node.origin, path, format!("{shown} makes no sense"), remedy);
@@ -379,7 +386,7 @@ impl Reader<'_> {
 
     fn signal(&mut self, node: &Node, path: &str) -> Option<SignalName> {
         let Value::Text(text) = &node.value else { return self.mistyped(node, "a signal, as in \"motor.position\"", path) };
-        text.parse().map_err(|error| self.problems.add(&node.origin, path, format!("{error}"), "")).ok()
+        text.parse().map_err(|error| self.problems.add(&node.origin, path, format!("{error}"), SIGNAL_FORM)).ok()
     }
 
     fn list<'n>(&mut self, node: &'n Node, expected: &str, path: &str) -> Option<&'n [Node]> {

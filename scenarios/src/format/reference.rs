@@ -174,7 +174,6 @@ fn effects(text: &mut String) {
          Its page, with the model and the source, is shown by `feeler effects KIND`.\n\n| effect | under | parameters | what it does |\n|---|---|---|---|\n",
     );
     for definition in LIBRARY {
-        let hosts: Vec<&str> = definition.hosts.iter().map(|host| host.phrase()).collect();
         let parameters: Vec<String> = (definition.parameters.iter())
             .map(|parameter| {
                 let unit = Unit::Of(parameter.dimension).words();
@@ -187,7 +186,7 @@ fn effects(text: &mut String) {
             text,
             "| `{}` | {} | {} | {} |",
             definition.kind,
-            hosts.join(", "),
+            definition.sits_under(),
             parameters.join("; "),
             escaped(definition.summary)
         );

@@ -10,18 +10,19 @@ use super::source::{Source, Sources};
 /// A report of this many problems is enough to work from.
 const MOST_SHOWN: usize = 50;
 
-pub(crate) fn render(problems: &[Located], sources: &Sources, coloured: bool) -> String {
+pub(crate) fn render(problems: &[Located], omitted: usize, sources: &Sources, coloured: bool) -> String {
     let renderer = if coloured { Renderer::styled() } else { Renderer::plain() };
     let mut text = String::new();
     for problem in problems.iter().take(MOST_SHOWN) {
         text.push_str(&one(problem, sources.0.get(problem.source), &renderer));
         text.push_str("\n\n");
     }
-    if problems.len() > MOST_SHOWN {
-        let _ = writeln!(text, "... and {} more\n", problems.len() - MOST_SHOWN);
+    let count = problems.len() + omitted;
+    if count > MOST_SHOWN {
+        let _ = writeln!(text, "... and {} more\n", count - MOST_SHOWN);
     }
-    let plural = if problems.len() == 1 { "" } else { "s" };
-    let _ = write!(text, "{} mistake{plural}", problems.len());
+    let plural = if count == 1 { "" } else { "s" };
+    let _ = write!(text, "{count} mistake{plural}");
     text
 }
 

@@ -9,24 +9,39 @@ use super::shape::{Absent, Bound, Element, Key, Kind, Shape, Unit, Variant, Word
 
 const DIALECT: &str = "https://json-schema.org/draft/2020-12/schema";
 
-/// Schema of machine and scenario files.
+/// How much of a table a file gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Part {
+    /// All that must be there.
+    Whole,
+    /// What it changes of the machine that it builds on.
+    Changes,
+}
+
+/// Schema of machine and scenario files. A file that names a `machine` lays its keys over that one's, and may leave out whatever stands there.
 pub fn schema() -> Value {
     let mut properties = properties(TOP);
     for element in ELEMENTS {
-        properties.insert(
-            element.table.into(),
-            json!({ "description": element.text, "type": "object", "additionalProperties": of_element(element) }),
-        );
+        properties.insert(element.table.into(), json!({ "description": element.text, "type": "object" }));
     }
     properties.insert("run".into(), described(of_shape(&RUN, &Map::new()), "how to run it"));
     let share = json!({ "type": "number", "minimum": 0.0 });
     properties.insert(TOLERANCE.into(), json!({ "description": TOLERANCE_TEXT, "type": "object", "additionalProperties": share }));
+    let elements = |part: Part| {
+        let tables = ELEMENTS.iter().map(|element| {
+            (element.table.to_owned(), json!({ "description": element.text, "additionalProperties": of_element(element, part) }))
+        });
+        json!({ "properties": tables.collect::<Map<_, _>>() })
+    };
     json!({
         "$schema": DIALECT,
         "title": "feeler machine and scenario",
         "type": "object",
         "properties": properties,
         "additionalProperties": false,
+        "if": { "required": ["machine"] },
+        "then": elements(Part::Changes),
+        "else": elements(Part::Whole),
     })
 }
 
@@ -70,15 +85,43 @@ fn described(mut schema: Value, text: &str) -> Value {
     schema
 }
 
-fn of_element(element: &Element) -> Value {
+fn of_element(element: &Element, part: Part) -> Value {
     let fits = |definition: &&&Definition| definition.hosts.iter().any(|host: &HostKind| element.hosts.contains(host));
-    let kinds: Map<String, Value> = LIBRARY.iter().filter(fits).map(|definition| (definition.kind.into(), of_effect(definition))).collect();
+    let kinds: Map<String, Value> =
+        LIBRARY.iter().filter(fits).map(|definition| (definition.kind.into(), of_effect(definition, part))).collect();
     let effects =
         json!({ "description": "departures from the ideal", "type": "object", "properties": kinds, "additionalProperties": false });
-    of_shape(&element.shape, &[(EFFECTS.to_owned(), effects)].into_iter().collect())
+    let besides = [(EFFECTS.to_owned(), effects)].into_iter().collect();
+    match part {
+        Part::Whole => of_shape(&element.shape, &besides),
+        Part::Changes => changes_of(&element.shape, besides),
+    }
 }
 
-fn of_effect(definition: &Definition) -> Value {
+/// Any keys of a table. What a key may hold depends on its variant, which may stand in the other file: any variant's is admitted.
+fn changes_of(shape: &Shape, besides: Map<String, Value>) -> Value {
+    let mut admitted = besides;
+    for key in shape.all_keys() {
+        if admitted.contains_key(key.name) {
+            continue;
+        }
+        let mut forms: Vec<Value> = Vec::new();
+        for form in shape.all_keys().filter(|other| other.name == key.name).map(of_key) {
+            if !forms.contains(&form) {
+                forms.push(form);
+            }
+        }
+        let schema = if forms.len() == 1 { forms.swap_remove(0) } else { json!({ "anyOf": forms }) };
+        admitted.insert(key.name.into(), schema);
+    }
+    if let Some(choice) = &shape.choice {
+        let words = choice.variants.iter().map(|variant| json!({ "const": variant.name, "description": variant.text }));
+        admitted.insert(choice.key.into(), json!({ "description": choice.text, "oneOf": words.collect::<Vec<_>>() }));
+    }
+    json!({ "type": "object", "properties": admitted, "additionalProperties": false })
+}
+
+fn of_effect(definition: &Definition, part: Part) -> Value {
     let parameter = |parameter: &Parameter| {
         let quantity = of_quantity(Unit::Of(parameter.dimension), bound_of(parameter));
         let unit = Unit::Of(parameter.dimension).words();
@@ -90,7 +133,8 @@ fn of_effect(definition: &Definition) -> Value {
         (parameter.name.to_owned(), quantity)
     };
     let properties: Map<String, Value> = definition.parameters.iter().map(parameter).collect();
-    let required: Vec<&str> = definition.parameters.iter().filter(|p| p.default.is_none()).map(|p| p.name).collect();
+    let needed = |parameter: &&Parameter| part == Part::Whole && parameter.default.is_none();
+    let required: Vec<&str> = definition.parameters.iter().filter(needed).map(|parameter| parameter.name).collect();
     json!({
         "description": definition.summary, "type": "object",
         "properties": properties, "required": required, "additionalProperties": false,

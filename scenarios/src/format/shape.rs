@@ -110,10 +110,15 @@ impl Bound {
             Self::Positive => "must be above zero".into(),
             Self::NotNegative => "must be zero or above".into(),
             Self::AtLeast(least) => format!("must be {least} or above"),
-            Self::Within(least, most) => format!("must lie from {least} to {most}"),
+            Self::Within(least, most) => format!("must lie from {} to {}", short(least), short(most)),
             Self::Above(least, most) => format!("must be above {least} and at most {most}"),
         }
     }
+}
+
+/// A number without rows of zeros.
+pub(crate) fn short(value: f64) -> String {
+    if value != 0.0 && !(1e-4..1e6).contains(&value.abs()) { format!("{value:e}") } else { format!("{value}") }
 }
 
 impl Unit {

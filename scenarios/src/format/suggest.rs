@@ -8,11 +8,16 @@ const ALIKE: f64 = 0.65;
 /// "did you mean `mass`?", or the choice where nothing is alike.
 pub(crate) fn did_you_mean<'a>(written: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     let candidates: Vec<&str> = candidates.into_iter().collect();
-    match nearest(written, candidates.iter().copied()) {
-        Some(near) if strsim::jaro_winkler(written, near) >= ALIKE => format!("did you mean `{near}`?"),
-        Some(_) => format!("there is {}", list(candidates)),
-        None => "there is none".into(),
+    match nearest_of(written, candidates.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None if candidates.is_empty() => "there is none".into(),
+        None => format!("there is {}", list(candidates)),
     }
+}
+
+/// What was meant, where anything is alike.
+pub(crate) fn nearest_of<'a>(written: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    nearest(written, candidates).filter(|near| strsim::jaro_winkler(written, near) >= ALIKE)
 }
 
 /// "`a`, `b`, `c`", shortened where long.

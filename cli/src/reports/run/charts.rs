@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use feeler_plant::description::{ActuatorKind, Machine, Quantity, SignalName};
+use feeler_engine::ControllerUse;
+use feeler_plant::description::{ActuatorKind, Elements, Machine, Quantity, SignalName};
 use feeler_scenarios::format::Document;
 use feeler_scenarios::run::{ContactRun, RunResult};
 
@@ -43,6 +44,7 @@ impl Curve {
 /// A run as its charts see it.
 pub(super) struct View<'a> {
     machine: &'a Machine,
+    controllers: &'a Elements<ControllerUse>,
     result: &'a RunResult,
     units: Units,
     most_rows: usize,
@@ -51,7 +53,14 @@ pub(super) struct View<'a> {
 impl<'a> View<'a> {
     pub(super) fn new(document: &'a Document, result: &'a RunResult, units: Units) -> Self {
         let charts = result.trace.names.len().max(CHARTS_AT_FULL_ROWS);
-        Self { machine: &document.scenario.machine, result, units, most_rows: MOST_ROWS * CHARTS_AT_FULL_ROWS / charts }
+        let scenario = &document.scenario;
+        Self {
+            machine: &scenario.machine,
+            controllers: &scenario.controllers,
+            result,
+            units,
+            most_rows: MOST_ROWS * CHARTS_AT_FULL_ROWS / charts,
+        }
     }
 
     fn t_s(&self) -> &'a [f64] {
@@ -70,17 +79,30 @@ impl<'a> View<'a> {
         );
         let rows = 0..self.t_s().len();
         let bands = self.bands(&rows);
-        let positions = self.positions(&rows);
-        let charts = self.forces(&rows).into_iter().chain(self.drives(&rows)).chain(positions);
-        for mut chart in charts {
+        for mut chart in self.forces(&rows).into_iter().chain(self.drives(&rows)) {
             chart.together = Some("run");
             chart.bands.clone_from(&bands);
             page.chart(&chart);
         }
-        let others = self.others(&rows);
-        if !others.is_empty() {
-            page.heading("Other recorded signals");
+    }
+
+    /// Where the bodies are over the whole run.
+    pub(super) fn motion(&self, page: &mut Page) {
+        let rows = 0..self.t_s().len();
+        let Some(mut chart) = self.positions(&rows) else { return };
+        page.heading("Motion");
+        chart.together = Some("run");
+        chart.bands = self.bands(&rows);
+        page.chart(&chart);
+    }
+
+    /// What the file asks for and no other chart shows.
+    pub(super) fn others(&self, page: &mut Page) {
+        let others = self.other_charts(&(0..self.t_s().len()));
+        if others.is_empty() {
+            return;
         }
+        page.heading("Other recorded signals");
         for mut chart in others {
             chart.together = Some("run");
             page.chart(&chart);
@@ -149,12 +171,13 @@ impl<'a> View<'a> {
         let (mut forces, mut velocities, mut lines) = (Vec::new(), Vec::new(), Vec::new());
         for (name, actuator) in &self.machine.actuators {
             let command = format!("{name}.command");
+            forces.push(Curve::new(format!("{name}.force"), force));
+            // Above the force, and dashed: of a quick drive the two are one line.
             if matches!(actuator.kind, ActuatorKind::Force { .. }) {
-                forces.push(Curve::new(command, force));
+                forces.push(Curve { dashed: true, ..Curve::new(command, force) });
             } else {
                 velocities.push(Curve::new(command, self.units.velocity));
             }
-            forces.push(Curve::new(format!("{name}.force"), force));
             if let Some(limit) = actuator.limit_n.filter(|_| self.result.saturated.iter().any(|&flag| flag)) {
                 lines.extend([limit, -limit].map(|y| Line { y, label: format!("limit {}", with_unit(y, force)) }));
             }
@@ -176,14 +199,17 @@ impl<'a> View<'a> {
         self.over_time("Positions.", format!("position ({unit})"), rows, curves)
     }
 
-    /// What the file asks for and no other chart shows: one chart for each quantity, and for each sensor.
-    fn others(&self, rows: &Range<usize>) -> Vec<Chart> {
+    /// One chart for each quantity, and for each sensor.
+    fn other_charts(&self, rows: &Range<usize>) -> Vec<Chart> {
         use Quantity::{Acceleration, Output, Reading, SpringForce, Velocity};
         let names = self.result.trace.names.iter().filter_map(|name| name.parse::<SignalName>().ok());
         let mut groups: Vec<(String, String, Vec<Curve>)> = Vec::new();
         for signal in names.filter(|signal| matches!(signal.quantity, SpringForce | Velocity | Acceleration | Reading | Output)) {
             let sensor = self.machine.sensors.get(&signal.element).filter(|_| signal.quantity == Reading);
-            let unit = self.units.unit(sensor.map_or(signal.quantity, |sensor| sensor.reads.quantity));
+            let unit = match signal.quantity {
+                Output => self.output_unit(&signal.element),
+                quantity => self.units.unit(sensor.map_or(quantity, |sensor| sensor.reads.quantity)),
+            };
             let quantity = signal.quantity.name().replace('_', " ");
             let title = if sensor.is_some() { format!("Reading of {}.", signal.element) } else { capital(&quantity) };
             let label = if unit.is_empty() { quantity } else { format!("{quantity} ({unit})") };
@@ -194,6 +220,16 @@ impl<'a> View<'a> {
             }
         }
         groups.into_iter().filter_map(|(title, label, curves)| self.over_time(&title, label, rows, curves)).collect()
+    }
+
+    /// Unit of what a controller puts out: that of its drive's command.
+    fn output_unit(&self, controller: &str) -> &'static str {
+        let drive = self.controllers.get(controller).and_then(|used| self.machine.actuators.get(&used.drives));
+        match drive.map(|drive| drive.kind) {
+            Some(ActuatorKind::Force { .. }) => self.units.force,
+            Some(ActuatorKind::VelocitySource { .. }) => self.units.velocity,
+            _ => "",
+        }
     }
 
     /// Compression against its rate.
@@ -244,8 +280,11 @@ impl<'a> View<'a> {
         chart.x = kept.iter().map(|&i| spectrum.frequencies_hz[shown[i]]).collect();
         chart.series = vec![Series::new("amplitude", force, kept.iter().map(|&i| amplitudes[i]).collect())];
         let (x, y) = (spectrum.frequencies_hz[shown[strongest]], amplitudes[strongest]);
-        let frequency_hz = self.result.summary.oscillation.and_then(|oscillation| oscillation.spectral_hz).unwrap_or(x);
-        chart.marks.push(Mark { x, y, label: format!("{}, {}", with_unit(frequency_hz, "Hz"), with_unit(y, force)) });
+        // The summary's figures, found between the lines of the transform, where it has them.
+        let oscillation = self.result.summary.oscillation;
+        let frequency_hz = oscillation.and_then(|oscillation| oscillation.spectral_hz).unwrap_or(x);
+        let amplitude = oscillation.and_then(|oscillation| oscillation.spectral_amplitude_n).unwrap_or(y);
+        chart.marks.push(Mark { x, y, label: format!("{}, {}", with_unit(frequency_hz, "Hz"), with_unit(amplitude, force)) });
         page.chart(&chart);
     }
 

@@ -3,7 +3,7 @@
 mod charts;
 
 use feeler_scenarios::format::Document;
-use feeler_scenarios::run::{EnergyItem, RunResult, Summary};
+use feeler_scenarios::run::{EnergyItem, Outcome, RunResult, Summary};
 
 use charts::View;
 
@@ -22,14 +22,17 @@ pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult)
     let mut page = Page::new(&machine.name, &machine.about);
     let units = Units::of(machine);
     page.lead(&words::outcome(summary, units));
-    page.tiles(&tiles(summary, units));
+    page.tiles(&tiles(summary, units, strongest_hz(result)));
     let view = View::new(document, result, units);
+    // What tells most comes first: the force over the whole run, then how it looks when it does not come to rest.
     view.whole_run(&mut page);
     view.close_up(&mut page);
     view.phase_portrait(&mut page);
     view.spectrum(&mut page);
+    view.motion(&mut page);
     energy(&mut page, summary);
     events(&mut page, summary);
+    view.others(&mut page);
     page.heading("Scenario");
     if !settings.is_empty() {
         page.paragraph(&format!("Set on the command line: {}", settings.join("; ")));
@@ -38,9 +41,17 @@ pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult)
     page.render()
 }
 
-fn tiles(summary: &Summary, units: Units) -> Vec<Tile> {
+/// Frequency of the strongest line of the force of a motion that grows, Hz; what lasts has its frequency in the summary.
+fn strongest_hz(result: &RunResult) -> Option<f64> {
+    let grows = result.summary.outcome == Outcome::Unstable && result.summary.oscillation.is_none();
+    let spectrum = result.tail_spectrum().filter(|_| grows)?;
+    let lines = spectrum.frequencies_hz.iter().zip(&spectrum.amplitudes).filter(|(frequency, _)| **frequency > 0.0);
+    lines.max_by(|a, b| a.1.total_cmp(b.1)).map(|(frequency, _)| *frequency)
+}
+
+fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) -> Vec<Tile> {
     let tile = |name, value: String, remark: String| Tile { name, value, remark };
-    let mut tiles = vec![tile("outcome", words::outcome_label(summary.outcome).into(), String::new())];
+    let mut tiles = vec![tile("outcome", words::label(summary).into(), String::new())];
     let hardest = summary.contacts.iter().max_by(|a, b| a.peak_force_n.total_cmp(&b.peak_force_n));
     if let Some(contact) = hardest {
         tiles.push(tile("peak force", with_unit(contact.peak_force_n, units.force), format!("at {}", with_unit(contact.peak_at_s, "s"))));
@@ -48,8 +59,10 @@ fn tiles(summary: &Summary, units: Units) -> Vec<Tile> {
     if let Some(response) = summary.response {
         let of = response.final_reference_n.map_or_else(String::new, |reference| format!("of {}", with_unit(reference, units.force)));
         tiles.push(tile("overshoot", response.overshoot.map_or("-".into(), |share| format!("{} %", percent(share))), of));
-        let band = format!("to within {}", with_unit(response.band_n, units.force));
-        let time = response.settling_time_s.map_or("not settled".into(), |time| with_unit(time, "s"));
+        let outside = words::rests_outside(summary, units);
+        let absent = if outside.is_some() { "-" } else { "not settled" };
+        let time = response.settling_time_s.map_or(absent.into(), |time| with_unit(time, "s"));
+        let band = outside.unwrap_or_else(|| format!("to within {}", with_unit(response.band_n, units.force)));
         tiles.push(tile("settling time", time, band));
     }
     if !summary.contacts.is_empty() {
@@ -61,6 +74,9 @@ fn tiles(summary: &Summary, units: Units) -> Vec<Tile> {
         let impacts = format!("{} impacts per second", plain(oscillation.impacts_per_s));
         tiles.push(tile("frequency", with_unit(oscillation.frequency_hz, "Hz"), impacts));
         tiles.push(tile("amplitude", with_unit(oscillation.amplitude_n, units.force), "half of peak to peak".into()));
+    }
+    if let Some(frequency_hz) = strongest_hz {
+        tiles.push(tile("frequency", with_unit(frequency_hz, "Hz"), "of the motion that grows".into()));
     }
     tiles.push(tile("at a limit", format!("{} %", percent(summary.saturation_share)), "of the controller samples".into()));
     tiles.push(tile("energy balance", plain(summary.energy.relative_residual), "residual over energy exchanged".into()));

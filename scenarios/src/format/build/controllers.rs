@@ -51,7 +51,10 @@ impl Builder<'_> {
         let owned = |key: &str| fields.text(key).map(str::to_owned);
         let found =
             ControllerUse { spec, reads: owned("reads"), motion: owned("motion"), drives: owned("drives").unwrap_or_default(), effects };
-        self.wiring(item, &found, machine);
+        // A law that was not understood says nothing of what it needs.
+        if fields.variant.is_some() {
+            self.wiring(item, &found, machine);
+        }
         if self.problems.count() == before {
             self.check(item, &found);
         }
@@ -61,6 +64,11 @@ impl Builder<'_> {
     /// What only the control crate knows to be wrong.
     fn check(&mut self, item: Item<'_>, found: &ControllerUse) {
         let error = found.spec.check().and_then(|()| Reference::new(&found.spec.reference, 1, item.name).map(drop));
+        if found.spec.jitter_s >= found.spec.period_s {
+            let (jitter, period) = (found.spec.jitter_s, found.spec.period_s);
+            let message = format!("a jitter of {jitter} s is not below the period of {period} s");
+            self.problems.add(item.place("jitter"), item.key("jitter"), message, "write a jitter well below the period");
+        }
         let Err(error) = error else { return };
         let key = match &error {
             ControlError::NotPositive { key, .. }
@@ -72,7 +80,16 @@ impl Builder<'_> {
             _ => "reference",
         };
         let first = key.split('.').next().unwrap_or_default();
-        self.problems.add(item.place(first), item.key(key), error.to_string(), "");
+        let remedy = match &error {
+            ControlError::TooLarge { key, bound, .. } => format!("choose `{key}` below {bound}"),
+            ControlError::NotPositive { .. } => "write a number above zero".into(),
+            ControlError::Negative { .. } => "write zero or a number above".into(),
+            ControlError::NotFinite { .. } => "write a finite number".into(),
+            ControlError::ApproachNeedsForce => "remove `approach`, or choose a law that reads a force".into(),
+            ControlError::AdmittanceWithoutMassOrDamping => "give the virtual body a mass or a damping".into(),
+            _ => "change the reference".into(),
+        };
+        self.problems.add(item.place(first), item.key(key), error.to_string(), remedy);
     }
 
     fn wiring(&mut self, item: Item<'_>, found: &ControllerUse, machine: &Machine) {

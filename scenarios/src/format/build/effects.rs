@@ -99,5 +99,5 @@ pub(crate) fn bound_of(parameter: &Parameter) -> Bound {
 }
 
 fn list_hosts(definition: &Definition) -> String {
-    list(definition.hosts.iter().map(|host| host.phrase())).replace('`', "")
+    definition.sits_under()
 }

@@ -48,6 +48,10 @@ impl Builder<'_> {
     fn spring(&mut self, item: Item<'_>) -> Spring {
         let fields = self.fields(item, self.scope());
         let rigid = fields.flag("rigid");
+        for key in ["stiffness", "damping"].into_iter().filter(|key| rigid && item.table.contains_key(*key) && fields.number(key) != 0.0) {
+            let message = format!("a rigid joint has no {key}");
+            self.problems.add(item.place(key), item.key(key), message, "remove it, or leave out `rigid` to have a spring");
+        }
         Spring {
             between: fields.pair("between"),
             stiffness_n_per_m: fields.number("stiffness"),
@@ -106,6 +110,11 @@ impl Builder<'_> {
             },
             _ => ActuatorKind::Force { bandwidth_hz: fields.optional("bandwidth") },
         };
+        if let Some(body) = fields.text("on").filter(|body| fields.text("reacts_on") == Some(body)) {
+            let message = format!("it pushes `{body}` and carries its reaction there too: it can move nothing");
+            let key = if item.table.contains_key("reacts_on") { "reacts_on" } else { "on" };
+            self.problems.add(item.place(key), item.key(key), message, "name two different bodies");
+        }
         Actuator {
             on: fields.text("on").unwrap_or(GROUND).into(),
             reacts_on: fields.text("reacts_on").unwrap_or(GROUND).into(),

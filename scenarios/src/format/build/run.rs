@@ -1,18 +1,29 @@
 //! `[run]`: what to record where nothing is said, and requests beyond reason.
 
+use std::collections::HashSet;
+use std::f64::consts::TAU;
+
 use feeler_engine::{ControllerUse, Integrator, RunSettings};
 use feeler_plant::assembly::resolve;
-use feeler_plant::description::{Elements, Machine, Quantity, SignalName};
+use feeler_plant::description::{Contact, ContactLaw, Elements, Machine, Quantity, SignalName};
 
 use super::Builder;
+use crate::format::document::locate;
 use crate::format::keys::{RAPIER, RUN};
 use crate::format::read::{Field, Fields, Reader};
+use crate::format::shape::short;
 use crate::format::source::Origin;
 use crate::format::suggest::did_you_mean;
 use crate::format::tree::{Table, Value};
 
 /// Most steps of a fixed-step integrator.
 const MOST_STEPS: f64 = 1e8;
+/// Most samples of all controllers together: some minutes of work.
+const MOST_SAMPLES: f64 = 2e8;
+/// Most cycles of the fastest vibration: contacts may open and close in each, and every one of these events is located.
+const MOST_CYCLES: f64 = 1e8;
+/// Most bodies: every mode has matrices of twice as many rows, and their exponentials cost the cube of that.
+const MOST_BODIES: usize = 256;
 /// Most rows of a record.
 const MOST_ROWS: f64 = 1e8;
 /// Most numbers of a record: 1.6 GB.
@@ -56,6 +67,7 @@ impl Builder<'_> {
         };
         if sound {
             self.size(&run, &fields, table, at);
+            self.work(&run, machine, controllers, table.get("duration").map_or(at, |entry| &entry.node.origin));
         }
         run
     }
@@ -63,8 +75,12 @@ impl Builder<'_> {
     /// Whether each recorded signal exists.
     fn signals(&mut self, table: &Table, machine: &Machine, controllers: &Elements<ControllerUse>) {
         let Some(Value::Array(items)) = table.get("record").map(|entry| &entry.node.value) else { return };
+        let mut seen = HashSet::new();
         for item in items {
             let Some(Ok(signal)) = item.as_text().map(str::parse::<SignalName>) else { continue };
+            if !seen.insert(signal.to_string()) {
+                self.problems.add(&item.origin, "run.record", format!("`{signal}` is recorded twice"), "write it once");
+            }
             if matches!(signal.quantity, Quantity::Output | Quantity::Reference) {
                 if !controllers.contains_key(&signal.element) {
                     let remedy = did_you_mean(&signal.element, controllers.keys().map(String::as_str));
@@ -96,7 +112,62 @@ impl Builder<'_> {
             );
             self.problems.add(place(key), format!("run.{key}"), message, "lower `record_rate`, record fewer signals, or shorten the run");
         }
+        if rows < 1.0 {
+            let message = format!("{duration} s * {rate} Hz = {rows:.3e} rows: the record would hold its first instant alone");
+            self.problems.add(place(key), format!("run.{key}"), message, "raise `record_rate`, or lengthen the run");
+        }
     }
+
+    /// Refuses what would take hours, with the arithmetic: samples of the controllers, cycles of the fastest vibration, bodies.
+    fn work(&mut self, run: &RunSettings, machine: &Machine, controllers: &Elements<ControllerUse>, duration_at: &Origin) {
+        let duration = run.duration_s;
+        let samples: f64 = controllers.values().map(|used| duration / used.spec.period_s).sum();
+        if samples > MOST_SAMPLES {
+            let fastest = controllers.iter().min_by(|(_, a), (_, b)| a.spec.period_s.total_cmp(&b.spec.period_s));
+            let (name, period) = fastest.map_or(("", 1.0), |(name, used)| (name.as_str(), used.spec.period_s));
+            let key = format!("controllers.{name}.period");
+            let at = locate(&self.draft.root, &key).0.unwrap_or_else(|| duration_at.clone());
+            let message = format!(
+                "{duration} s / {} s (and all other controllers) = {samples:.3e} samples, and at most {MOST_SAMPLES:.0e} are taken",
+                short(period)
+            );
+            self.problems.add(&at, key, message, "lengthen the period, or shorten the run");
+        }
+        if let Some((key, frequency_hz, why)) = fastest_vibration(machine) {
+            let cycles = duration * frequency_hz;
+            if cycles > MOST_CYCLES {
+                let at = locate(&self.draft.root, &key).0.unwrap_or_else(|| duration_at.clone());
+                let message = format!(
+                    "{why} = {frequency_hz:.3e} Hz, and {duration} s of it are {cycles:.3e} cycles; at most {MOST_CYCLES:.0e} are followed"
+                );
+                self.problems.add(&at, key, message, "make it softer or the body heavier, join the bodies rigidly, or shorten the run");
+            }
+        }
+        if machine.bodies.len() > MOST_BODIES {
+            let message = format!("there are {} bodies, and at most {MOST_BODIES} are followed", machine.bodies.len());
+            let at = locate(&self.draft.root, "bodies").0.unwrap_or_else(|| duration_at.clone());
+            self.problems.add(&at, "bodies", message, "lump bodies that move together");
+        }
+    }
+}
+
+/// The largest `sqrt(k / m) / 2 pi` of a linear spring or contact with the lighter body at its ends: its key, the frequency, and how it comes about.
+fn fastest_vibration(machine: &Machine) -> Option<(String, f64, String)> {
+    let springs = machine.springs.iter().filter(|(_, spring)| !spring.rigid);
+    let springs = springs.map(|(name, spring)| (format!("springs.{name}.stiffness"), &spring.between, spring.stiffness_n_per_m));
+    let linear = |contact: &Contact| match contact.law {
+        ContactLaw::KelvinVoigt => true,
+        ContactLaw::HuntCrossley { exponent, .. } => exponent.total_cmp(&1.0).is_eq(),
+        _ => false,
+    };
+    let contacts = machine.contacts.iter().filter(|(_, contact)| linear(contact));
+    let contacts = contacts.map(|(name, contact)| (format!("contacts.{name}.stiffness"), &contact.between, contact.stiffness));
+    let of = |(key, between, stiffness): (String, &[String; 2], f64)| {
+        let mass = between.iter().filter_map(|name| machine.bodies.get(name)).map(|body| body.mass_kg).min_by(f64::total_cmp)?;
+        let why = format!("sqrt({} N/m / {} kg) / 2 pi", short(stiffness), short(mass));
+        Some((key, (stiffness / mass).sqrt() / TAU, why))
+    };
+    springs.chain(contacts).filter_map(of).max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// Contact forces, positions and velocities of driven bodies, commands and readings.

@@ -5,12 +5,15 @@ use feeler_plant::effects::HostKind;
 use feeler_plant::units::Dimension;
 
 use super::REFERENCE;
-use super::machine::LOW_PASS;
+use super::machine::{LONGEST_DELAY, LOW_PASS};
 use crate::format::shape::{Absent, Bound, Choice, Element, Key, Kind, Shape, Unit, Variant, Word, number, optional, required, word};
 
 const TIME: Unit = Unit::Of(Dimension::TIME);
 const FREQUENCY: Unit = Unit::Of(Dimension::FREQUENCY);
 const FORCE: Unit = Unit::Of(Dimension::FORCE);
+
+/// No controller is sampled a billion times a second.
+const SHORTEST_PERIOD: Bound = Bound::Within(1e-9, 1e6);
 
 const fn per(mass: i8, length: i8, time: i8) -> Unit {
     Unit::OutputPer(Dimension { mass, length, time, any_length: false })
@@ -46,7 +49,7 @@ static LEAD: Shape = Shape {
 
 static APPROACH: Shape = Shape {
     keys: &[
-        required("speed", Kind::Quantity(Unit::Of(Dimension::VELOCITY), Bound::Any), "speed towards the workpiece"),
+        required("speed", Kind::Quantity(Unit::Of(Dimension::VELOCITY), Bound::Positive), "speed towards the workpiece"),
         required("until", Kind::Quantity(FORCE, Bound::Any), "the phase ends at the first sample whose reading is at least this"),
         optional(
             "release",
@@ -72,8 +75,8 @@ pub(crate) static CONTROLLERS: Element = Element {
                 Kind::Name("a sensor of position or velocity"),
                 "sensor for damping, impedance and the approach; where absent, the first that reads position or velocity of the driven body",
             ),
-            required("period", Kind::Quantity(TIME, Bound::Positive), "time between samples; t = 0 is a sample"),
-            number("delay", TIME, Bound::NotNegative, 0.0, "from a sample to the instant at which its output is applied; any number"),
+            required("period", Kind::Quantity(TIME, SHORTEST_PERIOD), "time between samples; t = 0 is a sample"),
+            number("delay", TIME, LONGEST_DELAY, 0.0, "from a sample to the instant at which its output is applied; any number"),
             number("jitter", TIME, Bound::NotNegative, 0.0, "one sigma of each sample instant about its nominal time"),
             number("offset", TIME, Bound::NotNegative, 0.0, "time of the first sample"),
             optional("output_resolution", Kind::Quantity(Unit::Output, Bound::Positive), "step of the output"),

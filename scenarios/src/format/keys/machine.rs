@@ -15,6 +15,9 @@ const TIME: Unit = Unit::Of(Dimension::TIME);
 const FREQUENCY: Unit = Unit::Of(Dimension::FREQUENCY);
 const NUMBER: Unit = Unit::Of(Dimension::NONE);
 
+/// A delay holds the past: more than this is a unit mistaken.
+pub(crate) const LONGEST_DELAY: Bound = Bound::Within(0.0, 1e3);
+
 const BODY: Kind = Kind::Name("a body or `ground`");
 
 /// `[bodies.*]`
@@ -24,7 +27,7 @@ pub(crate) static BODIES: Element = Element {
     text: "Lumped masses. `ground` is the fixed body and needs no entry. All springs are relaxed where every position is zero.",
     shape: Shape {
         keys: &[
-            required("mass", Kind::Quantity(MASS, Bound::Positive), "mass"),
+            required("mass", Kind::Quantity(MASS, Bound::Within(1e-15, 1e12)), "mass"),
             number("position", LENGTH, Bound::Any, 0.0, "position at the start"),
             number("velocity", VELOCITY, Bound::Any, 0.0, "velocity at the start"),
         ],
@@ -170,7 +173,7 @@ pub(crate) static SENSORS: Element = Element {
                 Kind::QuantityOrTable("corner", FREQUENCY, &LOW_PASS),
                 "analogue filter before sampling: a corner frequency, or a table",
             ),
-            number("delay", TIME, Bound::NotNegative, 0.0, "pure delay"),
+            number("delay", TIME, LONGEST_DELAY, 0.0, "pure delay"),
             optional("resolution", Kind::Quantity(Unit::Signal, Bound::Positive), "quantisation step"),
             number("noise", Unit::Signal, Bound::NotNegative, 0.0, "one sigma of white Gaussian noise per reading"),
         ],

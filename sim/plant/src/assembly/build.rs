@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::{Assembly, ContactPart, Drive, ForceLaw, GROUND_NODE, Link, Node, NodeId, SensorPart, Source, VelocitySource};
 use crate::description::{ActuatorKind, Contact, ContactLaw, GROUND, Machine, Quantity, Sensor, SignalName};
-use crate::effects::{Change, EffectUse, Host, LIBRARY};
+use crate::effects::{Change, EffectError, EffectUse, Host, LIBRARY};
 use crate::names::nearest;
 use crate::problem::Problem;
 
@@ -60,7 +60,7 @@ impl<'a> Build<'a> {
 
     fn pair(&mut self, key: &str, between: &[String; 2]) -> (NodeId, NodeId) {
         let before = self.problems.len();
-        let pair = (self.node(key, &between[0]), self.node(key, &between[1]));
+        let pair = (self.node(&format!("{key}.0"), &between[0]), self.node(&format!("{key}.1"), &between[1]));
         if pair.0 == pair.1 && self.problems.len() == before {
             self.problems.push(Problem::new(key, format!("both ends are `{}`", between[0]), "name two different bodies"));
         }
@@ -173,7 +173,12 @@ impl<'a> Build<'a> {
         if matches!(effect.definition.change, Change::SampleJitter) {
             self.problems.push(Problem::new(key, "this effect disturbs a controller, not the plant", "move it under a controller"));
         } else if let Err(error) = effect.definition.apply(&mut self.assembly, host, &effect.values) {
-            self.problems.push(Problem { key: key.into(), message: error.to_string(), remedy: None });
+            let remedy = match error {
+                EffectError::WrongSite { .. } => "move it to such an element, or leave it out",
+                EffectError::WrongHost { .. } => "move it there",
+                _ => "change the value",
+            };
+            self.problems.push(Problem::new(key, error.to_string(), remedy));
         }
     }
 }
@@ -201,13 +206,19 @@ pub fn resolve(machine: &Machine, signal: &SignalName) -> Result<Source, Problem
         let has: Vec<&str> = has.iter().map(|q| q.name()).collect();
         return Err(Problem::new("", format!("`{name}` has no `{}`", quantity.name()), format!("it has {}", has.join(", "))));
     }
-    let names = (machine.bodies.keys())
-        .chain(machine.contacts.keys())
-        .chain(machine.actuators.keys())
-        .chain(machine.sensors.keys())
-        .chain(machine.springs.keys())
-        .map(String::as_str);
-    let remedy = nearest(name, names).map_or_else(String::new, |near| format!("did you mean `{near}.{}`?", quantity.name()));
+    // Only what has the quantity can be meant.
+    let kinds: [(Box<dyn Iterator<Item = &String>>, &[Quantity]); 5] = [
+        (Box::new(machine.bodies.keys()), BODY),
+        (Box::new(machine.contacts.keys()), CONTACT),
+        (Box::new(machine.actuators.keys()), ACTUATOR),
+        (Box::new(machine.sensors.keys()), SENSOR),
+        (Box::new(machine.springs.keys()), SPRING),
+    ];
+    let names = kinds.into_iter().filter(|(_, has)| has.contains(&quantity)).flat_map(|(names, _)| names).map(String::as_str);
+    let remedy = match nearest(name, names) {
+        Some(near) => format!("did you mean `{near}.{}`?", quantity.name()),
+        None => format!("nothing in this machine has a `{}`", quantity.name()),
+    };
     Err(Problem::new("", format!("there is no element `{name}`"), remedy))
 }
 

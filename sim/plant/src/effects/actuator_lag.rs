@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "actuator-lag",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
+    site: "",
     parameters: &[Parameter::log("time_constant", Dimension::TIME, Some(0.0), 2e-3, (0.0, 10.0), "time to cover 63 % of a step")],
     summary: "first-order lag between command and drive force",
     documentation: "\

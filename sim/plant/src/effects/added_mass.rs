@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "added-mass",
     place: Place::Transmission,
     hosts: &[HostKind::Body],
+    site: "",
     parameters: &[Parameter::linear("mass", Dimension::MASS, Some(0.0), 2.0, (-1e5, 1e5), "beyond the believed one; may be negative")],
     summary: "payload or inertia error",
     documentation: "\

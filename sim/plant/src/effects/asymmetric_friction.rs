@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "asymmetric-friction",
     place: Place::Guide,
     hosts: &[HostKind::Spring],
+    site: "",
     parameters: &[
         Parameter::log("level", Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "mean of the two levels"),
         Parameter::linear("asymmetry", Dimension::NONE, None, 0.3, (-1.0, 1.0), "half the difference of the levels, over their mean"),

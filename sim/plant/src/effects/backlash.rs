@@ -16,6 +16,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "backlash",
     place: Place::Transmission,
     hosts: &[HostKind::Spring, HostKind::RigidSpring],
+    site: "the spring must have stiffness or be rigid, and a free body at one end at least",
     parameters: &[
         Parameter::log("width", Dimension::LENGTH, Some(0.0), 2e-5, (0.0, 1.0), "free play from one flank to the other"),
         Parameter::log("stiffness", Dimension::STIFFNESS, None, DERIVED, (0.0, 1e12), "of the flanks of a rigid spring; 0: derived")

@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "base-flexibility",
     place: Place::Base,
     hosts: &[HostKind::RigidSpring, HostKind::Spring],
+    site: "one end of the spring must be on ground",
     parameters: &[
         Parameter::log("mass", Dimension::MASS, None, 180.0, (ABOVE_ZERO, 1e6), "mass of the base"),
         Parameter::log("stiffness", Dimension::STIFFNESS, None, 1.0e6, (ABOVE_ZERO, 1e12), "stiffness of its mount"),

@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "command-delay",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
+    site: "",
     parameters: &[Parameter::linear("delay", Dimension::TIME, Some(0.0), 1e-3, (0.0, 1.0), "how late the drive acts on each command")],
     summary: "the command arrives late, by any real number of seconds",
     documentation: "\

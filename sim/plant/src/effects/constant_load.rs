@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "constant-load",
     place: Place::Guide,
     hosts: &[HostKind::Spring],
+    site: "",
     parameters: &[Parameter::linear("force", Dimension::FORCE, Some(0.0), 10.0, (-1e6, 1e6), "force on the second body of the spring")],
     summary: "gravity or a cable pull",
     documentation: "\

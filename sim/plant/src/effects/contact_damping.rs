@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "contact-damping",
     place: Place::Contact,
     hosts: &[HostKind::Contact],
+    site: "",
     parameters: &[Parameter::log("damping", Dimension::DAMPING, None, 250.0, (0.0, 1e9), "in place of the believed one")],
     summary: "the contact's damping is another",
     documentation: "\

@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "contact-stiffness",
     place: Place::Contact,
     hosts: &[HostKind::Contact],
+    site: "",
     parameters: &[Parameter::log("stiffness", Dimension::STIFFNESS, None, 1.2e5, (ABOVE_ZERO, 1e12), "in place of the believed one")],
     summary: "the contact's stiffness is another",
     documentation: "\

@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "coulomb-friction",
     place: Place::Guide,
     hosts: &[HostKind::Spring],
+    site: "",
     parameters: &[Parameter::log("level", Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "force while sliding, and the most at rest")],
     summary: "dry friction, set-valued at rest",
     documentation: "\

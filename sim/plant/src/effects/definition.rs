@@ -195,6 +195,8 @@ pub struct Definition {
     pub place: Place,
     /// Elements that take it.
     pub hosts: &'static [HostKind],
+    /// What such an element must be besides; empty where any will do.
+    pub site: &'static str,
     /// Its parameters.
     pub parameters: &'static [Parameter],
     /// One line.
@@ -208,6 +210,12 @@ pub struct Definition {
 }
 
 impl Definition {
+    /// The elements that take it, in words: "a rigid spring; a contact (...)".
+    pub fn sits_under(&self) -> String {
+        let hosts = self.hosts.iter().map(|host| host.phrase()).collect::<Vec<_>>().join("; ");
+        if self.site.is_empty() { hosts } else { format!("{hosts} ({})", self.site) }
+    }
+
     /// Position of a parameter.
     pub fn parameter_index(&self, name: &str) -> Option<usize> {
         self.parameters.iter().position(|parameter| parameter.name == name)

@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "drive-deadband",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
+    site: "",
     parameters: &[Parameter::log("width", Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "size up to which a command does nothing")],
     summary: "commands within the width do nothing, and beyond it the width is lost",
     documentation: "\

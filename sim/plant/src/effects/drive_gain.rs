@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "drive-gain",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
+    site: "",
     parameters: &[Parameter::linear("gain", Dimension::NONE, Some(1.0), 0.9, (-10.0, 10.0), "what the drive makes of one unit of command")],
     summary: "force constant error: the command is scaled",
     documentation: "\

@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "encoder-resolution",
     place: Place::Encoder,
     hosts: &[HostKind::MotionSensor],
+    site: "",
     parameters: &[Parameter::log("resolution", Dimension::LENGTH, Some(0.0), 5e-6, (0.0, 1.0), "step between neighbouring readings")],
     summary: "quantisation",
     documentation: "\

@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "force-bias",
     place: Place::ForceSensor,
     hosts: &[HostKind::ForceSensor],
+    site: "",
     parameters: &[Parameter::linear("bias", Dimension::FORCE, Some(0.0), 2.0, (-1e6, 1e6), "reading at zero force")],
     summary: "offset",
     documentation: "\

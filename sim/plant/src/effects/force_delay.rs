@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "force-delay",
     place: Place::ForceSensor,
     hosts: &[HostKind::ForceSensor],
+    site: "",
     parameters: &[Parameter::linear("delay", Dimension::TIME, Some(0.0), 1e-3, (0.0, 1.0), "how much later the reading is than the force")],
     summary: "the force reading is late",
     documentation: "\

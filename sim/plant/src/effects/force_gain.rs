@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "force-gain",
     place: Place::ForceSensor,
     hosts: &[HostKind::ForceSensor],
+    site: "",
     parameters: &[Parameter::linear("gain", Dimension::NONE, Some(1.0), 0.9, (-10.0, 10.0), "reading per unit of force")],
     summary: "calibration error",
     documentation: "\

@@ -11,6 +11,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "force-lag",
     place: Place::ForceSensor,
     hosts: &[HostKind::ForceSensor],
+    site: "",
     parameters: &[Parameter::log("time_constant", Dimension::TIME, Some(0.0), 1e-3, (0.0, 10.0), "time to cover 63 % of a step")],
     summary: "first-order low-pass in the force channel",
     documentation: "\

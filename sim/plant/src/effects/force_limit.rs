@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "force-limit",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
+    site: "",
     parameters: &[Parameter::log("limit", Dimension::FORCE, Some(f64::INFINITY), 200.0, (ABOVE_ZERO, f64::INFINITY), "largest force")],
     summary: "the drive force is clipped",
     documentation: "\

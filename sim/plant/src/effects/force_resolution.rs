@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "force-resolution",
     place: Place::ForceSensor,
     hosts: &[HostKind::ForceSensor],
+    site: "",
     parameters: &[Parameter::log("resolution", Dimension::FORCE, Some(0.0), 0.5, (0.0, 1e6), "step between neighbouring readings")],
     summary: "quantisation",
     documentation: "\

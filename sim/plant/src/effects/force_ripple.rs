@@ -10,6 +10,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "force-ripple",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
+    site: "",
     parameters: &[
         Parameter::log("amplitude", Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "largest ripple force"),
         Parameter::log("pitch", Dimension::LENGTH, None, 0.03, (ABOVE_ZERO, 1e3), "distance after which the ripple repeats"),

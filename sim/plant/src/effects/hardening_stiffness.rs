@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "hardening-stiffness",
     place: Place::Transmission,
     hosts: &[HostKind::Spring, HostKind::Contact],
+    site: "",
     parameters: &[Parameter::log("cubic", Dimension::CUBIC_STIFFNESS, Some(0.0), 5e12, (0.0, 1e20), "force per cube of deflection")],
     summary: "the force grows faster than the deflection",
     documentation: "\

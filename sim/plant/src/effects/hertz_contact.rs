@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "hertz-contact",
     place: Place::Contact,
     hosts: &[HostKind::Contact],
+    site: "",
     parameters: &[
         Parameter::linear("exponent", Dimension::NONE, None, 1.5, (1.0, 5.0), "1.5 for smooth spheres, 1 for a spring"),
         Parameter::log("stiffness", Dimension::POWER_STIFFNESS, None, 2e7, (ABOVE_ZERO, 1e15), "force at a compression of one metre"),

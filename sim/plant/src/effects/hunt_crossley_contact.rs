@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "hunt-crossley-contact",
     place: Place::Contact,
     hosts: &[HostKind::Contact],
+    site: "",
     parameters: &[Parameter::log("alpha", Dimension::INVERSE_VELOCITY, Some(0.0), 2.0, (0.0, 1e3), "growth of force with speed")],
     summary: "damping grows with compression",
     documentation: "\

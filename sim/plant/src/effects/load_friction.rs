@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "load-friction",
     place: Place::Guide,
     hosts: &[HostKind::Spring],
+    site: "",
     parameters: &[Parameter::log("ratio", Dimension::NONE, Some(0.0), 0.1, (0.0, 10.0), "friction level per unit of contact force")],
     summary: "the Coulomb level grows with the contact force",
     documentation: "\

@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "slew-limit",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
+    site: "",
     parameters: &[Parameter::log("rate", Dimension::FORCE_RATE, Some(f64::INFINITY), 5e3, (ABOVE_ZERO, f64::INFINITY), "fastest change")],
     summary: "the drive force cannot change faster",
     documentation: "\

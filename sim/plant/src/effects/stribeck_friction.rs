@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "stribeck-friction",
     place: Place::Guide,
     hosts: &[HostKind::Spring],
+    site: "",
     parameters: &[
         Parameter::log("coulomb", Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "level far above the Stribeck speed"),
         Parameter::log("static", Dimension::FORCE, Some(0.0), 15.0, (0.0, 1e6), "level at rest, not below `coulomb`"),

@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "surface-offset",
     place: Place::Contact,
     hosts: &[HostKind::Contact],
+    site: "",
     parameters: &[Parameter::linear("offset", Dimension::LENGTH, Some(0.0), 5e-4, (-10.0, 10.0), "how much farther away the surface is")],
     summary: "the wall is not where it was believed",
     documentation: "\

@@ -7,6 +7,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "timing-jitter",
     place: Place::Timing,
     hosts: &[HostKind::Controller],
+    site: "",
     parameters: &[Parameter::log("sigma", Dimension::TIME, Some(0.0), 5e-5, (0.0, 1.0), "one standard deviation of the sample times")],
     summary: "controller samples are taken off the grid",
     documentation: "\

@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "tool-inertia",
     place: Place::ForceSensor,
     hosts: &[HostKind::ForceSensor],
+    site: "what the sensor reads must have a body at its end",
     parameters: &[Parameter::log("mass", Dimension::MASS, Some(0.0), 1.0, (0.0, 1e5), "mass between the sensor and the surface")],
     summary: "the mass beyond the sensor adds mass times tip acceleration to the reading",
     documentation: "\

@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "transmission-flexibility",
     place: Place::Transmission,
     hosts: &[HostKind::RigidSpring, HostKind::Spring, HostKind::Body],
+    site: "a spring must join two bodies",
     parameters: &[
         Parameter::log("stiffness", Dimension::STIFFNESS, None, 1.2e6, (ABOVE_ZERO, 1e12), "stiffness between motor and tip"),
         Parameter::log("damping", Dimension::DAMPING, None, 120.0, (0.0, 1e9), "damping between motor and tip"),

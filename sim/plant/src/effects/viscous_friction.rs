@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "viscous-friction",
     place: Place::Guide,
     hosts: &[HostKind::Spring],
+    site: "",
     parameters: &[Parameter::log("damping", Dimension::DAMPING, Some(0.0), 60.0, (0.0, 1e9), "beyond the damping of the guide")],
     summary: "added to the guide's damping",
     documentation: "\

@@ -8,6 +8,7 @@ pub(super) static DEFINITION: Definition = Definition {
     kind: "workpiece-dynamics",
     place: Place::Workpiece,
     hosts: &[HostKind::RigidSpring, HostKind::Contact],
+    site: "a rigid spring must be the fixture that holds the body which a contact names second; that body becomes the workpiece",
     parameters: &[
         Parameter::log("mass", Dimension::MASS, None, 3.0, (ABOVE_ZERO, 1e6), "mass of the workpiece"),
         Parameter::log("stiffness", Dimension::STIFFNESS, None, 1.5e6, (ABOVE_ZERO, 1e12), "stiffness of its fixture"),

@@ -2,13 +2,13 @@
 
 use std::cmp::Ordering;
 
-use feeler_plant::effects::{ABOVE_ZERO, Definition, EffectUse, HostKind, LIBRARY, Parameter};
+use feeler_plant::effects::{ABOVE_ZERO, EffectUse, HostKind, LIBRARY, Parameter};
 
 use super::{Builder, Item};
 use crate::format::keys::EFFECTS;
 use crate::format::read::{Reader, join};
 use crate::format::shape::Bound;
-use crate::format::suggest::{did_you_mean, list};
+use crate::format::suggest::did_you_mean;
 use crate::format::tree::{Entry, Node, Table, Value};
 
 impl Builder<'_> {
@@ -37,7 +37,7 @@ impl Builder<'_> {
         };
         if !definition.hosts.contains(&host) {
             let message = format!("`{kind}` does not disturb {}", host.phrase());
-            let remedy = format!("it goes under {}", list_hosts(definition));
+            let remedy = format!("it goes under {}", definition.sits_under());
             self.problems.add(&entry.key, path, message, remedy);
             return None;
         }
@@ -96,8 +96,4 @@ pub(crate) fn bound_of(parameter: &Parameter) -> Bound {
         (_, _, false) if least.is_finite() => Bound::AtLeast(least),
         _ => Bound::Any,
     }
-}
-
-fn list_hosts(definition: &Definition) -> String {
-    definition.sits_under()
 }

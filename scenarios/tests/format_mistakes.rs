@@ -23,7 +23,6 @@ fn mistakes_of(text: &str) -> Vec<Located> {
 fn regress_senseless_pairs_are_refused_with_a_remedy() {
     let refused = [
         (&["actuators.drive.reacts_on=\"tip\"", "actuators.drive.on=\"tip\""][..], "actuators.drive.reacts_on"),
-        (&["springs.transmission.rigid=true"][..], "springs.transmission.stiffness"),
         (&["controllers.force.jitter=1.0"][..], "controllers.force.jitter"),
         (&["controllers.force.approach.speed=-0.03"][..], "controllers.force.approach.speed"),
         (&["run.record=[\"tool.force\", \"tool.force\"]"][..], "run.record"),
@@ -36,9 +35,13 @@ fn regress_senseless_pairs_are_refused_with_a_remedy() {
 }
 
 #[test]
-fn regress_a_joint_that_is_made_rigid_takes_zeros() {
-    let settings = ["springs.transmission.rigid=true", "springs.transmission.stiffness=0", "springs.transmission.damping=0"];
-    assert_eq!(mistakes(&settings), []);
+fn regress_a_rigid_joint_with_a_stiffness_is_refused_where_both_are_written() {
+    let text = |rest: &str| format!("[bodies.a]\nmass = 1\n[bodies.b]\nmass = 1\n[springs.s]\nbetween = [\"a\", \"b\"]\nrigid = true\n{rest}");
+    let found = mistakes_of(&text("stiffness = 1e5\ndamping = 1.0\n"));
+    let keys: Vec<_> = found.iter().map(|problem| problem.key.as_str()).collect();
+    assert_eq!(keys, ["springs.s.stiffness", "springs.s.damping"]);
+    assert_eq!(mistakes_of(&text("stiffness = 0\ndamping = 0\n")), []);
+    assert_eq!(mistakes(&["springs.transmission.rigid=true"]), [], "a setting makes rigid what the file has as a spring");
 }
 
 #[test]
@@ -86,7 +89,7 @@ fn regress_every_mistake_comes_with_a_remedy() {
         &["springs.transmission.rigid=\"yes\""][..],
         &["run.record=[\"tool.sprng_force\"]"][..],
         &["controllers.force.approach.release=1e6"][..],
-        &["controllers.force.reference={ kind = \"multisine\", rms = 1.0, band = [1.0, 1e6], period = 1.0 }"][..],
+        &["controllers.force.reference={ kind = \"multisine\", rms = 1.0, band = [1.0, 1e9], period = 1.0 }"][..],
         &["springs.guide.effects.transmission-flexibility={ stiffness = 1e5, damping = 1.0, tip_mass = 1.0 }"][..],
         &["springs.guide.effects.backlash={ width = 1e-4 }"][..],
         &["springs.transmission.effects.base-flexibility={ mass = 100.0, stiffness = 1e6, damping = 100.0 }"][..],

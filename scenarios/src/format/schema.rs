@@ -111,7 +111,7 @@ fn changes_of(shape: &Shape, besides: Map<String, Value>) -> Value {
                 forms.push(form);
             }
         }
-        let schema = if forms.len() == 1 { forms.swap_remove(0) } else { json!({ "anyOf": forms }) };
+        let schema = if forms.len() == 1 { forms.swap_remove(0) } else { json!({ "description": texts(shape, key.name), "anyOf": forms }) };
         admitted.insert(key.name.into(), schema);
     }
     if let Some(choice) = &shape.choice {
@@ -119,6 +119,17 @@ fn changes_of(shape: &Shape, besides: Map<String, Value>) -> Value {
         admitted.insert(choice.key.into(), json!({ "description": choice.text, "oneOf": words.collect::<Vec<_>>() }));
     }
     json!({ "type": "object", "properties": admitted, "additionalProperties": false })
+}
+
+/// What a key means in each variant that has it.
+fn texts(shape: &Shape, name: &str) -> String {
+    let mut texts: Vec<&str> = Vec::new();
+    for key in shape.all_keys().filter(|key| key.name == name) {
+        if !texts.contains(&key.text) {
+            texts.push(key.text);
+        }
+    }
+    texts.join("; or: ")
 }
 
 fn of_effect(definition: &Definition, part: Part) -> Value {

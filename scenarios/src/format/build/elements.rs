@@ -48,14 +48,20 @@ impl Builder<'_> {
     fn spring(&mut self, item: Item<'_>) -> Spring {
         let fields = self.fields(item, self.scope());
         let rigid = fields.flag("rigid");
-        for key in ["stiffness", "damping"].into_iter().filter(|key| rigid && item.table.contains_key(*key) && fields.number(key) != 0.0) {
-            let message = format!("a rigid joint has no {key}");
-            self.problems.add(item.place(key), item.key(key), message, "remove it, or leave out `rigid` to have a spring");
+        // What another file gives or a setting leaves behind is put out of force by `rigid`; written together they contradict.
+        let here = item.table.get("rigid").map(|entry| entry.node.origin.source);
+        for key in ["stiffness", "damping"] {
+            let written = item.table.get(key).filter(|entry| Some(entry.node.origin.source) == here && fields.number(key) != 0.0);
+            if let Some(entry) = written.filter(|_| rigid) {
+                let message = format!("a rigid joint has no {key}");
+                self.problems.add(&entry.node.origin, item.key(key), message, "remove it, or leave out `rigid` to have a spring");
+            }
         }
+        let of_spring = |key| if rigid { 0.0 } else { fields.number(key) };
         Spring {
             between: fields.pair("between"),
-            stiffness_n_per_m: fields.number("stiffness"),
-            damping_n_s_per_m: fields.number("damping"),
+            stiffness_n_per_m: of_spring("stiffness"),
+            damping_n_s_per_m: of_spring("damping"),
             rigid,
             effects: self.effects(item, if rigid { HostKind::RigidSpring } else { HostKind::Spring }),
         }

@@ -36,7 +36,8 @@ fn regress_senseless_pairs_are_refused_with_a_remedy() {
 
 #[test]
 fn regress_a_rigid_joint_with_a_stiffness_is_refused_where_both_are_written() {
-    let text = |rest: &str| format!("[bodies.a]\nmass = 1\n[bodies.b]\nmass = 1\n[springs.s]\nbetween = [\"a\", \"b\"]\nrigid = true\n{rest}");
+    let text =
+        |rest: &str| format!("[bodies.a]\nmass = 1\n[bodies.b]\nmass = 1\n[springs.s]\nbetween = [\"a\", \"b\"]\nrigid = true\n{rest}");
     let found = mistakes_of(&text("stiffness = 1e5\ndamping = 1.0\n"));
     let keys: Vec<_> = found.iter().map(|problem| problem.key.as_str()).collect();
     assert_eq!(keys, ["springs.s.stiffness", "springs.s.damping"]);

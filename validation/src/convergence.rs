@@ -226,16 +226,13 @@ pub fn study_rows(study: &Study) -> Vec<Row> {
     }
     for one in &study.series {
         let name = format!("{}, {}", one.machine, one.integrator);
-        match one.order {
-            Some(order) => {
-                let [low, high] = ORDER;
-                rows.push(Row::close(format!("{name}: order"), claim, order, 0.5 * (low + high), 0.5 * (high - low)));
-            }
-            None => {
-                let worst = one.points.iter().map(|point| point.relative_error).fold(0.0, f64::max);
-                rows.push(Row::at_most(format!("{name}: relative error"), claim, worst, EXACT));
-            }
-        }
+        rows.push(if let Some(order) = one.order {
+            let [low, high] = ORDER;
+            Row::close(format!("{name}: order"), claim, order, 0.5 * (low + high), 0.5 * (high - low))
+        } else {
+            let worst = one.points.iter().map(|point| point.relative_error).fold(0.0, f64::max);
+            Row::at_most(format!("{name}: relative error"), claim, worst, EXACT)
+        });
     }
     rows
 }

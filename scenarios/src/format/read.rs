@@ -192,16 +192,13 @@ impl Reader<'_> {
                 continue;
             }
             let elsewhere = shape.variant_of(name).zip(choice);
-            let (message, remedy) = match elsewhere {
-                Some((variant, choice)) => {
-                    let message = format!("`{name}` has no meaning here: it belongs to {choice} = \"{}\"", variant.name);
-                    (message, format!("remove it, or set {choice} = \"{}\"", variant.name))
-                }
-                None => {
-                    let absent = keys.iter().map(|key| key.name).filter(|key| !table.contains_key(*key));
-                    meant.extend(absent.filter(|key| nearest_of(name, known()) == Some(*key)));
-                    (format!("there is no key `{name}` here"), did_you_mean(name, known()))
-                }
+            let (message, remedy) = if let Some((variant, choice)) = elsewhere {
+                let message = format!("`{name}` has no meaning here: it belongs to {choice} = \"{}\"", variant.name);
+                (message, format!("remove it, or set {choice} = \"{}\"", variant.name))
+            } else {
+                let absent = keys.iter().map(|key| key.name).filter(|key| !table.contains_key(*key));
+                meant.extend(absent.filter(|key| nearest_of(name, known()) == Some(*key)));
+                (format!("there is no key `{name}` here"), did_you_mean(name, known()))
             };
             self.problems.add(&entry.key, join(path, name), message, remedy);
         }

@@ -22,6 +22,8 @@ const MOST_STEPS: f64 = 1e8;
 const MOST_SAMPLES: f64 = 2e8;
 /// Most cycles of the fastest vibration: contacts may open and close in each, and every one of these events is located.
 const MOST_CYCLES: f64 = 1e8;
+/// A period below this is a mistake of the period and not of the duration; so with vibrations.
+const ORDINARY_S: f64 = 1e-5;
 /// Most bodies: every mode has matrices of twice as many rows, and their exponentials cost the cube of that.
 const MOST_BODIES: usize = 256;
 /// Most rows of a record.
@@ -97,7 +99,7 @@ impl Builder<'_> {
         let duration = run.duration_s;
         let steps = duration / run.step_s;
         if run.integrator != Integrator::Exact && steps > MOST_STEPS {
-            let message = format!("{duration} s / {} s = {steps:.3e} steps, and at most {MOST_STEPS:.0e} are taken", run.step_s);
+            let message = format!("{duration} s / {} s = {steps:.3e} steps, and at most {MOST_STEPS:.0e} are taken", short(run.step_s));
             self.problems.add(place("step"), "run.step", message, "lengthen the step, shorten the run, or use the exact integrator");
         }
         let rate = fields.optional("record_rate").unwrap_or(1.0 / run.step_s);
@@ -125,30 +127,49 @@ impl Builder<'_> {
         if samples > MOST_SAMPLES {
             let fastest = controllers.iter().min_by(|(_, a), (_, b)| a.spec.period_s.total_cmp(&b.spec.period_s));
             let (name, period) = fastest.map_or(("", 1.0), |(name, used)| (name.as_str(), used.spec.period_s));
-            let key = format!("controllers.{name}.period");
-            let at = locate(&self.draft.root, &key).0.unwrap_or_else(|| duration_at.clone());
             let message = format!(
-                "{duration} s / {} s (and all other controllers) = {samples:.3e} samples, and at most {MOST_SAMPLES:.0e} are taken",
+                "{} s / {} s (and all other controllers) = {samples:.3e} samples, and at most {MOST_SAMPLES:.0e} are taken",
+                short(duration),
                 short(period)
             );
-            self.problems.add(&at, key, message, "lengthen the period, or shorten the run");
+            let (key, remedy) = if period < ORDINARY_S {
+                (format!("controllers.{name}.period"), "lengthen the period, or shorten the run")
+            } else {
+                ("run.duration".to_owned(), "shorten the run, or lengthen the period")
+            };
+            self.refuse_work(key, message, remedy, duration_at);
         }
         if let Some((key, frequency_hz, why)) = fastest_vibration(machine) {
             let cycles = duration * frequency_hz;
             if cycles > MOST_CYCLES {
-                let at = locate(&self.draft.root, &key).0.unwrap_or_else(|| duration_at.clone());
                 let message = format!(
-                    "{why} = {frequency_hz:.3e} Hz, and {duration} s of it are {cycles:.3e} cycles; at most {MOST_CYCLES:.0e} are followed"
+                    "{why} = {} Hz, and {} s of it are {cycles:.3e} cycles; at most {MOST_CYCLES:.0e} are followed",
+                    rounded(frequency_hz),
+                    short(duration)
                 );
-                self.problems.add(&at, key, message, "make it softer or the body heavier, join the bodies rigidly, or shorten the run");
+                let (key, remedy) = if frequency_hz * ORDINARY_S > 1.0 {
+                    (key, "make it softer or the body heavier, join the bodies rigidly, or shorten the run")
+                } else {
+                    ("run.duration".to_owned(), "shorten the run")
+                };
+                self.refuse_work(key, message, remedy, duration_at);
             }
         }
         if machine.bodies.len() > MOST_BODIES {
             let message = format!("there are {} bodies, and at most {MOST_BODIES} are followed", machine.bodies.len());
-            let at = locate(&self.draft.root, "bodies").0.unwrap_or_else(|| duration_at.clone());
-            self.problems.add(&at, "bodies", message, "lump bodies that move together");
+            self.refuse_work("bodies".to_owned(), message, "lump bodies that move together", duration_at);
         }
     }
+
+    fn refuse_work(&mut self, key: String, message: String, remedy: &str, otherwise: &Origin) {
+        let at = locate(&self.draft.root, &key).0.unwrap_or_else(|| otherwise.clone());
+        self.problems.add(&at, key, message, remedy);
+    }
+}
+
+/// Four digits.
+fn rounded(value: f64) -> String {
+    if value < 1e6 { format!("{value:.1}") } else { format!("{value:.3e}") }
 }
 
 /// The largest `sqrt(k / m) / 2 pi` of a linear spring or contact with the lighter body at its ends: its key, the frequency, and how it comes about.
@@ -158,7 +179,7 @@ fn fastest_vibration(machine: &Machine) -> Option<(String, f64, String)> {
     let linear = |contact: &Contact| match contact.law {
         ContactLaw::KelvinVoigt => true,
         ContactLaw::HuntCrossley { exponent, .. } => exponent.total_cmp(&1.0).is_eq(),
-        _ => false,
+        ContactLaw::Hertz => false,
     };
     let contacts = machine.contacts.iter().filter(|(_, contact)| linear(contact));
     let contacts = contacts.map(|(name, contact)| (format!("contacts.{name}.stiffness"), &contact.between, contact.stiffness));

@@ -207,12 +207,12 @@ pub fn resolve(machine: &Machine, signal: &SignalName) -> Result<Source, Problem
         return Err(Problem::new("", format!("`{name}` has no `{}`", quantity.name()), format!("it has {}", has.join(", "))));
     }
     // Only what has the quantity can be meant.
-    let kinds: [(Box<dyn Iterator<Item = &String>>, &[Quantity]); 5] = [
-        (Box::new(machine.bodies.keys()), BODY),
-        (Box::new(machine.contacts.keys()), CONTACT),
-        (Box::new(machine.actuators.keys()), ACTUATOR),
-        (Box::new(machine.sensors.keys()), SENSOR),
-        (Box::new(machine.springs.keys()), SPRING),
+    let kinds: [(Vec<&String>, &[Quantity]); 5] = [
+        (machine.bodies.keys().collect(), BODY),
+        (machine.contacts.keys().collect(), CONTACT),
+        (machine.actuators.keys().collect(), ACTUATOR),
+        (machine.sensors.keys().collect(), SENSOR),
+        (machine.springs.keys().collect(), SPRING),
     ];
     let names = kinds.into_iter().filter(|(_, has)| has.contains(&quantity)).flat_map(|(names, _)| names).map(String::as_str);
     let remedy = match nearest(name, names) {

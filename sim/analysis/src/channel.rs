@@ -95,17 +95,20 @@ fn relative_coordinates(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, nc
         let size = |m: &DMatrix<f64>, row: usize| group.iter().map(|&g| m[(row, g)].abs()).sum::<f64>();
         let free = (nc..2 * nc).all(|row| sum(&a, row).abs() <= CANCELS * size(&a, row));
         let (Some(&lead), true) = (group.first(), free && group.len() > 1) else { continue };
-        let blind: Vec<bool> = (0..c.nrows()).map(|row| sum(&c, row).abs() <= CANCELS * size(&c, row)).collect();
+        let blind = |m: &DMatrix<f64>, row: usize| sum(m, row).abs() <= CANCELS * size(m, row);
+        // Drives and filters, too, may depend on distances only; what rounding leaves of the drift would join it to the loop.
+        let blind_states: Vec<usize> = (nc..a.nrows()).filter(|&row| blind(&a, row)).collect();
+        let blind_outputs: Vec<usize> = (0..c.nrows()).filter(|&row| blind(&c, row)).collect();
         for &g in &group[1..] {
             for m in [&mut a, &mut c, &mut expand] {
                 let column = m.column(g).into_owned();
                 m.column_mut(lead).axpy(1.0, &column, 1.0);
             }
         }
-        for row in nc..2 * nc {
+        for row in blind_states {
             a[(row, lead)] = 0.0;
         }
-        for (row, _) in blind.iter().enumerate().filter(|(_, blind)| **blind) {
+        for row in blind_outputs {
             c[(row, lead)] = 0.0;
         }
         for m in [&mut a, &mut b] {

@@ -15,6 +15,7 @@ mod continuous_law;
 mod continuous_loop;
 mod control_loop;
 mod curves;
+mod drift;
 mod equilibrium;
 mod error;
 pub mod frf;

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::continuous_loop::ContinuousLoop;
 use crate::control_loop::ControlLoop;
+use crate::drift::WithoutDrift;
 use crate::error::AnalysisError;
 use crate::modes::{Mode, modes};
 use crate::sampled_loop::SampledLoop;
@@ -99,16 +100,18 @@ impl ControlLoop {
         let zero = &one - &slope;
         let affine = (&zero + &slope * 3.0 - &three).amax() <= AFFINE * three.amax();
         let (zero, slope) = if affine { without_idle(&zero, &slope, expand.ncols()) } else { (zero, slope) };
+        let rest = affine.then(|| WithoutDrift::new(zero.clone(), slope.clone(), domain.point_of_s(C64::new(0.0, 0.0)).re));
+        let (zero, slope) = rest.as_ref().map_or((&zero, &slope), |rest| (&rest.zero, &rest.slope));
         let scale = AffineLoop::new(zero.clone(), slope.clone(), domain)?.gain_scale();
-        let at = |k: f64| if affine { &zero + &slope * k } else { matrix(k).unwrap_or_else(|_| one.clone()) };
+        let at = |k: f64| if affine { zero + slope * k } else { matrix(k).unwrap_or_else(|_| one.clone()) };
         let lower = smallest_telling(domain, &at, scale)?;
         let search = GainSearch { lower, decades: DECADES, points_per_decade: POINTS_PER_DECADE, ..GainSearch::non_negative(scale)? };
         let stable: StableGains = stable_gains(domain, at, &search)?;
         let own = modes(self.plant())?;
-        let edge = |edge: GainEdge| Edge {
-            gain: edge.gain,
-            frequency_hz: edge.frequency_hz,
-            mode: self.most_alike(&own, &edge.eigenvector, expand),
+        let edge = |edge: GainEdge| {
+            let vector = rest.as_ref().map(|rest| rest.whole(edge.gain, edge.eigenvalue, &edge.eigenvector));
+            let mode = self.most_alike(&own, vector.as_ref().unwrap_or(&edge.eigenvector), expand);
+            Edge { gain: edge.gain, frequency_hz: edge.frequency_hz, mode }
         };
         let bands = stable.intervals.into_iter().map(|i| Band { lower: i.lower.map(edge), upper: i.upper.map(edge) });
         Ok(GainBands { bands: bands.collect() })

@@ -131,6 +131,10 @@ fn text(report: &Report) -> String {
         let header = ["1 % more of", "value (SI)", "bandwidth (%)", "largest gain (%)", "bandwidth (Hz per unit)"];
         parts.push(table(&header, &[1, 2, 3, 4], rows));
     }
+    if !report.limit_cycles.is_empty() {
+        let rows = reports::analyze::cycles::rows(report);
+        parts.push(table(&reports::analyze::cycles::HEADER, &reports::analyze::cycles::NUMBERS, rows));
+    }
     if let Some(limit) = report.limit.and_then(|limit| serde_json::to_value(limit).ok()) {
         parts.push(format!("limited by: {}", limit.as_str().unwrap_or_default()));
     }

@@ -7,6 +7,7 @@
 mod axes;
 mod boundary;
 mod contour;
+mod cycles;
 mod error;
 mod execute;
 mod permutation;
@@ -26,6 +27,7 @@ use serde_json::json;
 pub(crate) use axes::unit_of_effect;
 pub use axes::{DrawnAxis, panels};
 pub use boundary::{Line, LinearLimits, contact_view, linear_limits, sampled_growth_per_s};
+pub use cycles::predicted_cycles;
 pub use error::SweepError;
 pub use shard::{ParseShardError, Shard, merge};
 pub use table::{Column, Table};

@@ -81,6 +81,12 @@ pub enum AnalysisError {
         /// The controller.
         name: String,
     },
+    /// Describing functions do not cover this machine.
+    #[error("no prediction of limit cycles: {reason}")]
+    NoLimitCycle {
+        /// What is missing or in the way.
+        reason: &'static str,
+    },
     /// A measured response needs a record.
     #[error("the run ended at {t_s} s, before its record was complete")]
     RunEnded {

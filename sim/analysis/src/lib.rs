@@ -5,6 +5,7 @@
 //!   [`ContinuousLoop`]; stable values of any gain, and what happens at each edge;
 //! - [`modes()`] and [`classify`]: the paper's colocated and noncolocated modes, and the phase that each costs;
 //! - [`Waterfall`]: which of the three problems limits the bandwidth, and what to stiffen or damp first;
+//! - [`limit_cycles`]: chatter of a contact that only pushes, by describing functions;
 //! - [`frf`]: frequency responses measured on the simulated machine, the linear response beside them;
 //! - [`analyze`]: all of it as one [`Report`], and [`curves()`], what a page draws of it.
 //!
@@ -20,6 +21,7 @@ mod equilibrium;
 mod error;
 pub mod frf;
 mod gain_key;
+mod limit_cycle;
 mod linearise;
 mod modes;
 mod prepare;
@@ -36,6 +38,7 @@ pub use curves::{Curves, Locus, curves};
 pub use equilibrium::OperatingPoint;
 pub use error::AnalysisError;
 pub use gain_key::{gain, gain_names, leading_gain, with_gain};
+pub use limit_cycle::{LimitCycle, limit_cycles};
 pub use linearise::{LinearMachine, OutputRow};
 pub use modes::{BodyMotion, Mode, ModeClass, ModeInPair, classify, modes};
 pub use prepare::{ContactView, FrictionView, PlayView, View};

@@ -3,11 +3,12 @@
 use feeler_engine::Scenario;
 use feeler_lti::{LoopTransfer, Margins};
 use feeler_plant::assembly::Source;
-use feeler_plant::description::{Quantity, SignalName};
+use feeler_plant::description::{Engagement, Quantity, SignalName};
 use serde::Serialize;
 
 use crate::control_loop::ControlLoop;
 use crate::error::AnalysisError;
+use crate::limit_cycle::{LimitCycle, limit_cycles};
 use crate::modes::{BodyMotion, ModeClass, classify, modes};
 use crate::prepare::View;
 use crate::sampled_loop::SampledLoop;
@@ -122,6 +123,8 @@ pub struct Report {
     pub limit: Option<Limit>,
     /// The account behind the limit.
     pub waterfall: Option<Waterfall>,
+    /// Chatter of a contact that only pushes, as describing functions predict it; empty where there is none or the theory does not apply.
+    pub limit_cycles: Vec<LimitCycle>,
     /// What to stiffen, lighten or damp first: the most telling number first; empty unless asked for.
     pub sensitivities: Vec<Sensitivity>,
 }
@@ -163,6 +166,12 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
         }
         gain = Some(GainReport { key, continuous, sampled });
     }
+    let pushes_only = scenario.machine.contacts.values().any(|contact| contact.engagement == Engagement::Unilateral);
+    let limit_cycles = match limit_cycles(scenario) {
+        _ if !pushes_only => Vec::new(),
+        Err(AnalysisError::NoLimitCycle { .. }) => Vec::new(),
+        found => found?,
+    };
     let crossover_hz = margins.as_ref().and_then(|m: &MarginReport| m.crossover_hz);
     let described = own.iter().zip(&classified).map(|(mode, pair)| ModeReport {
         frequency_hz: mode.frequency_hz(),
@@ -190,6 +199,7 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
         margins,
         limit: waterfall.as_ref().map(|w| w.limit),
         waterfall,
+        limit_cycles,
         sensitivities,
     })
 }

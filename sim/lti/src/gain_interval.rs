@@ -252,11 +252,11 @@ pub fn stable_gains<T: TimeDomain>(
 
 fn sample_growth<T: TimeDomain>(domain: T, a: &DMatrix<f64>, gain: f64, limit: f64) -> Result<Sample, LtiError> {
     let poles = eigenvalues(a)?;
-    // Rounding of an eigenvalue is relative to the largest; in the z plane to 1, which is 1 / T in growth rate.
-    let fastest = poles.iter().map(|&p| domain.s_of_point(p).norm()).filter(|w| w.is_finite()).fold(0.0, f64::max);
+    // Rounding of an eigenvalue is relative to order and norm of the balanced matrix; in the z plane to 1, which is 1 / T in growth rate.
     let nyquist = domain.nyquist_rad_per_s();
-    let unit = if nyquist.is_finite() { nyquist / std::f64::consts::PI } else { fastest };
-    let rounding = MARGINAL_ROUNDINGS * f64::EPSILON * unit;
+    let unit = if nyquist.is_finite() { nyquist / std::f64::consts::PI } else { balance(a).matrix.norm() };
+    #[expect(clippy::cast_precision_loss, reason = "orders are far below 2^52")]
+    let rounding = MARGINAL_ROUNDINGS * a.nrows() as f64 * f64::EPSILON * unit;
     let mut excess: Vec<f64> =
         poles.into_iter().map(|p| domain.growth_per_s(p) - limit).map(|e| if e.abs() <= rounding { 0.0 } else { e }).collect();
     excess.sort_by(|a, b| b.total_cmp(a));

@@ -1,6 +1,7 @@
 //! The page of an analysis.
 
 mod bode;
+pub(crate) mod cycles;
 mod planes;
 mod shapes;
 mod verdict;
@@ -40,6 +41,7 @@ pub(crate) fn page(document: &Document, settings: &[String], report: &Report, cu
     if let Some(plane) = planes::nyquist(curves) {
         page.plane(&plane);
     }
+    limit_cycles(&mut page, report);
     page.heading("Poles and zeros");
     for plane in planes::loci(report, curves) {
         page.plane(&plane);
@@ -79,6 +81,18 @@ fn tiles(report: &Report) -> Vec<Tile> {
         tiles.push(tile("largest sensitivity", plain(margins.sensitivity_peak), "|S|".into()));
     }
     tiles
+}
+
+fn limit_cycles(page: &mut Page, report: &Report) {
+    if report.limit_cycles.is_empty() {
+        return;
+    }
+    page.heading("Chatter by describing functions");
+    page.paragraph(
+        "The contact only pushes. Its force in an oscillation, taken as mean and first harmonic, is that of a softer contact that also pulls; these are \
+         the oscillations that the sampled loop then neither damps nor feeds. A first approximation: `feeler run` shows the motion itself.",
+    );
+    page.table(&cycles::HEADER, &cycles::NUMBERS, &cycles::rows(report));
 }
 
 fn waterfall(page: &mut Page, report: &Report) {

@@ -37,6 +37,13 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
     if report.margins.as_ref().is_some_and(|margins| margins.unstable_poles > 0) {
         said.push("As set in the file, the loop is unstable.".to_owned());
     }
+    if let Some(cycle) = report.limit_cycles.iter().find(|cycle| cycle.stable) {
+        said.push(format!(
+            "In contact that only pushes, describing functions predict chatter at {} with peaks of {}.",
+            with_unit(cycle.frequency_hz, "Hz"),
+            with_unit(cycle.peak_force_n, "N")
+        ));
+    }
     let telling = report.sensitivities.iter().filter(|s| s.bandwidth_relative.is_finite() && s.bandwidth_relative.abs() > 1e-3).take(3);
     let first: Vec<String> = telling
         .map(|s| {

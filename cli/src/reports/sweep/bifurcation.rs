@@ -12,6 +12,12 @@ const PLOT: Place = Place { x: 92.0, y: 50.0, width: 740.0, height: 360.0 };
 /// Height of the band of outcomes above the plot.
 const BAND: f64 = 10.0;
 
+/// A predicted line, in values of the axis and of the plot; dashed where what it shows does not attract.
+pub(super) struct Prediction {
+    pub(super) line: Vec<[f64; 2]>,
+    pub(super) dashed: bool,
+}
+
 /// Lists of numbers of some rows over an axis, with a band of the rows' outcomes above.
 pub(super) struct Diagram<'a> {
     pub(super) axis: &'a DrawnAxis,
@@ -50,10 +56,10 @@ impl<'a> Diagram<'a> {
         (self.axis.share(value) + margin) / (1.0 + 2.0 * margin)
     }
 
-    /// Points of `lists`, and `lines` of predictions over them.
-    pub(super) fn svg(&self, lists: &[Vec<f64>], outcomes: &[String], label: &str, lines: &[Vec<[f64; 2]>]) -> String {
+    /// Points of `lists`, and predictions over them.
+    pub(super) fn svg(&self, lists: &[Vec<f64>], outcomes: &[String], label: &str, predictions: &[Prediction]) -> String {
         let mut body = String::new();
-        let values = self.rows.iter().flat_map(|&row| &lists[row]).chain(lines.iter().flatten().map(|point| &point[1]));
+        let values = self.rows.iter().flat_map(|&row| &lists[row]).chain(predictions.iter().flat_map(|p| &p.line).map(|point| &point[1]));
         let high = values.copied().filter(|v| v.is_finite()).fold(0.0, f64::max);
         let unit = if self.axis.unit.is_empty() { self.axis.key.clone() } else { format!("{} ({})", self.axis.key, self.axis.unit) };
         let margin = self.margin();
@@ -74,8 +80,8 @@ impl<'a> Diagram<'a> {
         let _ =
             write!(body, "<path d=\"{points}\" stroke=\"#0072b2\" stroke-width=\"2.2\" stroke-linecap=\"round\" stroke-opacity=\"0.55\"/>");
         frame.clip(&mut body, "plot");
-        for line in lines {
-            frame.line(&mut body, "plot", line, false);
+        for prediction in predictions {
+            frame.line(&mut body, "plot", &prediction.line, prediction.dashed);
         }
         for [x, y, width, _, row] in self.places() {
             let colour = of_outcome(&outcomes[row as usize]);

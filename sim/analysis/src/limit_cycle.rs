@@ -62,10 +62,8 @@ pub struct LimitCycle {
 struct Ramp {
     /// Mean value over `a`.
     mean: f64,
-    /// First harmonic over `a`.
+    /// First harmonic over `a`; also that of a damper that acts while `x > 0`, over that of one that always acts.
     harmonic: f64,
-    /// First harmonic of a damper that acts while `x > 0`, over that of one that always acts.
-    damper: f64,
     /// Share of the time with `x > 0`.
     share: f64,
 }
@@ -75,7 +73,7 @@ impl Ramp {
         let o = offset.clamp(-1.0, 1.0);
         let (angle, root) = (FRAC_PI_2 + o.asin(), (1.0 - o * o).sqrt());
         let mean = if offset >= 1.0 { offset } else { (o * angle + root) / PI };
-        Self { mean, harmonic: (angle + o * root) / PI, damper: (angle - o * root) / PI, share: angle / PI }
+        Self { mean, harmonic: (angle + o * root) / PI, share: angle / PI }
     }
 }
 
@@ -185,7 +183,7 @@ impl Balance {
             let equivalent = self.whole.altered(|assembly, _| {
                 let law = &mut assembly.contacts[0].law;
                 law.stiffness *= ramp.harmonic;
-                law.damping *= ramp.damper;
+                law.damping *= ramp.harmonic;
                 assembly.drives[drive].gain *= drive_share;
             })?;
             let motion = Motion::of(&equivalent, self.controller)?;
@@ -323,7 +321,7 @@ mod tests {
         for offset in [-0.9, -0.4, 0.0, 0.3, 0.8, 1.0, 2.5] {
             let ramp = Ramp::new(offset);
             let [mean, harmonic, damper] = by_quadrature(offset);
-            for (found, truth, tolerance) in [(ramp.mean, mean, KINK), (ramp.harmonic, harmonic, KINK), (ramp.damper, damper, JUMP)] {
+            for (found, truth, tolerance) in [(ramp.mean, mean, KINK), (ramp.harmonic, harmonic, KINK), (ramp.harmonic, damper, JUMP)] {
                 assert!((found - truth).abs() <= tolerance, "{offset}: {found} {truth}");
             }
         }

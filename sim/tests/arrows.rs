@@ -10,6 +10,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("feeler-plant", &[]),
     ("feeler-control", &["feeler-lanes", "feeler-lti"]),
     ("feeler-engine", &["feeler-lanes", "feeler-lti", "feeler-plant", "feeler-control"]),
+    ("feeler-arm", &[]),
     ("feeler-geometry", &["feeler-plant"]),
     ("feeler-multibody", &["feeler-plant", "feeler-engine"]),
     ("feeler-analysis", &["feeler-lti", "feeler-plant", "feeler-control", "feeler-engine", "feeler-lanes"]),

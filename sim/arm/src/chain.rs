@@ -1,0 +1,167 @@
+//! A serial chain of joints, and where its parts are at a pose.
+
+use nalgebra::{Isometry3, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+
+use crate::error::ArmError;
+
+/// How a joint moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointKind {
+    /// It turns, between limits.
+    Revolute,
+    /// It turns without limits.
+    Continuous,
+    /// It slides.
+    Prismatic,
+}
+
+/// Mass, centre and inertia of what a joint moves as one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inertial {
+    /// Mass.
+    pub mass_kg: f64,
+    /// Centre of mass in the joint's frame, m.
+    pub centre_m: Vector3<f64>,
+    /// About the centre of mass, in the joint's axes, kg m².
+    pub inertia_kg_m2: Matrix3<f64>,
+}
+
+impl Inertial {
+    /// Nothing.
+    pub fn none() -> Self {
+        Self { mass_kg: 0.0, centre_m: Vector3::zeros(), inertia_kg_m2: Matrix3::zeros() }
+    }
+
+    /// Adds another body, given in a frame that stands at `place` in this one.
+    pub fn add(&mut self, other: &Self, place: &Isometry3<f64>) {
+        let rotation = place.rotation.to_rotation_matrix();
+        let centre = place * Point3::from(other.centre_m);
+        let total = self.mass_kg + other.mass_kg;
+        let joint = if total > 0.0 { (self.centre_m * self.mass_kg + centre.coords * other.mass_kg) / total } else { Vector3::zeros() };
+        let turned = rotation * other.inertia_kg_m2 * rotation.transpose();
+        self.inertia_kg_m2 += steiner(self.mass_kg, &(self.centre_m - joint)) + turned + steiner(other.mass_kg, &(centre.coords - joint));
+        (self.mass_kg, self.centre_m) = (total, joint);
+    }
+}
+
+/// Inertia of a point mass at an offset.
+fn steiner(mass: f64, r: &Vector3<f64>) -> Matrix3<f64> {
+    mass * (Matrix3::identity() * r.norm_squared() - r * r.transpose())
+}
+
+/// A joint, and what it moves as far as the next one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// Its name.
+    pub name: String,
+    /// How it moves.
+    pub kind: JointKind,
+    /// Where its frame stands in that of the joint before, at position zero.
+    pub place: Isometry3<f64>,
+    /// Its axis, in its own frame.
+    pub axis: Unit<Vector3<f64>>,
+    /// Smallest and largest position, rad or m; infinite where there is none.
+    pub limits: [f64; 2],
+    /// Largest effort, N m or N, if known.
+    pub effort_limit: Option<f64>,
+    /// Viscous friction, N m s/rad or N s/m.
+    pub viscous_friction: f64,
+    /// Dry friction, N m or N.
+    pub dry_friction: f64,
+    /// What it moves.
+    pub inertial: Inertial,
+}
+
+/// A serial arm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chain {
+    /// Its name.
+    pub name: String,
+    /// Joints from the base on; at least one.
+    pub joints: Vec<Joint>,
+    /// Where the tool stands in the frame of the last joint.
+    pub tool: Isometry3<f64>,
+    /// Acceleration of free fall in the base's frame, m/s².
+    pub gravity_m_per_s2: Vector3<f64>,
+}
+
+/// Where everything is at a pose, in the base's frame.
+#[derive(Clone, Debug)]
+pub(crate) struct Frames {
+    /// Frame of each joint.
+    pub(crate) joints: Vec<Isometry3<f64>>,
+    /// Axis of each joint.
+    pub(crate) axes: Vec<Vector3<f64>>,
+    pub(crate) tool: Isometry3<f64>,
+}
+
+impl Chain {
+    /// Number of joints.
+    pub fn joints(&self) -> usize {
+        self.joints.len()
+    }
+
+    /// Checks the number of joint positions and their limits.
+    ///
+    /// # Errors
+    /// [`ArmError::Pose`], [`ArmError::Limit`].
+    pub fn check_pose(&self, q: &[f64]) -> Result<(), ArmError> {
+        if q.len() != self.joints.len() {
+            let names: Vec<&str> = self.joints.iter().map(|joint| joint.name.as_str()).collect();
+            return Err(ArmError::Pose { given: q.len(), needed: self.joints.len(), names: names.join(", ") });
+        }
+        for (joint, &position) in self.joints.iter().zip(q) {
+            let [lower, upper] = joint.limits;
+            if !(lower..=upper).contains(&position) {
+                return Err(ArmError::Limit { joint: joint.name.clone(), position, lower, upper });
+            }
+        }
+        Ok(())
+    }
+
+    /// Where the tool is, in the base's frame.
+    pub fn tool_place(&self, q: &[f64]) -> Isometry3<f64> {
+        self.frames(q).tool
+    }
+
+    /// Where the frames of all joints are, in the base's frame, and last that of the tool: the arm's skeleton.
+    pub fn skeleton(&self, q: &[f64]) -> Vec<Isometry3<f64>> {
+        let frames = self.frames(q);
+        frames.joints.into_iter().chain([frames.tool]).collect()
+    }
+
+    pub(crate) fn frames(&self, q: &[f64]) -> Frames {
+        let mut at = Isometry3::identity();
+        let mut frames = Frames { joints: Vec::with_capacity(q.len()), axes: Vec::with_capacity(q.len()), tool: at };
+        for (joint, &position) in self.joints.iter().zip(q) {
+            at *= joint.place;
+            let axis = at.rotation * joint.axis;
+            match joint.kind {
+                JointKind::Prismatic => at = nalgebra::Translation3::from(axis.into_inner() * position) * at,
+                JointKind::Revolute | JointKind::Continuous => {
+                    at = Isometry3::from_parts(at.translation, UnitQuaternion::from_axis_angle(&axis, position) * at.rotation);
+                }
+            }
+            frames.joints.push(at);
+            frames.axes.push(axis.into_inner());
+        }
+        frames.tool = at * self.tool;
+        frames
+    }
+
+    /// Velocity of the tool (three rows of m/s, then three of rad/s, in the base's frame) per joint speed.
+    pub fn jacobian(&self, q: &[f64]) -> nalgebra::DMatrix<f64> {
+        let frames = self.frames(q);
+        let mut jacobian = nalgebra::DMatrix::zeros(6, self.joints.len());
+        for (i, joint) in self.joints.iter().enumerate() {
+            let axis = frames.axes[i];
+            let (linear, angular) = match joint.kind {
+                JointKind::Prismatic => (axis, Vector3::zeros()),
+                _ => (axis.cross(&(frames.tool.translation.vector - frames.joints[i].translation.vector)), axis),
+            };
+            jacobian.fixed_view_mut::<3, 1>(0, i).copy_from(&linear);
+            jacobian.fixed_view_mut::<3, 1>(3, i).copy_from(&angular);
+        }
+        jacobian
+    }
+}

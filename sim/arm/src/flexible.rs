@@ -1,0 +1,241 @@
+//! Joints with gears and springs, and the linear model of an arm at a pose.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
+
+use crate::chain::Chain;
+use crate::error::ArmError;
+
+/// What drives one joint, all seen at the joint's side of the gear but the rotor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointDrive {
+    /// Turns of the rotor per turn of the joint.
+    pub gear_ratio: f64,
+    /// Inertia of the rotor about its own axis, before the gear; kg m² (kg for a joint that slides).
+    pub rotor_inertia_kg_m2: f64,
+    /// Stiffness of gear and shaft, N m/rad.
+    pub stiffness_n_m_per_rad: f64,
+    /// Damping of gear and shaft, N m s/rad.
+    pub damping_n_m_s_per_rad: f64,
+    /// Viscous friction of the motor's side, N m s/rad.
+    pub viscous_friction_n_m_s_per_rad: f64,
+    /// Dry friction of the motor's side, N m.
+    pub dry_friction_n_m: f64,
+    /// Largest effort, N m.
+    pub effort_limit_n_m: Option<f64>,
+    /// First-order bandwidth of the torque loop, Hz.
+    pub bandwidth_hz: Option<f64>,
+}
+
+/// A chain with its drives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Arm {
+    pub(crate) chain: Chain,
+    pub(crate) drives: Vec<JointDrive>,
+}
+
+/// What the drives do in the directions other than the contact normal.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Others {
+    /// Position control holds the tool's other directions: its motors move only so that the tool would move along the normal if the joints were rigid. Of an
+    /// arm with six joints or more all other directions are held, of one with fewer the two other directions of position.
+    #[default]
+    Held,
+    /// Nothing holds them: every motor is free to follow the forces.
+    Free,
+}
+
+/// A mode of the arm that bends its joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VibrationMode {
+    /// Undamped frequency, the tool free, Hz.
+    pub frequency_hz: f64,
+    /// Damping ratio from the dampings of joints and motors, their coupling to other modes neglected.
+    pub damping_ratio: f64,
+    /// Its part of the way from a drive force along the normal to the tool's motion, over that of the arm's mass: -1 where this mode alone parts the tool from
+    /// the motors. Negative is noncolocated.
+    pub drive_share: f64,
+    /// Its part of the tool's own response to a force on it, over that of the arm's mass: ratio of motor to tip mass of the equivalent pair.
+    pub tip_share: f64,
+}
+
+/// An arm at a pose in linear theory: `M x'' + D x' + K x = b u`, the tool's way along the normal `c x`; coordinates are the motors' (in a basis of the
+/// directions in which they are free to move) and then the links'.
+pub(crate) struct LinearArm {
+    pub(crate) mass: DMatrix<f64>,
+    pub(crate) stiffness: DMatrix<f64>,
+    pub(crate) damping: DMatrix<f64>,
+    pub(crate) tip: DVector<f64>,
+    pub(crate) drive: DVector<f64>,
+    /// Directions of joint space in which the motors move, one per column.
+    pub(crate) basis: DMatrix<f64>,
+    /// Joint motion per length of the tool along the normal when nothing bends.
+    pub(crate) rigid: DVector<f64>,
+    /// Jacobian of the tool's way along the normal.
+    pub(crate) along: DVector<f64>,
+    /// Mass of links and rotors in joint space.
+    pub(crate) total_mass: DMatrix<f64>,
+    pub(crate) link_mass: DMatrix<f64>,
+}
+
+/// Smallest joint motion's share below which the arm counts as unable to move along the normal.
+const SINGULAR: f64 = 1e-3;
+/// Part of the wanted motion that may be missed.
+const MISSED: f64 = 1e-6;
+
+impl Arm {
+    /// A chain with one drive per joint.
+    ///
+    /// # Errors
+    /// [`ArmError::Pose`] for another number of drives, [`ArmError::Drive`] for numbers that no drive has.
+    pub fn new(chain: Chain, drives: Vec<JointDrive>) -> Result<Self, ArmError> {
+        if drives.len() != chain.joints() {
+            let names: Vec<&str> = chain.joints.iter().map(|joint| joint.name.as_str()).collect();
+            return Err(ArmError::Pose { given: drives.len(), needed: chain.joints(), names: names.join(", ") });
+        }
+        for (joint, drive) in chain.joints.iter().zip(&drives) {
+            let positive = [
+                ("the gear ratio", drive.gear_ratio.abs()),
+                ("the rotor inertia", drive.rotor_inertia_kg_m2),
+                ("the stiffness", drive.stiffness_n_m_per_rad),
+            ];
+            let not_negative = [
+                ("the damping", drive.damping_n_m_s_per_rad),
+                ("the viscous friction", drive.viscous_friction_n_m_s_per_rad),
+                ("the dry friction", drive.dry_friction_n_m),
+            ];
+            let rule = |bad: Option<&(&'static str, f64)>, rule| match bad {
+                Some(&(what, value)) => Err(ArmError::Drive { joint: joint.name.clone(), what, value, rule }),
+                None => Ok(()),
+            };
+            rule(positive.iter().find(|(_, x)| !(*x > 0.0 && x.is_finite())), "above zero and finite")?;
+            rule(not_negative.iter().find(|(_, x)| !(*x >= 0.0 && x.is_finite())), "zero or above, and finite")?;
+        }
+        Ok(Self { chain, drives })
+    }
+
+    /// Links and joints.
+    pub fn chain(&self) -> &Chain {
+        &self.chain
+    }
+
+    /// One per joint.
+    pub fn drives(&self) -> &[JointDrive] {
+        &self.drives
+    }
+
+    /// Inertia of each rotor at its joint: the gear ratio squared times its own.
+    pub fn reflected_inertia_kg_m2(&self) -> DVector<f64> {
+        DVector::from_iterator(self.drives.len(), self.drives.iter().map(|d| d.gear_ratio * d.gear_ratio * d.rotor_inertia_kg_m2))
+    }
+
+    pub(crate) fn per_joint(&self, number: impl Fn(&JointDrive) -> f64) -> DVector<f64> {
+        DVector::from_iterator(self.drives.len(), self.drives.iter().map(number))
+    }
+
+    /// The arm at a pose in linear theory, gravity and its compensation left out.
+    pub(crate) fn linear(&self, q: &[f64], normal: [f64; 3], others: Others) -> Result<LinearArm, ArmError> {
+        self.chain.check_pose(q)?;
+        let unit =
+            Vector3::from(normal).try_normalize(1e-12).filter(|n| n.iter().all(|x| x.is_finite())).ok_or(ArmError::Normal { normal })?;
+        let jacobian = self.chain.jacobian(q);
+        let n = self.chain.joints();
+        let along = jacobian.rows(0, 3).transpose() * unit;
+        let link_mass = self.chain.mass_matrix(q);
+        let reflected = DMatrix::from_diagonal(&self.reflected_inertia_kg_m2());
+        let total_mass = &link_mass + &reflected;
+        let (basis, rigid) = match others {
+            Others::Held => {
+                let rows = if n >= 6 { 6 } else { 3 };
+                let rigid = held_direction(&jacobian.rows(0, rows).into_owned(), &unit)?;
+                (DMatrix::from_columns(std::slice::from_ref(&rigid)), rigid)
+            }
+            Others::Free => {
+                let size = jacobian.rows(0, 3).norm();
+                let share = along.norm() / size;
+                if share.is_nan() || share < SINGULAR {
+                    return Err(ArmError::Singular { held: "", share });
+                }
+                // Positive definite, since every joint moves something: see `Urdf::chain`.
+                let solved = total_mass.clone().lu().solve(&along).ok_or(ArmError::Singular { held: "", share: 0.0 })?;
+                let mobility = along.dot(&solved);
+                (DMatrix::identity(n, n), solved / mobility)
+            }
+        };
+        let stiffness = DMatrix::from_diagonal(&self.per_joint(|d| d.stiffness_n_m_per_rad));
+        let damping = DMatrix::from_diagonal(&self.per_joint(|d| d.damping_n_m_s_per_rad));
+        let friction = DMatrix::from_diagonal(&self.per_joint(|d| d.viscous_friction_n_m_s_per_rad));
+        let p = basis.ncols();
+        let motors = |matrix: &DMatrix<f64>| basis.transpose() * matrix * &basis;
+        let coupled = |matrix: &DMatrix<f64>| {
+            let mut all = DMatrix::zeros(p + n, p + n);
+            all.view_mut((0, 0), (p, p)).copy_from(&motors(matrix));
+            all.view_mut((0, p), (p, n)).copy_from(&-(basis.transpose() * matrix));
+            all.view_mut((p, 0), (n, p)).copy_from(&-(matrix * &basis));
+            all.view_mut((p, p), (n, n)).copy_from(matrix);
+            all
+        };
+        let mut mass = DMatrix::zeros(p + n, p + n);
+        mass.view_mut((0, 0), (p, p)).copy_from(&motors(&reflected));
+        mass.view_mut((p, p), (n, n)).copy_from(&link_mass);
+        let mut all_damping = coupled(&damping);
+        let own = all_damping.view((0, 0), (p, p)) + motors(&friction);
+        all_damping.view_mut((0, 0), (p, p)).copy_from(&own);
+        let mut tip = DVector::zeros(p + n);
+        tip.rows_mut(p, n).copy_from(&along);
+        let mut drive = DVector::zeros(p + n);
+        drive.rows_mut(0, p).copy_from(&(basis.transpose() * &along));
+        Ok(LinearArm { mass, stiffness: coupled(&stiffness), damping: all_damping, tip, drive, basis, rigid, along, total_mass, link_mass })
+    }
+}
+
+/// Joint motion that moves the tool along `normal` by one and in no other direction of the task.
+fn held_direction(task: &DMatrix<f64>, normal: &Vector3<f64>) -> Result<DVector<f64>, ArmError> {
+    let held = ", its other directions held";
+    let mut wanted = DVector::zeros(task.nrows());
+    wanted.rows_mut(0, 3).copy_from(normal);
+    let largest = task.singular_values().max();
+    let inverse = task.clone().pseudo_inverse(SINGULAR * largest).map_err(|_| ArmError::Singular { held, share: 0.0 })?;
+    let direction = inverse * &wanted;
+    let share = 1.0 / (direction.norm() * largest);
+    let missed = (task * &direction - wanted).norm();
+    if missed > MISSED || share.is_nan() || share < SINGULAR {
+        return Err(ArmError::Singular { held, share: if missed > MISSED { 0.0 } else { share } });
+    }
+    Ok(direction)
+}
+
+impl LinearArm {
+    /// Mass of the arm along the normal when nothing bends.
+    pub(crate) fn mass_kg(&self) -> f64 {
+        (&self.total_mass * &self.rigid).dot(&self.rigid)
+    }
+
+    /// Modes that bend joints, slowest first; with `contact_n_per_m` on the tip, all modes.
+    pub(crate) fn modes(&self, contact_n_per_m: f64) -> Vec<VibrationMode> {
+        let total = self.mass_kg();
+        let Some(cholesky) = self.mass.clone().cholesky() else { return Vec::new() };
+        let lower = cholesky.l();
+        let stiffness = &self.stiffness + contact_n_per_m * &self.tip * self.tip.transpose();
+        // L^-1 K L^-T, through two triangular solutions.
+        let half = lower.solve_lower_triangular(&stiffness).unwrap_or_else(|| stiffness.clone());
+        let reduced = lower.solve_lower_triangular(&half.transpose()).unwrap_or(half);
+        let eigen = SymmetricEigen::new(0.5 * (&reduced + reduced.transpose()));
+        let largest = eigen.eigenvalues.amax();
+        let mut modes: Vec<VibrationMode> = (0..eigen.eigenvalues.len())
+            .filter(|&i| eigen.eigenvalues[i] > 1e-9 * largest)
+            .filter_map(|i| {
+                let shape = lower.transpose().solve_upper_triangular(&eigen.eigenvectors.column(i).into_owned())?;
+                let omega = eigen.eigenvalues[i].sqrt();
+                let (t, d) = (self.tip.dot(&shape), self.drive.dot(&shape));
+                Some(VibrationMode {
+                    frequency_hz: omega / std::f64::consts::TAU,
+                    damping_ratio: (&self.damping * &shape).dot(&shape) / (2.0 * omega),
+                    drive_share: t * d * total,
+                    tip_share: t * t * total,
+                })
+            })
+            .collect();
+        modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+        modes
+    }
+}

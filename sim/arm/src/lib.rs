@@ -1,0 +1,44 @@
+//! Serial arms, and the single axis that an arm is along a contact normal.
+//!
+//! [`Urdf`] reads a robot description, [`Chain`] is its kinematics and rigid-body dynamics, [`Arm`] adds drives: gears, rotors, flexible joints, friction.
+//! [`Arm::reduce`] finds the axis of two masses that the arm is along a direction at a pose, [`FlexibleArm`] simulates the arm itself, so that one can be held
+//! against the other. The model of the flexible joint is that of M. W. Spong, "Modeling and control of elastic joint robots", J. Dyn. Sys. Meas. Control 109
+//! (1987): rotors turn about the joint axes only as far as their kinetic energy goes.
+//!
+//! ```
+//! use feeler_arm::Urdf;
+//!
+//! let urdf = Urdf::parse(r#"<robot name="pendulum">
+//!   <link name="base"/>
+//!   <link name="rod">
+//!     <inertial><origin xyz="0 0 -0.5"/><mass value="2"/>
+//!       <inertia ixx="0.17" iyy="0.17" izz="0.01"/></inertial>
+//!   </link>
+//!   <joint name="hinge" type="continuous">
+//!     <parent link="base"/><child link="rod"/><axis xyz="0 1 0"/>
+//!   </joint>
+//! </robot>"#)?;
+//! let chain = urdf.chain("rod")?;
+//! // I + m l^2
+//! assert!((chain.mass_matrix(&[0.3])[(0, 0)] - 0.67).abs() < 1e-12);
+//! # Ok::<(), feeler_arm::ArmError>(())
+//! ```
+
+mod agreement;
+mod chain;
+mod dynamics;
+mod error;
+mod flexible;
+mod inverse_kinematics;
+mod reduce;
+mod swing;
+mod urdf;
+
+pub use agreement::Agreement;
+pub use chain::{Chain, Inertial, Joint, JointKind};
+pub use error::ArmError;
+pub use flexible::{Arm, JointDrive, Others, VibrationMode};
+pub use inverse_kinematics::{Target, inverse_kinematics};
+pub use reduce::Reduction;
+pub use swing::{FlexibleArm, SwingState, Wall, free_swing};
+pub use urdf::{MeshFile, Urdf};

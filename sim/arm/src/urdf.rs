@@ -1,0 +1,321 @@
+//! URDF: links with inertia, joints between them.
+
+use std::collections::HashMap;
+
+use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
+use roxmltree::{Document, Node};
+
+use crate::chain::{Chain, Inertial, Joint, JointKind};
+use crate::error::ArmError;
+
+/// Standard acceleration of free fall, m/s².
+const GRAVITY: f64 = 9.806_65;
+/// Rounding that a table of inertias may have: the triangle inequality of principal moments holds within this share.
+const INERTIA_ROUNDING: f64 = 1e-3;
+
+/// A robot description: links, and the joints between them.
+#[derive(Clone, Debug)]
+pub struct Urdf {
+    name: String,
+    links: HashMap<String, Link>,
+    /// In the order of the file.
+    link_names: Vec<String>,
+    joints: Vec<Described>,
+}
+
+#[derive(Clone, Debug)]
+struct Link {
+    inertial: Inertial,
+    meshes: Vec<MeshFile>,
+}
+
+/// A mesh that a link names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MeshFile {
+    /// The link.
+    pub link: String,
+    /// The file as it is written, with its scheme if it has one.
+    pub file: String,
+    /// The line, from 1.
+    pub line: u32,
+}
+
+#[derive(Clone, Debug)]
+struct Described {
+    line: u32,
+    parent: String,
+    child: String,
+    /// None for a joint that does not move.
+    kind: Option<JointKind>,
+    joint: Joint,
+}
+
+fn line_of(node: Node<'_, '_>) -> u32 {
+    node.document().text_pos_at(node.range().start).row
+}
+
+fn wrong<T>(node: Node<'_, '_>, what: impl Into<String>) -> Result<T, ArmError> {
+    Err(ArmError::Urdf { line: line_of(node), what: what.into() })
+}
+
+fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
+    node.children().find(|child| child.has_tag_name(tag))
+}
+
+/// An attribute that must be there.
+fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, ArmError> {
+    node.attribute(name).map_or_else(|| wrong(node, format!("`<{}>` has no `{name}`; add it", node.tag_name().name())), Ok)
+}
+
+fn number(node: Node<'_, '_>, name: &str) -> Result<f64, ArmError> {
+    let text = attribute(node, name)?;
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => wrong(node, format!("`{name}=\"{text}\"` is no finite number")),
+    }
+}
+
+fn optional_number(node: Node<'_, '_>, name: &str) -> Result<Option<f64>, ArmError> {
+    if node.has_attribute(name) { number(node, name).map(Some) } else { Ok(None) }
+}
+
+fn vector(node: Node<'_, '_>, name: &str, absent: Vector3<f64>) -> Result<Vector3<f64>, ArmError> {
+    let Some(text) = node.attribute(name) else { return Ok(absent) };
+    let numbers: Vec<f64> = text.split_whitespace().filter_map(|word| word.parse().ok()).filter(|x: &f64| x.is_finite()).collect();
+    match numbers.as_slice() {
+        [x, y, z] if text.split_whitespace().count() == 3 => Ok(Vector3::new(*x, *y, *z)),
+        _ => wrong(node, format!("`{name}=\"{text}\"` is not three finite numbers")),
+    }
+}
+
+/// The `origin` of a node; the identity where it has none.
+fn origin(node: Node<'_, '_>) -> Result<Isometry3<f64>, ArmError> {
+    let Some(origin) = child(node, "origin") else { return Ok(Isometry3::identity()) };
+    let xyz = vector(origin, "xyz", Vector3::zeros())?;
+    let rpy = vector(origin, "rpy", Vector3::zeros())?;
+    Ok(Isometry3::from_parts(Translation3::from(xyz), UnitQuaternion::from_euler_angles(rpy.x, rpy.y, rpy.z)))
+}
+
+fn inertial(link: Node<'_, '_>, name: &str) -> Result<Inertial, ArmError> {
+    let Some(node) = child(link, "inertial") else { return Ok(Inertial::none()) };
+    let Some(mass) = child(node, "mass") else { return wrong(node, format!("the `inertial` of link `{name}` has no `mass`; add it")) };
+    let mass_kg = number(mass, "value")?;
+    if mass_kg <= 0.0 {
+        return wrong(
+            mass,
+            format!("link `{name}` has a mass of {mass_kg} kg; it must be above zero (leave `inertial` out for a massless link)"),
+        );
+    }
+    let Some(inertia) = child(node, "inertia") else {
+        return wrong(node, format!("the `inertial` of link `{name}` has no `inertia`; add its six numbers"));
+    };
+    let entry = |name| number(inertia, name);
+    let [xx, yy, zz] = [entry("ixx")?, entry("iyy")?, entry("izz")?];
+    let [xy, xz, yz] = ["ixy", "ixz", "iyz"].map(|name| optional_number(inertia, name));
+    let (xy, xz, yz) = (xy?.unwrap_or(0.0), xz?.unwrap_or(0.0), yz?.unwrap_or(0.0));
+    let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    let mut principal = tensor.symmetric_eigenvalues();
+    principal.as_mut_slice().sort_by(f64::total_cmp);
+    if principal[0] <= 0.0 {
+        let what = format!(
+            "link `{name}` has an inertia of {} kg m2 about one of its axes; no body has zero or less: give the inertia of its shape",
+            principal[0]
+        );
+        return wrong(inertia, what);
+    }
+    if principal[2] > (principal[0] + principal[1]) * (1.0 + INERTIA_ROUNDING) {
+        let [a, b, c] = [principal[0], principal[1], principal[2]];
+        return wrong(
+            inertia,
+            format!(
+                "the principal moments {a}, {b}, {c} kg m2 of link `{name}` are those of no body: each is at most the sum of the other two"
+            ),
+        );
+    }
+    let place = origin(node)?;
+    let mut found = Inertial::none();
+    found.add(&Inertial { mass_kg, centre_m: Vector3::zeros(), inertia_kg_m2: tensor }, &place);
+    Ok(found)
+}
+
+fn meshes(link: Node<'_, '_>, name: &str) -> Result<Vec<MeshFile>, ArmError> {
+    let named = link.descendants().filter(|node| node.has_tag_name("mesh"));
+    named.map(|node| Ok(MeshFile { link: name.into(), file: attribute(node, "filename")?.into(), line: line_of(node) })).collect()
+}
+
+fn joint(node: Node<'_, '_>) -> Result<Described, ArmError> {
+    let name = attribute(node, "name")?;
+    let kind = match attribute(node, "type")? {
+        "revolute" => Some(JointKind::Revolute),
+        "continuous" => Some(JointKind::Continuous),
+        "prismatic" => Some(JointKind::Prismatic),
+        "fixed" => None,
+        other => {
+            return wrong(
+                node,
+                format!("joint `{name}` is of type `{other}`; revolute, continuous, prismatic and fixed joints are simulated"),
+            );
+        }
+    };
+    let end = |tag: &str| match child(node, tag) {
+        Some(end) => attribute(end, "link").map(str::to_owned),
+        None => wrong(node, format!("joint `{name}` has no `{tag}`; add `<{tag} link=\"...\"/>`")),
+    };
+    let axis = child(node, "axis").map_or(Ok(Vector3::x()), |axis| vector(axis, "xyz", Vector3::x()))?;
+    let Some(axis) = Unit::try_new(axis, 1e-9) else { return wrong(node, format!("the axis of joint `{name}` has no direction")) };
+    let mut limits = [f64::NEG_INFINITY, f64::INFINITY];
+    let mut effort_limit = None;
+    match child(node, "limit") {
+        Some(limit) => {
+            if kind != Some(JointKind::Continuous) {
+                limits = [optional_number(limit, "lower")?.unwrap_or(0.0), optional_number(limit, "upper")?.unwrap_or(0.0)];
+            }
+            effort_limit = optional_number(limit, "effort")?.filter(|effort| *effort > 0.0);
+            if limits[0] > limits[1] {
+                return wrong(limit, format!("the limits of joint `{name}` are {} to {}; write the lower one first", limits[0], limits[1]));
+            }
+        }
+        None if matches!(kind, Some(JointKind::Revolute | JointKind::Prismatic)) => {
+            return wrong(node, format!("joint `{name}` has no `limit`; add one, or make the joint continuous"));
+        }
+        None => {}
+    }
+    let friction = |name: &str| child(node, "dynamics").map_or(Ok(None), |dynamics| optional_number(dynamics, name));
+    Ok(Described {
+        line: line_of(node),
+        parent: end("parent")?,
+        child: end("child")?,
+        kind,
+        joint: Joint {
+            name: name.into(),
+            kind: kind.unwrap_or(JointKind::Continuous),
+            place: origin(node)?,
+            axis,
+            limits,
+            effort_limit,
+            viscous_friction: friction("damping")?.unwrap_or(0.0),
+            dry_friction: friction("friction")?.unwrap_or(0.0),
+            inertial: Inertial::none(),
+        },
+    })
+}
+
+impl Urdf {
+    /// Reads the text of a URDF file.
+    ///
+    /// # Errors
+    /// [`ArmError::Xml`] and [`ArmError::Urdf`], with the line.
+    pub fn parse(text: &str) -> Result<Self, ArmError> {
+        let document = Document::parse(text).map_err(|error| ArmError::Xml { what: error.to_string() })?;
+        let root = document.root_element();
+        if !root.has_tag_name("robot") {
+            return wrong(root, format!("this is a `<{}>` and no `<robot>`; name a URDF file", root.tag_name().name()));
+        }
+        let mut urdf = Self {
+            name: root.attribute("name").unwrap_or_default().into(),
+            links: HashMap::new(),
+            link_names: Vec::new(),
+            joints: Vec::new(),
+        };
+        for node in root.children().filter(|node| node.has_tag_name("link")) {
+            let name = attribute(node, "name")?;
+            let link = Link { inertial: inertial(node, name)?, meshes: meshes(node, name)? };
+            if urdf.links.insert(name.into(), link).is_some() {
+                return wrong(node, format!("there are two links `{name}`; rename one"));
+            }
+            urdf.link_names.push(name.into());
+        }
+        for node in root.children().filter(|node| node.has_tag_name("joint")) {
+            let described = joint(node)?;
+            for end in [&described.parent, &described.child] {
+                if !urdf.links.contains_key(end) {
+                    return wrong(node, format!("joint `{}` names a link `{end}` that is not there", described.joint.name));
+                }
+            }
+            if let Some(other) = urdf.joints.iter().find(|other| other.child == described.child) {
+                let what = format!(
+                    "link `{}` hangs on two joints, `{}` and `{}`; loops are not simulated",
+                    other.child, other.joint.name, described.joint.name
+                );
+                return wrong(node, what);
+            }
+            urdf.joints.push(described);
+        }
+        Ok(urdf)
+    }
+
+    /// Every mesh that the links name.
+    pub fn meshes(&self) -> impl Iterator<Item = &MeshFile> {
+        self.link_names.iter().flat_map(|name| &self.links[name].meshes)
+    }
+
+    /// The link that is a tool where none is named: the last one of the file that nothing hangs on.
+    pub fn last_link(&self) -> Option<&str> {
+        let is_leaf = |name: &&String| !self.joints.iter().any(|joint| joint.parent == **name);
+        self.link_names.iter().rfind(is_leaf).map(String::as_str)
+    }
+
+    /// The chain from the base to a link, whose frame is the tool's. What hangs on fixed joints moves along with its link; so does what hangs on joints that
+    /// are not on the way, which stay at zero.
+    ///
+    /// # Errors
+    /// [`ArmError::Unknown`], [`ArmError::NoJoints`], [`ArmError::Massless`], and [`ArmError::Urdf`] for links in a circle.
+    pub fn chain(&self, tool: &str) -> Result<Chain, ArmError> {
+        if !self.links.contains_key(tool) {
+            return Err(ArmError::Unknown { kind: "link", name: tool.into(), known: self.link_names.join(", ") });
+        }
+        let mut way: Vec<&Described> = Vec::new();
+        let mut link = tool;
+        while let Some(joint) = self.joints.iter().find(|joint| joint.child == link) {
+            if way.len() > self.joints.len() {
+                return Err(ArmError::Urdf { line: joint.line, what: format!("link `{link}` hangs on itself; open the circle") });
+            }
+            way.push(joint);
+            link = &joint.parent;
+        }
+        way.reverse();
+        let mut joints: Vec<Joint> = Vec::new();
+        // Where the present link's frame stands in that of the last joint that moves.
+        let mut frame = Isometry3::identity();
+        for described in &way {
+            frame *= described.joint.place;
+            if described.kind.is_some() {
+                let axis = described.joint.axis;
+                joints.push(Joint { place: frame, axis, ..described.joint.clone() });
+                frame = Isometry3::identity();
+            }
+            if let Some(last) = joints.last_mut() {
+                self.gather(&described.child, &frame, &way, &mut last.inertial);
+            }
+        }
+        if joints.is_empty() {
+            return Err(ArmError::NoJoints { tip: tool.into() });
+        }
+        let chain = Chain { name: self.name.clone(), joints, tool: frame, gravity_m_per_s2: Vector3::new(0.0, 0.0, -GRAVITY) };
+        check_masses(&chain, &way)?;
+        Ok(chain)
+    }
+
+    /// Adds a link and all that hangs on it beside the way to the tool.
+    fn gather(&self, link: &str, frame: &Isometry3<f64>, way: &[&Described], into: &mut Inertial) {
+        into.add(&self.links[link].inertial, frame);
+        for joint in self.joints.iter().filter(|joint| joint.parent == link && !way.iter().any(|on| on.child == joint.child)) {
+            self.gather(&joint.child, &(frame * joint.joint.place), way, into);
+        }
+    }
+}
+
+/// Every joint must move something that resists.
+fn check_masses(chain: &Chain, way: &[&Described]) -> Result<(), ArmError> {
+    let mass = chain.mass_matrix(&vec![0.0; chain.joints()]);
+    let largest = mass.diagonal().amax();
+    match (0..chain.joints()).find(|&i| mass[(i, i)].is_nan() || mass[(i, i)] <= f64::EPSILON * largest) {
+        None => Ok(()),
+        Some(i) => {
+            let joint = &chain.joints[i].name;
+            let described = way.iter().find(|described| described.joint.name == *joint);
+            let link = described.map_or(String::new(), |described| described.child.clone());
+            Err(ArmError::Massless { joint: joint.clone(), link })
+        }
+    }
+}

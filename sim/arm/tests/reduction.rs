@@ -1,0 +1,177 @@
+//! The axis that an arm is along a normal: exact for one joint, and held against the whole arm for six.
+
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests fail as tests do, and say what they measured")]
+
+use std::f64::consts::TAU;
+use std::path::Path;
+
+use feeler_arm::{Arm, ArmError, FlexibleArm, JointDrive, Others, Reduction, Target, Urdf, Wall, inverse_kinematics};
+use nalgebra::{Complex, Vector3};
+
+/// Rounding of a small eigenvalue problem.
+const ROUNDING: f64 = 1e-9;
+const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
+
+fn drive(reflected: f64, stiffness: f64, damping: f64, friction: f64) -> JointDrive {
+    JointDrive {
+        gear_ratio: 100.0,
+        rotor_inertia_kg_m2: reflected / 1e4,
+        stiffness_n_m_per_rad: stiffness,
+        damping_n_m_s_per_rad: damping,
+        viscous_friction_n_m_s_per_rad: friction,
+        dry_friction_n_m: 0.0,
+        effort_limit_n_m: Some(200.0),
+        bandwidth_hz: None,
+    }
+}
+
+fn six_joint() -> Arm {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/arms/six-joint.urdf");
+    let chain = Urdf::parse(&std::fs::read_to_string(path).unwrap()).unwrap().chain("tool").unwrap();
+    let large = drive(1.5, 4e4, 30.0, 20.0);
+    let elbow = drive(0.9, 2.5e4, 20.0, 12.0);
+    let wrist = drive(0.15, 9e3, 3.0, 3.0);
+    Arm::new(chain, vec![large.clone(), large, elbow, wrist.clone(), wrist.clone(), wrist]).unwrap()
+}
+
+/// Twenty poses that point the tool down on a table of 0.4 by 0.6 m.
+fn poses(arm: &Arm) -> Vec<Vec<f64>> {
+    let mut poses = Vec::new();
+    for i in 0..5 {
+        for k in 0..4 {
+            let at = Vector3::new(0.45 + 0.1 * f64::from(i), -0.3 + 0.2 * f64::from(k), 0.1);
+            let pan = at.y.atan2(at.x);
+            let start = vec![pan, -1.2, 1.9, 0.9, 0.0, 0.0];
+            poses.push(inverse_kinematics(arm.chain(), &Target::Pointing(at, -Vector3::z()), &[start]).unwrap());
+        }
+    }
+    poses
+}
+
+#[test]
+fn truth_one_joint_is_two_masses_exactly() {
+    let text = r#"<robot name="lever"><link name="base"/>
+        <link name="rod"><inertial><mass value="2"/><inertia ixx="0.7" iyy="0.7" izz="0.7"/></inertial></link><link name="tip"/>
+        <joint name="hinge" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 -1 0"/></joint>
+        <joint name="end" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="0.8 0 0"/></joint></robot>"#;
+    let chain = Urdf::parse(text).unwrap().chain("tip").unwrap();
+    let arm = Arm::new(chain, vec![drive(1.1, 3e4, 25.0, 7.0)]).unwrap();
+    for others in [Others::Held, Others::Free] {
+        let found = arm.reduce(&[0.0], [0.0, 0.0, 2.0], others).unwrap();
+        let square = 0.8 * 0.8;
+        let pairs = [
+            (found.tip_mass_kg, 0.7 / square),
+            (found.motor_mass_kg, 1.1 / square),
+            (found.mass_kg, 1.8 / square),
+            (found.stiffness_n_per_m, 3e4 / square),
+            (found.static_stiffness_n_per_m, 3e4 / square),
+            (found.damping_n_s_per_m, 25.0 / square),
+            (found.guide_damping_n_s_per_m, 7.0 / square),
+            (found.link_mass_kg, 0.7 / square),
+            (found.force_limit_n.unwrap(), 200.0 / 0.8),
+        ];
+        for (found, expected) in pairs {
+            assert!((found / expected - 1.0).abs() < ROUNDING, "{others:?}: {found} {expected}");
+        }
+    }
+    // Along the rod it cannot move at all.
+    assert!(matches!(arm.reduce(&[0.0], [1.0, 0.0, 0.0], Others::Free), Err(ArmError::Singular { .. })));
+    assert!(matches!(arm.reduce(&[0.0], [0.0; 3], Others::Free), Err(ArmError::Normal { .. })));
+}
+
+/// The first mode in contact, from either side.
+const MODE: f64 = 2e-3;
+/// Where the drives let go of the other directions, one mode has nine tenths of the bending and the axis is the arm to a few hundredths.
+const CROSSOVER_FREE: f64 = 0.05;
+/// Where they are held, three modes between 16 and 28 Hz share it, which one spring cannot show.
+const CROSSOVER_HELD: f64 = 0.5;
+
+#[test]
+fn reference_contact_mode_and_phase_crossover_are_the_whole_arm_s_at_twenty_poses() {
+    let arm = six_joint();
+    for (others, most) in [(Others::Free, CROSSOVER_FREE), (Others::Held, CROSSOVER_HELD)] {
+        let [mut mode, mut crossover] = [0.0_f64; 2];
+        for q in poses(&arm) {
+            let found = arm.agreement(&q, DOWN, others, [2e4, 40.0]).unwrap();
+            let off = |[whole, axis]: [f64; 2]| (axis / whole - 1.0).abs();
+            mode = mode.max(off(found.contact_mode_hz));
+            crossover = crossover.max(off(found.phase_crossover_hz));
+        }
+        println!("{others:?}: contact mode off by up to {mode:.1e}, phase crossover by up to {crossover:.1e}");
+        assert!(mode < MODE && crossover < most, "{others:?}: {mode} {crossover}");
+    }
+}
+
+/// Of the force's amplitude: what is left of the start after two seconds, and of the fourth-order steps.
+const SIMULATED: f64 = 5e-3;
+
+#[test]
+fn truth_the_simulated_arm_swings_as_its_linear_model_says() {
+    let arm = six_joint();
+    let q = &poses(&arm)[5];
+    // Pressed on so that the swing stays in touch, and so lightly that a free arm does not drift into another pose meanwhile.
+    let (contact, frequency_hz, press, swing) = ([2e4, 400.0], 12.0, 0.2, 0.01);
+    for others in [Others::Free, Others::Held] {
+        let wall = Wall { gap_m: 0.0, stiffness_n_per_m: contact[0], damping_n_s_per_m: contact[1] };
+        let expected = arm.response_in_contact(q, DOWN, others, contact, &[frequency_hz]).unwrap()[0].norm() * swing;
+        let mut moving = FlexibleArm::new(&arm, q, DOWN, others, wall).unwrap();
+        let (per_period, settle, periods) = (160, 24, 6);
+        let step_s = 1.0 / frequency_hz / f64::from(per_period);
+        let mut sum = Complex::new(0.0, 0.0);
+        for i in 0..per_period * (settle + periods) {
+            let phase = TAU * f64::from(i) / f64::from(per_period);
+            if i >= per_period * settle {
+                sum += moving.force_n() * Complex::new(phase.cos(), -phase.sin());
+            }
+            // Held over the step: a delay of half of one, and no change of the amplitude worth naming.
+            moving.step(step_s, press + swing * phase.sin()).unwrap();
+        }
+        let found = 2.0 * sum.norm() / f64::from(per_period * periods);
+        println!("{others:?}: {found:.5} N simulated, {expected:.5} N linear");
+        assert!((found / expected - 1.0).abs() < SIMULATED, "{others:?}: {found} {expected}");
+    }
+}
+
+/// Peak force of an impact.
+const IMPACT: f64 = 0.05;
+
+#[test]
+fn reference_impact_peaks_are_the_whole_arm_s_at_twenty_poses() {
+    let arm = six_joint();
+    let (speed, step_s) = (0.05, 5e-5);
+    let wall = Wall { gap_m: 0.0, stiffness_n_per_m: 2e4, damping_n_s_per_m: 40.0 };
+    for others in [Others::Held, Others::Free] {
+        let mut worst = 0.0_f64;
+        for q in poses(&arm) {
+            let axis = arm.reduce(&q, DOWN, others).unwrap();
+            let mut moving = FlexibleArm::new(&arm, &q, DOWN, others, wall).unwrap();
+            moving.throw(others, speed).unwrap();
+            let mut peak = 0.0_f64;
+            for _ in 0..1600 {
+                moving.step(step_s, 0.0).unwrap();
+                peak = peak.max(moving.force_n());
+            }
+            let reduced = reduced_peak(&axis, &wall, speed);
+            worst = worst.max((reduced / peak - 1.0).abs());
+        }
+        println!("{others:?}: peak force of the impact off by up to {worst:.1e}");
+        assert!(worst < IMPACT, "{others:?}: {worst}");
+    }
+}
+
+/// Largest force of the reduced axis that meets the wall at a speed, by small steps.
+fn reduced_peak(axis: &Reduction, wall: &Wall, speed: f64) -> f64 {
+    let h = 1e-6;
+    let [mut x1, mut x2, mut v1, mut v2] = [0.0, 0.0, speed, speed];
+    let mut peak = 0.0_f64;
+    for _ in 0..80_000 {
+        let force = if x2 > 0.0 { (wall.stiffness_n_per_m * x2 + wall.damping_n_s_per_m * v2).max(0.0) } else { 0.0 };
+        let joint = axis.stiffness_n_per_m * (x1 - x2) + axis.damping_n_s_per_m * (v1 - v2);
+        v1 += h * (-joint - axis.guide_damping_n_s_per_m * v1) / axis.motor_mass_kg;
+        v2 += h * (joint - force) / axis.tip_mass_kg;
+        x1 += h * v1;
+        x2 += h * v2;
+        peak = peak.max(force);
+    }
+    peak
+}

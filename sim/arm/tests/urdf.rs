@@ -1,0 +1,77 @@
+//! Robot descriptions with mistakes: each is told with its line and remedy.
+
+use feeler_arm::{ArmError, Target, Urdf, inverse_kinematics};
+use nalgebra::Vector3;
+
+const GOOD: &str = r#"<robot name="two">
+<link name="base"/>
+<link name="one"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>
+<collision><geometry><mesh filename="one.stl"/></geometry></collision></link>
+<link name="two"><inertial><origin xyz="0.1 0 0"/><mass value="1"/><inertia ixx="0.01" iyy="0.02" izz="0.02"/></inertial></link>
+<joint name="a" type="revolute"><parent link="base"/><child link="one"/><axis xyz="0 0 1"/><limit lower="-2" upper="2" effort="10"/></joint>
+<joint name="b" type="prismatic"><parent link="one"/><child link="two"/><axis xyz="1 0 0"/><limit lower="0" upper="0.5"/></joint>
+</robot>"#;
+
+#[test]
+fn truth_what_is_written_is_read() {
+    let urdf = Urdf::parse(GOOD).unwrap();
+    let meshes: Vec<_> = urdf.meshes().collect();
+    assert_eq!((meshes[0].file.as_str(), meshes[0].link.as_str(), meshes[0].line), ("one.stl", "one", 4));
+    assert_eq!(urdf.last_link(), Some("two"));
+    let chain = urdf.chain("two").unwrap();
+    assert_eq!(chain.joints[0].effort_limit, Some(10.0));
+    // A turntable with a slide: I1 + I2 + m (0.3 + 0.1)^2 about z, m along x.
+    let mass = chain.mass_matrix(&[0.4, 0.3]);
+    assert!((mass[(0, 0)] - (0.1 + 0.02 + 0.16)).abs() < 1e-12 && (mass[(1, 1)] - 1.0).abs() < 1e-12, "{mass}");
+    // Turning at 2 rad/s it is pulled outward, and sliding out it is braked.
+    let efforts = chain.coriolis_efforts(&[0.4, 0.3], &[2.0, 0.5]);
+    assert!((efforts[1] + 0.4 * 4.0).abs() < 1e-12 && (efforts[0] - 2.0 * 0.4 * 2.0 * 0.5).abs() < 1e-12, "{efforts}");
+}
+
+#[test]
+fn truth_mistakes_are_told_with_line_and_remedy() {
+    let cases = [
+        (("izz=\"0.02\"", "izz=\"0\""), "line 5: link `two` has an inertia of 0 kg m2"),
+        (("iyy=\"0.02\"", "iyy=\"0.2\""), "line 5: the principal moments"),
+        (("mass value=\"1\"", "mass value=\"-1\""), "line 5: link `two` has a mass of -1 kg"),
+        (("<mass value=\"1\"/>", ""), "has no `mass`; add it"),
+        (("ixx=\"0.01\"", "ixx=\"light\""), "`ixx=\"light\"` is no finite number"),
+        (("type=\"prismatic\"", "type=\"floating\""), "line 7: joint `b` is of type `floating`"),
+        (("child link=\"two\"", "child link=\"three\""), "line 7: joint `b` names a link `three` that is not there"),
+        (("child link=\"two\"", "child link=\"one\""), "hangs on two joints, `a` and `b`"),
+        (("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 0\"/>"), "line 6: the axis of joint `a` has no direction"),
+        (("lower=\"-2\"", "lower=\"3\""), "write the lower one first"),
+        (("<limit lower=\"-2\" upper=\"2\" effort=\"10\"/>", ""), "joint `a` has no `limit`"),
+        (("xyz=\"0.1 0 0\"", "xyz=\"0.1 0\""), "is not three finite numbers"),
+        (("<robot name=\"two\">", "<robot name=\"two\""), "the URDF is no XML"),
+        (("name=\"two\"><inertial", "name=\"one\"><inertial"), "there are two links `one`"),
+    ];
+    for ((from, to), said) in cases {
+        assert!(GOOD.contains(from), "{from}");
+        let error = Urdf::parse(&GOOD.replacen(from, to, 1)).unwrap_err().to_string();
+        assert!(error.contains(said), "{to}: {error}");
+    }
+    let urdf = Urdf::parse(GOOD).unwrap();
+    let unknown = urdf.chain("hand").unwrap_err().to_string();
+    assert!(unknown.contains("no link `hand`") && unknown.contains("base, one, two"), "{unknown}");
+    assert!(matches!(urdf.chain("base"), Err(ArmError::NoJoints { .. })));
+    let hollow = GOOD.replacen(
+        "<inertial><origin xyz=\"0.1 0 0\"/><mass value=\"1\"/><inertia ixx=\"0.01\" iyy=\"0.02\" izz=\"0.02\"/></inertial>",
+        "",
+        1,
+    );
+    let massless = Urdf::parse(&hollow).unwrap().chain("two").unwrap_err().to_string();
+    assert!(massless.contains("joint `b` moves nothing that has mass"), "{massless}");
+}
+
+#[test]
+fn truth_poses_are_checked_and_found() {
+    let chain = Urdf::parse(GOOD).unwrap().chain("two").unwrap();
+    assert!(matches!(chain.check_pose(&[0.0]), Err(ArmError::Pose { given: 1, needed: 2, .. })));
+    assert!(matches!(chain.check_pose(&[2.5, 0.1]), Err(ArmError::Limit { .. })));
+    let target = Target::Position(Vector3::new(0.12, 0.16, 0.0));
+    let q = inverse_kinematics(&chain, &target, &[vec![0.0, 0.1]]).unwrap();
+    assert!((q[0] - f64::atan2(0.16, 0.12)).abs() < 1e-7 && (q[1] - 0.2).abs() < 1e-7, "{q:?}");
+    let far = inverse_kinematics(&chain, &Target::Position(Vector3::new(0.0, 0.9, 0.0)), &[vec![0.0, 0.1]]).unwrap_err();
+    assert!(matches!(far, ArmError::Unreachable { left_m, .. } if (left_m - 0.4).abs() < 1e-3), "{far}");
+}

@@ -71,8 +71,9 @@ pub(crate) enum Command {
     feeler run scenario.toml --integrator rk4 --set 'run.step=50 us'\n  \
     feeler run scenario.toml --engine rapier --set 'run.step=20 us'\n  \
     feeler run scenario.toml --json | jq .outcome\n\n\
-    Writes into the output folder: trace.parquet (first column t_s, then the recorded signals), trace.csv\n\
-    with --csv, summary.json, and report.html, a page of interactive plots that needs no network.")]
+    Writes into the output folder: trace.parquet (first column t_s, then the recorded signals),\n\
+    trace.csv with --csv, summary.json, and report.html, a page of plots that needs no network.\n\
+    The outcomes are explained in docs/outcomes.md.")]
 pub(crate) struct Run {
     /// Scenario file (TOML)
     #[arg(value_hint = ValueHint::FilePath)]

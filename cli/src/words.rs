@@ -155,3 +155,17 @@ fn undecided(why: Option<Undecided>) -> String {
     };
     format!("This run does not tell what becomes of it: {why}.")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_every_outcome_is_explained() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/outcomes.md");
+        let text = std::fs::read_to_string(path).unwrap();
+        for (outcome, name) in Outcome::ALL {
+            assert!(text.contains(&format!("| `{name}` | {} |", outcome_label(outcome))), "{name}");
+        }
+    }
+}

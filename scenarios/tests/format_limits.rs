@@ -50,6 +50,12 @@ fn truth_work_beyond_reason_is_refused_with_the_arithmetic() {
 }
 
 #[test]
+fn regress_a_folder_is_no_file() {
+    let report = Document::load(env!("CARGO_MANIFEST_DIR").as_ref()).unwrap_err().to_string();
+    assert!(report.contains("this is a folder"), "{report}");
+}
+
+#[test]
 fn truth_numbers_that_nobody_can_mean_are_refused_in_short() {
     for setting in [
         "bodies.tip.mass=1e-300",

@@ -245,7 +245,11 @@ fn moved(mut node: Node, by: usize) -> Node {
 
 pub(crate) fn read_text(path: &Path) -> Result<String, FormatError> {
     let name = path.display().to_string();
-    let size = fs::metadata(path).map_err(|error| unreadable(&name, error.to_string(), "name an existing file"))?.len();
+    let metadata = fs::metadata(path).map_err(|error| unreadable(&name, error.to_string(), "name an existing file"))?;
+    if metadata.is_dir() {
+        return Err(unreadable(&name, "this is a folder".into(), "name a file in it"));
+    }
+    let size = metadata.len();
     if size > LARGEST_FILE {
         let message = format!("the file has {size} bytes, and no scenario is larger than {LARGEST_FILE}");
         return Err(unreadable(&name, message, "name a TOML file"));

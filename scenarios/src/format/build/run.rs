@@ -99,7 +99,8 @@ impl Builder<'_> {
         let duration = run.duration_s;
         let steps = duration / run.step_s;
         if run.integrator != Integrator::Exact && steps > MOST_STEPS {
-            let message = format!("{duration} s / {} s = {steps:.3e} steps, and at most {MOST_STEPS:.0e} are taken", short(run.step_s));
+            let message =
+                format!("{} s / {} s = {steps:.3e} steps, and at most {MOST_STEPS:.0e} are taken", short(duration), short(run.step_s));
             self.problems.add(place("step"), "run.step", message, "lengthen the step, shorten the run, or use the exact integrator");
         }
         let rate = fields.optional("record_rate").unwrap_or(1.0 / run.step_s);
@@ -109,7 +110,8 @@ impl Builder<'_> {
         let key = if table.contains_key("record_rate") { "record_rate" } else { "duration" };
         if rows > MOST_ROWS || values > MOST_VALUES {
             let message = format!(
-                "{duration} s * {rate} Hz = {rows:.3e} rows of {signals} signals = {values:.3e} numbers ({:.1} GB), and at most {MOST_ROWS:.0e} rows and {MOST_VALUES:.0e} numbers are recorded",
+                "{} s * {rate} Hz = {rows:.3e} rows of {signals} signals = {values:.3e} numbers ({:.1} GB), and at most {MOST_ROWS:.0e} rows and {MOST_VALUES:.0e} numbers are recorded",
+                short(duration),
                 values * 8e-9
             );
             self.problems.add(place(key), format!("run.{key}"), message, "lower `record_rate`, record fewer signals, or shorten the run");

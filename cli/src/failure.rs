@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::Path;
 use std::process::ExitCode;
 
+use feeler_diagnosis::DiagnosisError;
 use feeler_scenarios::format::FormatError;
 use feeler_scenarios::run::RunError;
 use feeler_scenarios::sweep::SweepError;
@@ -84,6 +85,8 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
         (mistakes.report(terminal::has_colours()), BAD_INPUT)
     } else if let Some(sweep) = error.downcast_ref::<SweepError>() {
         of_sweep(sweep)
+    } else if let Some(diagnosis) = error.downcast_ref::<DiagnosisError>() {
+        of_diagnosis(diagnosis)
     } else {
         match error.downcast_ref::<RunError>() {
             Some(RunError::Engine(engine)) => (format!("error: this scenario cannot be run\n{engine}"), BAD_INPUT),
@@ -106,6 +109,20 @@ fn of_sweep(error: &SweepError) -> (String, u8) {
         SweepError::RefineShard => with("run it on one machine, or remove [refine]"),
         SweepError::TooManyAxes { .. } => with("use `sampling = \"latin-hypercube\"`"),
         SweepError::Parquet { .. } | SweepError::Column { .. } => with("remove the file; what is missing is run again"),
+        _ => (format!("error: {error}"), INTERNAL),
+    }
+}
+
+fn of_diagnosis(error: &DiagnosisError) -> (String, u8) {
+    let with = |remedy: &str| (BadInput { message: error.to_string(), remedy: remedy.into() }.to_string(), BAD_INPUT);
+    match error {
+        DiagnosisError::Format(mistakes) => (mistakes.report(terminal::has_colours()), BAD_INPUT),
+        DiagnosisError::Read { .. } => with("check the file's name in dataset.toml, and that it is a table with a header row"),
+        // Each fault says its own remedy.
+        DiagnosisError::Data { .. } => (format!("error: these records cannot be used\n{error}"), BAD_INPUT),
+        DiagnosisError::Unreadable { .. } => with("experiments are CSV, Parquet or MCAP (JSON messages), told apart by the file's ending"),
+        DiagnosisError::Signal { .. } => with("replay a machine with the elements that the dataset names, or change [columns]"),
+        DiagnosisError::Machine { .. } => with("`feeler check` on the machine file says more"),
         _ => (format!("error: {error}"), INTERNAL),
     }
 }

@@ -106,3 +106,42 @@ fn bar(label: &str, elapsed: Duration) -> ProgressBar {
         Err(_) => bar,
     }
 }
+
+/// Says what is being done, for work whose steps cannot be counted: a spinner with the time on a terminal, a line for each step in a log.
+pub(crate) struct Steps {
+    label: String,
+    started: Instant,
+    bar: Option<ProgressBar>,
+}
+
+impl Steps {
+    pub(crate) fn new(label: impl Into<String>) -> Self {
+        let bar = io::stderr().is_terminal().then(|| {
+            let bar = ProgressBar::new_spinner();
+            bar.enable_steady_tick(TICK);
+            match ProgressStyle::with_template("{spinner} {msg}, {elapsed}") {
+                Ok(style) => bar.with_style(style),
+                Err(_) => bar,
+            }
+        });
+        Self { label: label.into(), started: Instant::now(), bar }
+    }
+
+    /// Names what is being done now.
+    pub(crate) fn at(&self, what: &str) {
+        match &self.bar {
+            Some(bar) => bar.set_message(format!("{}: {what}", self.label)),
+            None => terminal::complain(&format!("{}: {what} ({:.0} s)", self.label, self.started.elapsed().as_secs_f64())),
+        }
+    }
+
+    /// Takes the spinner away.
+    pub(crate) fn done(self) {
+        if let Some(bar) = self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// How often a spinner turns.
+const TICK: Duration = Duration::from_millis(120);

@@ -22,11 +22,29 @@ pub enum DiagnosisError {
         /// What the system says.
         source: csv::Error,
     },
+    /// A file that is not what its ending says.
+    #[error("{}: {reason}", .file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// A fault of the measured series that no assumption can repair.
     #[error("{}", list_faults(.faults))]
     Data {
         /// Every fault found.
         faults: Vec<crate::dataset::Fault>,
+    },
+    /// A column stands for a signal that the machine to be replayed has not.
+    #[error("column `{column}` is `{signal}`, which this machine has not: {reason}")]
+    Signal {
+        /// The column.
+        column: String,
+        /// What it stands for.
+        signal: String,
+        /// What the machine has instead.
+        reason: String,
     },
     /// The machine has no motion as it stands.
     #[error("the machine cannot be moved: {}", list_problems(.problems))]

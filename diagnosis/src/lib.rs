@@ -3,9 +3,11 @@
 //! [`dataset::Dataset::load`] reads and checks what was measured; [`diagnose`] answers; [`predict::Predictor`] replays a record on any machine.
 
 mod answer;
+pub mod blind;
 mod candidates;
 pub mod dataset;
 mod diagnose;
+pub mod difference;
 mod error;
 mod fit;
 mod gap;
@@ -16,6 +18,7 @@ mod nested;
 mod next;
 mod odds;
 pub mod predict;
+pub mod replay;
 pub mod report;
 mod screen;
 mod search;

@@ -3,6 +3,7 @@
 use feeler_plant::assembly::{Assembly, assemble};
 use feeler_plant::description::{Elements, Engagement, Machine, Quantity};
 use feeler_plant::effects::{Definition, EffectUse, Parameter, Scale};
+use feeler_plant::problem::Problem;
 use indexmap::IndexMap;
 
 use crate::error::DiagnosisError;
@@ -337,18 +338,22 @@ impl Model {
     ///
     /// A clamped tool is attached: the laws of surfaces that part (Hertz, Hunt and Crossley) do not act there.
     pub(crate) fn assembly(&self, theta: &[f64], engagement: Option<Engagement>) -> Option<Assembly> {
-        let mut machine = self.machine(theta);
-        if engagement == Some(Engagement::Clamped) {
-            for contact in machine.contacts.values_mut() {
-                contact.effects.retain(|effect| !PARTING.contains(&effect.definition.kind));
-            }
-        }
-        assemble(&machine).ok()
+        assemble_for(self.machine(theta), engagement).ok()
     }
 }
 
 /// How far a step that was read off the values may move, as a logarithm.
 const STEP_SPREAD: f64 = 0.005;
+/// A machine as an experiment with this engagement sees it.
+pub(crate) fn assemble_for(mut machine: Machine, engagement: Option<Engagement>) -> Result<Assembly, Vec<Problem>> {
+    if engagement == Some(Engagement::Clamped) {
+        for contact in machine.contacts.values_mut() {
+            contact.effects.retain(|effect| !PARTING.contains(&effect.definition.kind));
+        }
+    }
+    assemble(&machine)
+}
+
 /// Effects that are dry friction.
 const DRY: [&str; 4] = ["coulomb-friction", "stribeck-friction", "load-friction", "asymmetric-friction"];
 /// One sigma of what is known of pre-sliding, frequency and damping ratio, as logarithms.

@@ -72,6 +72,7 @@ fn expected(judge: &Judge<'_>, truth: &Scored, other: &Scored, template: &Templa
         is_check: false,
         repeat: None,
         start_s: 0.0,
+        times_s: Vec::new(),
         spacing_s,
         commands: vec![template.command.clone()],
         series,

@@ -96,6 +96,7 @@ fn records_of(effect: &str) -> Dataset {
         is_check: i >= 4,
         repeat: None,
         start_s: 0.0,
+        times_s: (0..ROWS).map(|k| k as f64 * SPACING_S).collect(),
         spacing_s: SPACING_S,
         commands: vec![command],
         series: vec![vec![0.0; ROWS]; 3],

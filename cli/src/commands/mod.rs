@@ -1,14 +1,17 @@
 //! The commands, one file each.
 
 pub(crate) mod analyze;
+pub(crate) mod blind;
 pub(crate) mod check;
 pub(crate) mod completions;
+pub(crate) mod diagnose;
 pub(crate) mod effects;
 pub(crate) mod figures;
 pub(crate) mod fit_landmarks;
 pub(crate) mod frf;
 pub(crate) mod merge;
 pub(crate) mod new;
+pub(crate) mod replay;
 pub(crate) mod run;
 pub(crate) mod schema;
 pub(crate) mod sweep;

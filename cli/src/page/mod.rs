@@ -114,6 +114,12 @@ impl Page {
         self.maps.push(hover);
     }
 
+    /// A drawing across the page, on white ground.
+    pub(crate) fn picture(&mut self, title: &str, caption: &str, svg: &str) {
+        let (title, caption) = (escape(title), escape(caption));
+        let _ = writeln!(self.body, "<figure><figcaption><b>{title}</b> {caption}</figcaption><div class=\"map\">{svg}</div></figure>");
+    }
+
     /// A table; columns named in `right` hold numbers.
     pub(crate) fn table(&mut self, header: &[&str], right: &[usize], rows: &[Vec<String>]) {
         let class = |column: usize| if right.contains(&column) { " class=\"number\"" } else { "" };

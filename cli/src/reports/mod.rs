@@ -1,6 +1,8 @@
 //! What each command's page shows.
 
 pub(crate) mod analyze;
+pub(crate) mod blind;
+pub(crate) mod diagnosis;
 pub(crate) mod frf;
 pub(crate) mod run;
 pub(crate) mod sweep;

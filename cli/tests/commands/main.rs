@@ -5,6 +5,8 @@ mod bench;
 #[cfg(test)]
 mod check;
 #[cfg(test)]
+mod diagnose;
+#[cfg(test)]
 mod print;
 #[cfg(test)]
 mod run;

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use feeler_plant::description::Engagement;
 use feeler_scenarios::format::Experiment;
 
 use super::{Dataset, Record, Table, file_name, role_is_check};
@@ -57,6 +58,15 @@ pub enum FaultKind {
         /// Variation over noise.
         ratio: f64,
     },
+    /// Two channels of the same motion differ by a factor between units.
+    Units {
+        /// The other column.
+        other: String,
+        /// This one over the other.
+        factor: f64,
+        /// The factor in words.
+        what: &'static str,
+    },
     /// Two channels that must move together do so with a shift in time.
     ClockOffset {
         /// The other column.
@@ -109,8 +119,11 @@ impl FaultKind {
             Self::WeakExcitation { ratio } => {
                 (format!("the series varies only {ratio:.1} times its noise"), "it can tell little; excite more strongly")
             }
+            Self::Units { other, factor, what } => {
+                (format!("reads {factor:.4} times what `{other}` says of the same motion, about {what}"), "bring both columns to SI")
+            }
             Self::ClockOffset { other, late_s } => (
-                format!("runs {:.3} ms behind `{other}`", 1e3 * late_s),
+                format!("runs {:.3} ms {} `{other}`", 1e3 * late_s.abs(), if *late_s > 0.0 { "behind" } else { "ahead of" }),
                 "set the sensor's `delay` in the machine file if that is believed",
             ),
         }
@@ -178,7 +191,7 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
                 None => note(Some(name), None, FaultKind::MissingColumn),
             }
         }
-        let time = table.columns.first().cloned().unwrap_or_default();
+        let mut time = table.columns.first().cloned().unwrap_or_default();
         if time.len() < FEWEST_ROWS {
             note(None, None, FaultKind::TooShort { rows: time.len() });
             continue;
@@ -202,7 +215,13 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
                 note(Some(name), None, FaultKind::Constant);
             } else if i >= drives {
                 let channel = &dataset.channels[i - drives];
-                series_faults(column, channel.noise, channel.resolution, &mut |row, kind| note(Some(name), row, kind));
+                // A force out of contact is nothing but noise, and must be.
+                let is_idle = experiment.engagement == Some(Engagement::Free) && channel.is_of_contact(&dataset.machine);
+                series_faults(column, channel.noise, channel.resolution, &mut |row, kind| {
+                    if !(is_idle && matches!(kind, FaultKind::WeakExcitation { .. })) {
+                        note(Some(name), row, kind);
+                    }
+                });
             }
         }
         if faults[before..].iter().any(|fault| fault.kind.is_fatal()) {
@@ -213,6 +232,8 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
             for (i, column) in columns.iter_mut().enumerate() {
                 *column = regrid(&time, column, spacing_s, i < drives && holds[i].is_some());
             }
+            let first = time[0];
+            time.iter_mut().enumerate().for_each(|(k, t)| *t = first + k as f64 * spacing_s);
         }
         let series = columns.split_off(drives);
         dataset.records.push(Record {
@@ -221,6 +242,7 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
             is_check: role_is_check(experiment.role),
             repeat: experiment.repeat.clone(),
             start_s: time[0],
+            times_s: time,
             spacing_s,
             commands: columns,
             series,

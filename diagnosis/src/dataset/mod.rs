@@ -1,6 +1,8 @@
 //! What was measured: series read from files, checked, and tied to the signals of the believed machine.
 
 mod check;
+mod consistency;
+mod mcap;
 mod read;
 
 pub(crate) use check::quantum;
@@ -36,6 +38,14 @@ impl Channel {
             Source::Node(_, q) | Source::Contact(_, q) | Source::Link(_, q) | Source::Drive(_, q) => q,
         }
     }
+
+    /// Whether the signal is one of a contact, bare or through a sensor: zero where there is none.
+    pub fn is_of_contact(&self, machine: &Machine) -> bool {
+        match self.source {
+            Source::Sensor(i) => machine.contacts.contains_key(&machine.sensors[i].reads.element),
+            source => matches!(source, Source::Contact(..)),
+        }
+    }
 }
 
 /// One experiment: commands in, readings out, on an even grid.
@@ -51,6 +61,8 @@ pub struct Record {
     pub repeat: Option<String>,
     /// Time of the first row, s.
     pub start_s: f64,
+    /// Time stamps as they were read, s.
+    pub times_s: Vec<f64>,
     /// Spacing of rows, s.
     pub spacing_s: f64,
     /// Commands of every drive, one per row, held until the next; N (or m/s).
@@ -98,6 +110,27 @@ impl Dataset {
     pub fn load(path: &Path) -> Result<Self, DiagnosisError> {
         let file = DatasetFile::load(path)?;
         let machine = file.machine.scenario.machine.clone();
+        let tolerance = file.machine.tolerance.clone();
+        Self::of(&file, machine, tolerance)
+    }
+
+    /// The same with another machine in place of the believed one.
+    ///
+    /// # Errors
+    /// As [`Dataset::load`], and a column whose signal this machine has not.
+    pub fn load_for(path: &Path, machine: &Machine) -> Result<Self, DiagnosisError> {
+        let file = DatasetFile::load(path)?;
+        for (name, column) in &file.columns {
+            resolve(machine, &column.signal).map_err(|reason| DiagnosisError::Signal {
+                column: name.clone(),
+                signal: column.signal.to_string(),
+                reason: reason.to_string(),
+            })?;
+        }
+        Self::of(&file, machine.clone(), IndexMap::new())
+    }
+
+    fn of(file: &DatasetFile, machine: Machine, tolerance: IndexMap<String, f64>) -> Result<Self, DiagnosisError> {
         let mut drives = Vec::new();
         let mut channels = Vec::new();
         for (name, column) in &file.columns {
@@ -117,23 +150,17 @@ impl Dataset {
                 resolution: column.resolution.unwrap_or(resolution),
             });
         }
-        let tables = file.experiments.iter().map(|experiment| read::table(&experiment.file)).collect::<Result<Vec<_>, _>>()?;
+        let held: Vec<&str> = drives.iter().map(|(_, name)| name.as_str()).collect();
+        let tables = file.experiments.iter().map(|experiment| read::table(&experiment.file, &held)).collect::<Result<Vec<_>, _>>()?;
         let holds: Vec<Option<f64>> = drives.iter().map(|(_, name)| file.columns[name].hold_s).collect();
-        let mut dataset = Self {
-            name: file.name.clone(),
-            machine,
-            tolerance: file.machine.tolerance.clone(),
-            drives,
-            channels,
-            records: Vec::new(),
-            warnings: Vec::new(),
-        };
+        let mut dataset = Self { name: file.name.clone(), machine, tolerance, drives, channels, records: Vec::new(), warnings: Vec::new() };
         let faults = check::assemble(&mut dataset, &file.experiments, tables, &holds);
         let (fatal, warnings): (Vec<Fault>, Vec<Fault>) = faults.into_iter().partition(|fault| fault.kind.is_fatal());
         if !fatal.is_empty() {
             return Err(DiagnosisError::Data { faults: fatal });
         }
         dataset.warnings = warnings;
+        dataset.warnings.extend(consistency::check(&dataset));
         dataset.split();
         Ok(dataset)
     }

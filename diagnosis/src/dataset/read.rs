@@ -1,11 +1,20 @@
-//! CSV files into columns of numbers. What is no number becomes NaN, and the checks say where.
+//! Files into columns of numbers: CSV, Parquet, MCAP, told apart by their ending. What is no number becomes NaN, and the checks say where.
 
 use std::path::Path;
 
-use super::Table;
+use super::{Table, mcap};
 use crate::error::DiagnosisError;
 
-pub(super) fn table(path: &Path) -> Result<Table, DiagnosisError> {
+/// Reads a table; `held` names columns that keep their value between readings.
+pub(super) fn table(path: &Path, held: &[&str]) -> Result<Table, DiagnosisError> {
+    match path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase).as_deref() {
+        Some("parquet") => parquet_table(path),
+        Some("mcap") => mcap::table(path, held),
+        _ => csv_table(path),
+    }
+}
+
+fn csv_table(path: &Path) -> Result<Table, DiagnosisError> {
     let fail = |source| DiagnosisError::Read { file: path.to_owned(), source };
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).comment(Some(b'#')).from_path(path).map_err(fail)?;
     let header: Vec<String> = reader.headers().map_err(fail)?.iter().map(str::to_owned).collect();
@@ -14,6 +23,38 @@ pub(super) fn table(path: &Path) -> Result<Table, DiagnosisError> {
         let row = row.map_err(fail)?;
         for (i, column) in columns.iter_mut().enumerate() {
             column.push(row.get(i).and_then(|cell| cell.parse().ok()).unwrap_or(f64::NAN));
+        }
+    }
+    Ok(Table { file: path.to_owned(), header, columns })
+}
+
+fn parquet_table(path: &Path) -> Result<Table, DiagnosisError> {
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    use parquet::record::Field;
+
+    let fail = |reason: String| DiagnosisError::Unreadable { file: path.to_owned(), reason };
+    let file = std::fs::File::open(path).map_err(|error| fail(error.to_string()))?;
+    let reader = SerializedFileReader::new(file).map_err(|error| fail(error.to_string()))?;
+    let schema = reader.metadata().file_metadata().schema();
+    let header: Vec<String> = schema.get_fields().iter().map(|field| field.name().to_owned()).collect();
+    let mut columns = vec![Vec::new(); header.len()];
+    for row in reader.get_row_iter(None).map_err(|error| fail(error.to_string()))? {
+        let row = row.map_err(|error| fail(error.to_string()))?;
+        for (column, (_, field)) in columns.iter_mut().zip(row.get_column_iter()) {
+            column.push(match *field {
+                Field::Double(x) => x,
+                Field::Float(x) => f64::from(x),
+                Field::Int(x) => f64::from(x),
+                Field::Short(x) => f64::from(x),
+                Field::Byte(x) => f64::from(x),
+                Field::Long(x) => x as f64,
+                Field::UInt(x) => f64::from(x),
+                Field::UShort(x) => f64::from(x),
+                Field::UByte(x) => f64::from(x),
+                Field::ULong(x) => x as f64,
+                Field::Bool(x) => f64::from(u8::from(x)),
+                _ => f64::NAN,
+            });
         }
     }
     Ok(Table { file: path.to_owned(), header, columns })

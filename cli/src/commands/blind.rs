@@ -1,0 +1,208 @@
+//! `feeler blind`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use feeler_diagnosis::blind::{Answered, AnsweredEffect, CASES, Case, HELD_BACK, Measure, SEALED, Score, make, score, unseal};
+use feeler_diagnosis::dataset::Dataset;
+use feeler_diagnosis::replay::{Replay, replay};
+use feeler_diagnosis::report::Diagnosis;
+use feeler_diagnosis::{DiagnosisError, diagnose};
+
+use crate::arguments::{Blind, BlindMake, BlindRun, BlindScore};
+use crate::failure::BadInput;
+use crate::numbers::{count, percent, plain};
+use crate::progress::Rate;
+use crate::table::table;
+use crate::{reports, terminal};
+
+/// Folder of the answers.
+const ANSWERS: &str = "answers";
+/// What is scored of an answer.
+const ANSWER: &str = "answer.json";
+/// Closable gaps below this are noise, and their share closed means nothing.
+const LEAST_GAP: f64 = 1e-6;
+
+pub(crate) fn run(arguments: &Blind) -> anyhow::Result<()> {
+    match arguments {
+        Blind::Make(arguments) => make_cases(arguments),
+        Blind::Run(arguments) => run_cases(arguments),
+        Blind::Score(arguments) => score_cases(arguments),
+    }
+}
+
+fn make_cases(arguments: &BlindMake) -> anyhow::Result<()> {
+    let folder = &arguments.out;
+    fs::create_dir_all(folder).map_err(|error| BadInput::unwritable(folder, &error))?;
+    let rate = Rate::new("making cases");
+    let total = u64::from(arguments.cases);
+    let made = make(folder, total as usize, arguments.seed, &|done| rate.at(done as u64, 0, total));
+    rate.done();
+    made.map_err(|error| BadInput::unwritable(folder, &error))?;
+    let folder = folder.display();
+    terminal::print(&format!(
+        "{} in {folder}/{CASES}, truth sealed in {folder}/{SEALED}\nnext: feeler blind run {folder}",
+        count(total as usize, "case", "cases")
+    ))
+}
+
+/// Dataset folders, in order: those that were made here, or any in a folder from elsewhere.
+fn cases(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let made = folder.join(CASES);
+    let inside = if made.is_dir() { made.as_path() } else { folder };
+    let remedy = "name a folder that `feeler blind make` has filled, or one of dataset folders";
+    let entries = fs::read_dir(inside).map_err(|error| BadInput::error(format!("cannot read {}: {error}", inside.display()), remedy))?;
+    let mut found: Vec<PathBuf> =
+        entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.join("dataset.toml").is_file()).collect();
+    found.sort();
+    if found.is_empty() {
+        return Err(BadInput::error(format!("no dataset folders in {}", inside.display()), remedy));
+    }
+    Ok(found)
+}
+
+fn run_cases(arguments: &BlindRun) -> anyhow::Result<()> {
+    let folder = &arguments.folder;
+    let answers = arguments.answers.clone().unwrap_or_else(|| folder.join(ANSWERS));
+    let name = |case: &Path| case.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let all = cases(folder)?;
+    let total = all.len();
+    let left: Vec<PathBuf> = all.into_iter().filter(|case| !answers.join(name(case)).join(ANSWER).is_file()).collect();
+    let rate = Rate::new("blind");
+    let found = (total - left.len()) as u64;
+    for (i, case) in left.iter().enumerate() {
+        let name = name(case);
+        let own = answers.join(&name);
+        fs::create_dir_all(&own).map_err(|error| BadInput::unwritable(&own, &error))?;
+        let write = |file: &str, text: String| {
+            let path = own.join(file);
+            fs::write(&path, text + "\n").map_err(|error| BadInput::unwritable(&path, &error))
+        };
+        // One case without answer is a miss, not the end of the benchmark.
+        let answered = match answer(folder, case, &name) {
+            Ok((answered, diagnosis)) => {
+                write("diagnosis.json", serde_json::to_string_pretty(&diagnosis)?)?;
+                answered
+            }
+            Err(error) => Answered { case: name, verdict: error.to_string(), ..Answered::default() },
+        };
+        write(ANSWER, serde_json::to_string_pretty(&answered)?)?;
+        rate.at(i as u64 + 1, found, total as u64);
+    }
+    rate.done();
+    let answers = answers.display();
+    terminal::print(&format!("{} answered in {answers}\nnext: feeler blind score {}", count(total, "case", "cases"), folder.display()))
+}
+
+/// Diagnoses one case, then predicts the experiments that were held back.
+fn answer(folder: &Path, case: &Path, name: &str) -> Result<(Answered, Diagnosis), DiagnosisError> {
+    let dataset = Dataset::load(case)?;
+    let begun = Instant::now();
+    let diagnosis = diagnose(&dataset, &|_| {})?;
+    let wall_s = begun.elapsed().as_secs_f64();
+    let held_back = folder.join(HELD_BACK).join(name);
+    let closed_held_back = if held_back.is_dir() {
+        let held = Dataset::load(&held_back)?;
+        let [calibrated, repaired] = [replay(&diagnosis.calibrated, &held)?, replay(&diagnosis.machine, &held)?];
+        closed(&diagnosis, &calibrated, &repaired)
+    } else {
+        None
+    };
+    let effects = diagnosis.effects.iter().map(|effect| AnsweredEffect {
+        kind: effect.kind.to_owned(),
+        accepted: effect.accepted,
+        probability: effect.probability,
+        parameters: effect.parameters.iter().map(|(name, estimate)| ((*name).to_owned(), estimate.value)).collect(),
+    });
+    let answered = Answered {
+        case: name.to_owned(),
+        verdict: serde_json::to_value(diagnosis.verdict).ok().and_then(|value| Some(value.as_str()?.to_owned())).unwrap_or_default(),
+        places: diagnosis.places.iter().map(|place| place.place.to_owned()).collect(),
+        effects: effects.collect(),
+        look_alikes: diagnosis.look_alikes.iter().map(|pair| pair.map(str::to_owned)).collect(),
+        claimed: diagnosis.gap.closed,
+        closed_held_back,
+        wall_s,
+    };
+    Ok((answered, diagnosis))
+}
+
+/// Share of the gap that closes on experiments held back, the floor being that of the diagnosis; none where there is none to close.
+fn closed(diagnosis: &Diagnosis, calibrated: &[Replay], repaired: &[Replay]) -> Option<f64> {
+    let square = |replays: &[Replay]| {
+        let errors: Vec<f64> = replays.iter().flat_map(|replay| &replay.errors).map(|error| error.relative_in_windows.powi(2)).collect();
+        errors.iter().sum::<f64>() / errors.len().max(1) as f64
+    };
+    let floor = diagnosis.gap.floor.powi(2);
+    let closable = square(calibrated) - floor;
+    (closable > LEAST_GAP).then(|| 1.0 - ((square(repaired) - floor).max(0.0) / closable).sqrt())
+}
+
+fn score_cases(arguments: &BlindScore) -> anyhow::Result<()> {
+    let folder = &arguments.folder;
+    let sealed = arguments.truth.clone().unwrap_or_else(|| folder.join(SEALED));
+    let given = arguments.answers.clone().unwrap_or_else(|| folder.join(ANSWERS));
+    let text = fs::read_to_string(&sealed).map_err(|error| {
+        BadInput::error(
+            format!("cannot read {}: {error}", sealed.display()),
+            "name a folder that `feeler blind make` has filled, or a file with --truth",
+        )
+    })?;
+    let read = |text: &str| serde_json::from_str::<Vec<Case>>(text);
+    let truth = match unseal(&text) {
+        Some(opened) => read(&opened),
+        None => read(&text),
+    }
+    .map_err(|error| {
+        BadInput::error(format!("{} is no truth: {error}", sealed.display()), "make the cases again with `feeler blind make`")
+    })?;
+    let mut answers = Vec::new();
+    for case in &truth {
+        let file = given.join(&case.case).join(ANSWER);
+        let Ok(text) = fs::read_to_string(&file) else { continue };
+        let answered: Answered = serde_json::from_str(&text).map_err(|error| {
+            BadInput::error(format!("{}: {error}", file.display()), "remove this file and start `feeler blind run` again")
+        })?;
+        answers.push(answered);
+    }
+    if answers.is_empty() {
+        return Err(BadInput::error("no case has been answered", format!("first: feeler blind run {}", folder.display())));
+    }
+    let scored = score(&truth, &answers);
+    let json = serde_json::to_string_pretty(&scored)? + "\n";
+    let written = terminal::write_all(&given, &[("score.json", json.clone()), ("score.html", reports::blind::page(&scored))])?;
+    if arguments.json {
+        return terminal::print(&json);
+    }
+    let missed = scored
+        .cases
+        .iter()
+        .filter(|case| !case.right)
+        .map(|case| vec![case.case.clone(), case.hidden.join(" + "), case.answered.join(" + "), case.verdict.clone()]);
+    let misses = table(&["missed", "hidden", "answered", "verdict"], &[], missed);
+    let measures = table(&["measure", "value", "cases", "to reach", ""], &[1, 2], measure_rows(&scored));
+    terminal::print(&format!("{measures}\n\n{misses}{written}"))
+}
+
+/// The table of measures.
+pub(crate) fn measure_rows(score: &Score) -> Vec<Vec<String>> {
+    let value = |measure: &Measure| match measure.value {
+        None => "-".to_owned(),
+        Some(seconds) if measure.what.starts_with("wall time") => plain(seconds),
+        Some(share) => format!("{} %", percent(share)),
+    };
+    let mark = |measure: &Measure| {
+        if measure.wanted.is_empty() || measure.value.is_none() {
+            ""
+        } else if measure.reached {
+            "reached"
+        } else {
+            "missed"
+        }
+    };
+    let row = |measure: &Measure| {
+        vec![measure.what.to_owned(), value(measure), measure.cases.to_string(), measure.wanted.to_owned(), mark(measure).to_owned()]
+    };
+    score.measures.iter().map(row).collect()
+}

@@ -1,0 +1,76 @@
+//! `feeler replay`.
+
+use std::fs;
+
+use feeler_diagnosis::dataset::Dataset;
+use feeler_diagnosis::replay::{Replay, replay};
+use feeler_scenarios::format::Document;
+use serde_json::json;
+
+use crate::arguments::Replay as Arguments;
+use crate::failure::BadInput;
+use crate::numbers::{percent, with_unit};
+use crate::progress::Steps;
+use crate::table::table;
+use crate::terminal;
+use crate::units::Units;
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let machine = Document::load(&arguments.machine)?.scenario.machine;
+    let dataset = Dataset::load_for(&arguments.dataset, &machine)?;
+    fs::create_dir_all(&arguments.out).map_err(|error| BadInput::unwritable(&arguments.out, &error))?;
+    let steps = Steps::new(format!("replaying {}", dataset.name));
+    steps.at("predicting");
+    let replays = replay(&machine, &dataset);
+    steps.done();
+    let replays = replays?;
+    let json = json!({ "dataset": dataset.name, "machine": machine.name, "experiments": replays });
+    let json = serde_json::to_string_pretty(&json)? + "\n";
+    let mut files: Vec<(String, String)> = vec![("replay.json".into(), json.clone())];
+    files.extend(replays.iter().map(|replay| (csv_name(&replay.experiment), series(&dataset, replay))));
+    let files: Vec<(&str, String)> = files.iter().map(|(name, text)| (name.as_str(), text.clone())).collect();
+    let written = terminal::write_all(&arguments.out, &files)?;
+    if arguments.json {
+        return terminal::print(&json);
+    }
+    let units = Units::of(&machine);
+    let mut rows = Vec::new();
+    for replay in &replays {
+        for (c, error) in replay.errors.iter().enumerate() {
+            let unit = units.unit(dataset.channels[c].quantity(&machine));
+            let experiment = if c == 0 { replay.experiment.clone() } else { String::new() };
+            let share = |share: f64| format!("{} %", percent(share));
+            let row = [error.column.clone(), share(error.relative_in_windows), share(error.relative), with_unit(error.rms, unit)];
+            rows.push(std::iter::once(experiment).chain(row).collect());
+        }
+    }
+    let header = ["experiment", "column", "error in 50 ms windows", "error, free", "free, rms"];
+    terminal::print(&format!("{}{written}", table(&header, &[2, 3, 4], rows)))
+}
+
+/// Predictions are CSV, whatever the experiment was.
+fn csv_name(experiment: &str) -> String {
+    let stem = experiment.rsplit_once('.').map_or(experiment, |(stem, _)| stem);
+    format!("{stem}.csv")
+}
+
+/// The predicted columns under their own names and time stamps; commands as they were.
+fn series(dataset: &Dataset, replay: &Replay) -> String {
+    let record = &dataset.records[replay.record];
+    let names = dataset.drives.iter().map(|(_, name)| name).chain(dataset.channels.iter().map(|channel| &channel.column));
+    let mut text = String::from("t_s");
+    for name in names {
+        text.push(',');
+        text.push_str(name);
+    }
+    text.push('\n');
+    for (k, t_s) in record.times_s.iter().enumerate() {
+        text.push_str(&t_s.to_string());
+        for column in record.commands.iter().chain(&replay.free) {
+            text.push(',');
+            text.push_str(&column[k].to_string());
+        }
+        text.push('\n');
+    }
+    text
+}

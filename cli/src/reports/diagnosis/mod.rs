@@ -1,0 +1,219 @@
+//! The page of a diagnosis: what is wrong, where, how sure, what to do.
+
+mod charts;
+mod heat;
+mod portrait;
+mod waterfall;
+pub(crate) mod words;
+
+use feeler_diagnosis::report::{Cause, Diagnosis};
+use feeler_scenarios::format::machine_to_toml;
+
+use crate::commands::diagnose::Answer;
+use crate::numbers::{percent, plain, with_unit};
+use crate::page::{Chart, ChartKind, Page, Series, Tile, by_extremes};
+use crate::units::Units;
+
+/// Rows of the table of what was tried.
+const MOST_ATTEMPTS: usize = 40;
+/// Rungs of the ladder that are listed.
+const MOST_RUNGS: usize = 8;
+
+/// The page.
+pub(crate) fn page(answer: &Answer) -> String {
+    let diagnosis = &answer.diagnosis;
+    let units = Units::of(&answer.dataset.machine);
+    let mut page = Page::new(&format!("{}: diagnosis", answer.dataset.name), &about(answer));
+    page.lead(&words::sentence(&words::verdict(diagnosis)));
+    page.tiles(&tiles(diagnosis));
+    page.paragraph(&words::closed(&diagnosis.gap));
+    page.heading("What to do");
+    for sentence in words::advice(diagnosis) {
+        page.paragraph(&sentence);
+    }
+    next(&mut page, diagnosis, units);
+    changes(&mut page, answer);
+    causes(&mut page, diagnosis);
+    page.heading("How far the gap shrinks");
+    page.picture(
+        "Waterfall,",
+        "root mean square prediction error over each channel's own variation, on experiments never fitted. Predictions start from the measured motion every 50 ms.",
+        &waterfall::drawing(diagnosis),
+    );
+    places(&mut page, diagnosis);
+    missing_force(&mut page, diagnosis, units);
+    charts::add(&mut page, answer, units);
+    tried(&mut page, diagnosis);
+    if !diagnosis.warnings.is_empty() {
+        page.heading("What was noticed about the data");
+        for warning in &diagnosis.warnings {
+            page.paragraph(warning);
+        }
+    }
+    page.heading("The repaired machine");
+    page.verbatim("machine.toml, without its excitation", &machine_to_toml(&diagnosis.machine));
+    page.render()
+}
+
+fn about(answer: &Answer) -> String {
+    let records = &answer.dataset.records;
+    let checks = records.iter().filter(|record| record.is_check).count();
+    let seconds: f64 = records.iter().map(|record| record.spacing_s * record.len() as f64).sum();
+    format!(
+        "{} against {} experiments, {} of measurement; {checks} of them were set aside for scoring and never fitted.",
+        answer.dataset.machine.name,
+        records.len(),
+        with_unit((10.0 * seconds).round() / 10.0, "s")
+    )
+}
+
+fn tiles(diagnosis: &Diagnosis) -> Vec<Tile> {
+    let gap = &diagnosis.gap;
+    let share = |value: f64| format!("{} %", percent(value));
+    let tile = |name, value: String, remark: &str| Tile { name, value, remark: remark.to_owned() };
+    let mut tiles = vec![
+        tile("gap, machine as given", share(gap.before), "of the signals' variation"),
+        tile("after calibration", share(gap.refit), "believed values refitted"),
+        tile("with what was found", share(gap.after), "on experiments never fitted"),
+        tile("noise floor", share(gap.floor), "no model gets below"),
+        tile("closed", share(gap.closed), "of what can be closed"),
+    ];
+    if let Some(place) = diagnosis.places.first() {
+        tiles.push(tile("place", place.place.to_owned(), &format!("probability {} %", percent(place.probability))));
+    }
+    tiles
+}
+
+fn next(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
+    let Some(next) = &diagnosis.next_experiment else { return };
+    let mut chart = Chart::new(ChartKind::Line, "The next experiment's command,", "time (s)", format!("command ({})", units.force));
+    chart.caption = "as written in next-experiment.csv.".into();
+    let kept = by_extremes(&[&next.command], next.command.len(), charts::MOST_ROWS);
+    chart.x = kept.iter().map(|&k| k as f64 * next.spacing_s).collect();
+    chart.series = vec![Series::new("command", units.force, kept.iter().map(|&k| next.command[k]).collect())];
+    page.chart(&chart);
+}
+
+fn changes(page: &mut Page, answer: &Answer) {
+    if answer.difference.is_empty() {
+        return;
+    }
+    page.verbatim("What to change in the believed machine (SI)", answer.difference.to_string().trim());
+}
+
+fn causes(page: &mut Page, diagnosis: &Diagnosis) {
+    if diagnosis.effects.is_empty() {
+        return;
+    }
+    page.heading("What causes it");
+    page.paragraph(
+        "Probabilities are among the causes of the library, given these records; `feeler effects KIND` explains each. Credit is the \
+         share of the closing that an accepted cause brings. Intervals hold 90 % under the model.",
+    );
+    let bars: Vec<(String, f64, String)> = diagnosis
+        .effects
+        .iter()
+        .map(|effect| (format!("{} on {}", effect.kind, effect.on), effect.probability, format!("{} %", percent(effect.probability))))
+        .collect();
+    page.bars(&bars);
+    let rows: Vec<Vec<String>> = diagnosis.effects.iter().flat_map(rows_of).collect();
+    page.table(&["", "cause", "on", "credit", "parameter", "value", "90 % interval"], &[3, 5, 6], &rows);
+}
+
+fn rows_of(effect: &Cause) -> Vec<Vec<String>> {
+    let status = if effect.accepted { "found" } else { "rival" };
+    let credit = if effect.accepted { format!("{} %", percent(effect.credit)) } else { String::new() };
+    let head = [status.to_owned(), effect.kind.to_owned(), effect.on.clone(), credit];
+    let mut rows = Vec::new();
+    for (i, (name, estimate)) in effect.parameters.iter().enumerate() {
+        let unit = estimate.unit.as_str();
+        let [low, high] = estimate.ci90;
+        let interval = if high > low { format!("{} to {}", with_unit(low, unit), with_unit(high, unit)) } else { "fixed".into() };
+        let mut row: Vec<String> = if i == 0 { head.to_vec() } else { vec![String::new(); head.len()] };
+        row.extend([(*name).to_owned(), with_unit(estimate.value, unit), interval]);
+        rows.push(row);
+    }
+    rows
+}
+
+fn places(page: &mut Page, diagnosis: &Diagnosis) {
+    page.heading("Where it lies");
+    let rows: Vec<Vec<String>> = diagnosis
+        .places
+        .iter()
+        .map(|place| {
+            let band = words::band(place.band_hz);
+            let probability = format!("{} %", percent(place.probability));
+            vec![place.place.to_owned(), probability, place.channel.clone(), band, place.phase.to_owned(), place.evidence.clone()]
+        })
+        .collect();
+    if !rows.is_empty() {
+        page.table(&["place", "probability", "shows most in", "band", "phase", "evidence"], &[1], &rows);
+    }
+    if diagnosis.cells.is_empty() {
+        return;
+    }
+    let scale = "percent of the channel's variation; dark from 30 % on, white below 1 %.";
+    page.picture("Error of the calibrated machine,", scale, &heat::by_phase(&diagnosis.cells, |cell| cell.refit, "before"));
+    page.picture(
+        "And with what was found,",
+        "the same cells; what is still dark is not explained.",
+        &heat::by_phase(&diagnosis.cells, |cell| cell.after, "after"),
+    );
+    let levels =
+        "over all phases and bands. A linear cause shows alike at every level; dry friction and free play shrink, limits grow with it.";
+    page.picture("By level of the command,", levels, &heat::by_level(&diagnosis.cells));
+}
+
+fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
+    // The portrait worth looking at is that of the place that was found.
+    let found = diagnosis.effects.iter().filter(|effect| effect.accepted).max_by(|a, b| a.credit.total_cmp(&b.credit));
+    let place = found.map(|effect| effect.place).or(diagnosis.places.first().map(|place| place.place));
+    let of_place = diagnosis.ladder.iter().find(|rung| Some(rung.place) == place);
+    let Some(first) = of_place.or(diagnosis.ladder.first()) else { return };
+    page.heading("The force that is missing");
+    page.paragraph(
+        "An unknown force (or error) is let in at one place at a time; the evidence says how much of the calibrated machine's misfit it \
+         would take away there. What the force goes with tells its kind: friction follows the sign of velocity, a load is constant, ripple \
+         repeats over position, a lag follows the drive.",
+    );
+    let rows: Vec<Vec<String>> = diagnosis
+        .ladder
+        .iter()
+        .take(MOST_RUNGS)
+        .map(|rung| {
+            let with = rung.goes_with.iter().map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect::<Vec<_>>().join(", ");
+            vec![rung.place.to_owned(), plain(rung.evidence.round()), with_unit(rung.rms_n, units.force), with]
+        })
+        .collect();
+    page.table(&["let in at", "evidence (nats)", "rms", "share of its variance that goes with"], &[1, 2], &rows);
+    let [before, after] = diagnosis.missing_force_n.map(|force| with_unit(force, units.force));
+    page.paragraph(&format!("On the check experiments {before} rms is missing after calibration, {after} with what was found."));
+    page.paragraph(&format!("Portraits of the force missing at the {} (dots: calibrated machine; line: mean):", first.place));
+    page.drawings(&portrait::drawings(first, units));
+}
+
+fn tried(page: &mut Page, diagnosis: &Diagnosis) {
+    if diagnosis.attempts.is_empty() {
+        return;
+    }
+    page.heading("What was tried");
+    let more = diagnosis.attempts.len().saturating_sub(MOST_ATTEMPTS);
+    let others = if more > 0 { format!(" The best {MOST_ATTEMPTS}; {more} more are in diagnosis.json.") } else { String::new() };
+    page.paragraph(&format!("Evidence gained over calibration alone, in nats (a nat is a factor of e in odds).{others}"));
+    let rows: Vec<Vec<String>> = diagnosis
+        .attempts
+        .iter()
+        .take(MOST_ATTEMPTS)
+        .map(|attempt| {
+            let nats = |gain: f64| format!("{gain:.0}");
+            vec![
+                attempt.causes.replace('+', " + ").replace('@', " on "),
+                nats(attempt.gain_check),
+                nats(attempt.gain_all),
+                attempt.why.clone(),
+            ]
+        })
+        .collect();
+    page.table(&["cause", "on check", "on all", "why (not)"], &[1, 2], &rows);
+}

@@ -1,0 +1,106 @@
+//! A diagnosis in plain words.
+
+use feeler_diagnosis::report::{Cause, Diagnosis, Estimate, Gap, Verdict};
+
+use crate::numbers::{percent, plain, with_unit};
+
+/// Gaps below this many floors are nothing to close.
+const NEAR_FLOOR: f64 = 1.05;
+
+/// The sentence that matters most.
+pub(crate) fn verdict(diagnosis: &Diagnosis) -> String {
+    let found: Vec<String> =
+        diagnosis.effects.iter().filter(|effect| effect.accepted).map(|effect| format!("{} on {}", effect.kind, effect.on)).collect();
+    let found = found.join(" and ");
+    let place = diagnosis.places.first().map_or("machine", |place| place.place);
+    match diagnosis.verdict {
+        Verdict::Explained => format!("the gap is explained by {found}."),
+        Verdict::Ambiguous => format!("{found} explains the gap, but these records cannot tell it from its rivals."),
+        Verdict::UnknownCause if found.is_empty() => {
+            format!("something is missing at the {place} that no effect of the library explains.")
+        }
+        Verdict::UnknownCause => {
+            format!("{found} comes nearest, but leaves more than noise at the {place}: the real cause is another, or one more.")
+        }
+        Verdict::NoGap => "there is no gap: calibration within the stated tolerances explains the records.".into(),
+        Verdict::NotIdentifiable if found.is_empty() => "the records excite the machine too little to tell.".into(),
+        Verdict::NotIdentifiable => format!("{found} would do, but so would causes at other places: these records cannot tell."),
+    }
+}
+
+/// How far the gap closes.
+pub(crate) fn closed(gap: &Gap) -> String {
+    if gap.refit <= gap.floor * NEAR_FLOOR {
+        return "Calibration alone comes down to the noise floor: no gap is left to close.".into();
+    }
+    let [low, high] = gap.closed_ci90.map(|share| percent(share.max(0.0)));
+    format!(
+        "Of the gap that calibration leaves above the floor, {} % closes (90 % interval {low} to {high} %), on experiments that were never fitted.",
+        percent(gap.closed)
+    )
+}
+
+/// A frequency band.
+pub(crate) fn band([low, high]: [f64; 2]) -> String {
+    format!("{} to {} Hz", plain(low), plain(high))
+}
+
+/// A value with its interval.
+pub(crate) fn estimate(estimate: &Estimate) -> String {
+    let unit = if estimate.unit == "1" { "" } else { estimate.unit.as_str() };
+    let [low, high] = estimate.ci90;
+    if high <= low || !low.is_finite() || !high.is_finite() {
+        return with_unit(estimate.value, unit);
+    }
+    format!("{} ({} to {})", with_unit(estimate.value, unit), with_unit(low, unit), with_unit(high, unit))
+}
+
+/// All parameters of a cause.
+pub(crate) fn parameters(cause: &Cause) -> String {
+    cause.parameters.iter().map(|(name, value)| format!("{name} {}", estimate(value))).collect::<Vec<_>>().join(", ")
+}
+
+/// What follows from the answer, a sentence each.
+pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
+    let mut said = Vec::new();
+    match diagnosis.verdict {
+        Verdict::Explained => {
+            said.push("Do: simulate with machine.toml from here on, and look at the part named above on the real machine.".into());
+        }
+        Verdict::Ambiguous | Verdict::NotIdentifiable => {
+            let what = if diagnosis.next_experiment.is_some() { "make the experiment below" } else { "record with more excitation" };
+            said.push(format!("Do: {what} and diagnose again; until then treat machine.toml as one of several that fit."));
+        }
+        Verdict::UnknownCause => {
+            said.push(
+                "Do: look at the place named first and at the shape of the missing force there; no value in machine.toml mends it.".into(),
+            );
+        }
+        Verdict::NoGap => said.push("Do: take the calibrated values of machine.toml; there is nothing to look for.".into()),
+    }
+    for [a, b] in &diagnosis.look_alikes {
+        said.push(format!("To these records {a} and {b} look alike."));
+    }
+    for left in &diagnosis.left {
+        said.push(format!("Left even so: {left}."));
+    }
+    match &diagnosis.next_experiment {
+        Some(next) => said.push(format!(
+            "Next experiment: {} It separates {} from {}, with expected odds of {} to 1; the command is in next-experiment.csv.",
+            sentence(&next.what),
+            next.separates[0],
+            next.separates[1],
+            plain(next.expected_odds.min(1e6))
+        )),
+        None if !diagnosis.look_alikes.is_empty() => said.push("No further experiment of those known would separate them.".into()),
+        None => {}
+    }
+    said
+}
+
+/// With a capital at its start and a stop at its end.
+pub(crate) fn sentence(text: &str) -> String {
+    let text = text.trim_end_matches('.');
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).chain(['.']).collect())
+}

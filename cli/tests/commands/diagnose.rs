@@ -1,0 +1,151 @@
+//! `feeler diagnose`, `feeler replay` and `feeler blind`, on records that `feeler run` makes.
+
+use std::fmt::Write as _;
+
+use serde_json::Value;
+
+use crate::bench::{BAD_INPUT, Bench, DONE, exists};
+
+/// An axis with nothing but a drive and a guide.
+const AXIS: &str = r#"
+name = "axis"
+[bodies.tip]
+mass = 5.0
+[springs.guide]
+between = ["ground", "tip"]
+damping = 60.0
+[actuators.drive]
+on = "tip"
+reacts_on = "ground"
+kind = "force"
+[sensors.encoder]
+reads = "tip.position"
+noise = 1.0e-7
+[sensors.accelerometer]
+reads = "tip.acceleration"
+noise = 0.01
+"#;
+/// What the real one has besides, N.
+const LEVEL_N: f64 = 4.0;
+/// Far above what the noise allows, and below what an engineer would call right.
+const RIGHT: f64 = 0.03;
+const COLUMNS: &str = r#"
+name = "records"
+machine = "machine.toml"
+[columns."drive.command"]
+signal = "drive.command"
+hold = "1 ms"
+[columns."encoder.reading"]
+signal = "encoder.reading"
+[columns."accelerometer.reading"]
+signal = "accelerometer.reading"
+"#;
+
+/// A folder `cases/records` with three experiments on an axis that sticks.
+fn records() -> Bench {
+    let bench = Bench::new();
+    std::fs::create_dir_all(bench.path("cases/records")).unwrap();
+    bench.write("cases/records/machine.toml", AXIS);
+    let mut dataset = COLUMNS.to_owned();
+    for (i, (level, role)) in [(6.0, "fit"), (15.0, "fit"), (10.0, "check")].into_iter().enumerate() {
+        let scenario = format!(
+            "{AXIS}[springs.guide.effects.coulomb-friction]\nlevel = {LEVEL_N}\n\
+             [controllers.excitation]\nlaw = \"open-loop\"\ndrives = \"drive\"\nperiod = \"1 ms\"\n\
+             reference = {{ kind = \"multisine\", rms = {level}, band = [1, 60], period = \"1 s\" }}\n\
+             [run]\nduration = \"1.2 s\"\nrecord_rate = \"1 kHz\"\nseed = {i}\n\
+             record = [\"drive.command\", \"encoder.reading\", \"accelerometer.reading\"]\n"
+        );
+        bench.write("real.toml", &scenario);
+        let said = bench.feeler(&["run", "real.toml", "--csv", "--out", "real"]);
+        assert_eq!(said.code, DONE, "{}", said.err);
+        bench.write(&format!("cases/records/{i}.csv"), &bench.read("real/trace.csv"));
+        let _ = write!(dataset, "[[experiments]]\nfile = \"{i}.csv\"\nrole = \"{role}\"\n");
+    }
+    bench.write("cases/records/dataset.toml", &dataset);
+    bench
+}
+
+#[test]
+fn truth_what_sticks_is_found_and_the_answer_is_used_at_once() {
+    let bench = records();
+    let said = bench.feeler(&["diagnose", "cases/records", "--out", "answer", "--apply"]);
+    assert_eq!(said.code, DONE, "{}", said.err);
+    assert!(said.out.contains("the gap is explained by coulomb-friction on springs.guide"), "{}", said.out);
+    assert!(said.out.contains("[springs.guide.effects.coulomb-friction]"), "{}", said.out);
+    let answer: Value = serde_json::from_str(&bench.read("answer/diagnosis.json")).unwrap();
+    assert_eq!(answer["verdict"], "explained");
+    assert_eq!(answer["where"][0]["place"], "guide");
+    let level = &answer["effects"][0]["parameters"]["level"];
+    assert!((level["value"].as_f64().unwrap() / LEVEL_N - 1.0).abs() < RIGHT, "{level}");
+    assert_eq!(level["unit"], "N");
+    for key in ["before", "refit", "after", "floor", "closed"] {
+        assert!(answer["gap"][key].is_f64(), "{key}");
+    }
+    let page = bench.read("answer/report.html");
+    for heading in ["How far the gap shrinks", "Where it lies", "The force that is missing", "Measured against predicted", "What was tried"]
+    {
+        assert!(page.contains(heading), "{heading}");
+    }
+
+    let ran = bench.feeler(&["run", "answer/machine.toml", "--out", "again"]);
+    assert_eq!(ran.code, DONE, "{}", ran.err);
+    let replayed = bench.feeler(&["replay", "answer/machine.toml", "cases/records", "--out", "replayed"]);
+    assert_eq!(replayed.code, DONE, "{}", replayed.err);
+    let errors: Value = serde_json::from_str(&bench.read("replayed/replay.json")).unwrap();
+    let error = |json: &Value| json["experiments"][2]["errors"][0]["relative_in_windows"].as_f64().unwrap();
+    bench.feeler(&["replay", "cases/records/machine.toml", "cases/records", "--out", "believed"]);
+    let believed: Value = serde_json::from_str(&bench.read("believed/replay.json")).unwrap();
+    assert!(error(&errors) < 0.1 * error(&believed), "{errors}");
+    let (measured, predicted) = (bench.read("cases/records/2.csv"), bench.read("replayed/2.csv"));
+    assert_eq!(measured.lines().next(), predicted.lines().next());
+    let stamps = |text: &str| text.lines().skip(1).map(|line| line.split(',').next().unwrap().to_owned()).collect::<Vec<_>>();
+    assert_eq!(stamps(&measured), stamps(&predicted));
+
+    let ran = bench.feeler(&["blind", "run", ".", "--answers", "answers"]);
+    assert_eq!(ran.code, DONE, "{}", ran.err);
+    bench.write(
+        "truth.json",
+        r#"[{"case": "records", "effects": [{"kind": "coulomb-friction", "place": "guide", "parameters": {"level": 4.0}}]}]"#,
+    );
+    let scored = bench.feeler(&["blind", "score", ".", "--answers", "answers", "--truth", "truth.json"]);
+    assert_eq!(scored.code, DONE, "{}", scored.err);
+    let score: Value = serde_json::from_str(&bench.read("answers/score.json")).unwrap();
+    assert_eq!(score["cases"][0]["right"], true);
+    assert!(bench.read("answers/score.html").contains("Confusion"));
+}
+
+#[test]
+fn truth_blind_cases_are_made_repeatably_and_their_truth_is_sealed() {
+    let bench = Bench::new();
+    for out in ["a", "b"] {
+        let said = bench.feeler(&["blind", "make", "--cases", "1", "--seed", "5", "--out", out]);
+        assert_eq!(said.code, DONE, "{}", said.err);
+    }
+    for file in ["truth.sealed", "cases/case-000/press-1.csv", "held-back/case-000/dataset.toml"] {
+        assert_eq!(bench.read(&format!("a/{file}")), bench.read(&format!("b/{file}")), "{file}");
+    }
+    assert!(!bench.read("a/truth.sealed").contains("case-000"));
+    let checked = bench.feeler(&["check", "a/cases/case-000/dataset.toml"]);
+    assert_eq!(checked.code, DONE, "{}", checked.err);
+    let early = bench.feeler(&["blind", "score", "a"]);
+    assert_eq!(early.code, BAD_INPUT);
+    assert!(early.err.contains("no case has been answered") && early.err.contains("feeler blind run a"), "{}", early.err);
+    assert!(!exists(bench.path("a/answers")));
+}
+
+#[test]
+fn truth_records_that_cannot_be_used_are_named_with_what_to_do() {
+    let bench = Bench::new();
+    bench.write("machine.toml", AXIS);
+    bench.write("dataset.toml", &format!("{COLUMNS}[[experiments]]\nfile = \"a.csv\"\n"));
+    let mut rows = "t_s,drive.command,encoder.reading,accelerometer.reading\n".to_owned();
+    for k in 0..200 {
+        let _ = writeln!(rows, "{},1.0,{},{}", 1e-3 * f64::from(k), 1e-4 * f64::from(k), f64::from(k % 7));
+    }
+    bench.write("a.csv", &rows);
+    let said = bench.feeler(&["diagnose", ".", "--out", "answer"]);
+    assert_eq!(said.code, BAD_INPUT);
+    assert!(said.err.contains("a.csv: `drive.command`: the command never changes (excite the drive"), "{}", said.err);
+    let said = bench.feeler(&["diagnose", "nowhere"]);
+    assert_eq!(said.code, BAD_INPUT, "{}", said.err);
+}

@@ -1,0 +1,16 @@
+//! Blind benchmark: datasets whose hidden effect is withheld from the diagnosis, and scores of what it said.
+//!
+//! The data come from a bench of their own ([`bench`]): equations of motion written out by hand, small semi-implicit steps, a bristle in place of dry
+//! friction, drift and coloured noise. Nothing of the diagnosis, of its predictions or of the simulator is used to make them.
+
+mod bench;
+mod cases;
+mod make;
+mod noise;
+mod score;
+mod seal;
+
+pub use cases::{Case, HiddenEffect};
+pub use make::{CASES, HELD_BACK, SEALED, make, write_case};
+pub use score::{Answered, AnsweredEffect, Calibration, CaseScore, Measure, NOTHING, Score, UNKNOWN, score};
+pub use seal::{seal, unseal};

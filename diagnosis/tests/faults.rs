@@ -1,0 +1,214 @@
+//! Bad records: what is said of each fault, and that other formats say the same as CSV.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use feeler_diagnosis::dataset::Dataset;
+use tempfile::TempDir;
+
+const MACHINE: &str = r#"
+[bodies.tip]
+mass = 5.0
+[springs.guide]
+between = ["ground", "tip"]
+damping = 60.0
+[actuators.drive]
+on = "tip"
+reacts_on = "ground"
+kind = "force"
+[sensors.encoder]
+reads = "tip.position"
+noise = 1.0e-7
+[sensors.accelerometer]
+reads = "tip.acceleration"
+noise = 0.01
+"#;
+const DATASET: &str = r#"
+machine = "machine.toml"
+[columns.command_n]
+signal = "drive.command"
+[columns.encoder_m]
+signal = "encoder.reading"
+[columns.acceleration_mps2]
+signal = "accelerometer.reading"
+"#;
+const HEADER: [&str; 4] = ["t_s", "command_n", "encoder_m", "acceleration_mps2"];
+const ROWS: usize = 2000;
+const SPACING_S: f64 = 1e-3;
+
+type Rows = Vec<[f64; 4]>;
+
+/// A motion whose acceleration is known: sums of sines, with a little noise.
+fn sound() -> Rows {
+    let mut seed: u64 = 1;
+    let mut noise = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    };
+    let row = |k: usize| {
+        let t = k as f64 * SPACING_S;
+        let (mut x, mut a) = (0.0, 0.0);
+        for (omega, size) in [(7.0_f64, 4e-3), (31.0, 1.3e-3), (83.0, 4e-4), (140.0, 2e-4)] {
+            x += size * (omega * t + omega).sin();
+            a -= size * omega * omega * (omega * t + omega).sin();
+        }
+        [t, 5.0 * a + 1.0, x + 1e-7 * noise(), a + 0.01 * noise()]
+    };
+    (0..ROWS).map(row).collect()
+}
+
+fn csv(rows: &Rows) -> String {
+    let mut text = HEADER.join(",") + "\n";
+    for row in rows {
+        let _ = writeln!(text, "{}", row.map(|x| x.to_string()).join(","));
+    }
+    text
+}
+
+fn folder(files: &[(&str, &[u8])]) -> TempDir {
+    let folder = TempDir::new().expect("a folder");
+    fs::write(folder.path().join("machine.toml"), MACHINE).expect("it is written");
+    let mut dataset = DATASET.to_owned();
+    for (name, _) in files {
+        let _ = write!(dataset, "\n[[experiments]]\nfile = \"{name}\"\n");
+    }
+    fs::write(folder.path().join("dataset.toml"), dataset).expect("it is written");
+    for (name, bytes) in files {
+        fs::write(folder.path().join(name), bytes).expect("it is written");
+    }
+    folder
+}
+
+/// What is said of two experiments of which the first is spoilt: the error, or the warnings.
+fn said_of(spoilt: &str) -> Result<String, String> {
+    let folder = folder(&[("a.csv", spoilt.as_bytes()), ("b.csv", csv(&sound()).as_bytes())]);
+    match Dataset::load(folder.path()) {
+        Ok(dataset) => Ok(dataset.warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+fn spoil(change: impl Fn(usize, &mut [f64; 4])) -> String {
+    let mut rows = sound();
+    rows.iter_mut().enumerate().for_each(|(k, row)| change(k, row));
+    csv(&rows)
+}
+
+fn error_says(spoilt: &str, words: &[&str]) {
+    let said = said_of(spoilt).expect_err("an error");
+    assert!(words.iter().all(|word| said.contains(word)), "{words:?} in: {said}");
+}
+
+fn warning_says(spoilt: &str, words: &[&str]) {
+    let said = said_of(spoilt).expect("a warning");
+    assert!(words.iter().all(|word| said.contains(word)), "{words:?} in: {said}");
+}
+
+#[test]
+fn truth_sound_records_have_no_fault() {
+    assert_eq!(said_of(&csv(&sound())), Ok(String::new()));
+}
+
+#[test]
+fn truth_faults_that_nothing_mends_are_errors_with_place_and_remedy() {
+    error_says(
+        &csv(&sound()).replacen("acceleration_mps2", "other", 1),
+        &["a.csv", "`acceleration_mps2`", "missing", "take it out of [columns]"],
+    );
+    error_says(&spoil(|k, row| row[2] = if k == 100 { f64::NAN } else { row[2] }), &["a.csv:102", "`encoder_m`", "no number"]);
+    error_says(&spoil(|k, row| row[0] -= if k == 50 { 5e-3 } else { 0.0 }), &["a.csv:52", "does not advance", "clock"]);
+    error_says(&spoil(|k, row| row[0] += if k >= 500 { 0.3 } else { 0.0 }), &["a.csv:502", "0.3000 s are missing", "split the file"]);
+    error_says(&spoil(|_, row| row[1] = 3.0), &["`command_n`", "never changes", "excite the drive"]);
+    error_says(&csv(&sound()[..20].to_vec()), &["only 20 rows", "at least 50"]);
+    error_says("", &["a.csv"]);
+}
+
+#[test]
+fn truth_faults_that_an_assumption_mends_are_warnings_that_state_it() {
+    warning_says(&spoil(|_, row| row[3] = 0.5), &["`acceleration_mps2`", "never changes", "check the wiring"]);
+    warning_says(&spoil(|_, row| row[3] = row[3].clamp(-1.0, 1.0)), &["`acceleration_mps2`", "rows sit at", "widen the range"]);
+    warning_says(
+        &spoil(|_, row| row[3] = (row[3] / 0.25).round() * 0.25),
+        &["`acceleration_mps2`", "multiples of 2.5", "coarser than believed"],
+    );
+    warning_says(&spoil(|k, row| row[0] += if k % 2 == 0 { 1e-4 } else { 0.0 }), &["even spacing", "interpolation"]);
+    warning_says(&spoil(|k, row| row[3] = 0.012 * (k as f64).sin()), &["`acceleration_mps2`", "times its noise", "excite more strongly"]);
+}
+
+#[test]
+fn truth_units_and_clocks_that_disagree_are_stated() {
+    let metres_as_millimetres = spoil(|_, row| row[3] *= 1e3);
+    warning_says(&metres_as_millimetres, &["`acceleration_mps2`", "`encoder_m`", "a thousand", "SI"]);
+    let rows = sound();
+    let late = spoil(|k, row| row[3] = rows[k.saturating_sub(6)][3]);
+    warning_says(&late, &["`acceleration_mps2`", "behind `encoder_m`", "6.0"]);
+}
+
+/// Time stamps of logs are whole nanoseconds, and values pass through text: both are exact to far below this.
+const SAME: f64 = 1e-9;
+
+fn assert_same(other: &Path) {
+    let reference = folder(&[("a.csv", csv(&sound()).as_bytes()), ("b.csv", csv(&sound()).as_bytes())]);
+    let [reference, read] = [reference.path(), other].map(|path| Dataset::load(path).expect("sound records"));
+    let (a, b) = (&reference.records[0], &read.records[0]);
+    assert_eq!(a.len(), b.len());
+    assert!((a.spacing_s - b.spacing_s).abs() < SAME);
+    for (a, b) in a.commands.iter().chain(&a.series).zip(b.commands.iter().chain(&b.series)) {
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME * a.abs()));
+    }
+}
+
+#[test]
+fn truth_mcap_logs_say_the_same_as_csv() {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let mut writer = mcap::WriteOptions::new().compression(None).create(&mut bytes).unwrap();
+    let channel = |writer: &mut mcap::Writer<_>, topic: &str| writer.add_channel(0, topic, "json", &BTreeMap::new()).unwrap();
+    let ids = [channel(&mut writer, "/command_n"), channel(&mut writer, "encoder_m"), channel(&mut writer, "acceleration_mps2")];
+    for (k, row) in sound().iter().enumerate() {
+        let log_time = 5_000_000_000 + k as u64 * 1_000_000;
+        for (i, text) in
+            [format!("{{\"value\": {:?}}}", row[1]), format!("{:?}", row[2]), format!("{{\"data\": {:?}}}", row[3])].iter().enumerate()
+        {
+            let header = mcap::records::MessageHeader { channel_id: ids[i], sequence: k as u32, log_time, publish_time: log_time };
+            writer.write_to_known_channel(&header, text.as_bytes()).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    let folder = folder(&[("a.mcap", bytes.get_ref()), ("b.csv", csv(&sound()).as_bytes())]);
+    assert_same(folder.path());
+}
+
+#[test]
+fn truth_parquet_tables_say_the_same_as_csv() {
+    use parquet::data_type::DoubleType;
+    use parquet::file::writer::SerializedFileWriter;
+    use parquet::schema::parser::parse_message_type;
+
+    let fields = HEADER.map(|name| format!("required double {name};")).concat();
+    let schema = std::sync::Arc::new(parse_message_type(&format!("message rows {{{fields}}}")).unwrap());
+    let mut bytes = Vec::new();
+    let mut writer = SerializedFileWriter::new(&mut bytes, schema, std::sync::Arc::default()).unwrap();
+    let mut group = writer.next_row_group().unwrap();
+    for i in 0..HEADER.len() {
+        let mut column = group.next_column().unwrap().unwrap();
+        let values: Vec<f64> = sound().iter().map(|row| row[i]).collect();
+        column.typed::<DoubleType>().write_batch(&values, None, None).unwrap();
+        column.close().unwrap();
+    }
+    group.close().unwrap();
+    writer.close().unwrap();
+    let folder = folder(&[("a.parquet", &bytes), ("b.csv", csv(&sound()).as_bytes())]);
+    assert_same(folder.path());
+}
+
+#[test]
+fn truth_files_that_are_not_what_they_say_are_named() {
+    for name in ["a.mcap", "a.parquet"] {
+        let folder = folder(&[(name, b"not a log"), ("b.csv", csv(&sound()).as_bytes())]);
+        let said = Dataset::load(folder.path()).unwrap_err().to_string();
+        assert!(said.contains(name), "{said}");
+    }
+}

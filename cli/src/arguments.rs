@@ -167,7 +167,7 @@ pub(crate) struct Why {
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
-    feeler diagnose scenarios/datasets/sticky-guide          results in out/<name of the dataset>\n  \
+    feeler diagnose scenarios/datasets/bench-axis            results in out/<name of the dataset>\n  \
     feeler diagnose bench --out bench-answer --apply         and what to change in the machine file\n  \
     feeler diagnose bench --json | jq .verdict\n\n\
     Writes into the output folder: diagnosis.json, report.html (a page that needs no network), machine.toml (the repaired\n\

@@ -70,10 +70,18 @@ fn truth_what_sticks_is_found_and_the_answer_is_used_at_once() {
     let bench = records();
     let said = bench.feeler(&["diagnose", "cases/records", "--out", "answer", "--apply"]);
     assert_eq!(said.code, DONE, "{}", said.err);
-    assert!(said.out.contains("the gap is explained by coulomb-friction on springs.guide"), "{}", said.out);
+    assert!(
+        said.out.starts_with("records: ") && said.out.lines().next().unwrap().contains("coulomb-friction on springs.guide"),
+        "{}",
+        said.out
+    );
     assert!(said.out.contains("[springs.guide.effects.coulomb-friction]"), "{}", said.out);
     let answer: Value = serde_json::from_str(&bench.read("answer/diagnosis.json")).unwrap();
-    assert_eq!(answer["verdict"], "explained");
+    // Three short records may leave it open whether the friction falls with speed; then they say what to do.
+    let is_open = answer["verdict"] == "ambiguous";
+    assert!(is_open || answer["verdict"] == "explained", "{}", answer["verdict"]);
+    assert_eq!(exists(bench.path("answer/next-experiment.csv")), answer["next_experiment"].is_object());
+    assert!(!is_open || answer["next_experiment"].is_object());
     assert_eq!(answer["where"][0]["place"], "guide");
     let level = &answer["effects"][0]["parameters"]["level"];
     assert!((level["value"].as_f64().unwrap() / LEVEL_N - 1.0).abs() < RIGHT, "{level}");
@@ -98,7 +106,8 @@ fn truth_what_sticks_is_found_and_the_answer_is_used_at_once() {
     assert!(error(&errors) < 0.1 * error(&believed), "{errors}");
     let (measured, predicted) = (bench.read("cases/records/2.csv"), bench.read("replayed/2.csv"));
     assert_eq!(measured.lines().next(), predicted.lines().next());
-    let stamps = |text: &str| text.lines().skip(1).map(|line| line.split(',').next().unwrap().to_owned()).collect::<Vec<_>>();
+    let stamps =
+        |text: &str| text.lines().skip(1).map(|line| line.split(',').next().unwrap().parse::<f64>().unwrap().to_bits()).collect::<Vec<_>>();
     assert_eq!(stamps(&measured), stamps(&predicted));
 
     let ran = bench.feeler(&["blind", "run", ".", "--answers", "answers"]);

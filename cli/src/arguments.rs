@@ -226,6 +226,9 @@ pub(crate) struct BlindRun {
     /// Folder for the answers, made if absent [default: answers in FOLDER]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) answers: Option<PathBuf>,
+    /// Keep the last check experiment of each dataset from the diagnosis, where no others were held back
+    #[arg(long)]
+    pub(crate) hold_back: bool,
 }
 
 #[derive(Args, Debug)]

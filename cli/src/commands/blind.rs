@@ -6,9 +6,8 @@ use std::time::Instant;
 
 use feeler_diagnosis::blind::{Answered, AnsweredEffect, CASES, Case, HELD_BACK, Measure, SEALED, Score, make, score, unseal};
 use feeler_diagnosis::dataset::Dataset;
-use feeler_diagnosis::replay::{Replay, replay};
 use feeler_diagnosis::report::Diagnosis;
-use feeler_diagnosis::{DiagnosisError, diagnose};
+use feeler_diagnosis::{DiagnosisError, closing, diagnose};
 
 use crate::arguments::{Blind, BlindMake, BlindRun, BlindScore};
 use crate::failure::BadInput;
@@ -21,9 +20,6 @@ use crate::{reports, terminal};
 const ANSWERS: &str = "answers";
 /// What is scored of an answer.
 const ANSWER: &str = "answer.json";
-/// Closable gaps below this are noise, and their share closed means nothing.
-const LEAST_GAP: f64 = 1e-6;
-
 pub(crate) fn run(arguments: &Blind) -> anyhow::Result<()> {
     match arguments {
         Blind::Make(arguments) => make_cases(arguments),
@@ -80,7 +76,7 @@ fn run_cases(arguments: &BlindRun) -> anyhow::Result<()> {
             fs::write(&path, text + "\n").map_err(|error| BadInput::unwritable(&path, &error))
         };
         // One case without answer is a miss, not the end of the benchmark.
-        let answered = match answer(folder, case, &name) {
+        let answered = match answer(arguments, case, &name) {
             Ok((answered, diagnosis)) => {
                 write("diagnosis.json", serde_json::to_string_pretty(&diagnosis)?)?;
                 answered
@@ -95,20 +91,22 @@ fn run_cases(arguments: &BlindRun) -> anyhow::Result<()> {
     terminal::print(&format!("{} answered in {answers}\nnext: feeler blind score {}", count(total, "case", "cases"), folder.display()))
 }
 
-/// Diagnoses one case, then predicts the experiments that were held back.
-fn answer(folder: &Path, case: &Path, name: &str) -> Result<(Answered, Diagnosis), DiagnosisError> {
-    let dataset = Dataset::load(case)?;
-    let begun = Instant::now();
-    let diagnosis = diagnose(&dataset, &|_| {})?;
-    let wall_s = begun.elapsed().as_secs_f64();
-    let held_back = folder.join(HELD_BACK).join(name);
-    let closed_held_back = if held_back.is_dir() {
-        let held = Dataset::load(&held_back)?;
-        let [calibrated, repaired] = [replay(&diagnosis.calibrated, &held)?, replay(&diagnosis.machine, &held)?];
-        closed(&diagnosis, &calibrated, &repaired)
+/// Diagnoses one case, then sees how far the gap closes on experiments that were held back.
+fn answer(arguments: &BlindRun, case: &Path, name: &str) -> Result<(Answered, Diagnosis), DiagnosisError> {
+    let mut dataset = Dataset::load(case)?;
+    let held_back = arguments.folder.join(HELD_BACK).join(name);
+    let held = if held_back.is_dir() {
+        Some(Dataset::load(&held_back)?)
+    } else if arguments.hold_back {
+        let last = dataset.records.iter().rposition(|record| record.is_check);
+        last.map(|last| dataset.records.remove(last)).map(|record| Dataset { records: vec![record], ..dataset.clone() })
     } else {
         None
     };
+    let begun = Instant::now();
+    let diagnosis = diagnose(&dataset, &|_| {})?;
+    let wall_s = begun.elapsed().as_secs_f64();
+    let closed_held_back = held.and_then(|held| closing(&held, &diagnosis.calibrated, &diagnosis.machine));
     let effects = diagnosis.effects.iter().map(|effect| AnsweredEffect {
         kind: effect.kind.to_owned(),
         accepted: effect.accepted,
@@ -126,17 +124,6 @@ fn answer(folder: &Path, case: &Path, name: &str) -> Result<(Answered, Diagnosis
         wall_s,
     };
     Ok((answered, diagnosis))
-}
-
-/// Share of the gap that closes on experiments held back, the floor being that of the diagnosis; none where there is none to close.
-fn closed(diagnosis: &Diagnosis, calibrated: &[Replay], repaired: &[Replay]) -> Option<f64> {
-    let square = |replays: &[Replay]| {
-        let errors: Vec<f64> = replays.iter().flat_map(|replay| &replay.errors).map(|error| error.relative_in_windows.powi(2)).collect();
-        errors.iter().sum::<f64>() / errors.len().max(1) as f64
-    };
-    let floor = diagnosis.gap.floor.powi(2);
-    let closable = square(calibrated) - floor;
-    (closable > LEAST_GAP).then(|| 1.0 - ((square(repaired) - floor).max(0.0) / closable).sqrt())
 }
 
 fn score_cases(arguments: &BlindScore) -> anyhow::Result<()> {

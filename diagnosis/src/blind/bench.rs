@@ -190,8 +190,10 @@ impl Bench {
         if hold == Hold::Wall && pressed <= 0.0 {
             return (0.0, 0.0);
         }
-        let is_curved = hold == Hold::Wall && (self.wall_exponent - 1.0).abs() > 1e-12;
-        let linear = if is_curved { self.wall_stiffness * pressed.powf(self.wall_exponent) } else { self.wall_stiffness * pressed };
+        // A clamped tool pulls as it pushes.
+        let curve =
+            if (self.wall_exponent - 1.0).abs() > 1e-12 { pressed.abs().powf(self.wall_exponent).copysign(pressed) } else { pressed };
+        let linear = self.wall_stiffness * curve;
         let spring = linear + self.wall_cubic * pressed.powi(3);
         let damper =
             if hold == Hold::Wall && self.hunt_crossley > 0.0 { self.hunt_crossley * spring * speed } else { self.wall_damping * speed };

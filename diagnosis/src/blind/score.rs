@@ -158,7 +158,8 @@ pub fn score(truth: &[Case], answers: &[Answered]) -> Score {
                 right
             }
             [one] => {
-                let set = alike(answer, accepted.first().map(|effect| effect.kind.as_str()));
+                let kinds: Vec<&str> = accepted.iter().map(|effect| effect.kind.as_str()).collect();
+                let set = alike(answer, &kinds);
                 let right = set.contains(&one.kind.as_str());
                 place.add(answer.places.first() == Some(&one.place));
                 first.add(right);
@@ -234,13 +235,13 @@ pub fn score(truth: &[Case], answers: &[Answered]) -> Score {
     Score { measures, confusion, reliability, cases }
 }
 
-/// The first kind with those declared to look like it, where that makes no more than [`MOST_ALIKE`].
-fn alike<'a>(answer: &'a Answered, first: Option<&'a str>) -> Vec<&'a str> {
-    let Some(first) = first else { return Vec::new() };
+/// The first kind with those declared to look like any that was accepted, where that makes no more than [`MOST_ALIKE`].
+fn alike<'a>(answer: &'a Answered, accepted: &[&'a str]) -> Vec<&'a str> {
+    let Some(&first) = accepted.first() else { return Vec::new() };
     let mut set = vec![first];
     for [a, b] in &answer.look_alikes {
         for (one, other) in [(a, b), (b, a)] {
-            if one == first && !set.contains(&other.as_str()) {
+            if accepted.contains(&one.as_str()) && !set.contains(&other.as_str()) {
                 set.push(other);
             }
         }

@@ -1,6 +1,7 @@
 //! What can be asked of `feeler`: one definition from which parsing, help and completions follow.
 
 mod frf;
+mod reduce;
 
 use std::path::PathBuf;
 
@@ -12,6 +13,7 @@ use feeler_scenarios::format::TEMPLATES;
 use feeler_scenarios::sweep::Shard;
 
 pub(crate) use frf::{EstimatorKind, ExcitationKind, Frf};
+pub(crate) use reduce::Reduce;
 
 /// Simulate robot force control, and see why it chatters.
 #[derive(Debug, Parser)]
@@ -54,6 +56,8 @@ pub(crate) enum Command {
     Analyze(Analyze),
     /// Measure a frequency response, on the simulated machine or from the records of a dataset, with the linear one beside it
     Frf(Frf),
+    /// Find the single axis that a robot arm is along a contact normal, as a machine file; map the force bandwidth over its workspace
+    Reduce(Reduce),
     /// Hold the simulation against closed forms, independent numbers and the paper's claims
     Validate(Validate),
     /// Draw the paper's figures from the reference axis

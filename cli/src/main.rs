@@ -49,6 +49,7 @@ fn dispatch(arguments: &Arguments) -> anyhow::Result<()> {
         Command::Check(check) => commands::check::run(check),
         Command::Analyze(analyze) => commands::analyze::run(analyze),
         Command::Frf(frf) => commands::frf::run(frf),
+        Command::Reduce(reduce) => commands::reduce::run(reduce),
         Command::Validate(validate) => commands::validate::run(validate),
         Command::Figures(figures) => commands::figures::run(figures),
         Command::FitLandmarks(fit) => commands::fit_landmarks::run(fit),

@@ -1,5 +1,6 @@
 //! What is around the simulator: the files that describe machines and experiments.
 
+pub mod arm;
 pub mod format;
 pub mod run;
 pub mod sweep;

@@ -24,6 +24,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "feeler-control",
             "feeler-engine",
             "feeler-analysis",
+            "feeler-arm",
             "feeler-geometry",
             "feeler-multibody",
             "feeler-sim",

@@ -9,6 +9,8 @@ mod diagnose;
 #[cfg(test)]
 mod print;
 #[cfg(test)]
+mod reduce;
+#[cfg(test)]
 mod run;
 #[cfg(test)]
 mod sweep;

@@ -19,6 +19,7 @@
 //! # Ok::<(), feeler_scenarios::format::FormatError>(())
 //! ```
 
+mod arm;
 mod build;
 mod dataset;
 mod dimension;
@@ -39,6 +40,7 @@ mod tree;
 mod units;
 mod write;
 
+pub use arm::ArmFile;
 pub use dataset::{Column, DatasetFile, Experiment, Role};
 pub use document::{Document, Place};
 pub(crate) use draft::read_text;

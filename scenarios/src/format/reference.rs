@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use feeler_plant::effects::LIBRARY;
 
-use super::keys::{AXIS, COLUMN, DATASET, ELEMENTS, EXPERIMENT, KEEP, REFERENCE, REFINE, RUN, SWEEP, TOLERANCE_TEXT, TOP};
+use super::keys::{ARM, AXIS, COLUMN, DATASET, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFERENCE, REFINE, RUN, SWEEP, TOLERANCE_TEXT, TOP};
 use super::shape::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Word};
 
 /// The reference as Markdown; `docs/format.md` is this text.
@@ -19,6 +19,14 @@ pub fn reference_markdown() -> String {
     section(&mut text, 3, "`[run]`", "How to run it.", &RUN);
     let _ = write!(text, "\n### `[tolerance]`\n\n{TOLERANCE_TEXT}.\n");
     effects(&mut text);
+    section(
+        &mut text,
+        2,
+        "Arm",
+        "A robot arm for `feeler reduce`: a URDF, and the drives of its joints, of which a URDF says nothing.",
+        &ARM,
+    );
+    section(&mut text, 3, "`[joints.NAME]`", "One for each joint that moves; of a joint that slides read kg, N and m.", &JOINT);
     section(&mut text, 2, "Sweep", "A scenario, `[axes]` over its keys, and what to `[keep]` of each run.", &SWEEP);
     section(&mut text, 3, "`[axes]`", "`\"key.path\" = [...]` lists values; tables make them.", &AXIS);
     section(&mut text, 3, "`[keep]`", "What is kept of each run.", &KEEP);

@@ -1,5 +1,6 @@
 //! Every key of every file, one line each.
 
+mod arm;
 mod controllers;
 mod dataset;
 mod machine;
@@ -8,6 +9,7 @@ mod run;
 mod surface;
 mod sweep;
 
+pub(crate) use arm::{ARM, JOINT};
 pub(crate) use controllers::CONTROLLERS;
 pub(crate) use dataset::{COLUMN, DATASET, EXPERIMENT};
 pub(crate) use machine::{ACTUATORS, BODIES, CONTACTS, ENGAGEMENTS, SENSORS, SPRINGS};

@@ -1,0 +1,64 @@
+//! What can be asked of `feeler reduce`.
+
+use std::path::PathBuf;
+
+use clap::{ArgGroup, Args, ValueHint};
+
+#[derive(Args, Debug)]
+#[command(
+    group(ArgGroup::new("place").required(true).args(["pose", "at"])),
+    after_help = "Examples:\n  \
+    feeler reduce scenarios/arms/six-joint.toml --at 0.6,0.1,0.1 --normal 0,0,-1 --out axis.toml\n  \
+    feeler analyze axis.toml --out out/axis        what linear theory says of the arm along that normal\n  \
+    feeler reduce arm.toml --pose '0,-40 deg,95 deg,35 deg,0,0' --normal 0,0,-1 --hold\n  \
+    feeler reduce arm.toml --at 0.6,0,0.1 --normal 0,0,-1 --map 0.4,0.9,6,-0.4,0.4,5 --map-out map.csv\n\n\
+    The axis has two masses with a spring between them, and agrees with the arm in mass and in how slow forces bend it. What is printed\n\
+    with it holds it against the whole arm in contact, so that it shows where several modes share the bending and one spring cannot stand\n\
+    for them. Gravity is taken as compensated. The force bandwidth is that of\n\
+    integral control with a gain margin of 2, sampled at 1 kHz, the motors damped so that the contact mode has a damping ratio of 0.7."
+)]
+pub(crate) struct Reduce {
+    /// Arm file (TOML): a URDF and the drives of its joints
+    #[arg(value_name = "ARM", value_hint = ValueHint::FilePath)]
+    pub(crate) arm: PathBuf,
+    /// Joint positions from the base on, in rad or as in '35 deg' (m for joints that slide)
+    #[arg(long, value_name = "Q1,Q2,...", value_delimiter = ',', value_parser = angle, allow_negative_numbers = true, allow_hyphen_values = true)]
+    pub(crate) pose: Vec<f64>,
+    /// Place of the tool in the base's frame, m; its x axis is turned along the normal
+    #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
+    pub(crate) at: Vec<f64>,
+    /// Contact normal in the base's frame, from the tool into the workpiece
+    #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', required = true, allow_hyphen_values = true)]
+    pub(crate) normal: Vec<f64>,
+    /// Position control holds the tool's other directions (else nothing does)
+    #[arg(long)]
+    pub(crate) hold: bool,
+    /// Stiffness of force sensor and workpiece, N/m
+    #[arg(long, value_name = "N/M", default_value_t = 2e4)]
+    pub(crate) contact_stiffness: f64,
+    /// Damping of force sensor and workpiece, N s/m
+    #[arg(long, value_name = "NS/M", default_value_t = 40.0)]
+    pub(crate) contact_damping: f64,
+    /// Machine file to write (TOML), which analyze, run, sweep and why take
+    #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) out: Option<PathBuf>,
+    /// Map of the force bandwidth over places of the tool at the height of this one: x from, to, how many, y from, to, how many
+    #[arg(long, value_name = "X0,X1,NX,Y0,Y1,NY", value_delimiter = ',', allow_hyphen_values = true)]
+    pub(crate) map: Vec<f64>,
+    /// Map to write (CSV)
+    #[arg(long, value_name = "FILE", requires = "map", value_hint = ValueHint::FilePath)]
+    pub(crate) map_out: Option<PathBuf>,
+    /// Print as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// A number of rad, or of degrees with `deg` behind it.
+fn angle(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let (number, factor) = text.strip_suffix("deg").map_or((text, 1.0), |degrees| (degrees, std::f64::consts::PI / 180.0));
+    match number.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value * factor),
+        _ => Err("not a number of rad, or of degrees as in '35 deg'".into()),
+    }
+}

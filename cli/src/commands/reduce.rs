@@ -1,0 +1,230 @@
+//! `feeler reduce`.
+
+use std::fmt::Write as _;
+
+use feeler_arm::{ArmError, Others, inverse_kinematics};
+use feeler_scenarios::arm::{ArmFileError, AxisFile, Grid, MapPoint, ToolContact, axis_file, bandwidth_map, force_bandwidth, tool_target};
+use feeler_scenarios::format::ArmFile;
+use serde_json::{Value, json};
+
+use crate::arguments::Reduce;
+use crate::failure::BadInput;
+use crate::numbers::{plain, with_unit};
+use crate::table::table;
+use crate::terminal;
+
+/// Most places of a map: some minutes of work.
+const MOST_PLACES: usize = 10_000;
+
+pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
+    let file = ArmFile::load(&arguments.arm)?;
+    let normal = three(&arguments.normal, "--normal")?;
+    let others = if arguments.hold { Others::Held } else { Others::Free };
+    let contact = contact(arguments)?;
+    let pose = if arguments.at.is_empty() { arguments.pose.clone() } else { pose_at(&file, three(&arguments.at, "--at")?, normal)? };
+    let axis = axis_file(&file, &pose, normal, others, contact).map_err(refused)?;
+    let bandwidth = force_bandwidth(&axis.reduction, contact).map_err(refused)?;
+    let map = if arguments.map.is_empty() {
+        None
+    } else {
+        let z_m = file.arm.chain().tool_place(&pose).translation.z;
+        Some(bandwidth_map(&file, &grid(&arguments.map, z_m)?, normal, others, contact, &pose).map_err(refused)?)
+    };
+    if let Some(path) = &arguments.out {
+        std::fs::write(path, &axis.text).map_err(|error| BadInput::unwritable(path, &error))?;
+    }
+    if let (Some(path), Some(map)) = (&arguments.map_out, &map) {
+        std::fs::write(path, csv(map)).map_err(|error| BadInput::unwritable(path, &error))?;
+    }
+    if arguments.json {
+        let mut all = as_json(&axis, &pose);
+        all["force_bandwidth_hz"] = number(bandwidth.crossover_hz);
+        if let Some(map) = &map {
+            all["map"] = map.iter().map(place_as_json).collect();
+        }
+        return terminal::print(&serde_json::to_string_pretty(&all)?);
+    }
+    let mut text = figures(&axis, &pose, bandwidth.crossover_hz, contact);
+    if let Some(map) = &map {
+        let _ = write!(
+            text,
+            "\n\nForce bandwidth (Hz) of integral control with a gain margin of 2, by x (rows) and y of the tool in m:\n{}",
+            chart(map)
+        );
+    }
+    terminal::print(&text)
+}
+
+fn three(numbers: &[f64], what: &str) -> anyhow::Result<[f64; 3]> {
+    match numbers {
+        [x, y, z] if numbers.iter().all(|number| number.is_finite()) => Ok([*x, *y, *z]),
+        _ => Err(BadInput::error(format!("{what} takes three finite numbers, not {}", numbers.len()), format!("write {what} X,Y,Z"))),
+    }
+}
+
+fn contact(arguments: &Reduce) -> anyhow::Result<ToolContact> {
+    let [k, c] = [arguments.contact_stiffness, arguments.contact_damping];
+    if k > 0.0 && c >= 0.0 && k.is_finite() && c.is_finite() {
+        return Ok(ToolContact { stiffness_n_per_m: k, damping_n_s_per_m: c });
+    }
+    let remedy = "the stiffness must be above zero, the damping zero or above";
+    Err(BadInput::error(format!("a contact of {k} N/m and {c} N s/m makes no sense"), remedy))
+}
+
+fn grid(numbers: &[f64], z_m: f64) -> anyhow::Result<Grid> {
+    let count = |number: f64| (number >= 1.0 && number.fract() == 0.0 && number <= MOST_PLACES as f64).then_some(number as usize);
+    if let &[x0, x1, nx, y0, y1, ny] = numbers
+        && let (Some(nx), Some(ny)) = (count(nx), count(ny))
+        && nx * ny <= MOST_PLACES
+    {
+        return Ok(Grid { x: (x0, x1, nx), y: (y0, y1, ny), z_m });
+    }
+    Err(BadInput::error(
+        "--map takes six numbers, of which the third and the last count places",
+        format!("as in --map 0.4,0.9,6,-0.4,0.4,5; at most {MOST_PLACES} places"),
+    ))
+}
+
+/// A pose that brings the tool to a place: from a number of starts, as joints may bend either way.
+fn pose_at(file: &ArmFile, place_m: [f64; 3], normal: [f64; 3]) -> anyhow::Result<Vec<f64>> {
+    let chain = file.arm.chain();
+    let target = tool_target(file, place_m, normal).map_err(|error| refused(error.into()))?;
+    let middle = |[lower, upper]: [f64; 2]| if lower.is_finite() && upper.is_finite() { 0.5 * (lower + upper) } else { 0.0 };
+    let facing = place_m[1].atan2(place_m[0]);
+    let starts: Vec<Vec<f64>> = (0..16)
+        .map(|i| {
+            let bend = 0.4 + 0.5 * f64::from(i / 2);
+            let sign = if i % 2 == 0 { -1.0 } else { 1.0 };
+            let start = |j: usize, limits: [f64; 2]| {
+                let wanted = match j {
+                    0 => facing,
+                    1 => sign * bend,
+                    2 => -sign * 1.5 * bend,
+                    3 => -sign * 0.5 * bend,
+                    _ => 0.0,
+                };
+                if (limits[0]..=limits[1]).contains(&wanted) { wanted } else { middle(limits) }
+            };
+            chain.joints.iter().enumerate().map(|(j, joint)| start(j, joint.limits)).collect()
+        })
+        .collect();
+    inverse_kinematics(chain, &target, &starts).map_err(|error| refused(error.into()))
+}
+
+fn refused(error: ArmFileError) -> anyhow::Error {
+    match error {
+        ArmFileError::Format(mistakes) => mistakes.into(),
+        ArmFileError::Arm(arm) => {
+            let text = arm.to_string();
+            let (message, remedy) = text.split_once("; ").unwrap_or((&text, "choose another place or pose"));
+            let remedy = if matches!(arm, ArmError::Unreachable { .. }) { "choose a place within reach, or give a --pose" } else { remedy };
+            BadInput::error(message, remedy)
+        }
+        other => other.into(),
+    }
+}
+
+fn figures(axis: &AxisFile, pose: &[f64], bandwidth_hz: f64, contact: ToolContact) -> String {
+    let one = &axis.reduction;
+    let optional = |value: Option<f64>, unit: &str| value.map_or_else(|| "-".to_owned(), |value| with_unit(value, unit));
+    let row = |name: &str, value: String| vec![name.to_owned(), value];
+    let rows = vec![
+        row("effective mass", with_unit(one.mass_kg, "kg")),
+        row("  of it at the motors", with_unit(one.motor_mass_kg, "kg")),
+        row("  of it at the tool", with_unit(one.tip_mass_kg, "kg")),
+        row("mass of the links alone", with_unit(one.link_mass_kg, "kg")),
+        row("stiffness between the two", format!("{} N/m", plain(one.stiffness_n_per_m))),
+        row("damping between the two", format!("{} N s/m", plain(one.damping_n_s_per_m))),
+        row("joints in series, motors locked", format!("{} N/m", plain(one.static_stiffness_n_per_m))),
+        row("viscous friction", format!("{} N s/m", plain(one.guide_damping_n_s_per_m))),
+        row("dry friction", with_unit(one.dry_friction_n, "N")),
+        row("force limit", optional(one.force_limit_n, "N")),
+        row("bandwidth of the drives", optional(one.bandwidth_hz, "Hz")),
+        row("largest stable kp at 1 kHz", plain(axis.largest_gain)),
+        row("force bandwidth (integral, gain margin 2)", with_unit(bandwidth_hz, "Hz")),
+    ];
+    let modes = one
+        .modes
+        .iter()
+        .map(|mode| vec![plain(mode.frequency_hz), plain(mode.damping_ratio), plain(mode.drive_share), plain(mode.tip_share)]);
+    let both = |[whole, own]: [f64; 2]| vec![plain(whole), plain(own), plain(100.0 * (own / whole - 1.0))];
+    let named = |name: &str, pair: [f64; 2]| [vec![name.to_owned()], both(pair)].concat();
+    let landmarks =
+        [named("contact mode (Hz)", axis.agreement.contact_mode_hz), named("phase crossover (Hz)", axis.agreement.phase_crossover_hz)];
+    let pose: Vec<String> = pose.iter().map(|x| format!("{x:.4}")).collect();
+    format!(
+        "pose {}\n\n{}\n\nmodes that bend joints, the tool free:\n{}\n\nwhole arm and this axis on {} N/m:\n{}",
+        pose.join(", "),
+        table(&["along the normal", ""], &[1], rows),
+        table(&["frequency (Hz)", "damping ratio", "share drive to tool", "share at tool"], &[0, 1, 2, 3], modes.collect::<Vec<_>>()),
+        plain(contact.stiffness_n_per_m),
+        table(&["landmark", "arm", "axis", "off by (%)"], &[1, 2, 3], landmarks),
+    )
+}
+
+/// JSON has no infinities.
+fn number(value: f64) -> Value {
+    if value.is_finite() { json!(value) } else { Value::Null }
+}
+
+fn as_json(axis: &AxisFile, pose: &[f64]) -> Value {
+    let one = &axis.reduction;
+    let modes = one.modes.iter().map(|mode| {
+        json!({
+            "frequency_hz": mode.frequency_hz, "damping_ratio": mode.damping_ratio,
+            "drive_share": mode.drive_share, "tip_share": mode.tip_share,
+        })
+    });
+    json!({
+        "pose": pose,
+        "mass_kg": one.mass_kg, "motor_mass_kg": one.motor_mass_kg, "tip_mass_kg": one.tip_mass_kg, "link_mass_kg": one.link_mass_kg,
+        "stiffness_n_per_m": one.stiffness_n_per_m, "damping_n_s_per_m": one.damping_n_s_per_m,
+        "static_stiffness_n_per_m": one.static_stiffness_n_per_m, "guide_damping_n_s_per_m": one.guide_damping_n_s_per_m,
+        "dry_friction_n": one.dry_friction_n, "force_limit_n": one.force_limit_n, "bandwidth_hz": one.bandwidth_hz,
+        "direction": one.direction, "modes": modes.collect::<Vec<_>>(),
+        "contact_mode_hz": { "arm": number(axis.agreement.contact_mode_hz[0]), "axis": number(axis.agreement.contact_mode_hz[1]) },
+        "phase_crossover_hz": { "arm": number(axis.agreement.phase_crossover_hz[0]), "axis": number(axis.agreement.phase_crossover_hz[1]) },
+        "largest_stable_kp": number(axis.largest_gain),
+    })
+}
+
+fn place_as_json(point: &MapPoint) -> Value {
+    let found = point.found.as_ref().map(|found| {
+        json!({
+            "pose": found.pose, "mass_kg": found.mass_kg, "stiffness_n_per_m": found.stiffness_n_per_m,
+            "largest_ki_per_s": number(found.bandwidth.largest_gain_per_s), "force_bandwidth_hz": number(found.bandwidth.crossover_hz),
+        })
+    });
+    json!({ "place_m": point.place_m, "found": found })
+}
+
+fn csv(map: &[MapPoint]) -> String {
+    let mut text = String::from("x_m,y_m,z_m,mass_kg,stiffness_n_per_m,largest_ki_per_s,force_bandwidth_hz\n");
+    for point in map {
+        let [x, y, z] = point.place_m;
+        let values = point.found.as_ref().map_or_else(
+            || ",,,".to_owned(),
+            |v| format!("{},{},{},{}", v.mass_kg, v.stiffness_n_per_m, v.bandwidth.largest_gain_per_s, v.bandwidth.crossover_hz),
+        );
+        let _ = writeln!(text, "{x},{y},{z},{values}");
+    }
+    text
+}
+
+/// The map as a table, y to the right.
+fn chart(map: &[MapPoint]) -> String {
+    let mut columns: Vec<f64> = map.iter().map(|point| point.place_m[1]).collect();
+    columns.sort_by(f64::total_cmp);
+    columns.dedup_by(|a, b| a.to_bits() == b.to_bits());
+    let header: Vec<String> = std::iter::once("x \\ y".to_owned()).chain(columns.iter().map(|y| plain(*y))).collect();
+    let header: Vec<&str> = header.iter().map(String::as_str).collect();
+    let rows: Vec<Vec<String>> = (map.chunks(columns.len()))
+        .map(|row| {
+            let value = |point: &MapPoint| {
+                point.found.as_ref().map_or_else(|| "-".to_owned(), |found| format!("{:.2}", found.bandwidth.crossover_hz))
+            };
+            std::iter::once(plain(row[0].place_m[0])).chain(row.iter().map(value)).collect()
+        })
+        .collect();
+    table(&header, &(1..header.len()).collect::<Vec<_>>(), rows)
+}

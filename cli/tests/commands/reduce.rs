@@ -1,0 +1,34 @@
+//! `feeler reduce`.
+
+use std::path::Path;
+
+use crate::bench::{BAD_INPUT, Bench, DONE};
+
+#[test]
+fn truth_an_arm_becomes_a_machine_that_other_commands_take() {
+    let bench = Bench::new();
+    let arm = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/arms/six-joint.toml");
+    let arm = arm.to_str().unwrap();
+    let map = ["--map", "0.5,0.7,2,-0.1,0.1,2", "--map-out", "map.csv"];
+    let asked = ["reduce", arm, "--at", "0.65,0.1,0.1", "--normal", "0,0,-1", "--out", "axis.toml"];
+    let said = bench.feeler(&[&asked[..], &map[..]].concat());
+    assert_eq!(said.code, DONE, "{}", said.err);
+    assert!(said.out.contains("effective mass") && said.out.contains("phase crossover"), "{}", said.out);
+    assert_eq!(bench.read("map.csv").lines().count(), 5);
+    assert_eq!(bench.feeler(&["check", "axis.toml"]).code, DONE);
+    assert_eq!(bench.feeler(&["analyze", "axis.toml"]).code, DONE);
+    let json = bench.feeler(&[&asked[..], &["--hold", "--json"]].concat());
+    let found: serde_json::Value = serde_json::from_str(&json.out).unwrap();
+    assert!(found["mass_kg"].as_f64().unwrap() > 5.0, "{found}");
+    for (asked, message) in [
+        (vec!["--pose", "0,0", "--normal", "0,0,-1"], "2 joint positions for 6 joints (pan, lift, elbow, bend, swivel, roll)"),
+        (vec!["--pose", "0,40 deg,0,0,0,0", "--normal", "0,0,-1"], "joint `lift` at 0.698"),
+        (vec!["--pose", "0,0,0,0,0,0", "--normal", "0,0,0"], "has no direction"),
+        (vec!["--pose", "0,0,0,0,0,0", "--normal", "1,0,0", "--hold"], "the arm cannot move along the normal"),
+        (vec!["--at", "3,0,0", "--normal", "0,0,-1"], "no pose within the joint limits brings the tool to"),
+    ] {
+        let said = bench.feeler(&[&["reduce", arm], &asked[..]].concat());
+        assert_eq!(said.code, BAD_INPUT, "{asked:?}: {}", said.out);
+        assert!(said.err.contains(message) && said.err.contains("help: "), "{asked:?}: {}", said.err);
+    }
+}

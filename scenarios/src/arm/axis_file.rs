@@ -1,0 +1,112 @@
+//! The machine file of an arm along a contact normal.
+
+use std::fmt::Write as _;
+
+use feeler_analysis::{Request, analyze};
+use feeler_arm::{Agreement, Others, Reduction};
+
+use super::error::ArmFileError;
+use crate::format::{ArmFile, Document};
+
+/// Share of the largest stable gain that a file starts with.
+const GAIN_SHARE: f64 = 0.25;
+/// Gain of the machine from which the largest stable one is found.
+const TRIED_GAIN: f64 = 0.1;
+/// Largest gain that a file starts with.
+const LARGEST_GAIN: f64 = 2.0;
+
+/// What the tool touches: the force sensor in series with the workpiece.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToolContact {
+    /// Stiffness.
+    pub stiffness_n_per_m: f64,
+    /// Damping.
+    pub damping_n_s_per_m: f64,
+}
+
+/// The axis that an arm is.
+#[derive(Clone, Debug)]
+pub struct AxisFile {
+    /// The machine and scenario, which analyze, run, sweep and why take.
+    pub text: String,
+    /// Its numbers.
+    pub reduction: Reduction,
+    /// How well it stands for the whole arm in contact.
+    pub agreement: Agreement,
+    /// Largest stable proportional force gain at 1 kHz; infinite where every gain is stable.
+    pub largest_gain: f64,
+}
+
+/// The axis of an arm at a pose (rad, m) along a normal that points from the tool into the workpiece.
+///
+/// # Errors
+/// [`ArmFileError`] for poses and directions in which the arm cannot move.
+pub fn axis_file(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, contact: ToolContact) -> Result<AxisFile, ArmFileError> {
+    let reduction = file.arm.reduce(pose, normal, others)?;
+    let touch = [contact.stiffness_n_per_m, contact.damping_n_s_per_m];
+    let agreement = file.arm.agreement(pose, normal, others, touch)?;
+    let document = Document::parse(&axis_text(&reduction, contact, TRIED_GAIN), "axis.toml")?;
+    let report = analyze(&document.scenario, &Request::default())?;
+    let edge = report.gain.and_then(|gain| gain.sampled.stable[1]).unwrap_or(f64::INFINITY);
+    let gain = (GAIN_SHARE * edge).min(LARGEST_GAIN);
+    let mut text = header(file, pose, normal, others, &agreement, touch[0]);
+    let name = format!("{}-axis", file.name);
+    let held = if others == Others::Held { "the other directions held" } else { "the other directions free" };
+    let about = format!("The single axis that {} is at one pose along one normal, {held}", file.name);
+    let _ = write!(text, "name  = {}\nabout = {}\n\n{}", quoted(&name), quoted(&about), axis_text(&reduction, contact, gain));
+    Ok(AxisFile { text, reduction, agreement, largest_gain: edge })
+}
+
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+fn header(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, agreement: &Agreement, stiffness: f64) -> String {
+    let pose: Vec<String> = pose.iter().map(|x| format!("{x:.5}")).collect();
+    let [nx, ny, nz] = normal;
+    let ([mode, own_mode], [crossover, own_crossover]) = (agreement.contact_mode_hz, agreement.phase_crossover_hz);
+    format!(
+        "# The axis that {} is at the pose {} (rad) along [{nx}, {ny}, {nz}], the tool's other directions {}; made by `feeler reduce`.\n\
+         # Whole arm and this axis on a contact of {stiffness:.4e} N/m: contact mode {mode:.3} and {own_mode:.3} Hz, phase crossover {crossover:.3} and \
+         {own_crossover:.3} Hz.\n",
+        file.name,
+        pose.join(", "),
+        if others == Others::Held { "held" } else { "free" },
+    )
+}
+
+/// The machine and its force loop, unnamed.
+pub(super) fn axis_text(axis: &Reduction, contact: ToolContact, gain: f64) -> String {
+    let mut text = String::new();
+    let mut line = |line: String| {
+        text.push_str(&line);
+        text.push('\n');
+    };
+    line(format!("[bodies.motor]\nmass = {:?}\n\n[bodies.tip]\nmass = {:?}\n", axis.motor_mass_kg, axis.tip_mass_kg));
+    line(format!("[springs.guide]\nbetween = [\"ground\", \"motor\"]\ndamping = {:?}\n", axis.guide_damping_n_s_per_m));
+    if axis.dry_friction_n > 0.0 {
+        line(format!("[springs.guide.effects.coulomb-friction]\nlevel = {:?}\n", axis.dry_friction_n));
+    }
+    line(format!(
+        "[springs.transmission]\nbetween = [\"motor\", \"tip\"]\nstiffness = {:?}\ndamping = {:?}\n",
+        axis.stiffness_n_per_m, axis.damping_n_s_per_m
+    ));
+    line(format!(
+        "[contacts.tool]\nbetween = [\"tip\", \"ground\"]\nstiffness = {:?}\ndamping = {:?}\ngap = \"1 mm\"\n",
+        contact.stiffness_n_per_m, contact.damping_n_s_per_m
+    ));
+    line("[actuators.drive]\non = \"motor\"".into());
+    if let Some(limit) = axis.force_limit_n {
+        line(format!("limit = {limit:?}"));
+    }
+    if let Some(bandwidth) = axis.bandwidth_hz {
+        line(format!("bandwidth = {bandwidth:?}"));
+    }
+    line("\n[sensors.force]\nreads = \"tool.spring_force\"\n\n[sensors.encoder]\nreads = \"motor.position\"\n".into());
+    line(format!(
+        "[controllers.force]\nlaw = \"explicit-force\"\nreads = \"force\"\nmotion = \"encoder\"\ndrives = \"drive\"\nperiod = \"1 ms\"\nfeed_forward = 1.0\n\
+         kp = {gain:?}\napproach = {{ speed = \"10 mm/s\", until = \"3 N\" }}\nreference = 20.0\n"
+    ));
+    line("[run]\nduration = \"2 s\"\nrecord = [\"tool.force\", \"motor.position\", \"tip.position\", \"drive.command\", \"force.reading\"]\nrecord_rate = \"2 kHz\"".into());
+    text
+}

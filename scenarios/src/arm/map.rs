@@ -1,0 +1,100 @@
+//! The force bandwidth over a workspace.
+
+use feeler_arm::{ArmError, Others, Target, inverse_kinematics};
+use nalgebra::Vector3;
+
+use super::axis_file::ToolContact;
+use super::bandwidth::{ForceBandwidth, force_bandwidth};
+use super::error::ArmFileError;
+use crate::format::ArmFile;
+
+/// Places of the tool: a rectangle in x and y of the base at one height.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grid {
+    /// First and last x, m, and how many.
+    pub x: (f64, f64, usize),
+    /// First and last y, m, and how many.
+    pub y: (f64, f64, usize),
+    /// Height, m.
+    pub z_m: f64,
+}
+
+/// What an arm can do at one place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapPoint {
+    /// Where the tool is, m.
+    pub place_m: [f64; 3],
+    /// The pose, and the axis's masses, stiffness and bandwidth there; none where the arm does not reach, or cannot move along the normal.
+    pub found: Option<MapValues>,
+}
+
+/// Numbers of one place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapValues {
+    /// Joint positions, rad or m.
+    pub pose: Vec<f64>,
+    /// Mass along the normal.
+    pub mass_kg: f64,
+    /// Equivalent stiffness of the joints.
+    pub stiffness_n_per_m: f64,
+    /// What integral force control reaches.
+    pub bandwidth: ForceBandwidth,
+}
+
+/// The arm's axis and its force bandwidth at every place of a grid, the tool's x axis along the normal; poses follow from one place to the next, beginning at
+/// `start`.
+///
+/// # Errors
+/// [`ArmFileError::Analysis`]; places out of reach are no errors.
+pub fn bandwidth_map(
+    file: &ArmFile,
+    grid: &Grid,
+    normal: [f64; 3],
+    others: Others,
+    contact: ToolContact,
+    start: &[f64],
+) -> Result<Vec<MapPoint>, ArmFileError> {
+    let step = |(from, to, count): (f64, f64, usize), i: usize| {
+        if count < 2 { from } else { from + (to - from) * i as f64 / (count - 1) as f64 }
+    };
+    let mut points = Vec::new();
+    let mut last = start.to_vec();
+    for i in 0..grid.x.2 {
+        for k in 0..grid.y.2 {
+            // Back and forth, so that neighbours follow each other.
+            let k = if i % 2 == 0 { k } else { grid.y.2 - 1 - k };
+            let place_m = [step(grid.x, i), step(grid.y, k), grid.z_m];
+            let target = tool_target(file, place_m, normal)?;
+            let found = match inverse_kinematics(file.arm.chain(), &target, &[last.clone(), start.to_vec()]) {
+                Ok(pose) => values(file, &pose, normal, others, contact)?,
+                Err(_) => None,
+            };
+            if let Some(found) = &found {
+                last.clone_from(&found.pose);
+            }
+            points.push(MapPoint { place_m, found });
+        }
+    }
+    points.sort_by(|a, b| a.place_m.partial_cmp(&b.place_m).unwrap_or(std::cmp::Ordering::Equal));
+    Ok(points)
+}
+
+/// Where the tool goes, its x axis along the normal where the arm has the joints for it.
+///
+/// # Errors
+/// [`ArmError::Normal`].
+pub fn tool_target(file: &ArmFile, place_m: [f64; 3], normal: [f64; 3]) -> Result<Target, ArmError> {
+    let along = Vector3::from(normal).try_normalize(1e-12).ok_or(ArmError::Normal { normal })?;
+    let place = Vector3::from(place_m);
+    Ok(if file.arm.chain().joints() >= 5 { Target::Pointing(place, along) } else { Target::Position(place) })
+}
+
+fn values(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, contact: ToolContact) -> Result<Option<MapValues>, ArmFileError> {
+    let axis = match file.arm.reduce(pose, normal, others) {
+        Ok(axis) => axis,
+        Err(ArmError::Singular { .. }) => return Ok(None),
+        Err(error) => return Err(error.into()),
+    };
+    let bandwidth = force_bandwidth(&axis, contact)?;
+    Ok(Some(MapValues { pose: pose.to_vec(), mass_kg: axis.mass_kg, stiffness_n_per_m: axis.stiffness_n_per_m, bandwidth }))
+}

@@ -1,0 +1,157 @@
+//! Arm files: a URDF, and the drives of its joints, of which a URDF says nothing.
+
+use std::path::{Path, PathBuf};
+
+use feeler_arm::{Arm, Chain, Joint, JointDrive, JointKind, MeshFile, Urdf};
+
+use super::draft::{parse_toml, read_text};
+use super::keys::{ARM, JOINT};
+use super::problem::{FormatError, Problems};
+use super::read::{Fields, Reader, Scope, join};
+use super::source::{Origin, Sources};
+use super::suggest::did_you_mean;
+use super::tree::{Table, Value};
+
+/// An arm file that has been checked.
+#[derive(Clone, Debug)]
+pub struct ArmFile {
+    /// Short name.
+    pub name: String,
+    /// What it is.
+    pub about: String,
+    /// Links, joints and drives.
+    pub arm: Arm,
+}
+
+impl ArmFile {
+    /// Reads an arm file and the URDF that it names.
+    ///
+    /// # Errors
+    /// Every mistake at once; of the URDF the first.
+    pub fn load(path: &Path) -> Result<Self, FormatError> {
+        Self::parse(&read_text(path)?, &path.display().to_string())
+    }
+
+    /// Checks `text` as the content of `file_name`, against which the URDF's name is resolved.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
+        let mut sources = Sources::default();
+        let root = parse_toml(text, file_name, &mut sources)?;
+        let directory = sources.0[0].directory.clone();
+        let mut problems = Problems::default();
+        let mut reader = Reader { problems: &mut problems, scope: Scope::new(true) };
+        let fields = reader.fields(&ARM, &["joints"], &root, &Origin::default(), "");
+        let chain = fields.text("urdf").and_then(|name| chain(&directory.join(name), &fields, &root, &mut problems));
+        let drives = chain.as_ref().map(|chain| drives(chain, &root, &mut problems)).unwrap_or_default();
+        let arm = chain.filter(|_| problems.is_empty()).map(|chain| Arm::new(chain, drives));
+        match arm {
+            Some(Ok(arm)) => Ok(Self {
+                name: fields.text("name").unwrap_or(&arm.chain().name).into(),
+                about: fields.text("about").unwrap_or_default().into(),
+                arm,
+            }),
+            Some(Err(error)) => {
+                problems.add(&Origin::default(), "joints", error.to_string(), "");
+                Err(problems.into_error(sources))
+            }
+            None => Err(problems.into_error(sources)),
+        }
+    }
+}
+
+/// The chain of the URDF's joints to the tool; its meshes must be there, though only shapes need them.
+fn chain(path: &Path, fields: &Fields, root: &Table, problems: &mut Problems) -> Option<Chain> {
+    let origin_of = |key: &str| root.get(key).map(|entry| entry.node.origin.clone()).unwrap_or_default();
+    let origin = origin_of("urdf");
+    let shown = path.display();
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) => {
+            problems.add(&origin, "urdf", format!("{shown}: {error}"), "name a URDF file, relative to this one");
+            return None;
+        }
+    };
+    let urdf = match Urdf::parse(&text) {
+        Ok(urdf) => urdf,
+        Err(error) => {
+            problems.add(&origin, "urdf", format!("{shown}: {error}"), "correct the URDF");
+            return None;
+        }
+    };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    for MeshFile { link, file, line } in urdf.meshes() {
+        if !mesh_path(folder, file).is_some_and(|path| path.is_file()) {
+            let message = format!("{shown}, line {line}: link `{link}` names the mesh `{file}`, which is not there");
+            problems.add(&origin, "urdf", message, "put the file beside the URDF, or remove the geometry");
+        }
+    }
+    let tool = fields.text("tool").or(urdf.last_link());
+    match tool.map(|tool| urdf.chain(tool)) {
+        Some(Ok(chain)) => Some(chain),
+        Some(Err(error)) => {
+            let key = if root.contains_key("tool") { "tool" } else { "urdf" };
+            problems.add(&origin_of(key), key, format!("{shown}: {error}"), "");
+            None
+        }
+        None => {
+            problems.add(&origin, "urdf", format!("{shown} has no links"), "name a URDF file of an arm");
+            None
+        }
+    }
+}
+
+/// Where a mesh is: beside the URDF, or, of a package, in one of the folders above it.
+fn mesh_path(folder: &Path, file: &str) -> Option<PathBuf> {
+    let Some(inner) = file.strip_prefix("package://") else { return Some(folder.join(file.strip_prefix("file://").unwrap_or(file))) };
+    let inside = inner.split_once('/').map_or(inner, |(_, inside)| inside);
+    let found = folder.ancestors().flat_map(|above| [above.join(inner), above.join(inside)]).find(|path| path.is_file());
+    found.or_else(|| Some(folder.join(inner)))
+}
+
+fn drives(chain: &Chain, root: &Table, problems: &mut Problems) -> Vec<JointDrive> {
+    let remedy = "add [joints.NAME] with gear_ratio, rotor_inertia and stiffness for each joint that moves";
+    let Some(entry) = root.get("joints") else {
+        problems.add(&Origin::default(), "joints", "`joints` is missing: a URDF says nothing of gears and rotors", remedy);
+        return Vec::new();
+    };
+    let Value::Table(table) = &entry.node.value else {
+        problems.add(&entry.node.origin, "joints", format!("this must be a table, not {}", entry.node.value.kind()), remedy);
+        return Vec::new();
+    };
+    let names = || chain.joints.iter().map(|joint| joint.name.as_str());
+    for (name, entry) in table {
+        if !names().any(|known| known == name) {
+            let remedy = did_you_mean(name, names());
+            problems.add(&entry.key, join("joints", name), format!("no joint `{name}` moves on the way to the tool"), remedy);
+        }
+    }
+    let mut found = Vec::new();
+    for joint in &chain.joints {
+        let path = join("joints", &joint.name);
+        match table.get(&joint.name).map(|entry| (&entry.node.value, &entry.node.origin)) {
+            Some((Value::Table(keys), origin)) => {
+                let scope = Scope::new(joint.kind != JointKind::Prismatic);
+                let fields = Reader { problems, scope }.fields(&JOINT, &[], keys, origin, &path);
+                found.push(drive(joint, &fields));
+            }
+            Some((value, origin)) => problems.add(origin, &path, format!("this must be a table, not {}", value.kind()), remedy),
+            None => problems.add(&entry.node.origin, &path, format!("joint `{}` has no drive", joint.name), remedy),
+        }
+    }
+    found
+}
+
+fn drive(joint: &Joint, fields: &Fields) -> JointDrive {
+    JointDrive {
+        gear_ratio: fields.number("gear_ratio"),
+        rotor_inertia_kg_m2: fields.number("rotor_inertia"),
+        stiffness_n_m_per_rad: fields.number("stiffness"),
+        damping_n_m_s_per_rad: fields.number("damping"),
+        viscous_friction_n_m_s_per_rad: fields.optional("viscous_friction").unwrap_or(joint.viscous_friction),
+        dry_friction_n_m: fields.optional("dry_friction").unwrap_or(joint.dry_friction),
+        effort_limit_n_m: fields.optional("limit").or(joint.effort_limit),
+        bandwidth_hz: fields.optional("bandwidth"),
+    }
+}

@@ -1,0 +1,89 @@
+//! Arm files, the axis that an arm is, and the force bandwidth that it allows.
+
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests fail as tests do, and say what they measured")]
+
+use std::path::{Path, PathBuf};
+
+use feeler_arm::{Others, inverse_kinematics};
+use feeler_scenarios::arm::{Grid, ToolContact, axis_file, bandwidth_map, force_bandwidth, tool_target};
+use feeler_scenarios::format::{ArmFile, Document};
+use feeler_scenarios::run::{Outcome, run};
+
+const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
+const CONTACT: ToolContact = ToolContact { stiffness_n_per_m: 2e4, damping_n_s_per_m: 40.0 };
+
+fn arms() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("arms")
+}
+
+fn six_joint() -> (ArmFile, Vec<f64>) {
+    let file = ArmFile::load(&arms().join("six-joint.toml")).unwrap_or_else(|error| panic!("{error}"));
+    let target = tool_target(&file, [0.65, 0.1, 0.1], DOWN).unwrap();
+    let pose = inverse_kinematics(file.arm.chain(), &target, &[vec![0.15, -1.2, 1.9, 0.9, 0.0, 0.0]]).unwrap();
+    (file, pose)
+}
+
+#[test]
+fn truth_the_axis_of_an_arm_is_a_file_that_runs_and_settles() {
+    let (file, pose) = six_joint();
+    for others in [Others::Free, Others::Held] {
+        let axis = axis_file(&file, &pose, DOWN, others, CONTACT).unwrap();
+        let document = Document::parse(&axis.text, "axis.toml").unwrap_or_else(|error| panic!("{error}\n{}", axis.text));
+        let machine = &document.scenario.machine;
+        let mass = machine.bodies["motor"].mass_kg + machine.bodies["tip"].mass_kg;
+        assert!((mass / axis.reduction.mass_kg - 1.0).abs() < 1e-12, "{mass}");
+        let result = run(&document.scenario, &mut |_| {}).unwrap();
+        println!("{others:?}: {:?}, largest kp {:.3}", result.summary.outcome, axis.largest_gain);
+        let settles = matches!(result.summary.outcome, Outcome::Settled | Outcome::BouncesThenSettles);
+        assert!(settles, "{others:?}: {:?}", result.summary.outcome);
+    }
+}
+
+#[test]
+fn prop_the_bandwidth_map_agrees_with_each_place_alone() {
+    let (file, pose) = six_joint();
+    let grid = Grid { x: (0.5, 0.8, 3), y: (-0.2, 0.2, 2), z_m: 0.1 };
+    let map = bandwidth_map(&file, &grid, DOWN, Others::Free, CONTACT, &pose).unwrap();
+    assert_eq!(map.len(), 6);
+    for point in &map {
+        let found = point.found.as_ref().unwrap();
+        let place = file.arm.chain().tool_place(&found.pose).translation.vector;
+        assert!((0..3).all(|i| (place[i] - point.place_m[i]).abs() < 1e-6), "{place}");
+        let alone = file.arm.reduce(&found.pose, DOWN, Others::Free).unwrap();
+        let bandwidth = force_bandwidth(&alone, CONTACT).unwrap();
+        assert!((bandwidth.crossover_hz / found.bandwidth.crossover_hz - 1.0).abs() < 1e-9);
+        println!("{:?}: {:.2} kg, {:.3} Hz", point.place_m, found.mass_kg, bandwidth.crossover_hz);
+        assert!(bandwidth.crossover_hz > 0.0 && bandwidth.crossover_hz < bandwidth.edge_hz);
+    }
+    // Far away there is no pose.
+    let far = Grid { x: (3.0, 3.0, 1), y: (0.0, 0.0, 1), z_m: 0.1 };
+    assert!(bandwidth_map(&file, &far, DOWN, Others::Free, CONTACT, &pose).unwrap()[0].found.is_none());
+}
+
+#[test]
+fn truth_mistakes_of_arm_files_are_told_together() {
+    let good = std::fs::read_to_string(arms().join("six-joint.toml")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let urdf = std::fs::read_to_string(arms().join("six-joint.urdf")).unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("six-joint.urdf", &urdf);
+    write("hollow.urdf", &urdf.replace("izz=\"0.0022\"", "izz=\"0\""));
+    let mesh = "<visual><geometry><mesh filename=\"package://arm/meshes/hand.stl\"/></geometry></visual></link>";
+    write("mesh.urdf", &urdf.replacen("</link>", mesh, 1));
+    let parse = |text: &str| ArmFile::parse(text, &folder.path().join("arm.toml").to_string_lossy()).map_err(|error| error.to_string());
+    assert!(parse(&good).is_ok());
+    let cases: [(&str, &str, &[&str]); 8] = [
+        ("\"six-joint.urdf\"", "\"absent.urdf\"", &["absent.urdf", "No such file"]),
+        ("\"six-joint.urdf\"", "\"hollow.urdf\"", &["hollow.urdf: line", "link `tool` has an inertia of 0 kg m2"]),
+        ("\"six-joint.urdf\"", "\"mesh.urdf\"", &["link `base` names the mesh `package://arm/meshes/hand.stl`, which is not there"]),
+        ("\"six-joint.urdf\"", "\"six-joint.urdf\"\ntool = \"hand\"", &["there is no link `hand`"]),
+        ("[joints.roll]", "[joints.rol]", &["no joint `rol` moves", "did you mean `roll`", "joint `roll` has no drive"]),
+        ("gear_ratio    = 100", "gear_ratio    = -100", &["joints.pan.gear_ratio"]),
+        ("\"40 kN m/rad\"", "\"40 kN/m\"", &["joints.pan.stiffness"]),
+        ("rotor_inertia = \"0.9e-4 kg m2\"\n", "", &["`rotor_inertia` is missing"]),
+    ];
+    for (from, to, said) in cases {
+        let error = parse(&good.replacen(from, to, 1)).unwrap_err();
+        assert!(said.iter().all(|part| error.contains(part)), "{to}: {error}");
+    }
+}

@@ -12,6 +12,9 @@ use feeler_plant::effects::LIBRARY;
 use feeler_scenarios::format::TEMPLATES;
 use feeler_scenarios::sweep::Shard;
 
+/// Folder of the scenario files where the project lies.
+pub(crate) const DEFAULT_SCENARIOS: &str = "scenarios";
+
 pub(crate) use frf::{EstimatorKind, ExcitationKind, Frf};
 pub(crate) use reduce::Reduce;
 
@@ -350,7 +353,7 @@ pub(crate) struct Validate {
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) critical_gains: Option<PathBuf>,
     /// Folder of the scenario files, from which the paper's machines are taken as well
-    #[arg(long, value_name = "DIR", default_value = "scenarios", value_hint = ValueHint::DirPath)]
+    #[arg(long, value_name = "DIR", default_value = DEFAULT_SCENARIOS, value_hint = ValueHint::DirPath)]
     pub(crate) scenarios: PathBuf,
     /// Print as JSON
     #[arg(long)]

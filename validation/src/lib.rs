@@ -22,5 +22,5 @@ pub mod truths;
 mod validate;
 
 pub use error::ValidationError;
-pub use table::{Row, Table};
+pub use table::{Row, RowKind, Table};
 pub use validate::{ONSET_DELAYS, Options, validate};

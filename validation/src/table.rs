@@ -2,6 +2,20 @@
 
 use serde::Serialize;
 
+/// What a check asks of its value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RowKind {
+    /// To be near what is expected.
+    Close,
+    /// Not to exceed the tolerance.
+    AtMost,
+    /// To exceed what is expected.
+    Above,
+    /// To be 1, that is, true.
+    Holds,
+}
+
 /// One check.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
@@ -9,6 +23,8 @@ pub struct Row {
     pub name: String,
     /// Where the expectation comes from: a closed form, independent numbers, or a claim of the paper.
     pub claim: String,
+    /// What is asked of the value.
+    pub kind: RowKind,
     /// The expected value; not a number where only a bound is asked for.
     pub expected: f64,
     /// The value found.
@@ -24,7 +40,7 @@ impl Row {
     pub fn close(name: impl Into<String>, claim: impl Into<String>, got: f64, expected: f64, tolerance: f64) -> Self {
         let pass =
             (got - expected).abs() <= tolerance || (got.is_infinite() && expected.is_infinite() && got.signum() * expected.signum() > 0.0);
-        Self { name: name.into(), claim: claim.into(), expected, got, tolerance, pass }
+        Self { name: name.into(), claim: claim.into(), kind: RowKind::Close, expected, got, tolerance, pass }
     }
 
     /// Both values within a relative tolerance.
@@ -34,17 +50,33 @@ impl Row {
 
     /// A magnitude that must not exceed a bound.
     pub fn at_most(name: impl Into<String>, claim: impl Into<String>, got: f64, bound: f64) -> Self {
-        Self { name: name.into(), claim: claim.into(), expected: 0.0, got, tolerance: bound, pass: got <= bound }
+        Self { name: name.into(), claim: claim.into(), kind: RowKind::AtMost, expected: 0.0, got, tolerance: bound, pass: got <= bound }
     }
 
     /// A value that must exceed a bound.
     pub fn above(name: impl Into<String>, claim: impl Into<String>, got: f64, bound: f64) -> Self {
-        Self { name: name.into(), claim: claim.into(), expected: bound, got, tolerance: f64::INFINITY, pass: got > bound }
+        Self {
+            name: name.into(),
+            claim: claim.into(),
+            kind: RowKind::Above,
+            expected: bound,
+            got,
+            tolerance: f64::INFINITY,
+            pass: got > bound,
+        }
     }
 
     /// A statement that must hold.
     pub fn holds(name: impl Into<String>, claim: impl Into<String>, holds: bool) -> Self {
-        Self { name: name.into(), claim: claim.into(), expected: 1.0, got: f64::from(u8::from(holds)), tolerance: 0.0, pass: holds }
+        Self {
+            name: name.into(),
+            claim: claim.into(),
+            kind: RowKind::Holds,
+            expected: 1.0,
+            got: f64::from(u8::from(holds)),
+            tolerance: 0.0,
+            pass: holds,
+        }
     }
 }
 

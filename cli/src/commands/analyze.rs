@@ -21,6 +21,9 @@ pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
         draft.set(setting)?;
     }
     let document = draft.build()?;
+    if let Some(preload_n) = arguments.preload.filter(|force| !(force.is_finite() && *force > 0.0)) {
+        return Err(BadInput::error(format!("--preload {preload_n} presses nothing"), "give a force above zero, in N"));
+    }
     let contact = match arguments.preload {
         Some(preload_n) => ContactView::Pressed { preload_n },
         None if arguments.clamped => ContactView::Clamped,
@@ -106,15 +109,21 @@ fn text(report: &Report) -> String {
         let entry = |name: &str, value: Option<f64>, unit: &str| {
             vec![name.to_owned(), value.map_or_else(|| "-".to_owned(), plain), unit.to_owned()]
         };
-        let rows = [
-            entry("gain margin", margins.gain, ""),
-            entry("phase margin", margins.phase_deg, "deg"),
-            entry("delay margin", margins.delay_s, "s"),
-            entry("crossover", margins.crossover_hz, "Hz"),
-            entry("disk margin", Some(margins.disk), ""),
-            entry("largest sensitivity", Some(margins.sensitivity_peak), ""),
-        ];
-        parts.push(table(&["margins of the sampled loop", "", ""], &[1], rows));
+        if margins.unstable_poles > 0 {
+            let lower = margins.gain_decrease.map_or_else(String::new, |f| format!(" Its whole gain times {} is at the limit.", plain(f)));
+            parts.push(format!("The sampled loop is unstable as it is, so that it has no margins.{lower}"));
+        } else {
+            let rows = [
+                entry("gain margin", margins.gain, ""),
+                entry("gain may fall to", margins.gain_decrease, ""),
+                entry("phase margin", margins.phase_deg, "deg"),
+                entry("delay margin", margins.delay_s, "s"),
+                entry("crossover", margins.crossover_hz, "Hz"),
+                entry("disk margin", Some(margins.disk), ""),
+                entry("largest sensitivity", Some(margins.sensitivity_peak), ""),
+            ];
+            parts.push(table(&["margins of the sampled loop", "", ""], &[1], rows));
+        }
     }
     if let Some(waterfall) = &report.waterfall {
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), plain);

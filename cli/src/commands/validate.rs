@@ -3,12 +3,12 @@
 mod engines;
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use feeler_validation::convergence::{convergence, default_steps_s, markdown};
-use feeler_validation::{Options, Row, Table, validate};
+use feeler_validation::{Options, Row, RowKind, Table, validate};
 
-use crate::arguments::{Checks, Validate};
+use crate::arguments::{Checks, DEFAULT_SCENARIOS, Validate};
 use crate::failure::{BadInput, CheckFailed};
 use crate::numbers::{count, plain};
 use crate::table::table;
@@ -23,13 +23,17 @@ pub(crate) fn run(arguments: &Validate) -> anyhow::Result<()> {
 }
 
 /// The folder of scenario files, where it holds the paper's machines.
-fn scenarios(arguments: &Validate) -> Option<PathBuf> {
+fn scenarios(arguments: &Validate) -> anyhow::Result<Option<PathBuf>> {
     let folder = Some(arguments.scenarios.clone()).filter(|folder| folder.join("paper/machines").is_dir());
     if folder.is_none() {
+        if arguments.scenarios != Path::new(DEFAULT_SCENARIOS) {
+            let message = format!("no paper/machines in {}", arguments.scenarios.display());
+            return Err(BadInput::error(message, "name the folder of the scenario files with --scenarios"));
+        }
         let what = "the checks from scenario files are left out";
         terminal::complain(&format!("note: no paper/machines in {}; {what}", arguments.scenarios.display()));
     }
-    folder
+    Ok(folder)
 }
 
 fn all(arguments: &Validate) -> anyhow::Result<()> {
@@ -39,21 +43,40 @@ fn all(arguments: &Validate) -> anyhow::Result<()> {
         })
     };
     let critical_gains_json = arguments.critical_gains.as_ref().map(read).transpose()?;
-    let options = Options { critical_gains_json, scenarios: scenarios(arguments), quick: arguments.quick };
+    let options = Options { critical_gains_json, scenarios: scenarios(arguments)?, quick: arguments.quick };
     let found = validate(&options, |group| terminal::complain(&format!("checking {group}")))?;
-    terminal::print(&if arguments.json { serde_json::to_string_pretty(&found)? } else { text(&found) })?;
+    let left_out = if arguments.critical_gains.is_none() {
+        "\nnot checked: independent critical gains (name their file with --critical-gains)"
+    } else {
+        ""
+    };
+    terminal::print(&if arguments.json { serde_json::to_string_pretty(&found)? } else { text(&found) + left_out })?;
     if found.passed() { Ok(()) } else { Err(CheckFailed.into()) }
 }
 
 fn text(found: &Table) -> String {
     let row = |row: &Row| {
         let verdict = if row.pass { "pass" } else { "FAIL" };
-        let expected = if row.expected.is_nan() { "-".to_owned() } else { plain(row.expected) };
-        vec![verdict.to_owned(), row.name.clone(), expected, plain(row.got), plain(row.tolerance), row.claim.clone()]
+        let [expected, got, tolerance] = words(row);
+        vec![verdict.to_owned(), row.name.clone(), expected, got, tolerance, row.claim.clone()]
     };
     let rows = table(&["", "check", "expected", "got", "tolerance", "claim"], &[2, 3, 4], found.rows.iter().map(row));
     let failed = found.failures().count();
     format!("{rows}\n\n{}, {failed} failed", count(found.rows.len(), "check", "checks"))
+}
+
+/// What is expected, what was found, and how far they may be apart.
+fn words(row: &Row) -> [String; 3] {
+    let yes = |value: f64| if value > 0.5 { "yes".to_owned() } else { "no".to_owned() };
+    match row.kind {
+        RowKind::Holds => [yes(row.expected), yes(row.got), "-".to_owned()],
+        RowKind::Above => [format!("> {}", plain(row.expected)), plain(row.got), "-".to_owned()],
+        RowKind::AtMost => [format!("<= {}", plain(row.tolerance)), plain(row.got), "-".to_owned()],
+        RowKind::Close => {
+            let expected = if row.expected.is_nan() { "-".to_owned() } else { plain(row.expected) };
+            [expected, plain(row.got), plain(row.tolerance)]
+        }
+    }
 }
 
 fn print_convergence(arguments: &Validate) -> anyhow::Result<()> {

@@ -72,7 +72,8 @@ fn trial_row(trial: &Trial) -> Vec<String> {
     let changes: Vec<&str> = trial.changes.iter().map(|change| change.words()).collect();
     let name = if changes.is_empty() { "everything as it is".to_owned() } else { changes.join(" and ") };
     if !trial.applies {
-        return vec![name, "does not apply".into(), String::new(), String::new()];
+        let why = if trial.changes == [Change::HalveStep] { "integrated exactly: no step" } else { "nothing to take away" };
+        return vec![name, why.into(), String::new(), String::new()];
     }
     let outcome = trial.outcome.map_or_else(|| "could not be run".to_owned(), |outcome| words::outcome_label(outcome).to_owned());
     let decays = trial.cured && trial.outcome == Some(Outcome::Undecided);

@@ -6,7 +6,7 @@
 //!
 //! | outcome | when |
 //! |---|---|
-//! | unstable | the motion left all bounds; or `A3 > 1.5 A2` and `A2 > 1.5 A1` beyond what the sensor resolves; or the force peaks of the last half of all contacts, 4 at least, rise from each to the next and by more than 2.25 times in all |
+//! | unstable | the motion left all bounds; or `A3 > 1.5 A2` and `A2 > 1.5 A1` beyond what the sensor resolves; or the force peaks of the last half of all contacts, 6 at least, rise from each to the next, above all before, and by more than 2.25 times in all |
 //! | no-contact | the tool never touched, or left for good before the tail |
 //! | chatter | at least 3 lift-offs in the tail, 2 of them in its last part, and `A3 >= 0.7 A1` |
 //! | driven | a reference moves to the end, so that there is nothing to settle at |
@@ -29,8 +29,9 @@ const CREEPS: f64 = 1.05;
 const LASTS: f64 = 0.7;
 /// Share of the tail at a limit that makes an oscillation one of saturation.
 const SATURATES: f64 = 0.01;
-/// Contacts at the end of the run whose peaks must rise to call the bouncing unstable.
-const LEAST_RISING: usize = 4;
+/// Contacts at the end of the run whose peaks must rise to call the bouncing unstable: by chance, aperiodic ones do so in one run of 720, and above
+/// all that came before far more seldom.
+const LEAST_RISING: usize = 6;
 /// Lift-offs in the tail, and in its last part, that make chatter.
 const LEAST_LIFTS: (usize, usize) = (3, 2);
 /// Changes between sticking and sliding in the tail that make hunting.
@@ -243,7 +244,8 @@ impl Evidence<'_> {
     fn impact_growth_per_s(&self) -> Option<f64> {
         let last = &self.impacts[self.impacts.len() - self.impacts.len().div_ceil(2).max(LEAST_RISING).min(self.impacts.len())..];
         let [(from_s, first_n), .., (to_s, last_n)] = last else { return None };
-        let rises = last.len() >= LEAST_RISING && last.windows(2).all(|pair| pair[1].1 > pair[0].1);
+        let before = self.impacts[..self.impacts.len() - last.len()].iter().map(|impact| impact.1).fold(0.0, f64::max);
+        let rises = last.len() >= LEAST_RISING && *last_n > before && last.windows(2).all(|pair| pair[1].1 > pair[0].1);
         (rises && *last_n > GROWS * GROWS * first_n).then(|| (last_n / first_n).ln() / (to_s - from_s))
     }
 

@@ -23,7 +23,7 @@ pub struct Remedy {
     pub what: String,
     /// Factor on the loop's gain that goes with it: 1 where the gain can stay.
     pub gain_factor: f64,
-    /// Highest frequency at which the sampled loop then has modulus one, Hz; absent where it has none.
+    /// Frequency up to which the force then follows its reference, to 3 dB, Hz; absent where linear theory has no answer.
     pub bandwidth_hz: Option<f64>,
     /// What that costs, as a share of the bandwidth of the loop as it is; below zero where something is gained.
     pub cost: Option<f64>,
@@ -33,7 +33,7 @@ pub struct Remedy {
 
 /// Remedies against these causes that settle in simulation, cheapest in bandwidth first.
 pub(super) fn remedies(scenario: &Scenario, causes: &[Cause]) -> Vec<Remedy> {
-    let wanted_hz = bandwidth_hz(scenario, 1.0);
+    let wanted_hz = bandwidth_hz(scenario);
     let mut found: Vec<Remedy> = candidates(scenario, causes)
         .into_iter()
         .map(|(what, changed)| remedy(what, &changed, wanted_hz))
@@ -48,7 +48,7 @@ fn remedy(what: String, changed: &Scenario, wanted_hz: Option<f64>) -> Remedy {
     let gain_factor = gain_margin(changed).map_or(1.0, |margin| (GAIN_SHARE * margin).min(1.0)).max(1e-3);
     let scaled = with_gain(changed, gain_factor);
     let settles = Candidate::new(scaled.clone()).and_then(|candidate| candidate.measure(0)).is_ok_and(|measured| is_cured(&measured));
-    let bandwidth_hz = bandwidth_hz(&scaled, 1.0);
+    let bandwidth_hz = bandwidth_hz(&scaled);
     let cost = wanted_hz.zip(bandwidth_hz).map(|(wanted, found)| 1.0 - found / wanted);
     Remedy { what, gain_factor, bandwidth_hz, cost, settles }
 }
@@ -161,7 +161,7 @@ fn add_damping(scenario: &mut Scenario) {
 }
 
 fn add_lead(scenario: &mut Scenario) {
-    let Some(bandwidth) = bandwidth_hz(scenario, 1.0) else { return };
+    let Some(bandwidth) = bandwidth_hz(scenario) else { return };
     for used in scenario.controllers.values_mut() {
         if let Law::ExplicitForce(gains) = &mut used.spec.law {
             gains.lead.get_or_insert(LeadSpec { zero_hz: bandwidth, pole_hz: MORE * bandwidth });

@@ -78,11 +78,13 @@ pub struct GainReport {
 /// Margins of the sampled loop broken at its controller.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MarginReport {
-    /// Factor by which the gain may rise; absent where no rise destabilises.
+    /// Factor by which the gain may rise; absent where no rise destabilises, and where the loop is unstable.
     pub gain: Option<f64>,
-    /// Smallest phase margin.
+    /// Factor by which the gain may fall, or at which an unstable loop first meets its limit; absent where no fall meets it.
+    pub gain_decrease: Option<f64>,
+    /// Smallest phase margin; absent where the loop is unstable.
     pub phase_deg: Option<f64>,
-    /// Delay that the loop bears in addition, s.
+    /// Delay that the loop bears in addition, s; absent where the loop is unstable.
     pub delay_s: Option<f64>,
     /// Crossover with the smallest phase margin, Hz.
     pub crossover_hz: Option<f64>,
@@ -243,16 +245,19 @@ impl MarginReport {
     /// [`AnalysisError::Lti`].
     pub fn new<T: feeler_lti::TimeDomain>(open: &LoopTransfer<T>) -> Result<Self, AnalysisError> {
         let margins: Margins = open.margins()?;
+        let unstable_poles = open.closed_loop_unstable_poles(1.0)?;
+        let stable = unstable_poles == 0;
         let phase = margins.smallest_phase();
         Ok(Self {
-            gain: margins.smallest_increase().map(|m| m.factor),
-            phase_deg: phase.map(|p| p.margin_deg()),
-            delay_s: margins.smallest_delay().map(|p| p.delay_s),
+            gain: margins.smallest_increase().filter(|_| stable).map(|m| m.factor),
+            gain_decrease: margins.smallest_decrease().map(|m| m.factor),
+            phase_deg: phase.filter(|_| stable).map(|p| p.margin_deg()),
+            delay_s: margins.smallest_delay().filter(|_| stable).map(|p| p.delay_s),
             crossover_hz: phase.map(|p| p.frequency_hz),
             disk: margins.disk.alpha,
             sensitivity_peak: margins.sensitivity.value,
             complementary_sensitivity_peak: margins.complementary_sensitivity.value,
-            unstable_poles: open.closed_loop_unstable_poles(1.0)?,
+            unstable_poles,
         })
     }
 }

@@ -19,6 +19,8 @@ use crate::numbers::with_unit;
 const SEGMENTS: f64 = 8.0;
 /// Share of the command's power within the band that is looked at unless another is asked for.
 const POWER: f64 = 0.995;
+/// Power of the command at a frequency over that at its strongest, below which a response there would be noise over noise.
+const LEAST_POWER: f64 = 1e-5;
 /// Lines on each side over which the spectra of a chirp are averaged.
 const HALF_WIDTH: usize = 1;
 
@@ -41,7 +43,13 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     let spacing_s = first.spacing_s;
     let length_s = chosen.records.iter().map(|r| r.len()).min().unwrap_or(0) as f64 * spacing_s;
     let (low, high) = band(arguments, spacing_s, 2.0 / length_s, excited_hz(&first.commands[chosen.drive], spacing_s))?;
-    let (estimate, told_apart, how) = estimate(arguments, &chosen, (low, high), length_s)?;
+    let (mut estimate, mut told_apart, how) = estimate(arguments, &chosen, (low, high), length_s)?;
+    let kept = powered(&estimate.frequencies_hz, &first.commands[chosen.drive], spacing_s);
+    let dropped = kept.iter().filter(|kept| !**kept).count();
+    if dropped > 0 {
+        keep(&mut estimate, told_apart.as_mut(), &kept);
+        notes.push(format!("{dropped} of {} frequencies are left out: the command has next to no power there", kept.len()));
+    }
 
     let engagement = first.engagement.unwrap_or(Engagement::Unilateral);
     let mut machine = data.machine.clone();
@@ -202,6 +210,37 @@ fn excited_hz(command: &[f64], spacing_s: f64) -> Option<f64> {
         below >= POWER * whole
     })?;
     Some(spectra.frequencies_hz[last])
+}
+
+/// Which frequencies the command excites: where its power is at least [`LEAST_POWER`] of the strongest's.
+fn powered(frequencies_hz: &[f64], command: &[f64], spacing_s: f64) -> Vec<bool> {
+    let settings = WelchSettings::hann((command.len() as f64 / SEGMENTS) as usize);
+    let Ok(spectra) = cross_spectra(&centred(command), &centred(command), spacing_s, &settings) else {
+        return vec![true; frequencies_hz.len()];
+    };
+    let strongest = spectra.input.iter().copied().fold(0.0, f64::max);
+    let power = |f: f64| {
+        let after = spectra.frequencies_hz.partition_point(|&line| line < f);
+        // The stronger of both neighbours: a line of a multisine may lie between them.
+        [after.saturating_sub(1), after].into_iter().filter_map(|i| spectra.input.get(i)).copied().fold(0.0, f64::max)
+    };
+    frequencies_hz.iter().map(|&f| power(f) >= LEAST_POWER * strongest).collect()
+}
+
+/// Drops the frequencies that are not kept.
+fn keep(estimate: &mut ResponseEstimate, told_apart: Option<&mut [Vec<f64>; 2]>, kept: &[bool]) {
+    fn of<T>(values: &mut Vec<T>, kept: &[bool]) {
+        let mut kept = kept.iter();
+        values.retain(|_| kept.next().is_none_or(|kept| *kept));
+    }
+    of(&mut estimate.frequencies_hz, kept);
+    of(&mut estimate.response, kept);
+    of(&mut estimate.variance, kept);
+    of(&mut estimate.degrees_of_freedom, kept);
+    if let Some(coherence) = &mut estimate.coherence {
+        of(coherence, kept);
+    }
+    told_apart.into_iter().flatten().for_each(|variance| of(variance, kept));
 }
 
 /// A record about its mean: the operating point is no part of a response.

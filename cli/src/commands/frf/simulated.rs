@@ -3,6 +3,7 @@
 use feeler_analysis::frf::{Excitation, Experiment, NoiseMethod};
 use feeler_analysis::{LinearMachine, View};
 use feeler_lti::spectral::LocalPolynomialSettings;
+use feeler_plant::assembly::assemble;
 use feeler_plant::description::{ActuatorKind, Engagement, Machine, Quantity, SignalName};
 use feeler_scenarios::format::{Document, Draft};
 
@@ -16,11 +17,15 @@ const HOLD_S: f64 = 1e-3;
 /// Root mean square of the excitation where nothing tells better, N (or N m), and m/s (rad/s) for a velocity source.
 const RMS_FORCE: f64 = 1.0;
 const RMS_VELOCITY: f64 = 0.01;
+/// And as a multiple of dry friction, so that what slides keeps sliding.
+const TIMES_FRICTION: f64 = 5.0;
 /// And as a share of the drive's limit, which noise reaches at three to four times its root mean square.
 const SHARE_OF_LIMIT: f64 = 0.1;
 /// Time constants after which a transient is below 1e-6, and the bounds within which it is waited for, s.
 const TIME_CONSTANTS: f64 = 14.0;
 const WAIT_S: (f64, f64) = (0.5, 30.0);
+/// Samples of an excitation at most; each takes some tens of bytes and half a microsecond or more.
+const MOST_SAMPLES: f64 = 1e8;
 /// Records without a stated length, s.
 const DURATION_S: f64 = 60.0;
 
@@ -43,6 +48,11 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     let wait_s = wait_s(&experiment).map_err(|error| refused(arguments, &error))?;
     let excitation = excitation(arguments, &experiment, wait_s, low)?;
     let measured = experiment.measure(&excitation, rms, (low, high)).map_err(|error| refused(arguments, &error))?;
+    require(
+        measured.estimate.response.iter().any(|value| value.norm() > 0.0),
+        || format!("nothing moved under {} rms at `{}`: there is no response to estimate", plain(rms), experiment.actuator),
+        "excite it more strongly with --rms, beyond dry friction and free play",
+    )?;
     let realisations = arguments.realisations as f64;
     let told_apart = measured.noise_variance.zip(measured.distortion_variance);
     let hold = with_unit(experiment.hold_s, "s");
@@ -114,7 +124,12 @@ fn usual_rms(machine: &Machine, actuator: &str) -> f64 {
     let Some(actuator) = machine.actuators.get(actuator) else { return RMS_FORCE };
     match actuator.kind {
         ActuatorKind::VelocitySource { .. } => RMS_VELOCITY,
-        ActuatorKind::Force { .. } => actuator.limit_n.map_or(RMS_FORCE, |limit| SHARE_OF_LIMIT * limit),
+        ActuatorKind::Force { .. } => {
+            let links = assemble(machine).map(|assembly| assembly.links).unwrap_or_default();
+            let friction: f64 = links.iter().map(|link| link.friction.forward.max(link.friction.backward)).sum();
+            let usual = actuator.limit_n.map_or(RMS_FORCE, |limit| SHARE_OF_LIMIT * limit);
+            usual.max(TIMES_FRICTION * friction)
+        }
     }
 }
 
@@ -132,6 +147,12 @@ fn excitation(arguments: &Frf, experiment: &Experiment, wait_s: f64, low_hz: f64
         require(value > 0.0 && value.is_finite(), || format!("--{name} {value} is no time"), "give seconds above zero")
     };
     positive("duration", duration_s)?;
+    let samples = duration_s / experiment.hold_s;
+    require(
+        samples <= MOST_SAMPLES,
+        || format!("{duration_s} s at a hold of {} s are {samples:.1e} samples, and {MOST_SAMPLES:.0e} are the most", experiment.hold_s),
+        "choose a shorter --duration or a longer --hold",
+    )?;
     Ok(match arguments.excitation {
         ExcitationKind::WhiteNoise => {
             let segment_s = arguments.segment.unwrap_or(duration_s / 15.0);

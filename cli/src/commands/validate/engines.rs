@@ -10,7 +10,7 @@ use crate::terminal;
 
 pub(super) fn run(arguments: &Validate) -> anyhow::Result<()> {
     let steps_s = default_steps_s();
-    let found = agreements(super::scenarios(arguments).as_deref(), &steps_s)?;
+    let found = agreements(super::scenarios(arguments)?.as_deref(), &steps_s)?;
     if arguments.json {
         terminal::print(&serde_json::to_string_pretty(&found)?)?;
     } else {

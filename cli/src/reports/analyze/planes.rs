@@ -13,7 +13,7 @@ const NYQUIST_REACH: [f64; 2] = [1.5, 4.0];
 /// The loop as a curve through the complex plane.
 pub(super) fn nyquist(curves: &Curves) -> Option<Plane> {
     let mut paths = Vec::new();
-    let loops = [("sampled", &curves.open_sampled, 0), ("continuous", &curves.open, 1)];
+    let loops = [("sampled", &curves.open_sampled, 1), ("continuous", &curves.open, 0)];
     for (name, values, colour) in loops {
         let Some(values) = values else { continue };
         for (side, dashed) in [(1.0, false), (-1.0, true)] {
@@ -33,7 +33,7 @@ pub(super) fn nyquist(curves: &Curves) -> Option<Plane> {
     Some(Plane {
         kind: PlaneKind::Nyquist,
         title: "Nyquist's curve".into(),
-        caption: "of the open loop: sampled in blue, continuous in orange, negative frequencies dashed; the cross is −1.".into(),
+        caption: "of the open loop: sampled in orange, continuous in blue, negative frequencies dashed; the cross is −1.".into(),
         x_label: "real part of the loop".into(),
         y_label: "imaginary part of the loop".into(),
         gain: String::new(),

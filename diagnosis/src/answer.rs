@@ -27,6 +27,14 @@ const PLACES_TO_TELL: usize = 3;
 /// Variation over noise that the best experiment of a channel must show.
 const ENOUGH_EXCITATION: f64 = 5.0;
 
+/// Whether the first is one level of friction and a constant load where the second is friction that differs by direction: the same force while the guide
+/// slides, so that either may be meant whichever fits the stops a little better.
+fn is_split_of(pair: &Scored, rival: &Scored) -> bool {
+    let [directed] = rival.causes[..] else { return false };
+    let has = |kind: &str| pair.causes.iter().any(|cause| cause.site == directed.site && cause.definition.kind == kind);
+    directed.definition.kind == "asymmetric-friction" && has("coulomb-friction") && has("constant-load")
+}
+
 impl Judge<'_> {
     pub(crate) fn answer(&self, accepted: &Scored, rivals: &[Scored], attempts: &[Scored]) -> Diagnosis {
         let task = &self.search.task;
@@ -59,7 +67,8 @@ impl Judge<'_> {
         for (rival, &p) in rivals.iter().zip(&odds) {
             let Some(last) = rival.causes.len().checked_sub(1).filter(|_| !same(rival, accepted)) else { continue };
             let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            if let Some(mine) = accepted.causes.last().filter(|_| best - self.all(rival) < LOOK_ALIKE && look_alikes.len() < 2) {
+            let alike = best - self.all(rival) < LOOK_ALIKE || is_split_of(accepted, rival);
+            if let Some(mine) = accepted.causes.last().filter(|_| alike && look_alikes.len() < 2) {
                 look_alikes.push([mine.definition.kind, rival.causes[last].definition.kind]);
             }
             if sum < CREDIBLE && p > 0.005 {

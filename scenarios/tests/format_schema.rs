@@ -96,6 +96,10 @@ fn truth_every_shipped_file_meets_its_schema() {
     let mut overlays = 0;
     for path in &found {
         let value = read(&std::fs::read_to_string(path).unwrap());
+        // An arm file is no machine file, and has no schema.
+        if value.get("urdf").is_some() {
+            continue;
+        }
         let (name, schema) = if value.get("axes").is_some() {
             ("sweep", &sweep)
         } else if value.get("experiments").is_some() {

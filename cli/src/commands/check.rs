@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use feeler_engine::{EngineError, Program};
-use feeler_scenarios::format::{DatasetFile, Document, FormatError, SweepFile};
+use feeler_scenarios::format::{ArmFile, DatasetFile, Document, FormatError, SweepFile};
 use serde_json::{Value, json};
 
 use crate::arguments::Check;
@@ -50,7 +50,11 @@ fn check(path: &Path) -> Result<String, Mistakes> {
         let experiments = count(dataset.experiments.len(), "experiment", "experiments");
         return Ok(format!("dataset of {experiments}, {}", count(dataset.columns.len(), "column", "columns")));
     }
-    if is_sweep(path) {
+    if has_line(path, "urdf") {
+        let arm = ArmFile::load(path).map_err(Mistakes::Format)?;
+        return Ok(format!("arm `{}` with {}", arm.name, count(arm.arm.drives().len(), "joint", "joints")));
+    }
+    if has_line(path, "[axes") {
         let sweep = SweepFile::load(path).map_err(Mistakes::Format)?;
         return Ok(format!("sweep over {}", count(sweep.axes.len(), "axis", "axes")));
     }
@@ -68,9 +72,9 @@ fn check(path: &Path) -> Result<String, Mistakes> {
     Ok(format!("scenario `{}` with {}", machine.name, parts.join(", ")))
 }
 
-/// A sweep is known by its table of axes.
-fn is_sweep(path: &Path) -> bool {
-    std::fs::read_to_string(path).is_ok_and(|text| text.lines().any(|line| line.trim_start().starts_with("[axes")))
+/// A sweep is known by its table of axes, an arm by its URDF.
+fn has_line(path: &Path, beginning: &str) -> bool {
+    std::fs::read_to_string(path).is_ok_and(|text| text.lines().any(|line| line.trim_start().starts_with(beginning)))
 }
 
 fn as_json(path: &Path, result: &Result<String, Mistakes>) -> Value {

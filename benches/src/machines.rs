@@ -67,9 +67,13 @@ impl Reference {
         scenario.run.integrator = integrator;
         scenario.run.step_s = step_s;
         scenario.run.record_rate_hz = Some(1e4);
+        scenario.run.duration_s = DURATION_S;
         Ok(scenario)
     }
 }
+
+/// How long the reference machines run, whatever their files say, s: that for which there are numbers.
+const DURATION_S: f64 = 2.0;
 
 /// A force loop with all that a real one has: sensor noise, resolution, filter and delay, an approach, friction, and late commands.
 pub const FORCE_LOOP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/machines/force-loop.toml");

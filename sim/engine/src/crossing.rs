@@ -67,7 +67,7 @@ impl Look<'_> {
     }
 
     /// The state `s` after the start: a fresh step, so that its error is that of one step.
-    fn at(&self, method: &mut Extrapolation, s: f64) -> Option<Vec<f64>> {
+    pub(crate) fn at(&self, method: &mut Extrapolation, s: f64) -> Option<Vec<f64>> {
         let mut xi = self.start.to_vec();
         fill_terms(self.motion, self.flow, &mut xi);
         let mut reached = 0.0;

@@ -238,13 +238,17 @@ impl LaneCore {
         let Some(mut h) = self.extrapolation.step(&self.motion, flow, xi, meters, span) else { return (0.0, None) };
         let mut event = None;
         if push.is_none() {
+            let mut end = xi.to_vec();
             for (i, guard) in flow.equations.guards.iter().enumerate() {
                 let look = Look { motion: &self.motion, flow, start: &start, row: &guard.row };
-                if let Some(s) = look.first_crossing(&mut self.extrapolation, xi, h)
+                if let Some(s) = look.first_crossing(&mut self.extrapolation, &end, h)
                     && (event.is_none() || s < h)
                 {
                     h = s;
                     event = Some(i);
+                    // The guards that follow are looked at up to there, no further: beyond it the mode may go where no machine does.
+                    let Some(state) = look.at(&mut self.extrapolation, h) else { return (0.0, None) };
+                    end = state;
                 }
             }
         }

@@ -248,3 +248,25 @@ fn regress_a_state_that_is_set_is_in_its_own_mode() {
     assert_eq!(simulation.state(0)[1].to_bits(), 0.0_f64.to_bits());
     assert!(simulation.energy(0).unwrap().residual().abs() < EXACT);
 }
+
+#[test]
+fn regress_rest_is_seen_although_an_event_later_in_the_same_step_was_found_first() {
+    // Touch-down raises the friction of a loaded slide that barely moves: it rests at once. Lift-off ends the same step of the nonlinear mode, and
+    // beyond it, where the damper would pull, the slide would move forward again.
+    let (ratio, damping, speed, creep, gap_m) = (0.43, 780.0, 0.1, 1e-8, 3.4e-4);
+    let mut machine = free_mass(1.0, gap_m - 1e-9, speed);
+    let hardening = Spring { effects: vec![effect("hardening-stiffness", &[6e13])], ..spring(GROUND, "tip", 6e6, 1.0) };
+    machine.springs.insert("hard".into(), hardening);
+    machine.contacts.insert("wall".into(), Contact { gap_m, ..contact("tip", GROUND, 1e4, damping) });
+    machine.bodies.insert("slide".into(), Body { velocity_m_per_s: creep, ..body(1.0, 0.0) });
+    machine.springs.insert("guide".into(), rubbing([GROUND, "slide"], &[("load-friction", &[ratio])]));
+    let (trace, simulation) = run(&scenario(machine, 1e-3, &["slide.velocity"]));
+    assert_eq!(simulation.end(0), RunEnd::Completed);
+    let first = |kind| trace.events.iter().find(|event| event.kind == kind).unwrap().t_s;
+    // The speed of touch-down differs from the first by a share of 4e-4, the force within this time by less.
+    let expected_s = creep / (ratio * damping * speed);
+    close(first(EventKind::Stick) - first(EventKind::Touch), expected_s, 1e-3 * expected_s);
+    assert_eq!(trace.column("slide.velocity").unwrap().last(), Some(&0.0));
+    let balance = simulation.energy(0).unwrap();
+    close(balance.residual(), 0.0, EXACT * balance.exchanged());
+}

@@ -27,9 +27,20 @@ pub(super) enum Hold {
 pub(super) struct Compliance {
     pub(super) stiffness: f64,
     pub(super) damping: f64,
-    pub(super) cubic: f64,
     /// Free play, m.
     pub(super) play: f64,
+}
+
+impl Compliance {
+    /// A spring and a damper side by side.
+    pub(super) fn elastic(stiffness: f64, damping: f64) -> Self {
+        Self { stiffness, damping, play: 0.0 }
+    }
+
+    /// Stiff, with free play.
+    pub(super) fn with_play(width_m: f64) -> Self {
+        Self { stiffness: PLAY_STIFFNESS, damping: PLAY_DAMPING, play: width_m }
+    }
 }
 
 /// Everything about the real bench; effects are changes of these.
@@ -228,12 +239,7 @@ impl Bench {
 fn elastic(link: &Compliance, stretch: f64, rate: f64) -> f64 {
     let taut = beyond(stretch, link.play);
     let damped = if link.play > 0.0 && taut == 0.0 { 0.0 } else { link.damping * rate };
-    link.stiffness * taut + link.cubic * taut.powi(3) + damped
-}
-
-/// A transmission with free play.
-pub(super) fn with_play(width_m: f64) -> Compliance {
-    Compliance { stiffness: PLAY_STIFFNESS, damping: PLAY_DAMPING, cubic: 0.0, play: width_m }
+    link.stiffness * taut + damped
 }
 
 #[cfg(test)]

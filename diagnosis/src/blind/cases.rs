@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-use super::bench::{Bench, Compliance, with_play};
+use super::bench::{Bench, Compliance};
 use super::noise::Random;
 
 /// An effect that is hidden.
@@ -153,12 +153,12 @@ pub(super) const LIBRARY: &[Recipe] = &[
     }),
     ("transmission-flexibility", "transmission", |b, r| {
         let [stiffness, damping] = [r.log_between(6e5, 2e6), r.log_between(60.0, 200.0)];
-        b.transmission = Some(Compliance { stiffness, damping, cubic: 0.0, play: 0.0 });
+        b.transmission = Some(Compliance::elastic(stiffness, damping));
         vec![("stiffness", stiffness), ("damping", damping)]
     }),
     ("backlash", "transmission", |b, r| {
         let width = r.log_between(4e-5, 1.5e-4);
-        b.transmission = Some(with_play(width));
+        b.transmission = Some(Compliance::with_play(width));
         vec![("width", width)]
     }),
     ("hardening-stiffness", "contact", |b, r| {
@@ -168,13 +168,13 @@ pub(super) const LIBRARY: &[Recipe] = &[
     }),
     ("base-flexibility", "base", |b, r| {
         let [stiffness, damping] = [r.log_between(8e5, 3e6), r.log_between(600.0, 2500.0)];
-        b.mount = Some(Compliance { stiffness, damping, cubic: 0.0, play: 0.0 });
+        b.mount = Some(Compliance::elastic(stiffness, damping));
         vec![("mass", b.base_kg), ("stiffness", stiffness), ("damping", damping)]
     }),
     ("workpiece-dynamics", "workpiece", |b, r| {
         let [mass, stiffness, damping] = [r.between(2.5, 6.0), r.log_between(8e5, 3e6), r.log_between(100.0, 400.0)];
         b.workpiece_kg = mass;
-        b.fixture = Some(Compliance { stiffness, damping, cubic: 0.0, play: 0.0 });
+        b.fixture = Some(Compliance::elastic(stiffness, damping));
         vec![("mass", mass), ("stiffness", stiffness), ("damping", damping)]
     }),
     ("contact-stiffness", "contact", |b, r| {

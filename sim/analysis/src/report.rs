@@ -169,10 +169,9 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
         gain = Some(GainReport { key, continuous, sampled });
     }
     let pushes_only = scenario.machine.contacts.values().any(|contact| contact.engagement == Engagement::Unilateral);
-    let limit_cycles = match limit_cycles(scenario) {
-        _ if !pushes_only => Vec::new(),
-        Err(AnalysisError::NoLimitCycle { .. }) => Vec::new(),
-        found => found?,
+    let limit_cycles = match pushes_only.then(|| limit_cycles(scenario)) {
+        None | Some(Err(AnalysisError::NoLimitCycle { .. })) => Vec::new(),
+        Some(found) => found?,
     };
     let crossover_hz = margins.as_ref().and_then(|m: &MarginReport| m.crossover_hz);
     let described = own.iter().zip(&classified).map(|(mode, pair)| ModeReport {

@@ -3,7 +3,7 @@
 use faer::Mat;
 use nalgebra::{DMatrix, DVector};
 
-use crate::balance::balance;
+use crate::balance::{Balanced, balance};
 use crate::domain::{C64, TimeDomain};
 use crate::error::{LtiError, require_finite, require_shape};
 use crate::state_space::StateSpace;
@@ -13,12 +13,16 @@ use crate::state_space::StateSpace;
 /// # Errors
 /// [`LtiError::Shape`], [`LtiError::NotFinite`] or [`LtiError::EigenvaluesNotConverged`].
 pub fn eigenvalues(a: &DMatrix<f64>) -> Result<Vec<C64>, LtiError> {
-    let balanced = checked_balance(a)?;
-    if a.is_empty() {
+    eigenvalues_of_balanced(&checked_balance(a)?)
+}
+
+/// [`eigenvalues`] of a matrix that has been balanced already.
+pub(crate) fn eigenvalues_of_balanced(balanced: &Balanced) -> Result<Vec<C64>, LtiError> {
+    if balanced.matrix.is_empty() {
         return Ok(Vec::new());
     }
     let values = to_faer(&balanced.matrix).eigenvalues();
-    let mut values = values.map_err(|_| LtiError::EigenvaluesNotConverged { order: a.nrows() })?;
+    let mut values = values.map_err(|_| LtiError::EigenvaluesNotConverged { order: balanced.matrix.nrows() })?;
     sort_by_modulus(&mut values);
     Ok(values)
 }
@@ -51,7 +55,8 @@ pub fn eigen(a: &DMatrix<f64>) -> Result<Eigen, LtiError> {
     Ok(Eigen { values: order.iter().map(|&k| values[k]).collect(), vectors })
 }
 
-fn checked_balance(a: &DMatrix<f64>) -> Result<crate::balance::Balanced, LtiError> {
+/// A matrix of numbers, square and balanced.
+pub(crate) fn checked_balance(a: &DMatrix<f64>) -> Result<Balanced, LtiError> {
     require_shape("A", a, (a.nrows(), a.nrows()))?;
     require_finite("A", a)?;
     Ok(balance(a))

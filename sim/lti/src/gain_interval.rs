@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::balance::balance;
 use crate::domain::{C64, TimeDomain};
-use crate::eigen::{eigen, eigenvalues};
+use crate::eigen::{checked_balance, eigen, eigenvalues_of_balanced};
 use crate::error::{LtiError, require_finite, require_positive, require_shape};
 use crate::search::bisect;
 
@@ -194,7 +194,7 @@ impl Sample {
 /// Every interval of stable gains of a loop given by its state matrix as a function of the gain.
 ///
 /// # Errors
-/// [`LtiError::OutOfRange`] for a search without extent; the errors of [`eigenvalues`] for the matrices.
+/// [`LtiError::OutOfRange`] for a search without extent; the errors of [`eigenvalues`](crate::eigenvalues) for the matrices.
 ///
 /// # Example
 /// ```
@@ -251,10 +251,11 @@ pub fn stable_gains<T: TimeDomain>(
 }
 
 fn sample_growth<T: TimeDomain>(domain: T, a: &DMatrix<f64>, gain: f64, limit: f64) -> Result<Sample, LtiError> {
-    let poles = eigenvalues(a)?;
+    let balanced = checked_balance(a)?;
+    let poles = eigenvalues_of_balanced(&balanced)?;
     // Rounding of an eigenvalue is relative to order and norm of the balanced matrix; in the z plane to 1, which is 1 / T in growth rate.
     let nyquist = domain.nyquist_rad_per_s();
-    let unit = if nyquist.is_finite() { nyquist / std::f64::consts::PI } else { balance(a).matrix.norm() };
+    let unit = if nyquist.is_finite() { nyquist / std::f64::consts::PI } else { balanced.matrix.norm() };
     #[expect(clippy::cast_precision_loss, reason = "orders are far below 2^52")]
     let rounding = MARGINAL_ROUNDINGS * a.nrows() as f64 * f64::EPSILON * unit;
     let mut excess: Vec<f64> =

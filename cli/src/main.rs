@@ -9,6 +9,7 @@ mod numbers;
 mod page;
 mod progress;
 mod reports;
+mod results;
 mod table;
 mod terminal;
 mod units;

@@ -16,11 +16,7 @@ use crate::units::Units;
 use crate::{reports, terminal};
 
 pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
-    let mut draft = Draft::load(&arguments.file)?;
-    for setting in &arguments.settings {
-        draft.set(setting)?;
-    }
-    let document = draft.build()?;
+    let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
     if let Some(preload_n) = arguments.preload.filter(|force| !(force.is_finite() && *force > 0.0)) {
         return Err(BadInput::error(format!("--preload {preload_n} presses nothing"), "give a force above zero, in N"));
     }

@@ -1,7 +1,6 @@
 //! `feeler diagnose`.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
 
 use feeler_diagnosis::dataset::{Dataset, Record};
 use feeler_diagnosis::difference::Difference;
@@ -17,10 +16,8 @@ use crate::numbers::percent;
 use crate::progress::Steps;
 use crate::reports::diagnosis::{self, words};
 use crate::table::table;
-use crate::terminal;
+use crate::{results, terminal};
 
-/// Results go under this folder unless another is named.
-const RESULTS: &str = "out";
 /// What was tried, on the terminal; the page has more.
 const MOST_RIVALS: usize = 4;
 
@@ -35,7 +32,7 @@ pub(crate) struct Answer {
 
 pub(crate) fn run(arguments: &Diagnose) -> anyhow::Result<()> {
     let dataset = Dataset::load(&arguments.dataset)?;
-    let folder = arguments.out.clone().unwrap_or_else(|| folder(&dataset.name));
+    let folder = arguments.out.clone().unwrap_or_else(|| results::folder(&dataset.name, "diagnosis"));
     std::fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
     let steps = Steps::new(format!("diagnosing {}", dataset.name));
     let answer = answer(dataset, &|what| steps.at(what));
@@ -70,13 +67,6 @@ pub(crate) fn answer(dataset: Dataset, progress: &dyn Fn(&str)) -> Result<Answer
         .collect::<Result<_, DiagnosisError>>()?;
     let difference = Difference::between(&dataset.machine, &diagnosis.machine);
     Ok(Answer { dataset, diagnosis, difference, replays })
-}
-
-fn folder(name: &str) -> PathBuf {
-    let safe = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
-    let name: String = name.chars().map(safe).collect();
-    let name = name.trim_matches('.');
-    Path::new(RESULTS).join(if name.is_empty() { "diagnosis" } else { name })
 }
 
 /// What an engineer needs to know first.

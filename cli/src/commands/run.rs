@@ -13,14 +13,11 @@ use crate::numbers::{percent, plain, split, with_unit};
 use crate::progress::Progress;
 use crate::table::table;
 use crate::units::Units;
-use crate::{reports, terminal, words};
-
-/// Results go under this folder unless another is named.
-const RESULTS: &str = "out";
+use crate::{reports, results, terminal, words};
 
 pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
     let document = read(arguments)?;
-    let folder = folder(arguments, &document);
+    let folder = arguments.out.clone().unwrap_or_else(|| results::folder(&document.scenario.machine.name, "run"));
     // Before the run, so that nobody waits for results that cannot be kept.
     fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
     let mut progress = Progress::new(document.scenario.machine.name.clone());
@@ -41,10 +38,7 @@ pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
 }
 
 fn read(arguments: &Run) -> anyhow::Result<Document> {
-    let mut draft = Draft::load(&arguments.file)?;
-    for setting in &arguments.settings {
-        draft.set(setting)?;
-    }
+    let mut draft = Draft::load_with(&arguments.file, &arguments.settings)?;
     if let Some(integrator) = &arguments.integrator {
         draft.set(&format!("run.integrator={integrator}"))?;
     }
@@ -52,13 +46,6 @@ fn read(arguments: &Run) -> anyhow::Result<Document> {
         draft.set(&format!("run.engine={engine}"))?;
     }
     Ok(draft.build()?)
-}
-
-fn folder(arguments: &Run, document: &Document) -> PathBuf {
-    let safe = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
-    let name: String = document.scenario.machine.name.chars().map(safe).collect();
-    let name = name.trim_matches('.');
-    arguments.out.clone().unwrap_or_else(|| Path::new(RESULTS).join(if name.is_empty() { "run" } else { name }))
 }
 
 /// Writes all results, side by side where there are threads, and gives their paths.

@@ -9,15 +9,16 @@ use crate::arguments::Sweep;
 use crate::numbers::{count, plain, with_unit};
 use crate::progress::Rate;
 use crate::table::table;
-use crate::{reports, terminal};
+use crate::{reports, results, terminal};
 
-/// Results go under this folder unless another is named.
-const RESULTS: &str = "out";
+/// The name of a sweep whose own is none.
+const OTHERWISE: &str = "sweep";
 
 pub(crate) fn run(arguments: &Sweep) -> anyhow::Result<()> {
     let sweep = sweep::Sweep::load(&arguments.file)?;
-    let folder = arguments.out.clone().unwrap_or_else(|| Path::new(RESULTS).join(name(&sweep, &arguments.file)));
-    let rate = Rate::new(name(&sweep, &arguments.file));
+    let name = name(&sweep, &arguments.file);
+    let folder = arguments.out.clone().unwrap_or_else(|| results::folder(&name, OTHERWISE));
+    let rate = Rate::new(name.clone());
     let options = Options { threads: arguments.threads.map(usize::from), shard: arguments.shard };
     let started = Instant::now();
     let result = sweep.run(&folder, options, &|at| rate.at(at.done, at.found, at.total))?;
@@ -32,19 +33,16 @@ pub(crate) fn run(arguments: &Sweep) -> anyhow::Result<()> {
             folder.display()
         ));
     };
-    let results = Table::read(path)?;
-    let drawn = reports::sweep::write(&sweep, &name(&sweep, &arguments.file), &results, &folder)?;
+    let table = Table::read(path)?;
+    let drawn = reports::sweep::write(&sweep, &name, &table, &folder)?;
     let written: Vec<String> = [path].into_iter().chain(&drawn).map(|path| format!("  {}", path.display())).collect();
-    terminal::print(&format!("{}\n\n{}\n\nwrote\n{}", told(&sweep, &result, wall_s), outcomes(&results), written.join("\n")))
+    terminal::print(&format!("{}\n\n{}\n\nwrote\n{}", told(&sweep, &result, wall_s), outcomes(&table), written.join("\n")))
 }
 
 /// The name of a sweep: its own, or its file's.
-pub(crate) fn name(sweep: &sweep::Sweep, file: &Path) -> String {
-    let safe = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+fn name(sweep: &sweep::Sweep, file: &Path) -> String {
     let own = if sweep.file.name.is_empty() { file.file_stem().unwrap_or_default().to_string_lossy() } else { (&*sweep.file.name).into() };
-    let name: String = own.chars().map(safe).collect();
-    let name = name.trim_matches('.');
-    if name.is_empty() { "sweep".into() } else { name.into() }
+    results::safe_name(&own, OTHERWISE)
 }
 
 fn told(sweep: &sweep::Sweep, result: &SweepResult, wall_s: f64) -> String {

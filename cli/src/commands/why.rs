@@ -1,6 +1,5 @@
 //! `feeler why`.
 
-use std::fs;
 use std::sync::Mutex;
 
 use feeler_scenarios::format::Draft;
@@ -8,18 +7,13 @@ use feeler_scenarios::run::Outcome;
 use feeler_scenarios::why::{Change, Explanation, Trial, explain};
 
 use crate::arguments::Why;
-use crate::failure::BadInput;
 use crate::numbers::{percent, plain, with_unit};
 use crate::progress::Progress;
 use crate::table::table;
 use crate::{reports, terminal, words};
 
 pub(crate) fn run(arguments: &Why) -> anyhow::Result<()> {
-    let mut draft = Draft::load(&arguments.file)?;
-    for setting in &arguments.settings {
-        draft.set(setting)?;
-    }
-    let document = draft.build()?;
+    let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
     let progress = Mutex::new(Progress::new(document.scenario.machine.name.clone()));
     let expected = (Change::ALL.len() + 1) as f64;
     let found = explain(&document.scenario, &|runs| {
@@ -34,12 +28,8 @@ pub(crate) fn run(arguments: &Why) -> anyhow::Result<()> {
     let json = serde_json::to_string_pretty(&found)?;
     let mut written = String::new();
     if let Some(folder) = &arguments.out {
-        fs::create_dir_all(folder).map_err(|error| BadInput::unwritable(folder, &error))?;
-        let [data, page] = ["why.json", "report.html"].map(|name| folder.join(name));
-        fs::write(&data, json.clone() + "\n").map_err(|error| BadInput::unwritable(&data, &error))?;
-        fs::write(&page, reports::why::page(&document, &arguments.settings, &found))
-            .map_err(|error| BadInput::unwritable(&page, &error))?;
-        written = format!("\n\nwrote\n  {}\n  {}", data.display(), page.display());
+        let page = reports::why::page(&document, &arguments.settings, &found);
+        written = terminal::write_all(folder, &[("why.json", json.clone() + "\n"), ("report.html", page)])?;
     }
     if arguments.json {
         return terminal::print(&json);

@@ -52,6 +52,16 @@ impl Draft {
         Self::parse(&read_text(path)?, &path.display().to_string())
     }
 
+    /// Reads a file as [`Draft::load`] does, and sets the keys of `settings` in turn, as [`Draft::set`] does.
+    ///
+    /// # Errors
+    /// Those of both.
+    pub fn load_with(path: &Path, settings: &[String]) -> Result<Self, FormatError> {
+        let mut draft = Self::load(path)?;
+        settings.iter().try_for_each(|setting| draft.set(setting))?;
+        Ok(draft)
+    }
+
     /// Takes `text` as the content of `file_name`, against which relative names in it are resolved.
     ///
     /// # Errors

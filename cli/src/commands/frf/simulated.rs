@@ -35,11 +35,7 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         || "--experiment names a record of a dataset, and this is a scenario".to_owned(),
         "name a dataset's folder, or leave --experiment out",
     )?;
-    let mut draft = Draft::load(&arguments.source)?;
-    for setting in &arguments.settings {
-        draft.set(setting)?;
-    }
-    let document = draft.build()?;
+    let document = Draft::load_with(&arguments.source, &arguments.settings)?.build()?;
     let mut notes = Vec::new();
     let experiment = experiment(arguments, &document, &mut notes)?;
     let (low, high) = band(arguments, experiment.hold_s, 1.0, None)?;

@@ -1,5 +1,6 @@
 //! Arm files: a URDF, and the drives of its joints, of which a URDF says nothing.
 
+use feeler_plant::names::did_you_mean;
 use std::path::{Path, PathBuf};
 
 use feeler_arm::{Arm, Chain, Joint, JointDrive, JointKind, MeshFile, Urdf};
@@ -9,7 +10,6 @@ use super::keys::{ARM, JOINT};
 use super::problem::{FormatError, Problems};
 use super::read::{Fields, Reader, Scope, join};
 use super::source::{Origin, Sources};
-use super::suggest::did_you_mean;
 use super::tree::{Table, Value};
 
 /// An arm file that has been checked.

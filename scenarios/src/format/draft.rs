@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use feeler_plant::effects::LIBRARY;
+use feeler_plant::names::did_you_mean;
 use toml::de::{DeTable, DeValue};
 
 use super::document::Document;
@@ -11,7 +12,6 @@ use super::keys::{EFFECTS, ELEMENTS, TOLERANCE, TOP};
 use super::problem::{FormatError, Problems, unreadable};
 use super::read::join;
 use super::source::{Origin, Source, Sources};
-use super::suggest::did_you_mean;
 use super::tree::{Entry, Node, Table, Value, from_table, from_value};
 
 /// Machine files are a few kilobytes; more than this is some other file.

@@ -33,7 +33,6 @@ mod report;
 mod schema;
 mod shape;
 mod source;
-mod suggest;
 mod sweep;
 mod templates;
 mod tree;

@@ -5,13 +5,13 @@ mod values;
 use std::collections::HashMap;
 
 use feeler_plant::description::SignalName;
+use feeler_plant::names::{did_you_mean, list, nearest};
 use feeler_plant::units::Dimension;
 
 use super::dimension::Dim;
 use super::problem::Problems;
 use super::shape::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant};
 use super::source::Origin;
-use super::suggest::{did_you_mean, list, nearest_of};
 use super::tree::{Node, Table, Value};
 
 /// Units that follow from other keys.
@@ -197,7 +197,7 @@ impl Reader<'_> {
                 (message, format!("remove it, or set {choice} = \"{}\"", variant.name))
             } else {
                 let absent = keys.iter().map(|key| key.name).filter(|key| !table.contains_key(*key));
-                meant.extend(absent.filter(|key| nearest_of(name, known()) == Some(*key)));
+                meant.extend(absent.filter(|key| nearest(name, known()) == Some(*key)));
                 (format!("there is no key `{name}` here"), did_you_mean(name, known()))
             };
             self.problems.add(&entry.key, join(path, name), message, remedy);

@@ -7,7 +7,7 @@ use feeler_plant::assembly::{ContactPart, Source, assemble, resolve};
 use feeler_plant::description::{Elements, Machine, Profile, Quantity, SignalName};
 use feeler_plant::effects::Change;
 use feeler_plant::motion::Motion;
-use feeler_plant::names::nearest;
+use feeler_plant::names::did_you_mean;
 use feeler_plant::problem::Problem;
 
 use crate::error::EngineError;
@@ -219,9 +219,7 @@ impl Wanted {
 }
 
 fn missing<T>(key: String, what: &str, name: &str, table: &Elements<T>) -> Problem {
-    let remedy = nearest(name, table.keys().map(String::as_str))
-        .map_or_else(|| format!("there is no {what} at all"), |near| format!("did you mean `{near}`?"));
-    Problem::new(key, format!("there is no {what} `{name}`"), remedy)
+    Problem::new(key, format!("there is no {what} `{name}`"), did_you_mean(name, table.keys().map(String::as_str)))
 }
 
 fn wire(

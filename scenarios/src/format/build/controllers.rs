@@ -9,12 +9,12 @@ use feeler_control::{
 use feeler_engine::ControllerUse;
 use feeler_plant::description::{ActuatorKind, Elements, GROUND, Machine, Quantity};
 use feeler_plant::effects::HostKind;
+use feeler_plant::names::did_you_mean;
 use feeler_plant::units::Dimension;
 
 use super::{Builder, Item};
 use crate::format::keys::CONTROLLERS;
 use crate::format::read::{Field, Fields, Scope, join};
-use crate::format::suggest::did_you_mean;
 
 impl Builder<'_> {
     /// The controllers of a machine.

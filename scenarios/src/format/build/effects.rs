@@ -3,12 +3,12 @@
 use std::cmp::Ordering;
 
 use feeler_plant::effects::{ABOVE_ZERO, EffectUse, HostKind, LIBRARY, Parameter};
+use feeler_plant::names::{did_you_mean, nearest};
 
 use super::{Builder, Item};
 use crate::format::keys::EFFECTS;
 use crate::format::read::{Reader, join};
 use crate::format::shape::Bound;
-use crate::format::suggest::did_you_mean;
 use crate::format::tree::{Entry, Node, Table, Value};
 
 impl Builder<'_> {
@@ -28,10 +28,8 @@ impl Builder<'_> {
         let Some(definition) = LIBRARY.iter().copied().find(|definition| definition.kind == kind) else {
             // What fits here is suggested first; an effect of another element only where nothing here is alike.
             let fitting = LIBRARY.iter().filter(|definition| definition.hosts.contains(&host)).map(|definition| definition.kind);
-            let remedy = match did_you_mean(kind, fitting) {
-                near if near.starts_with("did") => near,
-                _ => did_you_mean(kind, LIBRARY.iter().map(|definition| definition.kind)),
-            };
+            let near = nearest(kind, fitting);
+            let remedy = near.map_or_else(|| did_you_mean(kind, LIBRARY.iter().map(|d| d.kind)), |near| format!("did you mean `{near}`?"));
             self.problems.add(&entry.key, path, format!("there is no effect `{kind}`"), remedy);
             return None;
         };

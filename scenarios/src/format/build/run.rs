@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use feeler_engine::{ControllerUse, Integrator, RunSettings};
 use feeler_plant::assembly::resolve;
 use feeler_plant::description::{Contact, ContactLaw, Elements, Machine, Quantity, SignalName};
+use feeler_plant::names::did_you_mean;
 
 use super::Builder;
 use crate::format::document::locate;
@@ -13,7 +14,6 @@ use crate::format::keys::{RAPIER, RUN};
 use crate::format::read::{Field, Fields, Reader};
 use crate::format::shape::short;
 use crate::format::source::Origin;
-use crate::format::suggest::did_you_mean;
 use crate::format::tree::{Table, Value};
 
 /// Most steps of a fixed-step integrator.

@@ -1,12 +1,12 @@
 //! Single values: quantities with their units, counts, words, signals, lists.
 
 use feeler_plant::description::SignalName;
+use feeler_plant::names::{did_you_mean, list};
 use feeler_plant::units::Dimension;
 
 use super::Reader;
 use crate::format::dimension::Dim;
 use crate::format::shape::{Bound, Unit, Word, short};
-use crate::format::suggest::{did_you_mean, list};
 use crate::format::tree::{Node, Value};
 use crate::format::units::{self, UnitError};
 

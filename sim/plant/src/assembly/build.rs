@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::{Assembly, ContactPart, Drive, ForceLaw, GROUND_NODE, Link, Node, NodeId, SensorPart, Source, VelocitySource};
 use crate::description::{ActuatorKind, Contact, ContactLaw, GROUND, Machine, Quantity, Sensor, SignalName};
 use crate::effects::{Change, EffectError, EffectUse, Host, LIBRARY};
-use crate::names::nearest;
+use crate::names::{did_you_mean, list, nearest};
 use crate::problem::Problem;
 
 /// Resolves every name of a machine and applies its effects, in the order: bodies, springs, contacts, actuators, sensors.
@@ -53,8 +53,7 @@ impl<'a> Build<'a> {
             return node;
         }
         let candidates = std::iter::once(GROUND).chain(self.machine.bodies.keys().map(String::as_str));
-        let remedy = nearest(name, candidates).map_or_else(String::new, |near| format!("did you mean `{near}`?"));
-        self.problems.push(Problem::new(key, format!("there is no body `{name}`"), remedy));
+        self.problems.push(Problem::new(key, format!("there is no body `{name}`"), did_you_mean(name, candidates)));
         GROUND_NODE
     }
 
@@ -88,8 +87,7 @@ impl<'a> Build<'a> {
             self.assembly.contacts.push(ContactPart { name: name.clone(), a, b, engagement, gap, profile, law });
         }
         for name in self.machine.profiles.keys().filter(|name| !self.machine.contacts.contains_key(*name)) {
-            let remedy = nearest(name, self.machine.contacts.keys().map(String::as_str));
-            let remedy = remedy.map_or_else(String::new, |near| format!("did you mean `{near}`?"));
+            let remedy = did_you_mean(name, self.machine.contacts.keys().map(String::as_str));
             self.problems.push(Problem::new(
                 format!("contacts.{name}"),
                 format!("there is no contact `{name}` whose gap could move"),
@@ -215,9 +213,11 @@ pub fn resolve(machine: &Machine, signal: &SignalName) -> Result<Source, Problem
         (machine.springs.keys().collect(), SPRING),
     ];
     let names = kinds.into_iter().filter(|(_, has)| has.contains(&quantity)).flat_map(|(names, _)| names).map(String::as_str);
-    let remedy = match nearest(name, names) {
+    let names: Vec<&str> = names.collect();
+    let remedy = match nearest(name, names.iter().copied()) {
         Some(near) => format!("did you mean `{near}.{}`?", quantity.name()),
-        None => format!("nothing in this machine has a `{}`", quantity.name()),
+        None if names.is_empty() => format!("nothing in this machine has a `{}`", quantity.name()),
+        None => format!("a `{}` is of {}", quantity.name(), list(names)),
     };
     Err(Problem::new("", format!("there is no element `{name}`"), remedy))
 }

@@ -87,12 +87,12 @@ pub enum ParseSignalError {
         text: String,
     },
     /// The part after the dot is no quantity.
-    #[error("`{quantity}` is no quantity of a signal; did you mean `{nearest}`?")]
+    #[error("`{quantity}` is no quantity of a signal; {remedy}")]
     UnknownQuantity {
         /// What was written.
         quantity: String,
-        /// The nearest that exists.
-        nearest: &'static str,
+        /// The nearest that exists, or all.
+        remedy: String,
     },
 }
 
@@ -104,7 +104,7 @@ impl FromStr for SignalName {
         let found = Quantity::ALL.iter().find(|(_, name)| *name == quantity);
         let (quantity, _) = found.ok_or_else(|| ParseSignalError::UnknownQuantity {
             quantity: quantity.into(),
-            nearest: crate::names::nearest(quantity, Quantity::ALL.iter().map(|(_, name)| *name)).unwrap_or("position"),
+            remedy: crate::names::did_you_mean(quantity, Quantity::ALL.iter().map(|(_, name)| *name)),
         })?;
         Ok(Self::new(element, *quantity))
     }

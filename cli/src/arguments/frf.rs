@@ -16,7 +16,7 @@ pub(crate) struct Frf {
     /// Scenario file (TOML), or a dataset's folder or dataset.toml
     #[arg(value_name = "FILE|DATASET", value_hint = ValueHint::AnyPath)]
     pub(crate) source: PathBuf,
-    /// Set a key of the scenario, as in bodies.tip.mass=6; may be repeated
+    /// Set a key of the scenario, as in bodies.tip.mass=6; may be repeated; not for a dataset
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
     /// Input, an actuator's command (or a dataset's column) [default: that of the first controller's actuator]
@@ -46,7 +46,7 @@ pub(crate) struct Frf {
     /// Length of noise or chirp, s [default: 60]
     #[arg(long, value_name = "S")]
     pub(crate) duration: Option<f64>,
-    /// Length of the segments that H1, H2 and Hv average, s
+    /// Length of the segments of noise that --estimator h1, h2 and hv average, s [default: a fifteenth of the noise, an eighth of a record]
     #[arg(long, value_name = "S")]
     pub(crate) segment: Option<f64>,
     /// Period of the multisine, s [default: 1; must be given for a dataset]

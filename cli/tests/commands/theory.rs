@@ -112,13 +112,20 @@ fn truth_a_response_is_written_as_page_table_and_json() {
 
 #[test]
 fn truth_bad_requests_are_refused_with_what_to_do() {
-    let cases: [(&[&str], &str); 6] = [
+    let cases: [(&[&str], &str); 13] = [
         (&["frf", "paper/rigid.toml", "--output", "tol.force"], "tool"),
         (&["frf", "paper/rigid.toml", "--input", "force.reading"], "is no input"),
         (&["frf", "paper/rigid.toml", "--to", "600"], "frequencies end at 500 Hz"),
         (&["frf", "paper/rigid.toml", "--excitation", "multisine", "--period", "0.0137772"], "no whole number of holds"),
         (&["frf", "paper/rigid.toml", "--experiment", "a.csv"], "this is a scenario"),
         (&["analyze", "paper/rigid.toml", "--gain", "controllers.force.kq"], "has no gain `kq`"),
+        (&["frf", "paper/rigid.toml", "--segment", "4"], "nothing is averaged here"),
+        (&["frf", "paper/rigid.toml", "--segment", "4", "--estimator", "h1", "--excitation", "chirp"], "nothing is averaged here"),
+        (&["frf", "datasets/bench-axis", "--set", "bodies.tip.mass=6"], "--set belongs to an experiment on the simulated machine"),
+        (&["frf", "sweeps/boundary.toml"], "this is a sweep file"),
+        (&["why", "sweeps/boundary.toml"], "`feeler sweep` takes it"),
+        (&["analyze", "arms/six-joint.toml"], "`feeler reduce` takes it"),
+        (&["run", "datasets/bench-axis/dataset.toml"], "`feeler diagnose` takes it"),
     ];
     for (arguments, expected) in cases {
         let said = refused(arguments);

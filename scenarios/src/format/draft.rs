@@ -20,6 +20,13 @@ const LARGEST_FILE: u64 = 16 << 20;
 /// Every whole number below this is a float of its own.
 const LARGEST_WHOLE: f64 = 9_007_199_254_740_992.0;
 
+/// Keys by which files of other kinds are known, what takes such a file, and what it is.
+const OTHER_KINDS: [(&str, &str, &str); 3] = [
+    ("axes", "`feeler sweep` takes it; name the scenario that it varies here", "a sweep file"),
+    ("urdf", "`feeler reduce` takes it, and writes a machine file", "an arm file"),
+    ("columns", "`feeler diagnose` takes it; name the machine that it was recorded on here", "a dataset file"),
+];
+
 /// Files that build on each other.
 const LONGEST_CHAIN: usize = 8;
 
@@ -69,8 +76,16 @@ impl Draft {
     pub fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
         let mut draft = Self { sources: Sources::default(), root: Table::new(), main: 0 };
         let table = parse_toml(text, file_name, &mut draft.sources)?;
+        draft.refuse_other_kinds(&table)?;
         draft.root = draft.on_base(table, 1)?;
         Ok(draft)
+    }
+
+    /// A file of another kind has none of what a scenario needs: one sentence says more than every key that is missing.
+    fn refuse_other_kinds(&self, table: &Table) -> Result<(), FormatError> {
+        let Some((key, remedy, kind)) = OTHER_KINDS.iter().find(|(key, ..)| table.contains_key(*key)) else { return Ok(()) };
+        let origin = table.get(*key).map(|entry| entry.key.clone()).unwrap_or_default();
+        Err(self.refuse(&origin, key, format!("this is {kind}, and a machine or scenario file is wanted"), *remedy))
     }
 
     /// `table` laid over the machine that it names.

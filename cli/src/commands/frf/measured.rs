@@ -8,9 +8,10 @@ use feeler_lti::spectral::{
     cross_spectra, periodic_response, smoothed_spectra,
 };
 use feeler_plant::description::{Engagement, Quantity, SignalName};
+use feeler_plant::names::did_you_mean;
 use feeler_scenarios::format::DatasetFile;
 
-use super::{Response, band, estimator, refused, require};
+use super::{Response, band, estimator, refused, require, require_segments};
 use crate::arguments::{EstimatorKind, ExcitationKind, Frf};
 use crate::failure::BadInput;
 use crate::numbers::with_unit;
@@ -35,6 +36,7 @@ struct Chosen<'a> {
 }
 
 pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
+    refuse_experiment(arguments)?;
     let file = DatasetFile::load(&arguments.source)?;
     let data = Dataset::load(&arguments.source).map_err(|error| unusable(arguments, error))?;
     let mut notes: Vec<String> = Vec::new();
@@ -42,9 +44,10 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     let first = chosen.records[0];
     let spacing_s = first.spacing_s;
     let length_s = chosen.records.iter().map(|r| r.len()).min().unwrap_or(0) as f64 * spacing_s;
-    let (low, high) = band(arguments, spacing_s, 2.0 / length_s, excited_hz(&first.commands[chosen.drive], spacing_s))?;
+    let command = command_spectra(&first.commands[chosen.drive], spacing_s);
+    let (low, high) = band(arguments, spacing_s, 2.0 / length_s, command.as_ref().and_then(excited_hz))?;
     let (mut estimate, mut told_apart, how) = estimate(arguments, &chosen, (low, high), length_s)?;
-    let kept = powered(&estimate.frequencies_hz, &first.commands[chosen.drive], spacing_s);
+    let kept = powered(&estimate.frequencies_hz, command.as_ref());
     let dropped = kept.iter().filter(|kept| !**kept).count();
     if dropped > 0 {
         keep(&mut estimate, told_apart.as_mut(), &kept);
@@ -77,6 +80,24 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         told_apart,
         confidence: arguments.confidence,
     })
+}
+
+/// What chooses an experiment on the simulated machine has no say in one that has been recorded.
+fn refuse_experiment(arguments: &Frf) -> anyhow::Result<()> {
+    let given = [
+        ("--set", !arguments.settings.is_empty()),
+        ("--rms", arguments.rms.is_some()),
+        ("--duration", arguments.duration.is_some()),
+        ("--hold", arguments.hold.is_some()),
+        ("--seed", arguments.seed.is_some()),
+        ("--clamped", arguments.clamped),
+        ("--free", arguments.free),
+    ];
+    let Some((name, _)) = given.into_iter().find(|(_, given)| *given) else { return Ok(()) };
+    Err(BadInput::error(
+        format!("{name} belongs to an experiment on the simulated machine, and this is a dataset"),
+        "leave it out, or name a scenario file",
+    ))
 }
 
 fn choose<'a>(arguments: &Frf, file: &DatasetFile, data: &'a Dataset, notes: &mut Vec<String>) -> anyhow::Result<Chosen<'a>> {
@@ -135,6 +156,8 @@ fn estimate(arguments: &Frf, chosen: &Chosen<'_>, band_hz: (f64, f64), length_s:
     let pairs: Vec<(Vec<f64>, Vec<f64>)> =
         chosen.records.iter().map(|r| (centred(&r.commands[chosen.drive]), centred(&r.series[chosen.series]))).collect();
     let lti = |error: feeler_lti::LtiError| refused(arguments, &error.into());
+    let averages = arguments.estimator != EstimatorKind::LocalPolynomial || pairs.len() > 1;
+    require_segments(arguments, averages)?;
     match arguments.excitation {
         ExcitationKind::SteppedSine => Err(BadInput::error(
             "a stepped sine is not evaluated from records: they do not say where each frequency begins",
@@ -182,7 +205,7 @@ fn estimate(arguments: &Frf, chosen: &Chosen<'_>, band_hz: (f64, f64), length_s:
             Ok((all.response(kind, band_hz.0, band_hz.1).map_err(lti)?, None, format!("chirp, {kind:?}")))
         }
         ExcitationKind::WhiteNoise => {
-            if let ([(u, y)], EstimatorKind::LocalPolynomial) = (pairs.as_slice(), arguments.estimator) {
+            if let ([(u, y)], false) = (pairs.as_slice(), averages) {
                 let method = NoiseMethod::LocalPolynomial(LocalPolynomialSettings::default());
                 let found = response_from_noise(u, y, spacing_s, method, band_hz).map_err(|error| refused(arguments, &error))?;
                 return Ok((found, None, "local polynomials (leakage taken away)".to_owned()));
@@ -199,10 +222,14 @@ fn estimate(arguments: &Frf, chosen: &Chosen<'_>, band_hz: (f64, f64), length_s:
     }
 }
 
-/// Frequency below which nearly all power of a command lies; above it a response would be noise over noise.
-fn excited_hz(command: &[f64], spacing_s: f64) -> Option<f64> {
+/// Where the power of a command lies; absent where the record is too short to tell.
+fn command_spectra(command: &[f64], spacing_s: f64) -> Option<CrossSpectra> {
     let settings = WelchSettings::hann((command.len() as f64 / SEGMENTS) as usize);
-    let spectra = cross_spectra(command, command, spacing_s, &settings).ok()?;
+    cross_spectra(command, command, spacing_s, &settings).ok()
+}
+
+/// Frequency below which nearly all power of a command lies; above it a response would be noise over noise.
+fn excited_hz(spectra: &CrossSpectra) -> Option<f64> {
     let whole: f64 = spectra.input.iter().sum();
     let mut below = 0.0;
     let last = spectra.input.iter().position(|power| {
@@ -213,11 +240,8 @@ fn excited_hz(command: &[f64], spacing_s: f64) -> Option<f64> {
 }
 
 /// Which frequencies the command excites: where its power is at least [`LEAST_POWER`] of the strongest's.
-fn powered(frequencies_hz: &[f64], command: &[f64], spacing_s: f64) -> Vec<bool> {
-    let settings = WelchSettings::hann((command.len() as f64 / SEGMENTS) as usize);
-    let Ok(spectra) = cross_spectra(&centred(command), &centred(command), spacing_s, &settings) else {
-        return vec![true; frequencies_hz.len()];
-    };
+fn powered(frequencies_hz: &[f64], spectra: Option<&CrossSpectra>) -> Vec<bool> {
+    let Some(spectra) = spectra else { return vec![true; frequencies_hz.len()] };
     let strongest = spectra.input.iter().copied().fold(0.0, f64::max);
     let power = |f: f64| {
         let after = spectra.frequencies_hz.partition_point(|&line| line < f);
@@ -264,9 +288,7 @@ fn excited_lines(period: &[f64], period_s: f64, (low_hz, high_hz): (f64, f64)) -
 }
 
 fn unknown<'a>(what: &str, wanted: &str, known: impl Iterator<Item = &'a str>) -> anyhow::Error {
-    let known: Vec<&str> = known.collect();
-    let near = feeler_plant::names::nearest(wanted, known.iter().copied()).unwrap_or_default();
-    BadInput::error(format!("the dataset has no {what} `{wanted}`"), format!("did you mean `{near}`? There is {}", known.join(", ")))
+    BadInput::error(format!("the dataset has no {what} `{wanted}`"), did_you_mean(wanted, known))
 }
 
 fn unusable(arguments: &Frf, error: DiagnosisError) -> anyhow::Error {

@@ -10,7 +10,7 @@ use feeler_analysis::AnalysisError;
 use feeler_lti::C64;
 use feeler_lti::spectral::{Estimator, ResponseEstimate};
 
-use crate::arguments::{EstimatorKind, Frf};
+use crate::arguments::{EstimatorKind, ExcitationKind, Frf};
 use crate::failure::BadInput;
 use crate::numbers::plain;
 use crate::table::table;
@@ -163,6 +163,15 @@ fn text(response: &Response) -> String {
 /// Checks of what every source of records has in common.
 fn require(holds: bool, message: impl FnOnce() -> String, remedy: &str) -> anyhow::Result<()> {
     if holds { Ok(()) } else { Err(BadInput::error(message(), remedy)) }
+}
+
+/// A length of segments is for an estimator that averages over them.
+fn require_segments(arguments: &Frf, averages: bool) -> anyhow::Result<()> {
+    require(
+        arguments.segment.is_none() || (averages && arguments.excitation == ExcitationKind::WhiteNoise),
+        || "--segment is the length of what H1, H2 and Hv average of noise, and nothing is averaged here".to_owned(),
+        "add --estimator h1, h2 or hv for noise, or leave --segment out",
+    )
 }
 
 fn band(arguments: &Frf, hold_s: f64, lowest_hz: f64, excited_hz: Option<f64>) -> anyhow::Result<(f64, f64)> {

@@ -7,8 +7,8 @@ use feeler_plant::assembly::assemble;
 use feeler_plant::description::{ActuatorKind, Engagement, Machine, Quantity, SignalName};
 use feeler_scenarios::format::{Document, Draft};
 
-use super::{Response, band, estimator, refused, require};
-use crate::arguments::{ExcitationKind, Frf};
+use super::{Response, band, estimator, refused, require, require_segments};
+use crate::arguments::{EstimatorKind, ExcitationKind, Frf};
 use crate::failure::BadInput;
 use crate::numbers::{plain, with_unit};
 
@@ -35,6 +35,7 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         || "--experiment names a record of a dataset, and this is a scenario".to_owned(),
         "name a dataset's folder, or leave --experiment out",
     )?;
+    require_segments(arguments, arguments.estimator != EstimatorKind::LocalPolynomial)?;
     let document = Draft::load_with(&arguments.source, &arguments.settings)?.build()?;
     let mut notes = Vec::new();
     let experiment = experiment(arguments, &document, &mut notes)?;

@@ -13,6 +13,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("feeler-arm", &[]),
     ("feeler-geometry", &["feeler-plant"]),
     ("feeler-multibody", &["feeler-plant", "feeler-engine"]),
+    ("feeler-manipulator", &["feeler-plant", "feeler-control", "feeler-engine", "feeler-arm", "feeler-geometry"]),
     ("feeler-analysis", &["feeler-lti", "feeler-plant", "feeler-control", "feeler-engine", "feeler-lanes"]),
     ("feeler-sim", &["feeler-lanes", "feeler-lti", "feeler-plant", "feeler-control", "feeler-engine", "feeler-analysis"]),
     (
@@ -27,6 +28,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "feeler-arm",
             "feeler-geometry",
             "feeler-multibody",
+            "feeler-manipulator",
             "feeler-sim",
         ],
     ),

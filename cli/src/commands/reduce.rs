@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use feeler_arm::{ArmError, Others, inverse_kinematics};
+use feeler_arm::{ArmError, Others, inverse_kinematics, usual_starts};
 use feeler_scenarios::arm::{ArmFileError, AxisFile, Grid, MapPoint, ToolContact, axis_file, bandwidth_map, force_bandwidth, tool_target};
 use feeler_scenarios::format::ArmFile;
 use serde_json::{Value, json};
@@ -89,26 +89,7 @@ fn grid(numbers: &[f64], z_m: f64) -> anyhow::Result<Grid> {
 fn pose_at(file: &ArmFile, place_m: [f64; 3], normal: [f64; 3]) -> anyhow::Result<Vec<f64>> {
     let chain = file.arm.chain();
     let target = tool_target(file, place_m, normal).map_err(|error| refused(error.into()))?;
-    let middle = |[lower, upper]: [f64; 2]| if lower.is_finite() && upper.is_finite() { 0.5 * (lower + upper) } else { 0.0 };
-    let facing = place_m[1].atan2(place_m[0]);
-    let starts: Vec<Vec<f64>> = (0..16)
-        .map(|i| {
-            let bend = 0.4 + 0.5 * f64::from(i / 2);
-            let sign = if i % 2 == 0 { -1.0 } else { 1.0 };
-            let start = |j: usize, limits: [f64; 2]| {
-                let wanted = match j {
-                    0 => facing,
-                    1 => sign * bend,
-                    2 => -sign * 1.5 * bend,
-                    3 => -sign * 0.5 * bend,
-                    _ => 0.0,
-                };
-                if (limits[0]..=limits[1]).contains(&wanted) { wanted } else { middle(limits) }
-            };
-            chain.joints.iter().enumerate().map(|(j, joint)| start(j, joint.limits)).collect()
-        })
-        .collect();
-    inverse_kinematics(chain, &target, &starts).map_err(|error| refused(error.into()))
+    inverse_kinematics(chain, &target, &usual_starts(chain, place_m)).map_err(|error| refused(error.into()))
 }
 
 fn refused(error: ArmFileError) -> anyhow::Error {

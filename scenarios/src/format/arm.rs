@@ -3,7 +3,7 @@
 use feeler_plant::names::did_you_mean;
 use std::path::{Path, PathBuf};
 
-use feeler_arm::{Arm, Chain, Joint, JointDrive, JointKind, MeshFile, Urdf};
+use feeler_arm::{Arm, Chain, Collision, Joint, JointDrive, JointKind, MeshFile, Urdf};
 
 use super::draft::{parse_toml, read_text};
 use super::keys::{ARM, JOINT};
@@ -39,32 +39,57 @@ impl ArmFile {
     pub fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
         let mut sources = Sources::default();
         let root = parse_toml(text, file_name, &mut sources)?;
-        let directory = sources.0[0].directory.clone();
         let mut problems = Problems::default();
-        let mut reader = Reader { problems: &mut problems, scope: Scope::new(true) };
-        let fields = reader.fields(&ARM, &["joints"], &root, &Origin::default(), "");
-        let chain = fields.text("urdf").and_then(|name| chain(&directory.join(name), &fields, &root, &mut problems));
-        let drives = chain.as_ref().map(|chain| drives(chain, &root, &mut problems)).unwrap_or_default();
-        let arm = chain.filter(|_| problems.is_empty()).map(|chain| Arm::new(chain, drives));
-        match arm {
-            Some(Ok(arm)) => Ok(Self {
-                name: fields.text("name").unwrap_or(&arm.chain().name).into(),
-                about: fields.text("about").unwrap_or_default().into(),
-                arm,
-            }),
-            Some(Err(error)) => {
-                problems.add(&Origin::default(), "joints", error.to_string(), "");
-                Err(problems.into_error(sources))
-            }
-            None => Err(problems.into_error(sources)),
+        let read = read(&root, &sources, &Origin::default(), &[], &mut problems).filter(|_| problems.is_empty());
+        read.map(|read| Self { name: read.name, about: read.about, arm: read.arm }).ok_or_else(|| problems.into_error(sources))
+    }
+}
+
+/// What an arm file and its URDF tell.
+pub(super) struct ReadArm {
+    pub(super) name: String,
+    pub(super) about: String,
+    pub(super) arm: Arm,
+    /// The URDF's shapes of base and links; empty where it has none.
+    pub(super) collisions: Vec<Vec<Collision>>,
+    /// The folder of the URDF.
+    pub(super) folder: PathBuf,
+}
+
+/// Reads the tree of an arm file, which begins at `at`; keys in `besides` of a joint are left to others. None where there are mistakes.
+pub(super) fn read(root: &Table, sources: &Sources, at: &Origin, besides: &[&str], problems: &mut Problems) -> Option<ReadArm> {
+    let before = problems.count();
+    let fields = Reader { problems, scope: Scope::new(true) }.fields(&ARM, &["joints"], root, at, "");
+    let source = root.get("urdf").map_or(0, |entry| entry.node.origin.source);
+    let path = sources.0[source].directory.join(fields.text("urdf")?);
+    let (urdf, tool) = urdf(&path, &fields, root, problems)?;
+    let (chain, collisions) = chain(&urdf, &tool, &path, root, problems)?;
+    let drives = drives(&chain, root, besides, problems);
+    if problems.count() > before {
+        return None;
+    }
+    match Arm::new(chain, drives) {
+        Ok(arm) => Some(ReadArm {
+            name: fields.text("name").unwrap_or(&arm.chain().name).into(),
+            about: fields.text("about").unwrap_or_default().into(),
+            arm,
+            collisions,
+            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+        }),
+        Err(error) => {
+            problems.add(&Origin::default(), "joints", error.to_string(), "");
+            None
         }
     }
 }
 
-/// The chain of the URDF's joints to the tool; its meshes must be there, though only shapes need them.
-fn chain(path: &Path, fields: &Fields, root: &Table, problems: &mut Problems) -> Option<Chain> {
-    let origin_of = |key: &str| root.get(key).map(|entry| entry.node.origin.clone()).unwrap_or_default();
-    let origin = origin_of("urdf");
+fn origin_of(root: &Table, key: &str) -> Origin {
+    root.get(key).map(|entry| entry.node.origin.clone()).unwrap_or_default()
+}
+
+/// The URDF and the link that is the tool; its meshes must be there, though only shapes need them.
+fn urdf(path: &Path, fields: &Fields, root: &Table, problems: &mut Problems) -> Option<(Urdf, String)> {
+    let origin = origin_of(root, "urdf");
     let shown = path.display();
     let text = match std::fs::read_to_string(path) {
         Ok(text) => text,
@@ -87,30 +112,32 @@ fn chain(path: &Path, fields: &Fields, root: &Table, problems: &mut Problems) ->
             problems.add(&origin, "urdf", message, "put the file beside the URDF, or remove the geometry");
         }
     }
-    let tool = fields.text("tool").or(urdf.last_link());
-    match tool.map(|tool| urdf.chain(tool)) {
-        Some(Ok(chain)) => Some(chain),
-        Some(Err(error)) => {
-            let key = if root.contains_key("tool") { "tool" } else { "urdf" };
-            problems.add(&origin_of(key), key, format!("{shown}: {error}"), "");
-            None
-        }
-        None => {
-            problems.add(&origin, "urdf", format!("{shown} has no links"), "name a URDF file of an arm");
-            None
-        }
+    let Some(tool) = fields.text("tool").or(urdf.last_link()).map(str::to_owned) else {
+        problems.add(&origin, "urdf", format!("{shown} has no links"), "name a URDF file of an arm");
+        return None;
+    };
+    Some((urdf, tool))
+}
+
+/// The chain of the joints to the tool, and the shapes of what they move.
+fn chain(urdf: &Urdf, tool: &str, path: &Path, root: &Table, problems: &mut Problems) -> Option<(Chain, Vec<Vec<Collision>>)> {
+    let found = urdf.chain(tool).and_then(|chain| Ok((chain, urdf.collisions(tool)?)));
+    if let Err(error) = &found {
+        let key = if root.contains_key("tool") { "tool" } else { "urdf" };
+        problems.add(&origin_of(root, key), key, format!("{}: {error}", path.display()), "");
     }
+    found.ok()
 }
 
 /// Where a mesh is: beside the URDF, or, of a package, in one of the folders above it.
-fn mesh_path(folder: &Path, file: &str) -> Option<PathBuf> {
+pub(super) fn mesh_path(folder: &Path, file: &str) -> Option<PathBuf> {
     let Some(inner) = file.strip_prefix("package://") else { return Some(folder.join(file.strip_prefix("file://").unwrap_or(file))) };
     let inside = inner.split_once('/').map_or(inner, |(_, inside)| inside);
     let found = folder.ancestors().flat_map(|above| [above.join(inner), above.join(inside)]).find(|path| path.is_file());
     found.or_else(|| Some(folder.join(inner)))
 }
 
-fn drives(chain: &Chain, root: &Table, problems: &mut Problems) -> Vec<JointDrive> {
+fn drives(chain: &Chain, root: &Table, besides: &[&str], problems: &mut Problems) -> Vec<JointDrive> {
     let remedy = "add [joints.NAME] with gear_ratio, rotor_inertia and stiffness for each joint that moves";
     let Some(entry) = root.get("joints") else {
         problems.add(&Origin::default(), "joints", "`joints` is missing: a URDF says nothing of gears and rotors", remedy);
@@ -133,7 +160,7 @@ fn drives(chain: &Chain, root: &Table, problems: &mut Problems) -> Vec<JointDriv
         match table.get(&joint.name).map(|entry| (&entry.node.value, &entry.node.origin)) {
             Some((Value::Table(keys), origin)) => {
                 let scope = Scope::new(joint.kind != JointKind::Prismatic);
-                let fields = Reader { problems, scope }.fields(&JOINT, &[], keys, origin, &path);
+                let fields = Reader { problems, scope }.fields(&JOINT, besides, keys, origin, &path);
                 found.push(drive(joint, &fields));
             }
             Some((value, origin)) => problems.add(origin, &path, format!("this must be a table, not {}", value.kind()), remedy),

@@ -101,6 +101,11 @@ impl Document {
 
     pub(crate) fn build(draft: Draft) -> Result<Self, FormatError> {
         let mut problems = Problems::default();
+        if let Some(entry) = draft.root.get("arm") {
+            let remedy = "`feeler run` simulates it; for all else make the axis that it is along its normal with `feeler reduce`";
+            problems.add(&entry.key, "arm", "this is a scenario of a whole arm, and what is asked for needs a single axis", remedy);
+            return Err(problems.into_error(draft.sources));
+        }
         let top = top_fields(&draft, &mut problems);
         let axis = if top.text("axis") == Some("rotational") { Axis::Rotational } else { Axis::Translational };
         let stem = Path::new(&draft.sources.0[draft.main].name).file_stem().map(|stem| stem.to_string_lossy().into_owned());

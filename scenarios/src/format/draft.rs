@@ -8,7 +8,7 @@ use feeler_plant::names::did_you_mean;
 use toml::de::{DeTable, DeValue};
 
 use super::document::Document;
-use super::keys::{EFFECTS, ELEMENTS, TOLERANCE, TOP};
+use super::keys::{CELL, CELL_TABLES, EFFECTS, ELEMENTS, TOLERANCE, TOP};
 use super::problem::{FormatError, Problems, unreadable};
 use super::read::join;
 use super::source::{Origin, Source, Sources};
@@ -162,6 +162,11 @@ impl Draft {
         self.place(key, &Origin { source, span: 0..key.len() }, Node { value, origin })
     }
 
+    /// Whether this is a scenario of a whole arm, for [`super::CellFile`].
+    pub fn has_arm(&self) -> bool {
+        self.root.contains_key("arm")
+    }
+
     /// Checks everything and resolves it.
     ///
     /// # Errors
@@ -210,7 +215,9 @@ impl Draft {
     fn check_path(&self, path: &str, segments: &[&str], at: &Origin) -> Result<(), FormatError> {
         let first = segments[0];
         let tables = ELEMENTS.iter().map(|element| element.table);
+        let of_cell = CELL.keys.iter().map(|key| key.name).chain(CELL_TABLES.iter().map(|(table, ..)| *table)).chain(["joints"]);
         let top = TOP.iter().map(|key| key.name).chain(tables).chain(["run", TOLERANCE]);
+        let top = top.chain(of_cell.filter(|_| self.has_arm()));
         if !top.clone().any(|name| name == first) {
             return Err(self.refuse(at, path, format!("there is no `{first}` in a scenario"), did_you_mean(first, top)));
         }
@@ -235,7 +242,7 @@ impl Draft {
 }
 
 /// Keys of `over` replace those of `base`. Element tables and their effects are merged key by key; values, inline tables and lists are replaced whole.
-fn lay_over(base: &mut Table, over: Table, depth: usize) {
+pub(crate) fn lay_over(base: &mut Table, over: Table, depth: usize) {
     for (name, entry) in over {
         let merges = depth < 2 || name == EFFECTS || depth > 2;
         let below = base.get_mut(&name).and_then(|old| old.node.as_table_mut());

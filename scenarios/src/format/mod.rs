@@ -21,6 +21,7 @@
 
 mod arm;
 mod build;
+mod cell;
 mod dataset;
 mod dimension;
 mod document;
@@ -40,13 +41,14 @@ mod units;
 mod write;
 
 pub use arm::ArmFile;
+pub use cell::CellFile;
 pub use dataset::{Column, DatasetFile, Experiment, Role};
 pub use document::{Document, Place};
 pub(crate) use draft::read_text;
 pub use draft::{Draft, Setting};
 pub use problem::{FormatError, Located};
 pub use reference::reference_markdown;
-pub use schema::{dataset_schema, schema, sweep_schema};
+pub use schema::{cell_schema, dataset_schema, schema, sweep_schema};
 pub use sweep::{Axis, Keep, Refine, Sampling, SweepFile, unit_of_key};
 pub use templates::{TEMPLATES, Template, template};
 pub use write::{machine_to_toml, to_toml};

@@ -56,6 +56,7 @@ pub(crate) enum Field {
     Signal(SignalName),
     Signals(Vec<SignalName>),
     Range([f64; 2]),
+    Numbers(Vec<f64>),
     Points(Vec<(f64, f64)>),
     Table(Fields),
 }
@@ -108,6 +109,10 @@ impl Fields {
 
     pub(crate) fn range(&self, key: &str) -> Option<[f64; 2]> {
         if let Some(Field::Range(range)) = self.get(key) { Some(*range) } else { None }
+    }
+
+    pub(crate) fn numbers(&self, key: &str) -> Option<&[f64]> {
+        if let Some(Field::Numbers(numbers)) = self.get(key) { Some(numbers) } else { None }
     }
 
     pub(crate) fn points(&self, key: &str) -> Vec<(f64, f64)> {
@@ -230,6 +235,7 @@ impl Reader<'_> {
             Kind::Flag => "true".into(),
             Kind::Pair | Kind::Signals => "[\"...\", \"...\"]".into(),
             Kind::Range(_) => "[..., ...]".into(),
+            Kind::Numbers(_, count) => format!("[{}]", vec!["..."; count.max(1)].join(", ")),
             Kind::Points(_) => "[[0.0, ...], ...]".into(),
             _ => "\"...\"".into(),
         }
@@ -278,6 +284,7 @@ impl Reader<'_> {
                 _ => self.word(node, words, path).map(Field::Word),
             },
             Kind::Range(unit) => self.range(node, unit, path).map(Field::Range),
+            Kind::Numbers(unit, count) => self.numbers(node, unit, count, path).map(Field::Numbers),
             Kind::Points(unit) => self.points(node, unit, path).map(Field::Points),
             Kind::Reference(shape) => match &node.value {
                 Value::Array(_) => self.points(node, Unit::Reference, path).map(Field::Points),

@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
+use feeler_manipulator::joint_effects;
 use feeler_plant::effects::LIBRARY;
 
-use super::keys::{ARM, AXIS, COLUMN, DATASET, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFERENCE, REFINE, RUN, SWEEP, TOLERANCE_TEXT, TOP};
+use super::keys::{ARM, AXIS, CELL, CELL_TABLES, COLUMN, DATASET, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFERENCE, REFINE, RUN, SWEEP, TOLERANCE_TEXT, TOP};
 use super::shape::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Word};
 
 /// The reference as Markdown; `docs/format.md` is this text.
@@ -27,6 +28,19 @@ pub fn reference_markdown() -> String {
         &ARM,
     );
     section(&mut text, 3, "`[joints.NAME]`", "One for each joint that moves; of a joint that slides read kg, N and m.", &JOINT);
+    section(&mut text, 2, "Scenario of a whole arm", CELL_TEXT, &CELL);
+    for (table, shape, about) in CELL_TABLES.iter().filter(|(table, ..)| *table != "workpiece") {
+        let both = if *table == "tip" { "`[tip]`, `[workpiece]`".to_owned() } else { format!("`[{table}]`") };
+        let more = CELL_TABLES.iter().find(|(other, ..)| *table == "tip" && *other == "workpiece").map_or("", |(.., text)| text);
+        section(&mut text, 3, &both, &format!("{about} {more}").trim_end().replace("  ", " "), shape);
+    }
+    let kinds: Vec<String> = joint_effects().map(|kind| format!("`{kind}`")).collect();
+    let _ = write!(
+        text,
+        "\n### `[joints.NAME]` of a whole arm\n\nThe keys of an arm file's joints, and `effects`, as in `[joints.lift.effects.backlash]`, in rad and N m where the \
+         joint turns: {}. Coulomb friction adds to `dry_friction`.\n",
+        kinds.join(", ")
+    );
     section(&mut text, 2, "Sweep", "A scenario, `[axes]` over its keys, and what to `[keep]` of each run.", &SWEEP);
     section(&mut text, 3, "`[axes]`", "`\"key.path\" = [...]` lists values; tables make them.", &AXIS);
     section(&mut text, 3, "`[keep]`", "What is kept of each run.", &KEEP);
@@ -58,6 +72,20 @@ part), `compression`, `contact` (1 or 0) of a contact; `force` and `spring_force
 `output` and `reference` of a controller.
 
 A number that must obey a rule has it beside its unit. A dash in the column `default` means that there is no such thing unless it is given.
+";
+
+const CELL_TEXT: &str = "\
+A machine file that says `arm = ...`: `feeler run` simulates the whole arm, with flexible joints, against a workpiece in space ([arms.md](arms.md)). It has the
+tables below, and of those of an axis:
+
+- `[contacts.NAME]`, exactly one, without `between`, `engagement`, `surface` and `profile`: the law between tip and workpiece, which pushes only. `gap` is how much
+  farther away the surface is than its shape says. Effects: `contact-stiffness`, `contact-damping`, `hunt-crossley-contact`, `hertz-contact`,
+  `hardening-stiffness`, `surface-offset`.
+- `[sensors.NAME]` that read the contact's `force` or `spring_force`: what a sensor in the wrist feels of it against the normal, with every effect of a force sensor
+  but `tool-inertia`; or `motor.position` or `motor.velocity`: the tool's way along the normal from its start and its rate, as the joints' encoders tell it. One
+  of the latter, `encoder`, is there without being written.
+- `[controllers.NAME]`, exactly one, without `drives`: its output is a force along the normal, which the Jacobian's transpose turns into torques of the joints.
+- `[run]`: `duration`, `step` (the longest step; where absent, from the fastest mode), `seed`, and `record_rate` (1 kHz where absent).
 ";
 
 fn section(text: &mut String, level: usize, title: &str, about: &str, shape: &Shape) {
@@ -151,6 +179,10 @@ fn value(kind: Kind) -> String {
         Kind::QuantityOrTable(_, unit, _) => format!("{}, or table", quantity(unit, Bound::Positive)),
         Kind::WordOrTable(words, _) => format!("{}, or table", choices(words)),
         Kind::Range(unit) => format!("two numbers, {}", unit.words()),
+        Kind::Numbers(unit, count) => {
+            let form = if count > 0 { format!("list of {count} numbers") } else { "list of numbers".into() };
+            if unit.words().is_empty() { form } else { format!("{form}, {}", unit.words()) }
+        }
         Kind::Points(unit) => format!("pairs of s and {}", unit.words()),
         Kind::Reference(_) => "number, pairs of time and value, or table".into(),
     }

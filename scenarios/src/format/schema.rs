@@ -1,10 +1,13 @@
 //! JSON Schemas (2020-12) of the files, for editors.
 
+use feeler_manipulator::joint_effects;
 use feeler_plant::effects::{Definition, HostKind, LIBRARY, Parameter};
 use serde_json::{Map, Value, json};
 
 use super::build::bound_of;
-use super::keys::{AXIS, COLUMN, DATASET, EFFECTS, ELEMENTS, EXPERIMENT, KEEP, REFINE, RUN, SWEEP, TOLERANCE, TOLERANCE_TEXT, TOP};
+use super::keys::{
+    AXIS, CELL, CELL_TABLES, COLUMN, DATASET, EFFECTS, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFINE, RUN, SHARED, SWEEP, TOLERANCE, TOLERANCE_TEXT, TOP,
+};
 use super::shape::{Absent, Bound, Element, Key, Kind, Shape, Unit, Variant, Word};
 
 const DIALECT: &str = "https://json-schema.org/draft/2020-12/schema";
@@ -42,6 +45,29 @@ pub fn schema() -> Value {
         "if": { "required": ["machine"] },
         "then": elements(Part::Changes),
         "else": elements(Part::Whole),
+    })
+}
+
+/// Schema of scenarios of a whole arm: machine files that say `arm = "..."`.
+pub fn cell_schema() -> Value {
+    let mut properties = properties(CELL.keys);
+    for (table, shape, text) in CELL_TABLES {
+        properties.insert(table.into(), described(of_shape(shape, &Map::new()), text));
+    }
+    let effects = joint_effects().filter_map(|kind| LIBRARY.iter().copied().find(|definition| definition.kind == kind));
+    let effects: Map<String, Value> = effects.map(|definition| (definition.kind.into(), of_effect(definition, Part::Changes))).collect();
+    let effects =
+        json!({ "description": "departures from the ideal", "type": "object", "properties": effects, "additionalProperties": false });
+    let joint = changes_of(&JOINT, [(EFFECTS.to_owned(), effects)].into_iter().collect());
+    properties.insert("joints".into(), json!({ "description": "drives and effects of joints", "type": "object", "additionalProperties": joint }));
+    for element in ELEMENTS.iter().filter(|element| SHARED.contains(&element.table)) {
+        let schema = json!({ "description": element.text, "type": "object", "additionalProperties": of_element(element, Part::Changes) });
+        properties.insert(element.table.into(), schema);
+    }
+    properties.insert("run".into(), described(of_shape(&RUN, &Map::new()), "how to run it"));
+    json!({
+        "$schema": DIALECT, "title": "feeler scenario of a whole arm", "type": "object",
+        "properties": properties, "additionalProperties": false,
     })
 }
 
@@ -195,7 +221,7 @@ fn required(keys: &[Key]) -> Vec<&'static str> {
 
 fn of_key(key: &Key) -> Value {
     let unit = match key.kind {
-        Kind::Quantity(unit, _) | Kind::QuantityOrTable(_, unit, _) | Kind::Range(unit) | Kind::Points(unit) => unit.words(),
+        Kind::Quantity(unit, _) | Kind::QuantityOrTable(_, unit, _) | Kind::Range(unit) | Kind::Numbers(unit, _) | Kind::Points(unit) => unit.words(),
         _ => String::new(),
     };
     let text = if unit.is_empty() { key.text.to_owned() } else { format!("{}, {unit}", key.text) };
@@ -229,6 +255,10 @@ fn of_kind(kind: Kind) -> Value {
         Kind::QuantityOrTable(_, unit, shape) => json!({ "anyOf": [of_quantity(unit, Bound::Positive), nested(shape)] }),
         Kind::WordOrTable(words, shape) => json!({ "anyOf": [of_words(words), nested(shape)] }),
         Kind::Range(unit) => json!({ "type": "array", "items": of_quantity(unit, Bound::Any), "minItems": 2, "maxItems": 2 }),
+        Kind::Numbers(unit, 0) => json!({ "type": "array", "items": of_quantity(unit, Bound::Any) }),
+        Kind::Numbers(unit, count) => {
+            json!({ "type": "array", "items": of_quantity(unit, Bound::Any), "minItems": count, "maxItems": count })
+        }
         Kind::Points(unit) => of_points(unit),
         Kind::Reference(shape) => {
             json!({ "anyOf": [of_quantity(Unit::Reference, Bound::Any), of_points(Unit::Reference), nested(shape)] })

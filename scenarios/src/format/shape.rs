@@ -42,6 +42,8 @@ pub(crate) enum Kind {
     WordOrTable(&'static [Word], &'static Shape),
     /// Two quantities, low and high.
     Range(Unit),
+    /// A list of so many quantities; of any number where that is zero.
+    Numbers(Unit, usize),
     /// `[[time, value], ...]`.
     Points(Unit),
     /// A number, points (steps), or a table of the shape.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use feeler_engine::EngineError;
+use feeler_manipulator::ManipulatorError;
 use thiserror::Error;
 
 /// Why a run, or writing it, failed.
@@ -12,6 +13,9 @@ pub enum RunError {
     /// The scenario cannot be run.
     #[error(transparent)]
     Engine(#[from] EngineError),
+    /// The arm, its tool and its workpiece cannot be run.
+    #[error(transparent)]
+    Manipulator(#[from] ManipulatorError),
     /// A file cannot be written.
     #[error("{}: {source}", path.display())]
     Write {

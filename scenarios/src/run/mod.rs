@@ -34,6 +34,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod cell;
 mod chatter;
 mod contact;
 mod energy;
@@ -55,6 +56,7 @@ use feeler_lanes::Lane;
 use feeler_lti::spectral::{AmplitudeSpectrum, Window, amplitude_spectrum};
 use feeler_plant::assembly::Assembly;
 
+pub use cell::{CellRun, CellSummary, run_cell};
 pub use chatter::Oscillation;
 pub use contact::{ContactRun, Interval};
 pub use energy::{EnergyItem, EnergyTable};

@@ -1,6 +1,6 @@
 //! A serial chain of joints, and where its parts are at a pose.
 
-use nalgebra::{Isometry3, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 
 use crate::error::ArmError;
 
@@ -85,16 +85,6 @@ pub struct Chain {
     pub gravity_m_per_s2: Vector3<f64>,
 }
 
-/// Where everything is at a pose, in the base's frame.
-#[derive(Clone, Debug)]
-pub(crate) struct Frames {
-    /// Frame of each joint.
-    pub(crate) joints: Vec<Isometry3<f64>>,
-    /// Axis of each joint.
-    pub(crate) axes: Vec<Vector3<f64>>,
-    pub(crate) tool: Isometry3<f64>,
-}
-
 impl Chain {
     /// Number of joints.
     pub fn joints(&self) -> usize {
@@ -121,47 +111,16 @@ impl Chain {
 
     /// Where the tool is, in the base's frame.
     pub fn tool_place(&self, q: &[f64]) -> Isometry3<f64> {
-        self.frames(q).tool
+        self.posture(q).tool()
     }
 
     /// Where the frames of all joints are, in the base's frame, and last that of the tool: the arm's skeleton.
     pub fn skeleton(&self, q: &[f64]) -> Vec<Isometry3<f64>> {
-        let frames = self.frames(q);
-        frames.joints.into_iter().chain([frames.tool]).collect()
-    }
-
-    pub(crate) fn frames(&self, q: &[f64]) -> Frames {
-        let mut at = Isometry3::identity();
-        let mut frames = Frames { joints: Vec::with_capacity(q.len()), axes: Vec::with_capacity(q.len()), tool: at };
-        for (joint, &position) in self.joints.iter().zip(q) {
-            at *= joint.place;
-            let axis = at.rotation * joint.axis;
-            match joint.kind {
-                JointKind::Prismatic => at = nalgebra::Translation3::from(axis.into_inner() * position) * at,
-                JointKind::Revolute | JointKind::Continuous => {
-                    at = Isometry3::from_parts(at.translation, UnitQuaternion::from_axis_angle(&axis, position) * at.rotation);
-                }
-            }
-            frames.joints.push(at);
-            frames.axes.push(axis.into_inner());
-        }
-        frames.tool = at * self.tool;
-        frames
+        self.posture(q).skeleton()
     }
 
     /// Velocity of the tool (three rows of m/s, then three of rad/s, in the base's frame) per joint speed.
     pub fn jacobian(&self, q: &[f64]) -> nalgebra::DMatrix<f64> {
-        let frames = self.frames(q);
-        let mut jacobian = nalgebra::DMatrix::zeros(6, self.joints.len());
-        for (i, joint) in self.joints.iter().enumerate() {
-            let axis = frames.axes[i];
-            let (linear, angular) = match joint.kind {
-                JointKind::Prismatic => (axis, Vector3::zeros()),
-                _ => (axis.cross(&(frames.tool.translation.vector - frames.joints[i].translation.vector)), axis),
-            };
-            jacobian.fixed_view_mut::<3, 1>(0, i).copy_from(&linear);
-            jacobian.fixed_view_mut::<3, 1>(3, i).copy_from(&angular);
-        }
-        jacobian
+        self.posture(q).jacobian()
     }
 }

@@ -3,62 +3,75 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::chain::{Chain, JointKind};
+use crate::posture::Posture;
 
 impl Chain {
     /// Joint efforts that make the chain accelerate by `acceleration` at a state, against gravity: `M a + C v + g`.
     pub fn inverse_dynamics(&self, q: &[f64], v: &[f64], acceleration: &[f64]) -> DVector<f64> {
-        self.efforts(q, v, acceleration, &self.gravity_m_per_s2)
+        self.posture(q).efforts(v, acceleration, &self.gravity_m_per_s2)
     }
 
     /// Joint efforts that hold the chain against gravity.
     pub fn gravity_efforts(&self, q: &[f64]) -> DVector<f64> {
         let still = vec![0.0; q.len()];
-        self.efforts(q, &still, &still, &self.gravity_m_per_s2)
+        self.posture(q).efforts(&still, &still, &self.gravity_m_per_s2)
     }
 
     /// Joint efforts of centrifugal and Coriolis forces, `C(q, v) v`.
     pub fn coriolis_efforts(&self, q: &[f64], v: &[f64]) -> DVector<f64> {
-        self.efforts(q, v, &vec![0.0; q.len()], &Vector3::zeros())
+        self.posture(q).coriolis_efforts(v)
     }
 
     /// Mass matrix of the links: kg m², kg m or kg as the joints turn or slide.
     pub fn mass_matrix(&self, q: &[f64]) -> DMatrix<f64> {
-        let n = q.len();
-        let mut mass = DMatrix::zeros(n, n);
-        let still = vec![0.0; n];
-        for j in 0..n {
-            let mut unit = vec![0.0; n];
-            unit[j] = 1.0;
-            mass.set_column(j, &self.efforts(q, &still, &unit, &Vector3::zeros()));
-        }
-        // Two rows of the same sum, added up in another order.
-        0.5 * (&mass + mass.transpose())
+        self.posture(q).mass_matrix()
     }
 
     /// Kinetic energy of the links, and their potential energy in gravity (zero at the base), J.
     pub fn energy(&self, q: &[f64], v: &[f64]) -> [f64; 2] {
         let speeds = DVector::from_column_slice(v);
-        let kinetic = 0.5 * (self.mass_matrix(q) * &speeds).dot(&speeds);
-        let frames = self.frames(q);
-        let potential = self.joints.iter().zip(&frames.joints).map(|(joint, frame)| {
-            let centre = frame * nalgebra::Point3::from(joint.inertial.centre_m);
-            -joint.inertial.mass_kg * self.gravity_m_per_s2.dot(&centre.coords)
+        let posture = self.posture(q);
+        let kinetic = 0.5 * (posture.mass_matrix() * &speeds).dot(&speeds);
+        let potential = self.joints.iter().zip(&posture.bodies).map(|(joint, body)| {
+            let centre = body.frame.translation.vector + body.centre;
+            -joint.inertial.mass_kg * self.gravity_m_per_s2.dot(&centre)
         });
         [kinetic, potential.sum()]
     }
+}
 
-    fn efforts(&self, q: &[f64], v: &[f64], acceleration: &[f64], gravity: &Vector3<f64>) -> DVector<f64> {
-        let frames = self.frames(q);
-        let n = q.len();
-        let origin = |i: usize| frames.joints[i].translation.vector;
+impl Posture<'_> {
+    /// Joint efforts of centrifugal and Coriolis forces, `C(q, v) v`.
+    pub fn coriolis_efforts(&self, v: &[f64]) -> DVector<f64> {
+        self.efforts(v, &vec![0.0; v.len()], &Vector3::zeros())
+    }
+
+    /// Mass matrix of the links: kg m², kg m or kg as the joints turn or slide.
+    pub fn mass_matrix(&self) -> DMatrix<f64> {
+        let n = self.bodies.len();
+        let mut mass = DMatrix::zeros(n, n);
+        let still = vec![0.0; n];
+        let mut unit = vec![0.0; n];
+        for j in 0..n {
+            unit[j] = 1.0;
+            mass.set_column(j, &self.efforts(&still, &unit, &Vector3::zeros()));
+            unit[j] = 0.0;
+        }
+        // Two rows of the same sum, added up in another order.
+        0.5 * (&mass + mass.transpose())
+    }
+
+    fn efforts(&self, v: &[f64], acceleration: &[f64], gravity: &Vector3<f64>) -> DVector<f64> {
+        let joints = &self.chain.joints;
+        let n = joints.len();
+        let origin = |i: usize| self.bodies[i].frame.translation.vector;
         let [mut omega, mut alpha] = [Vector3::zeros(); 2];
         // The base that accelerates upwards is the same as gravity.
         let mut a = -gravity;
         let mut before = Vector3::zeros();
         let mut wrenches = Vec::with_capacity(n);
-        for i in 0..n {
-            let joint = &self.joints[i];
-            let axis = frames.axes[i];
+        for (i, (joint, body)) in joints.iter().zip(&self.bodies).enumerate() {
+            let axis = body.axis;
             let r = origin(i) - before;
             a += alpha.cross(&r) + omega.cross(&omega.cross(&r));
             if joint.kind == JointKind::Prismatic {
@@ -68,11 +81,9 @@ impl Chain {
                 omega += axis * v[i];
             }
             before = origin(i);
-            let rotation = frames.joints[i].rotation.to_rotation_matrix();
-            let arm = rotation * joint.inertial.centre_m;
-            let inertia = rotation * joint.inertial.inertia_kg_m2 * rotation.transpose();
+            let arm = body.centre;
             let force = joint.inertial.mass_kg * (a + alpha.cross(&arm) + omega.cross(&omega.cross(&arm)));
-            let moment = inertia * alpha + omega.cross(&(inertia * omega)) + arm.cross(&force);
+            let moment = body.inertia * alpha + omega.cross(&(body.inertia * omega)) + arm.cross(&force);
             wrenches.push((force, moment));
         }
         let mut efforts = DVector::zeros(n);
@@ -83,8 +94,8 @@ impl Chain {
             }
             force += wrenches[i].0;
             moment += wrenches[i].1;
-            let along = if self.joints[i].kind == JointKind::Prismatic { &force } else { &moment };
-            efforts[i] = frames.axes[i].dot(along);
+            let along = if joints[i].kind == JointKind::Prismatic { &force } else { &moment };
+            efforts[i] = self.bodies[i].axis.dot(along);
         }
         efforts
     }

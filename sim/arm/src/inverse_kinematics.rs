@@ -92,3 +92,26 @@ pub fn inverse_kinematics(chain: &Chain, target: &Target, starts: &[Vec<f64>]) -
     }
     Err(ArmError::Unreachable { target_m: target.position().into(), left_m })
 }
+
+/// Poses from which an arm that stands on its base is likely to reach a place: turned towards it, joints bent either way by various amounts.
+pub fn usual_starts(chain: &Chain, place_m: [f64; 3]) -> Vec<Vec<f64>> {
+    let middle = |[lower, upper]: [f64; 2]| if lower.is_finite() && upper.is_finite() { 0.5 * (lower + upper) } else { 0.0 };
+    let facing = place_m[1].atan2(place_m[0]);
+    (0..16)
+        .map(|i| {
+            let bend = 0.4 + 0.5 * f64::from(i / 2);
+            let sign = if i % 2 == 0 { -1.0 } else { 1.0 };
+            let start = |j: usize, limits: [f64; 2]| {
+                let wanted = match j {
+                    0 => facing,
+                    1 => sign * bend,
+                    2 => -sign * 1.5 * bend,
+                    3 => -sign * 0.5 * bend,
+                    _ => 0.0,
+                };
+                if (limits[0]..=limits[1]).contains(&wanted) { wanted } else { middle(limits) }
+            };
+            chain.joints.iter().enumerate().map(|(j, joint)| start(j, joint.limits)).collect()
+        })
+        .collect()
+}

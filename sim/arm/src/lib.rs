@@ -26,19 +26,23 @@
 
 mod agreement;
 mod chain;
+mod collision;
 mod dynamics;
 mod error;
 mod flexible;
 mod inverse_kinematics;
+mod posture;
 mod reduce;
 mod swing;
 mod urdf;
 
 pub use agreement::Agreement;
 pub use chain::{Chain, Inertial, Joint, JointKind};
+pub use collision::{Collision, CollisionShape};
 pub use error::ArmError;
 pub use flexible::{Arm, JointDrive, Others, VibrationMode};
-pub use inverse_kinematics::{Target, inverse_kinematics};
+pub use inverse_kinematics::{Target, inverse_kinematics, usual_starts};
+pub use posture::Posture;
 pub use reduce::Reduction;
 pub use swing::{FlexibleArm, SwingState, Wall, free_swing};
 pub use urdf::{MeshFile, Urdf};

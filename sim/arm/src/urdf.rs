@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 
 use crate::chain::{Chain, Inertial, Joint, JointKind};
+use crate::collision::{self, Collision};
 use crate::error::ArmError;
 
 /// Standard acceleration of free fall, m/s².
@@ -26,6 +27,7 @@ pub struct Urdf {
 #[derive(Clone, Debug)]
 struct Link {
     inertial: Inertial,
+    collisions: Vec<Collision>,
     meshes: Vec<MeshFile>,
 }
 
@@ -50,24 +52,24 @@ struct Described {
     joint: Joint,
 }
 
-fn line_of(node: Node<'_, '_>) -> u32 {
+pub(crate) fn line_of(node: Node<'_, '_>) -> u32 {
     node.document().text_pos_at(node.range().start).row
 }
 
-fn wrong<T>(node: Node<'_, '_>, what: impl Into<String>) -> Result<T, ArmError> {
+pub(crate) fn wrong<T>(node: Node<'_, '_>, what: impl Into<String>) -> Result<T, ArmError> {
     Err(ArmError::Urdf { line: line_of(node), what: what.into() })
 }
 
-fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
+pub(crate) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
     node.children().find(|child| child.has_tag_name(tag))
 }
 
 /// An attribute that must be there.
-fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, ArmError> {
+pub(crate) fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, ArmError> {
     node.attribute(name).map_or_else(|| wrong(node, format!("`<{}>` has no `{name}`; add it", node.tag_name().name())), Ok)
 }
 
-fn number(node: Node<'_, '_>, name: &str) -> Result<f64, ArmError> {
+pub(crate) fn number(node: Node<'_, '_>, name: &str) -> Result<f64, ArmError> {
     let text = attribute(node, name)?;
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
@@ -79,7 +81,7 @@ fn optional_number(node: Node<'_, '_>, name: &str) -> Result<Option<f64>, ArmErr
     if node.has_attribute(name) { number(node, name).map(Some) } else { Ok(None) }
 }
 
-fn vector(node: Node<'_, '_>, name: &str, absent: Vector3<f64>) -> Result<Vector3<f64>, ArmError> {
+pub(crate) fn vector(node: Node<'_, '_>, name: &str, absent: Vector3<f64>) -> Result<Vector3<f64>, ArmError> {
     let Some(text) = node.attribute(name) else { return Ok(absent) };
     let numbers: Vec<f64> = text.split_whitespace().filter_map(|word| word.parse().ok()).filter(|x: &f64| x.is_finite()).collect();
     match numbers.as_slice() {
@@ -89,7 +91,7 @@ fn vector(node: Node<'_, '_>, name: &str, absent: Vector3<f64>) -> Result<Vector
 }
 
 /// The `origin` of a node; the identity where it has none.
-fn origin(node: Node<'_, '_>) -> Result<Isometry3<f64>, ArmError> {
+pub(crate) fn origin(node: Node<'_, '_>) -> Result<Isometry3<f64>, ArmError> {
     let Some(origin) = child(node, "origin") else { return Ok(Isometry3::identity()) };
     let xyz = vector(origin, "xyz", Vector3::zeros())?;
     let rpy = vector(origin, "rpy", Vector3::zeros())?;
@@ -219,7 +221,7 @@ impl Urdf {
         };
         for node in root.children().filter(|node| node.has_tag_name("link")) {
             let name = attribute(node, "name")?;
-            let link = Link { inertial: inertial(node, name)?, meshes: meshes(node, name)? };
+            let link = Link { inertial: inertial(node, name)?, collisions: collision::of_link(node)?, meshes: meshes(node, name)? };
             if urdf.links.insert(name.into(), link).is_some() {
                 return wrong(node, format!("there are two links `{name}`; rename one"));
             }
@@ -261,19 +263,7 @@ impl Urdf {
     /// # Errors
     /// [`ArmError::Unknown`], [`ArmError::NoJoints`], [`ArmError::Massless`], and [`ArmError::Urdf`] for links in a circle.
     pub fn chain(&self, tool: &str) -> Result<Chain, ArmError> {
-        if !self.links.contains_key(tool) {
-            return Err(ArmError::Unknown { kind: "link", name: tool.into(), known: self.link_names.join(", ") });
-        }
-        let mut way: Vec<&Described> = Vec::new();
-        let mut link = tool;
-        while let Some(joint) = self.joints.iter().find(|joint| joint.child == link) {
-            if way.len() > self.joints.len() {
-                return Err(ArmError::Urdf { line: joint.line, what: format!("link `{link}` hangs on itself; open the circle") });
-            }
-            way.push(joint);
-            link = &joint.parent;
-        }
-        way.reverse();
+        let way = self.way(tool)?;
         let mut joints: Vec<Joint> = Vec::new();
         // Where the present link's frame stands in that of the last joint that moves.
         let mut frame = Isometry3::identity();
@@ -294,6 +284,54 @@ impl Urdf {
         let chain = Chain { name: self.name.clone(), joints, tool: frame, gravity_m_per_s2: Vector3::new(0.0, 0.0, -GRAVITY) };
         check_masses(&chain, &way)?;
         Ok(chain)
+    }
+
+    /// Shapes for finding collisions, in the frames of what carries them: first those of the base, then those that each joint on the way to the tool moves.
+    ///
+    /// # Errors
+    /// [`ArmError::Unknown`], and [`ArmError::Urdf`] for links in a circle.
+    pub fn collisions(&self, tool: &str) -> Result<Vec<Vec<Collision>>, ArmError> {
+        let way = self.way(tool)?;
+        let base = way.first().map_or(tool, |described| described.parent.as_str());
+        let mut found = vec![Vec::new()];
+        let mut frame = Isometry3::identity();
+        self.gather_collisions(base, &frame, &way, &mut found[0]);
+        for described in &way {
+            frame *= described.joint.place;
+            if described.kind.is_some() {
+                frame = Isometry3::identity();
+                found.push(Vec::new());
+            }
+            if let Some(last) = found.last_mut() {
+                self.gather_collisions(&described.child, &frame, &way, last);
+            }
+        }
+        Ok(found)
+    }
+
+    fn gather_collisions(&self, link: &str, frame: &Isometry3<f64>, way: &[&Described], into: &mut Vec<Collision>) {
+        into.extend(self.links[link].collisions.iter().map(|part| Collision { place: frame * part.place, ..part.clone() }));
+        for joint in self.joints.iter().filter(|joint| joint.parent == link && !way.iter().any(|on| on.child == joint.child)) {
+            self.gather_collisions(&joint.child, &(frame * joint.joint.place), way, into);
+        }
+    }
+
+    /// The joints from the base to a link.
+    fn way(&self, tool: &str) -> Result<Vec<&Described>, ArmError> {
+        if !self.links.contains_key(tool) {
+            return Err(ArmError::Unknown { kind: "link", name: tool.into(), known: self.link_names.join(", ") });
+        }
+        let mut way: Vec<&Described> = Vec::new();
+        let mut link = tool;
+        while let Some(joint) = self.joints.iter().find(|joint| joint.child == link) {
+            if way.len() > self.joints.len() {
+                return Err(ArmError::Urdf { line: joint.line, what: format!("link `{link}` hangs on itself; open the circle") });
+            }
+            way.push(joint);
+            link = &joint.parent;
+        }
+        way.reverse();
+        Ok(way)
     }
 
     /// Adds a link and all that hangs on it beside the way to the tool.

@@ -7,8 +7,9 @@ use feeler_plant::assembly::Drive;
 
 /// One drive of every lane.
 #[derive(Clone, Debug)]
-pub(crate) struct DriveChain<L> {
-    pub(crate) delay_s: f64,
+pub struct DriveChain<L> {
+    /// How late commands arrive.
+    pub delay_s: f64,
     deadband: L,
     gain: L,
     /// Infinite for a velocity source, whose limit is on the force it builds up.
@@ -16,12 +17,12 @@ pub(crate) struct DriveChain<L> {
     /// Commands under way: when they arrive, and what they are.
     pending: VecDeque<(f64, L)>,
     /// The command as the controllers issued it.
-    pub(crate) command: L,
+    pub command: L,
 }
 
 impl<L: Lane> DriveChain<L> {
     /// The drives must agree in their delay.
-    pub(crate) fn new(of_lane: &[&Drive]) -> Self {
+    pub fn new(of_lane: &[&Drive]) -> Self {
         let number = |f: &dyn Fn(&Drive) -> f64| L::from_fn(|lane| f(of_lane[lane]));
         Self {
             delay_s: of_lane[0].delay,
@@ -34,7 +35,7 @@ impl<L: Lane> DriveChain<L> {
     }
 
     /// Takes a new command at `t_s`. Gives what the drive acts on from now, unless the command is delayed.
-    pub(crate) fn issue(&mut self, t_s: f64, command: L) -> Option<L> {
+    pub fn issue(&mut self, t_s: f64, command: L) -> Option<L> {
         self.command = command;
         if self.delay_s > 0.0 {
             self.pending.push_back((t_s + self.delay_s, command));
@@ -45,12 +46,12 @@ impl<L: Lane> DriveChain<L> {
     }
 
     /// When the next delayed command arrives.
-    pub(crate) fn next_arrival_s(&self) -> f64 {
+    pub fn next_arrival_s(&self) -> f64 {
         self.pending.front().map_or(f64::INFINITY, |(t, _)| *t)
     }
 
     /// The delayed command that is due, as the drive acts on it.
-    pub(crate) fn arrive(&mut self) -> Option<L> {
+    pub fn arrive(&mut self) -> Option<L> {
         self.pending.pop_front().map(|(_, command)| self.effective(command))
     }
 

@@ -29,6 +29,14 @@ mod taylor;
 mod transition;
 mod travel;
 
+/// Sampling parts of the engine for simulators with motions of their own, so that drives and sensors are the same everywhere.
+pub mod parts {
+    pub use crate::clock::{SAME_INSTANT_S, due};
+    pub use crate::drive::DriveChain;
+    pub use crate::sensing::Sensing;
+    pub use crate::taps::Tap;
+}
+
 pub use bodies::BodyEngine;
 pub use error::{EngineError, RunEnd};
 pub use event::{Event, EventKind};

@@ -9,7 +9,7 @@ const PICOSECONDS: f64 = 1e12;
 
 /// One sensor of every lane. The noise of a reading is a property of sensor and instant: it does not depend on who reads, or how often.
 #[derive(Clone, Debug)]
-pub(crate) struct Sensing<L> {
+pub struct Sensing<L> {
     gain: L,
     bias: L,
     noise: L,
@@ -17,12 +17,13 @@ pub(crate) struct Sensing<L> {
     resolutions: Vec<L>,
     noisy: bool,
     stream: Stream,
-    pub(crate) delay_s: f64,
+    /// Pure delay.
+    pub delay_s: f64,
 }
 
 impl<L: Lane> Sensing<L> {
     /// The sensors must agree in their delay and in how many times they quantise.
-    pub(crate) fn new(of_lane: &[&SensorPart], seed: u64) -> Self {
+    pub fn new(of_lane: &[&SensorPart], seed: u64) -> Self {
         let number = |f: &dyn Fn(&SensorPart) -> f64| L::from_fn(|lane| f(of_lane[lane]));
         Self {
             gain: number(&|sensor| sensor.gain),
@@ -36,7 +37,7 @@ impl<L: Lane> Sensing<L> {
     }
 
     /// The reading at `t_s` of a (delayed, filtered) signal.
-    pub(crate) fn read(&self, t_s: f64, signal: L) -> L {
+    pub fn read(&self, t_s: f64, signal: L) -> L {
         let mut reading = self.gain * signal + self.bias;
         if self.noisy {
             reading += self.noise * L::splat(self.stream.normal_at((t_s * PICOSECONDS).round() as u64));

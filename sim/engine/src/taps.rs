@@ -8,28 +8,30 @@ use crate::clock::due;
 
 /// Somebody who reads a delayed sensor at instants known in advance: the signal is taken `delay` earlier, exactly then.
 #[derive(Clone, Debug)]
-pub(crate) struct Tap<L> {
-    pub(crate) signal: usize,
-    pub(crate) delay_s: f64,
+pub struct Tap<L> {
+    /// Which signal.
+    pub signal: usize,
+    /// How much earlier than its reading it is taken.
+    pub delay_s: f64,
     /// The signal at the start, and how many readings still get it: those that ask for the time before.
     initial: L,
     initial_left: u64,
     taken: VecDeque<L>,
     /// When to take the signal next.
-    pub(crate) next_s: f64,
+    pub next_s: f64,
     /// Readings whose signal has been taken so far.
     count: u64,
 }
 
 impl<L: Lane> Tap<L> {
     /// A tap whose first reading is at `first_s`.
-    pub(crate) fn new(signal: usize, delay_s: f64, first_s: f64) -> Self {
+    pub fn new(signal: usize, delay_s: f64, first_s: f64) -> Self {
         let next_s = (first_s - delay_s).max(0.0);
         Self { signal, delay_s, initial: L::zero(), initial_left: 0, taken: VecDeque::new(), next_s, count: 0 }
     }
 
     /// Takes the signal for every reading that is due at `t_s`; `instant_of(k)` is when reading `k` happens. Before the start the signal is its initial one.
-    pub(crate) fn take(&mut self, t_s: f64, value: L, instant_of: impl Fn(u64) -> f64) {
+    pub fn take(&mut self, t_s: f64, value: L, instant_of: impl Fn(u64) -> f64) {
         if self.count == 0 && due(self.next_s, t_s) && due(self.next_s, 0.0) {
             self.initial = value;
             self.count = first_after(self.delay_s, &instant_of);
@@ -44,7 +46,7 @@ impl<L: Lane> Tap<L> {
     }
 
     /// The signal for the next reading.
-    pub(crate) fn pop(&mut self) -> L {
+    pub fn pop(&mut self) -> L {
         if self.initial_left > 0 {
             self.initial_left -= 1;
             return self.initial;

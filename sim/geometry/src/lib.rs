@@ -3,7 +3,8 @@
 //! The machine moves along x; the workpiece may have any [`Shape`] at any [`Place`], and the tip travels sideways, in y and z, along a [`Feed`]. What the
 //! axis needs to know of all this is one function of time: how far the tip can go along x before it touches. [`Touching::at`] answers for one place,
 //! with contact point, normal, and the slope from which the rate follows; [`Touching::profile`] puts the answers along a feed into a
-//! [`feeler_plant::description::Profile`], with a bound on its error, which the engine then carries exactly.
+//! [`feeler_plant::description::Profile`], with a bound on its error, which the engine then carries exactly. A [`Pair`] answers for a tip that goes
+//! anywhere in space, as that of an arm does.
 //!
 //! ```
 //! use feeler_geometry::{Feed, Place, Shape, Touching};
@@ -23,6 +24,8 @@ mod feed;
 mod field;
 mod hertz;
 mod mesh;
+mod outline;
+mod pair;
 mod profile;
 mod shape;
 mod swept_ball;
@@ -33,6 +36,7 @@ pub use feed::Feed;
 pub use field::read_height_field;
 pub use hertz::{Material, hertz_stiffness};
 pub use mesh::{Mesh, read_obj, read_stl};
+pub use pair::{Nearest, Pair, overlap_m};
 pub use profile::Compiled;
 pub use shape::{Place, Shape};
 pub use touching::{Touch, Touching};

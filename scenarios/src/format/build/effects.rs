@@ -24,7 +24,8 @@ impl Builder<'_> {
         effects.iter().filter_map(|(kind, entry)| self.effect(kind, entry, host, &join(&path, kind))).collect()
     }
 
-    fn effect(&mut self, kind: &str, entry: &Entry, host: HostKind, path: &str) -> Option<EffectUse> {
+    /// One effect under an element that is a `host` to the library.
+    pub(crate) fn effect(&mut self, kind: &str, entry: &Entry, host: HostKind, path: &str) -> Option<EffectUse> {
         let Some(definition) = LIBRARY.iter().copied().find(|definition| definition.kind == kind) else {
             // What fits here is suggested first; an effect of another element only where nothing here is alike.
             let fitting = LIBRARY.iter().filter(|definition| definition.hosts.contains(&host)).map(|definition| definition.kind);

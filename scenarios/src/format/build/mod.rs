@@ -6,6 +6,7 @@ mod elements;
 pub(crate) mod names;
 mod references;
 mod run;
+pub(crate) mod shapes;
 mod surface;
 
 pub(crate) use effects::bound_of;

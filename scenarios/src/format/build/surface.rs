@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use feeler_geometry::{Feed, GeometryError, Material, Place, Shape, Touching, hertz_stiffness, read_height_field, read_obj, read_stl};
+use feeler_geometry::{Feed, GeometryError, Material, Place, Shape, Touching, hertz_stiffness};
 use feeler_plant::description::{Contact, ContactLaw, Elements, Engagement, Knot, Machine, Profile};
 
+use super::shapes::{self, FileError, text_of};
 use super::{Builder, Item};
 use crate::format::read::Fields;
 use crate::format::source::Origin;
@@ -85,35 +86,13 @@ impl Builder<'_> {
     }
 
     fn shape(&mut self, item: Item<'_>, part: &str, fields: &Fields) -> Option<(Shape, Place)> {
-        let place = Place {
-            position_m: ["x", "y", "z"].map(|key| fields.number(key)),
-            rotation_rad: ["turn_x", "turn_y", "turn_z"].map(|key| fields.number(key)),
+        let what = shapes::file_of(fields);
+        let shape = if what.is_empty() {
+            shapes::plain(fields)?
+        } else {
+            self.file(item, part, fields, what, |path| shapes::from_file(fields, path))?
         };
-        let number = |key| fields.number(key);
-        let shape = match fields.variant {
-            Some("ball") => Shape::Ball { radius_m: number("radius") },
-            Some("capsule") => Shape::Capsule { half_length_m: number("half_length"), radius_m: number("radius") },
-            Some("cuboid") => Shape::Cuboid { half_extents_m: ["half_x", "half_y", "half_z"].map(number) },
-            Some("cylinder") => Shape::Cylinder { half_length_m: number("half_length"), radius_m: number("radius") },
-            Some("height-field") => {
-                let extents_m = [number("extent_y"), number("extent_z")];
-                self.file(item, part, fields, "a CSV file of heights", |path| Ok(read_height_field(&text_of(path)?, extents_m)?))?
-            }
-            Some(kind) => {
-                let scale_m = number("scale");
-                let mesh = self.file(item, part, fields, "an STL or OBJ file", |path| {
-                    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-                    match extension.as_str() {
-                        "stl" => Ok(read_stl(&std::fs::read(path)?, scale_m)?),
-                        "obj" => Ok(read_obj(&text_of(path)?, scale_m)?),
-                        _ => Err(FileError::Extension(extension)),
-                    }
-                })?;
-                if kind == "hull" { Shape::Hull { points_m: mesh.vertices_m } } else { Shape::Mesh(mesh) }
-            }
-            None => return None,
-        };
-        Some((shape, place))
+        Some((shape, shapes::place(fields)))
     }
 
     fn feed(&mut self, item: Item<'_>, fields: &Fields) -> Option<(Feed, f64)> {
@@ -171,21 +150,6 @@ impl Builder<'_> {
             machine.contacts.insert(name, contact);
         }
     }
-}
-
-/// Why a file gives no shape or path.
-#[derive(Debug, thiserror::Error)]
-enum FileError {
-    #[error(transparent)]
-    Read(#[from] std::io::Error),
-    #[error(transparent)]
-    Geometry(#[from] GeometryError),
-    #[error("`{0}` is no mesh format that is read; export it as STL or OBJ")]
-    Extension(String),
-}
-
-fn text_of(path: &Path) -> Result<String, std::io::Error> {
-    std::fs::read_to_string(path)
 }
 
 /// A profile that is written out.

@@ -1,6 +1,7 @@
 //! Every key of every file, one line each.
 
 mod arm;
+mod cell;
 mod controllers;
 mod dataset;
 mod machine;
@@ -10,6 +11,7 @@ mod surface;
 mod sweep;
 
 pub(crate) use arm::{ARM, JOINT};
+pub(crate) use cell::{CELL, CELL_TABLES, HOLD, PLACED, SHARED, START};
 pub(crate) use controllers::CONTROLLERS;
 pub(crate) use dataset::{COLUMN, DATASET, EXPERIMENT};
 pub(crate) use machine::{ACTUATORS, BODIES, CONTACTS, ENGAGEMENTS, SENSORS, SPRINGS};

@@ -24,6 +24,42 @@ static MATERIAL: Shape = Shape {
     choice: None,
 };
 
+/// The shapes that there are.
+pub(crate) const SHAPES: Choice = Choice {
+    key: "shape",
+    default: None,
+    text: "the shape, centred on its position",
+    variants: &[
+        Variant { name: "ball", text: "a ball", keys: &[RADIUS] },
+        Variant { name: "capsule", text: "a cylinder with round ends", keys: &[HALF_LENGTH, RADIUS] },
+        Variant {
+            name: "cuboid",
+            text: "a box",
+            keys: &[
+                required("half_x", Kind::Quantity(LENGTH, Bound::Positive), "half its extent in x"),
+                required("half_y", Kind::Quantity(LENGTH, Bound::Positive), "half its extent in y"),
+                required("half_z", Kind::Quantity(LENGTH, Bound::Positive), "half its extent in z"),
+            ],
+        },
+        Variant { name: "cylinder", text: "a cylinder with flat ends", keys: &[HALF_LENGTH, RADIUS] },
+        Variant { name: "hull", text: "the convex hull of the corners of a mesh file", keys: &[FILE, SCALE] },
+        Variant { name: "mesh", text: "the triangles of a mesh file", keys: &[FILE, SCALE] },
+        Variant {
+            name: "height-field",
+            text: "heights above the y-z plane towards the tip, flat in two triangles between its samples",
+            keys: &[
+                required(
+                    "file",
+                    Kind::Text,
+                    "a CSV file, relative to this one, without a header: one line per z, one height in m per y",
+                ),
+                required("extent_y", Kind::Quantity(LENGTH, Bound::Positive), "length of a line"),
+                required("extent_z", Kind::Quantity(LENGTH, Bound::Positive), "from the first line to the last"),
+            ],
+        },
+    ],
+};
+
 /// Position and orientation, and a shape.
 static BODY: Shape = Shape {
     keys: &[
@@ -35,40 +71,7 @@ static BODY: Shape = Shape {
         number("turn_z", ANGLE, Bound::Any, 0.0, "part along z"),
         optional("material", Kind::Table(&MATERIAL), "what it is made of, for the stiffness of a `hertz` law"),
     ],
-    choice: Some(Choice {
-        key: "shape",
-        default: None,
-        text: "the shape, centred on its position",
-        variants: &[
-            Variant { name: "ball", text: "a ball", keys: &[RADIUS] },
-            Variant { name: "capsule", text: "a cylinder with round ends", keys: &[HALF_LENGTH, RADIUS] },
-            Variant {
-                name: "cuboid",
-                text: "a box",
-                keys: &[
-                    required("half_x", Kind::Quantity(LENGTH, Bound::Positive), "half its extent in x"),
-                    required("half_y", Kind::Quantity(LENGTH, Bound::Positive), "half its extent in y"),
-                    required("half_z", Kind::Quantity(LENGTH, Bound::Positive), "half its extent in z"),
-                ],
-            },
-            Variant { name: "cylinder", text: "a cylinder with flat ends", keys: &[HALF_LENGTH, RADIUS] },
-            Variant { name: "hull", text: "the convex hull of the corners of a mesh file", keys: &[FILE, SCALE] },
-            Variant { name: "mesh", text: "the triangles of a mesh file", keys: &[FILE, SCALE] },
-            Variant {
-                name: "height-field",
-                text: "heights above the y-z plane towards the tip, flat in two triangles between its samples",
-                keys: &[
-                    required(
-                        "file",
-                        Kind::Text,
-                        "a CSV file, relative to this one, without a header: one line per z, one height in m per y",
-                    ),
-                    required("extent_y", Kind::Quantity(LENGTH, Bound::Positive), "length of a line"),
-                    required("extent_z", Kind::Quantity(LENGTH, Bound::Positive), "from the first line to the last"),
-                ],
-            },
-        ],
-    }),
+    choice: Some(SHAPES),
 };
 
 /// How the tip travels.

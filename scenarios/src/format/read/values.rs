@@ -135,6 +135,17 @@ impl Reader<'_> {
         Some([low, high])
     }
 
+    pub(super) fn numbers(&mut self, node: &Node, unit: Unit, count: usize, path: &str) -> Option<Vec<f64>> {
+        let form = if count > 0 { format!("a list of {count} numbers") } else { "a list of numbers".into() };
+        let items = self.list(node, &form, path)?;
+        if count > 0 && items.len() != count {
+            self.problems.add(&node.origin, path, format!("there are {} numbers here", items.len()), format!("write {form}"));
+            return None;
+        }
+        let read: Vec<Option<f64>> = items.iter().map(|item| self.quantity(item, unit, Bound::Any, path)).collect();
+        read.into_iter().collect()
+    }
+
     pub(super) fn points(&mut self, node: &Node, unit: Unit, path: &str) -> Option<Vec<(f64, f64)>> {
         let form = "a list of [time, value] pairs, as in [[0.0, 20.0], [1.2, 30.0]]";
         let items = self.list(node, form, path)?;

@@ -1,0 +1,229 @@
+//! Scenarios of a whole arm: machine files that say `arm = "..."`.
+
+mod arm_parts;
+mod axis;
+
+use std::path::{Path, PathBuf};
+
+use feeler_arm::{Target, inverse_kinematics, usual_starts};
+use feeler_geometry::{Place, Shape};
+use feeler_manipulator::{Cell, Hold, ManipulatorError, Part, Simulation, Start};
+use nalgebra::Vector3;
+
+use super::build::shapes;
+use super::document::Document;
+use super::draft::Draft;
+use super::keys::{CELL, CELL_TABLES, HOLD, PLACED, SHARED, START};
+use super::problem::{FormatError, Problems};
+use super::read::{Fields, Reader, Scope, join};
+use super::shape::Shape as Keys;
+use super::source::Origin;
+use super::tree::{Table, Value};
+use arm_parts::ArmParts;
+
+/// Rate of the record where the file names none, Hz.
+const RECORD_RATE_HZ: f64 = 1e3;
+/// Longest run: an arm takes about as long as it simulates.
+const LONGEST_S: f64 = 1e3;
+/// From so many joints on the tool's x axis can be turned along the normal.
+const POINTING: usize = 5;
+
+/// A scenario of a whole arm that has been checked.
+#[derive(Clone, Debug)]
+pub struct CellFile {
+    /// Short name.
+    pub name: String,
+    /// What it is for.
+    pub about: String,
+    /// What it describes.
+    pub cell: Cell,
+    /// Rate of the record, Hz.
+    pub record_rate_hz: f64,
+    text: String,
+}
+
+impl CellFile {
+    /// Reads and checks a file, the arm and every shape that it names.
+    ///
+    /// # Errors
+    /// Every mistake at once; of the start and of a URDF the first.
+    pub fn load(path: &Path) -> Result<Self, FormatError> {
+        Self::build(Draft::load(path)?)
+    }
+
+    /// Checks a file of which keys may have been set.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn build(mut draft: Draft) -> Result<Self, FormatError> {
+        let mut problems = Problems::default();
+        let found = build(&mut draft, &mut problems);
+        match found {
+            Ok(Some(file)) if problems.is_empty() => Ok(file),
+            Ok(_) => Err(problems.into_error(draft.sources)),
+            Err(of_axis) => {
+                let mut all = problems.into_error(draft.sources);
+                all.problems.extend(of_axis.problems);
+                Err(all)
+            }
+        }
+    }
+
+    /// The file as it was written.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+}
+
+/// The scenario, or none where there are problems; an error where the axis along the normal has mistakes.
+fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>, FormatError> {
+    let top = Origin { source: draft.main, span: 0..0 };
+    let tables: Vec<&str> = CELL_TABLES.iter().map(|(table, ..)| *table).chain(SHARED).chain(["joints"]).collect();
+    let fields = Reader { problems, scope: Scope::new(false) }.fields(&CELL, &tables, &draft.root, &top, "");
+    let arm = arm_parts::read(draft, &fields, problems);
+    let start = table(draft, "start", &START, problems);
+    let tip = part(draft, "tip", problems);
+    let workpiece = part(draft, "workpiece", problems);
+    let hold = table(draft, "hold", &HOLD, problems);
+    let start = start.zip(arm.as_ref()).and_then(|(start, arm)| start_of(&start, arm, draft, problems));
+    let held = hold.as_ref().map_or(0.0, |hold| hold.number("bandwidth"));
+    let others = if held > 0.0 { feeler_arm::Others::Held } else { feeler_arm::Others::Free };
+    let reduction = start.as_ref().zip(arm.as_ref()).and_then(|(start, arm)| {
+        let found = arm.arm.reduce(&start.pose, start.normal, others);
+        found.map_err(|error| refuse(draft, problems, "start.normal", &error.to_string())).ok()
+    });
+    let scenario = axis::draft(draft, reduction.as_ref(), problems).map(Document::build).transpose()?.map(|document| document.scenario);
+    let (Some(arm), Some(start), Some(tip), Some(workpiece), Some(hold), Some(scenario)) = (arm, start, tip, workpiece, hold, scenario) else {
+        return Ok(None);
+    };
+    let given = |key: &str| draft.root.get("run").and_then(|run| run.node.as_table()).is_some_and(|run| run.contains_key(key));
+    if scenario.run.duration_s > LONGEST_S {
+        let message = format!("a run of {} s takes as long in good cases, and at most {LONGEST_S} s are simulated", scenario.run.duration_s);
+        refuse(draft, problems, "run.duration", &format!("{message}; shorten it, or run the axis that `feeler reduce` makes"));
+    }
+    let cell = Cell {
+        arm: arm.arm,
+        joints: arm.joints,
+        bodies: arm.bodies,
+        start,
+        tip,
+        workpiece,
+        hold: Hold { bandwidth_hz: hold.number("bandwidth"), damping_ratio: hold.number("damping_ratio") },
+        step_s: given("step").then_some(scenario.run.step_s),
+        scenario,
+    };
+    if problems.is_empty() {
+        check(&cell, draft, problems);
+    }
+    let stem = Path::new(&draft.sources.0[draft.main].name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    Ok(Some(CellFile {
+        name: fields.text("name").map(str::to_owned).or(stem).unwrap_or_default(),
+        about: fields.text("about").unwrap_or_default().into(),
+        record_rate_hz: cell.scenario.run.record_rate_hz.unwrap_or(RECORD_RATE_HZ),
+        text: draft.sources.0[draft.main].text.to_string(),
+        cell,
+    }))
+}
+
+/// Notes a mistake of which a message says what is wrong and, after a semicolon, what to do.
+fn refuse(draft: &Draft, problems: &mut Problems, key: &str, message: &str) {
+    let top = Origin { source: draft.main, span: 0..0 };
+    let at = super::document::locate(&draft.root, key).0.unwrap_or(top);
+    let (what, remedy) = message.split_once("; ").unwrap_or((message, "correct it"));
+    problems.add(&at, key, what, remedy);
+}
+
+/// What only shows when arm, tip and workpiece stand together.
+fn check(cell: &Cell, draft: &Draft, problems: &mut Problems) {
+    let found = cell.check_start().and_then(|()| Simulation::new(cell, RECORD_RATE_HZ, 1).map(drop));
+    let Err(error) = found else { return };
+    let start = if super::document::locate(&draft.root, "start.pose").1 { "start.pose" } else { "start.place" };
+    let key = match &error {
+        ManipulatorError::NeverMeets => "start.normal",
+        ManipulatorError::OutOfReach { .. } => "workpiece",
+        ManipulatorError::Geometry(_) => "tip",
+        ManipulatorError::Step { .. } => "run.step",
+        ManipulatorError::Penetrates { .. } | ManipulatorError::SelfIntersects { .. } => start,
+        _ => "start",
+    };
+    refuse(draft, problems, key, &error.to_string());
+}
+
+/// The fields of a table; where it is absent and must not be, its required keys are missed.
+fn table(draft: &Draft, name: &str, keys: &'static Keys, problems: &mut Problems) -> Option<Fields> {
+    let empty = Table::new();
+    let top = Origin { source: draft.main, span: 0..0 };
+    let (table, at) = match draft.root.get(name).map(|entry| &entry.node) {
+        None => (&empty, &top),
+        Some(node) => match &node.value {
+            Value::Table(table) => (table, &node.origin),
+            other => {
+                problems.add(&node.origin, name, format!("this must be a table, not {}", other.kind()), format!("write [{name}]"));
+                return None;
+            }
+        },
+    };
+    let before = problems.count();
+    let fields = Reader { problems, scope: Scope::new(false) }.fields(keys, &[], table, at, name);
+    (problems.count() == before).then_some(fields)
+}
+
+/// A shape where it stands.
+fn part(draft: &Draft, name: &str, problems: &mut Problems) -> Option<Part> {
+    let fields = table(draft, name, &PLACED, problems)?;
+    let place = shapes::place(&fields);
+    let what = shapes::file_of(&fields);
+    let shape = if what.is_empty() { shapes::plain(&fields)? } else { shape_of_file(draft, name, &fields, what, problems)? };
+    Some(Part { shape, place }).filter(|part| sound(draft, part, name, problems))
+}
+
+/// Whether a shape can be built.
+fn sound(draft: &Draft, part: &Part, name: &str, problems: &mut Problems) -> bool {
+    let found = part.shape.outline(&Place::default());
+    found.map_err(|error| refuse(draft, problems, name, &error.to_string())).is_ok()
+}
+
+fn shape_of_file(draft: &Draft, name: &str, fields: &Fields, what: &str, problems: &mut Problems) -> Option<Shape> {
+    let key = join(name, "file");
+    let origin = super::document::locate(&draft.root, &key).0?;
+    let path: PathBuf = draft.sources.0[origin.source].directory.join(fields.text("file")?);
+    let found = shapes::from_file(fields, &path);
+    let said = |error: shapes::FileError| {
+        let message = format!("{}: {error}", path.display());
+        let (message, remedy) = message.split_once("; ").map_or((message.as_str(), None), |(message, remedy)| (message, Some(remedy)));
+        problems.add(&origin, key, message, remedy.map_or_else(|| format!("name {what}, relative to this file"), str::to_owned));
+    };
+    found.map_err(said).ok()
+}
+
+/// Pose and normal.
+fn start_of(fields: &Fields, parts: &ArmParts, draft: &Draft, problems: &mut Problems) -> Option<Start> {
+    let normal: [f64; 3] = fields.numbers("normal")?.try_into().ok()?;
+    let chain = parts.arm.chain();
+    let Some(along) = Vector3::from(normal).try_normalize(1e-12) else {
+        refuse(draft, problems, "start.normal", &feeler_arm::ArmError::Normal { normal }.to_string());
+        return None;
+    };
+    let pose = match (fields.numbers("pose"), fields.numbers("place")) {
+        (Some(pose), None) => chain.check_pose(pose).map(|()| pose.to_vec()).map_err(|error| ("start.pose", error)),
+        (None, Some(place)) => {
+            let place_m = Vector3::from_column_slice(place);
+            let target = if chain.joints() >= POINTING { Target::Pointing(place_m, along) } else { Target::Position(place_m) };
+            inverse_kinematics(chain, &target, &usual_starts(chain, place_m.into())).map_err(|error| ("start.place", error))
+        }
+        _ => {
+            refuse(draft, problems, "start", "this needs either `pose` or `place`; give the joints' positions, or where the tool is");
+            return None;
+        }
+    };
+    let speed_m_per_s = fields.number("speed");
+    match pose {
+        Ok(pose) => Some(Start { pose, normal: along.into(), speed_m_per_s }),
+        Err((key, error)) => {
+            let message = error.to_string();
+            let remedy = if message.contains("; ") { "" } else { "; choose a place within reach, or give a `pose`" };
+            refuse(draft, problems, key, &format!("{message}{remedy}"));
+            None
+        }
+    }
+}

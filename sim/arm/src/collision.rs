@@ -1,0 +1,82 @@
+//! What a URDF says of the space that links take up.
+
+use nalgebra::{Isometry3, Vector3};
+use roxmltree::Node;
+
+use crate::error::ArmError;
+use crate::urdf::{attribute, child, line_of, number, origin, vector, wrong};
+
+/// A shape that a link is made of, for finding collisions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Collision {
+    /// The shape.
+    pub shape: CollisionShape,
+    /// Where it stands, in the frame of what carries it.
+    pub place: Isometry3<f64>,
+    /// The line of the URDF, from 1.
+    pub line: u32,
+}
+
+/// Shapes that a URDF knows, about their middle.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CollisionShape {
+    /// A box.
+    Box {
+        /// Half its extents.
+        half_extents_m: [f64; 3],
+    },
+    /// A cylinder along z.
+    Cylinder {
+        /// Radius.
+        radius_m: f64,
+        /// Half its length.
+        half_length_m: f64,
+    },
+    /// A ball.
+    Sphere {
+        /// Radius.
+        radius_m: f64,
+    },
+    /// The triangles of a file.
+    Mesh {
+        /// The file as it is written, with its scheme if it has one.
+        file: String,
+        /// Length of the file's unit in x, y and z, m.
+        scale_m: [f64; 3],
+    },
+}
+
+/// The collision shapes of a link, in its frame.
+pub(crate) fn of_link(link: Node<'_, '_>) -> Result<Vec<Collision>, ArmError> {
+    let nodes = link.children().filter(|node| node.has_tag_name("collision"));
+    let shape = |node: Node<'_, '_>| -> Result<Option<Collision>, ArmError> {
+        let Some(geometry) = child(node, "geometry") else { return wrong(node, "this `<collision>` has no `<geometry>`; add one") };
+        let Some(shape) = geometry.children().find(Node::is_element) else { return wrong(geometry, "this `<geometry>` is empty; add a shape") };
+        Ok(of_geometry(shape)?.map(|found| Ok::<_, ArmError>(Collision { shape: found, place: origin(node)?, line: line_of(shape) })).transpose()?)
+    };
+    nodes.filter_map(|node| shape(node).transpose()).collect()
+}
+
+fn of_geometry(node: Node<'_, '_>) -> Result<Option<CollisionShape>, ArmError> {
+    let positive = |name: &str| match number(node, name)? {
+        value if value > 0.0 => Ok(value),
+        value => wrong(node, format!("`{name}` of this shape is {value}; it must be above zero")),
+    };
+    Ok(Some(match node.tag_name().name() {
+        "box" => {
+            let size = vector(node, "size", Vector3::zeros())?;
+            if size.min() <= 0.0 {
+                return wrong(node, "this box needs a `size` of three numbers above zero");
+            }
+            CollisionShape::Box { half_extents_m: (0.5 * size).into() }
+        }
+        "cylinder" => CollisionShape::Cylinder { radius_m: positive("radius")?, half_length_m: 0.5 * positive("length")? },
+        "sphere" => CollisionShape::Sphere { radius_m: positive("radius")? },
+        "mesh" => CollisionShape::Mesh {
+            file: attribute(node, "filename")?.into(),
+            scale_m: vector(node, "scale", Vector3::repeat(1.0))?.into(),
+        },
+        // Shapes that some dialects add say nothing here.
+        _ => return Ok(None),
+    }))
+}

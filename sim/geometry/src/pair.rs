@@ -1,0 +1,121 @@
+//! How far apart a tip and a workpiece are while the tip goes anywhere in space.
+
+use parry3d_f64::math::{Pose, Rotation, Vector};
+use parry3d_f64::query::{ShapeCastOptions, cast_shapes, contact};
+use parry3d_f64::shape::SharedShape;
+
+use crate::error::GeometryError;
+use crate::shape::{Place, Shape};
+use crate::swept_ball::{SweptBall, is_triangles};
+
+/// How far apart shapes other than balls may be to have a distance, over the size of the tip; beyond, they are only known to be farther.
+const REACH: f64 = 0.5;
+
+/// A tip that a tool carries, and a workpiece that stands still.
+#[derive(Clone)]
+pub struct Pair {
+    tip: SharedShape,
+    /// Of the tip's shape in the frame of the tool.
+    tip_pose: Pose,
+    workpiece: SharedShape,
+    workpiece_pose: Pose,
+    names: [&'static str; 2],
+    reach_m: f64,
+}
+
+/// Where two shapes are nearest, or deepest in each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// Distance; below zero where they overlap.
+    pub distance_m: f64,
+    /// The point of the workpiece.
+    pub point_m: [f64; 3],
+    /// Unit vector from the tip into the workpiece.
+    pub normal: [f64; 3],
+}
+
+impl std::fmt::Debug for Pair {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Pair").field("shapes", &self.names).finish_non_exhaustive()
+    }
+}
+
+/// A pose from a position, m, and a unit quaternion `[x, y, z, w]`.
+fn pose_of(position_m: [f64; 3], quaternion: [f64; 4]) -> Pose {
+    Pose::from_parts(Vector::from_array(position_m), Rotation::from_array(quaternion))
+}
+
+impl Pair {
+    /// A tip with its shape at a place of the tool's frame, and a workpiece at its place.
+    ///
+    /// # Errors
+    /// Those of the shapes' numbers.
+    pub fn new(tip: &Shape, tip_place: &Place, workpiece: &Shape, workpiece_place: &Place) -> Result<Self, GeometryError> {
+        let ((tip_shape, tip_frame), (work_shape, work_frame)) = (tip.build()?, workpiece.build()?);
+        let size_m = tip_shape.compute_local_aabb().extents().length();
+        Ok(Self {
+            tip: tip_shape,
+            tip_pose: tip_place.pose() * tip_frame,
+            workpiece: work_shape,
+            workpiece_pose: workpiece_place.pose() * work_frame,
+            names: [tip.name(), workpiece.name()],
+            reach_m: REACH * size_m,
+        })
+    }
+
+    fn unsupported(&self) -> GeometryError {
+        GeometryError::Unsupported { tip: self.names[0], workpiece: self.names[1] }
+    }
+
+    /// Where the two are nearest with the tool at a position, m, and orientation, a unit quaternion `[x, y, z, w]`; none where they are far apart.
+    ///
+    /// Of a ball it is the projection of its centre, exact to rounding as long as the centre is outside; of other tips what Parry iterates to. Of shapes that
+    /// touch in several places it is the deepest.
+    ///
+    /// # Errors
+    /// [`GeometryError::Unsupported`] for two shapes that cannot be measured.
+    pub fn nearest(&self, position_m: [f64; 3], quaternion: [f64; 4]) -> Result<Option<Nearest>, GeometryError> {
+        let at = pose_of(position_m, quaternion) * self.tip_pose;
+        if let Some(ball) = self.tip.as_ball() {
+            let centre = at.translation;
+            let found = self.workpiece.project_point(&self.workpiece_pose, centre, false);
+            let way = found.point - centre;
+            let distance = way.length();
+            if distance <= 0.0 {
+                return Ok(None);
+            }
+            let (signed, normal) = if found.is_inside { (-distance, -way / distance) } else { (distance, way / distance) };
+            return Ok(Some(Nearest { distance_m: signed - ball.radius, point_m: found.point.to_array(), normal: normal.to_array() }));
+        }
+        let found = contact(&at, self.tip.as_ref(), &self.workpiece_pose, self.workpiece.as_ref(), self.reach_m).map_err(|_| self.unsupported())?;
+        Ok(found.map(|found| Nearest { distance_m: found.dist, point_m: found.point2.to_array(), normal: found.normal1.to_array() }))
+    }
+
+    /// How far the tip can go along a direction, m, until it touches; none where it never does within `reach_m`.
+    ///
+    /// # Errors
+    /// [`GeometryError::Unsupported`] for two shapes that cannot be measured.
+    pub fn travel_m(&self, position_m: [f64; 3], quaternion: [f64; 4], along: [f64; 3], reach_m: f64) -> Result<Option<f64>, GeometryError> {
+        let at = pose_of(position_m, quaternion) * self.tip_pose;
+        let along = Vector::from_array(along);
+        if let Some(ball) = self.tip.as_ball().filter(|_| is_triangles(&self.workpiece)) {
+            let swept = SweptBall { centre: at.translation, along, radius_m: ball.radius };
+            return Ok(swept.first_touch(&self.workpiece, &self.workpiece_pose, reach_m).map(|touch| touch.travel_m));
+        }
+        let options = ShapeCastOptions { max_time_of_impact: reach_m, ..ShapeCastOptions::default() };
+        let hit = cast_shapes(&at, along, self.tip.as_ref(), &self.workpiece_pose, Vector::ZERO, self.workpiece.as_ref(), options);
+        Ok(hit.map_err(|_| self.unsupported())?.map(|hit| hit.time_of_impact))
+    }
+}
+
+/// Depth, m, to which a shape at a pose and another at its own overlap; zero or below where they do not.
+///
+/// # Errors
+/// Those of the shapes' numbers, and [`GeometryError::Unsupported`].
+pub fn overlap_m(a: (&Shape, [f64; 3], [f64; 4]), b: (&Shape, [f64; 3], [f64; 4])) -> Result<f64, GeometryError> {
+    let ((first, first_frame), (second, second_frame)) = (a.0.build()?, b.0.build()?);
+    let (one, two) = (pose_of(a.1, a.2) * first_frame, pose_of(b.1, b.2) * second_frame);
+    let found = contact(&one, first.as_ref(), &two, second.as_ref(), 0.0);
+    let found = found.map_err(|_| GeometryError::Unsupported { tip: a.0.name(), workpiece: b.0.name() })?;
+    Ok(found.map_or(0.0, |found| -found.dist))
+}

@@ -1,0 +1,75 @@
+//! What can be wrong with an arm against a workpiece.
+
+use feeler_arm::ArmError;
+use feeler_control::ControlError;
+use feeler_engine::EngineError;
+use feeler_geometry::GeometryError;
+use thiserror::Error;
+
+/// Why a cell cannot be simulated.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ManipulatorError {
+    /// The arm or its pose.
+    #[error(transparent)]
+    Arm(#[from] ArmError),
+    /// The shapes.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+    /// Contact, sensors or controller.
+    #[error(transparent)]
+    Engine(#[from] EngineError),
+    /// The controller.
+    #[error(transparent)]
+    Control(#[from] ControlError),
+    /// An element that the axis along the normal must have exactly once.
+    #[error("there must be one {what}, not {count}")]
+    Count {
+        /// What it is.
+        what: &'static str,
+        /// How many there are.
+        count: usize,
+    },
+    /// The tip starts inside the workpiece.
+    #[error("the tip starts {depth_m} m inside the workpiece; move the start back against the normal, or the workpiece away")]
+    Penetrates {
+        /// How deep.
+        depth_m: f64,
+    },
+    /// On its way along the normal the tip passes the workpiece.
+    #[error("along the normal from its start the tip never meets the workpiece; turn the normal towards it, or move start or workpiece")]
+    NeverMeets,
+    /// The place of contact is beyond the arm's reach.
+    #[error(
+        "the tip would touch after {travel_m} m along the normal, at [{}, {}, {}] m, where the arm does not reach ({left_m} m are left); move the workpiece nearer",
+        .place_m[0], .place_m[1], .place_m[2]
+    )]
+    OutOfReach {
+        /// How far it would have to go.
+        travel_m: f64,
+        /// Where the tool would be.
+        place_m: [f64; 3],
+        /// How far away the best pose is.
+        left_m: f64,
+    },
+    /// Two bodies of the arm overlap at the start.
+    #[error("at the start `{a}` and `{b}` overlap by {depth_m} m; choose a pose in which the arm does not run into itself")]
+    SelfIntersects {
+        /// What the first joint moves, or the base.
+        a: String,
+        /// What the other moves.
+        b: String,
+        /// How deep.
+        depth_m: f64,
+    },
+    /// A step at which the stiffest mode grows.
+    #[error("steps of {step_s} s are too long for the fastest mode of the arm in contact, {rate_per_s} 1/s; choose {most_s} s or less, or leave the step out")]
+    Step {
+        /// What was asked for.
+        step_s: f64,
+        /// Rate of the fastest mode.
+        rate_per_s: f64,
+        /// The longest step that can be taken.
+        most_s: f64,
+    },
+}

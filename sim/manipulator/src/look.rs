@@ -1,0 +1,245 @@
+//! The equations of motion of one mode: what acts at a state, what follows from it, and how far the state is from leaving the mode.
+
+use feeler_arm::{Arm, Posture};
+use feeler_geometry::Pair;
+use feeler_plant::assembly::{ForceLaw, SensorPart, Source};
+use feeler_plant::description::Quantity;
+use feeler_plant::motion::{NonlinearLaw, NonlinearTerm};
+use nalgebra::{DVector, Vector3};
+
+use crate::cell::numbers;
+use crate::joint::JointPart;
+use crate::mode::{Change, Mode, Slide};
+use crate::state::{Layout, filtered};
+
+/// The whole arm and what it touches.
+#[derive(Clone, Debug)]
+pub(crate) struct Plant {
+    pub(crate) arm: Arm,
+    pub(crate) joints: Vec<JointPart>,
+    pub(crate) pair: Pair,
+    pub(crate) law: ForceLaw,
+    /// How much farther away the surface is than its shape says, m.
+    pub(crate) gap_m: f64,
+    pub(crate) sensors: Vec<SensorPart>,
+    pub(crate) layout: Layout,
+    /// From the tool into the workpiece.
+    pub(crate) normal: Vector3<f64>,
+}
+
+/// How tip and workpiece stand to each other.
+#[derive(Clone, Debug)]
+pub(crate) struct Touch {
+    /// Depth, m, and its rate, m/s; below zero apart.
+    pub(crate) depth: f64,
+    pub(crate) rate: f64,
+    pub(crate) point_m: [f64; 3],
+    pub(crate) normal: Vector3<f64>,
+    /// Depth per joint motion.
+    along: DVector<f64>,
+}
+
+/// What acts at a state.
+pub(crate) struct Look<'a> {
+    pub(crate) posture: Posture<'a>,
+    pub(crate) touch: Option<Touch>,
+    /// The contact's law, whether it acts or not, N.
+    law_n: f64,
+    /// Force between tip and workpiece and its elastic part, N.
+    pub(crate) force_n: f64,
+    pub(crate) spring_n: f64,
+    /// Torque of each drive, after its lags.
+    pub(crate) drive: Vec<f64>,
+    gear: Vec<f64>,
+    /// Torque on each motor but for its dry friction.
+    net: Vec<f64>,
+}
+
+impl Plant {
+    /// What acts at a state; `inputs` are the commands as the drives act on them.
+    pub(crate) fn look(&self, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> Look<'_> {
+        let layout = &self.layout;
+        let posture = self.arm.chain().posture(layout.links(x));
+        let touch = self.touch(&posture, layout.link_speeds(x));
+        let (law_n, elastic) = touch.as_ref().map_or((0.0, 0.0), |touch| self.law_of(touch));
+        let (force_n, spring_n) = if mode.touching { (law_n, elastic) } else { (0.0, 0.0) };
+        let n = layout.joints;
+        let (motors, links) = (layout.motors(x), layout.links(x));
+        let (motor_speeds, link_speeds) = (layout.motor_speeds(x), layout.link_speeds(x));
+        let [mut drive, mut gear, mut net] = [const { Vec::new() }; 3].map(|mut values: Vec<f64>| {
+            values.reserve(n);
+            values
+        });
+        for (i, joint) in self.joints.iter().enumerate() {
+            let lags = joint.drive.lags.len();
+            let torque = if lags == 0 { inputs[i] } else { x[layout.lags[i] + lags - 1] };
+            let between = joint.gear_torque(motors[i] - links[i], motor_speeds[i] - link_speeds[i], mode.flanks[i]);
+            net.push(torque + joint.ripple(motors[i]) + joint.guide.load - joint.guide.damping * motor_speeds[i] - between);
+            drive.push(torque);
+            gear.push(between);
+        }
+        Look { posture, touch, law_n, force_n, spring_n, drive, gear, net }
+    }
+
+    /// Depth, normal and Jacobian of the contact; none where tip and workpiece are far apart.
+    fn touch(&self, posture: &Posture<'_>, speeds: &[f64]) -> Option<Touch> {
+        let tool = posture.tool();
+        let (position, turn) = numbers(&tool);
+        // Shapes that cannot be measured have been refused before.
+        let nearest = self.pair.nearest(position, turn).ok()??;
+        let normal = Vector3::from(nearest.normal);
+        let arm = Vector3::from(nearest.point_m) - tool.translation.vector;
+        let jacobian = posture.jacobian();
+        // The speed of the tip's point along the normal.
+        let along = jacobian.rows(0, 3).transpose() * normal + jacobian.rows(3, 3).transpose() * arm.cross(&normal);
+        let rate = along.iter().zip(speeds).map(|(a, v)| a * v).sum();
+        Some(Touch { depth: -nearest.distance_m - self.gap_m, rate, point_m: nearest.point_m, normal, along })
+    }
+
+    /// The contact's force and its elastic part if it acts, N.
+    fn law_of(&self, touch: &Touch) -> (f64, f64) {
+        let law = self.law;
+        let whole = NonlinearTerm { law: NonlinearLaw::Contact { contact: 0, law, unilateral: true } };
+        let elastic = NonlinearTerm { law: NonlinearLaw::Elastic { contact: 0, law, unilateral: true } };
+        (whole.value(touch.depth, touch.rate), elastic.value(touch.depth, touch.rate))
+    }
+
+    /// What a sensor reads before its filters, as a function of the state.
+    pub(crate) fn source(&self, sensor: &SensorPart, look: &Look<'_>) -> f64 {
+        match sensor.source {
+            // A wrist sensor feels the part of the force that is against the controlled direction.
+            Source::Contact(_, Quantity::SpringForce) => look.spring_n * self.cosine(look),
+            _ => look.force_n * self.cosine(look),
+        }
+    }
+
+    fn cosine(&self, look: &Look<'_>) -> f64 {
+        look.touch.as_ref().map_or(1.0, |touch| touch.normal.dot(&self.normal))
+    }
+
+    /// Derivatives of the state; none where the mass matrix has lost its meaning.
+    pub(crate) fn slope(&self, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> Option<DVector<f64>> {
+        let layout = &self.layout;
+        let n = layout.joints;
+        let look = self.look(x, mode, inputs);
+        let mut slope = DVector::zeros(layout.length);
+        slope.rows_mut(0, 2 * n).copy_from(&x.rows(2 * n, 2 * n));
+        for (i, joint) in self.joints.iter().enumerate() {
+            slope[2 * n + i] = match mode.slides[i] {
+                Slide::Stick => 0.0,
+                Slide::Along(sign) => (look.net[i] - sign * joint.friction(x[2 * n + i], sign)) / joint.inertia,
+                Slide::None => look.net[i] / joint.inertia,
+            };
+            let mut command = inputs[i];
+            for (k, tau) in joint.drive.lags.iter().enumerate() {
+                let own = layout.lags[i] + k;
+                slope[own] = (command - x[own]) / tau;
+                command = x[own];
+            }
+        }
+        let speeds = layout.link_speeds(x);
+        let mut efforts = DVector::from_column_slice(&look.gear) - look.posture.coriolis_efforts(speeds);
+        if let Some(touch) = look.touch.as_ref().filter(|_| mode.touching) {
+            efforts.axpy(-look.force_n, &touch.along, 1.0);
+        }
+        let accelerations = look.posture.mass_matrix().cholesky()?.solve(&efforts);
+        slope.rows_mut(3 * n, n).copy_from(&accelerations);
+        for (sensor, &first) in self.sensors.iter().zip(&layout.filters) {
+            if !sensor.filters.is_empty() && matches!(sensor.source, Source::Contact(..)) {
+                let signal = self.source(sensor, &look);
+                filtered(&sensor.filters, first, x, signal, Some(&mut slope));
+            }
+        }
+        Some(slope)
+    }
+
+    /// How far a state is from leaving its mode, for each change that there can be: zero or above within it. In N, N m and rad/s, whichever it is.
+    pub(crate) fn margins(&self, x: &DVector<f64>, mode: &Mode, look: &Look<'_>) -> Vec<(Change, f64)> {
+        let layout = &self.layout;
+        let mut margins = Vec::with_capacity(1 + 2 * layout.joints);
+        let contact = match &look.touch {
+            // Far apart it is as far from touching as it is from being measured.
+            None => if mode.touching { -1.0 } else { 1.0 },
+            Some(_) if mode.touching => look.law_n,
+            Some(touch) => -look.law_n.min(self.law.stiffness * touch.depth),
+        };
+        margins.push((Change::Contact, contact));
+        let (motors, links) = (layout.motors(x), layout.links(x));
+        let (motor_speeds, link_speeds) = (layout.motor_speeds(x), layout.link_speeds(x));
+        for (i, joint) in self.joints.iter().enumerate() {
+            if joint.gear.play > 0.0 {
+                let pressed = |side: i8| {
+                    let [linear, law] = joint.flank(motors[i] - links[i], motor_speeds[i] - link_speeds[i], side);
+                    (f64::from(side) * linear, f64::from(side) * law)
+                };
+                let margin = match mode.flanks[i] {
+                    0 => {
+                        let apart = |side| {
+                            let (linear, law) = pressed(side);
+                            -linear.min(law)
+                        };
+                        f64::min(apart(1), apart(-1))
+                    }
+                    side => pressed(side).1,
+                };
+                margins.push((Change::Flank(i), margin));
+            }
+            let margin = match mode.slides[i] {
+                Slide::None => continue,
+                Slide::Along(sign) => sign * motor_speeds[i],
+                Slide::Stick => f64::min(joint.friction(0.0, 1.0) - look.net[i], joint.friction(0.0, -1.0) + look.net[i]),
+            };
+            margins.push((Change::Slide(i), margin));
+        }
+        margins
+    }
+
+    /// Takes a change of mode at a state.
+    pub(crate) fn change(&self, change: Change, x: &mut DVector<f64>, mode: &mut Mode, net: &[f64]) {
+        let n = self.layout.joints;
+        match change {
+            Change::Contact => mode.touching = !mode.touching,
+            Change::Flank(i) => {
+                let twist = x[i] - x[n + i];
+                mode.flanks[i] = if mode.flanks[i] == 0 { if twist > 0.0 { 1 } else { -1 } } else { 0 };
+            }
+            Change::Slide(i) => {
+                let joint = &self.joints[i];
+                x[2 * n + i] = 0.0;
+                mode.slides[i] = if net[i] > joint.friction(0.0, 1.0) {
+                    Slide::Along(1.0)
+                } else if -net[i] > joint.friction(0.0, -1.0) {
+                    Slide::Along(-1.0)
+                } else {
+                    Slide::Stick
+                };
+            }
+        }
+    }
+
+    /// The mode of a state at the start.
+    pub(crate) fn first_mode(&self, x: &DVector<f64>, inputs: &[f64]) -> Mode {
+        let n = self.layout.joints;
+        let mut mode = Mode { touching: false, flanks: vec![0; n], slides: vec![Slide::None; n] };
+        let net = self.look(x, &mode, inputs).net;
+        for (i, joint) in self.joints.iter().enumerate().filter(|(_, joint)| joint.guide.friction.acts()) {
+            let speed = x[2 * n + i];
+            mode.slides[i] = if speed != 0.0 {
+                Slide::Along(speed.signum())
+            } else if net[i] > joint.friction(0.0, 1.0) {
+                Slide::Along(1.0)
+            } else if -net[i] > joint.friction(0.0, -1.0) {
+                Slide::Along(-1.0)
+            } else {
+                Slide::Stick
+            };
+        }
+        mode
+    }
+}
+
+impl Look<'_> {
+    pub(crate) fn net(&self) -> &[f64] {
+        &self.net
+    }
+}

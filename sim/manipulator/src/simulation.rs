@@ -1,0 +1,327 @@
+//! An arm and its controller through time.
+
+use feeler_arm::Reduction;
+use feeler_engine::parts::{Sensing, Tap, due};
+use feeler_engine::{Event, EventKind, Program, RunEnd, Trace};
+use feeler_plant::assembly::{Assembly, Source};
+use feeler_plant::description::Quantity;
+use feeler_plant::motion::Switch;
+use nalgebra::{DVector, Vector3};
+
+use crate::cell::Cell;
+use crate::error::ManipulatorError;
+use crate::look::Plant;
+use crate::mode::{Change, Mode, Slide};
+use crate::record::{JointEvent, MOST_EVENTS, Record};
+use crate::sampling::{Control, Drives};
+use crate::state::{Layout, filtered};
+use crate::stepping::{advance, settle};
+
+/// Steps over the time in which the fastest mode turns by a radian or decays by 1/e.
+const STEP_SHARE: f64 = 0.4;
+/// The same for the longest step; classical Runge-Kutta is stable to 2.78.
+const LONGEST_SHARE: f64 = 2.5;
+/// Compression at which a contact that is no linear spring is taken for one, m.
+const TYPICAL_DEPTH_M: f64 = 1e-4;
+/// Joint positions beyond which a motion has left all bounds, rad or m.
+const BOUND: f64 = 1e6;
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finished {
+    /// Whether it came to its end.
+    pub end: RunEnd,
+    /// Simulated time reached, s.
+    pub end_s: f64,
+    /// Steps taken.
+    pub steps: u64,
+}
+
+/// A cell at work.
+#[derive(Debug)]
+pub struct Simulation {
+    plant: Plant,
+    assembly: Assembly,
+    x: DVector<f64>,
+    mode: Mode,
+    inputs: Vec<f64>,
+    control: Control,
+    drives: Drives,
+    encoders: Vec<Sensing<f64>>,
+    sensors: Vec<Sensing<f64>>,
+    home_m: Vector3<f64>,
+    t_s: f64,
+    step_s: f64,
+    steps: u64,
+    record_taps: Vec<Tap<f64>>,
+    rate_hz: f64,
+    every: u64,
+    rows: u64,
+    record: Record,
+}
+
+impl Simulation {
+    /// A cell at its start, with a record of the measures at `rate_hz` and of the motion at every `every`th of its rows.
+    ///
+    /// # Errors
+    /// Mistakes of arm, shapes, wiring and controller; see [`ManipulatorError`].
+    pub fn new(cell: &Cell, rate_hz: f64, every: u64) -> Result<Self, ManipulatorError> {
+        let program = Program::new(&cell.scenario)?;
+        let assembly = program.motion().assembly().clone();
+        let contact = match assembly.contacts.as_slice() {
+            [contact] => contact.clone(),
+            more => return Err(ManipulatorError::Count { what: "contact", count: more.len() }),
+        };
+        let reduction = cell.reduction()?;
+        let (seed, start) = (program.settings().seed, &cell.start);
+        let layout = Layout::new(&cell.joints, &assembly.sensors);
+        let plant = Plant {
+            arm: cell.arm.clone(),
+            joints: cell.joints.clone(),
+            pair: cell.pair()?,
+            law: contact.law,
+            gap_m: contact.gap,
+            sensors: assembly.sensors.clone(),
+            normal: cell.unit_normal(),
+            layout,
+        };
+        let step_s = step_s(cell, &plant, &reduction)?;
+        let n = cell.joints.len();
+        let mut x = DVector::zeros(plant.layout.length);
+        for i in 0..n {
+            let speed = reduction.direction[i] * start.speed_m_per_s;
+            for (at, value) in [(i, start.pose[i]), (n + i, start.pose[i]), (2 * n + i, speed), (3 * n + i, speed)] {
+                x[at] = value;
+            }
+        }
+        let inputs = vec![0.0; n];
+        let mut mode = plant.first_mode(&x, &inputs);
+        settle(&plant, &mut x, &mut mode, &inputs, |_, _| {});
+        let names = names(cell, &assembly);
+        let sensing = |parts: &[&feeler_plant::assembly::SensorPart], seed| parts.iter().map(|part| Sensing::new(&[*part], seed)).collect::<Vec<_>>();
+        Ok(Self {
+            control: Control::new(cell, &program)?,
+            drives: Drives::new(cell),
+            encoders: sensing(&cell.joints.iter().map(|joint| &joint.encoder).collect::<Vec<_>>(), seed),
+            sensors: sensing(&assembly.sensors.iter().collect::<Vec<_>>(), seed),
+            record_taps: assembly.sensors.iter().enumerate().map(|(i, sensor)| Tap::new(i, sensor.delay, 0.0)).collect(),
+            home_m: cell.arm.chain().tool_place(&start.pose).translation.vector,
+            record: Record { measures: Trace::new(&names[0]), motion: Trace::new(&names.concat()), joint_events: Vec::new() },
+            plant,
+            assembly,
+            x,
+            mode,
+            inputs,
+            t_s: 0.0,
+            step_s,
+            steps: 0,
+            rate_hz,
+            every: every.max(1),
+            rows: 0,
+        })
+    }
+
+    /// Longest step that is taken, s.
+    pub fn step_s(&self) -> f64 {
+        self.step_s
+    }
+
+    /// Simulated time, s.
+    pub fn time_s(&self) -> f64 {
+        self.t_s
+    }
+
+    /// Joint positions of the links, rad or m.
+    pub fn links(&self) -> &[f64] {
+        self.plant.layout.links(&self.x)
+    }
+
+    /// The axis along the normal, effects applied.
+    pub fn assembly(&self) -> &Assembly {
+        &self.assembly
+    }
+
+    /// What has been recorded.
+    pub fn into_record(self) -> Record {
+        self.record
+    }
+
+    /// Moves on to an instant; what is due there is served at the next call, or where the run ends.
+    pub fn run_to(&mut self, until_s: f64) -> Finished {
+        let end = loop {
+            self.serve();
+            let next_s = self.next_instant_s().min(until_s);
+            if next_s > self.t_s && self.span(next_s - self.t_s).is_none() {
+                break RunEnd::Diverged { t_s: self.t_s };
+            }
+            self.t_s = next_s.max(self.t_s);
+            if due(until_s, self.t_s) {
+                break RunEnd::Completed;
+            }
+        };
+        Finished { end, end_s: self.t_s, steps: self.steps }
+    }
+
+    /// Serves what is due at the end of a run.
+    pub fn finish(&mut self) {
+        self.serve();
+    }
+
+    fn next_record_s(&self) -> f64 {
+        self.rows as f64 / self.rate_hz
+    }
+
+    fn next_instant_s(&self) -> f64 {
+        let taps = self.record_taps.iter().map(|tap| tap.next_s);
+        taps.fold(self.next_record_s().min(self.control.next_instant_s()).min(self.drives.next_instant_s()), f64::min)
+    }
+
+    /// Steps over a span with held inputs.
+    fn span(&mut self, span_s: f64) -> Option<()> {
+        let count = (span_s / self.step_s - 1e-9).ceil().max(1.0) as u64;
+        let h = span_s / count as f64;
+        let Self { plant, x, mode, inputs, record, t_s, .. } = self;
+        settle(plant, x, mode, inputs, |change, mode| note(record, *t_s, change, mode));
+        for i in 0..count {
+            let begins_s = *t_s + i as f64 * h;
+            advance(plant, x, h, mode, inputs, |after, change, mode| note(record, begins_s + after, change, mode))?;
+        }
+        self.steps += count;
+        let bounded = self.plant.layout.motors(&self.x).iter().chain(self.plant.layout.links(&self.x)).all(|q| q.abs() < BOUND);
+        bounded.then_some(())
+    }
+
+    /// Serves every instant that is due, in the order of the engine: readings are taken, the controller samples, signals are recorded, commands arrive.
+    fn serve(&mut self) {
+        let t_s = self.t_s;
+        let samples = due(self.control.next_s, t_s);
+        let recorded = due(self.next_record_s(), t_s);
+        let taken = due(self.control.next_instant_s(), t_s) || self.record_taps.iter().any(|tap| due(tap.next_s, t_s));
+        if taken || recorded {
+            let motors: Vec<f64> =
+                self.encoders.iter().zip(self.plant.layout.motors(&self.x)).map(|(encoder, position)| encoder.read(t_s, *position)).collect();
+            let signals = self.signals(&motors);
+            self.control.take(t_s, &signals);
+            let rate_hz = self.rate_hz;
+            for tap in &mut self.record_taps {
+                tap.take(t_s, signals[tap.signal], |k| k as f64 / rate_hz);
+            }
+            if samples {
+                self.control.sample(t_s, &self.plant.arm, &self.sensors, &motors);
+            }
+        }
+        while let Some(torques) = self.control.arrive(t_s) {
+            self.drives.issue(t_s, &torques, &mut self.inputs);
+        }
+        self.drives.arrivals(t_s, &mut self.inputs);
+        if recorded {
+            self.put_row();
+        }
+    }
+
+    /// What each sensor gets: after its filters, before its delay.
+    fn signals(&self, motors: &[f64]) -> Vec<f64> {
+        let plant = &self.plant;
+        let look = plant.look(&self.x, &self.mode, &self.inputs);
+        let way = || plant.normal.dot(&(plant.arm.chain().tool_place(motors).translation.vector - self.home_m));
+        let speed = || {
+            let jacobian = plant.arm.chain().jacobian(plant.layout.motors(&self.x));
+            let speeds = DVector::from_column_slice(plant.layout.motor_speeds(&self.x));
+            plant.normal.dot(&(jacobian.rows(0, 3) * speeds))
+        };
+        (plant.sensors.iter().zip(&plant.layout.filters))
+            .map(|(sensor, &first)| match sensor.source {
+                Source::Node(_, Quantity::Velocity) => speed(),
+                Source::Node(..) => way(),
+                _ => filtered(&sensor.filters, first, &self.x, plant.source(sensor, &look), None),
+            })
+            .collect()
+    }
+
+    fn put_row(&mut self) {
+        let look = self.plant.look(&self.x, &self.mode, &self.inputs);
+        let touch = look.touch.as_ref();
+        let mut row = vec![
+            look.force_n,
+            look.spring_n,
+            touch.map_or(f64::NAN, |touch| touch.depth),
+            f64::from(u8::from(self.mode.touching)),
+            self.control.output,
+            self.control.output,
+            self.control.wanted,
+            f64::from(u8::from(self.drives.limited())),
+        ];
+        for (sensor, tap) in self.sensors.iter().zip(&mut self.record_taps) {
+            row.push(sensor.read(self.t_s, tap.pop()));
+        }
+        put(&mut self.record.measures, self.t_s, &row);
+        if self.rows.is_multiple_of(self.every) {
+            let layout = &self.plant.layout;
+            for (i, torque) in look.drive.iter().enumerate() {
+                let of = |values: &[f64]| values[i];
+                row.extend([of(layout.links(&self.x)), of(layout.motors(&self.x)), of(layout.link_speeds(&self.x)), *torque]);
+            }
+            let tool = look.posture.tool();
+            let (place, turn) = (tool.translation.vector, tool.rotation.scaled_axis());
+            let point = touch.map_or([f64::NAN; 3], |touch| touch.point_m);
+            let normal = touch.map_or([f64::NAN; 3], |touch| touch.normal.into());
+            row.extend(place.iter().chain(turn.iter()).chain(&point).chain(&normal));
+            put(&mut self.record.motion, self.t_s, &row);
+        }
+        self.rows += 1;
+    }
+}
+
+fn put(trace: &mut Trace, t_s: f64, row: &[f64]) {
+    feeler_engine::Observer::record(trace, t_s, row);
+}
+
+/// Names of the recorded signals: those of the measures, and those that the motion has beside them.
+fn names(cell: &Cell, assembly: &Assembly) -> [Vec<String>; 2] {
+    let contact = &assembly.contacts[0].name;
+    let drive = assembly.drives.first().map_or("drive", |drive| drive.name.as_str());
+    let controller = cell.scenario.controllers.keys().next().map_or("controller", String::as_str);
+    let mut measures: Vec<String> = ["force", "spring_force", "compression", "contact"].iter().map(|quantity| format!("{contact}.{quantity}")).collect();
+    measures.extend([format!("{drive}.command"), format!("{controller}.output"), format!("{controller}.reference"), "joints.limited".into()]);
+    measures.extend(assembly.sensors.iter().map(|sensor| format!("{}.reading", sensor.name)));
+    let mut motion = Vec::new();
+    for joint in &cell.joints {
+        motion.extend(["position", "motor", "velocity", "torque"].map(|quantity| format!("joints.{}.{quantity}", joint.name)));
+    }
+    let turns = ["x", "y", "z", "turn_x", "turn_y", "turn_z"].map(|axis| format!("tool.{axis}"));
+    let points = ["point.x", "point.y", "point.z", "normal.x", "normal.y", "normal.z"].map(str::to_owned);
+    motion.extend(turns.into_iter().chain(points));
+    [measures, motion]
+}
+
+fn note(record: &mut Record, t_s: f64, change: Change, mode: &Mode) {
+    let joint_event = |joint, what| JointEvent { t_s, joint, what };
+    let event = match change {
+        Change::Contact => {
+            let kind = if mode.touching { EventKind::Touch } else { EventKind::Lift };
+            record.measures.events.push(Event { t_s, kind, switch: Switch::Contact(0) });
+            return;
+        }
+        Change::Flank(i) => joint_event(i, if mode.flanks[i] == 0 { "lift" } else { "touch" }),
+        Change::Slide(i) => joint_event(i, if mode.slides[i] == Slide::Stick { "stick" } else { "slip" }),
+    };
+    if record.joint_events.len() < MOST_EVENTS {
+        record.joint_events.push(event);
+    }
+}
+
+/// The longest step: what was asked for, or a share of the fastest mode's time.
+fn step_s(cell: &Cell, plant: &Plant, reduction: &Reduction) -> Result<f64, ManipulatorError> {
+    let law = plant.law;
+    let stiffness = law.stiffness * law.exponent * TYPICAL_DEPTH_M.powf(law.exponent - 1.0);
+    let modes = cell.arm.modes_in_contact(&cell.start.pose, cell.start.normal, feeler_arm::Others::Free, stiffness)?;
+    let of_modes = modes.iter().map(|mode| std::f64::consts::TAU * mode.frequency_hz * (1.0 + 2.0 * mode.damping_ratio));
+    let of_drives = plant.joints.iter().flat_map(|joint| &joint.drive.lags).map(|tau| 1.0 / tau);
+    let of_contact = std::iter::once(law.damping / reduction.link_mass_kg);
+    let rate_per_s = of_modes.chain(of_drives).chain(of_contact).fold(1.0, f64::max);
+    match cell.step_s {
+        None => Ok(STEP_SHARE / rate_per_s),
+        Some(step_s) if step_s * rate_per_s <= LONGEST_SHARE => Ok(step_s),
+        Some(step_s) => Err(ManipulatorError::Step { step_s, rate_per_s, most_s: LONGEST_SHARE / rate_per_s }),
+    }
+}

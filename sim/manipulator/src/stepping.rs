@@ -1,0 +1,111 @@
+//! Steps that end where the mode does.
+
+use nalgebra::DVector;
+
+use crate::look::Plant;
+use crate::mode::{Change, Mode};
+
+/// Changes within one step after which the rest of it is taken as it is, and the changes at its end.
+const MOST_CHANGES: usize = 32;
+/// Trials to find the end of a mode; every third halves what is left.
+const TRIALS: usize = 120;
+/// How closely the end of a mode is found, over the step.
+const CLOSE: f64 = 1e-11;
+/// How far beside a secant it is tried, over the step.
+const NUDGE: f64 = 0.4 * CLOSE;
+
+/// Classical Runge-Kutta over `h` within a mode.
+fn step(plant: &Plant, x: &DVector<f64>, h: f64, mode: &Mode, inputs: &[f64]) -> Option<DVector<f64>> {
+    let slope = |x: &DVector<f64>| plant.slope(x, mode, inputs);
+    let a = slope(x)?;
+    let b = slope(&(x + 0.5 * h * &a))?;
+    let c = slope(&(x + 0.5 * h * &b))?;
+    let d = slope(&(x + h * &c))?;
+    Some(x + h / 6.0 * (a + 2.0 * b + 2.0 * c + d)).filter(|x| x.iter().all(|x| x.is_finite()))
+}
+
+fn least(plant: &Plant, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> f64 {
+    let look = plant.look(x, mode, inputs);
+    plant.margins(x, mode, &look).into_iter().map(|(_, margin)| margin).fold(f64::INFINITY, f64::min)
+}
+
+/// Changes the mode until the state is within it, at one instant; a change is taken once.
+pub(crate) fn settle(plant: &Plant, x: &mut DVector<f64>, mode: &mut Mode, inputs: &[f64], mut changed: impl FnMut(Change, &Mode)) {
+    let mut taken: Vec<Change> = Vec::new();
+    loop {
+        let look = plant.look(x, mode, inputs);
+        let left = plant.margins(x, mode, &look).into_iter().find(|(change, margin)| *margin < 0.0 && !taken.contains(change));
+        let Some((change, _)) = left else { return };
+        let net = look.net().to_vec();
+        drop(look);
+        plant.change(change, x, mode, &net);
+        taken.push(change);
+        changed(change, mode);
+    }
+}
+
+/// Moves a state on by `h`; `changed` is told when, from the beginning of the step, each change of mode was. None where the numbers leave all bounds.
+pub(crate) fn advance(
+    plant: &Plant,
+    x: &mut DVector<f64>,
+    h: f64,
+    mode: &mut Mode,
+    inputs: &[f64],
+    mut changed: impl FnMut(f64, Change, &Mode),
+) -> Option<()> {
+    let mut left = h;
+    for _ in 0..MOST_CHANGES {
+        let next = step(plant, x, left, mode, inputs)?;
+        let ends = least(plant, &next, mode, inputs);
+        if ends >= 0.0 {
+            *x = next;
+            return Some(());
+        }
+        let begins = least(plant, x, mode, inputs).max(0.0);
+        let (at, found) = locate(plant, x, (left, begins, ends), next, mode, inputs)?;
+        *x = found;
+        left -= at;
+        settle(plant, x, mode, inputs, |change, mode| changed(h - left, change, mode));
+        if left <= CLOSE * h {
+            return Some(());
+        }
+    }
+    *x = step(plant, x, left, mode, inputs)?;
+    settle(plant, x, mode, inputs, |change, mode| changed(h, change, mode));
+    Some(())
+}
+
+/// The first instant outside the mode, and the state there, by secants and halving. `next` is the state after `h`, where the least margin is `ends`.
+fn locate(
+    plant: &Plant,
+    x: &DVector<f64>,
+    (h, begins, ends): (f64, f64, f64),
+    next: DVector<f64>,
+    mode: &Mode,
+    inputs: &[f64],
+) -> Option<(f64, DVector<f64>)> {
+    let (mut low, mut low_margin) = (0.0, begins);
+    let (mut high, mut high_margin, mut found) = (h, ends, next);
+    for trial in 0..TRIALS {
+        if high - low <= CLOSE * h {
+            break;
+        }
+        let middle = 0.5 * (low + high);
+        let secant = low + (high - low) * low_margin / (low_margin - high_margin);
+        // Where the secant is right, a little after it and a little before it close the border in; every third trial halves whatever is left.
+        let nudged = match trial % 3 {
+            0 => secant + NUDGE * h,
+            1 => secant - NUDGE * h,
+            _ => middle,
+        };
+        let t = if nudged > low && nudged < high { nudged } else { middle };
+        let state = step(plant, x, t, mode, inputs)?;
+        let margin = least(plant, &state, mode, inputs);
+        if margin >= 0.0 {
+            (low, low_margin) = (t, margin);
+        } else {
+            (high, high_margin, found) = (t, margin, state);
+        }
+    }
+    Some((high, found))
+}

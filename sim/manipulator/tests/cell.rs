@@ -1,0 +1,179 @@
+//! The arm in its cell: order of the steps, the arm's own simulation against a wall, dry friction, and refusals.
+
+#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests fail as tests do, and say what they measured")]
+
+use std::path::Path;
+
+use feeler_arm::{Arm, FlexibleArm, JointDrive, Others, Target, Urdf, Wall, inverse_kinematics};
+use feeler_control::{Controller, ControllerSpec, ForceGains, Law, ReferenceSpec};
+use feeler_engine::{ControllerUse, EventKind, RunEnd, RunSettings, Scenario};
+use feeler_geometry::{Place, Shape};
+use feeler_manipulator::{Cell, Hold, JointPart, ManipulatorError, Part, Simulation, Start, link_capsules};
+use feeler_plant::description::{Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, Machine, Quantity, Sensor, SignalName};
+use nalgebra::Vector3;
+
+const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
+const RADIUS_M: f64 = 0.01;
+/// Height of the tool at the start, and of the table's top.
+const TOOL_M: f64 = 0.1;
+
+fn drive(reflected: f64, stiffness: f64, damping: f64, friction: f64, dry: f64) -> JointDrive {
+    JointDrive {
+        gear_ratio: 100.0,
+        rotor_inertia_kg_m2: reflected / 1e4,
+        stiffness_n_m_per_rad: stiffness,
+        damping_n_m_s_per_rad: damping,
+        viscous_friction_n_m_s_per_rad: friction,
+        dry_friction_n_m: dry,
+        effort_limit_n_m: Some(250.0),
+        bandwidth_hz: None,
+    }
+}
+
+fn six_joint(dry: f64) -> Arm {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenarios/arms/six-joint.urdf");
+    let chain = Urdf::parse(&std::fs::read_to_string(path).unwrap()).unwrap().chain("tool").unwrap();
+    let large = drive(1.5, 4e4, 30.0, 20.0, dry);
+    let elbow = drive(0.9, 2.5e4, 20.0, 12.0, dry);
+    let wrist = drive(0.15, 9e3, 3.0, 3.0, 0.2 * dry);
+    Arm::new(chain, vec![large.clone(), large, elbow, wrist.clone(), wrist.clone(), wrist]).unwrap()
+}
+
+fn pose(arm: &Arm, at: [f64; 3]) -> Vec<f64> {
+    let start = vec![at[1].atan2(at[0]), -1.2, 1.9, 0.9, 0.0, 0.0];
+    inverse_kinematics(arm.chain(), &Target::Pointing(at.into(), -Vector3::z()), &[start]).unwrap()
+}
+
+fn axis(gains: ForceGains, reference: f64, contact: Contact) -> Scenario {
+    let mut machine = Machine::default();
+    machine.bodies.insert("motor".into(), Body { mass_kg: 1.0, ..Body::default() });
+    machine.bodies.insert("tip".into(), Body { mass_kg: 1.0, ..Body::default() });
+    machine.contacts.insert("tool".into(), contact);
+    let kind = ActuatorKind::Force { bandwidth_hz: None };
+    let actuator = Actuator { on: "motor".into(), reacts_on: GROUND.into(), kind, limit_n: None, rate_limit_per_s: None, effects: vec![] };
+    machine.actuators.insert("drive".into(), actuator);
+    let sensor = |reads| Sensor { reads, relative_to: None, gain: 1.0, bias: 0.0, low_pass: None, delay_s: 0.0, resolution: None, noise: 0.0, effects: vec![] };
+    machine.sensors.insert("force".into(), sensor(SignalName::new("tool", Quantity::SpringForce)));
+    machine.sensors.insert("encoder".into(), sensor(SignalName::new("motor", Quantity::Position)));
+    let mut spec = ControllerSpec::new(Law::ExplicitForce(gains), 1e-3);
+    spec.reference = ReferenceSpec::Constant(reference);
+    Controller::<f64>::new(std::slice::from_ref(&spec)).unwrap();
+    let used = ControllerUse { spec, reads: Some("force".into()), motion: Some("encoder".into()), drives: "drive".into(), effects: vec![] };
+    Scenario { machine, controllers: [("force".to_owned(), used)].into_iter().collect(), run: RunSettings::default() }
+}
+
+fn contact(stiffness: f64, damping: f64) -> Contact {
+    Contact {
+        between: ["tip".into(), GROUND.into()],
+        engagement: Engagement::Unilateral,
+        law: ContactLaw::KelvinVoigt,
+        stiffness,
+        damping_n_s_per_m: damping,
+        gap_m: 0.0,
+        effects: vec![],
+    }
+}
+
+/// A table whose top is `gap_m` under the tool, which points down at a place; the tip's lowest point is the tool's origin.
+fn cell(arm: Arm, at: [f64; 2], gap_m: f64, speed_m_per_s: f64, scenario: Scenario) -> Cell {
+    let joints = arm.chain().joints.iter().zip(arm.drives()).map(|(joint, drive)| JointPart::new(&joint.name, drive, false, &[]).unwrap());
+    let joints = joints.collect();
+    let half_extents_m = [0.5, 0.5, 0.05];
+    Cell {
+        bodies: link_capsules(arm.chain()),
+        start: Start { pose: pose(&arm, [at[0], at[1], TOOL_M]), normal: DOWN, speed_m_per_s },
+        joints,
+        tip: Part { shape: Shape::Ball { radius_m: RADIUS_M }, place: Place::at([-RADIUS_M, 0.0, 0.0]) },
+        workpiece: Part { shape: Shape::Cuboid { half_extents_m }, place: Place::at([0.6, 0.0, TOOL_M - gap_m - 0.05]) },
+        hold: Hold { bandwidth_hz: 0.0, damping_ratio: 0.7 },
+        scenario,
+        step_s: None,
+        arm,
+    }
+}
+
+fn forces(cell: &Cell, step_s: f64, rate_hz: f64, end_s: f64) -> Vec<f64> {
+    let mut simulation = Simulation::new(&Cell { step_s: Some(step_s), ..cell.clone() }, rate_hz, 1).unwrap();
+    assert_eq!(simulation.run_to(end_s).end, RunEnd::Completed);
+    simulation.finish();
+    simulation.into_record().measures.columns.swap_remove(0)
+}
+
+/// Fourth order: halving the step divides the error by 16; the least slope of its logarithm that still tells fourth order from third.
+const FOURTH: f64 = 3.6;
+
+#[test]
+fn order_the_force_of_an_impact_converges_at_fourth_order_through_touch_and_lift() {
+    let cell = cell(six_joint(0.0), [0.65, 0.1], 0.4e-3, 0.05, axis(ForceGains::default(), 0.0, contact(2e4, 40.0)));
+    let of = |step_s: f64| forces(&cell, step_s, 250.0, 0.12);
+    let finest = of(1.5625e-5);
+    assert!(finest.iter().any(|force| *force > 10.0) && finest.last().is_some_and(|force| *force <= 0.0), "{finest:?}");
+    let error = |step_s: f64| of(step_s).iter().zip(&finest).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let errors = [5e-4, 2.5e-4, 1.25e-4].map(error);
+    println!("error of the force at 0.5, 0.25, 0.125 ms: {errors:?} N");
+    for pair in errors.windows(2) {
+        assert!((pair[0] / pair[1]).log2() > FOURTH, "{errors:?}");
+    }
+}
+
+/// The tip's point wanders off the tool's origin by the radius times the turn of the tool in an impact; both steppers' own errors are smaller.
+const SAME_ARM: f64 = 2e-3;
+
+#[test]
+fn reference_an_impact_on_a_table_is_that_of_the_arm_against_a_plane_wall() {
+    for at in [[0.65, 0.1], [0.5, -0.25]] {
+        let arm = six_joint(0.0);
+        let wall = Wall { gap_m: 0.0, stiffness_n_per_m: 2e4, damping_n_s_per_m: 40.0 };
+        let mut plain = FlexibleArm::new(&arm, &pose(&arm, [at[0], at[1], TOOL_M]), DOWN, Others::Free, wall).unwrap();
+        plain.throw(Others::Free, 0.05).unwrap();
+        let mut expected = 0.0_f64;
+        for _ in 0..1200 {
+            plain.step(5e-5, 0.0).unwrap();
+            expected = expected.max(plain.force_n());
+        }
+        let cell = cell(arm.clone(), at, 0.0, 0.05, axis(ForceGains::default(), 0.0, contact(2e4, 40.0)));
+        let peak = forces(&cell, 5e-5, 2e4, 0.06).into_iter().fold(0.0, f64::max);
+        println!("at {at:?}: {peak:.4} N on the table, {expected:.4} N at the wall");
+        assert!((peak / expected - 1.0).abs() < SAME_ARM, "{peak} {expected}");
+    }
+}
+
+#[test]
+fn truth_motors_held_by_dry_friction_stay_where_they_are() {
+    // 2 N at 0.7 m at most are 1.4 N m, under the friction of the three large joints; the wrist's 1 N m holds 2 N at 0.26 m.
+    let scenario = axis(ForceGains { feed_forward: 1.0, ..ForceGains::default() }, 2.0, contact(2e4, 40.0));
+    let cell = cell(six_joint(5.0), [0.65, 0.1], 1e-3, 0.0, scenario);
+    let mut simulation = Simulation::new(&cell, 1e3, 1).unwrap();
+    assert_eq!(simulation.run_to(0.05).end, RunEnd::Completed);
+    assert_eq!(simulation.links(), cell.start.pose);
+    // A tenth of the friction lets go of them.
+    let loose = self::cell(six_joint(0.1), [0.65, 0.1], 1e-3, 0.0, cell.scenario.clone());
+    let mut simulation = Simulation::new(&loose, 1e3, 1).unwrap();
+    simulation.run_to(0.6);
+    assert!(simulation.into_record().measures.events.iter().any(|event| event.kind == EventKind::Touch));
+}
+
+#[test]
+fn truth_starts_that_make_no_sense_are_refused() {
+    let still = |gap_m| cell(six_joint(0.0), [0.65, 0.1], gap_m, 0.0, axis(ForceGains::default(), 0.0, contact(2e4, 40.0)));
+    assert!(still(1e-3).check_start().is_ok());
+    assert!(still(0.0).check_start().is_ok());
+    match still(-2e-3).check_start() {
+        Err(ManipulatorError::Penetrates { depth_m }) => assert!((depth_m - 2e-3).abs() < 1e-9, "{depth_m}"),
+        other => panic!("{other:?}"),
+    }
+    let mut up = still(1e-3);
+    up.start.normal = [0.0, 0.0, 1.0];
+    assert!(matches!(up.check_start(), Err(ManipulatorError::NeverMeets)));
+    let mut far = still(1e-3);
+    far.workpiece.place = Place::at([0.6, 0.0, -1.3]);
+    assert!(matches!(far.check_start(), Err(ManipulatorError::OutOfReach { travel_m, .. }) if travel_m > 1.3));
+    let mut folded = still(1e-3);
+    folded.start.pose = vec![0.0, -1.2, 2.75, 2.9, 0.0, 0.0];
+    match folded.check_start() {
+        Err(ManipulatorError::SelfIntersects { a, b, .. }) => println!("{a} meets {b}"),
+        other => panic!("{other:?}"),
+    }
+    let long = Cell { step_s: Some(5e-3), ..still(1e-3) };
+    assert!(matches!(Simulation::new(&long, 1e3, 1), Err(ManipulatorError::Step { .. })));
+}

@@ -86,7 +86,8 @@ pub(crate) enum Command {
     feeler run scenario.toml --set controllers.force.kp=0.8 --set 'contacts.tool.gap=5 mm'\n  \
     feeler run scenario.toml --integrator rk4 --set 'run.step=50 us'\n  \
     feeler run scenario.toml --engine rapier --set 'run.step=20 us'\n  \
-    feeler run scenario.toml --json | jq .outcome\n\n\
+    feeler run scenario.toml --json | jq .outcome\n  \
+    feeler run scenarios/arms/press-low-gain.toml                a whole arm against a workpiece, with a page that shows it move\n\n\
     Writes into the output folder: trace.parquet (first column t_s, then the recorded signals),\n\
     trace.csv with --csv, summary.json, and report.html, a page of plots that needs no network.\n\
     The outcomes are explained in docs/outcomes.md.")]
@@ -343,6 +344,8 @@ pub(crate) struct Schema {
 pub(crate) enum FileKind {
     /// Machines and scenarios
     Machine,
+    /// Scenarios of a whole arm
+    Arm,
     /// Sweeps over scenarios
     Sweep,
     /// Measured datasets

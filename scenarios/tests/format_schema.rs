@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use feeler_scenarios::format::{TEMPLATES, dataset_schema, schema, sweep_schema};
+use feeler_scenarios::format::{TEMPLATES, cell_schema, dataset_schema, schema, sweep_schema};
 use serde_json::{Value, json};
 
 /// What the schemas say of texts, as the patterns that stand in them.
@@ -92,7 +92,7 @@ fn truth_every_shipped_file_meets_its_schema() {
             files(&theme, &mut found);
         }
     }
-    let [machine, sweep, dataset] = [schema(), sweep_schema(), dataset_schema()];
+    let [machine, arm, sweep, dataset] = [schema(), cell_schema(), sweep_schema(), dataset_schema()];
     let mut overlays = 0;
     for path in &found {
         let value = read(&std::fs::read_to_string(path).unwrap());
@@ -104,6 +104,8 @@ fn truth_every_shipped_file_meets_its_schema() {
             ("sweep", &sweep)
         } else if value.get("experiments").is_some() {
             ("dataset", &dataset)
+        } else if value.get("arm").is_some() {
+            ("arm", &arm)
         } else {
             overlays += usize::from(value.get("machine").is_some());
             ("machine", &machine)

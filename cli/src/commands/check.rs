@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use feeler_engine::{EngineError, Program};
-use feeler_scenarios::format::{ArmFile, DatasetFile, Document, FormatError, SweepFile};
+use feeler_scenarios::format::{ArmFile, CellFile, DatasetFile, Draft, FormatError, SweepFile};
 use serde_json::{Value, json};
 
 use crate::arguments::Check;
@@ -60,7 +60,17 @@ fn check(path: &Path) -> Result<String, Mistakes> {
         let sweep = SweepFile::load(path).map_err(Mistakes::Format)?;
         return Ok(format!("sweep over {}", count(sweep.axes.len(), "axis", "axes")));
     }
-    let document = Document::load(path).map_err(Mistakes::Format)?;
+    let draft = Draft::load(path).map_err(Mistakes::Format)?;
+    if draft.has_arm() {
+        let file = CellFile::build(draft).map_err(Mistakes::Format)?;
+        let workpiece = file.cell.workpiece.shape.name();
+        return Ok(format!(
+            "scenario `{}` of an arm with {} on a {workpiece}",
+            file.name,
+            count(file.cell.joints.len(), "joint", "joints")
+        ));
+    }
+    let document = draft.build().map_err(Mistakes::Format)?;
     Program::new(&document.scenario).map_err(|error| match error {
         EngineError::Problems { problems } => Mistakes::Format(document.locate_problems(&problems)),
         other => Mistakes::Engine(other),

@@ -14,6 +14,7 @@ pub(crate) mod new;
 pub(crate) mod reduce;
 pub(crate) mod replay;
 pub(crate) mod run;
+mod run_arm;
 pub(crate) mod schema;
 pub(crate) mod sweep;
 pub(crate) mod validate;

@@ -7,6 +7,7 @@ use feeler_engine::{EngineError, Integrator};
 use feeler_scenarios::format::{Document, Draft};
 use feeler_scenarios::run::{self, RunError, RunResult, Summary, write_csv, write_parquet};
 
+use super::run_arm;
 use crate::arguments::Run;
 use crate::failure::BadInput;
 use crate::numbers::{percent, plain, split, with_unit};
@@ -16,7 +17,11 @@ use crate::units::Units;
 use crate::{reports, results, terminal, words};
 
 pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
-    let document = read(arguments)?;
+    let draft = read(arguments)?;
+    if draft.has_arm() {
+        return run_arm::run(arguments, draft);
+    }
+    let document = draft.build()?;
     let folder = arguments.out.clone().unwrap_or_else(|| results::folder(&document.scenario.machine.name, "run"));
     // Before the run, so that nobody waits for results that cannot be kept.
     fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
@@ -37,7 +42,7 @@ pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
     terminal::print(&format!("{}: {}\n\n{}\n\nwrote\n{files}", summary.name, words::outcome(summary, units), figures(summary, units)))
 }
 
-fn read(arguments: &Run) -> anyhow::Result<Document> {
+fn read(arguments: &Run) -> anyhow::Result<Draft> {
     let mut draft = Draft::load_with(&arguments.file, &arguments.settings)?;
     if let Some(integrator) = &arguments.integrator {
         draft.set(&format!("run.integrator={integrator}"))?;
@@ -45,7 +50,7 @@ fn read(arguments: &Run) -> anyhow::Result<Document> {
     if let Some(engine) = &arguments.engine {
         draft.set(&format!("run.engine={engine}"))?;
     }
-    Ok(draft.build()?)
+    Ok(draft)
 }
 
 /// Writes all results, side by side where there are threads, and gives their paths.

@@ -1,6 +1,6 @@
 //! `feeler schema`.
 
-use feeler_scenarios::format::{dataset_schema, schema, sweep_schema};
+use feeler_scenarios::format::{cell_schema, dataset_schema, schema, sweep_schema};
 
 use crate::arguments::{FileKind, Schema};
 use crate::terminal;
@@ -8,6 +8,7 @@ use crate::terminal;
 pub(crate) fn run(arguments: &Schema) -> anyhow::Result<()> {
     let schema = match arguments.kind {
         FileKind::Machine => schema(),
+        FileKind::Arm => cell_schema(),
         FileKind::Sweep => sweep_schema(),
         FileKind::Dataset => dataset_schema(),
     };

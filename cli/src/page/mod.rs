@@ -23,6 +23,7 @@ const UPLOT_LICENCE: &str = include_str!("../../assets/uplot.LICENSE");
 const SCRIPT: &str = include_str!("../../assets/page.js");
 const PLANE_SCRIPT: &str = include_str!("../../assets/plane.js");
 const MAP_SCRIPT: &str = include_str!("../../assets/map.js");
+const SCENE_SCRIPT: &str = include_str!("../../assets/scene.js");
 const STYLE: &str = include_str!("../../assets/page.css");
 
 /// A figure that stands on its own: its name, the number with its unit, and a remark.
@@ -39,6 +40,7 @@ pub(crate) struct Page {
     charts: Vec<Value>,
     planes: Vec<Value>,
     maps: Vec<Value>,
+    scenes: Vec<Value>,
 }
 
 impl Page {
@@ -48,7 +50,7 @@ impl Page {
             let _ = write!(body, "<p class=\"about\">{}</p>", escape(about));
         }
         body.push_str("</header>\n");
-        Self { title: title.to_owned(), body, charts: Vec::new(), planes: Vec::new(), maps: Vec::new() }
+        Self { title: title.to_owned(), body, charts: Vec::new(), planes: Vec::new(), maps: Vec::new(), scenes: Vec::new() }
     }
 
     /// The sentence that matters most.
@@ -114,6 +116,16 @@ impl Page {
         self.maps.push(hover);
     }
 
+    /// A scene in space that moves; `assets/scene.js` says what it is made of.
+    pub(crate) fn scene(&mut self, title: &str, caption: &str, scene: Value) {
+        let (title, caption, index) = (escape(title), escape(caption), self.scenes.len());
+        let _ = writeln!(
+            self.body,
+            "<figure><figcaption><b>{title}</b> {caption}</figcaption><div class=\"scene\" data-scene=\"{index}\"></div></figure>"
+        );
+        self.scenes.push(scene);
+    }
+
     /// A drawing across the page, on white ground.
     pub(crate) fn picture(&mut self, title: &str, caption: &str, svg: &str) {
         let (title, caption) = (escape(title), escape(caption));
@@ -162,11 +174,14 @@ impl Page {
     /// The page as one file.
     pub(crate) fn render(self) -> String {
         let map_script = if self.maps.is_empty() { String::new() } else { format!("<script>\n{MAP_SCRIPT}</script>\n") };
-        let data = json!({ "charts": self.charts, "planes": self.planes, "maps": self.maps }).to_string().replace("</", "<\\/");
+        let data = json!({ "charts": self.charts, "planes": self.planes, "maps": self.maps, "scenes": self.scenes })
+            .to_string()
+            .replace("</", "<\\/");
         let title = escape(&self.title);
         let version = env!("CARGO_PKG_VERSION");
         let licence = UPLOT_LICENCE.trim();
         let plane_script = if self.planes.is_empty() { String::new() } else { format!("<script>\n{PLANE_SCRIPT}</script>\n") };
+        let scene_script = if self.scenes.is_empty() { String::new() } else { format!("<script>\n{SCENE_SCRIPT}</script>\n") };
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
@@ -174,7 +189,7 @@ impl Page {
              <noscript><p>The charts of this page need JavaScript.</p></noscript>\n\
              <footer>Made by feeler {version}. Charts: uPlot, MIT licence, copyright 2022 Leon Sorokin.</footer>\n</main>\n\
              <script type=\"application/json\" id=\"data\">{data}</script>\n\
-             <script>\n/* uPlot\n{licence}\n*/\n{UPLOT}</script>\n<script>\n{SCRIPT}</script>\n{plane_script}{map_script}</body>\n</html>\n",
+             <script>\n/* uPlot\n{licence}\n*/\n{UPLOT}</script>\n<script>\n{SCRIPT}</script>\n{plane_script}{map_script}{scene_script}</body>\n</html>\n",
             self.body
         )
     }

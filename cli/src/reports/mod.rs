@@ -1,6 +1,7 @@
 //! What each command's page shows.
 
 pub(crate) mod analyze;
+pub(crate) mod arm_run;
 pub(crate) mod blind;
 pub(crate) mod diagnosis;
 pub(crate) mod frf;

@@ -1,6 +1,8 @@
 //! The binary as its users meet it: what it prints, what it writes, and how it exits.
 
 #[cfg(test)]
+mod arm;
+#[cfg(test)]
 mod bench;
 #[cfg(test)]
 mod check;

@@ -102,8 +102,7 @@ impl Document {
     pub(crate) fn build(draft: Draft) -> Result<Self, FormatError> {
         let mut problems = Problems::default();
         if let Some(entry) = draft.root.get("arm") {
-            let remedy = "`feeler run` simulates it; for all else make the axis that it is along its normal with `feeler reduce`";
-            problems.add(&entry.key, "arm", "this is a scenario of a whole arm, and what is asked for needs a single axis", remedy);
+            refuse_arm(entry, &mut problems);
             return Err(problems.into_error(draft.sources));
         }
         let top = top_fields(&draft, &mut problems);
@@ -128,6 +127,12 @@ impl Document {
         }
         Ok(Self { scenario: Scenario { machine, controllers, run }, tolerance, draft })
     }
+}
+
+/// What is told of a scenario of a whole arm where a single axis is needed.
+pub(super) fn refuse_arm(entry: &super::tree::Entry, problems: &mut Problems) {
+    let remedy = "`feeler run` simulates it; for all else make the axis that it is along its normal with `feeler reduce`";
+    problems.add(&entry.key, "arm", "this is a scenario of a whole arm, and what is asked for needs a single axis", remedy);
 }
 
 fn add_problem(draft: &Draft, problems: &mut Problems, problem: Problem) {

@@ -5,7 +5,9 @@ use std::fmt::Write as _;
 use feeler_manipulator::joint_effects;
 use feeler_plant::effects::LIBRARY;
 
-use super::keys::{ARM, AXIS, CELL, CELL_TABLES, COLUMN, DATASET, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFERENCE, REFINE, RUN, SWEEP, TOLERANCE_TEXT, TOP};
+use super::keys::{
+    ARM, AXIS, CELL, CELL_TABLES, COLUMN, DATASET, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFERENCE, REFINE, RUN, SWEEP, TOLERANCE_TEXT, TOP,
+};
 use super::shape::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Word};
 
 /// The reference as Markdown; `docs/format.md` is this text.
@@ -86,7 +88,8 @@ tables below, and of those of an axis:
   of the latter, `encoder`, is there without being written.
 - `[controllers.NAME]`, exactly one, without `drives`: its output is a force along the normal, which the Jacobian's transpose turns into torques of the joints.
 - `[run]`: `duration`, `step` (the longest step; where absent, from the fastest mode), `seed`, and `record_rate` (1 kHz where absent).
-";
+
+Lengths and speeds of the tables below are in m and m/s: what stands in parentheses does not apply. A height field rises along its own -x, and turns with the workpiece.";
 
 fn section(text: &mut String, level: usize, title: &str, about: &str, shape: &Shape) {
     let _ = write!(text, "\n{} {title}\n\n{about}\n", "#".repeat(level));

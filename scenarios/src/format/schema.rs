@@ -6,7 +6,8 @@ use serde_json::{Map, Value, json};
 
 use super::build::bound_of;
 use super::keys::{
-    AXIS, CELL, CELL_TABLES, COLUMN, DATASET, EFFECTS, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFINE, RUN, SHARED, SWEEP, TOLERANCE, TOLERANCE_TEXT, TOP,
+    AXIS, CELL, CELL_TABLES, COLUMN, DATASET, EFFECTS, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFINE, RUN, SHARED, SWEEP, TOLERANCE,
+    TOLERANCE_TEXT, TOP,
 };
 use super::shape::{Absent, Bound, Element, Key, Kind, Shape, Unit, Variant, Word};
 
@@ -52,22 +53,29 @@ pub fn schema() -> Value {
 pub fn cell_schema() -> Value {
     let mut properties = properties(CELL.keys);
     for (table, shape, text) in CELL_TABLES {
-        properties.insert(table.into(), described(of_shape(shape, &Map::new()), text));
+        properties.insert(table.into(), described(changes_of(shape, Map::new()), text));
     }
     let effects = joint_effects().filter_map(|kind| LIBRARY.iter().copied().find(|definition| definition.kind == kind));
     let effects: Map<String, Value> = effects.map(|definition| (definition.kind.into(), of_effect(definition, Part::Changes))).collect();
     let effects =
         json!({ "description": "departures from the ideal", "type": "object", "properties": effects, "additionalProperties": false });
     let joint = changes_of(&JOINT, [(EFFECTS.to_owned(), effects)].into_iter().collect());
-    properties.insert("joints".into(), json!({ "description": "drives and effects of joints", "type": "object", "additionalProperties": joint }));
+    properties
+        .insert("joints".into(), json!({ "description": "drives and effects of joints", "type": "object", "additionalProperties": joint }));
     for element in ELEMENTS.iter().filter(|element| SHARED.contains(&element.table)) {
         let schema = json!({ "description": element.text, "type": "object", "additionalProperties": of_element(element, Part::Changes) });
         properties.insert(element.table.into(), schema);
     }
     properties.insert("run".into(), described(of_shape(&RUN, &Map::new()), "how to run it"));
+    // A file that builds on no other has all that a table needs.
+    let whole: Map<String, Value> =
+        CELL_TABLES.iter().map(|(table, shape, _)| ((*table).to_owned(), of_shape(shape, &Map::new()))).collect();
     json!({
         "$schema": DIALECT, "title": "feeler scenario of a whole arm", "type": "object",
         "properties": properties, "additionalProperties": false,
+        "if": { "required": ["machine"] },
+        "then": {},
+        "else": { "properties": whole, "required": ["arm", "start", "tip", "workpiece", "contacts", "controllers"] },
     })
 }
 
@@ -221,7 +229,9 @@ fn required(keys: &[Key]) -> Vec<&'static str> {
 
 fn of_key(key: &Key) -> Value {
     let unit = match key.kind {
-        Kind::Quantity(unit, _) | Kind::QuantityOrTable(_, unit, _) | Kind::Range(unit) | Kind::Numbers(unit, _) | Kind::Points(unit) => unit.words(),
+        Kind::Quantity(unit, _) | Kind::QuantityOrTable(_, unit, _) | Kind::Range(unit) | Kind::Numbers(unit, _) | Kind::Points(unit) => {
+            unit.words()
+        }
         _ => String::new(),
     };
     let text = if unit.is_empty() { key.text.to_owned() } else { format!("{}, {unit}", key.text) };

@@ -166,6 +166,10 @@ impl SweepFile {
         let mut sources = Sources::default();
         let root = parse_toml(text, file_name, &mut sources)?;
         let mut problems = Problems::default();
+        if let Some(entry) = root.get("arm") {
+            super::document::refuse_arm(entry, &mut problems);
+            return Err(problems.into_error(sources));
+        }
         let top = Origin::default();
         let mut reader = Reader { problems: &mut problems, scope: Scope::new(false) };
         let fields = reader.fields(&SWEEP, &["axes", "keep", "refine"], &root, &top, "");

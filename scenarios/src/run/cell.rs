@@ -192,7 +192,11 @@ fn events(of_axis: &[EventRecord], joints: &[JointEvent], file: &CellFile) -> Ve
     let name = |joint: usize| file.cell.joints[joint].name.clone();
     let slips = [EventKind::Stick, EventKind::Slip].map(EventKind::name);
     let mut events: Vec<EventRecord> = of_axis.iter().filter(|event| !slips.contains(&event.what)).cloned().collect();
-    events.extend(joints.iter().take(MOST_JOINT_EVENTS).map(|event| EventRecord { t_s: event.t_s, what: event.what, on: name(event.joint) }));
+    events.extend(joints.iter().take(MOST_JOINT_EVENTS).map(|event| EventRecord {
+        t_s: event.t_s,
+        what: event.what,
+        on: name(event.joint),
+    }));
     events.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
     events
 }

@@ -51,8 +51,11 @@ pub(crate) fn of_link(link: Node<'_, '_>) -> Result<Vec<Collision>, ArmError> {
     let nodes = link.children().filter(|node| node.has_tag_name("collision"));
     let shape = |node: Node<'_, '_>| -> Result<Option<Collision>, ArmError> {
         let Some(geometry) = child(node, "geometry") else { return wrong(node, "this `<collision>` has no `<geometry>`; add one") };
-        let Some(shape) = geometry.children().find(Node::is_element) else { return wrong(geometry, "this `<geometry>` is empty; add a shape") };
-        Ok(of_geometry(shape)?.map(|found| Ok::<_, ArmError>(Collision { shape: found, place: origin(node)?, line: line_of(shape) })).transpose()?)
+        let Some(shape) = geometry.children().find(Node::is_element) else {
+            return wrong(geometry, "this `<geometry>` is empty; add a shape");
+        };
+        let Some(found) = of_geometry(shape)? else { return Ok(None) };
+        Ok(Some(Collision { shape: found, place: origin(node)?, line: line_of(shape) }))
     };
     nodes.filter_map(|node| shape(node).transpose()).collect()
 }
@@ -72,10 +75,9 @@ fn of_geometry(node: Node<'_, '_>) -> Result<Option<CollisionShape>, ArmError> {
         }
         "cylinder" => CollisionShape::Cylinder { radius_m: positive("radius")?, half_length_m: 0.5 * positive("length")? },
         "sphere" => CollisionShape::Sphere { radius_m: positive("radius")? },
-        "mesh" => CollisionShape::Mesh {
-            file: attribute(node, "filename")?.into(),
-            scale_m: vector(node, "scale", Vector3::repeat(1.0))?.into(),
-        },
+        "mesh" => {
+            CollisionShape::Mesh { file: attribute(node, "filename")?.into(), scale_m: vector(node, "scale", Vector3::repeat(1.0))?.into() }
+        }
         // Shapes that some dialects add say nothing here.
         _ => return Ok(None),
     }))

@@ -11,6 +11,9 @@ use crate::swept_ball::{SweptBall, is_triangles};
 /// How far apart shapes other than balls may be to have a distance, over the size of the tip; beyond, they are only known to be farther.
 const REACH: f64 = 0.5;
 
+/// Distance of a ball's centre from the surface at which it lies on it, over its radius.
+const ON_THE_SURFACE: f64 = 1e-12;
+
 /// A tip that a tool carries, and a workpiece that stands still.
 #[derive(Clone)]
 pub struct Pair {
@@ -76,26 +79,39 @@ impl Pair {
     /// [`GeometryError::Unsupported`] for two shapes that cannot be measured.
     pub fn nearest(&self, position_m: [f64; 3], quaternion: [f64; 4]) -> Result<Option<Nearest>, GeometryError> {
         let at = pose_of(position_m, quaternion) * self.tip_pose;
-        if let Some(ball) = self.tip.as_ball() {
-            let centre = at.translation;
-            let found = self.workpiece.project_point(&self.workpiece_pose, centre, false);
-            let way = found.point - centre;
-            let distance = way.length();
-            if distance <= 0.0 {
-                return Ok(None);
-            }
-            let (signed, normal) = if found.is_inside { (-distance, -way / distance) } else { (distance, way / distance) };
-            return Ok(Some(Nearest { distance_m: signed - ball.radius, point_m: found.point.to_array(), normal: normal.to_array() }));
+        // A ball whose centre lies on the surface has no direction to it, and is left to the iteration.
+        if let Some(ball) = self.tip.as_ball()
+            && let Some(nearest) = self.nearest_to_ball(at.translation, ball.radius)
+        {
+            return Ok(Some(nearest));
         }
-        let found = contact(&at, self.tip.as_ref(), &self.workpiece_pose, self.workpiece.as_ref(), self.reach_m).map_err(|_| self.unsupported())?;
+        let found =
+            contact(&at, self.tip.as_ref(), &self.workpiece_pose, self.workpiece.as_ref(), self.reach_m).map_err(|_| self.unsupported())?;
         Ok(found.map(|found| Nearest { distance_m: found.dist, point_m: found.point2.to_array(), normal: found.normal1.to_array() }))
+    }
+
+    fn nearest_to_ball(&self, centre: Vector, radius: f64) -> Option<Nearest> {
+        let found = self.workpiece.project_point(&self.workpiece_pose, centre, false);
+        let way = found.point - centre;
+        let distance = way.length();
+        if distance <= ON_THE_SURFACE * radius {
+            return None;
+        }
+        let (signed, normal) = if found.is_inside { (-distance, -way / distance) } else { (distance, way / distance) };
+        Some(Nearest { distance_m: signed - radius, point_m: found.point.to_array(), normal: normal.to_array() })
     }
 
     /// How far the tip can go along a direction, m, until it touches; none where it never does within `reach_m`.
     ///
     /// # Errors
     /// [`GeometryError::Unsupported`] for two shapes that cannot be measured.
-    pub fn travel_m(&self, position_m: [f64; 3], quaternion: [f64; 4], along: [f64; 3], reach_m: f64) -> Result<Option<f64>, GeometryError> {
+    pub fn travel_m(
+        &self,
+        position_m: [f64; 3],
+        quaternion: [f64; 4],
+        along: [f64; 3],
+        reach_m: f64,
+    ) -> Result<Option<f64>, GeometryError> {
         let at = pose_of(position_m, quaternion) * self.tip_pose;
         let along = Vector::from_array(along);
         if let Some(ball) = self.tip.as_ball().filter(|_| is_triangles(&self.workpiece)) {

@@ -14,6 +14,9 @@ const TOUCHING: f64 = 1e-9;
 /// A free way along the normal is followed as far as this many times the arm's length.
 const REACHES: f64 = 2.0;
 
+/// An arm of few joints goes along the normal on an arc: so far beside it, over its way, it may get.
+const ON_AN_ARC: f64 = 0.1;
+
 /// A shape where it stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
@@ -112,8 +115,10 @@ impl Cell {
             return Err(ManipulatorError::Penetrates { depth_m: -nearest.distance_m - gap_m });
         }
         let normal = self.unit_normal();
-        let reach_m = REACHES * chain.joints.iter().map(|joint| joint.place.translation.vector.norm()).sum::<f64>();
-        let touching = nearest.is_some_and(|nearest| nearest.distance_m.abs() <= TOUCHING && Vector3::from(nearest.normal).dot(&normal) > 0.0);
+        let places = chain.joints.iter().map(|joint| &joint.place).chain([&chain.tool]);
+        let reach_m = REACHES * places.map(|place| place.translation.vector.norm()).sum::<f64>();
+        let touching =
+            nearest.is_some_and(|nearest| nearest.distance_m.abs() <= TOUCHING && Vector3::from(nearest.normal).dot(&normal) > 0.0);
         let travel_m = match pair.travel_m(position, turn, normal.into(), reach_m)? {
             _ if touching => 0.0,
             Some(travel_m) => travel_m,
@@ -123,6 +128,7 @@ impl Cell {
         let target = Target::Position(place);
         match inverse_kinematics(chain, &target, std::slice::from_ref(&self.start.pose)) {
             Ok(_) => Ok(()),
+            Err(feeler_arm::ArmError::Unreachable { left_m, .. }) if left_m <= ON_AN_ARC * travel_m => Ok(()),
             Err(feeler_arm::ArmError::Unreachable { left_m, .. }) => {
                 Err(ManipulatorError::OutOfReach { travel_m, place_m: place.into(), left_m })
             }

@@ -63,7 +63,9 @@ pub enum ManipulatorError {
         depth_m: f64,
     },
     /// A step at which the stiffest mode grows.
-    #[error("steps of {step_s} s are too long for the fastest mode of the arm in contact, {rate_per_s} 1/s; choose {most_s} s or less, or leave the step out")]
+    #[error(
+        "steps of {step_s} s are too long for the fastest mode of the arm in contact, {rate_per_s} 1/s; choose {most_s} s or less, or leave the step out"
+    )]
     Step {
         /// What was asked for.
         step_s: f64,

@@ -102,7 +102,8 @@ impl JointPart {
     /// Size of the dry friction at a speed, sliding forward (`sign` above zero) or backward; at zero speed the most that it holds.
     pub(crate) fn friction(&self, speed: f64, sign: f64) -> f64 {
         let Friction { forward, backward, stribeck_excess: excess, stribeck_velocity: velocity, .. } = self.guide.friction;
-        let falling = if excess > 0.0 { NonlinearTerm { law: NonlinearLaw::Stribeck { link: 0, excess, velocity } }.value(speed, 0.0) } else { 0.0 };
+        let falling =
+            if excess > 0.0 { NonlinearTerm { law: NonlinearLaw::Stribeck { link: 0, excess, velocity } }.value(speed, 0.0) } else { 0.0 };
         (if sign > 0.0 { forward } else { backward }) + falling
     }
 }
@@ -120,16 +121,13 @@ fn machine(name: &str, drive: &JointDrive, inertia: f64, slides: bool, effects: 
     }
     for effect in effects {
         let kind = effect.definition.kind;
-        match EFFECTS.iter().find(|(known, ..)| *known == kind) {
-            Some((_, element, _)) => {
-                let place = [GUIDE, GEAR, DRIVE, ENCODER].iter().position(|known| known == element).unwrap_or_default();
-                under[place].push(effect.clone());
-            }
-            None => {
-                let remedy = format!("joints take {}", joint_effects().collect::<Vec<_>>().join(", "));
-                problems.push(Problem::new(format!("effects.{kind}"), format!("`{kind}` is not simulated in a joint"), remedy));
-            }
-        }
+        let Some((_, element, _)) = EFFECTS.iter().find(|(known, ..)| *known == kind) else {
+            let remedy = format!("joints take {}", joint_effects().collect::<Vec<_>>().join(", "));
+            problems.push(Problem::new(format!("effects.{kind}"), format!("`{kind}` is not simulated in a joint"), remedy));
+            continue;
+        };
+        let place = [GUIDE, GEAR, DRIVE, ENCODER].iter().position(|known| known == element).unwrap_or_default();
+        under[place].push(effect.clone());
     }
     if !problems.is_empty() {
         return Err(problems);
@@ -208,7 +206,8 @@ mod tests {
 
     #[test]
     fn truth_effects_change_the_parts_that_they_disturb() {
-        let effects = [effect("backlash", &[0.02, 0.0, 0.0]), effect("hardening-stiffness", &[1e6]), effect("stribeck-friction", &[4.0, 7.0, 0.1])];
+        let effects =
+            [effect("backlash", &[0.02, 0.0, 0.0]), effect("hardening-stiffness", &[1e6]), effect("stribeck-friction", &[4.0, 7.0, 0.1])];
         let joint = JointPart::new("elbow", &drive(), false, &effects).unwrap();
         let near = |a: f64, b: f64| assert!((a - b).abs() < ROUNDING * (1.0 + b.abs()), "{a} {b}");
         near(joint.inertia, 1.0);

@@ -159,7 +159,13 @@ impl Plant {
         let mut margins = Vec::with_capacity(1 + 2 * layout.joints);
         let contact = match &look.touch {
             // Far apart it is as far from touching as it is from being measured.
-            None => if mode.touching { -1.0 } else { 1.0 },
+            None => {
+                if mode.touching {
+                    -1.0
+                } else {
+                    1.0
+                }
+            }
             Some(_) if mode.touching => look.law_n,
             Some(touch) => -look.law_n.min(self.law.stiffness * touch.depth),
         };

@@ -132,7 +132,10 @@ pub(crate) struct Drives {
 impl Drives {
     pub(crate) fn new(cell: &Cell) -> Self {
         let drives = || cell.joints.iter().map(|joint| &joint.drive);
-        Self { chains: drives().map(|drive| DriveChain::new(&[drive])).collect(), limits: drives().map(|drive| drive.limit / drive.gain.abs()).collect() }
+        Self {
+            chains: drives().map(|drive| DriveChain::new(&[drive])).collect(),
+            limits: drives().map(|drive| drive.limit / drive.gain.abs()).collect(),
+        }
     }
 
     /// Takes new commands; what a drive acts on at once goes into `inputs`.

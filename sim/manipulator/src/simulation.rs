@@ -98,7 +98,8 @@ impl Simulation {
         let mut mode = plant.first_mode(&x, &inputs);
         settle(&plant, &mut x, &mut mode, &inputs, |_, _| {});
         let names = names(cell, &assembly);
-        let sensing = |parts: &[&feeler_plant::assembly::SensorPart], seed| parts.iter().map(|part| Sensing::new(&[*part], seed)).collect::<Vec<_>>();
+        let sensing =
+            |parts: &[&feeler_plant::assembly::SensorPart], seed| parts.iter().map(|part| Sensing::new(&[*part], seed)).collect::<Vec<_>>();
         Ok(Self {
             control: Control::new(cell, &program)?,
             drives: Drives::new(cell),
@@ -198,8 +199,12 @@ impl Simulation {
         let recorded = due(self.next_record_s(), t_s);
         let taken = due(self.control.next_instant_s(), t_s) || self.record_taps.iter().any(|tap| due(tap.next_s, t_s));
         if taken || recorded {
-            let motors: Vec<f64> =
-                self.encoders.iter().zip(self.plant.layout.motors(&self.x)).map(|(encoder, position)| encoder.read(t_s, *position)).collect();
+            let motors: Vec<f64> = self
+                .encoders
+                .iter()
+                .zip(self.plant.layout.motors(&self.x))
+                .map(|(encoder, position)| encoder.read(t_s, *position))
+                .collect();
             let signals = self.signals(&motors);
             self.control.take(t_s, &signals);
             let rate_hz = self.rate_hz;
@@ -281,8 +286,14 @@ fn names(cell: &Cell, assembly: &Assembly) -> [Vec<String>; 2] {
     let contact = &assembly.contacts[0].name;
     let drive = assembly.drives.first().map_or("drive", |drive| drive.name.as_str());
     let controller = cell.scenario.controllers.keys().next().map_or("controller", String::as_str);
-    let mut measures: Vec<String> = ["force", "spring_force", "compression", "contact"].iter().map(|quantity| format!("{contact}.{quantity}")).collect();
-    measures.extend([format!("{drive}.command"), format!("{controller}.output"), format!("{controller}.reference"), "joints.limited".into()]);
+    let mut measures: Vec<String> =
+        ["force", "spring_force", "compression", "contact"].iter().map(|quantity| format!("{contact}.{quantity}")).collect();
+    measures.extend([
+        format!("{drive}.command"),
+        format!("{controller}.output"),
+        format!("{controller}.reference"),
+        "joints.limited".into(),
+    ]);
     measures.extend(assembly.sensors.iter().map(|sensor| format!("{}.reading", sensor.name)));
     let mut motion = Vec::new();
     for joint in &cell.joints {

@@ -9,7 +9,9 @@ use feeler_control::{Controller, ControllerSpec, ForceGains, Law, ReferenceSpec}
 use feeler_engine::{ControllerUse, EventKind, RunEnd, RunSettings, Scenario};
 use feeler_geometry::{Place, Shape};
 use feeler_manipulator::{Cell, Hold, JointPart, ManipulatorError, Part, Simulation, Start, link_capsules};
-use feeler_plant::description::{Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, Machine, Quantity, Sensor, SignalName};
+use feeler_plant::description::{
+    Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, Machine, Quantity, Sensor, SignalName,
+};
 use nalgebra::Vector3;
 
 const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
@@ -52,7 +54,17 @@ fn axis(gains: ForceGains, reference: f64, contact: Contact) -> Scenario {
     let kind = ActuatorKind::Force { bandwidth_hz: None };
     let actuator = Actuator { on: "motor".into(), reacts_on: GROUND.into(), kind, limit_n: None, rate_limit_per_s: None, effects: vec![] };
     machine.actuators.insert("drive".into(), actuator);
-    let sensor = |reads| Sensor { reads, relative_to: None, gain: 1.0, bias: 0.0, low_pass: None, delay_s: 0.0, resolution: None, noise: 0.0, effects: vec![] };
+    let sensor = |reads| Sensor {
+        reads,
+        relative_to: None,
+        gain: 1.0,
+        bias: 0.0,
+        low_pass: None,
+        delay_s: 0.0,
+        resolution: None,
+        noise: 0.0,
+        effects: vec![],
+    };
     machine.sensors.insert("force".into(), sensor(SignalName::new("tool", Quantity::SpringForce)));
     machine.sensors.insert("encoder".into(), sensor(SignalName::new("motor", Quantity::Position)));
     let mut spec = ControllerSpec::new(Law::ExplicitForce(gains), 1e-3);

@@ -55,10 +55,13 @@ pub(super) fn read(draft: &mut Draft, fields: &Fields, problems: &mut Problems) 
 
 /// The tree of an arm file, which is added to the sources.
 fn arm_file(path: &Path, draft: &mut Draft, entry: &Entry, problems: &mut Problems) -> Option<Table> {
-    let mut refuse = |message: String| problems.add(&entry.node.origin, "arm", message, "name an arm file or a URDF, relative to this file");
+    let mut refuse =
+        |message: String| problems.add(&entry.node.origin, "arm", message, "name an arm file or a URDF, relative to this file");
     let said = |error: crate::format::FormatError| error.problems.first().map_or_else(String::new, |problem| problem.message.clone());
     let text = read_text(path).map_err(|error| refuse(format!("{}: {}", path.display(), said(error)))).ok()?;
-    parse_toml(&text, &path.display().to_string(), &mut draft.sources).map_err(|error| refuse(format!("{}: {}", path.display(), said(error)))).ok()
+    parse_toml(&text, &path.display().to_string(), &mut draft.sources)
+        .map_err(|error| refuse(format!("{}: {}", path.display(), said(error))))
+        .ok()
 }
 
 /// The joints' parts with their effects.
@@ -93,14 +96,13 @@ fn effects(root: &Table, name: &str, path: &str, slides: bool, draft: &Draft, pr
     let mut found = Some(Vec::new());
     for (kind, entry) in table {
         let path = join(&path, kind);
-        let read = match joint_effect_host(kind) {
-            Some(host) => Builder::new(draft, problems, axis).effect(kind, entry, host, &path),
-            None => {
-                let remedy = format!("joints take {}", joint_effects().collect::<Vec<_>>().join(", "));
-                problems.add(&entry.key, &path, format!("`{kind}` is not simulated in a joint"), remedy);
-                None
-            }
+        let Some(host) = joint_effect_host(kind) else {
+            let remedy = format!("joints take {}", joint_effects().collect::<Vec<_>>().join(", "));
+            problems.add(&entry.key, &path, format!("`{kind}` is not simulated in a joint"), remedy);
+            found = None;
+            continue;
         };
+        let read = Builder::new(draft, problems, axis).effect(kind, entry, host, &path);
         match (read, &mut found) {
             (Some(effect), Some(effects)) => effects.push(effect),
             _ => found = None,
@@ -120,7 +122,11 @@ fn bodies(read: &ReadArm, at: &Origin, problems: &mut Problems) -> Option<Vec<Bo
     for (name, collisions) in names.zip(&read.collisions) {
         let mut shapes = Vec::new();
         for collision in collisions {
-            shapes.push(shape(collision, &read.folder).map_err(|error| problems.add(at, "arm", error, "put the file beside the URDF as STL or OBJ")).ok()?);
+            shapes.push(
+                shape(collision, &read.folder)
+                    .map_err(|error| problems.add(at, "arm", error, "put the file beside the URDF as STL or OBJ"))
+                    .ok()?,
+            );
         }
         all.push(BodyShapes { name: name.into(), shapes, radius_m: 0.0 });
     }

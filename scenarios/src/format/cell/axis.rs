@@ -148,7 +148,9 @@ fn refuse_effects(root: &Table, problems: &mut Problems) {
             let effects = table.get(EFFECTS).and_then(|entry| entry.node.as_table());
             for (kind, entry) in effects.into_iter().flatten() {
                 let why = match name {
-                    "contacts" if !OF_CONTACTS.contains(&kind.as_str()) => format!("contacts of a whole arm take {}", OF_CONTACTS.join(", ")),
+                    "contacts" if !OF_CONTACTS.contains(&kind.as_str()) => {
+                        format!("contacts of a whole arm take {}", OF_CONTACTS.join(", "))
+                    }
                     "sensors" => match NOT_OF_OTHERS.iter().find(|(other, _)| other == kind) {
                         Some((_, why)) => (*why).to_owned(),
                         None => continue,

@@ -5,7 +5,7 @@ mod axis;
 
 use std::path::{Path, PathBuf};
 
-use feeler_arm::{Target, inverse_kinematics, usual_starts};
+use feeler_arm::{ArmError, Target, inverse_kinematics, usual_starts};
 use feeler_geometry::{Place, Shape};
 use feeler_manipulator::{Cell, Hold, ManipulatorError, Part, Simulation, Start};
 use nalgebra::Vector3;
@@ -93,12 +93,14 @@ fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>,
         found.map_err(|error| refuse(draft, problems, "start.normal", &error.to_string())).ok()
     });
     let scenario = axis::draft(draft, reduction.as_ref(), problems).map(Document::build).transpose()?.map(|document| document.scenario);
-    let (Some(arm), Some(start), Some(tip), Some(workpiece), Some(hold), Some(scenario)) = (arm, start, tip, workpiece, hold, scenario) else {
+    let (Some(arm), Some(start), Some(tip), Some(workpiece), Some(hold), Some(scenario)) = (arm, start, tip, workpiece, hold, scenario)
+    else {
         return Ok(None);
     };
     let given = |key: &str| draft.root.get("run").and_then(|run| run.node.as_table()).is_some_and(|run| run.contains_key(key));
     if scenario.run.duration_s > LONGEST_S {
-        let message = format!("a run of {} s takes as long in good cases, and at most {LONGEST_S} s are simulated", scenario.run.duration_s);
+        let message =
+            format!("a run of {} s takes as long in good cases, and at most {LONGEST_S} s are simulated", scenario.run.duration_s);
         refuse(draft, problems, "run.duration", &format!("{message}; shorten it, or run the axis that `feeler reduce` makes"));
     }
     let cell = Cell {
@@ -201,7 +203,7 @@ fn start_of(fields: &Fields, parts: &ArmParts, draft: &Draft, problems: &mut Pro
     let normal: [f64; 3] = fields.numbers("normal")?.try_into().ok()?;
     let chain = parts.arm.chain();
     let Some(along) = Vector3::from(normal).try_normalize(1e-12) else {
-        refuse(draft, problems, "start.normal", &feeler_arm::ArmError::Normal { normal }.to_string());
+        refuse(draft, problems, "start.normal", &ArmError::Normal { normal }.to_string());
         return None;
     };
     let pose = match (fields.numbers("pose"), fields.numbers("place")) {
@@ -220,9 +222,13 @@ fn start_of(fields: &Fields, parts: &ArmParts, draft: &Draft, problems: &mut Pro
     match pose {
         Ok(pose) => Some(Start { pose, normal: along.into(), speed_m_per_s }),
         Err((key, error)) => {
-            let message = error.to_string();
-            let remedy = if message.contains("; ") { "" } else { "; choose a place within reach, or give a `pose`" };
-            refuse(draft, problems, key, &format!("{message}{remedy}"));
+            let message = match error {
+                ArmError::Unreachable { .. } => {
+                    format!("{}; choose a place within reach, or give a `pose`", error.to_string().replace("; ", ", "))
+                }
+                other => other.to_string(),
+            };
+            refuse(draft, problems, key, &message);
             None
         }
     }

@@ -20,7 +20,11 @@ pub(crate) static CELL: Shape = Shape {
             "an arm file, or a URDF (`.urdf`), relative to this one; `[joints]` of this file are laid over those of the arm file, key by key, and a URDF has none",
         ),
         optional("tool", Kind::Text, "with a URDF: link whose frame is the tool's; where absent, the last one that nothing hangs on"),
-        optional("machine", Kind::Text, "a file of this kind, relative to this one, on which this one builds: what is given here replaces what it says, key by key"),
+        optional(
+            "machine",
+            Kind::Text,
+            "a file of this kind, relative to this one, on which this one builds: what is given here replaces what it says, key by key",
+        ),
     ],
     choice: None,
 };
@@ -34,7 +38,11 @@ pub(crate) static START: Shape = Shape {
             Kind::Numbers(LENGTH, 3),
             "where the tool is in the base's frame, its x axis along the normal; of an arm with fewer than five joints the place alone",
         ),
-        required("normal", Kind::Numbers(Unit::Of(Dimension::NONE), 3), "from the tool into the workpiece, in the base's frame: the direction in which force is controlled"),
+        required(
+            "normal",
+            Kind::Numbers(Unit::Of(Dimension::NONE), 3),
+            "from the tool into the workpiece, in the base's frame: the direction in which force is controlled",
+        ),
         number("speed", Unit::Of(Dimension::VELOCITY), Bound::Any, 0.0, "of the tool along the normal"),
     ],
     choice: None,

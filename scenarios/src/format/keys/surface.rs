@@ -48,11 +48,7 @@ pub(crate) const SHAPES: Choice = Choice {
             name: "height-field",
             text: "heights above the y-z plane towards the tip, flat in two triangles between its samples",
             keys: &[
-                required(
-                    "file",
-                    Kind::Text,
-                    "a CSV file, relative to this one, without a header: one line per z, one height in m per y",
-                ),
+                required("file", Kind::Text, "a CSV file, relative to this one, without a header: one line per z, one height in m per y"),
                 required("extent_y", Kind::Quantity(LENGTH, Bound::Positive), "length of a line"),
                 required("extent_z", Kind::Quantity(LENGTH, Bound::Positive), "from the first line to the last"),
             ],

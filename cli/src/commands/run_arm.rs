@@ -1,0 +1,88 @@
+//! `feeler run` of a whole arm.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use feeler_scenarios::format::{CellFile, Draft};
+use feeler_scenarios::run::{CellRun, RunError, run_cell, write_csv, write_parquet};
+
+use crate::arguments::Run;
+use crate::failure::BadInput;
+use crate::numbers::{percent, plain, split, with_unit};
+use crate::progress::Progress;
+use crate::table::table;
+use crate::units::Units;
+use crate::{reports, results, terminal, words};
+
+pub(crate) fn run(arguments: &Run, draft: Draft) -> anyhow::Result<()> {
+    let file = CellFile::build(draft)?;
+    let folder = arguments.out.clone().unwrap_or_else(|| results::folder(&file.name, "run"));
+    // Before the run, so that nobody waits for results that cannot be kept.
+    fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
+    let mut progress = Progress::new(file.name.clone());
+    let result = run_cell(&file, &mut |at| progress.at(at.t_s / at.duration_s));
+    progress.done();
+    let result = result?;
+    let written = write(arguments, &file, &result, &folder)?;
+    if arguments.json {
+        return terminal::print(&serde_json::to_string_pretty(&result.summary)?);
+    }
+    let files = written.iter().map(|path| format!("  {}", path.display())).collect::<Vec<_>>().join("\n");
+    let units = Units::of(&file.cell.scenario.machine);
+    let said = words::outcome(&result.figures, units);
+    terminal::print(&format!("{}: {said}\n\n{}\n\nwrote\n{files}", file.name, figures(&result, units)))
+}
+
+/// Writes all results and gives their paths.
+fn write(arguments: &Run, file: &CellFile, result: &CellRun, folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let [trace, csv, summary, report] = ["trace.parquet", "trace.csv", "summary.json", "report.html"].map(|name| folder.join(name));
+    let put = |path: &Path, text: String| fs::write(path, text).map_err(|source| RunError::Write { path: path.into(), source });
+    let about = [
+        ("feeler.version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("feeler.scenario", file.text().to_owned()),
+        ("feeler.seed", file.cell.scenario.run.seed.to_string()),
+        ("feeler.integrator", "rk4 of a whole arm".to_owned()),
+    ];
+    write_parquet(&result.motion, &about, &trace)?;
+    if arguments.csv {
+        write_csv(&result.motion, &csv)?;
+    }
+    put(&summary, serde_json::to_string_pretty(&result.summary)? + "\n")?;
+    put(&report, reports::arm_run::page(file, &arguments.settings, result)?)?;
+    let csv = arguments.csv.then_some(csv);
+    Ok([Some(trace), csv, Some(summary), Some(report)].into_iter().flatten().collect())
+}
+
+/// The summary as a table: measure, number, unit, remark.
+fn figures(result: &CellRun, units: Units) -> String {
+    let summary = &result.summary;
+    let mut rows: Vec<Vec<String>> = Vec::new();
+    let mut row = |name: &str, (number, unit): (String, String), remark: String| rows.push(vec![name.to_owned(), number, unit, remark]);
+    let none = || ("-".to_owned(), String::new());
+    row("outcome", (String::new(), String::new()), words::label(&result.figures).to_owned());
+    row("peak force", split(summary.peak_force_n, "N"), format!("at {}", with_unit(result.contact.peak_at_s, "s")));
+    row("final force", split(summary.final_force_n, "N"), "mean of the last tenth of the run".into());
+    if let Some(response) = summary.response {
+        let reference = response.final_reference_n.map_or_else(String::new, |reference| format!("of {}", with_unit(reference, "N")));
+        row("overshoot", response.overshoot.map_or_else(none, |share| (percent(share), "%".into())), reference);
+        let within = || format!("to within {} for good", with_unit(response.band_n, "N"));
+        let band = words::rests_outside(&result.figures, units).unwrap_or_else(within);
+        row("settling time", response.settling_time_s.map_or_else(none, |time| split(time, "s")), band);
+    }
+    row("bounces", (summary.bounces.to_string(), String::new()), String::new());
+    row("contact time", split(summary.contact_time_s, "s"), format!("{} % of the run", percent(summary.contact_share)));
+    if let Some(oscillation) = &summary.oscillation {
+        row("chatter frequency", split(oscillation.frequency_hz, "Hz"), format!("{} impacts per second", plain(oscillation.impacts_per_s)));
+        row("chatter amplitude", split(oscillation.amplitude_n, "N"), "half of peak to peak".into());
+    }
+    row("saturation", (percent(summary.saturation_share), "%".into()), "of the time, some joint or the controller".into());
+    row("sideways", split(summary.sideways_m, "m"), "farthest that the tool was off its line".into());
+    row(
+        "joint events",
+        (summary.joint_events.to_string(), String::new()),
+        "joints that stuck or broke loose, flanks that met or parted".into(),
+    );
+    row("simulated", split(summary.simulated_s, "s"), format!("{} steps of at most {}", summary.steps, with_unit(summary.step_s, "s")));
+    row("time taken", split(summary.wall_s, "s"), format!("{} per simulated second", with_unit(summary.wall_s_per_simulated_s, "s")));
+    table(&[], &[1], rows)
+}

@@ -127,9 +127,12 @@
       outline(scene.workpiece, (p) => p, dark() ? "#56b4e9" : "#0072b2", isClose ? 1 : 0.6);
       ctx.globalAlpha = 1;
       const shades = dark() ? ["#4a555c", "#56626a"] : ["#c9d1d6", "#dbe1e5"];
+      const placed = (p) => turned(turn, p).map((x, k) => x + tool[k]);
+      // The tool ends in the middle of a round tip.
+      const drawn = scene.ball ? [...skeleton.slice(0, -1), placed(scene.ball[0])] : skeleton;
       const links = [];
-      for (let i = 0; i + 1 < skeleton.length; i++) {
-        const a = project(skeleton[i]), b = project(skeleton[i + 1]);
+      for (let i = 0; i + 1 < drawn.length; i++) {
+        const a = project(drawn[i]), b = project(drawn[i + 1]);
         links.push([0.5 * (a[2] + b[2]), a, b, 2 * scene.radii[i] * view.scale, shades[i % 2]]);
       }
       // Near the tip the links would hide it.
@@ -138,7 +141,6 @@
       ctx.globalAlpha = 1;
       ctx.fillStyle = colour("--text");
       if (!isClose) for (const p of skeleton.slice(1, -1)) { const a = project(p); ctx.beginPath(); ctx.arc(a[0], a[1], 2.5, 0, 7); ctx.fill(); }
-      const placed = (p) => turned(turn, p).map((x, k) => x + tool[k]);
       if (scene.ball) {
         const a = project(placed(scene.ball[0]));
         ctx.strokeStyle = colour("--text"); ctx.lineWidth = 1.5;

@@ -62,9 +62,14 @@ const IMPACT: f64 = 0.05;
 
 #[test]
 fn reference_the_reduced_axis_has_the_arm_s_impact() {
-    for [x, y] in [[0.65, 0.1], [0.5, -0.3]] {
-        let place = [format!("start.place=[{x}, {y}, 0.077]"), format!("workpiece.x={x}"), format!("workpiece.y={y}")];
-        let settings: Vec<&str> = SMOOTH.iter().copied().chain(place.iter().map(String::as_str)).collect();
+    for (x, y, hold) in [(0.65, 0.1, 0), (0.5, -0.3, 0), (0.65, 0.1, 4)] {
+        let place = [
+            format!("start.place=[{x}, {y}, 0.077]"),
+            format!("workpiece.x={x}"),
+            format!("workpiece.y={y}"),
+            format!("hold.bandwidth={hold}"),
+        ];
+        let settings: Vec<&str> = place.iter().map(String::as_str).collect();
         let file = load("impact.toml", &settings);
         let whole = go(&file).summary.peak_force_n;
         let cell = &file.cell;
@@ -80,7 +85,7 @@ fn reference_the_reduced_axis_has_the_arm_s_impact() {
         scenario.run.duration_s = cell.scenario.run.duration_s;
         scenario.run.record.clear();
         let reduced = run(&scenario, &mut |_| {}).unwrap().summary.peak_force_n;
-        println!("at {x}, {y}: {whole:.3} N of the arm, {reduced:.3} N of its axis");
+        println!("at {x}, {y}, {others:?}: {whole:.3} N of the arm, {reduced:.3} N of its axis");
         assert!((reduced / whole - 1.0).abs() < IMPACT, "{reduced} {whole}");
     }
 }
@@ -242,7 +247,7 @@ fn truth_every_mistake_is_one_error_with_file_key_and_remedy() {
 }
 
 #[test]
-fn truth_an_arm_that_starts_in_itself_is_refused() {
+fn truth_an_arm_that_starts_in_itself_or_in_the_workpiece_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let text = std::fs::read_to_string(arms().join("press-low-gain.toml")).unwrap();
     let folded = text.replace("place  = [\"0.65 m\", \"0.1 m\", \"0.078 m\"]", "pose = [0, \"-69 deg\", \"157 deg\", \"166 deg\", 0, 0]");

@@ -1,6 +1,6 @@
 //! Robot descriptions with mistakes: each is told with its line and remedy.
 
-use feeler_arm::{ArmError, Target, Urdf, inverse_kinematics};
+use feeler_arm::{ArmError, CollisionShape, Target, Urdf, inverse_kinematics};
 use nalgebra::Vector3;
 
 const GOOD: &str = r#"<robot name="two">
@@ -26,6 +26,26 @@ fn truth_what_is_written_is_read() {
     // Turning at 2 rad/s it is pulled outward, and sliding out it is braked.
     let efforts = chain.coriolis_efforts(&[0.4, 0.3], &[2.0, 0.5]);
     assert!((efforts[1] + 0.4 * 4.0).abs() < 1e-12 && (efforts[0] - 2.0 * 0.4 * 2.0 * 0.5).abs() < 1e-12, "{efforts}");
+}
+
+#[test]
+fn truth_collision_shapes_stand_in_the_frame_of_what_carries_them() {
+    let text = r#"<robot name="post">
+        <link name="base"><collision><geometry><box size="0.2 0.4 0.6"/></geometry></collision></link>
+        <link name="arm"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial></link>
+        <link name="hand"><collision><origin xyz="0 0 0.1"/><geometry><cylinder radius="0.03" length="0.2"/></geometry></collision></link>
+        <link name="tip"/>
+        <joint name="a" type="continuous"><parent link="base"/><child link="arm"/><origin xyz="0 0 1"/></joint>
+        <joint name="wrist" type="fixed"><parent link="arm"/><child link="hand"/><origin xyz="0.5 0 0"/></joint>
+        <joint name="end" type="fixed"><parent link="hand"/><child link="tip"/></joint></robot>"#;
+    let found = Urdf::parse(text).unwrap().collisions("tip").unwrap();
+    assert_eq!(found.len(), 2);
+    assert_eq!(found[0][0].shape, CollisionShape::Box { half_extents_m: [0.1, 0.2, 0.3] });
+    assert_eq!(found[1][0].shape, CollisionShape::Cylinder { radius_m: 0.03, half_length_m: 0.1 });
+    // Half a metre out on the arm, in the frame of joint `a`.
+    assert!((found[1][0].place.translation.vector - Vector3::new(0.5, 0.0, 0.1)).norm() < 1e-15);
+    let flat = Urdf::parse(&text.replace("0.2 0.4 0.6", "0.2 0 0.6")).unwrap_err().to_string();
+    assert!(flat.contains("line 2: this box needs a `size` of three numbers above zero"), "{flat}");
 }
 
 #[test]

@@ -14,6 +14,8 @@ const PIECES: usize = 48;
 const MOST_LINES: usize = 3000;
 /// Cosine of the angle between two faces beyond which their edge is sharp.
 const SHARP: f64 = 0.94;
+/// The same up to which two faces are one.
+const FLAT: f64 = 1.0 - 1e-9;
 /// Lines of a height field in either direction.
 const MOST_FIELD_LINES: usize = 24;
 
@@ -85,7 +87,7 @@ fn cuboid(half: [f64; 3]) -> Vec<Segment> {
     (0..8).flat_map(|i| (0..3).filter(move |axis| i >> axis & 1 == 0).map(move |axis| [corner(i), corner(i | 1 << axis)])).collect()
 }
 
-/// Edges of triangles, each once; of many, those between faces at an angle, and no more than can be drawn.
+/// Edges of triangles, each once, but for those within a plane; of many, those between faces at an angle, and no more than can be drawn.
 fn edges(corners: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Segment> {
     // Files repeat the corners of neighbours.
     let mut known: HashMap<[u64; 3], usize> = HashMap::new();
@@ -113,8 +115,8 @@ fn edges(corners: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Segment> {
             }
         }
     }
-    let sharp = order.len() > MOST_LINES;
-    let mut kept: Vec<(usize, usize)> = order.into_iter().filter(|edge| !sharp || found[edge].1 != 2 || found[edge].0 < SHARP).collect();
+    let below = if order.len() > MOST_LINES { SHARP } else { FLAT };
+    let mut kept: Vec<(usize, usize)> = order.into_iter().filter(|edge| found[edge].1 != 2 || found[edge].0 < below).collect();
     if kept.len() > MOST_LINES {
         let stride = kept.len().div_ceil(MOST_LINES);
         kept = kept.into_iter().step_by(stride).collect();
@@ -155,8 +157,11 @@ mod tests {
         assert!((lines.iter().map(length).sum::<f64>() - 4.0 * 1.2).abs() < 1e-12);
         assert!(lines.iter().flatten().all(|point| (point[0] - 1.0).abs() < 0.1 + 1e-12));
         // The corners of the second triangle are written again.
-        let vertices_m = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0]];
-        let mesh = Shape::Mesh(Mesh { vertices_m, triangles: vec![[0, 1, 2], [3, 4, 5]] });
-        assert_eq!(mesh.outline(&Place::default()).unwrap().len(), 5);
+        let lines = |height: f64| {
+            let vertices_m = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, height], [0.0, 1.0, 0.0]];
+            Shape::Mesh(Mesh { vertices_m, triangles: vec![[0, 1, 2], [3, 4, 5]] }).outline(&Place::default()).unwrap().len()
+        };
+        // Within a plane the edge between them is none.
+        assert_eq!((lines(0.5), lines(0.0)), (5, 4));
     }
 }

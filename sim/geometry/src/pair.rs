@@ -1,7 +1,8 @@
 //! How far apart a tip and a workpiece are while the tip goes anywhere in space.
 
+use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Pose, Rotation, Vector};
-use parry3d_f64::query::{ShapeCastOptions, cast_shapes, contact};
+use parry3d_f64::query::{Ray, RayCast, ShapeCastOptions, cast_shapes, contact};
 use parry3d_f64::shape::SharedShape;
 
 use crate::error::GeometryError;
@@ -13,6 +14,9 @@ const REACH: f64 = 0.5;
 
 /// Distance of a ball's centre from the surface at which it lies on it, over its radius.
 const ON_THE_SURFACE: f64 = 1e-12;
+
+/// A direction in which a ray hardly ever meets an edge.
+const OBLIQUE: [f64; 3] = [0.412_943_1, 0.527_181_7, 0.742_839_3];
 
 /// A tip that a tool carries, and a workpiece that stands still.
 #[derive(Clone)]
@@ -99,6 +103,24 @@ impl Pair {
         }
         let (signed, normal) = if found.is_inside { (-distance, -way / distance) } else { (distance, way / distance) };
         Some(Nearest { distance_m: signed - radius, point_m: found.point.to_array(), normal: normal.to_array() })
+    }
+
+    /// How deep the middle of the tip is inside a workpiece that is a closed mesh, m; none where it is not inside, or the workpiece is no mesh. A mesh is a surface
+    /// to [`Self::nearest`], which does not know its inside from its outside.
+    pub fn buried_m(&self, position_m: [f64; 3], quaternion: [f64; 4]) -> Option<f64> {
+        let mesh = self.workpiece.as_trimesh()?;
+        let middle = (pose_of(position_m, quaternion) * self.tip_pose).transform_point(self.tip.compute_local_aabb().center());
+        let local = self.workpiece_pose.inverse().transform_point(middle);
+        let reach = mesh.local_aabb().extents().length() + (local - mesh.local_aabb().center()).length();
+        // Out of a closed surface every way crosses it an odd number of times.
+        let crossings = |along: Vector| {
+            let end = local + along * reach;
+            let swept = Aabb::new(local.min(end), local.max(end));
+            let ray = Ray::new(local, along);
+            mesh.bvh().intersect_aabb(&swept).filter(|&i| mesh.triangle(i).cast_local_ray(&ray, reach, true).is_some()).count()
+        };
+        let inside = [OBLIQUE, OBLIQUE.map(|x| -x)].into_iter().all(|along| crossings(Vector::from_array(along).normalize()) % 2 == 1);
+        inside.then(|| (self.workpiece.project_point(&self.workpiece_pose, middle, false).point - middle).length())
     }
 
     /// How far the tip can go along a direction, m, until it touches; none where it never does within `reach_m`.

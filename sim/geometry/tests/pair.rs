@@ -1,6 +1,6 @@
 //! Distances in space against closed forms.
 
-use feeler_geometry::{Pair, Place, Shape, overlap_m};
+use feeler_geometry::{Mesh, Pair, Place, Shape, overlap_m};
 
 /// A projection and a norm of lengths below 1 m, each rounded a few times.
 const ROUNDING: f64 = 1e-13;
@@ -46,4 +46,20 @@ fn truth_two_capsules_overlap_by_what_their_lines_are_too_near() {
     let depth = overlap_m((&capsule, [0.0; 3], UPRIGHT), (&capsule, [0.08, 0.1, 0.0], UPRIGHT)).unwrap();
     assert!((depth - 0.02).abs() < ITERATED, "{depth}");
     assert!(overlap_m((&capsule, [0.0; 3], UPRIGHT), (&capsule, [0.2, 0.0, 0.0], UPRIGHT)).unwrap() <= 0.0);
+}
+
+#[test]
+fn truth_the_inside_of_a_closed_mesh_is_known_and_a_sheet_has_none() {
+    // A cube of 0.2 m; corner i has bit k of i for its side along axis k.
+    let vertices_m = (0..8).map(|i| std::array::from_fn(|k| if i >> k & 1 == 1 { 0.1 } else { -0.1 })).collect::<Vec<_>>();
+    let sides = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+    let triangles = |count: usize| sides[..count].iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect::<Vec<[u32; 3]>>();
+    let pair = |count| {
+        let mesh = Shape::Mesh(Mesh { vertices_m: vertices_m.clone(), triangles: triangles(count) });
+        Pair::new(&Shape::Ball { radius_m: 0.01 }, &Place::default(), &mesh, &Place::at([1.0, 0.0, 0.0])).unwrap()
+    };
+    let depth = pair(6).buried_m([1.0, 0.0, 0.07], UPRIGHT).unwrap();
+    assert!((depth - 0.03).abs() < ROUNDING, "{depth}");
+    assert_eq!(pair(6).buried_m([1.0, 0.0, 0.2], UPRIGHT), None);
+    assert_eq!(pair(1).buried_m([1.0, 0.0, 0.0], UPRIGHT), None);
 }

@@ -114,6 +114,9 @@ impl Cell {
         if let Some(nearest) = nearest.filter(|nearest| nearest.distance_m + gap_m < -TOUCHING) {
             return Err(ManipulatorError::Penetrates { depth_m: -nearest.distance_m - gap_m });
         }
+        if let Some(depth_m) = pair.buried_m(position, turn) {
+            return Err(ManipulatorError::Penetrates { depth_m });
+        }
         let normal = self.unit_normal();
         let places = chain.joints.iter().map(|joint| &joint.place).chain([&chain.tool]);
         let reach_m = REACHES * places.map(|place| place.translation.vector.norm()).sum::<f64>();

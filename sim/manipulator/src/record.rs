@@ -1,9 +1,14 @@
 //! What a run leaves behind.
 
-use feeler_engine::Trace;
+use feeler_engine::{Event, EventKind, Observer, Trace};
+use feeler_plant::assembly::Assembly;
+use feeler_plant::motion::Switch;
+
+use crate::cell::Cell;
+use crate::mode::{Change, Mode, Slide};
 
 /// Joint events that are kept.
-pub(crate) const MOST_EVENTS: usize = 1_000_000;
+const MOST_EVENTS: usize = 1_000_000;
 
 /// A joint that stuck or broke loose, or whose play met a flank or left it.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,4 +31,50 @@ pub struct Record {
     pub motion: Trace,
     /// What happened in the joints.
     pub joint_events: Vec<JointEvent>,
+}
+
+/// Adds a row to a trace.
+pub(crate) fn put(trace: &mut Trace, t_s: f64, row: &[f64]) {
+    Observer::record(trace, t_s, row);
+}
+
+/// Names of the recorded signals: those of the measures, and those that the motion has beside them.
+pub(crate) fn names(cell: &Cell, assembly: &Assembly) -> [Vec<String>; 2] {
+    let contact = &assembly.contacts[0].name;
+    let drive = assembly.drives.first().map_or("drive", |drive| drive.name.as_str());
+    let controller = cell.scenario.controllers.keys().next().map_or("controller", String::as_str);
+    let mut measures: Vec<String> =
+        ["force", "spring_force", "compression", "contact"].iter().map(|quantity| format!("{contact}.{quantity}")).collect();
+    measures.extend([
+        format!("{drive}.command"),
+        format!("{controller}.output"),
+        format!("{controller}.reference"),
+        "joints.limited".into(),
+    ]);
+    measures.extend(assembly.sensors.iter().map(|sensor| format!("{}.reading", sensor.name)));
+    let mut motion = Vec::new();
+    for joint in &cell.joints {
+        motion.extend(["position", "motor", "velocity", "torque"].map(|quantity| format!("joints.{}.{quantity}", joint.name)));
+    }
+    let turns = ["x", "y", "z", "turn_x", "turn_y", "turn_z"].map(|axis| format!("tool.{axis}"));
+    let points = ["point.x", "point.y", "point.z", "normal.x", "normal.y", "normal.z"].map(str::to_owned);
+    motion.extend(turns.into_iter().chain(points));
+    [measures, motion]
+}
+
+/// Notes a change of mode as the event that it is.
+pub(crate) fn note(record: &mut Record, t_s: f64, change: Change, mode: &Mode) {
+    let joint_event = |joint, what| JointEvent { t_s, joint, what };
+    let event = match change {
+        Change::Contact => {
+            let kind = if mode.touching { EventKind::Touch } else { EventKind::Lift };
+            record.measures.events.push(Event { t_s, kind, switch: Switch::Contact(0) });
+            return;
+        }
+        Change::Flank(i) => joint_event(i, if mode.flanks[i] == 0 { "lift" } else { "touch" }),
+        Change::Slide(i) => joint_event(i, if mode.slides[i] == Slide::Stick { "stick" } else { "slip" }),
+    };
+    if record.joint_events.len() < MOST_EVENTS {
+        record.joint_events.push(event);
+    }
 }

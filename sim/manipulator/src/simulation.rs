@@ -2,17 +2,16 @@
 
 use feeler_arm::Reduction;
 use feeler_engine::parts::{Sensing, Tap, due};
-use feeler_engine::{Event, EventKind, Program, RunEnd, Trace};
+use feeler_engine::{Program, RunEnd, Trace};
 use feeler_plant::assembly::{Assembly, Source};
 use feeler_plant::description::Quantity;
-use feeler_plant::motion::Switch;
 use nalgebra::{DVector, Vector3};
 
 use crate::cell::Cell;
 use crate::error::ManipulatorError;
 use crate::look::Plant;
-use crate::mode::{Change, Mode, Slide};
-use crate::record::{JointEvent, MOST_EVENTS, Record};
+use crate::mode::Mode;
+use crate::record::{Record, names, note, put};
 use crate::sampling::{Control, Drives};
 use crate::state::{Layout, filtered};
 use crate::stepping::{advance, settle};
@@ -274,50 +273,6 @@ impl Simulation {
             put(&mut self.record.motion, self.t_s, &row);
         }
         self.rows += 1;
-    }
-}
-
-fn put(trace: &mut Trace, t_s: f64, row: &[f64]) {
-    feeler_engine::Observer::record(trace, t_s, row);
-}
-
-/// Names of the recorded signals: those of the measures, and those that the motion has beside them.
-fn names(cell: &Cell, assembly: &Assembly) -> [Vec<String>; 2] {
-    let contact = &assembly.contacts[0].name;
-    let drive = assembly.drives.first().map_or("drive", |drive| drive.name.as_str());
-    let controller = cell.scenario.controllers.keys().next().map_or("controller", String::as_str);
-    let mut measures: Vec<String> =
-        ["force", "spring_force", "compression", "contact"].iter().map(|quantity| format!("{contact}.{quantity}")).collect();
-    measures.extend([
-        format!("{drive}.command"),
-        format!("{controller}.output"),
-        format!("{controller}.reference"),
-        "joints.limited".into(),
-    ]);
-    measures.extend(assembly.sensors.iter().map(|sensor| format!("{}.reading", sensor.name)));
-    let mut motion = Vec::new();
-    for joint in &cell.joints {
-        motion.extend(["position", "motor", "velocity", "torque"].map(|quantity| format!("joints.{}.{quantity}", joint.name)));
-    }
-    let turns = ["x", "y", "z", "turn_x", "turn_y", "turn_z"].map(|axis| format!("tool.{axis}"));
-    let points = ["point.x", "point.y", "point.z", "normal.x", "normal.y", "normal.z"].map(str::to_owned);
-    motion.extend(turns.into_iter().chain(points));
-    [measures, motion]
-}
-
-fn note(record: &mut Record, t_s: f64, change: Change, mode: &Mode) {
-    let joint_event = |joint, what| JointEvent { t_s, joint, what };
-    let event = match change {
-        Change::Contact => {
-            let kind = if mode.touching { EventKind::Touch } else { EventKind::Lift };
-            record.measures.events.push(Event { t_s, kind, switch: Switch::Contact(0) });
-            return;
-        }
-        Change::Flank(i) => joint_event(i, if mode.flanks[i] == 0 { "lift" } else { "touch" }),
-        Change::Slide(i) => joint_event(i, if mode.slides[i] == Slide::Stick { "stick" } else { "slip" }),
-    };
-    if record.joint_events.len() < MOST_EVENTS {
-        record.joint_events.push(event);
     }
 }
 

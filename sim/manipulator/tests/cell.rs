@@ -9,9 +9,11 @@ use feeler_control::{Controller, ControllerSpec, ForceGains, Law, ReferenceSpec}
 use feeler_engine::{ControllerUse, EventKind, RunEnd, RunSettings, Scenario};
 use feeler_geometry::{Place, Shape};
 use feeler_manipulator::{Cell, Hold, JointPart, ManipulatorError, Part, Simulation, Start, link_capsules};
+
 use feeler_plant::description::{
     Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, Machine, Quantity, Sensor, SignalName,
 };
+use feeler_plant::effects::{EffectUse, LIBRARY};
 use nalgebra::Vector3;
 
 const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
@@ -188,4 +190,81 @@ fn truth_starts_that_make_no_sense_are_refused() {
     }
     let long = Cell { step_s: Some(5e-3), ..still(1e-3) };
     assert!(matches!(Simulation::new(&long, 1e3, 1), Err(ManipulatorError::Step { .. })));
+}
+
+/// A lever of 0.8 m about y; nothing is in reach of it.
+fn lever(drive: &JointDrive, effects: &[(&str, &[f64])], speed_m_per_s: f64, force_n: f64) -> Cell {
+    let text = r#"<robot name="lever"><link name="base"/>
+        <link name="rod"><inertial><mass value="2"/><inertia ixx="0.7" iyy="0.7" izz="0.7"/></inertial></link><link name="tip"/>
+        <joint name="hinge" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+        <joint name="end" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="0.8 0 0"/></joint></robot>"#;
+    let arm = Arm::new(Urdf::parse(text).unwrap().chain("tip").unwrap(), vec![drive.clone()]).unwrap();
+    let of = |(kind, values): &(&str, &[f64])| {
+        let definition = LIBRARY.iter().copied().find(|known| known.kind == *kind).unwrap();
+        EffectUse { definition, values: values.to_vec() }
+    };
+    let effects: Vec<EffectUse> = effects.iter().map(of).collect();
+    let mut scenario = axis(ForceGains::default(), force_n, contact(2e4, 40.0));
+    for used in scenario.controllers.values_mut() {
+        used.spec.law = Law::OpenLoop;
+    }
+    Cell {
+        joints: vec![JointPart::new("hinge", drive, false, &effects).unwrap()],
+        bodies: link_capsules(arm.chain()),
+        start: Start { pose: vec![0.0], normal: DOWN, speed_m_per_s },
+        tip: Part { shape: Shape::Ball { radius_m: RADIUS_M }, place: Place::default() },
+        workpiece: Part { shape: Shape::Cuboid { half_extents_m: [0.1; 3] }, place: Place::at([0.8, 0.0, -3.0]) },
+        hold: Hold { bandwidth_hz: 0.0, damping_ratio: 1.0 },
+        scenario,
+        step_s: None,
+        arm,
+    }
+}
+
+fn events(cell: &Cell, what: &str, end_s: f64) -> Vec<f64> {
+    let mut simulation = Simulation::new(cell, 1e3, 1).unwrap();
+    assert_eq!(simulation.run_to(end_s).end, RunEnd::Completed);
+    simulation.into_record().joint_events.iter().filter(|event| event.what == what).map(|event| event.t_s).collect()
+}
+
+/// The gear rings at 2650 1/s when friction sets in; the motor's speed then differs from the lever's by 3e-4 of 1.1 rad/s^2 times 0.056 s.
+const RINGING_S: f64 = 5e-5;
+
+#[test]
+fn truth_dry_friction_stops_a_lever_when_its_momentum_is_spent() {
+    let cell = lever(&drive(1.1, 3e6, 2500.0, 0.0, 2.0), &[], 0.05, 0.0);
+    let stops = events(&cell, "stick", 0.1);
+    let expected_s = 0.05 / 0.8 * (1.1 + 0.7) / 2.0;
+    println!("the lever stops at {:?}, {expected_s} s expected", stops.first());
+    assert!((stops[0] - expected_s).abs() < RINGING_S, "{stops:?}");
+}
+
+/// The lever turns by 10 mrad, and the torque of a force at its end falls by half the square of that, 5e-5.
+const ALMOST_LEVEL: f64 = 5e-5;
+
+#[test]
+fn truth_a_motor_crosses_half_its_play_under_its_own_inertia() {
+    let cell = lever(&drive(1.1, 3e4, 25.0, 0.0, 0.0), &[("backlash", &[0.02, 0.0, 0.0])], 0.0, 10.0);
+    let meets = events(&cell, "touch", 0.06);
+    let expected_s = f64::sqrt(2.0 * 0.01 * 1.1 / (10.0 * 0.8));
+    println!("the flank meets at {:?}, {expected_s} s expected", meets.first());
+    assert!((meets[0] / expected_s - 1.0).abs() < ALMOST_LEVEL, "{meets:?}");
+}
+
+/// Times of rows, in the arithmetic of the clocks.
+const ROW: f64 = 1e-9;
+
+#[test]
+fn truth_a_delayed_sensor_reads_the_force_as_it_was() {
+    let mut scenario = axis(ForceGains::default(), 0.0, contact(2e4, 40.0));
+    scenario.machine.sensors["force"].delay_s = 2e-3;
+    let cell = cell(six_joint(0.0), [0.65, 0.1], 0.2e-3, 0.05, scenario);
+    let mut simulation = Simulation::new(&cell, 1e3, 1).unwrap();
+    simulation.run_to(0.03);
+    let record = simulation.into_record().measures;
+    let [force, reading] = ["tool.spring_force", "force.reading"].map(|name| record.column(name).unwrap().to_vec());
+    assert!(force.iter().any(|force| *force > 5.0));
+    for (row, was) in force.iter().enumerate().take(force.len() - 2) {
+        assert!((reading[row + 2] - was).abs() < ROW * (1.0 + was), "row {row}: {} {was}", reading[row + 2]);
+    }
 }

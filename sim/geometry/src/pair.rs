@@ -10,7 +10,7 @@ use crate::shape::{Place, Shape};
 use crate::swept_ball::{SweptBall, is_triangles};
 
 /// How far apart shapes other than balls may be to have a distance, over the size of the tip; beyond, they are only known to be farther.
-const REACH: f64 = 0.5;
+const REACH: f64 = 0.05;
 
 /// Distance of a ball's centre from the surface at which it lies on it, over its radius.
 const ON_THE_SURFACE: f64 = 1e-12;

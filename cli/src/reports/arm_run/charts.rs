@@ -39,6 +39,7 @@ pub(super) fn whole_run(page: &mut Page, file: &CellFile, result: &CellRun) {
     let joints = || file.cell.joints.iter().map(|joint| joint.name.as_str()).zip(&file.cell.arm.chain().joints);
     forces(page, file, result, &(0..result.record.t_s.len()), "run");
     let slides = |joint: &feeler_arm::Joint| joint.kind == feeler_arm::JointKind::Prismatic;
+    let any_slides = joints().any(|(_, joint)| slides(joint));
     let moved = joints().map(|(name, joint)| {
         let (unit, factor) = if slides(joint) { ("mm", 1e3) } else { ("deg", DEGREES) };
         Curve { factor, from_start: true, ..Curve::new(format!("joints.{name}.position"), name, unit) }
@@ -54,10 +55,15 @@ pub(super) fn whole_run(page: &mut Page, file: &CellFile, result: &CellRun) {
         (
             "Joints,",
             "change of position since the start, of the links.",
-            "change of position (deg; mm of a joint that slides)",
+            if any_slides { "change (deg; mm where it slides)" } else { "change (deg)" },
             moved.collect::<Vec<_>>(),
         ),
-        ("Torques of the drives,", "after their lags, at the joints.", "torque (N m; N of a joint that slides)", torques.collect()),
+        (
+            "Torques of the drives,",
+            "after their lags, at the joints.",
+            if any_slides { "torque (N m; N where it slides)" } else { "torque (N m)" },
+            torques.collect(),
+        ),
         ("Tool,", "its way since the start in the base's frame.", "way (mm)", way.into()),
     ];
     for (title, caption, label, curves) in charts {

@@ -7,8 +7,8 @@ mod common;
 use std::hint::black_box;
 
 use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime};
-use feeler_benches::hand_written::{Axis, FlexibleAxis, FlexibleCell, Method, Plant, run};
-use feeler_benches::machines::{FORCE_LOOP, REFERENCES, Reference, load};
+use feeler_benches::hand_written::{Axis, FilteredLoop, FlexibleAxis, FlexibleCell, Method, Plant, run};
+use feeler_benches::machines::{FILTERED_LOOP, FORCE_LOOP, REFERENCES, Reference, load};
 use feeler_benches::peak::peak_of;
 use feeler_engine::{Integrator, Program, RunEnd, Scenario, Simulation, Unobserved};
 use feeler_lanes::{Lane, Pack};
@@ -34,9 +34,9 @@ fn settled<L: Lane>(group: &mut BenchmarkGroup<WallTime>, name: &str, scenario: 
     });
 }
 
-/// Stepping of M1, M2 and M4 for two seconds under sampled force control, without construction and without a record.
+/// Stepping of M1, M2, M4 and the filtered loop for two seconds under sampled force control, without construction and without a record.
 fn reference_machines(criterion: &mut Criterion) {
-    for reference in &REFERENCES {
+    for reference in REFERENCES.iter().chain([&FILTERED_LOOP]) {
         for (integrator, name) in Integrator::ALL {
             let tolerance = if integrator == Integrator::Exact { EXACT_TOLERANCE } else { FIXED_STEP_TOLERANCE };
             let peak = peak_of(&reference.recorded(integrator, STEP_S).unwrap()).unwrap().largest;
@@ -86,6 +86,7 @@ fn hand_written(criterion: &mut Criterion) {
             _ => yardstick(criterion, reference, &FlexibleCell::default()),
         }
     }
+    yardstick(criterion, &FILTERED_LOOP, &FilteredLoop::default());
 }
 
 fn yardstick<const S: usize>(criterion: &mut Criterion, reference: &Reference, plant: &impl Plant<S>) {

@@ -1,4 +1,4 @@
-//! What a user waits for: a sweep from its file to its table.
+//! What a user waits for: a sweep from its file to its table, a diagnosis from its records to its answer.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot be set up has nothing to measure")]
 
@@ -7,6 +7,8 @@ mod common;
 use std::path::Path;
 
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
+use feeler_diagnosis::dataset::Dataset;
+use feeler_diagnosis::diagnose;
 use feeler_scenarios::sweep::{Options, Sweep};
 
 /// Maps of M2, gain by wall stiffness: two seconds each under its controller at 1 kHz, every measure taken, rows written as Parquet. One element is one
@@ -35,5 +37,23 @@ fn map(criterion: &mut Criterion) {
     }
 }
 
-criterion_group! { name = suite; config = common::settings(); targets = map }
+/// One diagnosis on all processors: calibration, every cause of the library at every place, pairs of causes, and the answer. Of the repository's dataset it
+/// takes the two records of free motion under sines, one to fit and one to check; friction and a late command are hidden in them.
+fn diagnosis(criterion: &mut Criterion) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/datasets/bench-axis");
+    let mut dataset = Dataset::load(&folder).unwrap();
+    dataset.records.retain(|record| record.name.starts_with("free-sines"));
+    assert_eq!(dataset.records.len(), 2);
+    let mut group = criterion.benchmark_group("diagnosis");
+    group.sampling_mode(SamplingMode::Flat).sample_size(10);
+    group.bench_function("axis_in_free_motion/two_records", |bench| {
+        bench.iter(|| {
+            let diagnosis = diagnose(&dataset, &|_| {}).unwrap();
+            assert!(diagnosis.effects.iter().any(|effect| effect.accepted && effect.kind == "coulomb-friction"));
+            diagnosis
+        });
+    });
+}
+
+criterion_group! { name = suite; config = common::settings(); targets = map, diagnosis }
 criterion_main!(suite);

@@ -3,8 +3,8 @@
 
 use std::hint::black_box;
 
-use feeler_benches::hand_written::{Axis, FlexibleAxis, FlexibleCell, Method, run};
-use feeler_benches::machines::REFERENCES;
+use feeler_benches::hand_written::{Axis, FilteredLoop, FlexibleAxis, FlexibleCell, Method, run};
+use feeler_benches::machines::{FILTERED_LOOP, REFERENCES};
 use feeler_engine::{Integrator, Program, Simulation, Unobserved};
 use feeler_lanes::{Lane, Pack};
 
@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn simulate<L: Lane>(machine: &str, method: &str, duration_s: f64) -> Result<(), Box<dyn std::error::Error>> {
-    let reference = REFERENCES.iter().find(|reference| reference.short == machine).ok_or("no such machine")?;
+    let reference = REFERENCES.iter().chain([&FILTERED_LOOP]).find(|reference| reference.short == machine).ok_or("no such machine")?;
     let (integrator, _) = Integrator::ALL.into_iter().find(|(_, name)| *name == method).ok_or("no such integrator")?;
     let mut scenario = reference.unrecorded(integrator, 1e-4)?;
     scenario.run.duration_s = duration_s;
@@ -42,7 +42,8 @@ fn hand_written(machine: &str, name: &str, samples: usize) -> Result<(), Box<dyn
     black_box(match machine {
         "M1" => run(black_box(&Axis::default()), method, samples, 10),
         "M2" => run(black_box(&FlexibleAxis::default()), method, samples, 10),
-        _ => run(black_box(&FlexibleCell::default()), method, samples, 10),
+        "M4" => run(black_box(&FlexibleCell::default()), method, samples, 10),
+        _ => run(black_box(&FilteredLoop::default()), method, samples, 10),
     });
     Ok(())
 }

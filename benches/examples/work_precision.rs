@@ -7,7 +7,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use feeler_benches::machines::{REFERENCES, Reference};
+use feeler_benches::machines::{FILTERED_LOOP, REFERENCES, Reference};
 use feeler_benches::peak::peak_of;
 use feeler_benches::stopwatch::median;
 use feeler_engine::{Integrator, Program, Scenario, Simulation, Unobserved};
@@ -18,7 +18,7 @@ const STEPS_PER_SAMPLE: [usize; 4] = [10, 20, 50, 100];
 const ROUNDS: usize = 15;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    for reference in &REFERENCES {
+    for reference in REFERENCES.iter().chain([&FILTERED_LOOP]) {
         simulator(reference)?;
     }
     Ok(())

@@ -7,7 +7,7 @@ mod hand_written;
 use std::hint::black_box;
 use std::time::Instant;
 
-use hand_written::{Axis, FlexibleAxis, FlexibleCell, Method, Plant, run};
+use hand_written::{Axis, FilteredLoop, FlexibleAxis, FlexibleCell, Method, Plant, run};
 
 const SAMPLES: usize = 2000;
 const ROUNDS: usize = 15;
@@ -16,6 +16,7 @@ fn main() {
     rows("M1", &Axis::default());
     rows("M2", &FlexibleAxis::default());
     rows("M4", &FlexibleCell::default());
+    rows("loop", &FilteredLoop::default());
 }
 
 fn rows<const S: usize>(machine: &str, plant: &impl Plant<S>) {

@@ -1,4 +1,4 @@
-//! The machines that are run: M1, M2, M4, a whole force loop, and families of growing size.
+//! The machines that are run: M1, M2, M4, whole force loops, and families of growing size.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -45,6 +45,15 @@ pub const REFERENCES: [Reference; 3] = [
         force_at_2s_n: 20.301_925_783_869_812,
     },
 ];
+
+/// M2 under a whole force loop that a loop can be written for: a filtered and late reading, a PI controller, its limit.
+pub const FILTERED_LOOP: Reference = Reference {
+    short: "loop",
+    name: "filtered_loop",
+    path: concat!(env!("CARGO_MANIFEST_DIR"), "/machines/filtered-loop.toml"),
+    peak_force_n: 129.052_691_842_286_66,
+    force_at_2s_n: 19.902_811_898_013_737,
+};
 
 impl Reference {
     /// Its scenario with nothing recorded, so that only the machine and its controller are stepped.

@@ -1,13 +1,9 @@
 //! Three ways to step: semi-implicit Euler, RK4, and RK4 that stops at touch and release.
 
+use super::control::{Control, PERIOD_S};
 use super::fma;
 use super::plants::Plant;
 
-/// Sampling of every reference machine: period, wanted force, gain and largest command.
-const PERIOD_S: f64 = 1e-3;
-const WANTED_N: f64 = 20.0;
-const GAIN: f64 = 2.0;
-const LIMIT_N: f64 = 200.0;
 /// The peak force is taken on a grid of 0.1 ms, whatever the step.
 const LOOKS_PER_SAMPLE: usize = 10;
 /// Looks at which a crossing is located to rounding.
@@ -65,15 +61,20 @@ fn sampled<const S: usize, P: Plant<S>>(
     let mut pushing = false;
     let mut peak = 0.0_f64;
     let mut force = contact(plant, &x);
+    let mut controller = plant.controller();
+    let mut reading = plant.reading_n(&x, force);
     let h = PERIOD_S / steps as f64;
     for _ in 0..samples {
-        let u = fma(GAIN, WANTED_N - force, WANTED_N).clamp(-LIMIT_N, LIMIT_N);
-        for _ in 0..LOOKS_PER_SAMPLE {
+        let u = controller.command_n(reading);
+        for look in 1..=LOOKS_PER_SAMPLE {
             for _ in 0..steps / LOOKS_PER_SAMPLE {
                 step(plant, &mut x, &mut pushing, u, h);
             }
             force = contact(plant, &x);
             peak = if force > peak { force } else { peak };
+            if look == LOOKS_PER_SAMPLE - P::READ_LATE {
+                reading = plant.reading_n(&x, force);
+            }
         }
     }
     RunResult { peak_force_n: peak, final_force_n: force }
@@ -94,13 +95,7 @@ fn slope<const S: usize>(plant: &impl Plant<S>, x: &[f64; S], u: f64, mode: Mode
         Mode::Pushing => plant.contact_force_n(plant.compression(x)),
         Mode::Either => contact(plant, x),
     };
-    let a = plant.accelerations(x, u, force);
-    let mut k = [0.0; S];
-    for i in 0..S / 2 {
-        k[i] = x[i + S / 2];
-        k[i + S / 2] = a[i];
-    }
-    k
+    plant.slopes(x, u, force)
 }
 
 /// `x + s k`.
@@ -120,10 +115,13 @@ fn rk4_blind<const S: usize>(plant: &impl Plant<S>, x: &mut [f64; S], _: &mut bo
 
 #[inline(always)]
 fn semi_implicit_euler<const S: usize>(plant: &impl Plant<S>, x: &mut [f64; S], _: &mut bool, u: f64, h: f64) {
-    let a = plant.accelerations(x, u, contact(plant, x));
+    let slopes = plant.slopes(x, u, contact(plant, x));
     for i in 0..S / 2 {
-        x[i + S / 2] = fma(h, a[i], x[i + S / 2]);
+        x[i + S / 2] = fma(h, slopes[i + S / 2], x[i + S / 2]);
         x[i] = fma(h, x[i + S / 2], x[i]);
+    }
+    for i in S / 2 * 2..S {
+        x[i] = fma(h, slopes[i], x[i]);
     }
 }
 

@@ -4,9 +4,13 @@
 //! checked or recorded but the peak force. The expert compiles for the processor at hand, and so does the comparison with other simulators
 //! (`peers/hand_written.rs`); within the benchmarks of this crate, compiled for any processor, the loops do without fused multiply-adds.
 
+mod control;
+mod filtered_loop;
 mod loops;
 mod plants;
 
+pub use control::{Control, Proportional, ProportionalIntegral};
+pub use filtered_loop::FilteredLoop;
 pub use loops::{Method, RunResult, run};
 pub use plants::{Axis, FlexibleAxis, FlexibleCell, Plant};
 

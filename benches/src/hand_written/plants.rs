@@ -1,11 +1,25 @@
 //! The equations of motion of the three reference machines, typed out.
 
+use super::control::{Control, Proportional};
 use super::fma;
 
-/// A machine of `S` states: positions, then speeds.
+/// A machine of `S` states: positions, then speeds, then what a sensor's filter remembers.
 pub trait Plant<const S: usize> {
+    /// By how many tenths of a millisecond a reading is late, fewer than ten.
+    const READ_LATE: usize = 0;
+
     /// State at the start.
     fn start(&self) -> [f64; S];
+
+    /// The controller at its start.
+    fn controller(&self) -> impl Control {
+        Proportional
+    }
+
+    /// What the force sensor reads, N, where the contact pushes with `contact_n`.
+    fn reading_n(&self, _state: &[f64; S], contact_n: f64) -> f64 {
+        contact_n
+    }
 
     /// Compression of the contact, m, and its rate, m/s.
     fn compression(&self, state: &[f64; S]) -> [f64; 2];
@@ -15,6 +29,18 @@ pub trait Plant<const S: usize> {
 
     /// Accelerations under drive force and contact force, m/s^2, in the order of the positions; the rest of the array is not looked at.
     fn accelerations(&self, state: &[f64; S], drive_n: f64, contact_n: f64) -> [f64; S];
+
+    /// Slopes of all states.
+    #[inline(always)]
+    fn slopes(&self, state: &[f64; S], drive_n: f64, contact_n: f64) -> [f64; S] {
+        let a = self.accelerations(state, drive_n, contact_n);
+        let mut slopes = [0.0; S];
+        for i in 0..S / 2 {
+            slopes[i] = state[i + S / 2];
+            slopes[i + S / 2] = a[i];
+        }
+        slopes
+    }
 }
 
 /// Where every run starts, m from the wall.

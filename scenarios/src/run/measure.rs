@@ -1,10 +1,11 @@
 //! Measures of many variants: no energy ledger, no more recorded than the measures need, variants of one structure side by side.
 
-use feeler_engine::{EnergyBalance, Event, Integrator, Observer, Program, RunSettings, Scenario, Simulation, Trace};
+use feeler_engine::{EnergyBalance, Integrator, Program, RunSettings, Scenario, Simulation, Trace};
 use feeler_lanes::{Lane, Pack};
 
 use super::error::RunError;
-use super::record::{self, Recording};
+use super::lanes::Lanes;
+use super::record::Recording;
 use super::{Ended, Judged, Summary, engine};
 
 /// Variants that run side by side.
@@ -55,19 +56,9 @@ impl Candidate {
     /// # Errors
     /// Exponentials that cannot be computed. A motion that diverges is a result.
     pub fn measure(&self, tail: usize) -> Result<Measured, RunError> {
-        let mut record = Trace::new(self.program.record_names());
-        let mut simulation = engine::simulation(self.program.clone(), self.scenario.machine.axis)?;
-        let duration_s = self.scenario.run.duration_s;
-        let mut until_s = duration_s;
-        loop {
-            simulation.run_to(until_s, &mut record)?;
-            record::drop_undefined_rows(&mut record);
-            let measured = self.judge(&record, Ended::of(&simulation, 0), tail);
-            until_s *= 2.0;
-            if !measured.may_be_decided() || until_s > MOST_EXTENSION * duration_s {
-                return Ok(measured);
-            }
-        }
+        let simulation = engine::simulation(self.program.clone(), self.scenario.machine.axis)?;
+        let mut measured = measure_lanes(&[self], simulation, &mut Lanes::new(), tail)?;
+        Ok(measured.swap_remove(0))
     }
 
     fn judge(&self, record: &Trace, ended: Ended, tail: usize) -> Measured {
@@ -108,43 +99,24 @@ fn strobe(t_s: &[f64], force_n: &[f64], summary: &Summary, most: usize) -> Vec<f
     values
 }
 
-/// One trace per lane.
-struct Lanes(Vec<Trace>);
-
-impl<L: Lane> Observer<L> for Lanes {
-    fn record(&mut self, t_s: f64, values: &[L]) {
-        for (l, trace) in self.0.iter_mut().enumerate() {
-            trace.t_s.push(t_s);
-            for (column, value) in trace.columns.iter_mut().zip(values) {
-                column.push(value.lane(l));
-            }
-        }
-    }
-
-    fn event(&mut self, lane: usize, event: &Event) {
-        self.0[lane].events.push(*event);
-    }
-}
-
 /// Measures variants, side by side where their structure allows it; each gets the same numbers as alone, to the bit. In the order given.
 pub fn measure(candidates: &[Candidate], tail: usize) -> Vec<Result<Measured, RunError>> {
     let mut results: Vec<Option<Result<Measured, RunError>>> = candidates.iter().map(|_| None).collect();
     let mut left: Vec<usize> = (0..candidates.len()).collect();
+    let mut lanes = Lanes::new();
     while let Some(&first) = left.first() {
         let alike = left.iter().copied().filter(|&i| candidates[first].runs_beside(&candidates[i]));
         let block: Vec<usize> = alike.take(LANES).collect();
         let block = if block.len() == LANES { block } else { vec![first] };
         left.retain(|i| !block.contains(i));
         if block.len() == LANES
-            && let Ok(measured) = side_by_side(&block.iter().map(|&i| &candidates[i]).collect::<Vec<_>>(), tail)
+            && let Ok(measured) = side_by_side(&block.iter().map(|&i| &candidates[i]).collect::<Vec<_>>(), &mut lanes, tail)
         {
             for (&i, measured) in block.iter().zip(measured) {
-                if !measured.may_be_decided() {
-                    results[i] = Some(Ok(measured));
-                }
+                results[i] = Some(Ok(measured));
             }
         }
-        // Those that were undecided, and those that a failure of one took down.
+        // Too few for the lanes, or taken down by the failure of one.
         for &i in &block {
             results[i].get_or_insert_with(|| candidates[i].measure(tail));
         }
@@ -152,17 +124,35 @@ pub fn measure(candidates: &[Candidate], tail: usize) -> Vec<Result<Measured, Ru
     results.into_iter().flatten().collect()
 }
 
-fn side_by_side(block: &[&Candidate], tail: usize) -> Result<Vec<Measured>, RunError> {
-    let programs: Vec<Program> = block.iter().map(|candidate| candidate.program.clone()).collect();
-    let mut lanes = Lanes(block.iter().map(|candidate| Trace::new(candidate.program.record_names())).collect());
-    let mut simulation = Simulation::<Pack<LANES>>::new(programs)?;
-    simulation.run(&mut lanes)?;
-    let judge = |(l, (candidate, record)): (usize, (&&Candidate, &mut Trace))| {
-        record::drop_undefined_rows(record);
-        // Steps are counted for all lanes together.
-        candidate.judge(record, Ended { steps: 0, ..Ended::of(&simulation, l) }, tail)
-    };
-    Ok(block.iter().zip(&mut lanes.0).enumerate().map(judge).collect())
+fn side_by_side(block: &[&Candidate], lanes: &mut Lanes<Pack<LANES>>, tail: usize) -> Result<Vec<Measured>, RunError> {
+    let simulation = Simulation::new(block.iter().map(|candidate| candidate.program.clone()).collect())?;
+    measure_lanes(block, simulation, lanes, tail)
+}
+
+/// Runs the lanes for their duration, and those that do not tell their outcome for longer, by doubling.
+fn measure_lanes<L: Lane>(
+    block: &[&Candidate],
+    mut simulation: Simulation<L>,
+    lanes: &mut Lanes<L>,
+    tail: usize,
+) -> Result<Vec<Measured>, RunError> {
+    let duration_s = block[0].scenario.run.duration_s;
+    let mut results: Vec<Option<Measured>> = vec![None; block.len()];
+    let mut until_s = duration_s;
+    lanes.begin(block.iter().map(|candidate| &candidate.program));
+    while results.iter().any(Option::is_none) {
+        simulation.run_to(until_s, lanes)?;
+        until_s *= 2.0;
+        for l in lanes.open() {
+            let measured = block[l].judge(lanes.trace(l), Ended::of(&simulation, l), tail);
+            if !measured.may_be_decided() || until_s > MOST_EXTENSION * duration_s {
+                results[l] = Some(measured);
+                lanes.close(l);
+                simulation.stop(l);
+            }
+        }
+    }
+    Ok(results.into_iter().flatten().collect())
 }
 
 #[cfg(test)]

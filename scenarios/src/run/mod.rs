@@ -41,6 +41,7 @@ mod energy;
 mod engine;
 mod error;
 mod force_loop;
+mod lanes;
 mod measure;
 mod outcome;
 mod record;
@@ -155,6 +156,7 @@ struct Ended {
     end: RunEnd,
     /// How far the motion came, s.
     end_s: f64,
+    /// Zero where several variants ran side by side: their steps are counted together.
     steps: u64,
 }
 
@@ -165,7 +167,7 @@ impl Ended {
             RunEnd::Diverged { t_s } | RunEnd::EventStorm { t_s } => t_s,
             _ => simulation.time_s(),
         };
-        Self { end, end_s, steps: simulation.steps() }
+        Self { end, end_s, steps: if L::WIDTH == 1 { simulation.steps() } else { 0 } }
     }
 }
 

@@ -61,16 +61,17 @@ impl Sweep {
 
     fn block(&self, points: &Points<'_>, first: u64, indices: &[u64], folder: &Path) -> Vec<Row> {
         let settings: Vec<Vec<Setting>> = indices.iter().map(|&i| points.settings(i)).collect();
-        let prepared: Vec<Result<Candidate, String>> = settings.iter().map(|settings| self.candidate(settings)).collect();
-        let candidates: Vec<Candidate> = prepared.iter().filter_map(|candidate| candidate.as_ref().ok()).cloned().collect();
+        let mut candidates = Vec::new();
+        let refused: Vec<Option<String>> =
+            (settings.iter()).map(|settings| self.candidate(settings).map(|candidate| candidates.push(candidate)).err()).collect();
         let mut measured = self.measured(&candidates).into_iter();
-        let rows = indices.iter().zip(settings).zip(&prepared).map(|((&index, settings), prepared)| {
+        let rows = indices.iter().zip(settings).zip(refused).map(|((&index, settings), refused)| {
             let variant = first + index;
-            let result = prepared.as_ref().map_err(Clone::clone).map(|_| measured.next()).and_then(|result| {
-                let measured = result.unwrap_or_else(|| Err("there is no result".into()))?;
-                self.keep_trace(&settings, variant, folder)?;
-                Ok(measured)
-            });
+            let result = match refused {
+                Some(error) => Err(error),
+                None => measured.next().unwrap_or_else(|| Err("there is no result".into())),
+            };
+            let result = result.and_then(|measured| self.keep_trace(&settings, variant, folder).map(|()| measured));
             Row { variant, settings, result }
         });
         rows.collect()

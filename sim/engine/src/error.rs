@@ -73,4 +73,9 @@ pub enum RunEnd {
         /// When.
         t_s: f64,
     },
+    /// Taken out of the run by [`crate::Simulation::stop`].
+    Stopped {
+        /// When.
+        t_s: f64,
+    },
 }

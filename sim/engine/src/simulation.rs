@@ -211,6 +211,15 @@ impl<L: Lane> Simulation<L> {
         self.lanes[lane].end
     }
 
+    /// Takes a lane out of the run where it is, so that what would still happen in it costs the others nothing. From then on its recorded values are not
+    /// numbers.
+    pub fn stop(&mut self, lane: usize) {
+        if !self.lanes[lane].has_ended() {
+            self.lanes[lane].end = RunEnd::Stopped { t_s: self.t_s };
+            self.formation.form(&self.lanes);
+        }
+    }
+
     /// Steps taken so far: intervals between instants and their parts, or fixed steps.
     pub fn steps(&self) -> u64 {
         self.steps

@@ -126,6 +126,13 @@ impl Polynomial {
         (1..self.terms).rev().fold(0.0, |sum, k| sum * s + k as f64 * self.c[k])
     }
 
+    /// Both at once: two chains of sums side by side take little longer than one.
+    fn value_and_slope(&self, s: f64) -> (f64, f64) {
+        let sums = |(value, slope): (f64, f64), k: usize| (value * s + self.c[k], slope * s + k as f64 * self.c[k]);
+        let (value, slope) = (1..self.terms).rev().fold((0.0, 0.0), sums);
+        (value * s + self.c[0], slope)
+    }
+
     /// The first instant in `[0, span]` at which the value, positive before, is no longer positive.
     ///
     /// A value at zero that is the rounded trace of an event counts as positive if it grows, and has already crossed if it does not.
@@ -204,7 +211,7 @@ impl Polynomial {
                 return Some(middle);
             }
             // Both tangents lie below a convex function: where they meet above zero there is no dip.
-            let (fa, fb, da, db) = (self.at(a), self.at(b), self.slope(a), self.slope(b));
+            let ((fa, da), (fb, db)) = (self.value_and_slope(a), self.value_and_slope(b));
             let lowest = (db * fa - da * fb + da * db * (b - a)) / (db - da);
             if lowest > 0.0 {
                 return None;
@@ -219,13 +226,13 @@ impl Polynomial {
         let (mut a, mut b) = (a, b);
         let mut s = 0.5 * (a + b);
         for _ in 0..100 {
-            let value = self.at(s);
+            let (value, slope) = self.value_and_slope(s);
             if value > 0.0 {
                 a = s;
             } else {
                 b = s;
             }
-            let newton = s - value / self.slope(s);
+            let newton = s - value / slope;
             let next = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
             if (next - s).abs() <= f64::EPSILON * b || b - a <= f64::EPSILON * b {
                 return next;

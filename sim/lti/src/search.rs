@@ -2,6 +2,8 @@
 
 /// Halvings after which a bracket of doubles cannot shrink any more, whatever its ends.
 const MAX_HALVINGS: usize = 200;
+/// A step of Newton's method below this, relative to the place, ends the search: the next one would be its square.
+const PLACE: f64 = 1e-12;
 
 /// The point where `f` changes sign between `a` and `b`, by bisection down to `relative_width` of the point.
 ///
@@ -45,6 +47,28 @@ pub(crate) fn maximum<E>(mut a: f64, mut b: f64, mut f: impl FnMut(f64) -> Resul
     Ok(if fx >= fy { (x, fx) } else { (y, fy) })
 }
 
+/// The place of the maximum of a function between `a` and `b` nearest uphill of `start`, by Newton's method on its slope, kept inside the bracket.
+/// `slope_and_curvature` gives the first two derivatives, both times any positive factor.
+pub(crate) fn largest(mut a: f64, mut b: f64, start: f64, slope_and_curvature: impl Fn(f64) -> [f64; 2]) -> f64 {
+    let mut x = start;
+    for _ in 0..MAX_HALVINGS {
+        let [slope, curvature] = slope_and_curvature(x);
+        if slope > 0.0 {
+            a = x;
+        } else {
+            b = x;
+        }
+        let newton = x - slope / curvature;
+        let next = if curvature < 0.0 && (a..=b).contains(&newton) { newton } else { 0.5 * (a + b) };
+        let step = (next - x).abs();
+        x = next;
+        if step <= PLACE * x.abs() {
+            break;
+        }
+    }
+    x
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -55,5 +79,17 @@ mod tests {
         assert!((root - 2.0_f64.sqrt()).abs() < 1e-15);
         let (place, value) = maximum(0.0, 3.0, |x: f64| Ok::<_, ()>(x.sin())).unwrap();
         assert!((place - std::f64::consts::FRAC_PI_2).abs() < 1e-7 && (value - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn truth_the_largest_value_is_found_from_its_slope() {
+        let derivatives = |x: f64| [x.cos(), -x.sin()];
+        let top = std::f64::consts::FRAC_PI_2;
+        // From 0.1 Newton's method alone would jump to 10.07, and from -1 the curvature has the wrong sign.
+        for start in [0.1, 1.0, 2.9, -1.0] {
+            assert!((largest(-1.0, 3.0, start, derivatives) - top).abs() < 4.0 * f64::EPSILON, "from {start}");
+        }
+        // A function that rises to the end of the bracket has its maximum there.
+        assert!((largest(-1.0, 1.0, 0.0, derivatives) - 1.0).abs() < 2.0 * PLACE);
     }
 }

@@ -248,5 +248,14 @@ fn truth_amplitude_and_dominant_frequency() {
     }
     let (frequency_hz, amplitude) = dominant_frequency(&record, PERIOD_S, (80.0, 400.0)).unwrap().unwrap();
     assert!((frequency_hz - 120.0).abs() < 1e-3 && (amplitude - 0.5).abs() < 1e-4);
+    // The transform itself, at and beside the place found: no neighbour is larger, and the amplitude is that of the transform there.
+    let mean = record.iter().sum::<f64>() / record.len() as f64;
+    let weights = Window::Hann.weights(record.len());
+    let at = |hz: f64| {
+        let term = |(i, (v, w)): (usize, (&f64, &f64))| C64::cis(-TAU * hz * PERIOD_S * i as f64) * ((v - mean) * w);
+        2.0 * record.iter().zip(&weights).enumerate().map(term).sum::<C64>().norm() / weights.iter().sum::<f64>()
+    };
+    assert!((at(frequency_hz) - amplitude).abs() < 1e-12);
+    assert!(at(frequency_hz) >= at(frequency_hz - 1e-4) && at(frequency_hz) >= at(frequency_hz + 1e-4));
     assert_eq!(dominant_frequency(&[1.0; 64], PERIOD_S, (1.0, 400.0)).unwrap(), None);
 }

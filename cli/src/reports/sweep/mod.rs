@@ -52,12 +52,15 @@ pub(crate) fn write(sweep: &Sweep, name: &str, table: &Table, folder: &Path) -> 
     page.verbatim("the file whose keys are varied", sweep.document.text());
     let mut written = Vec::new();
     let put = |path: &Path, text: &str| fs::write(path, text).map_err(|error| BadInput::unwritable(path, &error));
+    let mut pixels: Vec<(&str, PathBuf)> = Vec::new();
     for (name, svg) in &drawings {
         let path = folder.join(format!("{name}.svg"));
         put(&path, svg)?;
-        png::write(svg, &path.with_extension("png"))?;
-        written.extend([path.clone(), path.with_extension("png")]);
+        let png = path.with_extension("png");
+        written.extend([path, png.clone()]);
+        pixels.push((svg, png));
     }
+    png::write(&pixels)?;
     let path = folder.join("report.html");
     put(&path, &page.render())?;
     written.push(path);

@@ -1,7 +1,7 @@
 //! The same numbers, bit for bit: in every lane, every time, and however the run is cut.
 
 use feeler_control::{ForceGains, Law};
-use feeler_engine::{Event, Integrator, Observer, Program, Scenario, Simulation, Trace};
+use feeler_engine::{Event, Integrator, Observer, Program, RunEnd, Scenario, Simulation, Trace, Unobserved};
 use feeler_lanes::{Lane, Pack};
 use feeler_plant::description::{Contact, ContactLaw};
 
@@ -136,6 +136,33 @@ fn prop_lanes_of_nonlinear_and_switching_machines_give_the_bits_of_a_lone_run() 
                 }
             };
             alike(&format!("{what}, {name}"), &variants(&base, vary));
+        }
+    }
+}
+
+/// Half of the lanes are taken out in the middle of the run: they stay there, and the others go on as if alone.
+#[test]
+fn prop_lanes_that_are_stopped_leave_the_others_their_bits() {
+    for (integrator, name) in Integrator::ALL {
+        let mut base = reference_machine(2, 0.2);
+        base.run.integrator = integrator;
+        let scenarios = variants(&base, kp);
+        let mut simulation =
+            Simulation::<Pack<8>>::new(scenarios.iter().map(|scenario| Program::new(scenario).unwrap()).collect()).unwrap();
+        simulation.run_to(0.1, &mut Unobserved).unwrap();
+        let states: Vec<Vec<f64>> = (0..8).map(|l| simulation.state(l)).collect();
+        (0..8).step_by(2).for_each(|l| simulation.stop(l));
+        simulation.run_to(0.2, &mut Unobserved).unwrap();
+        for (l, scenario) in scenarios.iter().enumerate() {
+            if l % 2 == 0 {
+                assert_eq!(simulation.state(l), states[l], "{name}, lane {l}");
+                assert!(matches!(simulation.end(l), RunEnd::Stopped { t_s } if (t_s - 0.1).abs() < 1e-12), "{name}, lane {l}");
+            } else {
+                let (_, alone) = run_lanes::<f64>(std::slice::from_ref(scenario));
+                let bits: Vec<u64> = simulation.state(l).iter().map(|x| x.to_bits()).collect();
+                assert_eq!(bits, alone[0], "{name}, lane {l}");
+                assert_eq!(simulation.end(l), RunEnd::Completed);
+            }
         }
     }
 }

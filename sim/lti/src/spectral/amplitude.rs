@@ -6,7 +6,7 @@ use super::fft::{require_samples, transform};
 use super::window::Window;
 use crate::domain::C64;
 use crate::error::{LtiError, require_finite, require_positive};
-use crate::search::maximum;
+use crate::search::largest;
 
 /// One-sided amplitude spectrum: a sine of amplitude 1 on a line shows as 1.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,12 +61,43 @@ pub fn dominant_frequency(record: &[f64], period_s: f64, (low_hz, high_hz): (f64
     let in_band = |k: &usize| *k > 0 && (low_hz..=high_hz).contains(&(*k as f64 * spacing_hz));
     let strongest = (0..spectrum.len()).filter(in_band).max_by(|&i, &j| spectrum[i].norm_sqr().total_cmp(&spectrum[j].norm_sqr()));
     let Some(line) = strongest.filter(|&k| spectrum[k].norm_sqr() > 0.0) else { return Ok(None) };
-    let amplitude = |frequency_hz: f64| -> Result<f64, LtiError> {
-        let turn = TAU * frequency_hz * period_s;
-        let sum: C64 = weighted.iter().enumerate().map(|(i, v)| C64::cis(-turn * i as f64) * v).sum();
-        Ok(2.0 * sum.norm() / weight)
-    };
     let centre = line as f64 * spacing_hz;
     let (low, high) = ((centre - spacing_hz).max(low_hz), (centre + spacing_hz).min(high_hz));
-    maximum(low, high, amplitude).map(Some)
+    let turns_per_hz = TAU * period_s;
+    let phase = largest(low * turns_per_hz, high * turns_per_hz, centre * turns_per_hz, |phase| {
+        let [sum, first, second] = moments(&weighted, phase);
+        // Half of the slope and of the curvature of |sum|^2.
+        [(sum.conj() * first).im, first.norm_sqr() - (sum.conj() * second).re]
+    });
+    let [sum, ..] = moments(&weighted, phase);
+    Ok(Some((phase / turns_per_hz, 2.0 * sum.norm() / weight)))
+}
+
+/// Samples whose turns are taken from one table.
+const BLOCK: usize = 64;
+
+/// `sum_k k^m v[k] exp(-i phase k)` for m = 0, 1, 2, with k counted from the middle of the record: the transform at any frequency, and what its first two
+/// derivatives by the phase per sample consist of.
+fn moments(record: &[f64], phase: f64) -> [C64; 3] {
+    let table: [[f64; 6]; BLOCK] = std::array::from_fn(|j| {
+        let (turn, j) = (C64::cis(-phase * j as f64), j as f64);
+        [turn.re, turn.im, j * turn.re, j * turn.im, j * j * turn.re, j * j * turn.im]
+    });
+    let middle = 0.5 * record.len() as f64;
+    let mut moments = [C64::default(); 3];
+    for (block, values) in record.chunks(BLOCK).enumerate() {
+        let mut sums = [0.0; 6];
+        for (value, turns) in values.iter().zip(&table) {
+            for (sum, turn) in sums.iter_mut().zip(turns) {
+                *sum += value * turn;
+            }
+        }
+        let [s0, s1, s2] = [C64::new(sums[0], sums[1]), C64::new(sums[2], sums[3]), C64::new(sums[4], sums[5])];
+        let start = (block * BLOCK) as f64 - middle;
+        let turn = C64::cis(-phase * start);
+        moments[0] += turn * s0;
+        moments[1] += turn * (s1 + s0 * start);
+        moments[2] += turn * (s2 + s1 * (2.0 * start) + s0 * (start * start));
+    }
+    moments
 }

@@ -2,10 +2,11 @@
 
 use feeler_control::ControllerSpec;
 use feeler_lti::StateSpace;
+use feeler_plant::assembly::Source;
 use nalgebra::{DMatrix, RowDVector};
 
 use crate::continuous_law::{ContinuousLaw, INPUTS, POSITION, READING, READING_RATE, VELOCITY};
-use crate::control_loop::{ControlLoop, LoopPlant};
+use crate::control_loop::{ControlLoop, LoopPlant, Probe};
 use crate::error::AnalysisError;
 use crate::linearise::OutputRow;
 
@@ -22,14 +23,21 @@ impl ContinuousLoop {
     /// # Errors
     /// Those of [`ControlLoop::altered`].
     pub fn new(whole: &ControlLoop) -> Result<Self, AnalysisError> {
-        let whole = whole.altered(|assembly, _| {
-            for sensor in &mut assembly.sensors {
-                sensor.filters.clear();
-                sensor.delay = 0.0;
-            }
-        })?;
+        let whole = on_paper(whole)?;
         let plant = whole.loop_plant(None)?;
         Ok(Self { whole, plant })
+    }
+
+    /// From the output of one controller to a sensor; the other controllers closed.
+    ///
+    /// # Errors
+    /// As [`Self::closed_loop`].
+    pub fn response_to(whole: &ControlLoop, controller: usize, sensor: usize) -> Result<StateSpace, AnalysisError> {
+        let whole = on_paper(whole)?;
+        let output = whole.plant().output(Source::Sensor(sensor))?;
+        let plant = whole.loop_plant(Some((controller, output)))?;
+        let this = Self { whole, plant };
+        this.assemble(&this.specs(), Some((controller, Probe::Reading)))
     }
 
     /// State matrix of the closed loop. The plant's states come first.
@@ -53,7 +61,7 @@ impl ContinuousLoop {
     /// # Errors
     /// As [`Self::closed_loop`].
     pub fn open_loop(&self, controller: usize) -> Result<StateSpace, AnalysisError> {
-        self.assemble(&self.specs(), Some(controller))
+        self.assemble(&self.specs(), Some((controller, Probe::Law)))
     }
 
     /// Positions and speeds of the machine in a state of the loop.
@@ -66,7 +74,7 @@ impl ContinuousLoop {
     }
 
     /// All states and, per controller, its inputs as `H x + J u`; then the loop closed around them.
-    fn assemble(&self, specs: &[ControllerSpec], broken: Option<usize>) -> Result<StateSpace, AnalysisError> {
+    fn assemble(&self, specs: &[ControllerSpec], broken: Option<(usize, Probe)>) -> Result<StateSpace, AnalysisError> {
         let controllers = self.whole.controllers();
         let laws: Vec<ContinuousLaw> = specs.iter().map(ContinuousLaw::new).collect();
         let part = &self.plant.reduced;
@@ -81,6 +89,7 @@ impl ContinuousLoop {
         // Outputs of the controllers: u = P x + Q u over drives.
         let count = controllers.len();
         let (mut p, mut q) = (DMatrix::zeros(count, order), DMatrix::zeros(count, drives));
+        let mut probe = (RowDVector::zeros(order), RowDVector::zeros(drives));
         let mut next = n;
         for (i, (controller, law)) in controllers.iter().zip(&laws).enumerate() {
             let (mut h, mut j) = (DMatrix::zeros(INPUTS, order), DMatrix::zeros(INPUTS, drives));
@@ -108,9 +117,15 @@ impl ContinuousLoop {
             p.row_mut(i).copy_from(&(&law.d * &h));
             p.view_mut((i, next), (1, states)).copy_from(&law.c);
             q.row_mut(i).copy_from(&(&law.d * &j));
+            match broken {
+                Some((controller, Probe::Law)) if controller == i => probe = (-p.row(i), -q.row(i)),
+                Some((controller, Probe::Reading)) if controller == i => probe = (h.row(READING).into_owned(), j.row(READING).into_owned()),
+                _ => {}
+            }
             next += states;
         }
-        close(&a, &b, &p, &q, &controllers.iter().map(|c| c.drive).collect::<Vec<_>>(), broken)
+        let drive_of: Vec<usize> = controllers.iter().map(|c| c.drive).collect();
+        close([&a, &b, &p, &q], &drive_of, broken.map(|(controller, _)| controller), &probe)
     }
 
     /// A signal and its derivative as inputs of a law.
@@ -138,14 +153,22 @@ impl ContinuousLoop {
     }
 }
 
-/// Controllers' outputs `p x + q u` drive `u`; the broken one's place is taken by the input.
+/// A machine and its controllers without what is not on paper: filters and delays of sensors.
+fn on_paper(whole: &ControlLoop) -> Result<ControlLoop, AnalysisError> {
+    whole.altered(|assembly, _| {
+        for sensor in &mut assembly.sensors {
+            sensor.filters.clear();
+            sensor.delay = 0.0;
+        }
+    })
+}
+
+/// Controllers' outputs `p x + q u` drive `u`; the broken one's place is taken by the input, and the output is the probe, `c x + d u`.
 fn close(
-    a: &DMatrix<f64>,
-    b: &DMatrix<f64>,
-    p: &DMatrix<f64>,
-    q: &DMatrix<f64>,
+    [a, b, p, q]: [&DMatrix<f64>; 4],
     drive_of: &[usize],
     broken: Option<usize>,
+    (c, d): &(RowDVector<f64>, RowDVector<f64>),
 ) -> Result<StateSpace, AnalysisError> {
     let drives = b.ncols();
     // Which controllers feed which drive.
@@ -155,10 +178,8 @@ fn close(
     let enter = DMatrix::from_fn(drives, 1, |d, _| f64::from(u8::from(broken.is_some_and(|i| drive_of[i] == d))));
     let u_x = &inverse * &select * p;
     let u_r = &inverse * enter;
-    let probe = broken.unwrap_or(0);
-    let (p_row, q_row): (RowDVector<f64>, RowDVector<f64>) = (p.row(probe).into_owned(), q.row(probe).into_owned());
-    let c = -(p_row + &q_row * &u_x);
-    let d = -(q_row * &u_r);
+    let c = c + d * &u_x;
+    let d = d * &u_r;
     Ok(StateSpace::new(
         a + b * u_x,
         b * u_r,

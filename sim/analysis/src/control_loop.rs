@@ -48,6 +48,15 @@ pub(crate) struct LoopPlant {
     pub(crate) drive_delay_s: Vec<f64>,
 }
 
+/// What a broken loop puts out.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Probe {
+    /// The controller's output, negated: negative feedback is understood.
+    Law,
+    /// Its reading.
+    Reading,
+}
+
 impl ControlLoop {
     /// Linearises a scenario.
     ///

@@ -12,6 +12,7 @@
 //! Source: Eppinger and Seering, "Three Dynamic Problems in Robot Force Control", IEEE Trans. Robotics and Automation 8 (1992).
 
 mod channel;
+mod closed_loop;
 mod continuous_law;
 mod continuous_loop;
 mod control_loop;
@@ -32,6 +33,7 @@ mod stability;
 mod waterfall;
 
 pub use channel::Channel;
+pub use closed_loop::ClosedLoop;
 pub use continuous_loop::ContinuousLoop;
 pub use control_loop::{ControlLoop, LoopController};
 pub use curves::{Curves, Locus, curves};

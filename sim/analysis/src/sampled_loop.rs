@@ -10,7 +10,7 @@ use feeler_control::{ControllerSpec, LinearLaw};
 use feeler_lti::{C64, Discrete, DiscreteStateSpace, StateSpace, eigenvalues, expm_integrals};
 use nalgebra::{DMatrix, RowDVector};
 
-use crate::control_loop::{ControlLoop, LoopPlant};
+use crate::control_loop::{ControlLoop, LoopPlant, Probe};
 use crate::error::AnalysisError;
 use crate::linearise::OutputRow;
 use crate::schedule::{Action, Schedule, Timing};
@@ -32,15 +32,6 @@ pub struct SampledLoop<'a> {
 
 /// Transition and input matrix of the plant over a span of time.
 type Span = (DMatrix<f64>, DMatrix<f64>);
-
-/// What the broken loop puts out.
-#[derive(Clone, Copy, PartialEq)]
-enum Probe {
-    /// The controller's output, negated: negative feedback is understood.
-    Law,
-    /// Its reading.
-    Reading,
-}
 
 /// Everything over the lifted vector.
 struct Walk {

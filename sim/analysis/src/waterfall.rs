@@ -2,14 +2,13 @@
 
 use std::f64::consts::TAU;
 
-use feeler_control::{LinearLaw, Reference};
-use feeler_lti::{C64, LoopTransfer, TransferEvaluator};
+use feeler_control::Reference;
+use feeler_lti::{C64, TransferEvaluator};
 use feeler_plant::assembly::{Assembly, Source};
 use feeler_plant::description::Quantity;
-use nalgebra::DMatrix;
 use serde::Serialize;
 
-use crate::continuous_loop::ContinuousLoop;
+use crate::closed_loop::{ClosedLoop, law_of_reference};
 use crate::control_loop::{ControlLoop, LoopController};
 use crate::error::AnalysisError;
 use crate::gain_key::with_gain;
@@ -49,7 +48,8 @@ pub struct Stage {
     pub largest_gain: Option<f64>,
     /// Frequency at which the loop begins to swing there, Hz.
     pub edge_hz: Option<f64>,
-    /// Highest frequency at which the loop has modulus 1 at half that gain, Hz; absent where it never has or the gain is unlimited.
+    /// Frequency at which, at half that gain, the reading's answer to the reference first falls 3 dB below what it is at low frequency, Hz; half of the
+    /// sampling rate where it never does; absent where the gain is unlimited.
     pub bandwidth_hz: Option<f64>,
 }
 
@@ -209,18 +209,26 @@ impl ControlLoop {
 
     fn continuous_stage(&self, added: &str, key: &str) -> Result<Stage, AnalysisError> {
         let bands = self.continuous_bands(key)?;
-        self.stage(added, key, &bands, |half, controller| {
-            let open = ContinuousLoop::new(half)?.open_loop(controller)?;
-            Ok(LoopTransfer::continuous(&open, 0.0)?.margins()?.phase.last().map(|p| p.frequency_hz))
+        self.stage(added, key, &bands, |half, controller| match ClosedLoop::continuous(half, controller)? {
+            Some(closed) => closed.bandwidth_hz(),
+            None => Ok(None),
         })
     }
 
     fn sampled_stage(&self, added: &str, key: &str) -> Result<Stage, AnalysisError> {
         let bands = self.sampled_bands(key)?;
-        self.stage(added, key, &bands, |half, controller| {
-            let open = SampledLoop::new(half)?.open_loop(controller)?;
-            Ok(LoopTransfer::discrete(&open)?.margins()?.phase.last().map(|p| p.frequency_hz))
-        })
+        self.stage(added, key, &bands, |half, controller| half.bandwidth_hz(controller))
+    }
+
+    /// The bandwidth of a controller in the sampled loop: where its reading, as it answers the reference, first falls 3 dB below what it is at low
+    /// frequency, Hz; half of the sampling rate where it never does, none where it reads nothing.
+    ///
+    /// # Errors
+    /// Those of [`SampledLoop::open_loop`].
+    pub fn bandwidth_hz(&self, controller: usize) -> Result<Option<f64>, AnalysisError> {
+        let nyquist_hz = 0.5 / self.controllers()[controller].spec.period_s;
+        let closed = ClosedLoop::sampled(self, controller)?;
+        closed.map(|closed| Ok(closed.bandwidth_hz()?.unwrap_or(nyquist_hz))).transpose()
     }
 
     fn stage(
@@ -228,7 +236,7 @@ impl ControlLoop {
         added: &str,
         key: &str,
         bands: &GainBands,
-        crossover: impl Fn(&Self, usize) -> Result<Option<f64>, AnalysisError>,
+        bandwidth: impl Fn(&Self, usize) -> Result<Option<f64>, AnalysisError>,
     ) -> Result<Stage, AnalysisError> {
         let (controller, gain) = self.gain_of_key(key)?;
         let edge = bands.bands.first().and_then(|band| band.upper.as_ref());
@@ -237,7 +245,7 @@ impl ControlLoop {
             Some(edge) => {
                 let mut half = self.clone();
                 half.set_spec(controller, with_gain(&self.controllers()[controller].spec, &gain, SHARE_OF_LIMIT * edge.gain)?);
-                crossover(&half, controller)?
+                bandwidth(&half, controller)?
             }
         };
         let largest_gain = if bands.bands.is_empty() { Some(0.0) } else { edge.map(|edge| edge.gain) };
@@ -282,13 +290,13 @@ impl ControlLoop {
         // A velocity source's limit is on the force that it makes of the command.
         let force = self.plant().output(Source::Drive(own.drive, Quantity::Force))?;
         let made = SampledLoop::response_to(self, controller, force)?;
-        let (around, made, law) = (TransferEvaluator::new(&open), TransferEvaluator::new(&made), own.spec.linear(own.motion_is_velocity)?);
+        let (around, made, law) = (TransferEvaluator::new(&open), TransferEvaluator::new(&made), law_of_reference(own)?);
         let nyquist = 0.5 / own.spec.period_s;
         for i in 0..=2000 {
             let frequency_hz = nyquist * 1e-3_f64.powf(1.0 - f64::from(i) / 2000.0);
             let w = TAU * frequency_hz;
             let z = C64::cis(w * own.spec.period_s);
-            let command = reference_response(&law, z)? / (around.at(z)?[(0, 0)] + 1.0) * size;
+            let command = law.at(z)?[(0, 0)] / (around.at(z)?[(0, 0)] + 1.0) * size;
             let force = if drive.velocity_source.is_some() { (command * made.at(z)?[(0, 0)]).norm() } else { command.norm() * drive.gain };
             if command.norm() > command_limit || force > drive.limit || w * force > drive.rate_limit {
                 return Ok(Some(frequency_hz));
@@ -296,15 +304,6 @@ impl ControlLoop {
         }
         Ok(None)
     }
-}
-
-/// From the reference to the output of a law, at `z`.
-fn reference_response(law: &LinearLaw, z: C64) -> Result<C64, AnalysisError> {
-    let n = law.c.len();
-    let a = DMatrix::from_fn(n, n, |i, j| law.a[i][j]);
-    let b = DMatrix::from_fn(n, 1, |i, _| law.b[i][0]);
-    let system = feeler_lti::StateSpace::new(a, b, DMatrix::from_row_slice(1, n, &law.c), DMatrix::from_element(1, 1, law.d[0]))?;
-    Ok(system.at(z)?[(0, 0)])
 }
 
 /// One number of an assembly.

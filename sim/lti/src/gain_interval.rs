@@ -223,6 +223,13 @@ pub fn stable_gains<T: TimeDomain>(
         }
         samples.push(next);
     }
+    // A pole that creeps towards the border as the gain grows without bound ends up within rounding of it: that is the end of what can be told, no edge.
+    if search.upper.is_infinite()
+        && let Some(last_told) = samples.iter().rposition(|sample| !sample.is_marginal())
+        && samples[last_told].is_stable()
+    {
+        samples.truncate(last_told + 1);
+    }
     let edge = |inside: &Sample, outside: &Sample| -> Result<GainEdge, LtiError> {
         let gain = if outside.is_marginal() {
             outside.gain

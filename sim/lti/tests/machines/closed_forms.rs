@@ -140,3 +140,16 @@ fn truth_e_hold_destabilises_an_undamped_axis() {
         }
     }
 }
+
+/// A rigid axis with damping under PI control of fixed integral gain: `m s^3 + b s^2 + k (1 + K) s + k k_i` is stable from where
+/// `b (1 + K) > m k_i` on, without end, though its slowest pole creeps to the border as `-k_i / K`.
+#[test]
+fn regress_a_pole_that_creeps_to_the_border_is_no_edge() {
+    let (m, b, k, k_i) = (12.0, 60.0, 2e5, 10.0);
+    let a = |gain: f64| dmatrix![0.0, 1.0, 0.0; -k * (1.0 + gain) / m, -b / m, -k * k_i / m; 1.0, 0.0, 0.0];
+    let stable = stable_gains(Continuous, a, &GainSearch { decades: 12, ..GainSearch::non_negative(1.0).unwrap() }).unwrap();
+    assert_eq!(stable.intervals.len(), 1);
+    assert!(stable.intervals[0].upper.is_none(), "{stable:?}");
+    let lower = stable.intervals[0].lower.as_ref().unwrap().gain;
+    assert!((lower - (m * k_i / b - 1.0)).abs() < EDGE, "{lower}");
+}

@@ -3,7 +3,7 @@
 //! Lanes travel together between events; whichever meets one goes through it here, alone, and joins the others at the end of the interval.
 
 use feeler_plant::assembly::Source;
-use feeler_plant::motion::{GuardValue, Mode, Motion, Switch, SwitchState};
+use feeler_plant::motion::{GuardValue, Mode, Motion, StopSide, Switch, SwitchState};
 
 use crate::crossing::Look;
 use crate::error::{EngineError, RunEnd};
@@ -19,6 +19,10 @@ const EVENTS_BEFORE_PUSH: usize = 4;
 const PUSH_S: f64 = 1e-13;
 /// Events at one instant after which the run is given up.
 const EVENTS_BEFORE_STORM: usize = 60;
+/// More events than this within [`STORM_S`] are a storm, too.
+const MOST_EVENTS: usize = 1000;
+/// A nanosecond for each: thousands of times shorter than the period of the fastest machine.
+const STORM_S: f64 = 1e-6;
 /// Angle of the fastest oscillation per step of a nonlinear mode, rad.
 const NONLINEAR_ANGLE_SHARE: f64 = 0.5;
 /// Span of one polynomial over its longest while the ledger is kept: powers oscillate twice as fast as the motion, and eight nodes then integrate
@@ -34,6 +38,8 @@ pub(crate) struct LaneCore {
     /// Index of the current flow.
     pub(crate) current: usize,
     pub(crate) events: Vec<Event>,
+    /// When a span of [`STORM_S`] began, and the events in it.
+    recent: (f64, usize),
     pub(crate) ledger: Option<EnergyLedger>,
     pub(crate) end: RunEnd,
     series: Series,
@@ -55,22 +61,15 @@ impl LaneCore {
             flows: Vec::new(),
             current: 0,
             events: Vec::new(),
-            ledger: None,
+            recent: (0.0, 0),
+            ledger: energy.then(EnergyLedger::default),
             end: RunEnd::Completed,
             series: Series::default(),
             extrapolation: Extrapolation::default(),
         };
-        if energy {
-            lane.ledger = Some(EnergyLedger::default());
-        }
-        let mode = lane.initial_mode(&xi);
-        lane.enter(mode)?;
-        fill_terms(&lane.motion, &lane.flows[lane.current], &mut xi);
+        lane.enter_initial_mode(Mode::default(), &mut xi)?;
         let equations = lane.flows[lane.current].equations.clone();
         lane.motion.settle_filters(&equations, &mut xi);
-        if let Some(ledger) = &mut lane.ledger {
-            ledger.begin(lane.motion.storage(&equations, &xi), lane.flows[lane.current].ledger.meters.len());
-        }
         Ok((lane, xi))
     }
 
@@ -86,7 +85,8 @@ impl LaneCore {
         self.end != RunEnd::Completed
     }
 
-    fn initial_mode(&self, xi: &[f64]) -> Mode {
+    /// Enters the mode that a state which was not reached by motion is in; limits and ramps are as in `old`.
+    fn enter_initial_mode(&mut self, old: Mode, xi: &mut [f64]) -> Result<(), EngineError> {
         let equations = self.motion.equations(Mode::default());
         let value = |row: &[f64]| dot(row, xi);
         let mut mode = Mode::default();
@@ -96,36 +96,49 @@ impl LaneCore {
                 Switch::Stop(link, stop) => {
                     let e = value(&equations.elongation[link][0]);
                     let half = 0.5 * self.motion.assembly().links[link].play;
-                    side(if stop == feeler_plant::motion::StopSide::Upper { e > half } else { -e > half })
+                    side(if stop == StopSide::Upper { e > half } else { -e > half })
                 }
                 Switch::Friction(link) => match value(&equations.elongation[link][1]) {
                     v if v > 0.0 => SwitchState::Plus,
                     v if v < 0.0 => SwitchState::Minus,
                     _ => SwitchState::Rest,
                 },
-                Switch::Limit(_) | Switch::Ramp(_) => SwitchState::Rest,
+                Switch::Limit(_) | Switch::Ramp(_) => old.get(i),
             };
             mode = mode.with(i, state);
         }
-        mode
-    }
-
-    /// Begins anew at a state that was not reached by motion: what touches, sticks and slides there is looked up, and the ledger starts again.
-    pub(crate) fn begin_at(&mut self, xi: &mut [f64]) -> Result<(), EngineError> {
-        let (old, mut mode) = (self.flow().equations.mode, self.initial_mode(xi));
-        for (i, switch) in self.motion.switches().iter().enumerate() {
-            if matches!(switch, Switch::Limit(_) | Switch::Ramp(_)) {
-                mode = mode.with(i, old.get(i));
+        self.enter(mode)?;
+        fill_terms(&self.motion, &self.flows[self.current], xi);
+        let pressed = self.current;
+        // What is compressed, but comes apart faster than its law pushes, does not pull. One side's force is nothing to another's, so once round is all.
+        let mut parting = Vec::new();
+        for guard in &self.flow().equations.guards {
+            let switch = self.motion.switches()[guard.switch];
+            if matches!(switch, Switch::Contact(_) | Switch::Stop(..))
+                && guard.value == GuardValue::To(SwitchState::Minus)
+                && dot(&guard.row, xi) < 0.0
+            {
+                mode = mode.with(guard.switch, SwitchState::Minus);
+                parting.push(switch);
             }
         }
         self.enter(mode)?;
         fill_terms(&self.motion, &self.flows[self.current], xi);
-        let flow = &self.flows[self.current];
         if let Some(ledger) = &mut self.ledger {
             *ledger = EnergyLedger::default();
-            ledger.begin(self.motion.storage(&flow.equations, xi), flow.ledger.meters.len());
+            let [before, after] = [pressed, self.current].map(|i| self.motion.storage(&self.flows[i].equations, xi));
+            ledger.begin(before.clone(), self.flows[pressed].ledger.meters.len());
+            for switch in parting {
+                ledger.jump(&self.flows[pressed].ledger, switch, &before, &after);
+            }
         }
         Ok(())
+    }
+
+    /// Begins anew at a state that was not reached by motion: what touches, sticks and slides there is looked up, and the ledger starts again.
+    pub(crate) fn begin_at(&mut self, xi: &mut [f64]) -> Result<(), EngineError> {
+        let old = self.flow().equations.mode;
+        self.enter_initial_mode(old, xi)
     }
 
     /// Makes `mode` the current one.
@@ -184,7 +197,7 @@ impl LaneCore {
             if let Some(guard) = event {
                 at_instant += 1;
                 self.switch(guard, xi, t_s + elapsed)?;
-                if at_instant > EVENTS_BEFORE_STORM {
+                if at_instant > EVENTS_BEFORE_STORM || self.are_too_many(t_s + elapsed) {
                     self.end = RunEnd::EventStorm { t_s: t_s + elapsed };
                 }
             }
@@ -194,6 +207,15 @@ impl LaneCore {
             }
         }
         Ok(())
+    }
+
+    /// Counts an event; whether there are more than any machine has.
+    fn are_too_many(&mut self, t_s: f64) -> bool {
+        if (t_s - self.recent.0).abs() > STORM_S {
+            self.recent = (t_s, 0);
+        }
+        self.recent.1 += 1;
+        self.recent.1 > MOST_EVENTS
     }
 
     /// One polynomial of a linear mode: how far it went, and the guard that ended it.

@@ -1,9 +1,9 @@
 //! A free mass against a wall: the impact laws in closed form.
 
 use feeler_engine::{EventKind, RunEnd};
-use feeler_plant::description::{Contact, ContactLaw, GROUND, Machine};
+use feeler_plant::description::{Contact, ContactLaw, GROUND, Machine, Spring};
 
-use crate::common::{close, contact, free_mass, run, scenario};
+use crate::common::{close, contact, effect, free_mass, run, scenario, spring};
 
 /// Linear contacts are carried by exponentials and their ends by Newton's rule: a few dozen roundings, of an impact's own size.
 const EXACT: f64 = 1e-12;
@@ -139,4 +139,57 @@ fn truth_impact_of_two_free_bodies_keeps_the_momentum() {
     close(trace.events[1].t_s, 1e-3 / v + phase / (k / mu).sqrt(), EXACT);
     close(state[2], mean - e * v * m2 / (m1 + m2), EXACT);
     close(state[3], mean + e * v * m1 / (m1 + m2), EXACT);
+}
+
+/// Rounding of a force of some hundred newtons, and of the compression it is computed from.
+const FORCE: f64 = 1e-8;
+
+/// `max(0, k d^n (1 + alpha d') + c d' + cubic d^3)` for a tip on a wall.
+fn law_force(law: ContactLaw, [k, c, cubic]: [f64; 3], [d, rate]: [f64; 2]) -> f64 {
+    let (exponent, alpha) = match law {
+        ContactLaw::Hertz => (1.5, 0.0),
+        ContactLaw::HuntCrossley { alpha_s_per_m, exponent } => (exponent, alpha_s_per_m),
+        _ => (1.0, 0.0),
+    };
+    let force = k * d.max(0.0).powf(exponent) * (1.0 + alpha * rate) + c * rate + cubic * d.powi(3);
+    if d > 0.0 { force.max(0.0) } else { 0.0 }
+}
+
+#[test]
+fn truth_a_contact_pushes_as_its_law_says_and_never_pulls() {
+    let hunt_crossley = |alpha_s_per_m, exponent| ContactLaw::HuntCrossley { alpha_s_per_m, exponent };
+    let laws = [
+        (ContactLaw::KelvinVoigt, 2e5),
+        (ContactLaw::Hertz, 2e7),
+        (hunt_crossley(3.0, 1.5), 2e7),
+        (hunt_crossley(8.0, 1.0), 2e5),
+        (hunt_crossley(8.0, 3.0), 1e12),
+        (hunt_crossley(8.0, 3.5), 1e13),
+    ];
+    for (law, k) in laws {
+        for (c, cubic) in [(0.0, 0.0), (150.0, 0.0), (0.0, 1e12), (150.0, 1e12)] {
+            // Pressed in by a soft spring with tension, so that it bounces; thrown out so fast at first that most laws would pull, and then in.
+            for velocity_m_per_s in [-0.6, -0.1, 0.4] {
+                let mut machine = free_mass(2.0, 6e-4, velocity_m_per_s);
+                machine
+                    .springs
+                    .insert("press".into(), Spring { effects: vec![effect("constant-load", &[150.0])], ..spring(GROUND, "tip", 2e3, 1.0) });
+                let effects = if cubic > 0.0 { vec![effect("hardening-stiffness", &[cubic])] } else { Vec::new() };
+                machine.contacts.insert("wall".into(), Contact { law, effects, ..contact("tip", GROUND, k, c) });
+                let mut scenario = scenario(machine, 0.2, &["wall.force", "tip.position", "tip.velocity"]);
+                scenario.run.step_s = 2e-4;
+                let (trace, simulation) = run(&scenario);
+                assert_eq!(simulation.end(0), RunEnd::Completed, "{law:?} {c} {cubic} {velocity_m_per_s}");
+                let [force, position, velocity] = [0, 1, 2].map(|i| &trace.columns[i]);
+                assert!(force.iter().filter(|f| **f > 0.0).count() > 10, "{law:?} {c} {cubic}: hardly any contact");
+                for (i, f) in force.iter().enumerate() {
+                    let expected = law_force(law, [k, c, cubic], [position[i], velocity[i]]);
+                    assert!(
+                        (f - expected).abs() < FORCE * (1.0 + expected),
+                        "{law:?} {c} {cubic} {velocity_m_per_s}: row {i}: {f} {expected}"
+                    );
+                }
+            }
+        }
+    }
 }

@@ -17,7 +17,7 @@ fn log(low: f64, high: f64) -> impl Strategy<Value = f64> {
 
 /// A joint of two bodies with whatever sits on it.
 fn joint() -> impl Strategy<Value = (f64, f64, u8, f64)> {
-    (log(1e3, 1e7), log(1.0, 1e3), 0_u8..7, log(0.1, 10.0))
+    (log(1e3, 1e7), log(1.0, 1e3), 0_u8..8, log(0.1, 10.0))
 }
 
 fn link(between: [&str; 2], (k, c, what, size): (f64, f64, u8, f64)) -> Spring {
@@ -29,6 +29,7 @@ fn link(between: [&str; 2], (k, c, what, size): (f64, f64, u8, f64)) -> Spring {
         3 => link.effects.push(effect("stribeck-friction", &[size, 1.5 * size, 5e-3])),
         4 => link.effects.extend([effect("load-friction", &[0.05 * size]), effect("asymmetric-friction", &[size, 0.5])]),
         5 => link.stiffness_n_per_m = 0.0,
+        6 => link.effects.extend([effect("backlash", &[1e-4 * size, 0.0, 0.0]), effect("hardening-stiffness", &[1e7 * k * size])]),
         _ => {}
     }
     link
@@ -36,7 +37,7 @@ fn link(between: [&str; 2], (k, c, what, size): (f64, f64, u8, f64)) -> Spring {
 
 fn machines() -> impl Strategy<Value = Scenario> {
     let bodies = prop::collection::vec((log(0.5, 20.0), -1e-3..1e-3, -0.05..0.05, joint(), any::<prop::sample::Index>()), 2..6);
-    let contacts = prop::collection::vec((log(1e4, 1e6), log(1.0, 1e3), 0_u8..4, 0.0..5e-4), 1..3);
+    let contacts = prop::collection::vec((log(1e4, 1e6), prop_oneof![Just(0.0), log(1.0, 1e3)], 0_u8..4, 0.0..5e-4, any::<bool>()), 1..3);
     (bodies, contacts, joint(), 0.0..1.0_f64, 0.0..2e-3).prop_map(|(bodies, contacts, extra, kp, delay_s)| {
         let mut machine = Machine::default();
         let names: Vec<String> = (0..bodies.len()).map(|i| format!("body-{i}")).collect();
@@ -54,14 +55,15 @@ fn machines() -> impl Strategy<Value = Scenario> {
         // One more link, which may close a loop.
         let last = names.last().unwrap();
         machine.springs.insert("extra".into(), link([GROUND, last], extra));
-        for (i, (stiffness, damping, law, gap_m)) in contacts.into_iter().enumerate() {
+        for (i, (stiffness, damping, law, gap_m, hardens)) in contacts.into_iter().enumerate() {
             let (law, stiffness) = match law {
                 0 => (ContactLaw::Hertz, 100.0 * stiffness),
                 1 => (ContactLaw::HuntCrossley { alpha_s_per_m: 2.0, exponent: 1.5 }, 100.0 * stiffness),
                 _ => (ContactLaw::KelvinVoigt, stiffness),
             };
             let tip = if i == 0 { last } else { &names[0] };
-            machine.contacts.insert(format!("wall-{i}"), Contact { law, gap_m, ..contact(tip, GROUND, stiffness, damping) });
+            let effects = if hardens { vec![effect("hardening-stiffness", &[1e14])] } else { Vec::new() };
+            machine.contacts.insert(format!("wall-{i}"), Contact { law, gap_m, effects, ..contact(tip, GROUND, stiffness, damping) });
         }
         machine.actuators.insert("drive".into(), drive(&names[0], GROUND));
         machine.sensors.insert("force".into(), sensor("wall-0", Quantity::Force));

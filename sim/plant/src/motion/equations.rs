@@ -263,7 +263,7 @@ impl Motion {
                     add(&mut push, sign * link.damping, e_rate);
                     for (j, term) in self.terms.iter().enumerate() {
                         let tag: i8 = if side == StopSide::Upper { 1 } else { -1 };
-                        if matches!(term.law, super::NonlinearLaw::Cubic { link, side, .. } if link == i && side == tag) && state == Plus {
+                        if matches!(term.law, super::NonlinearLaw::Cubic { link, side, .. } if link == i && side == tag) {
                             push[self.layout.term(j)] += 1.0;
                         }
                     }
@@ -342,7 +342,10 @@ impl Motion {
             return vec![(force, SwitchState::Minus)];
         }
         let mut rows = vec![(d.clone(), SwitchState::Rest)];
-        if law.alpha > 0.0 {
+        let released = |law| matches!(law, super::NonlinearLaw::Release { contact, .. } if contact == i);
+        if let Some(j) = self.terms.iter().position(|term| released(term.law)) {
+            rows.push((self.layout.unit(self.layout.term(j)), SwitchState::Minus));
+        } else if law.alpha > 0.0 {
             let mut factor = scaled(law.alpha, rate);
             factor[self.layout.one()] += 1.0;
             rows.push((factor, SwitchState::Minus));

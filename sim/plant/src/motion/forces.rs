@@ -107,19 +107,20 @@ impl Motion {
                 add(&mut force, part.law.damping, &rate);
             }
         } else {
+            let (pushes, pulls) = (state == SwitchState::Plus, state == SwitchState::Minus);
             for (j, term) in self.terms.iter().enumerate() {
-                let (acts, is_total) = match term.law {
+                let (acts, row) = match term.law {
                     // While the law pulls, its value is still needed to see when it pushes again.
                     NonlinearLaw::Contact { contact, .. } => {
-                        (contact == i && (state == SwitchState::Plus || (state == SwitchState::Minus && part.law.damping > 0.0)), true)
+                        (contact == i && (pushes || (pulls && part.law.damping > 0.0)), Some(&mut force))
                     }
-                    NonlinearLaw::Elastic { contact, .. } => (contact == i && state == SwitchState::Plus, false),
-                    _ => (false, false),
+                    NonlinearLaw::Release { contact, .. } => (contact == i && (pushes || pulls), None),
+                    NonlinearLaw::Elastic { contact, .. } => (contact == i && pushes, Some(&mut spring)),
+                    _ => (false, None),
                 };
                 if acts {
                     forces.arguments[j] = Some([d.clone(), rate.clone()]);
-                    if state == SwitchState::Plus {
-                        let row = if is_total { &mut force } else { &mut spring };
+                    if let Some(row) = row.filter(|_| pushes) {
                         row[layout.term(j)] = 1.0;
                     }
                 }
@@ -136,26 +137,32 @@ impl Motion {
         let mut spring = layout.zero();
         let mut force = layout.zero();
         if !link.rigid {
-            let mut side = |sign: f64, tag: i8, offset: f64| {
+            let mut side = |sign: f64, tag: i8, offset: f64, state: SwitchState| {
+                if state == SwitchState::Rest {
+                    return;
+                }
                 let mut d = scaled(sign, &e);
                 d[layout.one()] -= offset;
-                add(&mut spring, -sign * link.stiffness, &d);
-                add(&mut force, -link.damping, &rate);
+                let pushes = state == SwitchState::Plus;
+                if pushes {
+                    add(&mut spring, -sign * link.stiffness, &d);
+                    add(&mut force, -link.damping, &rate);
+                }
                 for (j, term) in self.terms.iter().enumerate() {
                     if matches!(term.law, NonlinearLaw::Cubic { link, side, .. } if link == i && side == tag) {
+                        // While the side would pull, its value is still needed to see when it pushes again.
                         forces.arguments[j] = Some([d.clone(), layout.zero()]);
-                        spring[layout.term(j)] -= sign;
+                        spring[layout.term(j)] -= if pushes { sign } else { 0.0 };
                     }
                 }
             };
             if link.play > 0.0 {
                 for (stop, sign, tag) in [(StopSide::Upper, 1.0, 1), (StopSide::Lower, -1.0, -1)] {
-                    if self.state_of(mode, Switch::Stop(i, stop)) == Some(SwitchState::Plus) {
-                        side(sign, tag, 0.5 * link.play);
-                    }
+                    let state = self.state_of(mode, Switch::Stop(i, stop)).unwrap_or(SwitchState::Rest);
+                    side(sign, tag, 0.5 * link.play, state);
                 }
             } else {
-                side(1.0, 0, 0.0);
+                side(1.0, 0, 0.0, SwitchState::Plus);
             }
             add(&mut force, 1.0, &spring);
             force[layout.one()] += link.load;

@@ -25,6 +25,13 @@ pub enum NonlinearLaw {
         /// Whether it pushes only.
         unilateral: bool,
     },
+    /// The sign of that law, for an undamped one that only pushes: its force over the power of `d` that vanishes with it.
+    Release {
+        /// The contact.
+        contact: usize,
+        /// Its law.
+        law: ForceLaw,
+    },
     /// `cubic e^3` of a link (or of one side of its play).
     Cubic {
         /// The link.
@@ -79,6 +86,12 @@ impl NonlinearTerm {
                 spring + growing * law.alpha * b + law.damping * b + law.cubic * a * a * a
             }
             NonlinearLaw::Elastic { law, unilateral, .. } => law.stiffness * power(&law, a, unilateral) + law.cubic * a * a * a,
+            NonlinearLaw::Release { law, .. } => {
+                let factor = 1.0 + law.alpha * b;
+                let (power, ratio) = release(&law);
+                let d = a.max(0.0);
+                if power >= 0.0 { factor + ratio * d.powf(power) } else { factor * d.powf(-power) / ratio + 1.0 }
+            }
             NonlinearLaw::Cubic { cubic, .. } => cubic * a * a * a,
             NonlinearLaw::Stribeck { excess, velocity, .. } => excess * (-(a / velocity).powi(2)).exp(),
             NonlinearLaw::Load { .. } => a.abs(),
@@ -100,6 +113,16 @@ impl NonlinearTerm {
             NonlinearLaw::Elastic { law, unilateral, .. } => {
                 [law.stiffness * power_slope(&law, a, unilateral) + 3.0 * law.cubic * a * a, 0.0]
             }
+            NonlinearLaw::Release { law, .. } => {
+                let factor = 1.0 + law.alpha * b;
+                let (power, ratio) = release(&law);
+                let d = a.max(0.0);
+                if power >= 0.0 {
+                    [ratio * power * d.powf(power - 1.0), law.alpha]
+                } else {
+                    [-factor * power * d.powf(-power - 1.0) / ratio, law.alpha * d.powf(-power) / ratio]
+                }
+            }
             NonlinearLaw::Cubic { cubic, .. } => [3.0 * cubic * a * a, 0.0],
             NonlinearLaw::Stribeck { velocity, .. } => [-2.0 * a / (velocity * velocity) * self.value(a, b), 0.0],
             NonlinearLaw::Load { .. } => [a.signum(), 0.0],
@@ -109,6 +132,11 @@ impl NonlinearTerm {
             }
         }
     }
+}
+
+/// `3 - n` and `cubic / k`: the cubic part over the power law is their power law of `d`.
+fn release(law: &ForceLaw) -> (f64, f64) {
+    (3.0 - law.exponent, law.cubic / law.stiffness)
 }
 
 /// `d^n`; a law that pushes only has none for `d < 0`, a clamped one is continued oddly, so that it pulls as it pushes.
@@ -130,6 +158,11 @@ pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Nonli
             let unilateral = part.engagement == Engagement::Unilateral;
             laws.push(NonlinearLaw::Contact { contact, law: part.law, unilateral });
             laws.push(NonlinearLaw::Elastic { contact, law: part.law, unilateral });
+            let law = part.law;
+            // Otherwise the force vanishes with the compression, with a linear factor, or by a damper whose whole force is the guard.
+            if unilateral && law.damping <= 0.0 && law.alpha > 0.0 && law.stiffness > 0.0 && law.cubic > 0.0 {
+                laws.push(NonlinearLaw::Release { contact, law });
+            }
         }
     }
     let mut loads = false;
@@ -170,6 +203,8 @@ mod tests {
             NonlinearLaw::Contact { contact: 0, law, unilateral: true },
             NonlinearLaw::Contact { contact: 0, law, unilateral: false },
             NonlinearLaw::Elastic { contact: 0, law, unilateral: true },
+            NonlinearLaw::Release { contact: 0, law },
+            NonlinearLaw::Release { contact: 0, law: ForceLaw { exponent: 4.2, ..law } },
             NonlinearLaw::Cubic { link: 0, side: 0, cubic: 5e3 },
             NonlinearLaw::Stribeck { link: 0, excess: 4.0, velocity: 0.2 },
             NonlinearLaw::Load { contact: 0 },

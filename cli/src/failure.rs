@@ -1,6 +1,7 @@
 //! What went wrong, as a person reads it, and the exit code for programs.
 
 use std::fmt;
+use std::io;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -34,6 +35,12 @@ impl BadInput {
 
     /// A file or folder that cannot be written.
     pub(crate) fn unwritable(path: &Path, source: &std::io::Error) -> anyhow::Error {
+        let file =
+            path.ancestors().find(|part| part.is_file()).filter(|file| *file != path || source.kind() == io::ErrorKind::AlreadyExists);
+        if let Some(file) = file {
+            let message = format!("cannot write {}: {} is a file, not a folder", path.display(), file.display());
+            return Self::error(message, "name another folder with --out");
+        }
         Self::error(format!("cannot write {}: {source}", path.display()), "name another place with --out, or make this one writable")
     }
 }

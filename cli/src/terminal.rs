@@ -1,5 +1,6 @@
 //! Printing and writing results, in one place.
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, IsTerminal, Write};
@@ -7,8 +8,14 @@ use std::path::Path;
 
 use crate::failure::BadInput;
 
+fn steers(c: char) -> bool {
+    c.is_control() && !matches!(c, '\n' | '\t')
+}
+
 /// Prints a text to standard output.
 pub(crate) fn print(text: &str) -> anyhow::Result<()> {
+    // Names come from files, and what is printed goes to a terminal: nothing in it may steer that.
+    let text: Cow<str> = if text.contains(steers) { text.replace(steers, "\u{fffd}").into() } else { text.into() };
     let mut out = io::stdout().lock();
     let end = if text.ends_with('\n') { "" } else { "\n" };
     let written = out.write_all(text.as_bytes()).and_then(|()| out.write_all(end.as_bytes())).and_then(|()| out.flush());

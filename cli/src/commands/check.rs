@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use feeler_engine::{EngineError, Program};
-use feeler_scenarios::format::{ArmFile, CellFile, DatasetFile, Draft, FormatError, SweepFile};
+use feeler_scenarios::format::{ArmFile, CellFile, DatasetFile, Draft, FormatError, SweepFile, read_text};
 use serde_json::{Value, json};
 
 use crate::arguments::Check;
@@ -50,8 +50,7 @@ fn check(path: &Path) -> Result<String, Mistakes> {
         let experiments = count(dataset.experiments.len(), "experiment", "experiments");
         return Ok(format!("dataset of {experiments}, {}", count(dataset.columns.len(), "column", "columns")));
     }
-    // What cannot be read is taken for a scenario, whose reader says why.
-    let text = std::fs::read_to_string(path).unwrap_or_default();
+    let text = read_text(path).map_err(Mistakes::Format)?;
     if has_line(&text, "urdf") {
         let arm = ArmFile::load(path).map_err(Mistakes::Format)?;
         return Ok(format!("arm `{}` with {}", arm.name, count(arm.arm.drives().len(), "joint", "joints")));

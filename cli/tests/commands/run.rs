@@ -152,13 +152,41 @@ fn truth_a_wrong_key_on_the_command_line_is_refused() {
 }
 
 #[test]
+fn truth_mistakes_of_settings_and_file_are_told_together() {
+    let bench = Bench::new();
+    bench.write("press.toml", &PRESS.replace("\"2 kg\"", "-2"));
+    let settings = ["run.duration=-1", "=3", "controllers.farce.kp=1", "run.record=[]"];
+    let arguments: Vec<&str> = settings.iter().flat_map(|setting| ["--set", setting]).collect();
+    let said = bench.feeler(&[&["run", "press.toml"], arguments.as_slice()].concat());
+    assert_eq!(said.code, BAD_INPUT);
+    insta::assert_snapshot!(said.err);
+}
+
+#[test]
+#[cfg(unix)]
+fn regress_what_has_no_end_is_not_read_to_the_end() {
+    let bench = Bench::new();
+    assert!(bench.feeler(&["check", "/dev/zero"]).err.contains("it has more than 16777216 bytes"));
+}
+
+#[test]
+fn regress_a_name_does_not_steer_the_terminal() {
+    let bench = Bench::new();
+    bench.write("press.toml", &PRESS.replace("name  = \"press\"", "name = \"pr\\u001b[31mess\""));
+    let said = bench.feeler(&["run", "press.toml"]);
+    assert!(said.out.starts_with("pr\u{fffd}[31mess: "), "{}", said.out);
+}
+
+#[test]
 fn truth_a_folder_that_cannot_be_made_is_one_clear_error() {
     let bench = Bench::new();
     bench.write("press.toml", PRESS);
     bench.write("taken", "a file");
     let said = bench.feeler(&["run", "press.toml", "--out", "taken/inside"]);
     assert_eq!(said.code, BAD_INPUT);
-    assert!(said.err.starts_with("error: cannot write taken/inside: ") && said.err.contains("help: "), "{}", said.err);
+    assert_eq!(said.err, "error: cannot write taken/inside: taken is a file, not a folder\n  help: name another folder with --out\n");
+    let said = bench.feeler(&["run", "press.toml", "--out", "taken"]);
+    assert!(said.err.starts_with("error: cannot write taken: taken is a file, not a folder\n"), "{}", said.err);
 }
 
 #[test]

@@ -7,6 +7,10 @@ use crate::error::DiagnosisError;
 
 /// Reads a table; `held` names columns that keep their value between readings.
 pub(super) fn table(path: &Path, held: &[&str]) -> Result<Table, DiagnosisError> {
+    // Devices and pipes have no end to wait for.
+    if path.exists() && !path.is_file() {
+        return Err(DiagnosisError::Unreadable { file: path.to_owned(), reason: "it is not a regular file".into() });
+    }
     match path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase).as_deref() {
         Some("parquet") => parquet_table(path),
         Some("mcap") => mcap::table(path, held),

@@ -12,6 +12,9 @@ use super::read::{Fields, Reader, Scope, join};
 use super::source::{Origin, Sources};
 use super::tree::{Table, Value};
 
+/// Bytes of the largest URDF.
+const LARGEST_URDF: u64 = 16 << 20;
+
 /// An arm file that has been checked.
 #[derive(Clone, Debug)]
 pub struct ArmFile {
@@ -91,7 +94,7 @@ fn origin_of(root: &Table, key: &str) -> Origin {
 fn urdf(path: &Path, fields: &Fields, root: &Table, problems: &mut Problems) -> Option<(Urdf, String)> {
     let origin = origin_of(root, "urdf");
     let shown = path.display();
-    let text = match std::fs::read_to_string(path) {
+    let text = match super::file::read_text(path, LARGEST_URDF) {
         Ok(text) => text,
         Err(error) => {
             problems.add(&origin, "urdf", format!("{shown}: {error}"), "name a URDF file, relative to this one");

@@ -8,6 +8,7 @@ use feeler_plant::names::did_you_mean;
 use toml::de::{DeTable, DeValue};
 
 use super::document::Document;
+use super::file;
 use super::keys::{CELL, CELL_TABLES, EFFECTS, ELEMENTS, TOLERANCE, TOP};
 use super::problem::{FormatError, Problems, unreadable};
 use super::read::join;
@@ -62,11 +63,18 @@ impl Draft {
     /// Reads a file as [`Draft::load`] does, and sets the keys of `settings` in turn, as [`Draft::set`] does.
     ///
     /// # Errors
-    /// Those of both.
+    /// Those of both; where settings are wrong, every other mistake with them.
     pub fn load_with(path: &Path, settings: &[String]) -> Result<Self, FormatError> {
         let mut draft = Self::load(path)?;
-        settings.iter().try_for_each(|setting| draft.set(setting))?;
-        Ok(draft)
+        let wrong: Vec<FormatError> = settings.iter().filter_map(|setting| draft.set(setting).err()).collect();
+        if wrong.is_empty() {
+            return Ok(draft);
+        }
+        let sources = draft.sources.clone();
+        let whole = draft.build().err();
+        let omitted = whole.as_ref().map_or(0, |error| error.omitted);
+        let problems = whole.into_iter().chain(wrong).flat_map(|error| error.problems).collect();
+        Err(FormatError { problems, omitted, sources })
     }
 
     /// Takes `text` as the content of `file_name`, against which relative names in it are resolved.
@@ -125,7 +133,7 @@ impl Draft {
     /// No `=`, or a path through elements that do not exist.
     pub fn set(&mut self, assignment: &str) -> Result<(), FormatError> {
         let source = self.override_source(assignment);
-        let Some((key, value)) = assignment.split_once('=') else {
+        let Some((key, value)) = assignment.split_once('=').filter(|(key, _)| !key.trim().is_empty()) else {
             let origin = Origin { source, span: 0..assignment.len() };
             return Err(self.refuse(
                 &origin,
@@ -275,18 +283,17 @@ fn moved(mut node: Node, by: usize) -> Node {
     node
 }
 
-pub(crate) fn read_text(path: &Path) -> Result<String, FormatError> {
+/// The text of a file of any kind that Feeler reads by hand: a machine, a sweep, a dataset's description.
+///
+/// # Errors
+/// No such file, a folder, more than 16 MiB, or no UTF-8.
+pub fn read_text(path: &Path) -> Result<String, FormatError> {
     let name = path.display().to_string();
     let metadata = fs::metadata(path).map_err(|error| unreadable(&name, error.to_string(), "name an existing file"))?;
     if metadata.is_dir() {
         return Err(unreadable(&name, "this is a folder".into(), "name a file in it"));
     }
-    let size = metadata.len();
-    if size > LARGEST_FILE {
-        let message = format!("the file has {size} bytes, and no scenario is larger than {LARGEST_FILE}");
-        return Err(unreadable(&name, message, "name a TOML file"));
-    }
-    fs::read_to_string(path).map_err(|error| unreadable(&name, error.to_string(), "name a text file in UTF-8"))
+    file::read_text(path, LARGEST_FILE).map_err(|error| unreadable(&name, error.to_string(), "name a TOML file: a text in UTF-8"))
 }
 
 /// The tree of a text, which is added to the sources.

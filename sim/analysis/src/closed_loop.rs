@@ -38,7 +38,7 @@ pub struct ClosedLoop<T: TimeDomain> {
 #[derive(Debug)]
 enum ReferencePath {
     Sampled(TransferEvaluator),
-    Continuous { spec: ControllerSpec, law: TransferEvaluator },
+    Continuous { spec: Box<ControllerSpec>, law: TransferEvaluator },
 }
 
 impl ClosedLoop<Discrete> {
@@ -83,7 +83,7 @@ impl ClosedLoop<Continuous> {
             domain: Continuous,
             plant: TransferEvaluator::new(&plant),
             around: TransferEvaluator::new(&around),
-            law: ReferencePath::Continuous { spec: own.spec.clone(), law: TransferEvaluator::new(&law) },
+            law: ReferencePath::Continuous { spec: Box::new(own.spec.clone()), law: TransferEvaluator::new(&law) },
             highest_hz: HIGHEST_HZ,
         }))
     }
@@ -145,13 +145,8 @@ pub(crate) fn law_of_reference(controller: &LoopController) -> Result<TransferEv
     let n = law.c.len();
     let a = DMatrix::from_fn(n, n, |i, j| law.a[i][j]);
     let b = DMatrix::from_fn(n, 1, |i, _| law.b[i][0]);
-    let system = StateSpace::discrete(
-        a,
-        b,
-        DMatrix::from_row_slice(1, n, &law.c),
-        DMatrix::from_element(1, 1, law.d[0]),
-        controller.spec.period_s,
-    )?;
+    let system =
+        StateSpace::discrete(a, b, DMatrix::from_row_slice(1, n, &law.c), DMatrix::from_element(1, 1, law.d[0]), controller.spec.period_s)?;
     Ok(TransferEvaluator::new(&system))
 }
 

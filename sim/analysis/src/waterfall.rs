@@ -217,7 +217,7 @@ impl ControlLoop {
 
     fn sampled_stage(&self, added: &str, key: &str) -> Result<Stage, AnalysisError> {
         let bands = self.sampled_bands(key)?;
-        self.stage(added, key, &bands, |half, controller| half.bandwidth_hz(controller))
+        self.stage(added, key, &bands, Self::bandwidth_hz)
     }
 
     /// The bandwidth of a controller in the sampled loop: where its reading, as it answers the reference, first falls 3 dB below what it is at low

@@ -17,6 +17,8 @@ const MOST_ROWS: usize = 6_000;
 const CHARTS_AT_FULL_ROWS: usize = 10;
 /// Points of the phase portrait.
 const MOST_PATH_POINTS: usize = 6_000;
+/// Harmonics of the strongest line that the spectrum goes up to.
+const HARMONICS: f64 = 30.0;
 /// Points of the spectrum.
 const MOST_LINES: usize = 3_000;
 /// Cycles in the close-up.
@@ -268,9 +270,14 @@ impl<'a> View<'a> {
     pub(super) fn spectrum(&self, page: &mut Page) {
         let Some(spectrum) = self.result.tail_spectrum() else { return };
         let positive = |i: &usize| spectrum.frequencies_hz[*i] > 0.0 && spectrum.amplitudes[*i] > 0.0;
-        let shown: Vec<usize> = (0..spectrum.amplitudes.len()).filter(positive).collect();
+        let lines = 0..spectrum.amplitudes.len();
+        let largest = lines.clone().filter(positive).max_by(|&i, &j| spectrum.amplitudes[i].total_cmp(&spectrum.amplitudes[j]));
+        let Some(largest) = largest else { return };
+        // Harmonics enough; beyond them there is the floor alone.
+        let highest_hz = HARMONICS * spectrum.frequencies_hz[largest];
+        let shown: Vec<usize> = lines.filter(positive).filter(|&i| spectrum.frequencies_hz[i] <= highest_hz).collect();
         let amplitudes: Vec<f64> = shown.iter().map(|&i| spectrum.amplitudes[i]).collect();
-        let Some(strongest) = (0..amplitudes.len()).max_by(|&i, &j| amplitudes[i].total_cmp(&amplitudes[j])) else { return };
+        let strongest = shown.iter().position(|&i| i == largest).unwrap_or(0);
         let kept = by_extremes(&[&amplitudes], amplitudes.len(), MOST_LINES);
         let force = self.units.force;
         page.heading("Spectrum");

@@ -89,7 +89,9 @@ impl Builder<'_> {
             ControlError::AdmittanceWithoutMassOrDamping => "give the virtual body a mass or a damping".into(),
             _ => "change the reference".into(),
         };
-        self.problems.add(item.place(first), item.key(key), error.to_string(), remedy);
+        let within = item.table.get(first).and_then(|entry| entry.node.as_table());
+        let inner = key.split_once('.').and_then(|(_, rest)| within?.get(rest)).map(|entry| &entry.node.origin);
+        self.problems.add(inner.unwrap_or(item.place(first)), item.key(key), error.to_string(), remedy);
     }
 
     fn wiring(&mut self, item: Item<'_>, found: &ControllerUse, machine: &Machine) {

@@ -6,11 +6,14 @@ use feeler_control::ReferenceSpec;
 use feeler_control::reference::{Between, Lines, Sweep};
 
 use super::{Builder, Item};
+use crate::format::file::read_bytes;
 use crate::format::read::{Field, Fields};
 use crate::format::source::Origin;
 
 /// Most samples of a reference file.
 const MOST_SAMPLES: usize = 20_000_000;
+/// Bytes of the largest one: 50 for each sample.
+const LARGEST_SAMPLES: u64 = 50 * MOST_SAMPLES as u64;
 
 impl Builder<'_> {
     /// The reference of a controller.
@@ -90,7 +93,8 @@ fn file_origin(item: Item<'_>) -> Origin {
 
 /// Times and values of a CSV file; a message where it has none.
 fn read_samples(path: &Path) -> Result<(Vec<f64>, Vec<f64>), String> {
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(path).map_err(|error| error.to_string())?;
+    let bytes = read_bytes(path, LARGEST_SAMPLES).map_err(|error| error.to_string())?;
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());
     let headers = reader.headers().map_err(|error| error.to_string())?;
     if headers.iter().ne(["t_s", "value"]) {
         return Err(format!("its header is `{}`", headers.iter().collect::<Vec<_>>().join(",")));

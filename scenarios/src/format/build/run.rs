@@ -77,6 +77,10 @@ impl Builder<'_> {
     /// Whether each recorded signal exists.
     fn signals(&mut self, table: &Table, machine: &Machine, controllers: &Elements<ControllerUse>) {
         let Some(Value::Array(items)) = table.get("record").map(|entry| &entry.node.value) else { return };
+        if items.is_empty() {
+            let (at, remedy) = (&table["record"].node.origin, "name signals, as in \"tool.force\", or leave `record` out");
+            self.problems.add(at, "run.record", "no signal is named: the record would hold times alone", remedy);
+        }
         let mut seen = HashSet::new();
         for item in items {
             let Some(Ok(signal)) = item.as_text().map(str::parse::<SignalName>) else { continue };

@@ -4,7 +4,11 @@ use std::path::Path;
 
 use feeler_geometry::{GeometryError, Place, Shape, read_height_field, read_obj, read_stl};
 
+use crate::format::file::{read_bytes, read_text};
 use crate::format::read::Fields;
+
+/// Bytes of the largest shape: a scan of some millions of triangles.
+const LARGEST_SHAPE: u64 = 1 << 29;
 
 /// Why a file gives no shape or path.
 #[derive(Debug, thiserror::Error)]
@@ -18,7 +22,7 @@ pub(crate) enum FileError {
 }
 
 pub(crate) fn text_of(path: &Path) -> Result<String, std::io::Error> {
-    std::fs::read_to_string(path)
+    read_text(path, LARGEST_SHAPE)
 }
 
 /// Position and orientation.
@@ -63,7 +67,7 @@ pub(crate) fn from_file(fields: &Fields, path: &Path) -> Result<Shape, FileError
 pub(crate) fn mesh(path: &Path, scale_m: f64) -> Result<feeler_geometry::Mesh, FileError> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
     match extension.as_str() {
-        "stl" => Ok(read_stl(&std::fs::read(path)?, scale_m)?),
+        "stl" => Ok(read_stl(&read_bytes(path, LARGEST_SHAPE)?, scale_m)?),
         "obj" => Ok(read_obj(&text_of(path)?, scale_m)?),
         _ => Err(FileError::Extension(extension)),
     }

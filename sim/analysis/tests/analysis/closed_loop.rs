@@ -2,8 +2,8 @@
 
 use crate::common::{control, force_loop, machine};
 use feeler_analysis::{ClosedLoop, ControlLoop, View};
-use feeler_control::{AdmittanceGains, ForceGains, ImpedanceGains, Law, LeadSpec, PositionGains, ReferenceSpec};
 use feeler_control::reference::Sweep;
+use feeler_control::{AdmittanceGains, ForceGains, ImpedanceGains, Law, LeadSpec, PositionGains, ReferenceSpec};
 use feeler_engine::{Scenario, Simulation, Trace};
 use feeler_plant::description::Spring;
 
@@ -35,7 +35,16 @@ fn truth_bandwidth_of_a_mass_on_a_stiffness() {
 #[test]
 fn prop_every_law_on_paper_is_its_fast_sampled_one() {
     let lead = Some(LeadSpec { zero_hz: 30.0, pole_hz: 200.0 });
-    let pid = ForceGains { feed_forward: 0.7, kp: 0.2, ki: 3.0, kd: 1e-3, derivative_filter_s: 2e-3, damping: 20.0, lead, ..ForceGains::default() };
+    let pid = ForceGains {
+        feed_forward: 0.7,
+        kp: 0.2,
+        ki: 3.0,
+        kd: 1e-3,
+        derivative_filter_s: 2e-3,
+        damping: 20.0,
+        lead,
+        ..ForceGains::default()
+    };
     let virtual_body = AdmittanceGains { mass: 5.0, damping: 300.0, stiffness: 1e3, kp: 1e4, kd: 50.0, velocity_feed_forward: 10.0 };
     let laws = [
         (Law::ExplicitForce(pid), "force"),

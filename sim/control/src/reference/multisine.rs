@@ -48,8 +48,8 @@ impl Multisine {
         let [low_hz, high_hz] = [not_negative("reference.band", band_hz[0])?, positive("reference.band", band_hz[1])?];
         let highest = high_hz * period_s;
         if highest > HIGHEST_LINE {
-            let why = "highest frequency of a multisine in cycles per period";
-            return Err(ControlError::TooLarge { key: "reference.band", value: highest, bound: HIGHEST_LINE, why });
+            let why = "a multisine has a million frequencies at most, one per cycle in its period";
+            return Err(ControlError::TooLarge { key: "reference.band", value: high_hz, bound: HIGHEST_LINE / period_s, why });
         }
         let stride = if lines == Lines::All { 1 } else { 2 };
         let lowest = (low_hz * period_s - EDGE_SLACK).ceil().max(1.0) as u64;

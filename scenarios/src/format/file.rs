@@ -18,7 +18,7 @@ pub(super) fn read_bytes(path: &Path, most: u64) -> Result<Vec<u8>> {
 pub(super) fn read_text(path: &Path, most: u64) -> Result<String> {
     String::from_utf8(read_bytes(path, most)?).map_err(|error| {
         let (bytes, at) = (error.as_bytes(), error.utf8_error().valid_up_to());
-        let line = 1 + bytes[..at].iter().filter(|byte| **byte == b'\n').count();
+        let line = bytes[..at].split(|byte| *byte == b'\n').count();
         Error::new(ErrorKind::InvalidData, format!("line {line}: byte {at} is not UTF-8"))
     })
 }

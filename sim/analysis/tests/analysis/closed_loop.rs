@@ -12,10 +12,6 @@ const LOW_IS_NOT_ZERO: f64 = 1e-8;
 /// A sampled loop lags by a period and a half at most, 0.015 ms: 3e-3 rad at 30 Hz, times the steepness of a lead and a lightly damped loop.
 const FAST_SAMPLING: f64 = 0.02;
 
-fn whole(scenario: &Scenario) -> ControlLoop {
-    ControlLoop::new(scenario, &View::CLAMPED).unwrap()
-}
-
 #[test]
 fn truth_bandwidth_of_a_mass_on_a_stiffness() {
     let (kp, k, b) = (0.5, 2e5, 900.0);
@@ -28,7 +24,8 @@ fn truth_bandwidth_of_a_mass_on_a_stiffness() {
     let w0_squared = (1.0 + kp) * k / m;
     let bend = 1.0 - b * b / (2.0 * m * m * w0_squared);
     let expected_hz = (w0_squared * (bend + (bend * bend + 1.0).sqrt())).sqrt() / std::f64::consts::TAU;
-    let found_hz = ClosedLoop::continuous(&whole(&scenario), 0).unwrap().unwrap().bandwidth_hz().unwrap().unwrap();
+    let found_hz =
+        ClosedLoop::continuous(&ControlLoop::new(&scenario, &View::CLAMPED).unwrap(), 0).unwrap().unwrap().bandwidth_hz().unwrap().unwrap();
     assert!((found_hz / expected_hz - 1.0).abs() < LOW_IS_NOT_ZERO, "{found_hz} {expected_hz}");
 }
 
@@ -50,7 +47,7 @@ fn prop_every_law_on_paper_is_its_fast_sampled_one() {
         (Law::ExplicitForce(pid), "force"),
         (Law::Position(PositionGains { kp: 2e4, ki: 100.0, kd: 200.0, damping: 50.0, ..PositionGains::default() }), "encoder"),
         (Law::Impedance(ImpedanceGains { stiffness: 1e4, damping: 100.0, force_gain: 0.2 }), "force"),
-        (Law::Admittance(virtual_body.clone()), "force"),
+        (Law::Admittance(virtual_body), "force"),
         (Law::Admittance(AdmittanceGains { mass: 0.0, ..virtual_body }), "force"),
     ];
     for (law, reads) in laws {
@@ -58,7 +55,8 @@ fn prop_every_law_on_paper_is_its_fast_sampled_one() {
         let mut user = control(law, reads, 1e-5, 0.0);
         user.motion = Some("encoder".into());
         let controllers = [("only".to_string(), user)].into_iter().collect();
-        let whole = whole(&Scenario { machine: machine(), controllers, ..force_loop(0.0, 0.0) });
+        let scenario = Scenario { machine: machine(), controllers, ..force_loop(0.0, 0.0) };
+        let whole = ControlLoop::new(&scenario, &View::CLAMPED).unwrap();
         let sampled = ClosedLoop::sampled(&whole, 0).unwrap().unwrap();
         let continuous = ClosedLoop::continuous(&whole, 0).unwrap().unwrap();
         for frequency_hz in [0.3, 3.0, 15.0, 30.0] {
@@ -74,11 +72,13 @@ const SETTLED_S: f64 = 4.0;
 #[test]
 fn truth_at_the_bandwidth_a_simulated_sine_is_3_db_down() {
     let mut scenario = force_loop(0.3, 0.4e-3);
-    let bandwidth_hz = whole(&scenario).bandwidth_hz(0).unwrap().unwrap();
-    let at_rest = ClosedLoop::sampled(&whole(&scenario), 0).unwrap().unwrap().at(1e-3).unwrap().norm();
+    let whole = ControlLoop::new(&scenario, &View::CLAMPED).unwrap();
+    let bandwidth_hz = whole.bandwidth_hz(0).unwrap().unwrap();
+    let closed = ClosedLoop::sampled(&whole, 0).unwrap().unwrap();
+    let at_rest = closed.at(1e-3).unwrap().norm();
     // A whole number of samples in a whole number of periods: the sum over them is the amplitude, whatever the phase.
     let frequency_hz = 0.1 * (10.0 * bandwidth_hz).round();
-    let expected = ClosedLoop::sampled(&whole(&scenario), 0).unwrap().unwrap().at(frequency_hz).unwrap().norm();
+    let expected = closed.at(frequency_hz).unwrap().norm();
     assert!((expected / at_rest - std::f64::consts::FRAC_1_SQRT_2).abs() < 0.01);
     let duration_s = SETTLED_S + 10.0;
     let (start_hz, end_hz) = (frequency_hz, frequency_hz);

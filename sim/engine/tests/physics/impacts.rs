@@ -149,7 +149,7 @@ fn law_force(law: ContactLaw, [k, c, cubic]: [f64; 3], [d, rate]: [f64; 2]) -> f
     let (exponent, alpha) = match law {
         ContactLaw::Hertz => (1.5, 0.0),
         ContactLaw::HuntCrossley { alpha_s_per_m, exponent } => (exponent, alpha_s_per_m),
-        _ => (1.0, 0.0),
+        ContactLaw::KelvinVoigt => (1.0, 0.0),
     };
     let force = k * d.max(0.0).powf(exponent) * (1.0 + alpha * rate) + c * rate + cubic * d.powi(3);
     if d > 0.0 { force.max(0.0) } else { 0.0 }

@@ -77,7 +77,13 @@ fn first() -> Result<Vec<Row>, ValidationError> {
         Row::holds("the actuator's pole bounds the gain", claim, usual.is_finite()),
         Row::holds("more actuator bandwidth raises the bound", claim, slow < usual && usual < fast),
         // f_s = k_s x_r: a gain on position is k_s times one on force, and meets the same limit.
-        Row::relative("position control is no better", claim, position_limit(&rigid(SOURCE))? / k_s, usual, SAME_EDGE),
+        Row::relative(
+            "position control meets the same limit, over the contact stiffness",
+            claim,
+            position_limit(&rigid(SOURCE))? / k_s,
+            usual,
+            SAME_EDGE,
+        ),
     ])
 }
 

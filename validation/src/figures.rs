@@ -192,13 +192,13 @@ fn measured_figures() -> Result<Vec<Figure>, ValidationError> {
         let method = NoiseMethod::LocalPolynomial(LocalPolynomialSettings::default());
         let measured = experiment.measure(&Excitation::WhiteNoise { duration_s: EXPERIMENT_S, method }, 0.01, BAND_HZ)?;
         // As many points as can be told apart on paper.
-        let kept: Vec<usize> = (0..measured.linear.len()).step_by(8).collect();
+        let kept: Vec<usize> = (0..measured.linear.len()).step_by(16).collect();
         let pick = |values: &[C64]| kept.iter().map(|&i| values[i]).collect::<Vec<_>>();
         let frequencies: Vec<f64> = kept.iter().map(|&i| measured.estimate.frequencies_hz[i]).collect();
         let [line, line_phase] = bode_curves("linear theory", &frequencies, &pick(&measured.linear), Mark::Line, RED);
         let [dots, dots_phase] = bode_curves("estimated", &frequencies, &pick(&measured.estimate.response), Mark::Dot, BLUE);
         let caption = format!("Fig. {}. {what}, {stand_in}", number(name));
-        all.push(Figure { name: name.into(), caption, panels: bode_panels(BAND_HZ, unit, vec![dots, line], vec![dots_phase, line_phase]) });
+        all.push(Figure { name: name.into(), caption, panels: bode_panels(BAND_HZ, unit, vec![line, dots], vec![line_phase, dots_phase]) });
     }
     Ok(all)
 }

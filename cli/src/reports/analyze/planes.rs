@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use feeler_analysis::{Curves, Locus, Report};
 use feeler_lti::C64;
 
+use crate::numbers::with_unit;
 use crate::page::{Plane, PlaneKind, PlaneMark, PlanePath, PlaneShape, view_of};
 
 /// Half of the least and of the largest width of Nyquist's plane; the point -1 decides, and resonances may reach far.
@@ -101,6 +102,19 @@ fn s_view(marks: &[PlaneMark]) -> [f64; 4] {
     view
 }
 
+/// What lies outside the frame, of conjugate pairs once.
+fn beyond(marks: &[PlaneMark], [left, right, low, high]: [f64; 4]) -> String {
+    let inside = |[x, y]: [f64; 2]| x >= left && x <= right && y >= low && y <= high;
+    let told: Vec<String> = (marks.iter().filter(|mark| !inside(mark.point) && mark.point[1] >= 0.0))
+        .map(|mark| {
+            let [re, im_hz] = mark.point;
+            let swings = if im_hz > 0.0 { format!(" and ±{}", with_unit(im_hz, "Hz")) } else { String::new() };
+            format!("{} at {}{swings}", mark.name, with_unit(re, "1/s"))
+        })
+        .collect();
+    if told.is_empty() { String::new() } else { format!(" Beyond the frame: {}.", told.join("; ")) }
+}
+
 /// Poles and zeros of the plant.
 pub(super) fn map(report: &Report) -> Plane {
     let mark = |name: &str, p: &[f64; 2], shape| PlaneMark { name: name.into(), point: [p[0], p[1] / TAU], at: None, shape };
@@ -110,7 +124,7 @@ pub(super) fn map(report: &Report) -> Plane {
     Plane {
         kind: PlaneKind::S,
         title: "Poles and zeros of the plant,".into(),
-        caption: format!("from {} to {}: poles are crosses, zeros circles.", report.input, report.output),
+        caption: format!("from {} to {}: poles are crosses, zeros circles.{}", report.input, report.output, beyond(&marks, view)),
         x_label: "real part (1/s)".into(),
         y_label: "imaginary part (Hz)".into(),
         gain: String::new(),

@@ -38,7 +38,7 @@ fn map(criterion: &mut Criterion) {
 }
 
 /// One diagnosis on all processors: calibration, every cause of the library at every place, pairs of causes, and the answer. Of the repository's dataset it
-/// takes the two records of free motion under sines, one to fit and one to check; friction and a late command are hidden in them.
+/// takes the two records of free motion under sines, one to fit and one to check, which tell that commands come late and that something else is left.
 fn diagnosis(criterion: &mut Criterion) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/datasets/bench-axis");
     let mut dataset = Dataset::load(&folder).unwrap();
@@ -49,7 +49,7 @@ fn diagnosis(criterion: &mut Criterion) {
     group.bench_function("axis_in_free_motion/two_records", |bench| {
         bench.iter(|| {
             let diagnosis = diagnose(&dataset, &|_| {}).unwrap();
-            assert!(diagnosis.effects.iter().any(|effect| effect.accepted && effect.kind == "coulomb-friction"));
+            assert!(diagnosis.effects.iter().any(|effect| effect.accepted && effect.kind == "command-delay"));
             diagnosis
         });
     });

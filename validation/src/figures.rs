@@ -50,10 +50,11 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
             &format!("Fig. {}. Open-loop frequency response of the {name}, {how}: command to sensed force.", number(bode)),
             &axes,
         )?);
+        let gap = if model == Model::Workpiece { " Gains from 11.7 to 40.7 are too large." } else { "" };
         all.push(locus_figure(
             locus,
             &format!(
-                "Fig. {}. Root locus of the {name} under explicit force control, {how}; poles at gain zero are crosses, zeros circles.",
+                "Fig. {}. Root locus of the {name} under explicit force control, {how}; poles at gain zero are crosses, zeros circles.{gap}",
                 number(locus)
             ),
             &axis,
@@ -125,7 +126,8 @@ fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure,
     let continuous = ContinuousLoop::new(&whole)?;
     let (one, two) = (continuous.closed_loop_with(0, "kp", 1.0)?, continuous.closed_loop_with(0, "kp", 2.0)?);
     // Up to a hundred times the gain at which the loop becomes unstable, or a hundred where it never does.
-    let first = whole.continuous_bands("kp")?.first_upper();
+    let bands = whole.continuous_bands("kp")?;
+    let first = bands.first_upper();
     let top = if first.is_finite() { 100.0 * first } else { 100.0 };
     let gains: Vec<f64> = std::iter::once(0.0).chain((0..=600).map(|i| top * 1e-5_f64.powf(1.0 - f64::from(i) / 600.0))).collect();
     let locus = root_locus(|k| &one + (&two - &one) * (k - 1.0), &gains)?;
@@ -139,7 +141,9 @@ fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure,
     curves.push(Curve { name: String::new(), points: zeros.iter().map(point).collect(), mark: Mark::Circle, colour: RED });
     // The view holds all poles and complex zeros, and as much of the locus as that.
     let roots = || poles.iter().chain(zeros.iter().filter(|z| z.im.abs() > 0.0));
-    let high = 1.6 * roots().map(|s| s.im.abs() / TAU).fold(0.0, f64::max);
+    let crossing =
+        bands.bands.iter().flat_map(|band| [&band.lower, &band.upper]).flatten().map(|edge| edge.frequency_hz).fold(0.0, f64::max);
+    let high = (1.6 * roots().map(|s| s.im.abs() / TAU).fold(0.0, f64::max)).max(1.2 * crossing);
     let left = 1.3 * roots().map(|s| -s.re).fold(0.0, f64::max);
     let limit = curves.iter().flat_map(|c| &c.points).filter(|p| p.1.abs() <= high).map(|p| p.0).fold(0.0, f64::max);
     let right = (1.1 * limit).clamp(0.15 * left, left);

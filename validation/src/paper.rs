@@ -176,7 +176,7 @@ pub struct ModelRow {
     pub poles_hz: &'static [f64],
     /// |s| / 2 pi of the zeros, Hz, three decimals.
     pub zeros_hz: &'static [f64],
-    /// Largest gain up to which the continuous loop is stable and its printed decimals; `None` where no gain is too large.
+    /// Largest gain up to which the continuous loop is stable and its printed decimals; `None` where the last interval of stable gains has no end.
     pub continuous: Option<(f64, i32)>,
     /// The same with a hold at 1 kHz and 0, 1, 2 samples of delay, four decimals.
     pub sampled: Option<[f64; 3]>,

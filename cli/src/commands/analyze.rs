@@ -1,6 +1,6 @@
 //! `feeler analyze`.
 
-use feeler_analysis::{AnalysisError, ContactView, Report, Request, StableRange, View, analyze, curves};
+use feeler_analysis::{AnalysisError, Band, ContactView, Report, Request, StableRange, View, analyze, curves};
 use feeler_control::{Law, Reference};
 use feeler_engine::Scenario;
 use feeler_lti::LtiError;
@@ -93,13 +93,10 @@ fn text(report: &Report) -> String {
         parts.push(table(&header, &[0, 1, 3, 4, 5], rows));
     }
     if let Some(gain) = &report.gain {
-        let range = |name: &str, range: &StableRange| {
-            let end = |value: Option<f64>, open: &str| value.map_or_else(|| open.to_owned(), plain);
-            let [from, to] = range.stable;
-            vec![name.to_owned(), end(from, "unbounded"), end(to, "unbounded"), end(range.edge_hz, "-")]
-        };
-        let rows = gain.continuous.iter().map(|r| range("continuous", r)).chain([range("sampled", &gain.sampled)]);
-        parts.push(format!("stable {}\n{}", gain.key, table(&["loop", "from", "to", "edge (Hz)"], &[1, 2, 3], rows)));
+        let rows =
+            gain.continuous.iter().flat_map(|range| bands(report, "continuous", range)).chain(bands(report, "sampled", &gain.sampled));
+        let header = ["loop", "from", "to", "there it swings (Hz)", "like the mode (Hz)"];
+        parts.push(format!("stable {}\n{}", gain.key, table(&header, &[1, 2, 3, 4], rows)));
     }
     if let Some(margins) = &report.margins {
         let entry = |name: &str, value: Option<f64>, unit: &str| {
@@ -152,4 +149,20 @@ fn roots(report: &Report) -> String {
     let at = |roots: &[[f64; 2]], i: usize| roots.get(i).map_or_else(String::new, root);
     let rows = (0..report.poles.len().max(report.zeros.len())).map(|i| vec![at(&report.poles, i), at(&report.zeros, i)]);
     table(&["poles (1/s)", "zeros (1/s)"], &[], rows)
+}
+
+/// A row for each interval of stable gains; one that says so where there is none.
+fn bands(report: &Report, name: &str, range: &StableRange) -> Vec<Vec<String>> {
+    let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), plain);
+    if range.all.bands.is_empty() {
+        return vec![vec![name.to_owned(), "none".to_owned(), "none".to_owned(), "-".to_owned(), "-".to_owned()]];
+    }
+    let row = |band: &Band| {
+        let edge = band.upper.as_ref().or(band.lower.as_ref());
+        let mode_hz = edge.and_then(|edge| edge.mode).and_then(|i| report.modes.get(i)).map(|mode| mode.frequency_hz);
+        let from = band.lower.as_ref().map_or(0.0, |edge| edge.gain);
+        let to = band.upper.as_ref().map_or_else(|| "unbounded".to_owned(), |edge| plain(edge.gain));
+        vec![name.to_owned(), plain(from), to, number(edge.map(|edge| edge.frequency_hz)), number(mode_hz)]
+    };
+    range.all.bands.iter().map(row).collect()
 }

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use feeler_validation::convergence::{convergence, default_steps_s, markdown};
-use feeler_validation::{Options, Row, RowKind, Table, validate};
+use feeler_validation::{Options, Row, RowKind, Table, ValidationError, validate};
 
 use crate::arguments::{Checks, DEFAULT_SCENARIOS, Validate};
 use crate::failure::{BadInput, CheckFailed};
@@ -44,7 +44,13 @@ fn all(arguments: &Validate) -> anyhow::Result<()> {
     };
     let critical_gains_json = arguments.critical_gains.as_ref().map(read).transpose()?;
     let options = Options { critical_gains_json, scenarios: scenarios(arguments)?, quick: arguments.quick };
-    let found = validate(&options, |group| terminal::complain(&format!("checking {group}")))?;
+    let found = validate(&options, |group| terminal::complain(&format!("checking {group}"))).map_err(|error| match error {
+        ValidationError::Reference { .. } => BadInput::error(
+            error.to_string(),
+            "name a file of the shape of reference/critical-gains.json with --critical-gains, or leave it out",
+        ),
+        other => other.into(),
+    })?;
     let left_out = if arguments.critical_gains.is_none() {
         "\nnot checked: independent critical gains (name their file with --critical-gains)"
     } else {

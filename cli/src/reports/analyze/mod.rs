@@ -99,14 +99,14 @@ fn waterfall(page: &mut Page, report: &Report) {
     let Some(waterfall) = &report.waterfall else { return };
     page.heading("What limits the bandwidth");
     page.paragraph(
-        "From the rigid body with a perfect drive down to the loop as built, one ingredient after the other: the highest frequency at which the \
-         loop has modulus 1 when the gain is half of the largest stable one.",
+        "From the rigid body with a perfect drive down to the loop as built, one ingredient after the other: the frequency at which the \
+         sensed force, as it follows the reference, first falls 3 dB below what it is at low frequency, when the gain is half of the largest stable one.",
     );
     let bars: Vec<_> = (waterfall.stages.iter())
         .map(|stage| {
             let text = match (stage.bandwidth_hz, stage.largest_gain) {
                 (Some(f), Some(gain)) => format!("{}, largest gain {}", with_unit(f, "Hz"), plain(gain)),
-                (None, Some(gain)) => format!("no crossover, largest gain {}", plain(gain)),
+                (None, Some(gain)) => format!("no bandwidth, largest gain {}", plain(gain)),
                 (_, None) => "stable at every gain".to_owned(),
             };
             let name = if stage.added == "rigid body" { stage.added.clone() } else { format!("+ {}", stage.added) };

@@ -85,7 +85,7 @@ fn text(report: &Report) -> String {
     let mut parts = vec![format!("from {} to {}", report.input, report.output), roots(report)];
     if !report.modes.is_empty() {
         let rows = report.modes.iter().map(|mode| {
-            let class = reports::analyze::class_name(mode.class).to_owned();
+            let class = if mode.rigid_body { "rigid body" } else { reports::analyze::class_name(mode.class) }.to_owned();
             let cost = mode.margin_cost_deg.map_or_else(|| "-".to_owned(), plain);
             vec![plain(mode.frequency_hz), plain(mode.damping_ratio), class, plain(mode.phase_change_deg), plain(mode.phase_dip_deg), cost]
         });

@@ -52,10 +52,7 @@ impl Chain {
     };
 
     pub(super) fn to_logs(self) -> DVector<f64> {
-        let head = [self.base_kg, self.mount[0], self.mount[1], self.motor_kg, self.guide_n_s_per_m];
-        let lists = self.masses_kg.into_iter().chain(self.stiffness_n_per_m).chain(self.damping_n_s_per_m);
-        let all = head.into_iter().chain(lists).chain(self.source).chain(self.sensor);
-        DVector::from_iterator(PARAMETERS, all.map(f64::ln))
+        DVector::from_iterator(PARAMETERS, self.parameters().into_iter().map(|(value, _)| value.ln()))
     }
 
     pub(super) fn from_logs(logs: &DVector<f64>) -> Self {
@@ -80,6 +77,25 @@ impl Chain {
         let head = ["base mass", "mount frequency", "mount damping ratio", "motor mass", "guide damping"].map(String::from);
         let tail = ["source damping", "source time constant", "sensor stiffness", "sensor damping"].map(String::from);
         head.into_iter().chain(of("mass")).chain(of("stiffness")).chain(of("damping")).chain(tail).collect()
+    }
+
+    /// Values of the parameters with their units, in the order of [`Self::parameter_names`].
+    pub fn parameters(&self) -> Vec<(f64, &'static str)> {
+        let one = |value, unit| std::iter::once((value, unit));
+        let list = |values: [f64; LINKS], unit| values.into_iter().map(move |value| (value, unit));
+        one(self.base_kg, "kg")
+            .chain(one(self.mount[0], "Hz"))
+            .chain(one(self.mount[1], ""))
+            .chain(one(self.motor_kg, "kg"))
+            .chain(one(self.guide_n_s_per_m, "N s/m"))
+            .chain(list(self.masses_kg, "kg"))
+            .chain(list(self.stiffness_n_per_m, "N/m"))
+            .chain(list(self.damping_n_s_per_m, "N s/m"))
+            .chain(one(self.source[0], "N s/m"))
+            .chain(one(self.source[1], "s"))
+            .chain(one(self.sensor[0], "N/m"))
+            .chain(one(self.sensor[1], "N s/m"))
+            .collect()
     }
 
     /// The machine: `base`, `motor`, `link1` to `link4`, the last of which is the end-point; contact `tool`.

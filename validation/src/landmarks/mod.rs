@@ -26,7 +26,7 @@ pub use fit::{Fit, fit};
 /// Band in which landmarks are looked for, Hz.
 const BAND_HZ: (f64, f64) = (2.0, 90.0);
 /// Asked of every landmark, Hz.
-const LANDMARK_HZ: f64 = 1.0;
+pub const LANDMARK_HZ: f64 = 1.0;
 /// Resonances that the paper names, Hz.
 const RESONANCES_HZ: [f64; 5] = [12.0, 38.0, 44.0, 67.0, 77.0];
 /// The scenario file of the fitted chain.
@@ -43,7 +43,7 @@ const EVERY: usize = 8;
 pub struct Landmarks {
     /// Frequencies of the modes nearest to the five resonances, each mode counted once.
     pub resonances_hz: [f64; 5],
-    /// Acceleration of the motor: phase falls below 0 degrees for good. (In the fitted chain it grazes 0 at the base mode as well, by some degrees:
+    /// Acceleration of the motor: phase falls below 0 degrees for good. (In the fitted chain it falls below 0 by some 30 degrees at the base mode as well, and returns:
     /// a base that turns the end-point's phase turns the motor's too.)
     pub motor_hz: f64,
     /// Acceleration of the end-point: phase dips below 0 degrees, and returns.

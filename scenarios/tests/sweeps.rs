@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use feeler_analysis::ControlLoop;
 use feeler_scenarios::format::Setting;
 use feeler_scenarios::run::Outcome;
-use feeler_scenarios::sweep::{Column, DrawnAxis, Options, Sweep, Table, contact_view};
+use feeler_scenarios::sweep::{Column, DrawnAxis, Options, Sweep, Table, contact_view, merge};
 
 fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps").join(name)
@@ -107,6 +107,39 @@ fn truth_refinement_finds_the_edge_of_the_fine_grid_for_a_part_of_its_runs() {
             let found = known(number(&all, "controllers.force.kp", row), number(&all, "contacts.tool.stiffness", row)).unwrap();
             assert_eq!(rests(&few, found), rests(&all, row));
         }
+    }
+}
+
+/// Every part begun twice, as by a scheduler that starts tasks again, with whole runs and merges among them as soon as they can be.
+#[test]
+fn prop_parts_runs_and_merges_at_once_in_one_folder_all_end_with_the_same_bytes() {
+    let text = "scenario = \"../paper/rigid.toml\"\n[axes]\n\"controllers.force.kp\" = { linear = [0.1, 1.0], points = 64 }\n\
+        \"run.duration\" = [\"20 ms\"]\n[keep]\ntail = 0\n";
+    let sweep = Sweep::parse(text, &file("shards.toml").display().to_string()).unwrap();
+    let alone = tempfile::tempdir().unwrap();
+    let bytes = |folder: &Path| std::fs::read(folder.join("sweep.parquet")).unwrap();
+    sweep.run(alone.path(), Options::default(), &|_| {}).unwrap();
+    for _ in 0..5 {
+        let shared = tempfile::tempdir().unwrap();
+        let folder = shared.path();
+        let run = |shard: Option<&str>| {
+            let shard = shard.map(|shard| shard.parse().unwrap());
+            sweep.run(folder, Options { threads: Some(1), shard }, &|_| {}).unwrap()
+        };
+        std::thread::scope(|scope| {
+            for shard in ["1/4", "2/4", "3/4", "4/4"].into_iter().cycle().take(8) {
+                scope.spawn(move || run(Some(shard)));
+            }
+            for _ in 0..2 {
+                scope.spawn(|| assert!(run(None).table.is_some()));
+                // Until all chunks are there, a merge says which are missing.
+                scope.spawn(|| while merge(&[folder.into()], folder).is_err() {});
+            }
+        });
+        assert!(bytes(folder) == bytes(alone.path()), "parts in one folder give other bytes than one run");
+        assert!(!folder.join("chunks").exists());
+        let late = run(Some("2/4"));
+        assert_eq!((late.progress.done, late.table), (0, Some(folder.join("sweep.parquet"))));
     }
 }
 

@@ -58,7 +58,8 @@ fn told(sweep: &sweep::Sweep, result: &SweepResult, wall_s: f64) -> String {
     };
     if let Some(grid) = sweep.runs_of_the_grid() {
         let share = plain(100.0 * progress.total as f64 / grid as f64);
-        let adaptive = format!("refined along boundaries in {} passes; a grid as fine takes {grid} runs", result.passes);
+        let passes = result.passes.map_or_else(String::new, |passes| format!(" in {}", count(passes, "pass", "passes")));
+        let adaptive = format!("refined along boundaries{passes}; a grid as fine takes {grid} runs");
         return format!("{text}\n{adaptive}, so this is {share} % of it");
     }
     text

@@ -138,6 +138,7 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
         limits: &limits,
         end: finished.end,
         end_s: finished.end_s,
+        is_longest: false,
         steps: finished.steps,
         energy: EnergyBalance::default(),
     };

@@ -143,9 +143,11 @@ fn measure_lanes<L: Lane>(
     while results.iter().any(Option::is_none) {
         simulation.run_to(until_s, lanes)?;
         until_s *= 2.0;
+        let is_longest = until_s > MOST_EXTENSION * duration_s;
         for l in lanes.open() {
-            let measured = block[l].judge(lanes.trace(l), Ended::of(&simulation, l), tail);
-            if !measured.may_be_decided() || until_s > MOST_EXTENSION * duration_s {
+            let ended = Ended { is_longest, ..Ended::of(&simulation, l) };
+            let measured = block[l].judge(lanes.trace(l), ended, tail);
+            if !measured.may_be_decided() || is_longest {
                 results[l] = Some(measured);
                 lanes.close(l);
                 simulation.stop(l);
@@ -186,6 +188,21 @@ mod tests {
             assert_eq!(format!("{alone:?}"), format!("{together:?}"));
         }
         assert!((2..10).contains(&sustained), "{sustained}");
+    }
+
+    /// A cell of sweeps/flexible-map.toml whose impacts rise for the first 2 s, and which then chatters within bounds.
+    #[test]
+    fn regress_impacts_that_rise_at_first_are_not_called_unstable() {
+        let settings = [
+            ("contacts.tool.stiffness", Setting::Number(2_682_695.795_279_727_3)),
+            ("controllers.force.kp", Setting::Number(2.079_781_081_535_923_4)),
+            ("run.duration", Setting::Number(2.0)),
+        ];
+        let document = file("paper/flexible-contact.toml").with(settings).unwrap();
+        let short = crate::run::run(&document.scenario, &mut |_| {}).unwrap();
+        assert_eq!(short.summary.verdict.undecided, Some(Undecided::StillGrowing));
+        let measured = Candidate::new(document.scenario).unwrap().measure(0).unwrap();
+        assert_eq!(measured.summary.outcome, Outcome::Chatter);
     }
 
     /// Close to its limit of 0.6067 the loop rings for seconds, and a run of one does not tell.

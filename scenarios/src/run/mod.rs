@@ -156,6 +156,8 @@ struct Ended {
     end: RunEnd,
     /// How far the motion came, s.
     end_s: f64,
+    /// Whether it may go on no longer.
+    is_longest: bool,
     /// Zero where several variants ran side by side: their steps are counted together.
     steps: u64,
 }
@@ -167,7 +169,7 @@ impl Ended {
             RunEnd::Diverged { t_s } | RunEnd::EventStorm { t_s } => t_s,
             _ => simulation.time_s(),
         };
-        Self { end, end_s, steps: if L::WIDTH == 1 { simulation.steps() } else { 0 } }
+        Self { end, end_s, is_longest: false, steps: if L::WIDTH == 1 { simulation.steps() } else { 0 } }
     }
 }
 
@@ -194,6 +196,7 @@ impl Judged {
             limits: &limits,
             end: ended.end,
             end_s: ended.end_s,
+            is_longest: ended.is_longest,
             steps: ended.steps,
             energy,
         };

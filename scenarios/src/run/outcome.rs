@@ -6,7 +6,7 @@
 //!
 //! | outcome | when |
 //! |---|---|
-//! | unstable | the motion left all bounds; or `A3 > 1.5 A2` and `A2 > 1.5 A1` beyond what the sensor resolves; or the force peaks of the last half of all contacts, 6 at least, rise from each to the next, above all before, and by more than 2.25 times in all |
+//! | unstable | the motion left all bounds; or it grows and never left the workpiece, or still grows at the end of the longest extension. It grows where `A3 > 1.5 A2` and `A2 > 1.5 A1` beyond what the sensor resolves, or where the force peaks of the last half of all contacts, 6 at least, rise from each to the next, above all before, and by more than 2.25 times in all |
 //! | no-contact | the tool never touched, or left for good before the tail |
 //! | chatter | at least 3 lift-offs in the tail, 2 of them in its last part, and `A3 >= 0.7 A1` |
 //! | driven | a reference moves to the end, so that there is nothing to settle at |
@@ -14,7 +14,7 @@
 //! | limit-cycle | the force oscillates and does not decay, and a drive or controller is at its limit for over 1 % of the tail |
 //! | hunting | the same, no limit is reached, and a guide sticks or breaks loose at least twice |
 //! | oscillates | the same with neither |
-//! | undecided | none of these: oscillation or bouncing that decays but has not ended, that creeps up or down (by more than 1.05 from part to part), or a tail too short to judge |
+//! | undecided | none of these: oscillation or bouncing that decays but has not ended, that creeps up or down (by more than 1.05 from part to part), growth in a run that left the workpiece and may yet be bounded by that, or a tail too short to judge |
 //!
 //! A longer run decides most of what a short one leaves undecided: [`super::measure()`] extends the run until it is.
 
@@ -156,6 +156,8 @@ pub struct Verdict {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Evidence<'a> {
     pub(super) end: RunEnd,
+    /// Whether the run is as long as it gets, so that growth counts as lasting.
+    pub(super) is_longest: bool,
     /// Times of the rows, s.
     pub(super) t_s: &'a [f64],
     /// The contact force at the rows, N.
@@ -190,14 +192,21 @@ impl Evidence<'_> {
         let say = |outcome| Verdict { outcome, tail_s, amplitudes_n, growth_per_s: None, undecided: None };
         let unsure = |why| Verdict { undecided: Some(why), ..say(Outcome::Undecided) };
         let growth_per_s = (amplitudes_n[2] / amplitudes_n[0]).ln() / (2.0 / 3.0 * (tail_s[1] - tail_s[0]));
-        let unstable = || Verdict { growth_per_s: Some(growth_per_s).filter(|rate| rate.is_finite()), ..say(Outcome::Unstable) };
         match self.end {
-            RunEnd::Diverged { .. } => return unstable(),
+            RunEnd::Diverged { .. } => {
+                return Verdict { growth_per_s: Some(growth_per_s).filter(|rate| rate.is_finite()), ..say(Outcome::Unstable) };
+            }
             RunEnd::EventStorm { .. } => return unsure(Undecided::EventStorm),
             _ => {}
         }
-        if let Some(rate) = self.impact_growth_per_s() {
-            return Verdict { growth_per_s: Some(rate), ..say(Outcome::Unstable) };
+        // The loss of contact bounds most growth, only later: in contact alone nothing but a limit does.
+        let growth_lasts = self.is_longest || self.lifts_s.is_empty();
+        let grows = |rate_per_s: f64| Verdict {
+            growth_per_s: Some(rate_per_s).filter(|rate| rate.is_finite()),
+            ..if growth_lasts { say(Outcome::Unstable) } else { unsure(Undecided::StillGrowing) }
+        };
+        if let Some(rate_per_s) = self.impact_growth_per_s() {
+            return grows(rate_per_s);
         }
         if self.starts_at_s.is_none() || self.lost_at_s.is_some_and(|lost| lost < tail_s[0]) {
             return say(Outcome::NoContact);
@@ -210,7 +219,7 @@ impl Evidence<'_> {
         let band_n = self.band_n.unwrap_or(super::settling::SETTLING_BAND * mean.abs());
         let [a1, a2, a3] = amplitudes_n;
         if a3 > GROWS * a2 && a2 > GROWS * a1 && a3 > 0.1 * band_n {
-            return unstable();
+            return grows(growth_per_s);
         }
         let last_part_s = tail_s[1] - (tail_s[1] - tail_s[0]) / 3.0;
         let lifts = (self.lifts_after(tail_s[0]), self.lifts_after(last_part_s));
@@ -280,6 +289,7 @@ mod tests {
     fn still() -> Evidence<'static> {
         Evidence {
             end: RunEnd::Completed,
+            is_longest: false,
             t_s: &[],
             force_n: &[0.0; ROWS],
             driven: false,
@@ -314,6 +324,8 @@ mod tests {
         let grows = |t: f64| 20.0 + 0.5 * (3.0 * t).exp() * (TAU * 60.0 * t).cos();
         let verdict = verdict_of(grows, |_| {});
         assert_eq!(verdict.outcome, Outcome::Unstable);
+        let left = verdict_of(grows, |e| e.lifts_s = &[0.21]);
+        assert_eq!((left.undecided, left.growth_per_s), (Some(Undecided::StillGrowing), verdict.growth_per_s));
         // Each part's largest swing lies within one period of 17 ms of its end, so the ratio errs by less than exp(3 / 60).
         assert!((verdict.growth_per_s.unwrap() - 3.0).abs() < 0.2, "{verdict:?}");
         let diverged = verdict_of(grows, |e| e.end = RunEnd::Diverged { t_s: 2.0 });
@@ -346,18 +358,21 @@ mod tests {
     }
 
     #[test]
-    fn truth_rising_impacts_are_unstable_even_where_the_tool_is_away_at_the_end() {
+    fn truth_impacts_that_rise_to_the_end_of_the_longest_run_are_unstable_even_where_the_tool_is_away() {
         let impacts: Vec<(f64, f64)> = (0..8).map(|i| (0.1 * f64::from(i), 10.0 * (0.4 * f64::from(i)).exp())).collect();
-        let away = |impacts: &[(f64, f64)]| {
+        let away = |impacts: &[(f64, f64)], is_longest| {
             let t_s = times();
-            let evidence = Evidence { lost_at_s: Some(0.75), impacts, t_s: &t_s, ..still() };
+            let evidence = Evidence { lost_at_s: Some(0.75), impacts, lifts_s: &[0.05, 0.75], is_longest, t_s: &t_s, ..still() };
             evidence.verdict()
         };
-        let verdict = away(&impacts);
+        let verdict = away(&impacts, true);
         assert_eq!(verdict.outcome, Outcome::Unstable);
         assert!((verdict.growth_per_s.unwrap() - 4.0).abs() < 1e-9);
+        let sooner = away(&impacts, false);
+        assert_eq!((sooner.outcome, sooner.undecided), (Outcome::Undecided, Some(Undecided::StillGrowing)));
+        assert_eq!(sooner.growth_per_s, verdict.growth_per_s);
         let falling: Vec<(f64, f64)> = impacts.iter().map(|(t, f)| (*t, 1.0 / f)).collect();
-        assert_eq!(away(&falling).outcome, Outcome::NoContact);
+        assert_eq!(away(&falling, true).outcome, Outcome::NoContact);
     }
 
     #[test]

@@ -100,6 +100,8 @@ pub(super) struct Finished<'a> {
     pub(super) end: RunEnd,
     /// Simulated time reached, s.
     pub(super) end_s: f64,
+    /// Whether it may go on no longer.
+    pub(super) is_longest: bool,
     pub(super) steps: u64,
     pub(super) energy: EnergyBalance,
 }
@@ -203,6 +205,7 @@ impl<'a> Finished<'a> {
         let lost = contact.filter(|contact| !contact.ends_in_contact(self.end_s));
         let evidence = Evidence {
             end: self.end,
+            is_longest: self.is_longest,
             t_s: &self.record.t_s,
             force_n: force_n.unwrap_or(&still),
             driven: moves || (response.is_none() && self.is_driven()),

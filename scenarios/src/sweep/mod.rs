@@ -41,7 +41,7 @@ const CHUNKS: u64 = 64;
 /// Variants of a chunk at least, and at most.
 const CHUNK: [u64; 2] = [crate::run::LANES as u64, 1024];
 /// Changes whenever the same files would give other bytes.
-const RESULTS_VERSION: u32 = 2;
+const RESULTS_VERSION: u32 = 3;
 
 /// A sweep ready to run.
 #[derive(Clone, Debug)]
@@ -77,12 +77,12 @@ pub struct SweepProgress {
 /// What a sweep has done.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SweepResult {
-    /// The table of results; none where other shards are still to come.
+    /// The table of results; none where this was one of several shards, until [`merge`] puts them together.
     pub table: Option<PathBuf>,
     /// Variants run by this call, found from an earlier one, and in all.
     pub progress: SweepProgress,
-    /// Passes of an adaptive sweep; 1 of any other.
-    pub passes: usize,
+    /// Passes of an adaptive sweep, 1 of any other; none where an earlier call did them all.
+    pub passes: Option<usize>,
 }
 
 impl Sweep {
@@ -125,23 +125,33 @@ impl Sweep {
         if store.is_complete() {
             let found = Table::read(&store.table())?.rows as u64;
             let progress = SweepProgress { done: 0, found, total: found };
-            return Ok(SweepResult { table: Some(store.table()), progress, passes: 1 });
+            return Ok(SweepResult { table: Some(store.table()), progress, passes: None });
         }
         let threads = options.threads.unwrap_or(0);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|source| SweepError::Threads { source })?;
         let counters = Counters { done: AtomicU64::new(0), found: AtomicU64::new(0), total: AtomicU64::new(0), tell: progress };
-        let passes = pool.install(|| match self.file.refine {
+        let ran = pool.install(|| match self.file.refine {
             Some(refine) => refine::run(self, refine, folder, &store, &counters),
             None => self.pass(&Points::Plan(&self.file), 0, 0, options.shard, folder, &store, &counters).map(|chunks| vec![chunks]),
-        })?;
+        });
+        let passes = match ran {
+            // Another call has put the results together, and taken away the chunks that were to be read.
+            Err(_) if store.is_complete() => Vec::new(),
+            ran => ran?,
+        };
         let (count, ids) = (passes.len(), passes.concat());
-        let table = if ids.iter().all(|id| store.has(*id)) {
+        // Of several shards at work in one folder none knows when the others are done reading: [`merge`] puts their chunks together.
+        let is_part = options.shard.is_some_and(Shard::is_part);
+        let table = if store.is_complete() {
+            store.remove_chunks()?;
+            Some(store.table())
+        } else if !is_part && ids.iter().all(|id| store.has(*id)) {
             store.assemble(&ids.iter().map(|id| (&store, *id)).collect::<Vec<_>>())?;
             Some(store.table())
         } else {
             None
         };
-        Ok(SweepResult { table, progress: counters.now(), passes: count })
+        Ok(SweepResult { table, progress: counters.now(), passes: Some(count).filter(|&passes| passes > 0) })
     }
 }
 

@@ -26,6 +26,11 @@ pub struct ParseShardError {
 }
 
 impl Shard {
+    /// Whether there are others.
+    pub(super) fn is_part(self) -> bool {
+        self.count > 1
+    }
+
     /// Whether a chunk belongs to it. Chunks are dealt out in turn, so that parts of a map that take longer are shared.
     pub(super) fn has(self, chunk: usize) -> bool {
         chunk % self.count == self.index - 1

@@ -1,9 +1,12 @@
 //! A sweep's folder: the plan it belongs to, chunks as they are done, and the table in the end.
 //!
-//! Every file is written under another name, synchronised and renamed, so that a file that is there is whole, whenever the process is killed.
+//! Every file is written under another name, synchronised and renamed, so that a file that is there is whole, whenever the process is killed. Several
+//! processes may work in one folder: names until renamed are each writer's own, and chunks that vanish while they are read mean that another has put the
+//! results together.
 
 use std::fs::{self, File};
-use std::io::Write;
+use std::hash::{BuildHasher, RandomState};
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use super::error::SweepError;
@@ -37,7 +40,7 @@ impl Store {
         match fs::read_to_string(&path) {
             Ok(found) if found == plan => {}
             Ok(_) => return Err(SweepError::OtherSweep { folder: folder.into() }),
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => store.put(&path, |mut file| {
+            Err(error) if error.kind() == ErrorKind::NotFound => store.put(&path, |mut file| {
                 file.write_all(plan.as_bytes()).map_err(SweepError::io(&path))?;
                 Ok(file)
             })?,
@@ -77,15 +80,32 @@ impl Store {
     pub(super) fn write(&self, id: ChunkId, table: Table) -> Result<(), SweepError> {
         let folder = self.folder.join(CHUNKS);
         fs::create_dir_all(&folder).map_err(SweepError::io(&folder))?;
-        self.put_table(&self.chunk(id), std::iter::once(Ok(table)))
+        match self.put_table(&self.chunk(id), std::iter::once(Ok(table))) {
+            // The folder went away below the chunk, since another has put the results together.
+            Err(_) if self.is_complete() => Ok(()),
+            put => put,
+        }
     }
 
     /// Puts the results together from all chunks in order, and removes these.
     pub(super) fn assemble(&self, chunks: &[(&Self, ChunkId)]) -> Result<(), SweepError> {
-        self.put_table(&self.table(), chunks.iter().map(|(store, id)| store.read(*id)))?;
+        let put = self.put_table(&self.table(), chunks.iter().map(|(store, id)| store.read(*id)));
+        match put {
+            // Another was first, and has taken the chunks away.
+            Err(_) if self.is_complete() => {}
+            put => put?,
+        }
+        self.remove_chunks()
+    }
+
+    /// Removes the chunks, which the results have made superfluous.
+    pub(super) fn remove_chunks(&self) -> Result<(), SweepError> {
         let folder = self.folder.join(CHUNKS);
         match fs::remove_dir_all(&folder) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(SweepError::io(&folder)(error)),
+            // Others remove them, or write one that comes too late, at the same time.
+            Err(error) if !matches!(error.kind(), ErrorKind::NotFound | ErrorKind::DirectoryNotEmpty) => {
+                Err(SweepError::io(&folder)(error))
+            }
             _ => Ok(()),
         }
     }
@@ -105,12 +125,16 @@ impl Store {
     /// Writes a file whole or not at all.
     fn put(&self, path: &Path, write: impl FnOnce(File) -> Result<File, SweepError>) -> Result<(), SweepError> {
         let mut name = path.file_name().unwrap_or_default().to_owned();
-        name.push(format!(".{}.tmp", std::process::id()));
+        // Processes of several machines may have the same number.
+        name.push(format!(".{:016x}.tmp", RandomState::new().hash_one(std::process::id())));
         let temporary = path.with_file_name(name);
         let file = File::create(&temporary).map_err(SweepError::io(&temporary))?;
-        let file = write(file)?;
-        file.sync_all().map_err(SweepError::io(&temporary))?;
-        drop(file);
+        let written = write(file).and_then(|file| file.sync_all().map_err(SweepError::io(&temporary)));
+        if let Err(error) = written {
+            // What is left of it is of no use; that the writing failed is what matters.
+            let _ = fs::remove_file(&temporary);
+            return Err(error);
+        }
         fs::rename(&temporary, path).map_err(SweepError::io(path))?;
         sync_folder(path.parent().unwrap_or(&self.folder))
     }

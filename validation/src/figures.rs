@@ -23,6 +23,8 @@ const EXPERIMENT_S: f64 = 60.0;
 const HOLD_S: f64 = 2e-4;
 /// Band of Figs. 15 to 17, Hz.
 const BAND_HZ: (f64, f64) = (2.0, 100.0);
+/// Ratio of the frequencies of neighbouring dots: a hundred or so in the band.
+const DOT_SPACING: f64 = 1.04;
 
 /// Every figure, in the paper's order.
 ///
@@ -154,6 +156,17 @@ fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure,
     Ok(Figure { name: name.into(), caption: caption.into(), panels: vec![Panel { x, y, curves }] })
 }
 
+/// Those of rising points that are told apart on a logarithmic axis.
+fn apart(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut kept: Vec<(f64, f64)> = Vec::new();
+    for &point in points {
+        if kept.last().is_none_or(|last| point.0 > DOT_SPACING * last.0) {
+            kept.push(point);
+        }
+    }
+    kept
+}
+
 fn measured_figures() -> Result<Vec<Figure>, ValidationError> {
     let stand_in = "the machine fitted to the paper's landmarks (not the robot's own parameters, which were never published): white noise in, dots \
                     estimated from the records, line linear theory.";
@@ -195,12 +208,14 @@ fn measured_figures() -> Result<Vec<Figure>, ValidationError> {
         };
         let method = NoiseMethod::LocalPolynomial(LocalPolynomialSettings::default());
         let measured = experiment.measure(&Excitation::WhiteNoise { duration_s: EXPERIMENT_S, method }, 0.01, BAND_HZ)?;
-        // As many points as can be told apart on paper.
-        let kept: Vec<usize> = (0..measured.linear.len()).step_by(16).collect();
+        // As many points as a line needs.
+        let kept: Vec<usize> = (0..measured.linear.len()).step_by(8).collect();
         let pick = |values: &[C64]| kept.iter().map(|&i| values[i]).collect::<Vec<_>>();
         let frequencies: Vec<f64> = kept.iter().map(|&i| measured.estimate.frequencies_hz[i]).collect();
         let [line, line_phase] = bode_curves("linear theory", &frequencies, &pick(&measured.linear), Mark::Line, RED);
-        let [dots, dots_phase] = bode_curves("estimated", &frequencies, &pick(&measured.estimate.response), Mark::Dot, BLUE);
+        let mut dots = bode_curves("estimated", &frequencies, &pick(&measured.estimate.response), Mark::Dot, BLUE);
+        dots.iter_mut().for_each(|curve| curve.points = apart(&curve.points));
+        let [dots, dots_phase] = dots;
         let caption = format!("Fig. {}. {what}, {stand_in}", number(name));
         all.push(Figure { name: name.into(), caption, panels: bode_panels(BAND_HZ, unit, vec![line, dots], vec![line_phase, dots_phase]) });
     }

@@ -158,7 +158,10 @@ impl Figure {
         let named = self.panels.iter().take(1).flat_map(|panel| &panel.curves).filter(|curve| !curve.name.is_empty());
         for (i, curve) in named.enumerate() {
             let at = LEFT + LEGEND * i as f64;
-            let _ = writeln!(out, "<rect x=\"{at}\" y=\"15\" width=\"16\" height=\"4\" fill=\"{}\"/>", curve.colour);
+            let _ = match curve.mark {
+                Mark::Dot => writeln!(out, "<circle cx=\"{}\" cy=\"17\" r=\"2.2\" fill=\"{}\"/>", at + 8.0, curve.colour),
+                _ => writeln!(out, "<rect x=\"{at}\" y=\"15\" width=\"16\" height=\"4\" fill=\"{}\"/>", curve.colour),
+            };
             let _ = writeln!(out, "<text x=\"{}\" y=\"21\">{}</text>", at + 22.0, escaped(&curve.name));
         }
         for (i, panel) in self.panels.iter().enumerate() {
@@ -247,7 +250,7 @@ impl Curve {
                 let _ = writeln!(out, "<circle cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"5\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>");
             }),
             Mark::Dot => points.for_each(|(a, b)| {
-                let _ = writeln!(out, "<circle cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"1.3\" fill=\"{colour}\"/>");
+                let _ = writeln!(out, "<circle cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"2.2\" fill=\"{colour}\"/>");
             }),
         }
     }

@@ -214,7 +214,9 @@ fn measured_figures() -> Result<Vec<Figure>, ValidationError> {
         let frequencies: Vec<f64> = kept.iter().map(|&i| measured.estimate.frequencies_hz[i]).collect();
         let [line, line_phase] = bode_curves("linear theory", &frequencies, &pick(&measured.linear), Mark::Line, RED);
         let mut dots = bode_curves("estimated", &frequencies, &pick(&measured.estimate.response), Mark::Dot, BLUE);
-        dots.iter_mut().for_each(|curve| curve.points = apart(&curve.points));
+        for curve in &mut dots {
+            curve.points = apart(&curve.points);
+        }
         let [dots, dots_phase] = dots;
         let caption = format!("Fig. {}. {what}, {stand_in}", number(name));
         all.push(Figure { name: name.into(), caption, panels: bode_panels(BAND_HZ, unit, vec![line, dots], vec![line_phase, dots_phase]) });

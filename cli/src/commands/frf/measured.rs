@@ -122,7 +122,8 @@ fn choose<'a>(arguments: &Frf, file: &DatasetFile, data: &'a Dataset, notes: &mu
         outputs.iter().position(|c| named(wanted, c)).ok_or_else(|| unknown("output", wanted, outputs.iter().copied()))?
     } else {
         let is = |i: &usize, quantity| data.channels[*i].quantity(&data.machine) == quantity;
-        let free = data.records.first().is_some_and(|r| r.engagement == Some(Engagement::Free)) && arguments.experiments.is_empty();
+        let named = arguments.experiments.first().and_then(|wanted| data.records.iter().find(|r| r.name == *wanted));
+        let free = named.or(data.records.first()).is_some_and(|r| r.engagement == Some(Engagement::Free));
         let wanted = if free { Quantity::Acceleration } else { Quantity::SpringForce };
         (0..outputs.len()).rev().find(|i| is(i, wanted)).unwrap_or(0)
     };

@@ -138,6 +138,8 @@ fn prop_parts_runs_and_merges_at_once_in_one_folder_all_end_with_the_same_bytes(
         });
         assert!(bytes(folder) == bytes(alone.path()), "parts in one folder give other bytes than one run");
         assert!(!folder.join("chunks").exists());
+        merge(&[folder.into()], &folder.join("elsewhere")).unwrap();
+        assert!(bytes(&folder.join("elsewhere")) == bytes(folder), "a merge of a finished sweep takes its results");
         let late = run(Some("2/4"));
         assert_eq!((late.progress.done, late.table), (0, Some(folder.join("sweep.parquet"))));
     }

@@ -9,6 +9,6 @@ use crate::terminal;
 pub(crate) fn run(arguments: &Merge) -> anyhow::Result<()> {
     let out = arguments.out.as_ref().or(arguments.folders.first()).cloned().unwrap_or_default();
     let path = merge(&arguments.folders, &out)?;
-    let rows = Table::read(&path)?.rows;
+    let rows = Table::count_rows(&path)?;
     terminal::print(&format!("{} in {}", count(rows, "variant", "variants"), path.display()))
 }

@@ -3,11 +3,12 @@
 use std::path::Path;
 use std::time::Instant;
 
-use feeler_scenarios::sweep::{self, Options, SweepResult, Table};
+use feeler_scenarios::sweep::{self, Options, SweepResult};
 
 use crate::arguments::Sweep;
 use crate::numbers::{count, plain, with_unit};
 use crate::progress::Rate;
+use crate::reports::sweep::Tally;
 use crate::table::table;
 use crate::{reports, results, terminal};
 
@@ -33,10 +34,10 @@ pub(crate) fn run(arguments: &Sweep) -> anyhow::Result<()> {
             folder.display()
         ));
     };
-    let table = Table::read(path)?;
-    let drawn = reports::sweep::write(&sweep, &name, &table, &folder)?;
+    let tally = Tally::of(path)?;
+    let drawn = reports::sweep::write(&sweep, &name, path, &tally, &folder)?;
     let written: Vec<String> = [path].into_iter().chain(&drawn).map(|path| format!("  {}", path.display())).collect();
-    terminal::print(&format!("{}\n\n{}\n\nwrote\n{}", told(&sweep, &result, wall_s), outcomes(&table), written.join("\n")))
+    terminal::print(&format!("{}\n\n{}\n\nwrote\n{}", told(&sweep, &result, wall_s), outcomes(&tally), written.join("\n")))
 }
 
 /// The name of a sweep: its own, or its file's.
@@ -66,20 +67,8 @@ fn told(sweep: &sweep::Sweep, result: &SweepResult, wall_s: f64) -> String {
 }
 
 /// How many variants ended how.
-fn outcomes(results: &Table) -> String {
-    let mut counts: Vec<(String, usize)> = Vec::new();
-    let outcomes = results.texts("outcome").unwrap_or_default();
-    let errors = results.texts("error").unwrap_or_default();
-    let named = (0..results.rows).map(|row| {
-        let failed = errors.get(row).is_some_and(Option::is_some);
-        if failed { "error" } else { outcomes.get(row).and_then(Option::as_deref).unwrap_or("done") }
-    });
-    for outcome in named {
-        match counts.iter_mut().find(|(name, _)| name == outcome) {
-            Some((_, number)) => *number += 1,
-            None => counts.push((outcome.to_owned(), 1)),
-        }
-    }
-    counts.sort_by(|a, b| b.1.cmp(&a.1).then(a.0.cmp(&b.0)));
-    table(&[], &[1], counts.into_iter().map(|(name, number)| vec![name, number.to_string()]))
+fn outcomes(tally: &Tally) -> String {
+    let mut counts: Vec<(&String, &usize)> = tally.outcomes.iter().collect();
+    counts.sort_by(|a, b| b.1.cmp(a.1).then(a.0.cmp(b.0)));
+    table(&[], &[1], counts.into_iter().map(|(name, number)| vec![name.clone(), number.to_string()]))
 }

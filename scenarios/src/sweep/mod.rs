@@ -1,6 +1,6 @@
 //! Runs a scenario in many variants.
 //!
-//! Variants are numbered, and each is computed from its number, so that a sweep of any size takes the memory of the chunks in hand. A chunk's results
+//! Variants are numbered, and each is computed from its number, so that running a sweep of any size takes the memory of the chunks in hand. A chunk's results
 //! are on disk before the next is begun: a sweep that is killed goes on where it was, and what it writes in the end does not depend on that, nor on the
 //! number of threads, nor on how it was cut into shards. A variant that fails is a row with its error.
 
@@ -123,7 +123,7 @@ impl Sweep {
         }
         let store = Store::open(folder, &self.plan)?;
         if store.is_complete() {
-            let found = Table::read(&store.table())?.rows as u64;
+            let found = Table::count_rows(&store.table())? as u64;
             let progress = SweepProgress { done: 0, found, total: found };
             return Ok(SweepResult { table: Some(store.table()), progress, passes: None });
         }

@@ -55,7 +55,8 @@ impl fmt::Display for Shard {
     }
 }
 
-/// Puts the shards of a sweep together: `folders` hold them (several may share one folder), `out` takes the results. Gives the table's path.
+/// Puts the shards of a sweep together: `folders` hold them (several may share one folder, and one that is finished is enough), `out` takes
+/// the results. Gives the table's path.
 ///
 /// # Errors
 /// [`SweepError::NoSweep`], [`SweepError::OtherSweep`] where the folders hold different sweeps, [`SweepError::Incomplete`].
@@ -67,6 +68,10 @@ pub fn merge(folders: &[PathBuf], out: &Path) -> Result<PathBuf, SweepError> {
     }
     let target = Store::open(out, plan)?;
     if target.is_complete() {
+        return Ok(target.table());
+    }
+    if let Some((finished, _)) = stores.iter().find(|(store, _)| store.is_complete()) {
+        target.take_results(finished)?;
         return Ok(target.table());
     }
     let variants = super::planned_variants(plan).ok_or_else(|| SweepError::NoSweep { folder: folders[0].clone() })?;

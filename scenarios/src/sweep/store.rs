@@ -98,6 +98,16 @@ impl Store {
         self.remove_chunks()
     }
 
+    /// Takes the results of another folder of the same sweep.
+    pub(super) fn take_results(&self, other: &Self) -> Result<(), SweepError> {
+        let source = other.table();
+        self.put(&self.table(), |mut file| {
+            let mut results = File::open(&source).map_err(SweepError::io(&source))?;
+            std::io::copy(&mut results, &mut file).map_err(SweepError::io(&source))?;
+            Ok(file)
+        })
+    }
+
     /// Removes the chunks, which the results have made superfluous.
     pub(super) fn remove_chunks(&self) -> Result<(), SweepError> {
         let folder = self.folder.join(CHUNKS);

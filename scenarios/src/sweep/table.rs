@@ -18,6 +18,8 @@ use super::error::SweepError;
 
 /// Rows of a row group, at least, where there are as many.
 const ROWS_PER_GROUP: usize = 1 << 14;
+/// Numbers in lists after which a row group ends sooner.
+const ENTRIES_PER_GROUP: usize = 1 << 20;
 
 /// One column.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +52,25 @@ impl Column {
             (Self::List(mine), Self::List(more)) => mine.extend(more),
             // Tables of one sweep have the same columns.
             _ => {}
+        }
+    }
+
+    /// Numbers in its lists.
+    fn entries(&self) -> usize {
+        if let Self::List(lists) = self { lists.iter().map(Vec::len).sum() } else { 0 }
+    }
+
+    /// Keeps the rows that are marked.
+    fn retain(&mut self, marked: &[bool]) {
+        fn kept<T>(values: &mut Vec<T>, marked: &[bool]) {
+            let mut marks = marked.iter();
+            values.retain(|_| marks.next().is_some_and(|mark| *mark));
+        }
+        match self {
+            Self::Whole(values) => kept(values, marked),
+            Self::Real(values) => kept(values, marked),
+            Self::Text(values) => kept(values, marked),
+            Self::List(values) => kept(values, marked),
         }
     }
 
@@ -111,8 +132,40 @@ impl Table {
     /// # Errors
     /// A file that cannot be read, or is no table of a sweep.
     pub fn read(path: &Path) -> Result<Self, SweepError> {
+        Self::read_part(path, &|_| true, &|_| true)
+    }
+
+    /// Reads the columns and rows that are wanted, by name and by number, without ever holding more of the others than a part of the file.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn read_part(path: &Path, column: &dyn Fn(&str) -> bool, row: &dyn Fn(usize) -> bool) -> Result<Self, SweepError> {
+        let mut table = Self::default();
+        scan(path, column, row, &mut |first, mut part: Self| {
+            let marked: Vec<bool> = (first..first + part.rows).map(row).collect();
+            part.columns.values_mut().for_each(|column| column.retain(&marked));
+            part.rows = marked.iter().filter(|mark| **mark).count();
+            table.append(part);
+        })?;
+        Ok(table)
+    }
+
+    /// Goes through a file part by part, reading only the columns that are wanted by name; `visit` gets the number of each part's first row, and the part.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn scan(path: &Path, column: &dyn Fn(&str) -> bool, visit: &mut dyn FnMut(usize, Self)) -> Result<(), SweepError> {
+        scan(path, column, &|_| true, visit)
+    }
+
+    /// How many rows a file has, from its foot.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn count_rows(path: &Path) -> Result<usize, SweepError> {
         let file = File::open(path).map_err(SweepError::io(path))?;
-        read(file).map_err(SweepError::parquet(path))
+        let reader = SerializedFileReader::new(file).map_err(SweepError::parquet(path))?;
+        Ok(reader.metadata().file_metadata().num_rows() as usize)
     }
 }
 
@@ -120,6 +173,8 @@ impl Table {
 pub(super) struct TableWriter {
     file: SerializedFileWriter<File>,
     waiting: Table,
+    /// Numbers in lists that wait.
+    entries: usize,
 }
 
 impl TableWriter {
@@ -130,12 +185,13 @@ impl TableWriter {
         let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).set_created_by("feeler".into()).build();
         let columns = like.columns.iter().map(|(name, column)| (name.clone(), column.empty_like())).collect();
         let waiting = Table { columns, rows: 0 };
-        Ok(Self { file: SerializedFileWriter::new(file, schema, Arc::new(properties))?, waiting })
+        Ok(Self { file: SerializedFileWriter::new(file, schema, Arc::new(properties))?, waiting, entries: 0 })
     }
 
     pub(super) fn add(&mut self, table: Table) -> Result<(), ParquetError> {
+        self.entries += table.columns.values().map(Column::entries).sum::<usize>();
         self.waiting.append(table);
-        if self.waiting.rows >= ROWS_PER_GROUP { self.flush() } else { Ok(()) }
+        if self.waiting.rows >= ROWS_PER_GROUP || self.entries >= ENTRIES_PER_GROUP { self.flush() } else { Ok(()) }
     }
 
     /// Ends the file and gives it back to be synchronised.
@@ -175,6 +231,7 @@ impl TableWriter {
             *column = column.empty_like();
         }
         self.waiting.rows = 0;
+        self.entries = 0;
         group.close()?;
         Ok(())
     }
@@ -184,22 +241,37 @@ fn definition<T>(values: &[Option<T>]) -> Vec<i16> {
     values.iter().map(|value| i16::from(value.is_some())).collect()
 }
 
-fn read(file: File) -> Result<Table, ParquetError> {
-    let reader = SerializedFileReader::new(file)?;
-    let mut table = Table::default();
-    for group in 0..reader.num_row_groups() {
-        let group = reader.get_row_group(group)?;
-        let rows = group.metadata().num_rows() as usize;
-        let mut columns = IndexMap::new();
-        for (i, described) in group.metadata().schema_descr().columns().iter().enumerate() {
-            columns.insert(described.name().to_owned(), column(group.get_column_reader(i)?, rows, described.max_rep_level() > 0)?);
+/// Visits the parts of a file that hold a wanted row, with their wanted columns.
+fn scan(
+    path: &Path,
+    wanted: &dyn Fn(&str) -> bool,
+    row: &dyn Fn(usize) -> bool,
+    visit: &mut dyn FnMut(usize, Table),
+) -> Result<(), SweepError> {
+    let file = File::open(path).map_err(SweepError::io(path))?;
+    let visit_all = || -> Result<(), ParquetError> {
+        let reader = SerializedFileReader::new(file)?;
+        if reader.num_row_groups() == 0 {
+            return Err(ParquetError::General("the file has no rows".into()));
         }
-        table.append(Table { columns, rows });
-    }
-    if table.columns.is_empty() {
-        return Err(ParquetError::General("the file has no rows".into()));
-    }
-    Ok(table)
+        let mut first = 0;
+        for group in 0..reader.num_row_groups() {
+            let group = reader.get_row_group(group)?;
+            let rows = group.metadata().num_rows() as usize;
+            if (first..first + rows).any(row) {
+                let mut columns = IndexMap::new();
+                let described = group.metadata().schema_descr().columns().iter().enumerate();
+                for (i, described) in described.filter(|(_, described)| wanted(described.name())) {
+                    let values = column(group.get_column_reader(i)?, rows, described.max_rep_level() > 0)?;
+                    columns.insert(described.name().to_owned(), values);
+                }
+                visit(first, Table { columns, rows });
+            }
+            first += rows;
+        }
+        Ok(())
+    };
+    visit_all().map_err(SweepError::parquet(path))
 }
 
 fn column(reader: ColumnReader, rows: usize, repeated: bool) -> Result<Column, ParquetError> {
@@ -269,5 +341,10 @@ mod tests {
         assert_eq!(read.texts("outcome").unwrap()[..3], table.texts("outcome").unwrap()[..]);
         assert_eq!(read.reals("kp").unwrap()[3..], table.reals("kp").unwrap()[..]);
         assert_eq!(read.columns["variant"], Column::Whole(vec![3, 4, 5, 3, 4, 5]));
+        assert_eq!(Table::count_rows(&path).unwrap(), 6);
+        let part = Table::read_part(&path, &|name| ["variant", "peaks"].contains(&name), &|row| row % 2 == 1).unwrap();
+        assert_eq!((part.rows, part.columns.len()), (3, 2));
+        assert_eq!(part.columns["variant"], Column::Whole(vec![4, 3, 5]));
+        assert_eq!(part.lists("peaks").unwrap(), [vec![], vec![1.0, 2.0], vec![3.0]]);
     }
 }

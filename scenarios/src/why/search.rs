@@ -65,8 +65,13 @@ impl<'a> Search<'a> {
             remedies: Vec::new(),
         };
         if !chatters {
-            let outcome = self.baseline.summary.outcome.name();
-            explanation.verdict = format!("There is no chatter to explain: the run ends as `{outcome}`.");
+            let verdict = &self.baseline.summary.verdict;
+            explanation.verdict = match verdict.undecided {
+                Some(why) => {
+                    format!("Whether there is chatter to explain is undecided ({}): a longer `run.duration` may tell.", why.name())
+                }
+                None => format!("There is no chatter to explain: the run ends as `{}`.", verdict.outcome.name()),
+            };
             return explanation;
         }
         explanation.singles = Change::ALL.par_iter().map(|change| self.trial(&[*change], true)).collect();

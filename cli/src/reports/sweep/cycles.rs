@@ -8,6 +8,8 @@ use super::bifurcation::Prediction;
 use crate::numbers::{percent, plain};
 use crate::page::Page;
 
+/// Values of the axis at which cycles are predicted, at most.
+const MOST_VALUES: usize = 200;
 /// Rows of the table of departures at most.
 const MOST_ROWS: usize = 12;
 /// The first harmonic tells the motion where it departs by no more than this.
@@ -33,6 +35,8 @@ impl<'a> Theory<'a> {
         let values = report.table.reals(&axis.key).unwrap_or_default();
         let mut rows: Vec<(f64, usize)> = values.iter().enumerate().filter_map(|(row, value)| Some(((*value)?, row))).collect();
         rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let step = rows.len().div_ceil(MOST_VALUES).max(1);
+        let rows: Vec<(f64, usize)> = rows.into_iter().step_by(step).collect();
         let sorted: Vec<f64> = rows.iter().map(|(value, _)| *value).collect();
         let cycles = predicted_cycles(&report.sweep.document, axis, &sorted, &[]);
         let places = rows.into_iter().zip(cycles).map(|((value, row), cycles)| (value, row, cycles)).collect();

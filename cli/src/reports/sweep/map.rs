@@ -8,13 +8,14 @@ use feeler_scenarios::format::Setting;
 use feeler_scenarios::run::Outcome;
 use feeler_scenarios::sweep::{DrawnAxis, LinearLimits, Sweep, Table, linear_limits};
 
+use super::drawn::Drawn;
 use super::palette::{of_outcome, of_share};
 use super::svg::{Frame, Place, Scale, image, legend};
 use crate::numbers::with_unit;
 use crate::words;
 
 /// Cells of an axis that are drawn at most; of finer grids every so many.
-const MOST_CELLS: u64 = 256;
+pub(super) const MOST_CELLS: u64 = 256;
 /// Half the size of a variant that lies on no grid, as a share of the plot.
 const DOT: f64 = 0.006;
 const WIDTH: f64 = 860.0;
@@ -58,14 +59,15 @@ pub(super) enum Colouring<'a> {
 }
 
 impl<'a> Map<'a> {
-    pub(super) fn new(sweep: &Sweep, table: &Table, axes: [&'a DrawnAxis; 2], panel: &[(String, Setting)]) -> Self {
+    pub(super) fn new(sweep: &Sweep, table: &Table, drawn: &Drawn, axes: [&'a DrawnAxis; 2], panel: &[(String, Setting)]) -> Self {
         let values = axes.map(|axis| table.reals(&axis.key).unwrap_or_default());
         let shown = |row: &usize| panel.iter().all(|(key, setting)| is(table, key, *row, setting));
         let rows: Vec<usize> = (0..table.rows).filter(shown).collect();
         let lattice = axes.map(|axis| {
             axis.points.map(|points| {
                 let stride = sweep.file.refine.map_or(1, |refine| 1_u64 << refine.levels);
-                ((points - 1) * stride, stride)
+                let last = (points - 1) * stride;
+                Lattice { last, stride, every: drawn.every(&axis.key).unwrap_or_else(|| points.div_ceil(MOST_CELLS)) }
             })
         });
         let mut cells: Vec<Cell> = Vec::new();
@@ -183,18 +185,27 @@ impl<'a> Map<'a> {
     }
 }
 
+/// The values of an axis as they are drawn.
+#[derive(Clone, Copy, Debug)]
+struct Lattice {
+    /// Index of the last value.
+    last: u64,
+    /// From one value of the coarsest grid to the next.
+    stride: u64,
+    /// Each so many indices a cell is drawn.
+    every: u64,
+}
+
 /// From where, as a share of the plot, and how long a cell's sides are; none where the grid is too fine to show this one.
-fn sides(share: [f64; 2], lattice: [Option<(u64, u64)>; 2]) -> Option<[[f64; 2]; 2]> {
+fn sides(share: [f64; 2], lattice: [Option<Lattice>; 2]) -> Option<[[f64; 2]; 2]> {
     let [Some(x), Some(y)] = lattice else {
         return Some(share.map(|at| [at - DOT, 2.0 * DOT]));
     };
-    let index = [(share[0] * x.0 as f64).round() as u64, (share[1] * y.0 as f64).round() as u64];
+    let index = [(share[0] * x.last as f64).round() as u64, (share[1] * y.last as f64).round() as u64];
     // The coarsest level of the lattice that has this place on both axes.
     let level = |index: u64, stride: u64| if index == 0 { stride } else { stride.min(1 << index.trailing_zeros()) };
-    let step = level(index[0], x.1).min(level(index[1], y.1));
-    let of = |index: u64, (last, stride): (u64, u64)| {
-        let points = last / stride + 1;
-        let every = points.div_ceil(MOST_CELLS);
+    let step = level(index[0], x.stride).min(level(index[1], y.stride));
+    let of = |index: u64, Lattice { last, stride, every }: Lattice| {
         // The plot reaches half a coarse cell beyond the outermost values.
         let cells = (last + stride) as f64;
         let size = step.max(every) as f64;

@@ -2,12 +2,13 @@
 
 mod bifurcation;
 mod cycles;
+mod drawn;
 mod map;
 mod palette;
 mod png;
 mod svg;
+mod tally;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use feeler_scenarios::run::Outcome;
@@ -16,12 +17,13 @@ use serde_json::{Value, json};
 
 use bifurcation::{Diagram, Prediction};
 use cycles::Theory;
+use drawn::Drawn;
 use map::{Colouring, Map};
+pub(crate) use tally::Tally;
 
-use crate::failure::BadInput;
 use crate::numbers::{percent, plain};
 use crate::page::{Page, Tile};
-use crate::words;
+use crate::{results, words};
 
 /// Panels that are drawn; more are left to the table.
 const MOST_PANELS: usize = 8;
@@ -35,9 +37,22 @@ const SHOWN: [(&str, &str); 6] = [
     ("growth_per_s", "1/s"),
 ];
 
-/// Writes page and drawings beside a table of results, and gives their paths.
-pub(crate) fn write(sweep: &Sweep, name: &str, table: &Table, folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    let report = Report::new(sweep, table);
+/// Lists that only diagrams show.
+const TAILS: [&str; 2] = ["impact_peaks_n", "strobe_n"];
+
+/// Writes page and drawings of the results in `path`, and gives their paths.
+pub(crate) fn write(sweep: &Sweep, name: &str, path: &Path, tally: &Tally, folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let axes = DrawnAxis::of(&sweep.file);
+    let drawn = Drawn::of(&sweep.file, tally.rows);
+    let is_shown = |column: &str| {
+        let tail = axes.len() == 1 && TAILS.contains(&column);
+        tail || ["outcome", "error"].contains(&column)
+            || sweep.file.axes.contains_key(column)
+            || SHOWN.iter().any(|(name, _)| *name == column)
+    };
+    let table = Table::read_part(path, &is_shown, &|row| drawn.has(row))?;
+    let outcomes = tally::outcomes(&table).map(str::to_owned).collect();
+    let report = Report { sweep, table: &table, tally, drawn, axes, outcomes };
     let mut page = Page::new(name, &sweep.file.about);
     page.lead(&report.lead());
     page.tiles(&report.tiles());
@@ -51,61 +66,59 @@ pub(crate) fn write(sweep: &Sweep, name: &str, table: &Table, folder: &Path) -> 
     page.heading("Scenario");
     page.verbatim("the file whose keys are varied", sweep.document.text());
     let mut written = Vec::new();
-    let put = |path: &Path, text: &str| fs::write(path, text).map_err(|error| BadInput::unwritable(path, &error));
     let mut pixels: Vec<(&str, PathBuf)> = Vec::new();
     for (name, svg) in &drawings {
         let path = folder.join(format!("{name}.svg"));
-        put(&path, svg)?;
+        results::put(&path, svg.as_bytes())?;
         let png = path.with_extension("png");
         written.extend([path, png.clone()]);
         pixels.push((svg, png));
     }
     png::write(&pixels)?;
     let path = folder.join("report.html");
-    put(&path, &page.render())?;
+    results::put(&path, page.render().as_bytes())?;
     written.push(path);
     Ok(written)
 }
 
 struct Report<'a> {
     sweep: &'a Sweep,
+    /// The variants that are drawn.
     table: &'a Table,
+    /// Figures of all variants.
+    tally: &'a Tally,
+    drawn: Drawn,
     axes: Vec<DrawnAxis>,
-    /// By row; `error` where a variant failed.
+    /// By row of the table; `error` where a variant failed, `done` where outcomes are not kept.
     outcomes: Vec<String>,
 }
 
-impl<'a> Report<'a> {
-    fn new(sweep: &'a Sweep, table: &'a Table) -> Self {
-        let texts = |column: &str, row: usize| table.texts(column).and_then(|texts| texts[row].clone());
-        let outcome = |row: usize| if texts("error", row).is_some() { "error".into() } else { texts("outcome", row).unwrap_or_default() };
-        Self { sweep, table, axes: DrawnAxis::of(&sweep.file), outcomes: (0..table.rows).map(outcome).collect() }
-    }
-
-    fn count(&self, name: &str) -> usize {
-        self.outcomes.iter().filter(|outcome| *outcome == name).count()
-    }
-
+impl Report<'_> {
     fn lead(&self) -> String {
-        let rows = self.table.rows;
-        let stable: usize = Outcome::ALL.iter().filter(|(outcome, _)| outcome.is_stable()).map(|(_, name)| self.count(name)).sum();
+        let rows = self.tally.rows;
+        let thinned = if self.axes.is_empty() { String::new() } else { self.drawn.words(self.table.rows) };
+        if !self.sweep.file.keep.outcome {
+            return format!("{rows} variants have run; the sweep keeps no outcomes.{thinned}");
+        }
+        let of = |outcome: &(Outcome, &str)| self.tally.count(outcome.1);
+        let stable: usize = Outcome::ALL.iter().filter(|(outcome, _)| outcome.is_stable()).map(of).sum();
         let share = |count: usize| percent(count as f64 / rows.max(1) as f64);
-        let chatter = self.count("chatter");
-        format!("Of {rows} variants {} % settle and {} % chatter.", share(stable), share(chatter))
+        let chatter = self.tally.count("chatter");
+        format!("Of {rows} variants {} % settle and {} % chatter.{thinned}", share(stable), share(chatter))
     }
 
     fn tiles(&self) -> Vec<Tile> {
         let tile = |name, value: String, remark: &str| Tile { name, value, remark: remark.into() };
-        let peaks = self.table.reals("peak_force_n").unwrap_or_default();
-        let largest = peaks.iter().flatten().copied().fold(0.0, f64::max);
-        let mut tiles = vec![
-            tile("variants", self.table.rows.to_string(), ""),
-            tile("largest peak force", format!("{} N", plain(largest)), "of any variant"),
-            tile("undecided", self.count("undecided").to_string(), "at the end of the extended run"),
-            tile("failed", self.count("error").to_string(), "their rows say why"),
-        ];
+        let mut tiles = vec![tile("variants", self.tally.rows.to_string(), "")];
+        if let Some(largest_n) = self.tally.largest_peak_n {
+            tiles.push(tile("largest peak force", format!("{} N", plain(largest_n)), "of any variant"));
+        }
+        if self.sweep.file.keep.outcome {
+            tiles.push(tile("undecided", self.tally.count("undecided").to_string(), "at the end of the extended run"));
+        }
+        tiles.push(tile("failed", self.tally.count("error").to_string(), "their rows say why"));
         if let Some(grid) = self.sweep.runs_of_the_grid() {
-            let share = percent(self.table.rows as f64 / grid as f64);
+            let share = percent(self.tally.rows as f64 / grid as f64);
             tiles.push(Tile { name: "runs of a grid", value: grid.to_string(), remark: format!("as fine; this took {share} % of them") });
         }
         tiles
@@ -115,7 +128,7 @@ impl<'a> Report<'a> {
         let panels = panels(&self.sweep.file);
         let several = panels.len() > 1;
         for (i, panel) in panels.iter().take(MOST_PANELS).enumerate() {
-            let map = Map::new(self.sweep, self.table, axes, panel);
+            let map = Map::new(self.sweep, self.table, &self.drawn, axes, panel);
             let suffix = if several { format!("-{}", i + 1) } else { String::new() };
             let caption = "Each cell is a variant. The solid line is where linear theory puts the limit of stability in contact for the loop as \
                 it is sampled, the dashed one for continuous control. Hover to see a variant and the command that runs it; click to copy it.";
@@ -174,27 +187,32 @@ impl<'a> Report<'a> {
         theory.compare(page);
     }
 
-    /// What the pointer shows of each row.
+    /// What the pointer shows at each place.
     fn hover(&self, places: &[[f64; 5]]) -> Value {
-        let of_reals = |key: &str| self.table.reals(key).map(|values| json!(values));
+        // The page holds the rows of these places only, in their order.
+        let rows: Vec<usize> = places.iter().map(|place| place[4] as usize).collect();
+        let places: Vec<[f64; 5]> =
+            places.iter().enumerate().map(|(i, &[x, y, width, height, _])| [x, y, width, height, i as f64]).collect();
+        let of_reals = |key: &str| self.table.reals(key).map(|values| rows.iter().map(|&row| values[row]).collect::<Vec<Option<f64>>>());
         let mut columns: Vec<Value> = Vec::new();
         let mut settings: Vec<Value> = Vec::new();
         for (key, _) in &self.sweep.file.axes {
             let values = match self.table.columns.get(key) {
-                Some(Column::Text(texts)) => json!(texts),
-                _ => of_reals(key).unwrap_or_default(),
+                Some(Column::Text(texts)) => json!(rows.iter().map(|&row| &texts[row]).collect::<Vec<_>>()),
+                _ => json!(of_reals(key).unwrap_or_default()),
             };
             columns.push(json!([key, values, feeler_scenarios::format::unit_of_key(key)]));
             settings.push(json!([key, values]));
         }
         let label = |name: &String| {
             let known = Outcome::ALL.iter().find(|(_, known)| known == name);
-            known.map_or_else(|| "failed".to_owned(), |(outcome, _)| words::outcome_label(*outcome).to_owned())
+            let otherwise = if name == "done" { "done" } else { "failed" };
+            known.map_or_else(|| otherwise.to_owned(), |(outcome, _)| words::outcome_label(*outcome).to_owned())
         };
-        columns.push(json!(["", self.outcomes.iter().map(label).collect::<Vec<_>>(), ""]));
+        columns.push(json!(["", rows.iter().map(|&row| label(&self.outcomes[row])).collect::<Vec<_>>(), ""]));
         for (name, unit) in SHOWN {
             let short = |v: Option<f64>| v.and_then(|v| format!("{v:.4e}").parse::<f64>().ok());
-            if let Some(values) = self.table.reals(name) {
+            if let Some(values) = of_reals(name) {
                 let values: Vec<Option<f64>> = values.into_iter().map(short).collect();
                 let words = name.rsplit_once('_').map_or(name, |(words, _)| words).replace('_', " ");
                 columns.push(json!([words, values, unit]));
@@ -212,17 +230,17 @@ impl<'a> Report<'a> {
         page.heading("Outcomes");
         let mut rows: Vec<Vec<String>> = Vec::new();
         for (outcome, name) in Outcome::ALL {
-            let count = self.count(name);
+            let count = self.tally.count(name);
             if count > 0 {
                 rows.push(vec![words::outcome_label(outcome).into(), count.to_string(), colour_name(name).into()]);
             }
         }
-        if self.count("error") > 0 {
-            rows.push(vec!["failed".into(), self.count("error").to_string(), "black".into()]);
+        let other = [("error", "failed"), ("done", "outcome not kept")].map(|(name, words)| (self.tally.count(name), words));
+        for (count, words) in other.into_iter().filter(|(count, _)| *count > 0) {
+            rows.push(vec![words.into(), count.to_string(), "black".into()]);
         }
         page.table(&["outcome", "variants", "colour"], &[1], &rows);
-        let errors = self.table.texts("error").unwrap_or_default();
-        if let Some((row, Some(error))) = errors.iter().enumerate().find(|(_, error)| error.is_some()) {
+        if let Some((row, error)) = &self.tally.first_error {
             page.paragraph(&format!("The first to fail is variant {row}: {error}"));
         }
     }

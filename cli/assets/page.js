@@ -94,14 +94,15 @@
 
   const curves = (chart) => chart.series.map((series, i) => ({
     label: series.name + (series.unit ? ` (${series.unit})` : ""), stroke: palette(i), width: series.dashed ? 1.5 : 1.3,
-    dash: series.dashed ? [7, 4] : undefined, points: { show: false }, value: (u, v) => v == null ? span(series.values) : short(v),
+    dash: series.dashed ? [7, 4] : undefined, value: (u, v) => v == null ? span(series.values) : short(v),
+    ...(series.dots ? { paths: () => null, points: { show: true, size: i === 0 ? 6 : 4, width: 1, fill: palette(i) } } : { points: { show: false } }),
   }));
 
   const lineChart = (chart, width) => {
     const options = {
       width, height: HEIGHT, padding: [12, 18, 0, 4],
       cursor: { drag: { x: true, y: false }, ...(chart.x.together ? { sync: { key: chart.x.together } } : {}) },
-      scales: { x: { time: false, ...(chart.x.log ? { distr: 3, log: 10 } : {}) }, y: vertical(chart) },
+      scales: { x: { time: false, ...(chart.x.log ? { distr: 3, log: 10, range: (u, low, high) => [low, high] } : {}) }, y: vertical(chart) },
       axes: [axis(chart.x.label, 2, chart.x.log), axis(chart.y.label, 3, chart.y.log)],
       series: [{ label: chart.x.label, value: (u, v) => v == null ? span(chart.x.values) : Number(v.toPrecision(8)).toString() }, ...curves(chart)],
       hooks: { drawClear: [shade(chart)], draw: [annotate(chart)] },

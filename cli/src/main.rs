@@ -10,6 +10,7 @@ mod page;
 mod progress;
 mod reports;
 mod results;
+mod signals;
 mod table;
 mod terminal;
 mod units;

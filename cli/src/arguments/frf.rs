@@ -11,6 +11,7 @@ use clap::{Args, ValueEnum, ValueHint};
     feeler frf scenario.toml --excitation multisine --realisations 6     noise and nonlinear distortion told apart\n  \
     feeler frf scenario.toml --estimator hv --segment 4 --out out/frf    report.html, frf.csv and frf.json\n  \
     feeler frf measured/ --experiment clamped-1.csv --output force_n     from the records of a dataset\n\n\
+    Of a dataset, --from, --to, --estimator, --segment, --period and --confidence apply; what makes an excitation applies to a machine alone.\n\
     The linear response that is laid over the measured one has the hold and the sampling of the experiment in it.")]
 pub(crate) struct Frf {
     /// Scenario file (TOML), or a dataset's folder or dataset.toml
@@ -25,12 +26,12 @@ pub(crate) struct Frf {
     /// Output (or a dataset's column) [default: what the first controller reads]
     #[arg(long, value_name = "SIGNAL")]
     pub(crate) output: Option<String>,
-    /// Excitation; of a dataset, what it was excited with
-    #[arg(long, value_enum, default_value_t = ExcitationKind::WhiteNoise)]
-    pub(crate) excitation: ExcitationKind,
-    /// Estimator, for noise and for a dataset's chirp
-    #[arg(long, value_enum, default_value_t = EstimatorKind::LocalPolynomial)]
-    pub(crate) estimator: EstimatorKind,
+    /// Excitation; of a dataset, what it was excited with [default: white-noise; of a dataset, recognised from its command]
+    #[arg(long, value_enum)]
+    pub(crate) excitation: Option<ExcitationKind>,
+    /// Estimator, for noise and for a dataset's chirp [default: local-polynomial; of a dataset, by how its command was made]
+    #[arg(long, value_enum)]
+    pub(crate) estimator: Option<EstimatorKind>,
     /// Lowest frequency, Hz
     #[arg(long, value_name = "HZ")]
     pub(crate) from: Option<f64>,
@@ -40,27 +41,27 @@ pub(crate) struct Frf {
     /// Root mean square of the excitation, SI [default: a tenth of the drive's limit, else 1 N or 0.01 m/s]
     #[arg(long, value_name = "SIZE")]
     pub(crate) rms: Option<f64>,
-    /// Mean of the command, SI
-    #[arg(long, value_name = "SIZE", default_value_t = 0.0, allow_negative_numbers = true)]
-    pub(crate) offset: f64,
+    /// Mean of the command, SI [default: 0]
+    #[arg(long, value_name = "SIZE", allow_negative_numbers = true)]
+    pub(crate) offset: Option<f64>,
     /// Length of noise or chirp, s [default: 60]
     #[arg(long, value_name = "S")]
     pub(crate) duration: Option<f64>,
     /// Length of the segments of noise that --estimator h1, h2 and hv average, s [default: a fifteenth of the noise, an eighth of a record]
     #[arg(long, value_name = "S")]
     pub(crate) segment: Option<f64>,
-    /// Period of the multisine, s [default: 1; must be given for a dataset]
+    /// Period of the multisine, s [default: 1; of a dataset, found in its command]
     #[arg(long, value_name = "S")]
     pub(crate) period: Option<f64>,
-    /// Periods of the multisine that are evaluated
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = at_least_two())]
-    pub(crate) periods: usize,
-    /// Draws of the multisine's phases
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = at_least_two())]
-    pub(crate) realisations: usize,
-    /// Frequencies of the stepped sine
-    #[arg(long, value_name = "N", default_value_t = 40, value_parser = at_least_two())]
-    pub(crate) points: usize,
+    /// Periods of the multisine that are evaluated [default: 4]
+    #[arg(long, value_name = "N", value_parser = at_least_two())]
+    pub(crate) periods: Option<usize>,
+    /// Draws of the multisine's phases [default: 4]
+    #[arg(long, value_name = "N", value_parser = at_least_two())]
+    pub(crate) realisations: Option<usize>,
+    /// Frequencies of the stepped sine [default: 40]
+    #[arg(long, value_name = "N", value_parser = at_least_two())]
+    pub(crate) points: Option<usize>,
     /// Time for which each command is held, s [default: the controller's period, else 1 ms]
     #[arg(long, value_name = "S")]
     pub(crate) hold: Option<f64>,

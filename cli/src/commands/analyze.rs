@@ -5,7 +5,7 @@ use feeler_control::{Law, Reference};
 use feeler_engine::Scenario;
 use feeler_lti::LtiError;
 use feeler_plant::assembly::assemble;
-use feeler_plant::description::{Engagement, SignalName};
+use feeler_plant::description::Engagement;
 use feeler_scenarios::format::Draft;
 
 use crate::arguments::Analyze;
@@ -13,7 +13,7 @@ use crate::failure::BadInput;
 use crate::numbers::{plain, with_unit};
 use crate::table::table;
 use crate::units::Units;
-use crate::{reports, terminal};
+use crate::{reports, signals, terminal};
 
 pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
@@ -34,8 +34,8 @@ pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
         }),
     };
     let request = Request {
-        input: signal(arguments.input.as_deref())?,
-        output: signal(arguments.output.as_deref())?,
+        input: arguments.input.as_deref().map(|name| signals::input(&document.scenario.machine, name)).transpose()?,
+        output: arguments.output.as_deref().map(|name| signals::named(&document.scenario.machine, name)).transpose()?,
         gain: arguments.gain.clone(),
         view: View { contact, ..View::default() },
         // A page says what to change first.
@@ -62,11 +62,6 @@ fn pressed(scenario: &Scenario) -> Option<f64> {
     let asks = scenario.controllers.values().find(|control| matches!(control.spec.law, Law::ExplicitForce(_)))?;
     let last = Reference::new(&asks.spec.reference, 0, "").ok()?.value(f64::MAX);
     Some(last).filter(|force| *force > 0.0)
-}
-
-fn signal(name: Option<&str>) -> anyhow::Result<Option<SignalName>> {
-    let parse = |name: &str| name.parse().map_err(|error| BadInput::error(format!("{error}"), "signals are listed in docs/format.md"));
-    name.map(parse).transpose()
 }
 
 /// Everything but a failed computation is a matter of the request or the file.
@@ -121,8 +116,10 @@ fn text(report: &Report) -> String {
     if let Some(waterfall) = &report.waterfall {
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), plain);
         let rows = waterfall.stages.iter().map(|stage| {
-            let largest = stage.largest_gain.map_or_else(|| "unbounded".to_owned(), plain);
-            vec![stage.added.clone(), largest, number(stage.edge_hz), number(stage.bandwidth_hz)]
+            let Some(largest) = stage.largest_gain else {
+                return vec![stage.added.clone(), "unbounded".into(), "none".into(), "no limit".into()];
+            };
+            vec![stage.added.clone(), plain(largest), number(stage.edge_hz), number(stage.bandwidth_hz)]
         });
         parts.push(table(&["with", "largest gain", "edge (Hz)", "bandwidth at half of it (Hz)"], &[1, 2, 3], rows));
     }

@@ -23,15 +23,21 @@ pub(crate) struct Series {
     pub(crate) unit: String,
     pub(crate) values: Vec<f64>,
     pub(crate) dashed: bool,
+    /// Points that no line joins.
+    pub(crate) dots: bool,
 }
 
 impl Series {
     pub(crate) fn new(name: impl Into<String>, unit: impl Into<String>, values: Vec<f64>) -> Self {
-        Self { name: name.into(), unit: unit.into(), values, dashed: false }
+        Self { name: name.into(), unit: unit.into(), values, dashed: false, dots: false }
     }
 
     pub(crate) fn dashed(self) -> Self {
         Self { dashed: true, ..self }
+    }
+
+    pub(crate) fn dots(self) -> Self {
+        Self { dots: true, ..self }
     }
 }
 
@@ -89,7 +95,7 @@ impl Chart {
 
     pub(super) fn to_json(&self) -> Value {
         let numbers = |values: &[f64], digits| values.iter().map(|&value| rounded(value, digits)).collect::<Vec<_>>();
-        let series = |series: &Series| json!({ "name": series.name, "unit": series.unit, "dashed": series.dashed, "values": numbers(&series.values, DIGITS) });
+        let series = |series: &Series| json!({ "name": series.name, "unit": series.unit, "dashed": series.dashed, "dots": series.dots, "values": numbers(&series.values, DIGITS) });
         json!({
             "kind": if self.kind == ChartKind::Line { "line" } else { "path" },
             "x": { "label": self.x_label, "log": self.x_log, "together": self.together, "values": numbers(&self.x, AXIS_DIGITS) },

@@ -150,13 +150,16 @@ impl Page {
         self.body.push_str("</tbody></table></div>\n");
     }
 
-    /// Bars of lengths relative to the largest, each with its name and number.
+    /// Bars of lengths relative to the largest finite one, each with its name and number; infinite ones are hatched across the whole width.
     pub(crate) fn bars(&mut self, bars: &[(String, f64, String)]) {
-        let largest = bars.iter().map(|(_, size, _)| size.abs()).fold(0.0, f64::max);
+        let largest = bars.iter().map(|(_, size, _)| size.abs()).filter(|size| size.is_finite()).fold(0.0, f64::max);
         self.body.push_str("<div class=\"bars\">");
         for (name, size, text) in bars {
-            let width = if largest > 0.0 { 100.0 * size.abs() / largest } else { 0.0 };
-            let class = if *size < 0.0 { "out" } else { "in" };
+            let (width, class) = match *size {
+                size if size.is_infinite() => (100.0, "unlimited"),
+                size if largest > 0.0 => (100.0 * size.abs() / largest, if size < 0.0 { "out" } else { "in" }),
+                _ => (0.0, "in"),
+            };
             let (name, text) = (escape(name), escape(text));
             let _ = write!(
                 self.body,

@@ -3,7 +3,7 @@
 use feeler_lti::C64;
 
 use super::analyze::degrees;
-use crate::commands::frf::{Response, row};
+use crate::commands::frf::{Response, Row, row};
 use crate::numbers::{plain, with_unit};
 use crate::page::{Chart, ChartKind, Line, Page, Series, Tile, by_extremes};
 
@@ -17,8 +17,11 @@ pub(crate) fn page(response: &Response) -> String {
     let mut page = Page::new(&format!("{}: frequency response", response.title), &response.about);
     page.lead(&format!("From {} to {}.", response.input, response.output));
     page.paragraph(&format!("{}.", capital(&response.how)));
-    for sentence in response.sentences().iter().chain(&response.notes) {
-        page.paragraph(&capital(sentence));
+    for sentence in &response.sentences() {
+        page.paragraph(sentence);
+    }
+    for note in &response.notes {
+        page.paragraph(&format!("{}.", capital(note)));
     }
     page.tiles(&tiles(response));
     page.heading("Response");
@@ -26,9 +29,7 @@ pub(crate) fn page(response: &Response) -> String {
         "The linear response is that of the machine with its command held for {} and its output sampled as often, delays exact.",
         with_unit(response.hold_s, "s")
     ));
-    let decibels: Vec<f64> = response.estimate.response.iter().map(|g| 20.0 * g.norm().log10()).collect();
-    let kept = by_extremes(&[&decibels], decibels.len(), MOST_POINTS);
-    for chart in charts(response, &kept) {
+    for chart in charts(response) {
         page.chart(&chart);
     }
     page.render()
@@ -45,54 +46,82 @@ fn tiles(response: &Response) -> Vec<Tile> {
     ]
 }
 
-fn charts(response: &Response, kept: &[usize]) -> Vec<Chart> {
+/// A frequency of the charts: one of the estimate, or one between where only the linear response is known.
+struct Place {
+    frequency_hz: f64,
+    row: Option<Row>,
+    linear: C64,
+    measured: C64,
+}
+
+/// The frequencies of the charts, rising: those of the estimate, thinned out where there are many, and those between.
+fn places(response: &Response) -> Vec<Place> {
     let estimate = &response.estimate;
-    let rows: Vec<_> = kept.iter().map(|&i| row(response, i)).collect();
-    let column = |of: &dyn Fn(&crate::commands::frf::Row) -> f64| rows.iter().map(of).collect::<Vec<f64>>();
-    let pick = |values: &[C64]| kept.iter().map(|&i| values[i]).collect::<Vec<_>>();
+    let decibels: Vec<f64> = estimate.response.iter().map(|g| 20.0 * g.norm().log10()).collect();
+    let of_estimate = by_extremes(&[&decibels], decibels.len(), MOST_POINTS).into_iter().map(|i| Place {
+        frequency_hz: estimate.frequencies_hz[i],
+        row: Some(row(response, i)),
+        linear: response.linear[i],
+        measured: estimate.response[i],
+    });
+    let none = C64::new(f64::NAN, f64::NAN);
+    let between = response.between.iter().map(|&(frequency_hz, linear)| Place { frequency_hz, row: None, linear, measured: none });
+    let mut places: Vec<Place> = of_estimate.chain(between).collect();
+    places.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    places
+}
+
+fn charts(response: &Response) -> Vec<Chart> {
+    let estimate = &response.estimate;
+    let places = places(response);
+    let column = |of: &dyn Fn(&Row) -> f64| places.iter().map(|place| place.row.as_ref().map_or(f64::NAN, of)).collect::<Vec<f64>>();
+    let measured = |name: &str, unit: &str, values: Vec<f64>| {
+        let series = Series::new(name, unit, values);
+        if response.isolated { series.dots() } else { series }
+    };
     let band = format!("{} % band", plain(100.0 * response.confidence));
     let new = |title: &str, caption: &str, label: &str, series: Vec<Series>| {
         let mut chart = Chart::new(ChartKind::Line, title, "frequency (Hz)", label);
         caption.clone_into(&mut chart.caption);
         (chart.x_log, chart.together) = (true, Some(TOGETHER));
-        chart.x = kept.iter().map(|&i| estimate.frequencies_hz[i]).collect();
+        chart.x = places.iter().map(|place| place.frequency_hz).collect();
         chart.series = series;
         chart
     };
     let magnitude = vec![
-        Series::new("measured", "dB", column(&|r| r.magnitude_db)),
-        Series::new("linear", "dB", column(&|r| r.linear_db)).dashed(),
-        Series::new(format!("{band}, low"), "dB", column(&|r| r.low_db)),
-        Series::new(format!("{band}, high"), "dB", column(&|r| r.high_db)),
+        measured("measured", "dB", column(&|r| r.magnitude_db)),
+        Series::new("linear", "dB", places.iter().map(|place| 20.0 * place.linear.norm().log10()).collect()).dashed(),
+        measured(&format!("{band}, low"), "dB", column(&|r| r.low_db)),
+        measured(&format!("{band}, high"), "dB", column(&|r| r.high_db)),
     ];
-    let phase = vec![
-        Series::new("measured", "°", degrees(&pick(&estimate.response))),
-        Series::new("linear", "°", degrees(&pick(&response.linear))).dashed(),
-    ];
+    let linear_deg = degrees(&places.iter().map(|place| place.linear).collect::<Vec<_>>());
+    // Noise turns a phase that is continued from one value to the next for good; the linear response does not.
+    let off: Vec<C64> = places.iter().map(|place| place.measured / place.linear).collect();
+    let measured_deg = linear_deg.iter().zip(&off).map(|(linear, off)| linear + off.arg().to_degrees()).collect();
+    let phase = vec![measured("measured", "°", measured_deg), Series::new("linear", "°", linear_deg).dashed()];
     let mut all = vec![
         new("Magnitude,", "measured and by linear theory, with the confidence band of the measurement.", "magnitude (dB)", magnitude),
-        new("Phase,", "measured and by linear theory.", "phase (°)", phase),
+        new("Phase,", "measured and by linear theory; whole turns are those that bring both nearest.", "phase (°)", phase),
     ];
-    let ratio: Vec<C64> = kept.iter().map(|&i| estimate.response[i] / response.linear[i]).collect();
-    let mut off = new(
+    let mut difference = new(
         "Difference,",
         "measured over linear, magnitude.",
         "difference (dB)",
-        vec![Series::new("measured over linear", "dB", ratio.iter().map(|g| 20.0 * g.norm().log10()).collect())],
+        vec![measured("measured over linear", "dB", off.iter().map(|g| 20.0 * g.norm().log10()).collect())],
     );
-    off.lines.push(Line { y: 0.0, label: "no difference".into() });
-    all.push(off);
+    difference.lines.push(Line { y: 0.0, label: "no difference".into() });
+    all.push(difference);
     if estimate.coherence.is_some() {
         let caption = "the share of the output that the input explains linearly; below 1 there is noise, leakage or nonlinearity.";
-        all.push(new("Coherence,", caption, "coherence", vec![Series::new("coherence", "", column(&|r| r.coherence))]));
+        all.push(new("Coherence,", caption, "coherence", vec![measured("coherence", "", column(&|r| r.coherence))]));
     }
     if response.told_apart.is_some() {
         let caption =
             "what differs from period to period is noise; what differs from realisation to realisation beyond it is nonlinear distortion.";
         let series = vec![
-            Series::new("response", "dB", column(&|r| r.magnitude_db)),
-            Series::new("noise", "dB", column(&|r| r.noise_db)),
-            Series::new("nonlinear distortion", "dB", column(&|r| r.distortion_db)),
+            measured("response", "dB", column(&|r| r.magnitude_db)),
+            measured("noise", "dB", column(&|r| r.noise_db)),
+            measured("nonlinear distortion", "dB", column(&|r| r.distortion_db)),
         ];
         all.push(new("Noise and distortion,", caption, "level (dB)", series));
     }

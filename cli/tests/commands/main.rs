@@ -11,6 +11,8 @@ mod diagnose;
 #[cfg(test)]
 mod print;
 #[cfg(test)]
+mod records;
+#[cfg(test)]
 mod reduce;
 #[cfg(test)]
 mod run;

@@ -15,19 +15,19 @@ fn feeler() -> Command {
     command
 }
 
-fn printed(arguments: &[&str]) -> String {
+pub(crate) fn printed(arguments: &[&str]) -> String {
     let output = feeler().args(arguments).output().unwrap();
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
 
-fn refused(arguments: &[&str]) -> String {
+pub(crate) fn refused(arguments: &[&str]) -> String {
     let output = feeler().args(arguments).output().unwrap();
     assert_eq!(output.status.code(), Some(2), "{arguments:?}");
     String::from_utf8(output.stderr).unwrap()
 }
 
-fn json(arguments: &[&str]) -> Value {
+pub(crate) fn json(arguments: &[&str]) -> Value {
     serde_json::from_str(&printed(arguments)).unwrap()
 }
 
@@ -112,16 +112,24 @@ fn truth_a_response_is_written_as_page_table_and_json() {
 
 #[test]
 fn truth_bad_requests_are_refused_with_what_to_do() {
-    let cases: [(&[&str], &str); 13] = [
-        (&["frf", "paper/rigid.toml", "--output", "tol.force"], "tool"),
+    let cases: [(&[&str], &str); 18] = [
+        (
+            &["frf", "paper/rigid.toml", "--output", "tol.force"],
+            "no signal `tol.force`\n  help: did you mean `tool.force`? there is `motor.position`",
+        ),
         (&["frf", "paper/rigid.toml", "--input", "force.reading"], "is no input"),
         (&["frf", "paper/rigid.toml", "--to", "600"], "frequencies end at 500 Hz"),
         (&["frf", "paper/rigid.toml", "--excitation", "multisine", "--period", "0.0137772"], "no whole number of holds"),
         (&["frf", "paper/rigid.toml", "--experiment", "a.csv"], "this is a scenario"),
         (&["analyze", "paper/rigid.toml", "--gain", "controllers.force.kq"], "has no gain `kq`"),
         (&["frf", "paper/rigid.toml", "--segment", "4"], "nothing is averaged here"),
-        (&["frf", "paper/rigid.toml", "--segment", "4", "--estimator", "h1", "--excitation", "chirp"], "nothing is averaged here"),
+        (&["frf", "paper/rigid.toml", "--segment", "4", "--excitation", "chirp"], "nothing is averaged here"),
         (&["frf", "datasets/bench-axis", "--set", "bodies.tip.mass=6"], "--set belongs to an experiment on the simulated machine"),
+        (&["frf", "datasets/bench-axis", "--offset", "1"], "--offset belongs to an experiment on the simulated machine"),
+        (&["frf", "datasets/bench-axis", "--periods", "3"], "--periods belongs"),
+        (&["frf", "datasets/bench-axis", "--realisations", "3"], "--realisations belongs"),
+        (&["frf", "datasets/bench-axis", "--points", "3"], "--points belongs"),
+        (&["frf", "paper/rigid.toml", "--points", "3"], "--points has no meaning for --excitation white-noise"),
         (&["frf", "sweeps/boundary.toml"], "this is a sweep file"),
         (&["why", "sweeps/boundary.toml"], "`feeler sweep` takes it"),
         (&["analyze", "arms/six-joint.toml"], "`feeler reduce` takes it"),

@@ -4,15 +4,15 @@ use std::f64::consts::TAU;
 
 use feeler_control::Law;
 use feeler_engine::Scenario;
-use feeler_lti::{C64, StateSpace, TimeDomain, TransferEvaluator, root_locus};
+use feeler_lti::{C64, StateSpace, TimeDomain, TransferEvaluator};
 use feeler_plant::description::SignalName;
-use nalgebra::DMatrix;
 
 use crate::continuous_loop::ContinuousLoop;
 use crate::control_loop::ControlLoop;
 use crate::error::AnalysisError;
 use crate::gain_key::gain;
 use crate::linearise::OutputRow;
+use crate::locus::{Locus, follow};
 use crate::report::{Report, Request};
 use crate::sampled_loop::SampledLoop;
 
@@ -20,11 +20,13 @@ use crate::sampled_loop::SampledLoop;
 const POINTS: u32 = 500;
 /// Points on each side of every resonance and antiresonance, spaced by its own width.
 const POINTS_BESIDE: i32 = 12;
-/// Gains of a root locus.
-const GAINS: u32 = 240;
-/// A locus reaches this many times beyond the largest stable gain, and begins this far below it.
-const BEYOND: f64 = 20.0;
-const BELOW: f64 = 1e-3;
+/// Between neighbouring points a response changes by no more than this share of itself, and a loop and its closed form on the sphere of complex
+/// numbers by no more than this much of its radius: curves look round, on a logarithmic scale and in the plane, wherever they are.
+const CHANGE: f64 = 0.12;
+const ARC: f64 = 0.02;
+/// Halvings of a step, and points, at most.
+const HALVINGS: usize = 12;
+const MOST_POINTS: usize = 3000;
 
 /// Responses over frequency, not a number where a response has none: at a pole on the axis, and beyond half of the sampling rate.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,30 +49,6 @@ pub struct Curves {
     pub locus_sampled: Option<Locus>,
 }
 
-/// Poles of a closed loop over its gain.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Locus {
-    /// Step of the z plane, s; absent in the s plane.
-    pub period_s: Option<f64>,
-    /// Rising from zero.
-    pub gains: Vec<f64>,
-    /// One branch for each pole, one point for each gain.
-    pub branches: Vec<Vec<C64>>,
-    /// Where branches end.
-    pub zeros: Vec<C64>,
-    /// The gain of the file.
-    pub present_gain: f64,
-    /// Poles at it.
-    pub present: Vec<C64>,
-}
-
-impl Locus {
-    /// The point of the s plane that belongs to a point of the locus, rad/s.
-    pub fn s_of(&self, point: C64) -> C64 {
-        self.period_s.map_or(point, |period_s| point.ln() / period_s)
-    }
-}
-
 /// Curves behind a report.
 ///
 /// # Errors
@@ -85,24 +63,21 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
     let holder = looped.as_ref().map(|(controller, _)| *controller).or_else(|| whole.controllers().iter().position(|c| c.drive == drive));
     let nyquist_hz = holder.map(|controller| 0.5 / whole.controllers()[controller].spec.period_s);
     let roots: Vec<C64> = channel.poles()?.into_iter().chain(channel.zeros()?).collect();
-    let frequencies_hz = grid(&roots, nyquist_hz);
 
-    let at = |system: &StateSpace| over(system, &frequencies_hz);
-    let mut plant = at(&channel.system);
-    for (value, f) in plant.iter_mut().zip(&frequencies_hz) {
-        *value *= C64::cis(-TAU * f * channel.delay_s);
-    }
+    let delayed = at(&channel.system);
+    let delay_s = channel.delay_s;
+    let plant: Response = Box::new(move |f| delayed(f) * C64::cis(-TAU * f * delay_s));
     let row = whole.plant().output(whole.plant().source(&output)?)?;
     let plant_sampled = holder
         .filter(|&controller| whole.controllers()[controller].drive == drive)
-        .map(|controller| Ok::<_, AnalysisError>(over(&held_plant(&whole, controller, row)?, &frequencies_hz)))
+        .map(|controller| Ok::<_, AnalysisError>(at(&held_plant(&whole, controller, row)?)))
         .transpose()?;
     let (mut open, mut open_sampled, mut locus, mut locus_sampled) = (None, None, None, None);
     if let (Some((controller, key)), Some(gains)) = (&looped, &report.gain) {
         let present = gain(&whole.controllers()[*controller].spec, key)?;
         let sampled = SampledLoop::new(&whole)?;
         let broken = sampled.open_loop(*controller).ok();
-        open_sampled = broken.as_ref().map(|system| over(system, &frequencies_hz));
+        open_sampled = broken.as_ref().map(at);
         let zeros = broken.map(|system| system.zeros().unwrap_or_default()).unwrap_or_default();
         let closed = |k: f64| sampled.closed_loop_with(*controller, key, k);
         locus_sampled = Some(follow(Some(sampled.common_period_s()), closed, zeros, present, gains.sampled.stable[1])?);
@@ -114,7 +89,54 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
             locus = Some(follow(None, closed, broken.zeros().unwrap_or_default(), present, range.stable[1])?);
         }
     }
+    let loops = [open, open_sampled];
+    let plants = [Some(plant), plant_sampled];
+    let frequencies_hz = refined(grid(&roots, nyquist_hz), &plants, &loops);
+    let values = |response: &Option<Response>| response.as_ref().map(|at| frequencies_hz.iter().map(|&f| at(f)).collect::<Vec<C64>>());
+    let [[plant, plant_sampled], [open, open_sampled]] = [&plants, &loops].map(|pair| [values(&pair[0]), values(&pair[1])]);
+    let plant = plant.unwrap_or_default();
     Ok(Curves { frequencies_hz, plant, plant_sampled, open, open_sampled, nyquist_hz, locus, locus_sampled })
+}
+
+/// A response over frequency (Hz).
+type Response = Box<dyn Fn(f64) -> C64>;
+
+/// Frequencies (Hz) with as many more between as the curves need to look round.
+fn refined(mut frequencies_hz: Vec<f64>, plants: &[Option<Response>], loops: &[Option<Response>]) -> Vec<f64> {
+    let at = |f: f64| Point {
+        values: plants.iter().flatten().map(|response| response(f)).collect(),
+        loops: loops.iter().flatten().map(|response| response(f)).collect(),
+    };
+    let mut points: Vec<Point> = frequencies_hz.iter().map(|&f| at(f)).collect();
+    for _ in 0..HALVINGS {
+        let coarse: Vec<usize> = (1..points.len()).filter(|&i| points[i - 1].is_far_from(&points[i])).collect();
+        if coarse.is_empty() || points.len() + coarse.len() > MOST_POINTS {
+            break;
+        }
+        let middle = |i: &usize| (frequencies_hz[i - 1] * frequencies_hz[*i]).sqrt();
+        let mut all: Vec<(f64, Point)> =
+            coarse.iter().map(middle).map(|f| (f, at(f))).chain(frequencies_hz.iter().copied().zip(points)).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        (frequencies_hz, points) = all.into_iter().unzip();
+    }
+    frequencies_hz
+}
+
+/// All responses at one frequency.
+struct Point {
+    values: Vec<C64>,
+    loops: Vec<C64>,
+}
+
+impl Point {
+    fn is_far_from(&self, other: &Self) -> bool {
+        let change = |(a, b): (&C64, &C64)| (a - b).norm() > CHANGE * a.norm().max(b.norm());
+        let arc = |a: C64, b: C64| 2.0 * (a - b).norm() > ARC * ((1.0 + a.norm_sqr()) * (1.0 + b.norm_sqr())).sqrt();
+        let closed = |l: &C64| l / (l + 1.0);
+        // What is not a number is far from nothing.
+        self.values.iter().zip(&other.values).any(change)
+            || self.loops.iter().zip(&other.loops).any(|(a, b)| arc(*a, *b) || arc(closed(a), closed(b)) || change((a, b)))
+    }
 }
 
 /// From a drive's held command to a signal, the loops of all controllers open.
@@ -146,35 +168,15 @@ fn grid(roots: &[C64], nyquist_hz: Option<f64>) -> Vec<f64> {
     all
 }
 
-fn over<T: TimeDomain>(system: &StateSpace<T>, frequencies_hz: &[f64]) -> Vec<C64> {
+fn at<T: TimeDomain + 'static>(system: &StateSpace<T>) -> Response {
     let evaluator = TransferEvaluator::new(system);
-    let nyquist = system.domain().nyquist_rad_per_s() * (1.0 + 1e-9);
+    let domain = system.domain();
+    let nyquist = domain.nyquist_rad_per_s() * (1.0 + 1e-9);
     let none = C64::new(f64::NAN, f64::NAN);
-    let value = |f: &f64| {
+    Box::new(move |f| {
         let w = TAU * f;
-        if w > nyquist { none } else { evaluator.at(system.domain().boundary_point(w)).map_or(none, |g| g[(0, 0)]) }
-    };
-    frequencies_hz.iter().map(value).collect()
-}
-
-fn follow(
-    period_s: Option<f64>,
-    closed: impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>,
-    zeros: Vec<C64>,
-    present_gain: f64,
-    largest: Option<f64>,
-) -> Result<Locus, AnalysisError> {
-    let zero = closed(0.0)?;
-    let present = feeler_lti::eigenvalues(&closed(present_gain)?)?;
-    let scale = largest.filter(|k| *k > 0.0).unwrap_or(present_gain.abs().max(f64::MIN_POSITIVE));
-    let (from, to) = (BELOW * scale, BEYOND * scale.max(present_gain));
-    let mut gains: Vec<f64> = (0..=GAINS).map(|i| from * (to / from).powf(f64::from(i) / f64::from(GAINS))).collect();
-    gains.extend([0.0, present_gain.max(0.0)].into_iter().chain(largest));
-    gains.sort_by(f64::total_cmp);
-    gains.dedup();
-    // Whether a gain exists does not depend on its value, and zero has been tried.
-    let traced = root_locus(|k| closed(k).unwrap_or_else(|_| zero.clone()), &gains)?;
-    Ok(Locus { period_s, gains: traced.gains, branches: traced.branches, zeros, present_gain, present })
+        if w > nyquist { none } else { evaluator.at(domain.boundary_point(w)).map_or(none, |g| g[(0, 0)]) }
+    })
 }
 
 #[cfg(test)]
@@ -188,19 +190,5 @@ mod tests {
         assert!(found.is_sorted() && found.contains(&500.0));
         let near = found.iter().filter(|f| (**f - 600.0 / TAU).abs() < 0.1).count();
         assert!(near >= 24, "{near}");
-    }
-
-    #[test]
-    fn truth_points_of_the_z_plane_have_their_frequency() {
-        let locus = Locus {
-            period_s: Some(1e-3),
-            gains: Vec::new(),
-            branches: Vec::new(),
-            zeros: Vec::new(),
-            present_gain: 1.0,
-            present: Vec::new(),
-        };
-        let s = C64::new(-20.0, 300.0);
-        assert!((locus.s_of((s * 1e-3).exp()) - s).norm() < 1e-9);
     }
 }

@@ -17,6 +17,8 @@ use crate::linearise::LinearMachine;
 const NEGLIGIBLE: f64 = 1e-3;
 /// Modes whose bodies move less than this share of the state vector belong to filters: drives and plant move by 1e-7 and more.
 const NO_MOTION: f64 = 1e-11;
+/// Zeros are mirror images where they lie no farther apart than this share of their size: damping moves both to the left.
+const MIRRORED: f64 = 0.3;
 /// Stiffness to ground, relative to the machine's largest, that holds free bodies while they are pushed quasi-statically.
 const SLIGHT: f64 = 1e-12;
 
@@ -88,6 +90,10 @@ pub fn modes(plant: &LinearMachine) -> Result<Vec<Mode>, AnalysisError> {
 }
 
 /// What a mode is to an actuator and a sensor (Eppinger and Seering, sections V and VI).
+///
+/// The class is relative to rigid-body motion, the phase to what lies below: between neighbouring modes of one class there is a pair of zeros, where the
+/// class changes there is none. The first noncolocated mode thus takes 180 degrees for good; another one above it has the zeros beside it, and
+/// takes only what they gave (the workpiece's mode above that of the transmission, in the paper's machine with all three).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ModeClass {
@@ -193,9 +199,10 @@ pub fn classify(
     };
     let classes: Vec<ModeClass> = modes.iter().map(class).collect();
     let zeros = pair_zeros(modes, &classes, rigid, &channel.zeros()?);
+    let reaches = channel.system.c().amax() > 0.0 || channel.system.d().amax() > 0.0;
     let described = modes.iter().zip(&classes).zip(zeros).enumerate().map(|(i, ((mode, &class), zero))| {
         let mut pair = ModeInPair { class, rigid_body: rigid == Some(i), zero, phase_change_deg: 0.0, dip_deg: 0.0 };
-        if class != ModeClass::Uninvolved || zero.is_some() {
+        if reaches && (class != ModeClass::Uninvolved || zero.is_some()) {
             pair.phase_change_deg = match zero {
                 None => -180.0,
                 Some(zero) if zero.re > 0.0 => -360.0,
@@ -211,7 +218,7 @@ pub fn classify(
 /// Gives each pair of zeros to a mode: the nearest first, colocated modes before noncolocated ones, the rigid-body motion last.
 fn pair_zeros(modes: &[Mode], classes: &[ModeClass], rigid: Option<usize>, zeros: &[C64]) -> Vec<Option<C64>> {
     let mut given = vec![None; modes.len()];
-    let mut left: Vec<C64> = zeros.iter().copied().filter(|z| z.im > 1e-9 * z.norm()).collect();
+    let mut left = without_quadruples(zeros);
     let rank = |i: usize| match classes[i] {
         _ if rigid == Some(i) => 2,
         ModeClass::Noncolocated => 1,
@@ -227,6 +234,22 @@ fn pair_zeros(modes: &[Mode], classes: &[ModeClass], rigid: Option<usize>, zeros
         }
     }
     given
+}
+
+/// Pairs of zeros (of each the one above the axis) that are not half of a quadruple: what lies on the right and has its mirror image on the left
+/// takes as much phase as the image gives, and belongs to no mode.
+fn without_quadruples(zeros: &[C64]) -> Vec<C64> {
+    let pairs = zeros.iter().copied().filter(|z| z.im > 1e-9 * z.norm());
+    let (right, mut left): (Vec<C64>, Vec<C64>) = pairs.partition(|z| z.re > 0.0);
+    let alone = right.into_iter().filter(|z| {
+        let image = |other: &C64| (other + z.conj()).norm();
+        let nearest = (0..left.len()).min_by(|&i, &j| image(&left[i]).total_cmp(&image(&left[j])));
+        let Some(found) = nearest.filter(|&i| image(&left[i]) < MIRRORED * z.norm()) else { return true };
+        left.swap_remove(found);
+        false
+    });
+    let alone: Vec<C64> = alone.collect();
+    alone.into_iter().chain(left).collect()
 }
 
 /// Largest lag of a mode's factor: the least phase, continued from zero frequency.

@@ -3,7 +3,7 @@
 use feeler_engine::Scenario;
 use feeler_lti::{LoopTransfer, Margins};
 use feeler_plant::assembly::Source;
-use feeler_plant::description::{Engagement, Quantity, SignalName};
+use feeler_plant::description::{Contact, Engagement, Quantity, SignalName};
 use serde::Serialize;
 
 use crate::control_loop::ControlLoop;
@@ -214,7 +214,15 @@ impl Request {
             self.input.clone().or_else(|| machine.actuators.get_index(drive).map(|(name, _)| SignalName::new(name, Quantity::Command)));
         let input = input.ok_or_else(|| AnalysisError::NotAnInput { name: "(no actuator)".into() })?;
         let read = first.and_then(|c| c.reading).and_then(|i| machine.sensors.get_index(i)).map(|(_, sensor)| sensor.reads.clone());
-        let pressed = || machine.contacts.keys().next().map(|name| SignalName::new(name, Quantity::SpringForce));
+        // A contact that is absent feels nothing: what moves then is the body that would touch.
+        let felt = |(i, (name, contact)): (usize, (&String, &Contact))| {
+            let part = whole.plant().motion().assembly().contacts.get(i)?;
+            Some(match part.engagement {
+                Engagement::Free => SignalName::new(&contact.between[0], Quantity::Acceleration),
+                _ => SignalName::new(name, Quantity::SpringForce),
+            })
+        };
+        let pressed = || machine.contacts.iter().enumerate().find_map(felt);
         let output = self.output.clone().or(read).or_else(pressed);
         let output = output.ok_or_else(|| AnalysisError::NotLinear { name: "(no sensor and no contact)".into() })?;
         if let Source::Drive(_, Quantity::Command) = whole.plant().source(&output)? {

@@ -5,7 +5,7 @@ use std::fmt;
 /// One mistake: where it is and what to do about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Dotted path of the key, as in `bodies.motor.mass`.
+    /// Dotted path of the key, as in `bodies.motor.mass`; empty for a name that was asked for and stands in no file.
     pub key: String,
     /// What is wrong.
     pub message: String,
@@ -22,7 +22,10 @@ impl Problem {
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: {}", self.key, self.message)?;
+        if !self.key.is_empty() {
+            write!(f, "{}: ", self.key)?;
+        }
+        f.write_str(&self.message)?;
         match &self.remedy {
             Some(remedy) => write!(f, " ({remedy})"),
             None => Ok(()),

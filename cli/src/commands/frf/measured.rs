@@ -1,29 +1,23 @@
 //! Records of a dataset.
 
-use feeler_analysis::frf::{Experiment, NoiseMethod, response_from_noise};
+use feeler_analysis::frf::Experiment;
 use feeler_diagnosis::DiagnosisError;
 use feeler_diagnosis::dataset::{Dataset, Record};
-use feeler_lti::spectral::{
-    CrossSpectra, Estimator, LocalPolynomialSettings, Realisation, ResponseEstimate, WelchSettings, best_linear_approximation,
-    cross_spectra, periodic_response, smoothed_spectra,
-};
+use feeler_lti::spectral::{CrossSpectra, ResponseEstimate, WelchSettings, cross_spectra};
 use feeler_plant::description::{Engagement, Quantity, SignalName};
 use feeler_plant::names::did_you_mean;
 use feeler_scenarios::format::DatasetFile;
 
-use super::{Response, band, estimator, refused, require, require_segments};
-use crate::arguments::{EstimatorKind, ExcitationKind, Frf};
+use super::evaluate::{Evaluated, Pair, SEGMENTS, choose as choose_method, evaluate};
+use super::{Response, band, between, refused, require};
+use crate::arguments::Frf;
 use crate::failure::BadInput;
-use crate::numbers::with_unit;
+use crate::numbers::plain;
 
-/// Segments of which averaged spectra are formed where no length is given.
-const SEGMENTS: f64 = 8.0;
 /// Share of the command's power within the band that is looked at unless another is asked for.
 const POWER: f64 = 0.995;
 /// Power of the command at a frequency over that at its strongest, below which a response there would be noise over noise.
-const LEAST_POWER: f64 = 1e-5;
-/// Lines on each side over which the spectra of a chirp are averaged.
-const HALF_WIDTH: usize = 1;
+const LEAST_POWER: f64 = 1e-4;
 
 /// What of the dataset is looked at.
 struct Chosen<'a> {
@@ -44,15 +38,20 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     let first = chosen.records[0];
     let spacing_s = first.spacing_s;
     let length_s = chosen.records.iter().map(|r| r.len()).min().unwrap_or(0) as f64 * spacing_s;
-    let command = command_spectra(&first.commands[chosen.drive], spacing_s);
-    let (low, high) = band(arguments, spacing_s, 2.0 / length_s, command.as_ref().and_then(excited_hz))?;
-    let (mut estimate, mut told_apart, how) = estimate(arguments, &chosen, (low, high), length_s)?;
-    let kept = powered(&estimate.frequencies_hz, command.as_ref());
-    let dropped = kept.iter().filter(|kept| !**kept).count();
-    if dropped > 0 {
-        keep(&mut estimate, told_apart.as_mut(), &kept);
-        notes.push(format!("{dropped} of {} frequencies are left out: the command has next to no power there", kept.len()));
-    }
+    let pairs: Vec<Pair> = chosen.records.iter().map(|r| (centred(&r.commands[chosen.drive]), centred(&r.series[chosen.series]))).collect();
+    let choice = choose_method(arguments, &pairs, spacing_s, length_s)?;
+    let is_of_lines = choice.method.is_of_lines();
+    notes.extend(choice.why.clone());
+    let command = if is_of_lines { None } else { command_spectra(&first.commands[chosen.drive], spacing_s) };
+    let band_hz = band(arguments, spacing_s, 2.0 / length_s, command.as_ref().and_then(excited_hz))?;
+    let mut found = evaluate(&choice, &pairs, spacing_s, band_hz).map_err(|error| refused(arguments, &error))?;
+    require(
+        !found.estimate.frequencies_hz.is_empty(),
+        || format!("the command excites nothing between {} and {} Hz", plain(band_hz.0), plain(band_hz.1)),
+        "name another band with --from and --to, other experiments, or leave --period and --excitation out",
+    )?;
+    drop_unknown(arguments, &mut found, command.as_ref(), &mut notes)?;
+    let estimate = found.estimate;
 
     let engagement = first.engagement.unwrap_or(Engagement::Unilateral);
     let mut machine = data.machine.clone();
@@ -66,18 +65,22 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     // Every recorded command is held until the next row, whatever the controller's period: that is the hold of the overlay.
     let experiment = Experiment { machine, actuator, output: chosen.signal.clone(), hold_s: spacing_s, offset: 0.0, seed: 0 };
     let linear = experiment.linear_response(&estimate.frequencies_hz).map_err(|error| refused(arguments, &error))?;
+    let between_hz = between(&estimate.frequencies_hz, found.isolated);
+    let filled = experiment.linear_response(&between_hz).map_err(|error| refused(arguments, &error))?;
     let names: Vec<&str> = chosen.records.iter().map(|r| r.name.as_str()).collect();
     Ok(Response {
         title: data.name.clone(),
         about: file.about.clone(),
         input: chosen.input,
         output: chosen.output,
-        how: format!("measured: {}; {how}", names.join(", ")),
+        how: format!("measured: {}; {}", names.join(", "), found.how),
         notes,
         hold_s: spacing_s,
         estimate,
         linear,
-        told_apart,
+        isolated: found.isolated,
+        between: between_hz.into_iter().zip(filled).collect(),
+        told_apart: found.told_apart,
         confidence: arguments.confidence,
     })
 }
@@ -87,6 +90,10 @@ fn refuse_experiment(arguments: &Frf) -> anyhow::Result<()> {
     let given = [
         ("--set", !arguments.settings.is_empty()),
         ("--rms", arguments.rms.is_some()),
+        ("--offset", arguments.offset.is_some()),
+        ("--periods", arguments.periods.is_some()),
+        ("--realisations", arguments.realisations.is_some()),
+        ("--points", arguments.points.is_some()),
         ("--duration", arguments.duration.is_some()),
         ("--hold", arguments.hold.is_some()),
         ("--seed", arguments.seed.is_some()),
@@ -96,7 +103,7 @@ fn refuse_experiment(arguments: &Frf) -> anyhow::Result<()> {
     let Some((name, _)) = given.into_iter().find(|(_, given)| *given) else { return Ok(()) };
     Err(BadInput::error(
         format!("{name} belongs to an experiment on the simulated machine, and this is a dataset"),
-        "leave it out, or name a scenario file",
+        "leave it out, or name a machine file: of records that exist it can change nothing",
     ))
 }
 
@@ -150,79 +157,6 @@ fn choose<'a>(arguments: &Frf, file: &DatasetFile, data: &'a Dataset, notes: &mu
     Ok(Chosen { input, drive, output, signal, series, records })
 }
 
-type Estimated = (ResponseEstimate, Option<[Vec<f64>; 2]>, String);
-
-fn estimate(arguments: &Frf, chosen: &Chosen<'_>, band_hz: (f64, f64), length_s: f64) -> anyhow::Result<Estimated> {
-    let spacing_s = chosen.records[0].spacing_s;
-    let pairs: Vec<(Vec<f64>, Vec<f64>)> =
-        chosen.records.iter().map(|r| (centred(&r.commands[chosen.drive]), centred(&r.series[chosen.series]))).collect();
-    let lti = |error: feeler_lti::LtiError| refused(arguments, &error.into());
-    let averages = arguments.estimator != EstimatorKind::LocalPolynomial || pairs.len() > 1;
-    require_segments(arguments, averages)?;
-    match arguments.excitation {
-        ExcitationKind::SteppedSine => Err(BadInput::error(
-            "a stepped sine is not evaluated from records: they do not say where each frequency begins",
-            "use --excitation white-noise, which suits any record, or multisine or chirp",
-        )),
-        ExcitationKind::Multisine => {
-            let Some(period_s) = arguments.period else {
-                return Err(BadInput::error("the period of a measured multisine must be known", "give it with --period, in s"));
-            };
-            let samples_per_period = (period_s / spacing_s).round() as usize;
-            let shortest = pairs.iter().map(|(u, _)| u.len()).min().unwrap_or(0);
-            let periods = shortest / samples_per_period.max(1);
-            require(
-                samples_per_period >= 4 && periods >= 2,
-                || format!("records of {} hold no two periods of {}", with_unit(length_s, "s"), with_unit(period_s, "s")),
-                "two periods are needed to tell noise; leave the period out and use --excitation white-noise",
-            )?;
-            // The first period holds the transient, where there are others.
-            let transient_periods = usize::from(periods > 2);
-            let whole = periods * samples_per_period;
-            let realisations: Vec<Realisation<'_>> = (pairs.iter())
-                .map(|(u, y)| Realisation {
-                    input: &u[..whole],
-                    output: &y[..whole],
-                    period_s: spacing_s,
-                    samples_per_period,
-                    transient_periods,
-                })
-                .collect();
-            let lines: Vec<usize> = excited_lines(&pairs[0].0[..samples_per_period], period_s, band_hz);
-            let how = format!("multisine of period {}, {periods} periods, {} realisations", with_unit(period_s, "s"), realisations.len());
-            if let [only] = realisations.as_slice() {
-                return Ok((periodic_response(only, &lines).map_err(lti)?, None, how));
-            }
-            let best = best_linear_approximation(&realisations, &lines).map_err(lti)?;
-            let count = realisations.len() as f64;
-            let noise = best.noise_variance.into_iter().map(|v| v * count).collect();
-            Ok((best.estimate, Some([noise, best.distortion_variance]), how))
-        }
-        ExcitationKind::Chirp => {
-            let spectra =
-                pairs.iter().map(|(u, y)| smoothed_spectra(u, y, spacing_s, HALF_WIDTH)).collect::<Result<Vec<_>, _>>().map_err(lti)?;
-            let kind = estimator(arguments.estimator).unwrap_or(Estimator::H1);
-            let all = CrossSpectra::averaged(&spectra).map_err(lti)?;
-            Ok((all.response(kind, band_hz.0, band_hz.1).map_err(lti)?, None, format!("chirp, {kind:?}")))
-        }
-        ExcitationKind::WhiteNoise => {
-            if let ([(u, y)], false) = (pairs.as_slice(), averages) {
-                let method = NoiseMethod::LocalPolynomial(LocalPolynomialSettings::default());
-                let found = response_from_noise(u, y, spacing_s, method, band_hz).map_err(|error| refused(arguments, &error))?;
-                return Ok((found, None, "local polynomials (leakage taken away)".to_owned()));
-            }
-            let segment_s = arguments.segment.unwrap_or(length_s / SEGMENTS);
-            let settings = WelchSettings::hann((segment_s / spacing_s).round() as usize);
-            let spectra =
-                pairs.iter().map(|(u, y)| cross_spectra(u, y, spacing_s, &settings)).collect::<Result<Vec<_>, _>>().map_err(lti)?;
-            let kind = estimator(arguments.estimator).unwrap_or(Estimator::H1);
-            let all = CrossSpectra::averaged(&spectra).map_err(lti)?;
-            let how = format!("{kind:?} of segments of {}", with_unit(segment_s, "s"));
-            Ok((all.response(kind, band_hz.0, band_hz.1).map_err(lti)?, None, how))
-        }
-    }
-}
-
 /// Where the power of a command lies; absent where the record is too short to tell.
 fn command_spectra(command: &[f64], spacing_s: f64) -> Option<CrossSpectra> {
     let settings = WelchSettings::hann((command.len() as f64 / SEGMENTS) as usize);
@@ -252,6 +186,30 @@ fn powered(frequencies_hz: &[f64], spectra: Option<&CrossSpectra>) -> Vec<bool> 
     frequencies_hz.iter().map(|&f| power(f) >= LEAST_POWER * strongest).collect()
 }
 
+/// Leaves out what the records say nothing about: frequencies without power in the command, and those whose phase is unknown.
+fn drop_unknown(arguments: &Frf, found: &mut Evaluated, command: Option<&CrossSpectra>, notes: &mut Vec<String>) -> anyhow::Result<()> {
+    let all = found.estimate.frequencies_hz.len();
+    let powered = powered(&found.estimate.frequencies_hz, command);
+    let without_power = powered.iter().filter(|powered| !**powered).count();
+    keep(&mut found.estimate, found.told_apart.as_mut(), &powered);
+    let bands = found.estimate.confidence(arguments.confidence);
+    let known: Vec<bool> = bands.iter().map(|band| band.phase_half_width_rad < std::f64::consts::PI).collect();
+    let unknown = known.iter().filter(|known| !**known).count();
+    keep(&mut found.estimate, found.told_apart.as_mut(), &known);
+    let mut left_out = |count: usize, why: &str| {
+        if count > 0 {
+            notes.push(format!("{count} of {all} frequencies are left out: {why}"));
+        }
+    };
+    left_out(without_power, "the command has next to no power there");
+    left_out(unknown, "what else acts on the machine outweighs the command there, so that not even the phase is known");
+    require(
+        !found.estimate.frequencies_hz.is_empty(),
+        || format!("{}: no response is known at any of {all} frequencies from these records", arguments.source.display()),
+        "name other experiments, another output or another band; feeler frf needs a command that excites the machine",
+    )
+}
+
 /// Drops the frequencies that are not kept.
 fn keep(estimate: &mut ResponseEstimate, told_apart: Option<&mut [Vec<f64>; 2]>, kept: &[bool]) {
     fn of<T>(values: &mut Vec<T>, kept: &[bool]) {
@@ -272,20 +230,6 @@ fn keep(estimate: &mut ResponseEstimate, told_apart: Option<&mut [Vec<f64>; 2]>,
 fn centred(values: &[f64]) -> Vec<f64> {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
     values.iter().map(|v| v - mean).collect()
-}
-
-/// Lines of a periodic input that carry at least a thousandth of its strongest line's amplitude.
-fn excited_lines(period: &[f64], period_s: f64, (low_hz, high_hz): (f64, f64)) -> Vec<usize> {
-    let n = period.len() as f64;
-    let amplitude = |line: usize| {
-        let w = std::f64::consts::TAU * line as f64 / n;
-        let sum: feeler_lti::C64 = period.iter().enumerate().map(|(k, v)| feeler_lti::C64::cis(-w * k as f64) * *v).sum();
-        sum.norm()
-    };
-    let lines: Vec<(usize, f64)> =
-        ((low_hz * period_s).ceil() as usize..=(high_hz * period_s).floor() as usize).map(|line| (line, amplitude(line))).collect();
-    let strongest = lines.iter().map(|l| l.1).fold(0.0, f64::max);
-    lines.into_iter().filter(|l| l.1 > 1e-3 * strongest).map(|l| l.0).collect()
 }
 
 fn unknown<'a>(what: &str, wanted: &str, known: impl Iterator<Item = &'a str>) -> anyhow::Error {

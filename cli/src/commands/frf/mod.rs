@@ -1,5 +1,6 @@
 //! `feeler frf`.
 
+mod evaluate;
 mod measured;
 mod simulated;
 mod writing;
@@ -10,7 +11,7 @@ use feeler_analysis::AnalysisError;
 use feeler_lti::C64;
 use feeler_lti::spectral::{Estimator, ResponseEstimate};
 
-use crate::arguments::{EstimatorKind, ExcitationKind, Frf};
+use crate::arguments::{EstimatorKind, Frf};
 use crate::failure::BadInput;
 use crate::numbers::plain;
 use crate::table::table;
@@ -36,6 +37,10 @@ pub(crate) struct Response {
     pub(crate) hold_s: f64,
     pub(crate) estimate: ResponseEstimate,
     pub(crate) linear: Vec<C64>,
+    /// Whether each frequency stands for itself, with nothing measured on the way to the next.
+    pub(crate) isolated: bool,
+    /// The linear response at frequencies (Hz) between those of the estimate, where nothing was measured.
+    pub(crate) between: Vec<(f64, C64)>,
     /// Variances of one realisation of a multisine: noise, and nonlinear distortion.
     pub(crate) told_apart: Option<[Vec<f64>; 2]>,
     pub(crate) confidence: f64,
@@ -94,6 +99,7 @@ impl Response {
                 plain((100.0 * agreement.within).round()),
             )
         }];
+        said.extend(self.incoherent());
         if let Some([noise, distortion]) = &self.told_apart {
             let below = |variance: &[f64]| {
                 let mut levels: Vec<f64> = (variance.iter().zip(&self.estimate.response))
@@ -112,6 +118,62 @@ impl Response {
         said
     }
 }
+
+/// Coherence below which a response is mostly something else.
+const INCOHERENT: f64 = 0.8;
+/// Spans of frequency that are named.
+const MOST_SPANS: usize = 4;
+
+impl Response {
+    /// Where the output has little to do with the input.
+    fn incoherent(&self) -> Option<String> {
+        let (coherence, f) = (self.estimate.coherence.as_ref()?, &self.estimate.frequencies_hz);
+        let mut spans: Vec<[f64; 2]> = Vec::new();
+        let mut before = false;
+        for (value, &f) in coherence.iter().zip(f) {
+            let low = *value < INCOHERENT;
+            match spans.last_mut() {
+                Some(span) if low && before => span[1] = f,
+                _ if low => spans.push([f, f]),
+                _ => {}
+            }
+            before = low;
+        }
+        let count = coherence.iter().filter(|value| **value < INCOHERENT).count();
+        spans.sort_by(|a, b| (b[1] - b[0]).total_cmp(&(a[1] - a[0])));
+        let more = if spans.len() > MOST_SPANS { " and elsewhere" } else { "" };
+        spans.truncate(MOST_SPANS);
+        spans.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let named =
+            spans.iter().map(|[a, b]| if a < b { format!("from {} to {}", plain(*a), plain(*b)) } else { format!("at {}", plain(*a)) });
+        let named = named.collect::<Vec<_>>().join(", ");
+        (count > 0).then(|| {
+            format!(
+                "Coherence is below {INCOHERENT} at {count} of {} frequencies ({named} Hz{more}): there noise, nonlinearity or something else that \
+                 acts on the machine makes up a good part of the output.",
+                f.len()
+            )
+        })
+    }
+}
+
+/// Frequencies (Hz) between those of an estimate at which nothing was measured: all the way from each to the next where they are isolated, and in the
+/// gaps where they are not.
+fn between(frequencies_hz: &[f64], isolated: bool) -> Vec<f64> {
+    let spacing = frequencies_hz.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+    let gaps = frequencies_hz.windows(2).filter(|pair| isolated || pair[1] - pair[0] > GAP * spacing);
+    let filled = gaps.flat_map(|pair| {
+        let ratio = pair[1] / pair[0];
+        let count = ((ratio.ln() / STEP).ceil() as usize).clamp(2, 200);
+        (1..count).map(move |i| pair[0] * ratio.powf(i as f64 / count as f64))
+    });
+    filled.collect()
+}
+
+/// Times the least spacing from which on there is a gap between two frequencies.
+const GAP: f64 = 1.5;
+/// Step between frequencies at which a curve is drawn, as a share of them.
+const STEP: f64 = 0.01;
 
 pub(crate) fn run(arguments: &Frf) -> anyhow::Result<()> {
     let named_dataset = arguments.source.file_name().is_some_and(|name| name == "dataset.toml");
@@ -168,7 +230,7 @@ fn require(holds: bool, message: impl FnOnce() -> String, remedy: &str) -> anyho
 /// A length of segments is for an estimator that averages over them.
 fn require_segments(arguments: &Frf, averages: bool) -> anyhow::Result<()> {
     require(
-        arguments.segment.is_none() || (averages && arguments.excitation == ExcitationKind::WhiteNoise),
+        arguments.segment.is_none() || averages,
         || "--segment is the length of what H1, H2 and Hv average of noise, and nothing is averaged here".to_owned(),
         "add --estimator h1, h2 or hv for noise, or leave --segment out",
     )

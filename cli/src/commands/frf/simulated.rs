@@ -1,5 +1,6 @@
 //! Experiments on the simulated machine.
 
+use clap::ValueEnum;
 use feeler_analysis::frf::{Excitation, Experiment, NoiseMethod};
 use feeler_analysis::{LinearMachine, View};
 use feeler_lti::spectral::LocalPolynomialSettings;
@@ -7,10 +8,11 @@ use feeler_plant::assembly::assemble;
 use feeler_plant::description::{ActuatorKind, Engagement, Machine, Quantity, SignalName};
 use feeler_scenarios::format::{Document, Draft};
 
-use super::{Response, band, estimator, refused, require, require_segments};
+use super::{Response, band, between, estimator, refused, require, require_segments};
 use crate::arguments::{EstimatorKind, ExcitationKind, Frf};
 use crate::failure::BadInput;
 use crate::numbers::{plain, with_unit};
+use crate::signals;
 
 /// Hold of a machine without controllers, s.
 const HOLD_S: f64 = 1e-3;
@@ -28,6 +30,11 @@ const WAIT_S: (f64, f64) = (0.5, 30.0);
 const MOST_SAMPLES: f64 = 1e8;
 /// Records without a stated length, s.
 const DURATION_S: f64 = 60.0;
+/// Of a multisine: period, s, periods that are evaluated, and draws of the phases; and frequencies of a stepped sine.
+const PERIOD_S: f64 = 1.0;
+const PERIODS: usize = 4;
+const REALISATIONS: usize = 4;
+const POINTS: usize = 40;
 
 pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     require(
@@ -35,7 +42,10 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         || "--experiment names a record of a dataset, and this is a scenario".to_owned(),
         "name a dataset's folder, or leave --experiment out",
     )?;
-    require_segments(arguments, arguments.estimator != EstimatorKind::LocalPolynomial)?;
+    let kind = arguments.excitation.unwrap_or(ExcitationKind::WhiteNoise);
+    refuse_others(arguments, kind)?;
+    let averages = arguments.estimator.is_some_and(|estimator| estimator != EstimatorKind::LocalPolynomial);
+    require_segments(arguments, averages && kind == ExcitationKind::WhiteNoise)?;
     let document = Draft::load_with(&arguments.source, &arguments.settings)?.build()?;
     let mut notes = Vec::new();
     let experiment = experiment(arguments, &document, &mut notes)?;
@@ -43,14 +53,17 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     let rms = arguments.rms.unwrap_or_else(|| usual_rms(&experiment.machine, &experiment.actuator));
     require(rms > 0.0 && rms.is_finite(), || format!("an excitation of {rms} excites nothing"), "give a size above zero with --rms")?;
     let wait_s = wait_s(&experiment).map_err(|error| refused(arguments, &error))?;
-    let excitation = excitation(arguments, &experiment, wait_s, low)?;
+    let excitation = excitation(arguments, kind, &experiment, wait_s, low)?;
     let measured = experiment.measure(&excitation, rms, (low, high)).map_err(|error| refused(arguments, &error))?;
     require(
         measured.estimate.response.iter().any(|value| value.norm() > 0.0),
         || format!("nothing moved under {} rms at `{}`: there is no response to estimate", plain(rms), experiment.actuator),
         "excite it more strongly with --rms, beyond dry friction and free play",
     )?;
-    let realisations = arguments.realisations as f64;
+    let realisations = arguments.realisations.unwrap_or(REALISATIONS) as f64;
+    let isolated = kind == ExcitationKind::SteppedSine;
+    let between_hz = between(&measured.estimate.frequencies_hz, isolated);
+    let between = experiment.linear_response(&between_hz).map_err(|error| refused(arguments, &error))?;
     let told_apart = measured.noise_variance.zip(measured.distortion_variance);
     let hold = with_unit(experiment.hold_s, "s");
     Ok(Response {
@@ -58,15 +71,39 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         about: document.scenario.machine.about.clone(),
         input: SignalName::new(&experiment.actuator, Quantity::Command).to_string(),
         output: experiment.output.to_string(),
-        how: format!("simulated: {}, {} rms, held for {hold}, seed {}", words(&excitation, arguments), plain(rms), experiment.seed),
+        how: format!("simulated: {}, {} rms, held for {hold}, seed {}", words(&excitation), plain(rms), experiment.seed),
         notes,
         hold_s: experiment.hold_s,
         estimate: measured.estimate,
         linear: measured.linear,
+        isolated,
+        between: between_hz.into_iter().zip(between).collect(),
         // The noise of the mean over realisations, as that of one of them.
         told_apart: told_apart.map(|(noise, distortion)| [noise.into_iter().map(|v| v * realisations).collect(), distortion]),
         confidence: arguments.confidence,
     })
+}
+
+/// What belongs to another excitation has no say in this one.
+fn refuse_others(arguments: &Frf, kind: ExcitationKind) -> anyhow::Result<()> {
+    use ExcitationKind::{Chirp, Multisine, SteppedSine, WhiteNoise};
+    let given: [(&str, bool, &[ExcitationKind]); 6] = [
+        ("--estimator", arguments.estimator.is_some(), &[WhiteNoise]),
+        ("--duration", arguments.duration.is_some(), &[WhiteNoise, Chirp]),
+        ("--period", arguments.period.is_some(), &[Multisine]),
+        ("--periods", arguments.periods.is_some(), &[Multisine]),
+        ("--realisations", arguments.realisations.is_some(), &[Multisine]),
+        ("--points", arguments.points.is_some(), &[SteppedSine]),
+    ];
+    let name = |kind: &ExcitationKind| kind.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
+    for (option, given, kinds) in given {
+        require(
+            !given || kinds.contains(&kind),
+            || format!("{option} has no meaning for --excitation {}", name(&kind)),
+            &format!("leave it out, or add --excitation {}", kinds.iter().map(name).collect::<Vec<_>>().join(" or ")),
+        )?;
+    }
+    Ok(())
 }
 
 fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> anyhow::Result<Experiment> {
@@ -82,17 +119,8 @@ fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> 
         notes.push("contacts that can only push were taken as clamped; --free takes them away".to_owned());
     }
     let controller = scenario.controllers.values().find(|c| c.reads.is_some()).or_else(|| scenario.controllers.values().next());
-    let signal = |text: &Option<String>| {
-        let parse =
-            |text: &String| text.parse::<SignalName>().map_err(|e| BadInput::error(e.to_string(), "signals are listed in docs/format.md"));
-        text.as_ref().map(parse).transpose()
-    };
-    let actuator = match signal(&arguments.input)? {
-        Some(input) => {
-            let plant = LinearMachine::new(&machine, &View::default()).map_err(|error| refused(arguments, &error))?;
-            plant.drive(&input).map_err(|error| refused(arguments, &error))?;
-            input.element
-        }
+    let actuator = match &arguments.input {
+        Some(input) => signals::input(&machine, input)?.element,
         None => match controller.map(|c| c.drives.clone()).or_else(|| machine.actuators.keys().next().cloned()) {
             Some(actuator) => actuator,
             None => {
@@ -104,8 +132,14 @@ fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> 
         },
     };
     let read = controller.and_then(|c| c.reads.as_ref()).and_then(|name| machine.sensors.get(name)).map(|sensor| sensor.reads.clone());
-    let pressed = machine.contacts.keys().next().map(|name| SignalName::new(name, Quantity::SpringForce));
-    let Some(output) = signal(&arguments.output)?.or(read).or(pressed) else {
+    // What is absent feels nothing: then the body that would touch is looked at.
+    let pressed = machine.contacts.iter().next().map(|(name, contact)| match contact.engagement {
+        Engagement::Free => SignalName::new(&contact.between[0], Quantity::Acceleration),
+        _ => SignalName::new(name, Quantity::SpringForce),
+    });
+    let read = read.filter(|read| machine.contacts.get(&read.element).is_none_or(|contact| contact.engagement != Engagement::Free));
+    let wanted = arguments.output.as_deref().map(|name| signals::named(&machine, name)).transpose()?;
+    let Some(output) = wanted.or(read).or(pressed) else {
         return Err(BadInput::error(
             "no sensor and no contact to look at",
             "name a signal with --output, as in --output motor.acceleration",
@@ -114,7 +148,14 @@ fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> 
     let hold_s =
         arguments.hold.or_else(|| scenario.controllers.values().find(|c| c.drives == actuator).map(|c| c.spec.period_s)).unwrap_or(HOLD_S);
     require(hold_s > 0.0 && hold_s.is_finite(), || format!("a hold of {hold_s} s is none"), "give a time above zero with --hold, in s")?;
-    Ok(Experiment { machine, actuator, output, hold_s, offset: arguments.offset, seed: arguments.seed.unwrap_or(scenario.run.seed) })
+    Ok(Experiment {
+        machine,
+        actuator,
+        output,
+        hold_s,
+        offset: arguments.offset.unwrap_or(0.0),
+        seed: arguments.seed.unwrap_or(scenario.run.seed),
+    })
 }
 
 fn usual_rms(machine: &Machine, actuator: &str) -> f64 {
@@ -138,7 +179,7 @@ fn wait_s(experiment: &Experiment) -> Result<f64, feeler_analysis::AnalysisError
     Ok((TIME_CONSTANTS / slowest).clamp(WAIT_S.0, WAIT_S.1))
 }
 
-fn excitation(arguments: &Frf, experiment: &Experiment, wait_s: f64, low_hz: f64) -> anyhow::Result<Excitation> {
+fn excitation(arguments: &Frf, kind: ExcitationKind, experiment: &Experiment, wait_s: f64, low_hz: f64) -> anyhow::Result<Excitation> {
     let duration_s = arguments.duration.unwrap_or(DURATION_S);
     let positive = |name: &str, value: f64| {
         require(value > 0.0 && value.is_finite(), || format!("--{name} {value} is no time"), "give seconds above zero")
@@ -150,16 +191,16 @@ fn excitation(arguments: &Frf, experiment: &Experiment, wait_s: f64, low_hz: f64
         || format!("{duration_s} s at a hold of {} s are {samples:.1e} samples, and {MOST_SAMPLES:.0e} are the most", experiment.hold_s),
         "choose a shorter --duration or a longer --hold",
     )?;
-    Ok(match arguments.excitation {
+    Ok(match kind {
         ExcitationKind::WhiteNoise => {
             let segment_s = arguments.segment.unwrap_or(duration_s / 15.0);
             positive("segment", segment_s)?;
             let local = NoiseMethod::LocalPolynomial(LocalPolynomialSettings::default());
-            let method = estimator(arguments.estimator).map_or(local, |estimator| NoiseMethod::Welch { segment_s, estimator });
+            let method = arguments.estimator.and_then(estimator).map_or(local, |estimator| NoiseMethod::Welch { segment_s, estimator });
             Excitation::WhiteNoise { duration_s, method }
         }
         ExcitationKind::Multisine => {
-            let period_s = arguments.period.unwrap_or(1.0);
+            let period_s = arguments.period.unwrap_or(PERIOD_S);
             positive("period", period_s)?;
             let holds = period_s / experiment.hold_s;
             require(
@@ -168,16 +209,18 @@ fn excitation(arguments: &Frf, experiment: &Experiment, wait_s: f64, low_hz: f64
                 "choose --period as a multiple of the hold",
             )?;
             let transient_periods = (wait_s / period_s).ceil() as usize;
-            Excitation::Multisine { period_s, periods: arguments.periods, transient_periods, realisations: arguments.realisations }
+            let (periods, realisations) = (arguments.periods.unwrap_or(PERIODS), arguments.realisations.unwrap_or(REALISATIONS));
+            Excitation::Multisine { period_s, periods, transient_periods, realisations }
         }
         ExcitationKind::Chirp => Excitation::Chirp { sweep_s: duration_s, rest_s: wait_s, half_width: 1 },
         ExcitationKind::SteppedSine => {
-            Excitation::SteppedSine { points: arguments.points, settle_s: wait_s, measure_s: (5.0 / low_hz).max(1.0) }
+            let points = arguments.points.unwrap_or(POINTS);
+            Excitation::SteppedSine { points, settle_s: wait_s, measure_s: (5.0 / low_hz).max(1.0) }
         }
     })
 }
 
-fn words(excitation: &Excitation, arguments: &Frf) -> String {
+fn words(excitation: &Excitation) -> String {
     match *excitation {
         Excitation::WhiteNoise { duration_s, method: NoiseMethod::Welch { segment_s, estimator } } => {
             format!("white noise for {}, {estimator:?} of segments of {}", with_unit(duration_s, "s"), with_unit(segment_s, "s"))
@@ -189,6 +232,7 @@ fn words(excitation: &Excitation, arguments: &Frf) -> String {
             format!("random-phase multisine, period {}, {periods} periods, {realisations} realisations", with_unit(period_s, "s"))
         }
         Excitation::Chirp { sweep_s, .. } => format!("linear chirp over {}, H1", with_unit(sweep_s, "s")),
-        _ => format!("stepped sine, {} frequencies", arguments.points),
+        Excitation::SteppedSine { points, .. } => format!("stepped sine, {points} frequencies"),
+        _ => String::new(),
     }
 }

@@ -100,17 +100,19 @@ fn waterfall(page: &mut Page, report: &Report) {
     page.heading("What limits the bandwidth");
     page.paragraph(
         "From the rigid body with a perfect drive down to the loop as built, one ingredient after the other: the frequency at which the \
-         sensed force, as it follows the reference, first falls 3 dB below what it is at low frequency, when the gain is half of the largest stable one.",
+         sensed force, as it follows the reference, first falls 3 dB below what it is at low frequency, when the gain is half of the largest stable one. \
+         Where every gain is stable there is no largest one, and nothing yet limits the bandwidth.",
     );
     let bars: Vec<_> = (waterfall.stages.iter())
         .map(|stage| {
             let text = match (stage.bandwidth_hz, stage.largest_gain) {
                 (Some(f), Some(gain)) => format!("{}, largest gain {}", with_unit(f, "Hz"), plain(gain)),
                 (None, Some(gain)) => format!("no bandwidth, largest gain {}", plain(gain)),
-                (_, None) => "stable at every gain".to_owned(),
+                (_, None) => "no limit: stable at every gain".to_owned(),
             };
+            let size = if stage.largest_gain.is_none() { f64::INFINITY } else { stage.bandwidth_hz.unwrap_or(0.0) };
             let name = if stage.added == "rigid body" { stage.added.clone() } else { format!("+ {}", stage.added) };
-            (name, stage.bandwidth_hz.unwrap_or(0.0), text)
+            (name, size, text)
         })
         .collect();
     page.bars(&bars);
@@ -151,8 +153,9 @@ fn modes(page: &mut Page, report: &Report) {
     }
     page.heading("Modes");
     page.paragraph(
-        "Colocated: actuator and sensor move in the phase relation of rigid-body motion. Noncolocated: against it, and the phase is lost for good. \
-         Uninvolved: one of them does not take part.",
+        "Colocated: actuator and sensor move in the phase relation of rigid-body motion. Noncolocated: against it. Uninvolved: one of them does not \
+         take part. Where the class changes from one mode to the next there are no zeros between them, and 180° are lost for good; between modes of \
+         one class lies a pair of zeros, so that the upper one takes no more than these gave.",
     );
     let edge = report.gain.as_ref().and_then(|gain| gain.sampled.edge_mode);
     let row = |(i, mode): (usize, &ModeReport)| {

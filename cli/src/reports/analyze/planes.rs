@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use feeler_analysis::{Curves, Locus, Report};
 use feeler_lti::C64;
 
-use crate::numbers::with_unit;
+use crate::numbers::{plain, with_unit};
 use crate::page::{Plane, PlaneKind, PlaneMark, PlanePath, PlaneShape, view_of};
 
 /// Half of the least and of the largest width of Nyquist's plane; the point -1 decides, and resonances may reach far.
@@ -75,12 +75,16 @@ fn plane(locus: &Locus, title: String, key: &str, x_label: &str, y_label: &str, 
     marks.extend(locus.zeros.iter().map(|p| mark("zero", p, None, PlaneShape::Zero)));
     marks.extend(locus.present.iter().map(|p| mark("gain of the file", p, Some(locus.present_gain), PlaneShape::Now)));
     let view = if kind == PlaneKind::Z { [-2.3, 2.3, -1.25, 1.25] } else { s_view(&marks) };
-    let caption = "crosses are poles at gain zero, circles zeros, green squares the gain of the file; the grey line is the border of stability. \
-                   Under the pointer: gain, pole, frequency and damping.";
+    let farther = if kind == PlaneKind::S { beyond(&marks, view) } else { String::new() };
+    let caption = format!(
+        "crosses are poles at gain zero, circles zeros, green squares the gain of the file; the grey line is the border of stability. Gains go up to {}. \
+         Under the pointer: gain, pole, frequency and damping.{farther}",
+        plain(locus.gains.last().copied().unwrap_or_default())
+    );
     Plane {
         kind,
         title,
-        caption: caption.into(),
+        caption,
         x_label: x_label.into(),
         y_label: y_label.into(),
         gain: key.into(),

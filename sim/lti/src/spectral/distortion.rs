@@ -52,6 +52,35 @@ pub fn best_linear_approximation(realisations: &[Realisation<'_>], lines: &[usiz
     Ok(result)
 }
 
+/// Lines without excitation on each side of an excited one, from which the distortion there is known.
+const BESIDE: usize = 3;
+/// Fewest lines without excitation between the first and the last excited one that tell anything, as a share of the excited ones.
+const LEAST_SHARE: f64 = 0.1;
+
+/// Variance of the response at the excited lines due to nonlinear distortion, from what the output holds beside them (the fast method): one
+/// realisation is enough where its multisine leaves lines out. `None` where it leaves out too few of them.
+///
+/// # Errors
+/// As [`super::periodic_response`].
+pub fn distortion_beside(record: &PeriodicRecord<'_>, excited: &[usize]) -> Result<Option<Vec<f64>>, LtiError> {
+    let (Some(&first), Some(&last)) = (excited.first(), excited.last()) else { return Ok(None) };
+    let lines: Vec<usize> = (first..=last).collect();
+    let silent: Vec<usize> = lines.iter().copied().filter(|line| excited.binary_search(line).is_err()).collect();
+    if (silent.len() as f64) < (LEAST_SHARE * excited.len() as f64).max(2.0 * BESIDE as f64) {
+        return Ok(None);
+    }
+    let means = record.means(&lines)?;
+    let variance = |&line: &usize| {
+        let k = line - first;
+        let (response, _) = means.response(k, record.frequency_hz(line))?;
+        let after = silent.partition_point(|s| *s < line);
+        let beside = &silent[after.saturating_sub(BESIDE)..(after + BESIDE).min(silent.len())];
+        let power: f64 = beside.iter().map(|s| means.beyond(s - first, response)).sum();
+        Ok((power / beside.len() as f64).max(0.0) / means.input[k].norm_sqr())
+    };
+    excited.iter().map(variance).collect::<Result<Vec<f64>, LtiError>>().map(Some)
+}
+
 /// Root mean square amplitude of the output on lines of one kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DistortionLevels {

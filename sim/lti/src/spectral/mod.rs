@@ -10,7 +10,9 @@
 //! | multisine, several periods | [`periodic_response`] |
 //! | random-phase multisine, several realisations | [`best_linear_approximation`] and [`distortion_levels`] |
 //! | stepped sine | [`stepped_sine`] |
+//! | sum of sines of any frequencies | [`response_at_sines`] |
 //!
+//! [`recognise_excitation`] tells from a recorded command which of these it was.
 //! [`common_poles`] finds the resonances that several estimated responses share.
 //!
 //! Records are uniformly sampled; spectra are one-sided; cross spectra are conj(input) times output.
@@ -23,17 +25,23 @@ mod local_polynomial;
 mod multisine;
 mod periodic;
 mod rational;
+mod recognise;
 mod sine;
+mod sum_of_sines;
 mod welch;
 mod window;
 
 pub use amplitude::{AmplitudeSpectrum, amplitude_spectrum, dominant_frequency};
-pub use distortion::{BestLinearApproximation, DistortionLevels, Realisation, best_linear_approximation, distortion_levels};
+pub use distortion::{
+    BestLinearApproximation, DistortionLevels, Realisation, best_linear_approximation, distortion_beside, distortion_levels,
+};
 pub use estimate::{ResponseBand, ResponseEstimate};
 pub use local_polynomial::{LocalPolynomialSettings, local_polynomial};
 pub use multisine::{Multisine, odd_lines_with_detection};
 pub use periodic::{PeriodicRecord, periodic_response};
 pub use rational::common_poles;
+pub use recognise::{RecordedExcitation, excited_lines, recognise_excitation};
 pub use sine::{SineFit, SteppedSinePoint, fit_sine, stepped_sine};
+pub use sum_of_sines::{SineSum, find_sines, response_at_sines};
 pub use welch::{CrossSpectra, Estimator, WelchSettings, cross_spectra, smoothed_spectra};
 pub use window::Window;

@@ -32,7 +32,19 @@ pub(crate) struct PeriodMeans {
     covariance: Vec<C64>,
 }
 
+/// Powers of the input's lines, and the variances of their means over the periods.
+pub(crate) struct Spread {
+    pub(crate) powers: Vec<f64>,
+    pub(crate) variances: Vec<f64>,
+}
+
 impl PeriodicRecord<'_> {
+    /// How strong the input is on some lines, and how much it differs from period to period.
+    pub(crate) fn input_spread(&self, lines: &[usize]) -> Result<Spread, LtiError> {
+        let means = self.means(lines)?;
+        Ok(Spread { powers: means.input.iter().map(C64::norm_sqr).collect(), variances: means.input_variance })
+    }
+
     /// Frequency of a line, Hz.
     pub(crate) fn frequency_hz(&self, line: usize) -> f64 {
         line as f64 / (self.samples_per_period as f64 * self.period_s)
@@ -80,6 +92,16 @@ fn pick(spectrum: &[C64], lines: &[usize], factor: f64) -> Vec<C64> {
 }
 
 impl PeriodMeans {
+    /// Power of the output at line number k beyond what the response makes of the input, less the noise.
+    pub(crate) fn beyond(&self, k: usize, response: C64) -> f64 {
+        (self.output[k] - response * self.input[k]).norm_sqr() - self.spread(k, response)
+    }
+
+    /// Variance of the output's mean less the response times the input's.
+    fn spread(&self, k: usize, g: C64) -> f64 {
+        (self.output_variance[k] + g.norm_sqr() * self.input_variance[k] - 2.0 * (g.conj() * self.covariance[k]).re).max(0.0)
+    }
+
     /// Response and its variance at line number k of those asked for.
     pub(crate) fn response(&self, k: usize, frequency_hz: f64) -> Result<(C64, f64), LtiError> {
         let (u, y) = (self.input[k], self.output[k]);
@@ -88,8 +110,7 @@ impl PeriodMeans {
         }
         let g = y / u;
         // First-order propagation of (u, y) to y / u.
-        let variance = self.output_variance[k] + g.norm_sqr() * self.input_variance[k] - 2.0 * (g.conj() * self.covariance[k]).re;
-        Ok((g, variance.max(0.0) / u.norm_sqr()))
+        Ok((g, self.spread(k, g) / u.norm_sqr()))
     }
 }
 

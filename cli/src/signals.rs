@@ -1,0 +1,54 @@
+//! Signals as they are named on the command line.
+
+use feeler_plant::assembly::resolve;
+use feeler_plant::description::{Machine, Quantity, SignalName};
+use feeler_plant::names::{list, nearest};
+
+use crate::failure::BadInput;
+
+/// The signal of a machine that is named.
+///
+/// # Errors
+/// Bad input where the machine has no such signal, with the nearest one and all that there are.
+pub(crate) fn named(machine: &Machine, text: &str) -> anyhow::Result<SignalName> {
+    match text.parse::<SignalName>() {
+        Ok(name) if resolve(machine, &name).is_ok() => Ok(name),
+        _ => Err(unknown(text, "signal", &of_machine(machine))),
+    }
+}
+
+/// The actuator whose command is named as the input.
+///
+/// # Errors
+/// Bad input where no actuator has this command, with those that there are.
+pub(crate) fn input(machine: &Machine, text: &str) -> anyhow::Result<SignalName> {
+    let commands: Vec<String> = machine.actuators.keys().map(|actuator| SignalName::new(actuator, Quantity::Command).to_string()).collect();
+    match text.parse::<SignalName>() {
+        Ok(name) if commands.contains(&name.to_string()) => Ok(name),
+        Ok(name) if resolve(machine, &name).is_ok() => Err(BadInput::error(
+            format!("`{text}` is no input: an input is an actuator's command"),
+            format!("name one of {}", list(commands.iter().map(String::as_str))),
+        )),
+        _ => Err(unknown(text, "input", &commands)),
+    }
+}
+
+fn unknown(text: &str, what: &str, known: &[String]) -> anyhow::Error {
+    let names = || known.iter().map(String::as_str);
+    let near = nearest(text, names()).map_or_else(String::new, |near| format!("did you mean `{near}`? "));
+    // The whole list, since each name says of what element it is.
+    let all = names().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    let there = if known.is_empty() { "there is none".to_owned() } else { format!("there is {all}") };
+    BadInput::error(format!("the machine has no {what} `{text}`"), format!("{near}{there}"))
+}
+
+/// Every signal of a machine's bodies, springs, contacts, actuators and sensors.
+fn of_machine(machine: &Machine) -> Vec<String> {
+    let parts = machine.bodies.keys().chain(machine.springs.keys()).chain(machine.contacts.keys());
+    let elements = parts.chain(machine.actuators.keys()).chain(machine.sensors.keys());
+    let of_element = |element: &String| {
+        let all = Quantity::ALL.iter().map(|(quantity, _)| SignalName::new(element, *quantity));
+        all.filter(|name| resolve(machine, name).is_ok()).map(|name| name.to_string()).collect::<Vec<_>>()
+    };
+    elements.flat_map(of_element).collect()
+}

@@ -11,21 +11,25 @@ const GAINS_PER_DECADE: f64 = 50.0;
 const BELOW: f64 = 1e-3;
 const BEYOND: f64 = 20.0;
 /// ...and on, in steps of a decade up to so many, until some branch has come to each zero within this share of the zero's size.
-const DECADES: i32 = 7;
+const DECADES: i32 = 4;
 const ARRIVED: f64 = 0.02;
-/// From one gain to the next no pole within the picture moves farther than this share of its size, if halving the step so often helps.
-const STEP: f64 = 0.04;
-const HALVINGS: usize = 5;
-const MOST_GAINS: usize = 1500;
-/// The picture reaches this many times farther than poles at gain zero and zeros.
-const PICTURE: f64 = 3.0;
+/// From one gain to the next no pole within the picture moves farther than this share of it, if dividing the step so finely, so often, helps.
+const STEP: f64 = 0.02;
+const FINEST: f64 = 16.0;
+const PASSES: usize = 3;
+const MOST_GAINS: usize = 1200;
+/// The picture reaches this many times farther than what swings at gain zero, and than the zeros that do; it is at least this much as wide as high.
+const PICTURE: f64 = 1.5;
+const LEAST_WIDTH: f64 = 0.15;
+/// Where a law loses states as its gain vanishes, as without integral action, a locus begins at this share of the largest stable gain.
+const NEXT_TO_NONE: f64 = 1e-9;
 
 /// Poles of a closed loop over its gain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Locus {
     /// Step of the z plane, s; absent in the s plane.
     pub period_s: Option<f64>,
-    /// Rising from zero.
+    /// Rising from zero, or from next to it where the law has a state less at zero.
     pub gains: Vec<f64>,
     /// One branch for each pole, one point for each gain.
     pub branches: Vec<Vec<C64>>,
@@ -59,7 +63,8 @@ pub(crate) fn follow(
     let scale = largest.filter(|k| *k > 0.0).unwrap_or(present_gain.abs().max(f64::MIN_POSITIVE));
     let from = BELOW * scale;
     let mut to = BEYOND * scale.max(present_gain);
-    let poles = eigenvalues(&zero)?;
+    let first = if zero.nrows() == matrix(scale).nrows() { 0.0 } else { NEXT_TO_NONE * scale };
+    let poles = eigenvalues(&matrix(first))?;
     // Of the s plane, where zeros far out are asymptotes to the eye; the z plane is as large as its unit circle.
     let size = poles.iter().chain(&zeros).map(|p| p.norm()).fold(0.0, f64::max);
     for _ in 0..DECADES {
@@ -72,12 +77,13 @@ pub(crate) fn follow(
     }
     let count = (GAINS_PER_DECADE * (to / from).log10()).ceil();
     let mut gains: Vec<f64> = (0..=count as u32).map(|i| from * (to / from).powf(f64::from(i) / count)).collect();
-    gains.extend([0.0, present_gain.max(0.0)].into_iter().chain(largest));
+    gains.extend([first, present_gain.max(first)].into_iter().chain(largest));
     gains.sort_by(f64::total_cmp);
     gains.dedup();
+    let picture = period_s.map_or_else(|| picture_of(poles.iter().chain(&zeros)), |_| [1.0; 2]);
     let mut traced = root_locus(matrix, &gains)?;
-    for _ in 0..HALVINGS {
-        let between = long_steps(&traced, PICTURE * size);
+    for _ in 0..PASSES {
+        let between = long_steps(&traced, picture);
         if between.is_empty() || traced.gains.len() + between.len() > MOST_GAINS {
             break;
         }
@@ -88,15 +94,31 @@ pub(crate) fn follow(
     Ok(Locus { period_s, gains: traced.gains, branches: traced.branches, zeros, present_gain, present })
 }
 
-/// Gains in the middle of steps in which some pole within the picture moves far.
-fn long_steps(traced: &RootLocus, reach: f64) -> Vec<f64> {
-    let is_long = |j: usize| {
-        traced.branches.iter().map(|branch| (branch[j - 1], branch[j])).any(|(a, b)| {
-            let size = a.norm().min(b.norm());
-            size <= reach && (b - a).norm() > STEP * size.max(STEP * reach)
-        })
+/// Half of the width and of the height of what swings, rad/s.
+fn picture_of<'a>(points: impl Iterator<Item = &'a C64>) -> [f64; 2] {
+    let (mut swinging, mut largest) = ([0.0_f64; 2], 0.0_f64);
+    for p in points {
+        largest = largest.max(p.norm());
+        if p.im.abs() > 1e-9 * p.norm() {
+            swinging = [swinging[0].max(p.re.abs()).max(LEAST_WIDTH * p.im.abs()), swinging[1].max(p.im.abs())];
+        }
+    }
+    swinging.map(|half| if half > 0.0 { half } else { largest.max(f64::MIN_POSITIVE) })
+}
+
+/// Gains that divide the steps in which some pole within the picture moves far.
+fn long_steps(traced: &RootLocus, [width, height]: [f64; 2]) -> Vec<f64> {
+    let inside = |p: &C64| p.re.abs() <= PICTURE * width && p.im.abs() <= PICTURE * height;
+    let parts = |j: usize| {
+        let moves = traced.branches.iter().map(|branch| (branch[j - 1], branch[j])).filter(|(a, b)| inside(a) || inside(b));
+        let lengths = moves.map(|(a, b)| (0.5 * (b - a).re / width).hypot(0.5 * (b - a).im / height));
+        (lengths.fold(0.0, f64::max) / STEP).clamp(1.0, FINEST).ceil() as usize
     };
-    (1..traced.gains.len()).filter(|&j| is_long(j)).map(|j| 0.5 * (traced.gains[j - 1] + traced.gains[j])).collect()
+    let divided = (1..traced.gains.len()).flat_map(|j| {
+        let (from, to, parts) = (traced.gains[j - 1], traced.gains[j], parts(j));
+        (1..parts).map(move |i| from + (to - from) * i as f64 / parts as f64)
+    });
+    divided.collect()
 }
 
 #[cfg(test)]
@@ -119,6 +141,21 @@ mod tests {
         assert!((locus.s_of((s * 1e-3).exp()) - s).norm() < 1e-9);
     }
 
+    /// Integral action on a mode: at gain zero there is no integrator, next to it there is.
+    #[test]
+    fn regress_every_branch_is_followed_where_a_state_vanishes_with_the_gain() {
+        let closed = |k: f64| {
+            let mode = dmatrix![0.0, 1.0; -9.0, -0.6];
+            Ok(if k > 0.0 { dmatrix![0.0, 1.0, 0.0; -9.0, -0.6, k; -1.0, 0.0, 0.0] } else { mode })
+        };
+        let locus = follow(None, closed, Vec::new(), 1.0, Some(5.4)).unwrap();
+        assert_eq!(locus.branches.len(), 3);
+        for branch in &locus.branches {
+            let image = |p: C64| locus.branches.iter().any(|other| (other[0] - p).norm() < 1e-6);
+            assert!(image(branch[0].conj()) && (branch[1] - branch[0]).norm() < 0.1, "{:?}", &branch[..2]);
+        }
+    }
+
     /// 1 + k (s^2 + 0.02 s + 4) / (s (s^2 + 0.02 s + 9)): two branches run into the lightly damped zeros, one away along the real axis.
     #[test]
     fn truth_branches_arrive_at_their_zeros_in_short_steps() {
@@ -127,9 +164,11 @@ mod tests {
         let locus = follow(None, closed, vec![zero, zero.conj()], 0.1, None).unwrap();
         let ends: Vec<C64> = locus.branches.iter().map(|branch| branch[branch.len() - 1]).collect();
         assert!(ends.iter().any(|p| (p - zero).norm() < ARRIVED * zero.norm()));
-        for branch in &locus.branches {
-            let near = branch.windows(2).filter(|pair| pair[0].norm() < 6.0 && pair[1].norm() < 6.0);
-            assert!(near.map(|pair| (pair[1] - pair[0]).norm()).fold(0.0, f64::max) < 0.3);
+        // The picture is 0.15 times as wide as high, and poles at gain zero lie at 3 rad/s.
+        let inside = |p: &C64| p.re.abs() < LEAST_WIDTH * 3.0 && p.im.abs() < 3.0;
+        for pair in locus.branches.iter().flat_map(|branch| branch.windows(2)).filter(|pair| pair.iter().all(inside)) {
+            let step = pair[1] - pair[0];
+            assert!((step.re / (LEAST_WIDTH * 6.0)).hypot(step.im / 6.0) < 2.0 * STEP, "{pair:?}");
         }
     }
 }

@@ -10,19 +10,23 @@
       const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
       // Later ones lie on top.
       for (let i = map.places.length - 1; i >= 0; i--) {
-        const [x, y, width, height, row] = map.places[i];
-        if (point.x >= x && point.x < x + width && point.y >= y && point.y < y + height) return row;
+        const [x, y, width, height] = map.places[i];
+        if (point.x >= x && point.x < x + width && point.y >= y && point.y < y + height) return i;
       }
       return null;
     };
-    const command = (row) => map.command + map.settings.map(([key, values]) => ` --set '${key}=${values[row]}'`).join("");
+    // A column with few different values has these once, and which of them each place has.
+    const of = ([, values], row) => Array.isArray(values) ? values[row] : values.of[values.at[row]];
+    const setting = (column, row) => ` --set '${column[0]}=${String(of(column, row)).replaceAll("'", "'\\''")}'`;
+    const command = (row) => map.command + map.columns.slice(0, map.settings).map((column) => setting(column, row)).join("");
     let shown = null;
     holder.addEventListener("pointermove", (event) => {
       const row = locate(event);
       if (row === shown) return;
       shown = row;
       if (row === null) { told.textContent = "\u00a0"; return; }
-      const figures = map.columns.filter(([, values]) => values[row] !== null).map(([name, values, unit]) => `${name} ${short(values[row])}${unit ? " " + unit : ""}`);
+      const figures = map.columns.filter((column) => of(column, row) !== null)
+        .map((column) => `${column[0]} ${short(of(column, row))}${column[2] ? " " + column[2] : ""}`);
       told.textContent = `${figures.join(", ")}\n${command(row)}`;
       told.style.whiteSpace = "pre-wrap";
     });

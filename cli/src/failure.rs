@@ -114,7 +114,6 @@ fn of_sweep(error: &SweepError) -> (String, u8) {
         SweepError::NoSweep { .. } => with("name the folder that `feeler sweep --out` was given"),
         SweepError::Incomplete { .. } => with("run the shards that have not ended, or name their folders too"),
         SweepError::RefineShard => with("run it on one machine, or remove [refine]"),
-        SweepError::TooManyAxes { .. } => with("use `sampling = \"latin-hypercube\"`"),
         SweepError::Parquet { .. } | SweepError::Column { .. } => with("remove the file; what is missing is run again"),
         _ => (format!("error: {error}"), INTERNAL),
     }

@@ -1,10 +1,6 @@
 //! Where results go unless a folder is named.
 
-use std::fs;
-use std::hash::{BuildHasher, RandomState};
 use std::path::{Path, PathBuf};
-
-use crate::failure::BadInput;
 
 /// Results go under this folder unless another is named.
 const RESULTS: &str = "out";
@@ -20,19 +16,6 @@ pub(crate) fn safe_name(name: &str, otherwise: &str) -> String {
     let name: String = name.chars().map(safe).collect();
     let name = name.trim_matches('.');
     if name.is_empty() { otherwise } else { name }.to_owned()
-}
-
-/// Writes a file whole or not at all, so that several processes may write the same one.
-pub(crate) fn put(path: &Path, content: &[u8]) -> anyhow::Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    // Processes of several machines may have the same number.
-    name.push(format!(".{:016x}.tmp", RandomState::new().hash_one(std::process::id())));
-    let temporary = path.with_file_name(name);
-    fs::write(&temporary, content).and_then(|()| fs::rename(&temporary, path)).map_err(|error| {
-        // What is left of it is of no use; that the writing failed is what matters.
-        let _ = fs::remove_file(&temporary);
-        BadInput::unwritable(path, &error)
-    })
 }
 
 #[cfg(test)]

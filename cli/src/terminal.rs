@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::fs;
+use std::hash::{BuildHasher, RandomState};
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
 
@@ -31,10 +32,29 @@ pub(crate) fn write_all(folder: &Path, files: &[(&str, String)]) -> anyhow::Resu
     let mut said = String::from("\n\nwrote");
     for (name, text) in files {
         let path = folder.join(name);
-        fs::write(&path, text).map_err(|error| BadInput::unwritable(&path, &error))?;
+        write(&path, text.as_bytes())?;
         let _ = write!(said, "\n  {}", path.display());
     }
     Ok(said)
+}
+
+/// Writes a file whole or not at all, so that several processes may write the same one. What stands at `path` is replaced.
+pub(crate) fn write(path: &Path, content: &[u8]) -> anyhow::Result<()> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    // Processes of several machines may have the same number.
+    name.push(format!(".{:016x}.tmp", RandomState::new().hash_one(std::process::id())));
+    let temporary = path.with_file_name(name);
+    fs::write(&temporary, content).and_then(|()| fs::rename(&temporary, path)).map_err(|error| {
+        // What is left of it is of no use; that the writing failed is what matters.
+        let _ = fs::remove_file(&temporary);
+        BadInput::unwritable(path, &error)
+    })
+}
+
+/// A word of a command as a shell takes it.
+pub(crate) fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=+:@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
 /// Prints a text to standard error; where even that is closed nobody is left to tell.
@@ -50,4 +70,16 @@ pub(crate) fn has_colours() -> bool {
 /// Whether whoever read the output has had enough of it.
 pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_words_are_quoted_where_a_shell_would_take_them_apart() {
+        for (word, expected) in [("a/b.toml", "a/b.toml"), ("my file", "'my file'"), ("it's", "'it'\\''s'"), ("", "''")] {
+            assert_eq!(quoted(word), expected);
+        }
+    }
 }

@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::Path;
 
 use feeler_control::ReferenceSpec;
-use feeler_scenarios::format::{Axis, DatasetFile, Document, Role, Sampling, Setting, SweepFile};
+use feeler_scenarios::format::{Axis, DatasetFile, Document, FormatError, Role, Sampling, Setting, SweepFile};
 
 const COMPLETE: &str = include_str!("data/complete.toml");
 
@@ -106,6 +106,60 @@ fn truth_the_ends_of_axes_are_tried() {
         .map(|p| format!("{}:{} {} | {}", p.line, p.column, p.message, p.remedy.clone().unwrap_or_default()))
         .collect();
     insta::assert_snapshot!(messages.join("\n"));
+}
+
+/// `axes` of a sweep over the complete machine, and what follows.
+fn refined(axes: &str) -> Result<SweepFile, FormatError> {
+    let sweep = format!("scenario = \"chatter.toml\"\n[axes]\n{axes}");
+    let folder = folder(&[("sweep.toml", &sweep), ("chatter.toml", COMPLETE)]);
+    SweepFile::load(&folder.path().join("sweep.toml"))
+}
+
+#[test]
+fn truth_a_tolerance_tells_how_often_spacings_are_halved() {
+    let kp = |tolerance: &str| format!("\"controllers.force.kp\" = {{ log = [0.1, 10.0], points = 5{tolerance} }}\n");
+    let wall =
+        |tolerance: &str| format!("\"contacts.tool.stiffness\" = {{ linear = [\"10 kN/m\", \"100 kN/m\"], points = 4{tolerance} }}\n");
+    for (axes, levels) in [
+        // ln 100 / 4 / ln 1.02 = 58.1.
+        (kp(", tolerance = \"2 %\"") + "[refine]\n", 6),
+        // 30 kN/m / 2 kN/m = 15.
+        (wall(", tolerance = \"2 kN/m\"") + "[refine]\n", 4),
+        // The finer of the two holds for both.
+        (kp(", tolerance = 0.02") + &wall(", tolerance = \"2 N/mm\"") + "[refine]\n", 6),
+        // A quarter and a third of an axis to a hundredth.
+        (kp("") + &wall("") + "[refine]\ntolerance = 0.01\n", 6),
+        (kp("") + "[refine]\ntolerance = \"12.5 %\"\n", 1),
+        (kp("") + "[refine]\n", 4),
+        (kp("") + "[refine]\nlevels = 2\n", 2),
+    ] {
+        let refine = refined(&axes).unwrap_or_else(|error| panic!("{error}")).refine.unwrap();
+        assert_eq!(refine.levels, levels, "{axes}");
+    }
+    for (axes, expected) in [
+        (kp(", tolerance = 0.02") + "[refine]\nlevels = 2\n", "say the same thing"),
+        (kp(", tolerance = 0.02"), "add [refine]"),
+        (kp(", tolerance = \"2 N\"") + "[refine]\n", "as in \"2 %\""),
+        (wall(", tolerance = \"2 mm\"") + "[refine]\n", "another kind than the ends"),
+        (wall(", tolerance = \"2 mN/m\"") + "[refine]\n", "24 halvings"),
+        (wall(", tolerance = -2") + "[refine]\n", "makes no sense"),
+    ] {
+        let error = refined(&axes).unwrap_err();
+        assert_eq!(error.problems.len(), 1, "{error}");
+        assert!(error.to_string().contains(expected) && error.problems[0].line > 2, "{error}");
+    }
+}
+
+/// Mistakes in the form of one axis do not hide what is wrong with the keys and values of others.
+#[test]
+fn regress_mistakes_of_form_and_of_meaning_are_reported_together() {
+    let axes = "\"controllers.force.kpp\" = { log = [0.05, 5.0] }\n\"contacts.tool.gap\" = [\"1 kg\", [2]]\n\
+        \"contacts.tool.stiffness\" = { log = [\"10 kN\", \"1 MN/m\"], points = 9 }\n\"bodies.tip.mass\" = { linear = [-1, -2], points = 3 }\n\
+        \"run.seed\" = { linear = [1, 9] }\n";
+    let error = refined(axes).unwrap_err();
+    let messages: Vec<String> = error.problems.iter().map(|p| format!("{}:{} {}", p.line, p.column, p.message)).collect();
+    insta::assert_snapshot!(messages.join("\n"));
+    assert!(error.problems.iter().all(|problem| problem.remedy.is_some()), "{error}");
 }
 
 #[test]

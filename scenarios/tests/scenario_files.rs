@@ -113,7 +113,7 @@ fn prop_every_file_says_what_it_shows_and_where_that_comes_from() {
         assert!(header.contains("Source: ") && header.len() > 100, "{file} opens with: {header}");
         assert!(load(file).scenario.machine.about.len() > 20, "{file}: about");
     }
-    for file in files_of(&["why", "sweeps", "arms"]) {
+    for file in files_of(&["why", "sweeps", "arms", "datasets", "src/format/templates"]) {
         let header = header(&file);
         assert!(header.contains("Source: "), "{file} opens with: {header}");
     }

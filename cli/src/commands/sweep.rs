@@ -57,11 +57,10 @@ fn told(sweep: &sweep::Sweep, result: &SweepResult, wall_s: f64) -> String {
             format!("{variants}: {found} found from an earlier call, {done} run in {} ({rate} per second)", with_unit(wall_s, "s"))
         }
     };
-    if let Some(grid) = sweep.runs_of_the_grid() {
+    if let Some((grid, edges)) = sweep.runs_of_the_grid().zip(reports::sweep::located(sweep)) {
         let share = plain(100.0 * progress.total as f64 / grid as f64);
         let passes = result.passes.map_or_else(String::new, |passes| format!(" in {}", count(passes, "pass", "passes")));
-        let adaptive = format!("refined along boundaries{passes}; a grid as fine takes {grid} runs");
-        return format!("{text}\n{adaptive}, so this is {share} % of it");
+        return format!("{text}\nedges located to {edges}{passes}; a grid as fine takes {grid} runs, of which this is {share} %");
     }
     text
 }

@@ -62,7 +62,8 @@ fn trial_row(trial: &Trial) -> Vec<String> {
     let changes: Vec<&str> = trial.changes.iter().map(|change| change.words()).collect();
     let name = if changes.is_empty() { "everything as it is".to_owned() } else { changes.join(" and ") };
     if !trial.applies {
-        let why = if trial.changes == [Change::HalveStep] { "integrated exactly: no step" } else { "nothing to take away" };
+        let is_of_step = trial.changes.iter().all(|change| matches!(change, Change::HalveStep | Change::FineStep));
+        let why = if is_of_step { "integrated exactly: no step" } else { "nothing to take away" };
         return vec![name, why.into(), String::new(), String::new()];
     }
     let outcome = trial.outcome.map_or_else(|| "could not be run".to_owned(), |outcome| words::outcome_label(outcome).to_owned());
@@ -70,9 +71,18 @@ fn trial_row(trial: &Trial) -> Vec<String> {
     vec![
         name,
         if decays { "decays slowly".into() } else { outcome },
-        trial.amplitude_n.map_or_else(|| "-".into(), |amplitude| with_unit(amplitude, "N")),
+        amplitude(trial).unwrap_or_else(|| "-".into()),
         trial.gain_margin.map_or_else(|| "-".into(), plain),
     ]
+}
+
+/// The size of what lasts; of a motion that grows without bound the size at the end says nothing.
+pub(crate) fn amplitude(trial: &Trial) -> Option<String> {
+    if trial.outcome == Some(Outcome::Unstable) {
+        Some("grows".into())
+    } else {
+        trial.amplitude_n.map(|amplitude| with_unit(amplitude, "N"))
+    }
 }
 
 /// A row per remedy.

@@ -105,15 +105,21 @@ impl Page {
     }
 
     /// A drawing, with what its parts say under the pointer.
-    pub(crate) fn map(&mut self, title: &str, caption: &str, svg: &str, hover: Value) {
+    pub(crate) fn map(&mut self, title: &str, caption: &str, svg: &str, hover: Value) -> usize {
+        self.maps.push(hover);
+        let data = self.maps.len() - 1;
+        self.map_like(title, caption, svg, data);
+        data
+    }
+
+    /// A map with the places of another, whose number [`Self::map`] gave.
+    pub(crate) fn map_like(&mut self, title: &str, caption: &str, svg: &str, other: usize) {
         let _ = writeln!(
             self.body,
-            "<figure><figcaption><b>{}</b> {}</figcaption><div class=\"map\" data-map=\"{}\">{svg}</div><p class=\"told\">&nbsp;</p></figure>",
+            "<figure><figcaption><b>{}</b> {}</figcaption><div class=\"map\" data-map=\"{other}\">{svg}</div><p class=\"told\">&nbsp;</p></figure>",
             escape(title),
             escape(caption),
-            self.maps.len()
         );
-        self.maps.push(hover);
     }
 
     /// A scene in space that moves; `assets/scene.js` says what it is made of.

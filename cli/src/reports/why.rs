@@ -1,10 +1,10 @@
 //! The page of an explanation.
 
 use feeler_scenarios::format::Document;
-use feeler_scenarios::why::Explanation;
+use feeler_scenarios::run::Outcome;
+use feeler_scenarios::why::{Explanation, Trial};
 
-use crate::commands::why::{remedy_rows, trial_rows};
-use crate::numbers::with_unit;
+use crate::commands::why::{amplitude, remedy_rows, trial_rows};
 use crate::page::Page;
 
 /// The page of an explanation.
@@ -20,17 +20,8 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
         );
         page.table(&["with", "ends as", "amplitude", "limit over gain"], &[2, 3], &trial_rows(found));
         page.heading("What lasts");
-        let bars: Vec<(String, f64, String)> = std::iter::once(&found.baseline)
-            .chain(&found.singles)
-            .filter(|trial| trial.applies)
-            .map(|trial| {
-                let name = trial.changes.first().map_or("everything as it is", |change| change.words()).to_owned();
-                let amplitude = if trial.cured { 0.0 } else { trial.amplitude_n.unwrap_or(0.0) };
-                // Sizes of motions that grow without bound say nothing; their bars show the order of magnitude at most.
-                (name, amplitude.max(0.0).ln_1p(), if trial.cured { "settles".into() } else { with_unit(amplitude, "N") })
-            })
-            .collect();
         page.paragraph("Amplitude of the contact force that lasts to the end of each run (bars by logarithm).");
+        let bars = bars(found);
         page.bars(&bars);
         page.heading("What to do");
         let rows = remedy_rows(found);
@@ -49,4 +40,19 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
     }
     page.verbatim("the file as it was run", document.text());
     page.render()
+}
+
+/// A bar per run: its name, its length, and the amplitude in words.
+fn bars(found: &Explanation) -> Vec<(String, f64, String)> {
+    let trials: Vec<&Trial> = std::iter::once(&found.baseline).chain(&found.singles).filter(|trial| trial.applies).collect();
+    let length = |trial: &Trial| if trial.cured { 0.0 } else { trial.amplitude_n.unwrap_or(0.0).max(0.0).ln_1p() };
+    let grows = |trial: &Trial| trial.outcome == Some(Outcome::Unstable);
+    // What grows without bound is drawn longer than all else.
+    let longest = trials.iter().filter(|trial| !grows(trial)).map(|trial| length(trial)).fold(1.0, f64::max);
+    let bar = |trial: &&Trial| {
+        let name = trial.changes.first().map_or("everything as it is", |change| change.words()).to_owned();
+        let said = if trial.cured { "settles".into() } else { amplitude(trial).unwrap_or_else(|| "-".into()) };
+        (name, if grows(trial) { 1.1 * longest } else { length(trial) }, said)
+    };
+    trials.iter().map(bar).collect()
 }

@@ -17,6 +17,9 @@ mod reduce;
 #[cfg(test)]
 mod run;
 #[cfg(test)]
+#[cfg(target_os = "linux")]
+mod slurm;
+#[cfg(test)]
 mod sweep;
 #[cfg(test)]
 mod theory;

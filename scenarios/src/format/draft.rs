@@ -12,7 +12,7 @@ use super::file;
 use super::keys::{CELL, CELL_TABLES, EFFECTS, ELEMENTS, TOLERANCE, TOP};
 use super::problem::{FormatError, Problems, unreadable};
 use super::read::join;
-use super::source::{Origin, Source, Sources};
+use super::source::{self, Origin, Source, Sources};
 use super::tree::{Entry, Node, Table, Value, from_table, from_value};
 
 /// Machine files are a few kilobytes; more than this is some other file.
@@ -110,7 +110,7 @@ impl Draft {
         if depth >= LONGEST_CHAIN {
             return refuse(self, format!("more than {LONGEST_CHAIN} files build on each other"), "a file may not build on itself");
         }
-        let path = self.sources.0[origin.source].directory.join(name);
+        let path = source::beside(&self.sources.0[origin.source].directory, name);
         let text = match read_text(&path) {
             Ok(text) => text,
             Err(error) => {

@@ -1,7 +1,7 @@
 //! Texts that were read, and places in them.
 
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 /// A place in one of the texts.
@@ -36,6 +36,23 @@ impl Sources {
     pub(crate) fn position(&self, origin: &Origin) -> (usize, usize) {
         Cursor::new(self).position(origin)
     }
+}
+
+/// A file that another names, by the shortest path that leads there: `a/../b` is `b`, unless `a` is a link to somewhere else.
+pub(crate) fn beside(directory: &Path, name: &str) -> PathBuf {
+    let path = directory.join(name);
+    let mut short = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if matches!(short.components().next_back(), Some(Component::Normal(_))) => {
+                short.pop();
+            }
+            part => short.push(part),
+        }
+    }
+    let is_same = path.canonicalize().is_ok_and(|there| short.canonicalize().is_ok_and(|found| found == there));
+    if is_same { short } else { path }
 }
 
 /// Finds lines and columns. Places that are asked for in the order of the text cost one walk through it, however many they are.
@@ -85,6 +102,13 @@ mod tests {
         let at = |start| sources.position(&Origin { source: 0, span: start..start });
         assert_eq!([at(0), at(1), at(3), at(5), at(6)], [(1, 1), (1, 2), (2, 1), (2, 2), (2, 3)]);
         assert_eq!(at(1_000), (3, 1));
+    }
+
+    #[test]
+    fn truth_a_path_has_no_detours() {
+        let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+        assert_eq!(beside(&here.join("sweeps"), "./../paper/rigid.toml"), here.join("paper/rigid.toml"));
+        assert_eq!(beside(Path::new("sweeps"), "../absent.toml"), Path::new("sweeps/../absent.toml"));
     }
 
     #[test]

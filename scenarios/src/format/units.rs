@@ -278,6 +278,18 @@ pub(crate) fn parse_any(text: &str) -> Result<f64, UnitError> {
     if unit.is_empty() { Ok(number) } else { unit_bases(unit).map(|(factor, _)| scaled(number, factor)) }
 }
 
+/// Whether the units of two texts have the same bases. A text that is no quantity is like any other: what is wrong with it is told elsewhere.
+pub(crate) fn are_alike(one: &str, other: &str) -> bool {
+    let bases = |text| match split(text)? {
+        (_, "") => Some(Bases::default()),
+        (_, unit) => unit_bases(unit).ok().map(|(_, bases)| bases),
+    };
+    bases(one).zip(bases(other)).is_none_or(|(one, other)| {
+        let pairs = [(one.kg, other.kg), (one.m, other.m), (one.s, other.s), (one.rad, other.rad)];
+        pairs.into_iter().all(|(one, other)| same_exponent(one, other))
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

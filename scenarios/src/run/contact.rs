@@ -110,7 +110,7 @@ fn intervals(closed_at_start: bool, touches_s: &[f64], lifts_s: &[f64], end_s: f
 }
 
 /// The largest value of a record and when: the vertex of the parabola through the largest row and its neighbours.
-fn peak(t_s: &[f64], values: &[f64]) -> (f64, f64) {
+pub(super) fn peak(t_s: &[f64], values: &[f64]) -> (f64, f64) {
     let Some((row, &largest)) = values.iter().enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)) else { return (0.0, 0.0) };
     if largest <= 0.0 {
         return (t_s[row], 0.0);

@@ -3,9 +3,11 @@
 use feeler_engine::{EnergyBalance, Integrator, Program, RunSettings, Scenario, Simulation, Trace};
 use feeler_lanes::{Lane, Pack};
 
+use super::contact::{ContactRun, Interval};
 use super::error::RunError;
 use super::lanes::Lanes;
 use super::record::Recording;
+use super::strobe::Strobe;
 use super::{Ended, Judged, Summary, engine};
 
 /// Variants that run side by side.
@@ -25,9 +27,10 @@ pub struct Candidate {
 pub struct Measured {
     /// Figures of the run; without energies, which are not kept.
     pub summary: Summary,
-    /// Largest forces of the contacts that began within the tail, N, the last ones in order; none where nothing leaves the wall any more.
+    /// Largest forces of the contacts that began and ended within the tail, N, the last ones in order; none where nothing leaves the wall any more.
     pub impact_peaks_n: Vec<f64>,
-    /// The contact force once per mean cycle over the tail, N: one value where it repeats every cycle, two where its period has doubled.
+    /// The contact force once per cycle over the tail, N, one sample of the fastest controller after each touch-down (the largest of each cycle where
+    /// the tool stays in contact): one value where every cycle is like the last, two where the period has doubled.
     pub strobe_n: Vec<f64>,
 }
 
@@ -65,14 +68,28 @@ impl Candidate {
         let judged = Judged::new(&self.scenario, self.program.motion().assembly(), record, ended, EnergyBalance::default());
         let main = judged.summary.main_contact.map(|i| &judged.contacts[i]).filter(|_| tail > 0);
         let from_s = judged.summary.verdict.tail_s[0];
+        let end_s = record.t_s.last().copied().unwrap_or(0.0);
         let impact_peaks_n = main.map_or_else(Vec::new, |contact| {
-            let impacts = contact.intervals.iter().zip(&contact.interval_peaks_n).filter(|(interval, _)| interval.start_s >= from_s);
+            // Of a contact that the end of the run cuts off the peak is not known.
+            let whole = |interval: &Interval| interval.start_s >= from_s && interval.end_s < end_s;
+            let impacts = contact.intervals.iter().zip(&contact.interval_peaks_n).filter(|(interval, _)| whole(interval));
             let peaks: Vec<f64> = impacts.map(|(_, peak)| *peak).collect();
             peaks[peaks.len().saturating_sub(tail)..].to_vec()
         });
-        let force_n = main.and_then(|contact| record.column(&contact.force_signal()));
-        let strobe_n = force_n.map_or_else(Vec::new, |force_n| strobe(&record.t_s, force_n, &judged.summary, tail));
+        let strobe_n = main.map_or_else(Vec::new, |contact| self.strobe_n(contact, record, &judged.summary, tail));
         Measured { summary: judged.summary, impact_peaks_n, strobe_n }
+    }
+
+    fn strobe_n(&self, contact: &ContactRun, record: &Trace, summary: &Summary, tail: usize) -> Vec<f64> {
+        let Some(force_n) = record.column(&contact.force_signal()) else { return Vec::new() };
+        if summary.oscillation.is_none() {
+            return force_n.last().copied().into_iter().collect();
+        }
+        let periods_s = self.scenario.controllers.values().map(|used| used.spec.period_s);
+        // Without a controller, two rows.
+        let delay_s = periods_s.reduce(f64::min).unwrap_or(2.0 * self.program.record_spacing_s());
+        let values_n = Strobe { t_s: &record.t_s, force_n, contact, tail_s: summary.verdict.tail_s, delay_s }.values_n();
+        values_n[values_n.len().saturating_sub(tail)..].to_vec()
     }
 }
 
@@ -80,23 +97,6 @@ impl Measured {
     fn may_be_decided(&self) -> bool {
         self.summary.verdict.undecided.is_some_and(super::Undecided::may_be_decided)
     }
-}
-
-/// The force once per mean cycle, backwards from the end of the record, in order of time. Where nothing oscillates, the last value.
-fn strobe(t_s: &[f64], force_n: &[f64], summary: &Summary, most: usize) -> Vec<f64> {
-    let Some(&end_s) = t_s.last() else { return Vec::new() };
-    let rate_hz =
-        summary.oscillation.map(|o| if o.impacts_per_s > 0.0 { o.impacts_per_s } else { o.spectral_hz.unwrap_or(o.frequency_hz) });
-    let Some(rate_hz) = rate_hz.filter(|rate| *rate > 0.0) else { return force_n.last().copied().into_iter().collect() };
-    let instants = (0..most).map(|k| end_s - k as f64 / rate_hz).take_while(|t| *t >= summary.verdict.tail_s[0]);
-    let at = |t: f64| {
-        let after = t_s.partition_point(|&row| row < t).clamp(1, t_s.len() - 1);
-        let share = (t - t_s[after - 1]) / (t_s[after] - t_s[after - 1]);
-        force_n[after - 1] + share * (force_n[after] - force_n[after - 1])
-    };
-    let mut values: Vec<f64> = if t_s.len() < 2 { Vec::new() } else { instants.map(at).collect() };
-    values.reverse();
-    values
 }
 
 /// Measures variants, side by side where their structure allows it; each gets the same numbers as alone, to the bit. In the order given.

@@ -47,6 +47,7 @@ mod outcome;
 mod record;
 mod saturation;
 mod settling;
+mod strobe;
 mod summary;
 mod trace_file;
 

@@ -2,7 +2,7 @@
 
 use feeler_plant::effects;
 
-use crate::format::{Axis, Setting, SweepFile, unit_of_key};
+use crate::format::{Axis, Sampling, Setting, SweepFile, unit_of_key};
 
 /// An axis that can be drawn: its numbers rise evenly, by ratio, or are a list.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,18 +53,48 @@ impl DrawnAxis {
     }
 }
 
-/// Combinations of the axes that are lists, each with the settings that choose it: a map is drawn for each. One empty one where there are no lists.
-pub fn panels(sweep: &SweepFile) -> Vec<Vec<(String, Setting)>> {
-    let lists = sweep.axes.iter().filter_map(|(key, axis)| if let Axis::List(values) = axis { Some((key, values)) } else { None });
-    let mut panels = vec![Vec::new()];
-    for (key, values) in lists {
-        let with = |panel: &Vec<(String, Setting)>| {
-            let panel = panel.clone();
-            values.iter().map(move |value| panel.iter().cloned().chain([(key.clone(), value.clone())]).collect()).collect::<Vec<_>>()
-        };
-        panels = panels.iter().flat_map(with).collect();
+/// Combinations of values that each have a map or diagram of their own: of the axes that are lists, and of what a grid has beyond two axes of numbers.
+#[derive(Clone, Debug)]
+pub struct Panels<'a> {
+    axes: Vec<(&'a String, &'a Axis)>,
+}
+
+impl<'a> Panels<'a> {
+    /// The panels of a sweep.
+    pub fn of(sweep: &'a SweepFile) -> Self {
+        let drawn: Vec<String> = DrawnAxis::of(sweep).into_iter().take(2).map(|axis| axis.key).collect();
+        let is_grid = sweep.sampling == Sampling::Grid;
+        let apart = |(key, axis): &(&String, &Axis)| matches!(axis, Axis::List(_)) || (is_grid && !drawn.contains(key));
+        Self { axes: sweep.axes.iter().filter(apart).collect() }
     }
-    panels
+
+    /// Whether a key has one value in each panel.
+    pub fn has(&self, key: &str) -> bool {
+        self.axes.iter().any(|(axis, _)| *axis == key)
+    }
+
+    /// How many there are; one where no axis is set apart.
+    pub fn count(&self) -> u64 {
+        self.axes.iter().filter_map(|(_, axis)| axis.count()).product()
+    }
+
+    /// The settings of each, in order of the variants.
+    pub fn settings(&self) -> impl Iterator<Item = Vec<(String, Setting)>> {
+        (0..self.count()).map(|panel| {
+            let mut rest = panel;
+            // The last axis runs fastest.
+            let mut settings: Vec<(String, Setting)> = (self.axes.iter().rev())
+                .map(|(key, axis)| {
+                    let count = axis.count().unwrap_or(1);
+                    let setting = axis.point(rest % count);
+                    rest /= count;
+                    ((*key).clone(), setting)
+                })
+                .collect();
+            settings.reverse();
+            settings
+        })
+    }
 }
 
 /// The unit of an effect's parameter by its key path.

@@ -62,14 +62,6 @@ pub enum SweepError {
     /// An adaptive sweep cannot be cut into shards.
     #[error("a sweep with [refine] cannot be cut into shards, since each pass follows from the one before")]
     RefineShard,
-    /// Too many axes for the low-discrepancy sequence.
-    #[error("the Sobol sequence has {most} dimensions here, and the sweep has {axes} axes")]
-    TooManyAxes {
-        /// Axes of the sweep.
-        axes: usize,
-        /// Dimensions that there are.
-        most: usize,
-    },
     /// No threads to be had.
     #[error("threads cannot be started: {source}")]
     Threads {

@@ -2,9 +2,8 @@
 
 use feeler_control::Stream;
 
-use super::error::SweepError;
 use super::permutation::Permutation;
-use super::sobol::{MOST_DIMENSIONS, sobol};
+use super::sobol::sobol;
 use crate::format::{Axis, Sampling, Setting, SweepFile};
 
 /// A place on the lattice of an adaptive sweep: one index per axis.
@@ -37,15 +36,6 @@ impl Points<'_> {
             }
         }
     }
-}
-
-/// Whether the file's sampling can be drawn.
-pub(super) fn check(sweep: &SweepFile) -> Result<(), SweepError> {
-    let axes = sweep.axes.len();
-    if sweep.sampling == Sampling::Sobol && axes > MOST_DIMENSIONS {
-        return Err(SweepError::TooManyAxes { axes, most: MOST_DIMENSIONS });
-    }
-    Ok(())
 }
 
 fn planned(sweep: &SweepFile, index: u64) -> Vec<Setting> {

@@ -28,7 +28,7 @@ const DIMENSIONS: [(u32, u32, &[u32]); 20] = [
 ];
 
 /// How many dimensions there are.
-pub(super) const MOST_DIMENSIONS: usize = DIMENSIONS.len() + 1;
+pub(crate) const MOST_DIMENSIONS: usize = DIMENSIONS.len() + 1;
 const BITS: u32 = 32;
 
 /// The point of this index in one dimension, as a fraction of 2^32.

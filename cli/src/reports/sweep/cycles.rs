@@ -5,6 +5,7 @@ use feeler_scenarios::sweep::{DrawnAxis, predicted_cycles};
 
 use super::Report;
 use super::bifurcation::Prediction;
+use super::map::Panel;
 use crate::numbers::{percent, plain};
 use crate::page::Page;
 
@@ -31,14 +32,15 @@ struct Pair {
 }
 
 impl<'a> Theory<'a> {
-    pub(super) fn new(report: &'a Report<'a>, axis: &'a DrawnAxis) -> Self {
+    /// At the rows of a panel.
+    pub(super) fn new(report: &'a Report<'a>, axis: &'a DrawnAxis, rows: &[usize], panel: &Panel) -> Self {
         let values = report.table.reals(&axis.key).unwrap_or_default();
-        let mut rows: Vec<(f64, usize)> = values.iter().enumerate().filter_map(|(row, value)| Some(((*value)?, row))).collect();
+        let mut rows: Vec<(f64, usize)> = rows.iter().filter_map(|&row| Some(((*values.get(row)?)?, row))).collect();
         rows.sort_by(|a, b| a.0.total_cmp(&b.0));
         let step = rows.len().div_ceil(MOST_VALUES).max(1);
         let rows: Vec<(f64, usize)> = rows.into_iter().step_by(step).collect();
         let sorted: Vec<f64> = rows.iter().map(|(value, _)| *value).collect();
-        let cycles = predicted_cycles(&report.sweep.document, axis, &sorted, &[]);
+        let cycles = predicted_cycles(&report.sweep.document, axis, &sorted, panel);
         let places = rows.into_iter().zip(cycles).map(|((value, row), cycles)| (value, row, cycles)).collect();
         Self { report, axis, places }
     }
@@ -73,13 +75,13 @@ impl<'a> Theory<'a> {
         self.places.iter().filter_map(pair).collect()
     }
 
-    /// Says where theory and simulation part, and by how much.
-    pub(super) fn compare(&self, page: &mut Page) {
+    /// Says where theory and simulation part, and by how much, under the title of the panel.
+    pub(super) fn compare(&self, title: &str, page: &mut Page) {
         let pairs = self.pairs();
         if pairs.is_empty() {
             return;
         }
-        page.heading("Theory beside it");
+        page.heading(&if title.is_empty() { "Theory beside it".into() } else { format!("Theory beside it, {title}") });
         page.paragraph(&summary(&pairs, &self.axis.key));
         let step = pairs.len().div_ceil(MOST_ROWS);
         let rows = pairs.iter().step_by(step).map(|pair| {

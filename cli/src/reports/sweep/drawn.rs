@@ -1,7 +1,7 @@
 //! Which variants of a large sweep its page draws.
 
 use feeler_scenarios::format::{Axis, Sampling, SweepFile};
-use feeler_scenarios::sweep::DrawnAxis;
+use feeler_scenarios::sweep::{DrawnAxis, Panels};
 
 use super::{MOST_PANELS, map::MOST_CELLS};
 
@@ -17,8 +17,8 @@ pub(super) enum Drawn {
     All,
     /// So many from the start: of points that are drawn these are a fair part, and of an adaptive sweep the coarse passes.
     First(usize),
-    /// Of a grid, these values of each axis in order of the file.
-    Grid(Vec<Values>),
+    /// Of a grid, these values of each axis in order of the file, and so many panels.
+    Grid { axes: Vec<Values>, panels: u64 },
 }
 
 /// The values of an axis that are drawn.
@@ -26,10 +26,8 @@ pub(super) enum Drawn {
 pub(super) struct Values {
     key: String,
     count: u64,
-    /// Each so many values one is drawn; none of a list, whose combinations each have a map.
+    /// One value in so many is drawn; none where each value has a panel of its own.
     every: Option<u64>,
-    /// Combinations of lists that are drawn.
-    panels: u64,
 }
 
 impl Values {
@@ -49,13 +47,12 @@ impl Drawn {
         if sweep.sampling != Sampling::Grid || sweep.refine.is_some() {
             return Self::First(most);
         }
-        let lists = sweep.axes.values().filter(|axis| matches!(axis, Axis::List(_)));
-        let combinations: u64 = lists.filter_map(Axis::count).product();
-        let panels = combinations.min(if on_diagrams { most } else { MOST_PANELS } as u64);
+        let apart = Panels::of(sweep);
+        let panels = apart.count().min(MOST_PANELS as u64);
         let values = |(key, axis): (&String, &Axis)| {
             let count = axis.count().unwrap_or(1);
             let every = if on_diagrams { 1 } else { count.div_ceil(MOST_CELLS) };
-            Values { key: key.clone(), count, every: (!matches!(axis, Axis::List(_))).then_some(every), panels }
+            Values { key: key.clone(), count, every: (!apart.has(key)).then_some(every) }
         };
         let mut axes: Vec<Values> = sweep.axes.iter().map(values).collect();
         let budget = most as u64 / panels.max(1);
@@ -64,7 +61,7 @@ impl Drawn {
             let Some(axis) = axes.iter_mut().max_by_key(|axis| axis.drawn()) else { break };
             axis.every = axis.every.map(|every| every + 1);
         }
-        Self::Grid(axes)
+        Self::Grid { axes, panels }
     }
 
     /// Whether a variant is drawn.
@@ -72,8 +69,8 @@ impl Drawn {
         match self {
             Self::All => true,
             Self::First(count) => row < *count,
-            Self::Grid(axes) => {
-                // The last axis runs fastest, and of lists too.
+            Self::Grid { axes, panels: drawn } => {
+                // The last axis runs fastest, and of panels too.
                 let (mut rest, mut panel, mut panels) = (row as u64, 0, 1);
                 for axis in axes.iter().rev() {
                     let index = rest % axis.count;
@@ -87,14 +84,14 @@ impl Drawn {
                         }
                     }
                 }
-                axes.first().is_none_or(|axis| panel < axis.panels)
+                panel < *drawn
             }
         }
     }
 
-    /// Each how many values of an axis one is drawn; none where no values of a grid are left out.
+    /// Of how many values of an axis one is drawn; none where no values of a grid are left out.
     pub(super) fn every(&self, key: &str) -> Option<u64> {
-        if let Self::Grid(axes) = self { axes.iter().find(|axis| axis.key == key)?.every } else { None }
+        if let Self::Grid { axes, .. } = self { axes.iter().find(|axis| axis.key == key)?.every } else { None }
     }
 
     /// Says what is left out; empty where nothing is. `drawn` variants are.
@@ -102,9 +99,9 @@ impl Drawn {
         let which = match self {
             Self::All => return String::new(),
             Self::First(_) => "the first of them".to_owned(),
-            Self::Grid(axes) => {
+            Self::Grid { axes, .. } => {
                 let thinned = axes.iter().filter_map(|axis| Some((axis.every.filter(|&every| every > 1)?, &axis.key)));
-                let words: Vec<String> = thinned.map(|(every, key)| format!("each {every}th value of {key}")).collect();
+                let words: Vec<String> = thinned.map(|(every, key)| format!("one value in {every} of {key}")).collect();
                 words.join(", ")
             }
         };
@@ -141,7 +138,7 @@ mod tests {
         let large = grid([400, 300]);
         let rows = drawn(&large);
         assert!(rows.len() > MOST_ON_MAPS / 2 && rows.len() <= MOST_ON_MAPS, "{}", rows.len());
-        let Drawn::Grid(axes) = Drawn::of(&large, 240_000) else { panic!("a grid is thinned by values") };
+        let Drawn::Grid { axes, .. } = Drawn::of(&large, 240_000) else { panic!("a grid is thinned by values") };
         let [x, y] = [0, 1].map(|i| axes[i].every.unwrap() as usize);
         let on_lattice = |row: usize| (row / 600).is_multiple_of(x) && (row / 2 % 300).is_multiple_of(y);
         assert_eq!(rows, (0..240_000).filter(|&row| on_lattice(row)).collect::<Vec<_>>());

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 use feeler_scenarios::format::Setting;
 use feeler_scenarios::run::Outcome;
-use feeler_scenarios::sweep::{DrawnAxis, LinearLimits, Sweep, Table, linear_limits};
+use feeler_scenarios::sweep::{Column, DrawnAxis, LinearLimits, Panels, Sweep, Table, linear_limits};
 
 use super::drawn::Drawn;
 use super::palette::{of_outcome, of_share};
@@ -48,7 +48,12 @@ pub(super) struct Map<'a> {
     pub(super) title: String,
     cells: Vec<Cell>,
     limits: LinearLimits,
+    /// Keys besides the two axes that differ from cell to cell, and with them the limit.
+    varied: Vec<String>,
 }
+
+/// Settings that the variants of a panel share.
+pub(super) type Panel = [(String, Setting)];
 
 /// What colours the cells.
 pub(super) enum Colouring<'a> {
@@ -59,10 +64,9 @@ pub(super) enum Colouring<'a> {
 }
 
 impl<'a> Map<'a> {
-    pub(super) fn new(sweep: &Sweep, table: &Table, drawn: &Drawn, axes: [&'a DrawnAxis; 2], panel: &[(String, Setting)]) -> Self {
+    pub(super) fn new(sweep: &Sweep, table: &Table, drawn: &Drawn, axes: [&'a DrawnAxis; 2], panel: &Panel) -> Self {
         let values = axes.map(|axis| table.reals(&axis.key).unwrap_or_default());
-        let shown = |row: &usize| panel.iter().all(|(key, setting)| is(table, key, *row, setting));
-        let rows: Vec<usize> = (0..table.rows).filter(shown).collect();
+        let rows = rows_of(table, panel);
         let lattice = axes.map(|axis| {
             axis.points.map(|points| {
                 let stride = sweep.file.refine.map_or(1, |refine| 1_u64 << refine.levels);
@@ -80,8 +84,22 @@ impl<'a> Map<'a> {
         }
         // Coarse cells lie under fine ones.
         cells.sort_by(|a, b| b.width.total_cmp(&a.width));
-        let words: Vec<String> = panel.iter().map(|(key, setting)| format!("{key} = {}", shown_setting(setting))).collect();
-        Self { axes, title: words.join(", "), cells, limits: linear_limits(&sweep.document, axes, panel) }
+        let panels = Panels::of(&sweep.file);
+        // How long a run is and what its noise is do not move the limit.
+        let others = sweep.file.axes.keys().filter(|key| !axes.iter().any(|axis| axis.key == **key) && !key.starts_with("run."));
+        let varied: Vec<String> = others.filter(|key| !panels.has(key)).cloned().collect();
+        let limits = if varied.is_empty() { linear_limits(&sweep.document, axes, panel) } else { LinearLimits::default() };
+        Self { axes, title: words(panel), cells, limits, varied }
+    }
+
+    /// What the lines are, or why there are none.
+    pub(super) fn about_limits(&self) -> String {
+        if !self.varied.is_empty() {
+            return format!("No limit of linear theory is drawn, since each cell has its own value of {}.", self.varied.join(", "));
+        }
+        "The solid line is where linear theory puts the limit of stability in contact for the loop as it is sampled, the dashed one for \
+         continuous control."
+            .into()
     }
 
     /// The rows that it shows.
@@ -214,14 +232,23 @@ fn sides(share: [f64; 2], lattice: [Option<Lattice>; 2]) -> Option<[[f64; 2]; 2]
     Some([of(index[0], x)?, of(index[1], y)?])
 }
 
-fn is(table: &Table, key: &str, row: usize, setting: &Setting) -> bool {
-    match setting {
-        Setting::Number(number) => table.reals(key).and_then(|values| values[row]).is_some_and(|v| v.to_bits() == number.to_bits()),
-        other => table.texts(key).and_then(|texts| texts[row].as_ref()).is_some_and(|text| *text == shown_setting(other)),
-    }
+/// The rows of a panel.
+pub(super) fn rows_of(table: &Table, panel: &Panel) -> Vec<usize> {
+    let has = |row: usize, key: &str, setting: &Setting| match table.columns.get(key) {
+        Some(Column::Text(texts)) => texts[row].as_ref().is_some_and(|text| *text == shown_setting(setting)),
+        Some(Column::Real(values)) => matches!(setting, Setting::Number(number) if values[row].map(f64::to_bits) == Some(number.to_bits())),
+        _ => false,
+    };
+    (0..table.rows).filter(|&row| panel.iter().all(|(key, setting)| has(row, key, setting))).collect()
 }
 
-pub(super) fn shown_setting(setting: &Setting) -> String {
+/// The settings of a panel, as a title.
+pub(super) fn words(panel: &Panel) -> String {
+    let words: Vec<String> = panel.iter().map(|(key, setting)| format!("{key} = {}", shown_setting(setting))).collect();
+    words.join(", ")
+}
+
+fn shown_setting(setting: &Setting) -> String {
     match setting {
         Setting::Number(value) => value.to_string(),
         Setting::Text(text) => text.clone(),

@@ -3,6 +3,8 @@
 mod bifurcation;
 mod cycles;
 mod drawn;
+mod hover;
+mod located;
 mod map;
 mod palette;
 mod png;
@@ -11,32 +13,23 @@ mod tally;
 
 use std::path::{Path, PathBuf};
 
+use feeler_scenarios::format::Setting;
 use feeler_scenarios::run::Outcome;
-use feeler_scenarios::sweep::{Column, DrawnAxis, Sweep, Table, panels};
-use serde_json::{Value, json};
+use feeler_scenarios::sweep::{DrawnAxis, Panels, Sweep, Table};
 
 use bifurcation::{Diagram, Prediction};
 use cycles::Theory;
 use drawn::Drawn;
+pub(crate) use located::located;
 use map::{Colouring, Map};
 pub(crate) use tally::Tally;
 
 use crate::numbers::{percent, plain};
 use crate::page::{Page, Tile};
-use crate::{results, words};
+use crate::{terminal, words};
 
 /// Panels that are drawn; more are left to the table.
 const MOST_PANELS: usize = 8;
-/// Measures that the pointer shows, with their units.
-const SHOWN: [(&str, &str); 6] = [
-    ("peak_force_n", "N"),
-    ("settling_time_s", "s"),
-    ("frequency_hz", "Hz"),
-    ("amplitude_n", "N"),
-    ("chatter_contact_share", ""),
-    ("growth_per_s", "1/s"),
-];
-
 /// Lists that only diagrams show.
 const TAILS: [&str; 2] = ["impact_peaks_n", "strobe_n"];
 
@@ -48,7 +41,7 @@ pub(crate) fn write(sweep: &Sweep, name: &str, path: &Path, tally: &Tally, folde
         let tail = axes.len() == 1 && TAILS.contains(&column);
         tail || ["outcome", "error"].contains(&column)
             || sweep.file.axes.contains_key(column)
-            || SHOWN.iter().any(|(name, _)| *name == column)
+            || hover::SHOWN.iter().any(|(name, _)| *name == column)
     };
     let table = Table::read_part(path, &is_shown, &|row| drawn.has(row))?;
     let outcomes = tally::outcomes(&table).map(str::to_owned).collect();
@@ -69,14 +62,14 @@ pub(crate) fn write(sweep: &Sweep, name: &str, path: &Path, tally: &Tally, folde
     let mut pixels: Vec<(&str, PathBuf)> = Vec::new();
     for (name, svg) in &drawings {
         let path = folder.join(format!("{name}.svg"));
-        results::put(&path, svg.as_bytes())?;
+        terminal::write(&path, svg.as_bytes())?;
         let png = path.with_extension("png");
         written.extend([path, png.clone()]);
         pixels.push((svg, png));
     }
     png::write(&pixels)?;
     let path = folder.join("report.html");
-    results::put(&path, page.render().as_bytes())?;
+    terminal::write(&path, page.render().as_bytes())?;
     written.push(path);
     Ok(written)
 }
@@ -104,7 +97,8 @@ impl Report<'_> {
         let stable: usize = Outcome::ALL.iter().filter(|(outcome, _)| outcome.is_stable()).map(of).sum();
         let share = |count: usize| percent(count as f64 / rows.max(1) as f64);
         let chatter = self.tally.count("chatter");
-        format!("Of {rows} variants {} % settle and {} % chatter.{thinned}", share(stable), share(chatter))
+        let edges = located(self.sweep).map_or_else(String::new, |found| format!(" Edges are located to {found}."));
+        format!("Of {rows} variants {} % settle and {} % chatter.{edges}{thinned}", share(stable), share(chatter))
     }
 
     fn tiles(&self) -> Vec<Tile> {
@@ -124,106 +118,81 @@ impl Report<'_> {
         tiles
     }
 
+    /// The panels that are drawn, each with what tells the names of its drawings from those of others; says where there are more.
+    fn panels(&self, page: &mut Page) -> Vec<(Vec<(String, Setting)>, String)> {
+        let panels = Panels::of(&self.sweep.file);
+        let count = panels.count();
+        if count > MOST_PANELS as u64 {
+            page.paragraph(&format!("{MOST_PANELS} of {count} combinations are drawn; sweep.parquet has all."));
+        }
+        let suffix = |i: usize| if count > 1 { format!("-{}", i + 1) } else { String::new() };
+        panels.settings().take(MOST_PANELS).enumerate().map(|(i, panel)| (panel, suffix(i))).collect()
+    }
+
     fn maps(&self, axes: [&DrawnAxis; 2], page: &mut Page, drawings: &mut Vec<(String, String)>) {
-        let panels = panels(&self.sweep.file);
-        let several = panels.len() > 1;
-        for (i, panel) in panels.iter().take(MOST_PANELS).enumerate() {
-            let map = Map::new(self.sweep, self.table, &self.drawn, axes, panel);
-            let suffix = if several { format!("-{}", i + 1) } else { String::new() };
-            let caption = "Each cell is a variant. The solid line is where linear theory puts the limit of stability in contact for the loop as \
-                it is sampled, the dashed one for continuous control. Hover to see a variant and the command that runs it; click to copy it.";
-            let title = if map.title.is_empty() { "Outcome".into() } else { format!("Outcome, {}.", map.title) };
+        for (panel, suffix) in self.panels(page) {
+            let map = Map::new(self.sweep, self.table, &self.drawn, axes, &panel);
+            let caption = format!(
+                "Each cell is a variant. {} Hover to see a variant and the command that runs it; click to copy it.",
+                map.about_limits()
+            );
             let svg = map.svg(&Colouring::Outcome(&self.outcomes));
-            page.map(&title, caption, &svg, self.hover(&map.places()));
+            let first = page.map(&titled("Outcome", &map.title), &caption, &svg, self.hover(&map.places()));
             drawings.push((format!("map{suffix}"), svg));
             let amplitudes = self.table.reals("amplitude_n").unwrap_or_default();
             let oscillates = map.rows().any(|row| amplitudes.get(row).copied().flatten().is_some_and(|a| a > 0.0));
-            let (values, name, caption) = if oscillates {
-                (amplitudes, "amplitude", "Half of peak to peak of the force of what lasts to the end.")
+            let (values, title, name, caption) = if oscillates {
+                (amplitudes, "Size of the oscillation", "amplitude", "Half of peak to peak of the force of what lasts to the end.")
             } else {
-                (self.table.reals("peak_force_n").unwrap_or_default(), "peak force", "The largest contact force of each variant.")
+                (
+                    self.table.reals("peak_force_n").unwrap_or_default(),
+                    "Peak force",
+                    "peak force",
+                    "The largest contact force of each variant.",
+                )
             };
             if values.len() == self.table.rows {
                 let svg = map.svg(&Colouring::Measure(&values, name, "N"));
-                page.map(if oscillates { "Size of the oscillation." } else { "Peak force." }, caption, &svg, self.hover(&map.places()));
+                page.map_like(&titled(title, &map.title), caption, &svg, first);
                 drawings.push((format!("size{suffix}"), svg));
             }
-        }
-        if panels.len() > MOST_PANELS {
-            page.paragraph(&format!("{MOST_PANELS} of {} combinations are drawn; sweep.parquet has all.", panels.len()));
         }
     }
 
     fn diagrams(&self, axis: &DrawnAxis, page: &mut Page, drawings: &mut Vec<(String, String)>) {
-        let diagram = Diagram::new(axis, self.table, (0..self.table.rows).collect());
-        let theory = Theory::new(self, axis);
-        let mut draw = |name: &str, title: &str, caption: &str, label: &str, lists: &[Vec<f64>], predictions: &[Prediction]| {
-            let svg = diagram.svg(lists, &self.outcomes, label, predictions);
-            page.map(title, caption, &svg, self.hover(&diagram.places()));
-            drawings.push((name.into(), svg));
-        };
-        if let Some(lists) = self.table.lists("impact_peaks_n") {
-            let caption = "The largest force of each of the last contacts: one point where they are alike, two where the period has doubled, many \
-                where no two are alike, none where the tool stays in contact. The line is the cycle that describing functions predict, dashed \
-                where it does not attract: the largest disturbance from which the loop settles.";
-            draw("impacts", "Per impact.", caption, "peak force of an impact (N)", lists, &theory.peaks());
-        }
-        if let Some(lists) = self.table.lists("strobe_n") {
-            let caption = "The force once per mean cycle, which is a point where every cycle is like the last.";
-            draw("strobe", "Stroboscopic.", caption, "force once per cycle (N)", lists, &[]);
-        }
-        let amplitudes: Vec<Vec<f64>> =
-            self.table.reals("amplitude_n").unwrap_or_default().iter().map(|value| value.iter().copied().collect()).collect();
-        if amplitudes.len() == self.table.rows {
-            draw(
-                "amplitude",
-                "Size of the oscillation.",
-                "Half of peak to peak of the force of what lasts.",
-                "amplitude (N)",
-                &amplitudes,
-                &[],
-            );
-        }
-        theory.compare(page);
-    }
-
-    /// What the pointer shows at each place.
-    fn hover(&self, places: &[[f64; 5]]) -> Value {
-        // The page holds the rows of these places only, in their order.
-        let rows: Vec<usize> = places.iter().map(|place| place[4] as usize).collect();
-        let places: Vec<[f64; 5]> =
-            places.iter().enumerate().map(|(i, &[x, y, width, height, _])| [x, y, width, height, i as f64]).collect();
-        let of_reals = |key: &str| self.table.reals(key).map(|values| rows.iter().map(|&row| values[row]).collect::<Vec<Option<f64>>>());
-        let mut columns: Vec<Value> = Vec::new();
-        let mut settings: Vec<Value> = Vec::new();
-        for (key, _) in &self.sweep.file.axes {
-            let values = match self.table.columns.get(key) {
-                Some(Column::Text(texts)) => json!(rows.iter().map(|&row| &texts[row]).collect::<Vec<_>>()),
-                _ => json!(of_reals(key).unwrap_or_default()),
+        for (panel, suffix) in self.panels(page) {
+            let rows = map::rows_of(self.table, &panel);
+            let theory = Theory::new(self, axis, &rows, &panel);
+            let diagram = Diagram::new(axis, self.table, rows);
+            let of_panel = map::words(&panel);
+            let mut first = None;
+            let mut draw = |name: &str, title: &str, caption: &str, label: &str, lists: &[Vec<f64>], predictions: &[Prediction]| {
+                let svg = diagram.svg(lists, &self.outcomes, label, predictions);
+                match first {
+                    Some(first) => page.map_like(&titled(title, &of_panel), caption, &svg, first),
+                    None => first = Some(page.map(&titled(title, &of_panel), caption, &svg, self.hover(&diagram.places()))),
+                }
+                drawings.push((format!("{name}{suffix}"), svg));
             };
-            columns.push(json!([key, values, feeler_scenarios::format::unit_of_key(key)]));
-            settings.push(json!([key, values]));
-        }
-        let label = |name: &String| {
-            let known = Outcome::ALL.iter().find(|(_, known)| known == name);
-            let otherwise = if name == "done" { "done" } else { "failed" };
-            known.map_or_else(|| otherwise.to_owned(), |(outcome, _)| words::outcome_label(*outcome).to_owned())
-        };
-        columns.push(json!(["", rows.iter().map(|&row| label(&self.outcomes[row])).collect::<Vec<_>>(), ""]));
-        for (name, unit) in SHOWN {
-            let short = |v: Option<f64>| v.and_then(|v| format!("{v:.4e}").parse::<f64>().ok());
-            if let Some(values) = of_reals(name) {
-                let values: Vec<Option<f64>> = values.into_iter().map(short).collect();
-                let words = name.rsplit_once('_').map_or(name, |(words, _)| words).replace('_', " ");
-                columns.push(json!([words, values, unit]));
+            if let Some(lists) = self.table.lists("impact_peaks_n") {
+                let caption = "The largest force of each of the last contacts: one point where they are alike, two where the period has doubled, \
+                    many where no two are alike, none where the tool stays in contact. The line is the cycle that describing functions predict, \
+                    dashed where it does not attract: the largest disturbance from which the loop settles.";
+                draw("impacts", "Per impact", caption, "peak force of an impact (N)", lists, &theory.peaks());
             }
+            if let Some(lists) = self.table.lists("strobe_n") {
+                let caption = "The force one sample of the controller after each touch-down, which grows with the speed of impact; where the tool \
+                    stays in contact, the largest of each cycle. One point where every cycle is like the last, two where the period has doubled.";
+                draw("strobe", "Stroboscopic", caption, "force once per cycle (N)", lists, &[]);
+            }
+            let amplitudes: Vec<Vec<f64>> =
+                self.table.reals("amplitude_n").unwrap_or_default().iter().map(|value| value.iter().copied().collect()).collect();
+            if amplitudes.len() == self.table.rows {
+                let caption = "Half of peak to peak of the force of what lasts.";
+                draw("amplitude", "Size of the oscillation", caption, "amplitude (N)", &amplitudes, &[]);
+            }
+            theory.compare(&of_panel, page);
         }
-        json!({
-            "places": places,
-            "columns": columns,
-            "settings": settings,
-            "command": format!("feeler run {}", self.sweep.file.scenario.display()),
-        })
     }
 
     fn counts(&self, page: &mut Page) {
@@ -244,6 +213,11 @@ impl Report<'_> {
             page.paragraph(&format!("The first to fail is variant {row}: {error}"));
         }
     }
+}
+
+/// A title, and which panel it is of.
+fn titled(title: &str, panel: &str) -> String {
+    if panel.is_empty() { format!("{title}.") } else { format!("{title}, {panel}.") }
 }
 
 fn colour_name(outcome: &str) -> &'static str {

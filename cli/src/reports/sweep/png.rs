@@ -23,5 +23,5 @@ fn draw(svg: &str, path: &Path, options: &Options<'_>) -> anyhow::Result<()> {
     let (width, height) = (tree.size().width() * SCALE, tree.size().height() * SCALE);
     let mut pixels = Pixmap::new(width.ceil() as u32, height.ceil() as u32).ok_or_else(|| anyhow::anyhow!("the drawing has no size"))?;
     resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
-    crate::results::put(path, &pixels.encode_png()?)
+    crate::terminal::write(path, &pixels.encode_png()?)
 }

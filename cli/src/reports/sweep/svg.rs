@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::numbers::plain;
+use crate::numbers::{plain, prefix};
 use crate::page::escape;
 
 pub(super) const FONT: &str = "font-family=\"DejaVu Sans, Helvetica, Arial, sans-serif\"";
@@ -39,25 +39,35 @@ impl Scale {
     /// Marked values: with their text where they get one.
     fn ticks(&self, pixels: f64) -> Vec<(f64, String)> {
         let [low, high] = if self.range[0] < self.range[1] { self.range } else { [self.range[1], self.range[0]] };
-        if self.log && low > 0.0 {
+        // Less than a decade is too short for the ticks of decades.
+        if self.log && low > 0.0 && high > 10.0 * low {
             let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
             let few = (high / low).log10() < 2.5;
-            let tick = |decade: i32| {
+            let of_decade = |decade: i32| {
                 (1..10).map(move |m| {
                     let value = f64::from(m) * 10_f64.powi(decade);
                     let named = m == 1 || (few && (m == 2 || m == 5));
-                    (value, if named { plain(value) } else { String::new() })
+                    (value, if named { tick(value) } else { String::new() })
                 })
             };
-            return decades.flat_map(tick).filter(|(value, _)| (low * 0.999..=high * 1.001).contains(value)).collect();
+            return decades.flat_map(of_decade).filter(|(value, _)| (low * 0.999..=high * 1.001).contains(value)).collect();
         }
         let rough = (high - low) / (pixels / TICK_EVERY).max(1.0);
         let decade = 10_f64.powf(rough.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * decade).find(|step| *step >= rough).unwrap_or(rough);
         let first = (low / step).ceil() as i64;
         let last = (high / step).floor() as i64;
-        (first..=last).map(|i| i as f64 * step).map(|value| (value, plain(value))).collect()
+        (first..=last).map(|i| i as f64 * step).map(|value| (value, tick(value))).collect()
     }
+}
+
+/// A number beside a tick, with a prefix where it is large or small.
+fn tick(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e4).contains(&value.abs()) {
+        return plain(value);
+    }
+    let (scale, prefix) = prefix(value);
+    format!("{} {prefix}", plain(value / scale))
 }
 
 /// The frame of a plot with its axes.

@@ -1,6 +1,8 @@
 //! Sweep files.
 
-use crate::format::shape::{Absent, Choice, Key, Kind, Shape, Unit, Variant, Word, optional, required, word};
+use feeler_plant::units::Dimension;
+
+use crate::format::shape::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word, optional, required, word};
 
 /// Most points of an axis and samples of a sweep; more is refused.
 pub(crate) const MOST_POINTS: u64 = 10_000_000;
@@ -44,12 +46,28 @@ pub(crate) static AXIS: Shape = Shape {
             Variant {
                 name: "linear",
                 text: "evenly spaced values",
-                keys: &[required("linear", Kind::Range(Unit::Swept), "first and last value"), points(1)],
+                keys: &[
+                    required("linear", Kind::Range(Unit::Swept), "first and last value"),
+                    points(1),
+                    optional(
+                        "tolerance",
+                        Kind::Quantity(Unit::Swept, Bound::Positive),
+                        "with [refine], how closely an edge is located, in the unit of the key",
+                    ),
+                ],
             },
             Variant {
                 name: "log",
                 text: "values of equal ratio",
-                keys: &[required("log", Kind::Range(Unit::Swept), "first and last value, of the same sign"), points(1)],
+                keys: &[
+                    required("log", Kind::Range(Unit::Swept), "first and last value, of the same sign"),
+                    points(1),
+                    optional(
+                        "tolerance",
+                        Kind::Quantity(Unit::Swept, Bound::Positive),
+                        "with [refine], how closely an edge is located, as a ratio: \"2 %\"",
+                    ),
+                ],
             },
             Variant {
                 name: "uniform",
@@ -87,12 +105,16 @@ pub(crate) static KEEP: Shape = Shape {
 /// `[refine]`
 pub(crate) static REFINE: Shape = Shape {
     keys: &[
-        Key {
-            name: "levels",
-            kind: Kind::Count(1, 12),
-            absent: Absent::Count(4),
-            text: "how often the spacing of the grid is halved along boundaries",
-        },
+        optional(
+            "tolerance",
+            Kind::Quantity(Unit::Of(Dimension::NONE), Bound::Above(0.0, 1.0)),
+            "how closely an edge is located, as a share of each axis that has no tolerance of its own",
+        ),
+        optional(
+            "levels",
+            Kind::Count(1, 12),
+            "instead of tolerances, how often the spacing of the grid is halved along boundaries; 4 where nothing is said",
+        ),
         Key {
             name: "by",
             kind: Kind::Word(&[

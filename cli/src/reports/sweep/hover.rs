@@ -1,0 +1,74 @@
+//! What the pointer shows over a map or diagram: the variant, and the command that runs it.
+
+use std::collections::BTreeMap;
+
+use feeler_scenarios::format::unit_of_key;
+use feeler_scenarios::run::Outcome;
+use feeler_scenarios::sweep::Column;
+use serde_json::{Value, json};
+
+use super::Report;
+use crate::{terminal, words};
+
+/// Measures that the pointer shows, with their units.
+pub(super) const SHOWN: [(&str, &str); 6] = [
+    ("peak_force_n", "N"),
+    ("settling_time_s", "s"),
+    ("frequency_hz", "Hz"),
+    ("amplitude_n", "N"),
+    ("chatter_contact_share", ""),
+    ("growth_per_s", "1/s"),
+];
+/// Places for each different value, at least, where a column is written as its different values and which of them each place has.
+const PLACES_PER_VALUE: usize = 4;
+
+impl Report<'_> {
+    /// For the page's script: places, the columns shown there (those of the axes first), and the command.
+    pub(super) fn hover(&self, places: &[[f64; 5]]) -> Value {
+        let rows: Vec<usize> = places.iter().map(|place| place[4] as usize).collect();
+        let of_rows = |values: Vec<Option<f64>>| rows.iter().map(|&row| json!(values[row])).collect::<Vec<Value>>();
+        let mut columns: Vec<Value> = Vec::new();
+        for key in self.sweep.file.axes.keys() {
+            let values = match self.table.columns.get(key) {
+                Some(Column::Text(texts)) => rows.iter().map(|&row| json!(texts[row])).collect(),
+                _ => self.table.reals(key).map(of_rows).unwrap_or_default(),
+            };
+            columns.push(json!([key, packed(values), unit_of_key(key)]));
+        }
+        columns.push(json!(["", packed(rows.iter().map(|&row| json!(label(&self.outcomes[row]))).collect()), ""]));
+        for (name, unit) in SHOWN {
+            let short = |v: f64| format!("{v:.4e}").parse::<f64>().ok();
+            if let Some(values) = self.table.reals(name) {
+                let values = values.into_iter().map(|value| value.and_then(short)).collect();
+                let words = name.rsplit_once('_').map_or(name, |(words, _)| words).replace('_', " ");
+                columns.push(json!([words, packed(of_rows(values)), unit]));
+            }
+        }
+        let command = format!("feeler run {}", terminal::quoted(&self.sweep.file.scenario.display().to_string()));
+        let places: Vec<&[f64]> = places.iter().map(|place| &place[..4]).collect();
+        json!({ "places": places, "columns": columns, "settings": self.sweep.file.axes.len(), "command": command })
+    }
+}
+
+/// An outcome in words.
+fn label(name: &str) -> &str {
+    let known = Outcome::ALL.iter().find(|(_, known)| *known == name);
+    let otherwise = if name == "done" { "done" } else { "failed" };
+    known.map_or(otherwise, |(outcome, _)| words::outcome_label(*outcome))
+}
+
+/// A column, short where few of its values differ.
+fn packed(values: Vec<Value>) -> Value {
+    let mut different: BTreeMap<String, usize> = BTreeMap::new();
+    let mut of: Vec<Value> = Vec::new();
+    let mut at: Vec<usize> = Vec::with_capacity(values.len());
+    for value in &values {
+        let next = of.len();
+        let number = *different.entry(value.to_string()).or_insert(next);
+        if number == next {
+            of.push(value.clone());
+        }
+        at.push(number);
+    }
+    if of.len() * PLACES_PER_VALUE > values.len() { Value::Array(values) } else { json!({ "of": of, "at": at }) }
+}

@@ -1,0 +1,21 @@
+//! How closely an adaptive sweep locates its edges.
+
+use feeler_scenarios::sweep::{DrawnAxis, Sweep};
+
+use crate::numbers::{plain, with_unit};
+
+/// The finest spacing of each axis in words, in the terms of the axis; none where the sweep is not adaptive.
+pub(crate) fn located(sweep: &Sweep) -> Option<String> {
+    let refine = sweep.file.refine?;
+    let of = |axis: DrawnAxis| {
+        let share = sweep.file.axes.get(&axis.key).map_or(1.0, |values| refine.share(values));
+        let [first, next] = [axis.value(0.0), axis.value(share)];
+        let spacing = if axis.log {
+            format!("{} %", plain(100.0 * ((next / first).max(first / next) - 1.0)))
+        } else {
+            with_unit((next - first).abs(), &axis.unit)
+        };
+        format!("{spacing} of {}", axis.key)
+    };
+    Some(DrawnAxis::of(&sweep.file).into_iter().map(of).collect::<Vec<_>>().join(" and "))
+}

@@ -1,0 +1,201 @@
+//! The axes of a sweep: the values that a key takes.
+
+use indexmap::IndexMap;
+
+use super::super::draft::Setting;
+use super::super::keys::AXIS;
+use super::super::read::{Reader, join};
+use super::super::source::Origin;
+use super::super::tree::{Entry, Node, Table, Value};
+use super::super::units;
+use super::refuse;
+
+/// Values that an axis takes, in SI.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Axis {
+    /// Evenly spaced, both ends included.
+    Linear {
+        /// First value.
+        from: f64,
+        /// Last value.
+        to: f64,
+        /// How many.
+        points: u64,
+    },
+    /// Of equal ratio, both ends included and of the same sign.
+    Log {
+        /// First value.
+        from: f64,
+        /// Last value.
+        to: f64,
+        /// How many.
+        points: u64,
+    },
+    /// These.
+    List(Vec<Setting>),
+    /// Drawn uniformly.
+    Uniform {
+        /// Smallest value.
+        from: f64,
+        /// Largest value.
+        to: f64,
+    },
+    /// Drawn with a uniform logarithm.
+    LogUniform {
+        /// Smallest value.
+        from: f64,
+        /// Largest value.
+        to: f64,
+    },
+}
+
+impl Axis {
+    /// How many values it has; none for a distribution.
+    pub fn count(&self) -> Option<u64> {
+        match self {
+            Self::Linear { points, .. } | Self::Log { points, .. } => Some(*points),
+            Self::List(values) => Some(values.len() as u64),
+            Self::Uniform { .. } | Self::LogUniform { .. } => None,
+        }
+    }
+
+    /// The value at `share` of the way, from 0 to 1; that of a list is the one whose slice holds `share`.
+    pub fn at(&self, share: f64) -> Setting {
+        let ratio = |from: f64, to: f64| from * (to / from).powf(share);
+        match self {
+            Self::Linear { from, to, .. } | Self::Uniform { from, to } => Setting::Number(from + share * (to - from)),
+            Self::Log { from, to, .. } | Self::LogUniform { from, to } => Setting::Number(ratio(*from, *to)),
+            Self::List(values) => values[((share * values.len() as f64) as usize).min(values.len() - 1)].clone(),
+        }
+    }
+
+    /// The value of a grid at `index`, which is below [`Axis::count`]; the first and the last are those written, to the bit.
+    pub fn point(&self, index: u64) -> Setting {
+        match self {
+            Self::List(values) => values[(index as usize).min(values.len() - 1)].clone(),
+            Self::Linear { to, points, .. } | Self::Log { to, points, .. } if index > 0 && index + 1 >= *points => Setting::Number(*to),
+            Self::Log { from, .. } if index == 0 => Setting::Number(*from),
+            Self::Linear { points, .. } | Self::Log { points, .. } => self.at(index as f64 / (points.max(&2) - 1) as f64),
+            Self::Uniform { .. } | Self::LogUniform { .. } => self.at(0.5),
+        }
+    }
+}
+
+/// An axis as it was read, with what only refinement asks for.
+#[derive(Clone, Debug)]
+pub(super) struct ReadAxis {
+    pub(super) axis: Axis,
+    /// How finely an edge is to be located, as a share of the axis, and where that is written.
+    pub(super) tolerance: Option<(f64, Origin)>,
+}
+
+pub(super) fn read_axes(reader: &mut Reader<'_>, root: &Table, top: &Origin) -> IndexMap<String, ReadAxis> {
+    let remedy = "add [axes] with lines such as \"controllers.force.kp\" = { log = [0.05, 5.0], points = 64 }";
+    let mut axes = IndexMap::new();
+    match root.get("axes").map(|entry| &entry.node) {
+        None => reader.problems.add(top, "axes", "`axes` is missing", remedy),
+        Some(Node { value: Value::Table(table), origin }) => {
+            if table.is_empty() {
+                reader.problems.add(origin, "axes", "there are no axes", remedy);
+            }
+            for (key, entry) in table {
+                if let Some(axis) = read_axis(reader, key, entry) {
+                    axes.insert(key.clone(), axis);
+                }
+            }
+        }
+        Some(node) => drop(refuse(reader, node, "axes")),
+    }
+    axes
+}
+
+fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAxis> {
+    let path = join("axes", &format!("\"{key}\""));
+    let node = &entry.node;
+    let table = match &node.value {
+        Value::Array(items) => return read_list(reader, items, node, &path).map(|axis| ReadAxis { axis, tolerance: None }),
+        Value::Table(table) => table,
+        other => {
+            let message = format!("this must be a list or a table, not {}", other.kind());
+            reader.problems.add(&node.origin, path, message, "write [...], or { linear = [from, to], points = n }");
+            return None;
+        }
+    };
+    // An unquoted key is a table of tables.
+    if table.values().all(|entry| entry.node.as_table().is_some()) && !table.is_empty() {
+        reader.problems.add(&entry.key, path, "an axis's key needs quotes", "write \"controllers.force.kp\" = { ... }");
+        return None;
+    }
+    let fields = reader.fields(&AXIS, &[], table, &node.origin, &path);
+    let variant = fields.variant?;
+    let [from, to] = fields.range(variant)?;
+    let ratio = variant.starts_with("log");
+    if ratio && from * to <= 0.0 {
+        let remedy = "give two numbers of the same sign, or a linear axis";
+        reader.problems.add(&node.origin, path, format!("from {from} to {to} there is no ratio"), remedy);
+        return None;
+    }
+    let tolerance = table.get("tolerance").map(|entry| &entry.node).zip(fields.optional("tolerance"));
+    let tolerance = tolerance.and_then(|(written, tolerance)| {
+        if !alike(written, if ratio { None } else { first_end(table, variant) }) {
+            let [message, remedy] = if ratio {
+                ["on an axis of equal ratios a tolerance is a ratio", "write a plain number or per cent, as in \"2 %\""]
+            } else {
+                ["this is of another kind than the ends of the axis", "write the tolerance with a unit such as the ends have"]
+            };
+            reader.problems.add(&written.origin, join(&path, "tolerance"), message, remedy);
+            return None;
+        }
+        let share = if ratio { tolerance.ln_1p() / (to / from).ln().abs() } else { tolerance / (to - from).abs() };
+        Some((share, written.origin.clone()))
+    });
+    // Where they are missing or wrong, that has been noted, and the ends are tried all the same.
+    let points = fields.count("points").unwrap_or(1);
+    let axis = match variant {
+        "linear" => Axis::Linear { from, to, points },
+        "log" => Axis::Log { from, to, points },
+        "uniform" => Axis::Uniform { from, to },
+        _ => Axis::LogUniform { from, to },
+    };
+    Some(ReadAxis { axis, tolerance })
+}
+
+fn first_end<'a>(table: &'a Table, variant: &str) -> Option<&'a Node> {
+    if let Value::Array(ends) = &table.get(variant)?.node.value { ends.first() } else { None }
+}
+
+/// Whether two quantities, one of them perhaps a plain number, have the same bases.
+fn alike(one: &Node, other: Option<&Node>) -> bool {
+    let text = |node: Option<&Node>| node.and_then(Node::as_text).unwrap_or("1").to_owned();
+    units::are_alike(&text(Some(one)), &text(other))
+}
+
+fn read_list(reader: &mut Reader<'_>, items: &[Node], node: &Node, path: &str) -> Option<Axis> {
+    if items.is_empty() {
+        reader.problems.add(&node.origin, path, "the list is empty", "give at least one value");
+        return None;
+    }
+    // All are looked at, and those that are values are tried, so that every mistake is told.
+    let values = items.iter().filter_map(|item| {
+        let value = setting(item);
+        if value.is_none() {
+            let message = format!("an axis has no {}", item.value.kind().trim_start_matches("a "));
+            reader.problems.add(&item.origin, path, message, "give numbers, texts with units, or words");
+        }
+        value
+    });
+    let values: Vec<Setting> = values.collect();
+    (!values.is_empty()).then_some(Axis::List(values))
+}
+
+/// A value as it was written.
+pub(super) fn setting(item: &Node) -> Option<Setting> {
+    match &item.value {
+        Value::Float(value) => Some(Setting::Number(*value)),
+        Value::Integer(value) => Some(Setting::Number(*value as f64)),
+        Value::Text(text) => Some(Setting::Text(text.clone())),
+        Value::Flag(flag) => Some(Setting::Flag(*flag)),
+        Value::Date | Value::Array(_) | Value::Table(_) => None,
+    }
+}

@@ -1,0 +1,70 @@
+//! How a grid is made finer along boundaries.
+
+use indexmap::IndexMap;
+
+use super::super::problem::Problems;
+use super::super::read::Fields;
+use super::super::tree::Table;
+use super::axes::{Axis, ReadAxis};
+
+/// How often the spacing is halved where neither that nor a tolerance is given.
+const LEVELS: u32 = 4;
+/// How often it is halved at most.
+const MOST_LEVELS: u32 = 12;
+
+/// How a grid of one or two axes is made finer where neighbours differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refine {
+    /// How often the spacing is halved.
+    pub levels: u32,
+    /// What changes across a boundary: the outcome itself, or only whether the force settles.
+    pub by_outcome: bool,
+}
+
+impl Refine {
+    /// From the fields of `[refine]` and the tolerances of the axes, which are shares of their length.
+    pub(super) fn read(fields: &Fields, root: &Table, axes: &IndexMap<String, ReadAxis>, problems: &mut Problems) -> Option<Self> {
+        let Some(entry) = root.get("refine") else {
+            for (key, (_, origin)) in axes.iter().filter_map(|(key, read)| Some((key, read.tolerance.as_ref()?))) {
+                let message = "a tolerance has a meaning where a grid is made finer along boundaries only";
+                problems.add(origin, format!("axes.\"{key}\".tolerance"), message, "add [refine], or remove it");
+            }
+            return None;
+        };
+        let table = entry.node.as_table();
+        let origin = |key: &str| table.and_then(|table| table.get(key)).map_or(&entry.node.origin, |entry| &entry.node.origin);
+        let of_all = fields.optional("tolerance").map(|share| (share, origin("tolerance")));
+        let of_each = |read: &ReadAxis| read.tolerance.as_ref().map(|(share, origin)| (*share, origin.clone()));
+        let wanted = axes.iter().filter_map(|(key, read)| {
+            let (share, at) = of_each(read).or(of_all.map(|(share, origin)| (share, origin.clone())))?;
+            let spacings = read.axis.count()?.saturating_sub(1).max(1);
+            Some((key, at, halvings(share * spacings as f64)))
+        });
+        let mut levels = fields.count("levels").map(|levels| levels as u32);
+        let given = levels.is_some();
+        for (key, at, needed) in wanted {
+            if given {
+                problems.add(origin("levels"), "refine.levels", "`levels` and a tolerance say the same thing", "remove one of them");
+                break;
+            }
+            if needed > MOST_LEVELS {
+                let message = format!("this takes {needed} halvings of the spacing of `{key}`, and at most {MOST_LEVELS} are done");
+                problems.add(&at, format!("axes.\"{key}\""), message, "use more points, or a larger tolerance");
+            }
+            levels = levels.max(Some(needed.clamp(1, MOST_LEVELS)));
+        }
+        Some(Self { levels: levels.unwrap_or(LEVELS), by_outcome: fields.text("by") == Some("outcome") })
+    }
+
+    /// The finest spacing of an axis as a share of its length: so closely is an edge located.
+    pub fn share(&self, axis: &Axis) -> f64 {
+        let spacings = axis.count().unwrap_or(2).saturating_sub(1).max(1);
+        1.0 / (spacings << self.levels) as f64
+    }
+}
+
+/// How often a spacing of 1 is halved until it is no more than `tolerance`.
+fn halvings(tolerance: f64) -> u32 {
+    // What is a power of two but for rounding is one.
+    (-tolerance.log2() - 1e-9).ceil().clamp(0.0, 99.0) as u32
+}

@@ -19,6 +19,8 @@
     label, side, font: FONT, labelFont: FONT, stroke: soft, labelSize: 22, labelGap: 2,
     grid: { stroke: grid, width: 1, ...(log && side === 3 ? { filter: decades } : {}) }, ticks: { stroke: grid, width: 1, size: 5 },
     values: (u, splits) => splits.map((v) => v == null ? "" : log && !isDecade(v) ? "" : short(v)),
+    // Angles are read in parts of a turn.
+    ...(/\(°\)/.test(label) ? { incrs: [1, 5, 15, 45, 90, 180, 360, 720, 1440, 3600] } : {}),
     // One width for all, so that times stand below each other.
     size: side === 3 ? 76 : 32,
   });

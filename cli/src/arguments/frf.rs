@@ -33,25 +33,25 @@ pub(crate) struct Frf {
     #[arg(long, value_enum)]
     pub(crate) estimator: Option<EstimatorKind>,
     /// Lowest frequency, Hz
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub(crate) from: Option<f64>,
     /// Highest frequency, Hz [default: 0.8 of half the sampling rate; of a dataset, where its command has power]
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub(crate) to: Option<f64>,
     /// Root mean square of the excitation, SI [default: a tenth of the drive's limit, else 1 N or 0.01 m/s]
-    #[arg(long, value_name = "SIZE")]
+    #[arg(long, value_name = "SIZE", allow_negative_numbers = true)]
     pub(crate) rms: Option<f64>,
     /// Mean of the command, SI [default: 0]
     #[arg(long, value_name = "SIZE", allow_negative_numbers = true)]
     pub(crate) offset: Option<f64>,
     /// Length of noise or chirp, s [default: 60]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) duration: Option<f64>,
     /// Length of the segments of noise that --estimator h1, h2 and hv average, s [default: a fifteenth of the noise, an eighth of a record]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) segment: Option<f64>,
     /// Period of the multisine, s [default: 1; of a dataset, found in its command]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) period: Option<f64>,
     /// Periods of the multisine that are evaluated [default: 4]
     #[arg(long, value_name = "N", value_parser = at_least_two())]
@@ -63,7 +63,7 @@ pub(crate) struct Frf {
     #[arg(long, value_name = "N", value_parser = at_least_two())]
     pub(crate) points: Option<usize>,
     /// Time for which each command is held, s [default: the controller's period, else 1 ms]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) hold: Option<f64>,
     /// Seed of excitation and noise [default: that of the file]
     #[arg(long, value_name = "N")]

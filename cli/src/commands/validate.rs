@@ -46,7 +46,7 @@ fn all(arguments: &Validate) -> anyhow::Result<()> {
     let options = Options { critical_gains_json, scenarios: scenarios(arguments)?, quick: arguments.quick };
     let found = validate(&options, |group| terminal::complain(&format!("checking {group}"))).map_err(|error| match error {
         ValidationError::Reference { .. } => BadInput::error(
-            error.to_string(),
+            arguments.critical_gains.as_ref().map_or_else(|| error.to_string(), |path| format!("{}: {error}", path.display())),
             "name a file of the shape of reference/critical-gains.json with --critical-gains, or leave it out",
         ),
         other => other.into(),

@@ -112,7 +112,7 @@ fn truth_a_response_is_written_as_page_table_and_json() {
 
 #[test]
 fn truth_bad_requests_are_refused_with_what_to_do() {
-    let cases: [(&[&str], &str); 18] = [
+    let cases: [(&[&str], &str); 22] = [
         (
             &["frf", "paper/rigid.toml", "--output", "tol.force"],
             "no signal `tol.force`\n  help: did you mean `tool.force`? there is `motor.position`",
@@ -130,6 +130,10 @@ fn truth_bad_requests_are_refused_with_what_to_do() {
         (&["frf", "datasets/bench-axis", "--realisations", "3"], "--realisations belongs"),
         (&["frf", "datasets/bench-axis", "--points", "3"], "--points belongs"),
         (&["frf", "paper/rigid.toml", "--points", "3"], "--points has no meaning for --excitation white-noise"),
+        (&["frf", "paper/rigid.toml", "--from", "-3"], "no band from -3"),
+        (&["frf", "paper/rigid.toml", "--excitation", "stepped-sine", "--points", "100000"], "1e8 are the most"),
+        (&["frf", "paper/rigid.toml", "--free", "--output", "tool.force"], "nothing of drive.command arrives at tool.force"),
+        (&["frf", "datasets/bench-axis", "--output", "force_n"], "nothing of drive.command arrives at force.reading"),
         (&["frf", "sweeps/boundary.toml"], "this is a sweep file"),
         (&["why", "sweeps/boundary.toml"], "`feeler sweep` takes it"),
         (&["analyze", "arms/six-joint.toml"], "`feeler reduce` takes it"),

@@ -1,6 +1,6 @@
 //! Poles of a closed loop followed over its gain, as far as its zeros.
 
-use feeler_lti::{C64, RootLocus, eigenvalues, root_locus};
+use feeler_lti::{C64, RootLocus, StateSpace, eigenvalues, root_locus};
 use nalgebra::DMatrix;
 
 use crate::error::AnalysisError;
@@ -18,6 +18,8 @@ const STEP: f64 = 0.02;
 const FINEST: f64 = 16.0;
 const PASSES: usize = 3;
 const MOST_GAINS: usize = 1200;
+/// Rounding of matrices, over their largest element, within which they are a straight line, and a slope one product of a column and a row.
+const AFFINE: f64 = 1e-10;
 /// The picture reaches this many times farther than what swings at gain zero, and than the zeros that do; it is at least this much as wide as high.
 const PICTURE: f64 = 1.5;
 const LEAST_WIDTH: f64 = 0.15;
@@ -48,11 +50,11 @@ impl Locus {
     }
 }
 
-/// Follows the poles over the gain.
+/// Follows the poles over the gain; the zeros of the open loop are taken where the loop does not tell those of the gain by itself.
 pub(crate) fn follow(
     period_s: Option<f64>,
     closed: impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>,
-    zeros: Vec<C64>,
+    open_zeros: Vec<C64>,
     present_gain: f64,
     largest: Option<f64>,
 ) -> Result<Locus, AnalysisError> {
@@ -61,6 +63,7 @@ pub(crate) fn follow(
     // Whether a gain exists does not depend on its value, and zero has been tried.
     let matrix = |k: f64| closed(k).unwrap_or_else(|_| zero.clone());
     let scale = largest.filter(|k| *k > 0.0).unwrap_or(present_gain.abs().max(f64::MIN_POSITIVE));
+    let zeros = zeros_of_gain(&matrix, scale).unwrap_or(open_zeros);
     let from = BELOW * scale;
     let mut to = BEYOND * scale.max(present_gain);
     let first = if zero.nrows() == matrix(scale).nrows() { 0.0 } else { NEXT_TO_NONE * scale };
@@ -92,6 +95,25 @@ pub(crate) fn follow(
         traced = root_locus(matrix, &gains)?;
     }
     Ok(Locus { period_s, gains: traced.gains, branches: traced.branches, zeros, present_gain, present })
+}
+
+/// Zeros at which branches end: those from where the gain acts to what it multiplies, all other terms of the law being part of the machine. `None`
+/// where the closed loop is no straight line in the gain, or the gain acts in several places.
+fn zeros_of_gain(matrix: &impl Fn(f64) -> DMatrix<f64>, scale: f64) -> Option<Vec<C64>> {
+    let [one, two, three] = [1.0, 2.0, 3.0].map(|times| matrix(times * scale));
+    let slope = &two - &one;
+    let rest = &one - &slope;
+    if (&rest + &slope * 3.0 - &three).amax() > AFFINE * three.amax() {
+        return None;
+    }
+    // A column and a row through the largest element: where it acts and what it multiplies, their zeros exact.
+    let (row, column) = slope.iamax_full();
+    let largest = slope[(row, column)];
+    let (b, c) = (slope.columns(column, 1).into_owned(), slope.rows(row, 1) / largest);
+    if largest.abs() <= 0.0 || (&b * &c - &slope).amax() > AFFINE * largest.abs() {
+        return None;
+    }
+    StateSpace::new(rest, b, c, DMatrix::zeros(1, 1)).and_then(|system| system.zeros()).ok()
 }
 
 /// Half of the width and of the height of what swings, rad/s.
@@ -154,6 +176,15 @@ mod tests {
             let image = |p: C64| locus.branches.iter().any(|other| (other[0] - p).norm() < 1e-6);
             assert!(image(branch[0].conj()) && (branch[1] - branch[0]).norm() < 0.1, "{:?}", &branch[..2]);
         }
+    }
+
+    /// s^3 + (0.6 + d) s^2 + 9 s + k z(s) = 0 with z = s + 2: the damping d is another term of the law, and has no part in the zeros of k.
+    #[test]
+    fn regress_zeros_are_those_of_the_gain_and_not_of_the_whole_law() {
+        let closed = |k: f64| Ok(dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -2.0 * k, -9.0 - k, -4.6]);
+        let elsewhere = vec![C64::new(0.0, 13.0), C64::new(0.0, -13.0)];
+        let locus = follow(None, closed, elsewhere, 1.0, None).unwrap();
+        assert!(locus.zeros.len() == 1 && (locus.zeros[0] + 2.0).norm() < 1e-9, "{:?}", locus.zeros);
     }
 
     /// 1 + k (s^2 + 0.02 s + 4) / (s (s^2 + 0.02 s + 9)): two branches run into the lightly damped zeros, one away along the real axis.

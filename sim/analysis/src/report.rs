@@ -96,6 +96,8 @@ pub struct MarginReport {
     pub complementary_sensitivity_peak: f64,
     /// Unstable poles of the closed loop by Nyquist's count.
     pub unstable_poles: usize,
+    /// Unstable poles of the open loop, from which the count starts.
+    pub open_unstable_poles: usize,
 }
 
 /// The analysis of one scenario.
@@ -265,6 +267,7 @@ impl MarginReport {
             sensitivity_peak: margins.sensitivity.value,
             complementary_sensitivity_peak: margins.complementary_sensitivity.value,
             unstable_poles,
+            open_unstable_poles: open.unstable_poles(),
         })
     }
 }

@@ -9,7 +9,7 @@ use feeler_plant::names::did_you_mean;
 use feeler_scenarios::format::DatasetFile;
 
 use super::evaluate::{Evaluated, Pair, SEGMENTS, choose as choose_method, evaluate};
-use super::{Response, band, between, refused, require};
+use super::{Response, band, between, refused, require, require_path};
 use crate::arguments::Frf;
 use crate::failure::BadInput;
 use crate::numbers::plain;
@@ -18,6 +18,9 @@ use crate::numbers::plain;
 const POWER: f64 = 0.995;
 /// Power of the command at a frequency over that at its strongest, below which a response there would be noise over noise.
 const LEAST_POWER: f64 = 1e-4;
+
+/// Fewer frequencies than these are drawn as points: a line through them would hide what lies between.
+const FEW: usize = 100;
 
 /// What of the dataset is looked at.
 struct Chosen<'a> {
@@ -52,6 +55,7 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     )?;
     drop_unknown(arguments, &mut found, command.as_ref(), &mut notes)?;
     let estimate = found.estimate;
+    let isolated = found.isolated || estimate.frequencies_hz.len() < FEW;
 
     let engagement = first.engagement.unwrap_or(Engagement::Unilateral);
     let mut machine = data.machine.clone();
@@ -64,8 +68,9 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     let actuator = machine.actuators.get_index(chosen.drive).map(|(name, _)| name.clone()).unwrap_or_default();
     // Every recorded command is held until the next row, whatever the controller's period: that is the hold of the overlay.
     let experiment = Experiment { machine, actuator, output: chosen.signal.clone(), hold_s: spacing_s, offset: 0.0, seed: 0 };
+    require_path(arguments, &experiment, band_hz, &chosen.input)?;
     let linear = experiment.linear_response(&estimate.frequencies_hz).map_err(|error| refused(arguments, &error))?;
-    let between_hz = between(&estimate.frequencies_hz, found.isolated);
+    let between_hz = between(&estimate.frequencies_hz, isolated);
     let filled = experiment.linear_response(&between_hz).map_err(|error| refused(arguments, &error))?;
     let names: Vec<&str> = chosen.records.iter().map(|r| r.name.as_str()).collect();
     Ok(Response {
@@ -78,7 +83,7 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         hold_s: spacing_s,
         estimate,
         linear,
-        isolated: found.isolated,
+        isolated,
         between: between_hz.into_iter().zip(filled).collect(),
         told_apart: found.told_apart,
         confidence: arguments.confidence,

@@ -8,6 +8,7 @@ mod writing;
 pub(crate) use writing::{Row, row};
 
 use feeler_analysis::AnalysisError;
+use feeler_analysis::frf::Experiment;
 use feeler_lti::C64;
 use feeler_lti::spectral::{Estimator, ResponseEstimate};
 
@@ -90,9 +91,10 @@ impl Response {
             format!("No frequency has a coherence of {}: output and input have little to do with each other.", COHERENT[2])
         } else {
             format!(
-                "At the {} frequencies{coherent}, measured and linear response differ by {} dB and {}° at most; the linear response lies within \
+                "At the {} {}{coherent}, measured and linear response differ by {} dB and {}° at most; the linear response lies within \
                  the {} % confidence band at {} % of all frequencies.",
                 agreement.compared,
+                if agreement.compared == 1 { "frequency" } else { "frequencies" },
                 plain(agreement.decibels),
                 plain(agreement.degrees),
                 plain(100.0 * self.confidence),
@@ -225,6 +227,17 @@ fn text(response: &Response) -> String {
 /// Checks of what every source of records has in common.
 fn require(holds: bool, message: impl FnOnce() -> String, remedy: &str) -> anyhow::Result<()> {
     if holds { Ok(()) } else { Err(BadInput::error(message(), remedy)) }
+}
+
+/// Whether anything of the input arrives at the output, by linear theory.
+fn require_path(arguments: &Frf, experiment: &Experiment, (low_hz, high_hz): (f64, f64), input: &str) -> anyhow::Result<()> {
+    let ends = [low_hz, (low_hz * high_hz).sqrt(), high_hz];
+    let response = experiment.linear_response(&ends).map_err(|error| refused(arguments, &error))?;
+    require(
+        response.iter().any(|value| value.norm() > 0.0),
+        || format!("nothing of {input} arrives at {}: the machine has no response between them as it is engaged", experiment.output),
+        "name another --output, as the acceleration of a body; a contact that is absent feels nothing",
+    )
 }
 
 /// A length of segments is for an estimator that averages over them.

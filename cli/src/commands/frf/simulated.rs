@@ -8,7 +8,7 @@ use feeler_plant::assembly::assemble;
 use feeler_plant::description::{ActuatorKind, Engagement, Machine, Quantity, SignalName};
 use feeler_scenarios::format::{Document, Draft};
 
-use super::{Response, band, between, estimator, refused, require, require_segments};
+use super::{Response, band, between, estimator, refused, require, require_path, require_segments};
 use crate::arguments::{EstimatorKind, ExcitationKind, Frf};
 use crate::failure::BadInput;
 use crate::numbers::{plain, with_unit};
@@ -54,6 +54,8 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     require(rms > 0.0 && rms.is_finite(), || format!("an excitation of {rms} excites nothing"), "give a size above zero with --rms")?;
     let wait_s = wait_s(&experiment).map_err(|error| refused(arguments, &error))?;
     let excitation = excitation(arguments, kind, &experiment, wait_s, low)?;
+    let input = SignalName::new(&experiment.actuator, Quantity::Command).to_string();
+    require_path(arguments, &experiment, (low, high), &input)?;
     let measured = experiment.measure(&excitation, rms, (low, high)).map_err(|error| refused(arguments, &error))?;
     require(
         measured.estimate.response.iter().any(|value| value.norm() > 0.0),
@@ -69,7 +71,7 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     Ok(Response {
         title: document.scenario.machine.name.clone(),
         about: document.scenario.machine.about.clone(),
-        input: SignalName::new(&experiment.actuator, Quantity::Command).to_string(),
+        input,
         output: experiment.output.to_string(),
         how: format!("simulated: {}, {} rms, held for {hold}, seed {}", words(&excitation), plain(rms), experiment.seed),
         notes,
@@ -185,13 +187,7 @@ fn excitation(arguments: &Frf, kind: ExcitationKind, experiment: &Experiment, wa
         require(value > 0.0 && value.is_finite(), || format!("--{name} {value} is no time"), "give seconds above zero")
     };
     positive("duration", duration_s)?;
-    let samples = duration_s / experiment.hold_s;
-    require(
-        samples <= MOST_SAMPLES,
-        || format!("{duration_s} s at a hold of {} s are {samples:.1e} samples, and {MOST_SAMPLES:.0e} are the most", experiment.hold_s),
-        "choose a shorter --duration or a longer --hold",
-    )?;
-    Ok(match kind {
+    let chosen = match kind {
         ExcitationKind::WhiteNoise => {
             let segment_s = arguments.segment.unwrap_or(duration_s / 15.0);
             positive("segment", segment_s)?;
@@ -217,7 +213,34 @@ fn excitation(arguments: &Frf, kind: ExcitationKind, experiment: &Experiment, wa
             let points = arguments.points.unwrap_or(POINTS);
             Excitation::SteppedSine { points, settle_s: wait_s, measure_s: (5.0 / low_hz).max(1.0) }
         }
-    })
+    };
+    let whole_s = length_s(&chosen);
+    let samples = whole_s / experiment.hold_s;
+    require(
+        samples <= MOST_SAMPLES,
+        || {
+            let held = with_unit(experiment.hold_s, "s");
+            format!(
+                "{} of simulation at a hold of {held} are {samples:.1e} samples, and {MOST_SAMPLES:.0e} are the most",
+                with_unit(whole_s, "s")
+            )
+        },
+        "choose a shorter --duration or --period, fewer --points or --realisations, a higher --from, or a longer --hold",
+    )?;
+    Ok(chosen)
+}
+
+/// What is simulated in all, s.
+fn length_s(excitation: &Excitation) -> f64 {
+    match *excitation {
+        Excitation::Multisine { period_s, periods, transient_periods, realisations } => {
+            period_s * (periods + transient_periods) as f64 * realisations as f64
+        }
+        Excitation::Chirp { sweep_s, rest_s, .. } => sweep_s + rest_s,
+        Excitation::SteppedSine { points, settle_s, measure_s } => points as f64 * (settle_s + measure_s),
+        Excitation::WhiteNoise { duration_s, .. } => duration_s,
+        _ => 0.0,
+    }
 }
 
 fn words(excitation: &Excitation) -> String {

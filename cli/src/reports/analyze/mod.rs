@@ -38,7 +38,7 @@ pub(crate) fn page(document: &Document, settings: &[String], report: &Report, cu
     for chart in bode::charts(report, curves) {
         page.chart(&chart);
     }
-    if let Some(plane) = planes::nyquist(curves) {
+    if let Some(plane) = planes::nyquist(report, curves) {
         page.plane(&plane);
     }
     limit_cycles(&mut page, report);

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use feeler_analysis::{Curves, Locus, Report};
+use feeler_analysis::{Curves, Locus, MarginReport, Report};
 use feeler_lti::C64;
 
 use crate::numbers::{plain, with_unit};
@@ -12,7 +12,7 @@ use crate::page::{Plane, PlaneKind, PlaneMark, PlanePath, PlaneShape, view_of};
 const NYQUIST_REACH: [f64; 2] = [1.5, 4.0];
 
 /// The loop as a curve through the complex plane.
-pub(super) fn nyquist(curves: &Curves) -> Option<Plane> {
+pub(super) fn nyquist(report: &Report, curves: &Curves) -> Option<Plane> {
     let mut paths = Vec::new();
     let loops = [("sampled", &curves.open_sampled, 1), ("continuous", &curves.open, 0)];
     for (name, values, colour) in loops {
@@ -34,7 +34,10 @@ pub(super) fn nyquist(curves: &Curves) -> Option<Plane> {
     Some(Plane {
         kind: PlaneKind::Nyquist,
         title: "Nyquist's curve".into(),
-        caption: "of the open loop: sampled in orange, continuous in blue, negative frequencies dashed; the cross is −1.".into(),
+        caption: format!(
+            "of the open loop: sampled in orange, continuous in blue, negative frequencies dashed; the cross is −1.{}",
+            report.margins.as_ref().map_or_else(String::new, count)
+        ),
         x_label: "real part of the loop".into(),
         y_label: "imaginary part of the loop".into(),
         gain: String::new(),
@@ -43,6 +46,19 @@ pub(super) fn nyquist(curves: &Curves) -> Option<Plane> {
         paths,
         marks: vec![minus_one],
     })
+}
+
+/// Nyquist's count in words.
+fn count(margins: &MarginReport) -> String {
+    let (open, closed) = (margins.open_unstable_poles, margins.unstable_poles);
+    let poles = |count: usize| format!("{count} unstable {}", if count == 1 { "pole" } else { "poles" });
+    let turns = closed as i64 - open as i64;
+    let sense = if turns < 0 { "counterclockwise" } else { "clockwise" };
+    let (open, closed) = (poles(open), poles(closed));
+    format!(
+        " Nyquist's count of the sampled loop: {open} of the open loop and {} {sense} turns about −1 make {closed} of the closed one.",
+        turns.abs()
+    )
 }
 
 /// Root loci: of the continuous loop, and of the sampled one.

@@ -124,7 +124,7 @@ fn truth_the_estimator_follows_from_the_command() {
     let noise = record(|k| draw(k) + draw(k + 100_000) + draw(k + 200_000) - 1.5, 8000);
     let chirp = record(|k| if k < 6000 { (TAU * (1.0 + 10.0 * k as f64 * ROW_S) * k as f64 * ROW_S).sin() } else { 0.0 }, 8000);
     let cases = [
-        (&multisine, "multisine of period 1 s, 5 periods", "repeats every 1 s, 5 times", 0.02),
+        (&multisine, "lines of 5 periods of 1 s", "repeats every 1 s, 5 times", 0.02),
         (&noise, "local polynomials", "noise with power all over its band", 0.02),
         (&chirp, "chirp, H1", "even and smooth", 0.05),
     ];

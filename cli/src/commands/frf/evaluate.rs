@@ -232,12 +232,16 @@ fn periodic(pairs: &[Pair], spacing_s: f64, samples_per_period: usize, band_hz: 
     let lines = excited_lines(&realisations[0], band_hz)?;
     let period_s = samples_per_period as f64 * spacing_s;
     let records = if realisations.len() > 1 { format!(", {} realisations", realisations.len()) } else { String::new() };
-    let how = format!("multisine of period {}, {periods} periods{records}", with_unit(period_s, "s"));
+    let how = format!("lines of {periods} periods of {}{records}", with_unit(period_s, "s"));
     let isolated = lines.windows(2).any(|pair| pair[1] - pair[0] > 2);
     if let [only] = realisations.as_slice() {
-        let estimate = periodic_response(only, &lines)?;
+        let mut estimate = periodic_response(only, &lines)?;
         let distortion = distortion_beside(only, &lines)?;
         let told_apart = distortion.map(|distortion| [estimate.variance.clone(), distortion]);
+        // Distortion repeats with the period, and moves the estimate as much as noise does.
+        if let Some([_, distortion]) = &told_apart {
+            estimate.variance.iter_mut().zip(distortion).for_each(|(variance, distortion)| *variance += distortion);
+        }
         return Ok(Evaluated { estimate, told_apart, how, isolated });
     }
     let best = best_linear_approximation(&realisations, &lines)?;

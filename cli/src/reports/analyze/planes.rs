@@ -52,12 +52,11 @@ pub(super) fn nyquist(report: &Report, curves: &Curves) -> Option<Plane> {
 fn count(margins: &MarginReport) -> String {
     let (open, closed) = (margins.open_unstable_poles, margins.unstable_poles);
     let poles = |count: usize| format!("{count} unstable {}", if count == 1 { "pole" } else { "poles" });
-    let turns = closed as i64 - open as i64;
-    let sense = if turns < 0 { "counterclockwise" } else { "clockwise" };
+    let sense = if closed < open { "counterclockwise" } else { "clockwise" };
+    let turns = closed.abs_diff(open);
     let (open, closed) = (poles(open), poles(closed));
     format!(
-        " Nyquist's count of the sampled loop: {open} of the open loop and {} {sense} turns about −1 make {closed} of the closed one.",
-        turns.abs()
+        " Nyquist's count of the sampled loop: {open} of the open loop and {turns} {sense} turns about −1 make {closed} of the closed one."
     )
 }
 

@@ -39,13 +39,18 @@ const SETTLED_N: f64 = 0.4;
 #[test]
 fn truth_the_arm_settles_at_20_n_at_low_gain_and_chatters_at_high_gain() {
     let low = go(&load("press-low-gain.toml", &[])).summary;
-    println!("low gain: {:?}, {:.3} N, {:.2} s per simulated second", low.outcome, low.final_force_n, low.wall_s_per_simulated_s);
-    assert_eq!(low.outcome, Outcome::Settled);
+    println!("low gain: {:?}, {:.3} N, {:.2} s per simulated second", low.figures.outcome, low.final_force_n, low.wall_s_per_simulated_s);
+    assert_eq!(low.figures.outcome, Outcome::Settled);
     assert!((low.final_force_n - 20.0).abs() < SETTLED_N, "{}", low.final_force_n);
     let high = go(&load("press-high-gain.toml", &[])).summary;
-    println!("high gain: {:?}, {} bounces, {:?}", high.outcome, high.bounces, high.oscillation.map(|found| found.frequency_hz));
-    assert_eq!(high.outcome, Outcome::Chatter);
-    assert!(high.bounces > 10 && high.contact_share < 0.9, "{} {}", high.bounces, high.contact_share);
+    println!(
+        "high gain: {:?}, {} bounces, {:?}",
+        high.figures.outcome,
+        high.figures.bounces,
+        high.figures.oscillation.map(|found| found.frequency_hz)
+    );
+    assert_eq!(high.figures.outcome, Outcome::Chatter);
+    assert!(high.figures.bounces > 10 && high.figures.contact_share < 0.9, "{} {}", high.figures.bounces, high.figures.contact_share);
 }
 
 #[test]
@@ -71,7 +76,7 @@ fn reference_the_reduced_axis_has_the_arm_s_impact() {
         ];
         let settings: Vec<&str> = place.iter().map(String::as_str).collect();
         let file = load("impact.toml", &settings);
-        let whole = go(&file).summary.peak_force_n;
+        let whole = go(&file).summary.figures.peak_force_n;
         let cell = &file.cell;
         let arm = ArmFile { name: "arm".into(), about: String::new(), arm: cell.arm.clone() };
         let contact = cell.scenario.machine.contacts.values().next().unwrap();
@@ -111,13 +116,13 @@ fn truth_impedance_presses_as_springs_in_series_do_and_admittance_reaches_its_fo
     let axis = impedance.cell.reduction().unwrap();
     // The gap is 2 mm.
     let expected = (12e-3 - 2e-3) / (1.0 / 2e3 + 1.0 / 2e4 + 1.0 / axis.static_stiffness_n_per_m);
-    println!("impedance: {:.3} N, {expected:.3} N by springs in series, {:?}", found.final_force_n, found.outcome);
+    println!("impedance: {:.3} N, {expected:.3} N by springs in series, {:?}", found.final_force_n, found.figures.outcome);
     assert!((found.final_force_n / expected - 1.0).abs() < AT_REST, "{} {expected}", found.final_force_n);
     let admittance = with(
         "law = \"admittance\"\nreads = \"force\"\nmass = \"4 kg\"\ndamping = \"1500 N s/m\"\nkp = \"20 kN/m\"\nkd = \"600 N s/m\"\nperiod = \"1 ms\"\nreference = 20",
     );
     let found = go(&admittance).summary;
-    println!("admittance: {:.3} N, {:?}", found.final_force_n, found.outcome);
+    println!("admittance: {:.3} N, {:?}", found.final_force_n, found.figures.outcome);
     assert!((found.final_force_n - 20.0).abs() < SETTLED_N, "{}", found.final_force_n);
 }
 
@@ -173,7 +178,7 @@ fn lever(urdf: &str, scenario: &str) -> (tempfile::TempDir, PathBuf) {
 fn truth_a_lever_from_a_urdf_is_two_masses() {
     let (_folder, path) = lever(LEVER, LEVER_SCENARIO);
     let file = CellFile::load(&path).unwrap_or_else(|error| panic!("{error}"));
-    let whole = go(&file).summary.peak_force_n;
+    let whole = go(&file).summary.figures.peak_force_n;
     let text = "bodies.motor = { mass = 1.71875, velocity = 0.05 }\nbodies.tip = { mass = 1.09375, velocity = 0.05 }
         springs.gear = { between = [\"motor\", \"tip\"], stiffness = 46875.0, damping = 39.0625 }
         contacts.tool = { between = [\"tip\", \"ground\"], stiffness = 2e4, damping = 40.0, gap = 1e-4 }\nrun.duration = 0.05";

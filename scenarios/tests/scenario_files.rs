@@ -124,7 +124,7 @@ fn prop_every_run_closes_its_energy_and_its_header_tells_its_peak_force() {
     let mut told = 0;
     for file in files() {
         let result = run_file(&file);
-        let residual = result.summary.energy.relative_residual;
+        let residual = result.summary.energy.as_ref().unwrap().relative_residual;
         assert!(residual < LEDGER_TOLERANCE, "{file}: {residual:e} of the energy from nowhere");
         if let Some((expected, rounding)) = figure_after(&header(&file), "peak force") {
             let peak = peak_n(&result);

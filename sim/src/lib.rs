@@ -6,29 +6,8 @@
 //! // A 10 kg axis, 5 mm off a wall of 100 kN/m, pushed towards it with 40 N.
 //! let mut machine = Machine::default();
 //! machine.bodies.insert("tip".into(), Body { mass_kg: 10.0, position_m: -5e-3, ..Body::default() });
-//! machine.contacts.insert(
-//!     "tool".into(),
-//!     Contact {
-//!         between: ["tip".into(), GROUND.into()],
-//!         engagement: Engagement::Unilateral,
-//!         law: ContactLaw::KelvinVoigt,
-//!         stiffness: 1e5,
-//!         damping_n_s_per_m: 100.0,
-//!         gap_m: 0.0,
-//!         effects: Vec::new(),
-//!     },
-//! );
-//! machine.actuators.insert(
-//!     "drive".into(),
-//!     Actuator {
-//!         on: "tip".into(),
-//!         reacts_on: GROUND.into(),
-//!         kind: ActuatorKind::Force { bandwidth_hz: None },
-//!         limit_n: None,
-//!         rate_limit_per_s: None,
-//!         effects: Vec::new(),
-//!     },
-//! );
+//! machine.contacts.insert("tool".into(), Contact::kelvin_voigt("tip", GROUND, 1e5, 100.0));
+//! machine.actuators.insert("drive".into(), Actuator::ideal("tip", GROUND));
 //! let mut spec = ControllerSpec::new(Law::OpenLoop, 1e-3);
 //! spec.reference = ReferenceSpec::Constant(40.0);
 //! let controller = ControllerUse { spec, reads: None, motion: None, drives: "drive".into(), effects: Vec::new() };

@@ -6,7 +6,7 @@ use feeler_analysis::{ContinuousLoop, ControlLoop, SampledLoop, View};
 use feeler_control::ForceGains;
 use feeler_engine::{Program, RunSettings, Scenario, Simulation, Unobserved};
 use feeler_lti::{AffineLoop, C64, Continuous, StateSpace, eigenvalues};
-use feeler_plant::description::{ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, Machine, Quantity, SignalName};
+use feeler_plant::description::{ActuatorKind, Body, Contact, ContactLaw, GROUND, Machine, Quantity, SignalName};
 use nalgebra::dmatrix;
 
 use crate::error::ValidationError;
@@ -118,15 +118,7 @@ fn integral_loops(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
 fn restitution(law: ContactLaw, stiffness: f64, damping: f64, mass_kg: f64, speed: f64) -> Result<f64, ValidationError> {
     let mut machine = Machine::default();
     machine.bodies.insert("tip".into(), Body { mass_kg, position_m: -1e-3, velocity_m_per_s: speed, ..Body::default() });
-    let contact = Contact {
-        between: ["tip".into(), GROUND.into()],
-        engagement: Engagement::Unilateral,
-        law,
-        stiffness,
-        damping_n_s_per_m: damping,
-        gap_m: 0.0,
-        effects: Vec::new(),
-    };
+    let contact = Contact { law, ..Contact::kelvin_voigt("tip", GROUND, stiffness, damping) };
     machine.contacts.insert("tool".into(), contact);
     let run = RunSettings { duration_s: 0.3, ..RunSettings::default() };
     let mut simulation = Simulation::<f64>::new(vec![Program::new(&Scenario { machine, controllers: [].into_iter().collect(), run })?])?;

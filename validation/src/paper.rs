@@ -4,9 +4,7 @@ use std::f64::consts::TAU;
 
 use feeler_control::{ControllerSpec, ForceGains, Law};
 use feeler_engine::{ControllerUse, RunSettings, Scenario};
-use feeler_plant::description::{
-    Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
-};
+use feeler_plant::description::{Actuator, ActuatorKind, Body, Contact, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring};
 
 /// Numbers of an axis. SI units throughout; a part that is absent is rigid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,24 +102,9 @@ impl Axis {
         let (k, c) = self.transmission.unwrap_or_default();
         let rigid = self.transmission.is_none();
         machine.springs.insert("transmission".into(), Spring { rigid, ..spring("motor", "tip", k, c) });
-        let contact = Contact {
-            between: ["tip".into(), work.into()],
-            engagement: Engagement::Clamped,
-            law: ContactLaw::KelvinVoigt,
-            stiffness: self.contact.0,
-            damping_n_s_per_m: self.contact.1,
-            gap_m: 0.0,
-            effects: Vec::new(),
-        };
+        let contact = Contact { engagement: Engagement::Clamped, ..Contact::kelvin_voigt("tip", work, self.contact.0, self.contact.1) };
         machine.contacts.insert("tool".into(), contact);
-        let drive = Actuator {
-            on: "motor".into(),
-            reacts_on: floor.into(),
-            kind: self.drive,
-            limit_n: None,
-            rate_limit_per_s: None,
-            effects: Vec::new(),
-        };
+        let drive = Actuator { kind: self.drive, ..Actuator::ideal("motor", floor) };
         machine.actuators.insert("drive".into(), drive);
         let force = if self.total_force { Quantity::Force } else { Quantity::SpringForce };
         machine.sensors.insert("force".into(), sensor("tool", force, None));
@@ -150,17 +133,7 @@ pub fn spring(a: &str, b: &str, stiffness_n_per_m: f64, damping_n_s_per_m: f64) 
 
 /// A perfect sensor.
 pub fn sensor(element: &str, quantity: Quantity, relative_to: Option<String>) -> Sensor {
-    Sensor {
-        reads: SignalName::new(element, quantity),
-        relative_to,
-        gain: 1.0,
-        bias: 0.0,
-        low_pass: None,
-        delay_s: 0.0,
-        resolution: None,
-        noise: 0.0,
-        effects: Vec::new(),
-    }
+    Sensor { relative_to, ..Sensor::ideal(SignalName::new(element, quantity)) }
 }
 
 /// A row of the table of models, computed independently of this project with `SciPy`.

@@ -4,7 +4,7 @@ use feeler_analysis::{LinearMachine, View};
 use feeler_control::Stream;
 use feeler_engine::{Program, RunSettings, Scenario, Simulation, Trace};
 use feeler_lti::{C64, expm};
-use feeler_plant::description::{Actuator, ActuatorKind, Body, GROUND, Machine, Quantity, SignalName};
+use feeler_plant::description::{Actuator, Body, GROUND, Machine, Quantity, SignalName};
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::ValidationError;
@@ -42,9 +42,7 @@ pub fn random_machine(seed: u64) -> Machine {
         machine.springs.insert(format!("spring{i}"), spring(&other, &format!("body{i}"), k, c));
     }
     let on = format!("body{}", (uniform() * (bodies as f64 - 0.001)) as usize);
-    let kind = ActuatorKind::Force { bandwidth_hz: None };
-    let drive = Actuator { on, reacts_on: GROUND.into(), kind, limit_n: None, rate_limit_per_s: None, effects: Vec::new() };
-    machine.actuators.insert("drive".into(), drive);
+    machine.actuators.insert("drive".into(), Actuator::ideal(on, GROUND));
     machine
 }
 

@@ -114,11 +114,12 @@ fn figures(summary: &Summary, units: Units) -> String {
         row("chatter amplitude", split(oscillation.amplitude_n, units.force), "half of peak to peak".into());
     }
     row("saturation", (percent(summary.saturation_share), "%".into()), "of the controller samples".into());
-    let energy = &summary.energy;
-    let sum = |items: &[run::EnergyItem]| items.iter().map(|item| item.joule).sum::<f64>();
-    row("energy supplied", split(sum(&energy.supplied), "J"), String::new());
-    row("energy dissipated", split(sum(&energy.dissipated), "J"), String::new());
-    row("energy balance", (plain(energy.relative_residual), String::new()), "residual over energy exchanged".into());
+    if let Some(energy) = &summary.energy {
+        let sum = |items: &[run::EnergyItem]| items.iter().map(|item| item.joule).sum::<f64>();
+        row("energy supplied", split(sum(&energy.supplied), "J"), String::new());
+        row("energy dissipated", split(sum(&energy.dissipated), "J"), String::new());
+        row("energy balance", (plain(energy.relative_residual), String::new()), "residual over energy exchanged".into());
+    }
     row("simulated", split(summary.simulated_s, "s"), format!("{} steps in {}", summary.steps, with_unit(summary.wall_s, "s")));
     table(&[], &[1], rows)
 }

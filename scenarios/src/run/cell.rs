@@ -2,19 +2,16 @@
 
 use std::time::Instant;
 
-use feeler_engine::{EnergyBalance, Event, EventKind, RunEnd, Trace};
+use feeler_engine::{Event, EventKind, RunEnd, Trace};
 use feeler_manipulator::{JointEvent, Simulation};
 use feeler_plant::motion::Switch;
 use serde::Serialize;
 
-use super::chatter::Oscillation;
 use super::contact::{self, ContactRun};
 use super::error::RunError;
 use super::force_loop::ForceLoop;
-use super::outcome::{Outcome, Verdict};
 use super::saturation::Limits;
-use super::settling::Response;
-use super::summary::{ContactSummary, EventRecord, Finished, Summary};
+use super::summary::{EventRecord, Finished, Summary};
 use super::{Progress, SLICES};
 use crate::format::CellFile;
 
@@ -38,8 +35,6 @@ pub struct CellRun {
     pub force_loop: Option<ForceLoop>,
     /// Whether a joint or the controller was at its limit, for each row of the record.
     pub saturated: Vec<bool>,
-    /// Figures of the run as those of an axis, but for energies, which are not kept.
-    pub figures: Summary,
     /// Figures of the run.
     pub summary: CellSummary,
 }
@@ -47,49 +42,19 @@ pub struct CellRun {
 /// What a run of a whole arm came to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CellSummary {
-    /// Name of the scenario.
-    pub name: String,
-    /// What became of the run.
-    pub outcome: Outcome,
-    /// Largest force.
-    pub peak_force_n: f64,
+    /// What is measured of an axis too. Energies are not kept; saturation counts the time at which a joint's torque or the controller was at its
+    /// limit, and events are those of the contact and, the first thousand, of the joints.
+    #[serde(flatten)]
+    pub figures: Summary,
     /// Mean force over the last tenth of the run.
     pub final_force_n: f64,
-    /// Peak force over the final reference less one.
-    pub overshoot: Option<f64>,
-    /// Until the force stays within 2 % of the reference (or what the sensor resolves); none where it does not.
-    pub settling_time_s: Option<f64>,
-    /// Lift-offs.
-    pub bounces: usize,
-    /// Time in contact.
-    pub contact_time_s: f64,
-    /// The same as a share of the run.
-    pub contact_share: f64,
-    /// The oscillation of the force, where it lasts to the end.
-    pub oscillation: Option<Oscillation>,
-    /// Share of the time at which a joint's torque or the controller was at its limit.
-    pub saturation_share: f64,
-    /// The answer of the force to its reference.
-    pub response: Option<Response>,
-    /// The contact.
-    pub contacts: Vec<ContactSummary>,
-    /// How the outcome was judged.
-    pub verdict: Verdict,
     /// How far the tool got off the line along the normal through its start.
     pub sideways_m: f64,
-    /// Events of the contact and, the first thousand, of the joints, in order.
-    pub events: Vec<EventRecord>,
     /// How often a joint stuck or broke loose, or a flank of its play met or parted.
     pub joint_events: usize,
-    /// Simulated time, s.
-    pub simulated_s: f64,
     /// Longest step, s.
     pub step_s: f64,
-    /// Steps taken.
-    pub steps: u64,
-    /// Time that preparing, running and measuring took, s.
-    pub wall_s: f64,
-    /// The same per simulated second.
+    /// Time that preparing, running and measuring took, s, per simulated second.
     pub wall_s_per_simulated_s: f64,
 }
 
@@ -140,7 +105,7 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
         end_s: finished.end_s,
         is_longest: false,
         steps: finished.steps,
-        energy: EnergyBalance::default(),
+        energy: None,
     };
     let mut figures = summed.summary();
     figures.name.clone_from(&file.name);
@@ -149,31 +114,15 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
     let force_n = contacts.first().and_then(|contact| record.column(&contact.force_signal())).unwrap_or_default();
     let last = &force_n[force_n.len() - force_n.len().div_ceil(10)..];
     let summary = CellSummary {
-        name: figures.name.clone(),
-        outcome: figures.outcome,
-        peak_force_n: figures.peak_force_n,
         final_force_n: last.iter().sum::<f64>() / last.len().max(1) as f64,
-        overshoot: figures.overshoot,
-        settling_time_s: figures.settling_time_s,
-        bounces: figures.bounces,
-        contact_time_s: figures.contact_time_s,
-        contact_share: figures.contact_share,
-        oscillation: figures.oscillation,
-        saturation_share: figures.saturation_share,
-        response: figures.response,
-        contacts: figures.contacts.clone(),
-        verdict: figures.verdict,
         sideways_m: sideways_m(file, &found.motion),
-        events: figures.events.clone(),
         joint_events: found.joint_events.len(),
-        simulated_s: figures.simulated_s,
         step_s,
-        steps: figures.steps,
-        wall_s: figures.wall_s,
         wall_s_per_simulated_s: if figures.simulated_s > 0.0 { figures.wall_s / figures.simulated_s } else { 0.0 },
+        figures,
     };
     let contact = contacts.into_iter().next().ok_or(feeler_manipulator::ManipulatorError::Count { what: "contact", count: 0 })?;
-    Ok(CellRun { record, motion: found.motion, contact, force_loop, saturated: limits.saturated, figures, summary })
+    Ok(CellRun { record, motion: found.motion, contact, force_loop, saturated: limits.saturated, summary })
 }
 
 /// Adds what the joints' dry friction did to a record, as that of the axis's guide: it tells hunting from other oscillations.

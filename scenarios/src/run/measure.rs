@@ -1,6 +1,6 @@
 //! Measures of many variants: no energy ledger, no more recorded than the measures need, variants of one structure side by side.
 
-use feeler_engine::{EnergyBalance, Integrator, Program, RunSettings, Scenario, Simulation, Trace};
+use feeler_engine::{Integrator, Program, RunSettings, Scenario, Simulation, Trace};
 use feeler_lanes::{Lane, Pack};
 
 use super::contact::{ContactRun, Interval};
@@ -65,7 +65,7 @@ impl Candidate {
     }
 
     fn judge(&self, record: &Trace, ended: Ended, tail: usize) -> Measured {
-        let judged = Judged::new(&self.scenario, self.program.motion().assembly(), record, ended, EnergyBalance::default());
+        let judged = Judged::new(&self.scenario, self.program.motion().assembly(), record, ended, None);
         let main = judged.summary.main_contact.map(|i| &judged.contacts[i]).filter(|_| tail > 0);
         let from_s = judged.summary.verdict.tail_s[0];
         let end_s = record.t_s.last().copied().unwrap_or(0.0);

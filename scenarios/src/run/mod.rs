@@ -30,7 +30,7 @@
 //! let document = Document::parse(text, "press.toml")?;
 //! let result = run(&document.scenario, &mut |_| {})?;
 //! assert_eq!(result.summary.outcome, Outcome::Settled);
-//! assert!(result.summary.energy.relative_residual < 1e-9);
+//! assert!(result.summary.energy.is_some_and(|energy| energy.relative_residual < 1e-9));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -50,6 +50,7 @@ mod settling;
 mod strobe;
 mod summary;
 mod trace_file;
+mod verdict;
 
 use std::time::Instant;
 
@@ -66,10 +67,11 @@ pub use engine::simulation;
 pub use error::RunError;
 pub use force_loop::ForceLoop;
 pub use measure::{Candidate, LANES, MOST_EXTENSION, Measured, measure};
-pub use outcome::{Outcome, Undecided, Verdict};
+pub use outcome::{Outcome, Undecided};
 pub use settling::Response;
 pub use summary::{ContactSummary, EventRecord, Summary};
 pub use trace_file::{write_csv, write_parquet};
+pub use verdict::Verdict;
 
 use record::Recording;
 use saturation::Limits;
@@ -145,7 +147,7 @@ pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<Ru
     record::drop_undefined_rows(&mut record);
     let trace = recording.wanted(&record);
     let ended = Ended::of(&simulation, 0);
-    let judged = Judged::new(scenario, &assembly, &record, ended, simulation.energy(0).unwrap_or_default());
+    let judged = Judged::new(scenario, &assembly, &record, ended, simulation.energy(0));
     let Judged { contacts, force_loop, limits, mut summary } = judged;
     summary.wall_s = started.elapsed().as_secs_f64();
     Ok(RunResult { trace, record, contacts, force_loop, saturated: limits.saturated, summary })
@@ -184,7 +186,7 @@ struct Judged {
 }
 
 impl Judged {
-    fn new(scenario: &Scenario, assembly: &Assembly, record: &Trace, ended: Ended, energy: EnergyBalance) -> Self {
+    fn new(scenario: &Scenario, assembly: &Assembly, record: &Trace, ended: Ended, energy: Option<EnergyBalance>) -> Self {
         let force_loop = ForceLoop::find(scenario);
         let contacts = contact::contacts(scenario, assembly, record, ended.end_s);
         let limits = Limits::of(scenario, assembly, record);

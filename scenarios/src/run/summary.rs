@@ -9,9 +9,10 @@ use super::chatter::{Oscillation, oscillation};
 use super::contact::ContactRun;
 use super::energy::EnergyTable;
 use super::force_loop::ForceLoop;
-use super::outcome::{Evidence, Outcome, Verdict};
+use super::outcome::Outcome;
 use super::saturation::{self, Limits};
 use super::settling::{self, Answer, Response};
+use super::verdict::{Evidence, Verdict};
 
 /// What a run came to. Forces in N and lengths in m; on a rotational axis read N m and rad.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -48,8 +49,9 @@ pub struct Summary {
     pub verdict: Verdict,
     /// Everything that happened, in order.
     pub events: Vec<EventRecord>,
-    /// Where the energy came from and went, J.
-    pub energy: EnergyTable,
+    /// Where the energy came from and went, J; none where it is not kept.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy: Option<EnergyTable>,
     /// Simulated time, s.
     pub simulated_s: f64,
     /// Steps taken: intervals between instants and their parts, or fixed steps.
@@ -103,7 +105,7 @@ pub(super) struct Finished<'a> {
     /// Whether it may go on no longer.
     pub(super) is_longest: bool,
     pub(super) steps: u64,
-    pub(super) energy: EnergyBalance,
+    pub(super) energy: Option<EnergyBalance>,
 }
 
 impl<'a> Finished<'a> {
@@ -130,7 +132,7 @@ impl<'a> Finished<'a> {
             main_contact,
             verdict,
             events: self.events(),
-            energy: EnergyTable::new(&self.energy),
+            energy: self.energy.as_ref().map(EnergyTable::new),
             simulated_s: self.end_s,
             steps: self.steps,
             wall_s: 0.0,

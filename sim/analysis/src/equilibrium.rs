@@ -1,6 +1,6 @@
 //! The state of rest about which a machine is linearised.
 
-use feeler_plant::motion::{Equations, Motion, Row};
+use feeler_plant::motion::{Equations, Motion, Row, dot};
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::AnalysisError;
@@ -19,18 +19,6 @@ pub struct OperatingPoint {
     pub xi: Vec<f64>,
     /// Whether all forces balance there.
     pub balanced: bool,
-}
-
-pub(crate) fn dot(row: &[f64], xi: &[f64]) -> f64 {
-    row.iter().zip(xi).map(|(r, x)| r * x).sum()
-}
-
-fn fill_terms(motion: &Motion, equations: &Equations, xi: &mut [f64]) {
-    for (j, (term, arguments)) in motion.terms().iter().zip(&equations.arguments).enumerate() {
-        if let Some([a, b]) = arguments {
-            xi[motion.layout().term(j)] = term.value(dot(a, xi), dot(b, xi));
-        }
-    }
 }
 
 /// Gradients of the nonlinear terms at `xi`, as rows over states, inputs and the constant.
@@ -73,7 +61,7 @@ pub(crate) fn equilibrium(motion: &Motion, equations: &Equations, preload_n: f64
     let size = |row: &Row, xi: &[f64]| row.iter().zip(xi).map(|(r, x)| (r * x).abs()).sum::<f64>();
     let mut residual = f64::INFINITY;
     for _ in 0..MAX_STEPS {
-        fill_terms(motion, equations, &mut xi);
+        motion.fill_terms(equations, &mut xi);
         let error = DVector::from_iterator(conditions.len(), conditions.iter().map(|(row, value)| dot(row, &xi) - value));
         let scale = conditions.iter().map(|(row, value)| size(row, &xi) + value.abs()).fold(f64::MIN_POSITIVE, f64::max);
         residual = error.amax();
@@ -87,7 +75,7 @@ pub(crate) fn equilibrium(motion: &Motion, equations: &Equations, preload_n: f64
             xi[i] -= d;
         }
     }
-    fill_terms(motion, equations, &mut xi);
+    motion.fill_terms(equations, &mut xi);
     // A linear machine looks the same wherever it stands.
     if motion.terms().is_empty() {
         return Ok(OperatingPoint { xi, balanced: false });

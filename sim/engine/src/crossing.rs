@@ -1,10 +1,9 @@
 //! Where a guard of a nonlinear mode is crossed within a step.
 
-use feeler_plant::motion::Motion;
+use feeler_plant::motion::{Motion, dot};
 
-use crate::extrapolation::{Extrapolation, fill_terms};
+use crate::extrapolation::Extrapolation;
 use crate::flow::Flow;
-use crate::lane::dot;
 
 /// A guard this close to zero, relative to the terms it is made of, may be the trace of the event that has just happened.
 const AT_ZERO: f64 = 1e-12;
@@ -69,7 +68,7 @@ impl Look<'_> {
     /// The state `s` after the start: a fresh step, so that its error is that of one step.
     pub(crate) fn at(&self, method: &mut Extrapolation, s: f64) -> Option<Vec<f64>> {
         let mut xi = self.start.to_vec();
-        fill_terms(self.motion, self.flow, &mut xi);
+        self.motion.fill_terms(&self.flow.equations, &mut xi);
         let mut reached = 0.0;
         while reached < s {
             reached += method.step(self.motion, self.flow, &mut xi, &mut [], s - reached)?;
@@ -84,7 +83,7 @@ impl Look<'_> {
         for (x, row) in moved.iter_mut().zip(&self.flow.equations.derivative) {
             *x += delta * dot(row, xi);
         }
-        fill_terms(self.motion, self.flow, &mut moved);
+        self.motion.fill_terms(&self.flow.equations, &mut moved);
         (dot(self.row, &moved) - dot(self.row, xi)) / delta
     }
 

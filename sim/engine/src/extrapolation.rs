@@ -3,14 +3,17 @@
 //! Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.9. Steps adapt until two columns of the extrapolation
 //! table agree to [`TOLERANCE`], so the result is as good as that of the linear modes.
 
-use feeler_plant::motion::Motion;
+use feeler_plant::motion::{Motion, dot};
 
 use crate::flow::Flow;
 
 /// Columns of the extrapolation table; order 2 per column.
 const COLUMNS: usize = 9;
-/// Agreement of two columns relative to the size of each state over the step.
+/// Agreement of two columns relative to the size of each state over the step ...
 const TOLERANCE: f64 = 4e-14;
+/// ... or to the parts that it is made of, where their difference is so small that rounding is all that columns can agree to: a few units in the
+/// last place of each part, summed over the midpoint rule's substeps.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// A step that converged by this column may be doubled.
 const EASY_COLUMN: usize = 5;
 /// Steps are not cut below this share of the span asked for: a kink of the motion is then crossed as it is, and what that leaves is the square of
@@ -32,26 +35,14 @@ pub(crate) struct Extrapolation {
     reach_s: Option<f64>,
 }
 
-/// Fills in the nonlinear terms of an extended vector.
-pub(crate) fn fill_terms(motion: &Motion, flow: &Flow, xi: &mut [f64]) {
-    for (j, arguments) in flow.equations.arguments.iter().enumerate() {
-        if let Some([a, b]) = arguments {
-            let value = |row: &[f64]| row.iter().zip(xi.iter()).map(|(r, x)| r * x).sum::<f64>();
-            let (a, b) = (value(a), value(b));
-            xi[motion.layout().term(j)] = motion.terms()[j].value(a, b);
-        }
-    }
-}
-
 /// `x'` and the power of as many meters as `out` has room for, at a full extended vector whose terms are filled in.
 fn derivative(flow: &Flow, xi: &[f64], out: &mut [f64]) {
-    let dot = |row: &[f64]| row.iter().zip(xi).map(|(r, x)| r * x).sum::<f64>();
     let (states, powers) = out.split_at_mut(flow.states);
     for (o, row) in states.iter_mut().zip(&flow.equations.derivative) {
-        *o = dot(row);
+        *o = dot(row, xi);
     }
     for (power, meter) in powers.iter_mut().zip(&flow.ledger.meters) {
-        *power = dot(&meter.force) * dot(&meter.speed);
+        *power = dot(&meter.force, xi) * dot(&meter.speed, xi);
     }
 }
 
@@ -66,7 +57,7 @@ fn sizes(motion: &Motion, flow: &Flow, xi: &[f64]) -> Vec<f64> {
     let mut sizes: Vec<f64> = xi.iter().map(|x| x.abs()).collect();
     for (j, arguments) in flow.equations.arguments.iter().enumerate() {
         if let Some(rows) = arguments {
-            let [a, b] = rows.each_ref().map(|row| row.iter().zip(xi).map(|(r, x)| r * x).sum::<f64>());
+            let [a, b] = rows.each_ref().map(|row| dot(row, xi));
             let [shift_a, shift_b] = rows.each_ref().map(|row| SLOPE_SHIFT * parts(row, &sizes));
             let term = &motion.terms()[j];
             let value = term.value(a, b);
@@ -96,7 +87,7 @@ impl Extrapolation {
                 for (meter, gain) in meters.iter_mut().zip(&result[flow.states..]) {
                     *meter += gain;
                 }
-                fill_terms(motion, flow, xi);
+                motion.fill_terms(&flow.equations, xi);
                 return Some(h);
             }
             if last_resort {
@@ -120,12 +111,15 @@ impl Extrapolation {
         self.table.clear();
         self.first_slope.resize(n, 0.0);
         derivative(flow, xi, &mut self.first_slope);
-        let parts_of = sizes(motion, flow, xi);
-        let rows = flow.equations.derivative.iter().enumerate();
-        let mut size: Vec<f64> = rows.map(|(i, row)| parts_of[i].max(h * parts(row, &parts_of))).collect();
+        let entries: Vec<f64> = xi.iter().map(|x| x.abs()).collect();
+        let rows = || flow.equations.derivative.iter().enumerate();
+        let over_step = |sizes: &[f64]| rows().map(|(i, row)| sizes[i].max(h * parts(row, sizes))).collect::<Vec<f64>>();
+        let mut size = over_step(&entries);
+        let mut rounding: Vec<f64> = over_step(&sizes(motion, flow, xi)).iter().map(|parts| ROUNDING * parts).collect();
         // Meters matter as shares of the energy that there is.
         let counted: f64 = meters.iter().map(|joule| joule.abs()).sum();
         size.resize(n, 0.0);
+        rounding.resize(n, f64::MIN_POSITIVE);
         for column in 0..COLUMNS {
             let substeps = 2 * (column + 1);
             let mut row = self.midpoint(motion, flow, xi, h, substeps, n);
@@ -148,7 +142,7 @@ impl Extrapolation {
             if row.iter().any(|x| !x.is_finite()) {
                 return None;
             }
-            let converged = error.iter().zip(&size).all(|(e, s)| *e <= TOLERANCE * s + f64::MIN_POSITIVE);
+            let converged = error.iter().zip(&size).zip(&rounding).all(|((e, s), r)| *e <= TOLERANCE * s + r);
             if column >= 3 && (converged || last_resort) {
                 return Some((row, column));
             }
@@ -170,7 +164,7 @@ impl Extrapolation {
             *x += part * slope;
         }
         for _ in 1..substeps {
-            fill_terms(motion, flow, &mut self.current);
+            motion.fill_terms(&flow.equations, &mut self.current);
             derivative(flow, &self.current, &mut self.slope);
             for i in 0..states {
                 let next = self.previous[i] + 2.0 * part * self.slope[i];
@@ -183,7 +177,7 @@ impl Extrapolation {
                 meters[i] = next;
             }
         }
-        fill_terms(motion, flow, &mut self.current);
+        motion.fill_terms(&flow.equations, &mut self.current);
         derivative(flow, &self.current, &mut self.slope);
         let mut result = Vec::with_capacity(n);
         for i in 0..states {

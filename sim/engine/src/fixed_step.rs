@@ -5,6 +5,7 @@
 //! In linear modes a step is one product (see [`crate::step_map`]); nonlinear ones go through the stages one by one.
 
 use feeler_lanes::{Lane, LaneMask, dispatch};
+use feeler_plant::motion::dot;
 
 use crate::bodies::BodyEngine;
 use crate::error::{EngineError, RunEnd};
@@ -128,7 +129,7 @@ impl<L: Lane> FixedStep<L> {
                 Integrator::External => self.external(lane, l, &mut state, h),
                 Integrator::SemiImplicitEuler | Integrator::Exact => self.semi_implicit_euler(lane, &mut state, h),
             }
-            crate::extrapolation::fill_terms(&lane.motion, lane.flow(), &mut state);
+            lane.motion.fill_terms(&lane.flow().equations, &mut state);
             charge(lane, &state, &before, h);
             let size: f64 = state[..self.states].iter().map(|x| x.abs()).sum();
             if size < LaneCore::BOUND {
@@ -145,7 +146,7 @@ impl<L: Lane> FixedStep<L> {
 
     fn semi_implicit_euler(&mut self, lane: &LaneCore, xi: &mut [f64], h: f64) {
         let n = self.coordinates;
-        crate::extrapolation::fill_terms(&lane.motion, lane.flow(), xi);
+        lane.motion.fill_terms(&lane.flow().equations, xi);
         slopes(lane, xi, &mut self.slope);
         for (x, &slope) in xi[n..self.states].iter_mut().zip(&self.slope[n..]) {
             *x += h * slope;
@@ -158,7 +159,7 @@ impl<L: Lane> FixedStep<L> {
     /// Drives and filters as semi-implicit Euler has them, the bodies by the lane's other engine under the forces at the start of the step.
     fn external(&mut self, lane: &LaneCore, l: usize, xi: &mut [f64], h: f64) {
         let n = self.coordinates;
-        crate::extrapolation::fill_terms(&lane.motion, lane.flow(), xi);
+        lane.motion.fill_terms(&lane.flow().equations, xi);
         slopes(lane, xi, &mut self.slope);
         for (x, &slope) in xi[2 * n..self.states].iter_mut().zip(&self.slope[2 * n..]) {
             *x += h * slope;
@@ -176,7 +177,7 @@ impl<L: Lane> FixedStep<L> {
         self.probe.extend_from_slice(xi);
         self.sum.fill(0.0);
         for (reach, weight) in [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)] {
-            crate::extrapolation::fill_terms(&lane.motion, lane.flow(), &mut self.probe);
+            lane.motion.fill_terms(&lane.flow().equations, &mut self.probe);
             slopes(lane, &self.probe, &mut self.slope);
             for ((&slope, sum), (probe, &x)) in self.slope.iter().zip(&mut self.sum).zip(self.probe.iter_mut().zip(xi.iter())) {
                 *sum += weight * slope;
@@ -206,7 +207,7 @@ impl<L: Lane> FixedStep<L> {
 /// Makes every switch that the guards ask for at the end of a step.
 fn switch_all(lane: &mut LaneCore, xi: &mut [f64], t_s: f64) -> Result<(), EngineError> {
     for _ in 0..MOST_SWITCHES {
-        let violated = lane.flow().equations.guards.iter().position(|guard| crate::lane::dot(&guard.row, xi) < 0.0);
+        let violated = lane.flow().equations.guards.iter().position(|guard| dot(&guard.row, xi) < 0.0);
         let Some(guard) = violated else { break };
         lane.stop_exactly(guard, xi);
         lane.switch(guard, xi, t_s)?;
@@ -217,7 +218,7 @@ fn switch_all(lane: &mut LaneCore, xi: &mut [f64], t_s: f64) -> Result<(), Engin
 
 fn slopes(lane: &LaneCore, xi: &[f64], slope: &mut [f64]) {
     for (slope, row) in slope.iter_mut().zip(&lane.flow().equations.derivative) {
-        *slope = crate::lane::dot(row, xi);
+        *slope = dot(row, xi);
     }
 }
 
@@ -226,8 +227,7 @@ fn powers(lane: &LaneCore, xi: &[f64]) -> Vec<f64> {
     if lane.ledger.is_none() {
         return Vec::new();
     }
-    let dot = |row: &[f64]| crate::lane::dot(row, xi);
-    lane.flow().ledger.meters.iter().map(|meter| dot(&meter.force) * dot(&meter.speed)).collect()
+    lane.flow().ledger.meters.iter().map(|meter| dot(&meter.force, xi) * dot(&meter.speed, xi)).collect()
 }
 
 /// Charges the meters by the trapezoidal rule: of the order of the methods' own errors.

@@ -2,7 +2,7 @@
 
 use feeler_lti::{balance, eigenvalues, expm};
 use feeler_plant::assembly::Source;
-use feeler_plant::motion::{Equations, Ledger, Mode, Motion, Row};
+use feeler_plant::motion::{Equations, Ledger, Mode, Motion, Row, dot};
 use nalgebra::DMatrix;
 
 use crate::error::EngineError;
@@ -103,9 +103,9 @@ impl Flow {
         for guard in &self.equations.guards {
             let value = &guard.row[..n];
             let slope = self.slope(value);
-            rows.extend(exponential.column_iter().map(|column| dot(value, column.iter())));
+            rows.extend(exponential.column_iter().map(|column| dot(value, column.as_slice())));
             rows.extend_from_slice(&slope);
-            rows.extend(exponential.column_iter().map(|column| dot(&slope, column.iter())));
+            rows.extend(exponential.column_iter().map(|column| dot(&slope, column.as_slice())));
             rows.extend_from_slice(value);
         }
         self.transitions.push((span_fs, rows));
@@ -124,10 +124,6 @@ fn joined(pairs: &[[Option<usize>; 2]], coordinates: usize) -> Vec<(usize, Optio
         lead.iter_mut().filter(|l| **l == high).for_each(|l| *l = low);
     }
     (0..coordinates).map(|g| (g, lead[g])).filter(|(g, lead)| *lead != Some(*g)).collect()
-}
-
-fn dot<'a>(row: &[f64], other: impl Iterator<Item = &'a f64>) -> f64 {
-    row.iter().zip(other).map(|(a, b)| a * b).sum()
 }
 
 /// The smaller of the largest row sum and the largest column sum.

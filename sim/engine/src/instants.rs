@@ -184,7 +184,7 @@ impl<L: Lane> Simulation<L> {
     fn refresh_terms(&mut self) {
         for (l, lane) in self.lanes.iter().enumerate().filter(|(_, lane)| !lane.flow().linear) {
             take_lane(&self.xi, l, &mut self.scratch);
-            crate::extrapolation::fill_terms(&lane.motion, lane.flow(), &mut self.scratch);
+            lane.motion.fill_terms(&lane.flow().equations, &mut self.scratch);
             put_lane(&mut self.xi, l, &self.scratch);
         }
     }

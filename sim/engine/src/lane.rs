@@ -3,12 +3,12 @@
 //! Lanes travel together between events; whichever meets one goes through it here, alone, and joins the others at the end of the interval.
 
 use feeler_plant::assembly::Source;
-use feeler_plant::motion::{GuardValue, Mode, Motion, StopSide, Switch, SwitchState};
+use feeler_plant::motion::{GuardValue, Mode, Motion, StopSide, Switch, SwitchState, dot};
 
 use crate::crossing::Look;
 use crate::error::{EngineError, RunEnd};
 use crate::event::{Event, EventKind};
-use crate::extrapolation::{Extrapolation, fill_terms};
+use crate::extrapolation::Extrapolation;
 use crate::flow::Flow;
 use crate::ledger::{EnergyLedger, GAUSS_NODES};
 use crate::taylor::Series;
@@ -108,7 +108,7 @@ impl LaneCore {
             mode = mode.with(i, state);
         }
         self.enter(mode)?;
-        fill_terms(&self.motion, &self.flows[self.current], xi);
+        self.motion.fill_terms(&self.flows[self.current].equations, xi);
         let pressed = self.current;
         // What is compressed, but comes apart faster than its law pushes, does not pull. One side's force is nothing to another's, so once round is all.
         let mut parting = Vec::new();
@@ -123,13 +123,11 @@ impl LaneCore {
             }
         }
         self.enter(mode)?;
-        fill_terms(&self.motion, &self.flows[self.current], xi);
+        self.motion.fill_terms(&self.flows[self.current].equations, xi);
         if let Some(ledger) = &mut self.ledger {
-            *ledger = EnergyLedger::default();
-            let [before, after] = [pressed, self.current].map(|i| self.motion.storage(&self.flows[i].equations, xi));
-            ledger.begin(before.clone(), self.flows[pressed].ledger.meters.len());
+            ledger.begin(&self.motion, &self.flows[pressed], xi);
             for switch in parting {
-                ledger.jump(&self.flows[pressed].ledger, switch, &before, &after);
+                ledger.switch(&self.motion, [pressed, self.current].map(|i| &self.flows[i]), switch, xi);
             }
         }
         Ok(())
@@ -250,7 +248,7 @@ impl LaneCore {
     /// One step of a nonlinear mode.
     fn nonlinear_leg(&mut self, xi: &mut [f64], remaining: f64, push: Option<f64>) -> (f64, Option<usize>) {
         let flow = &self.flows[self.current];
-        fill_terms(&self.motion, flow, xi);
+        self.motion.fill_terms(&flow.equations, xi);
         let mut none = Vec::new();
         let reach = NONLINEAR_ANGLE_SHARE * flow.check_s;
         let span = push.map_or(reach, |push| push.min(reach)).min(remaining);
@@ -311,11 +309,9 @@ impl LaneCore {
         }
         self.enter(mode.with(guard.switch, to))?;
         self.join(xi);
-        fill_terms(&self.motion, &self.flows[self.current], xi);
+        self.motion.fill_terms(&self.flows[self.current].equations, xi);
         if let Some(ledger) = &mut self.ledger {
-            let before = self.motion.storage(&self.flows[old].equations, xi);
-            let after = self.motion.storage(&self.flows[self.current].equations, xi);
-            ledger.jump(&self.flows[old].ledger, what, &before, &after);
+            ledger.switch(&self.motion, [old, self.current].map(|i| &self.flows[i]), what, xi);
         }
         if let Some(kind) = EventKind::of(what, from, to) {
             self.events.push(Event { t_s, kind, switch: what });
@@ -356,7 +352,7 @@ impl LaneCore {
         let index = self.index_of(mode.with(switch, SwitchState::Rest))?;
         let flow = &self.flows[index];
         let mut rested = xi.to_vec();
-        fill_terms(&self.motion, flow, &mut rested);
+        self.motion.fill_terms(&flow.equations, &mut rested);
         let exceeded = flow.equations.guards.iter().find(|guard| guard.switch == switch && dot(&guard.row, &rested) < 0.0);
         Ok(match exceeded.map(|guard| guard.value) {
             Some(GuardValue::To(state)) => state,
@@ -367,8 +363,4 @@ impl LaneCore {
 
 fn side(closed: bool) -> SwitchState {
     if closed { SwitchState::Plus } else { SwitchState::Rest }
-}
-
-pub(crate) fn dot(row: &[f64], xi: &[f64]) -> f64 {
-    row.iter().zip(xi).map(|(r, x)| r * x).sum()
 }

@@ -1,6 +1,6 @@
 //! The energy ledger: what every element put in, took out and stores.
 
-use feeler_plant::motion::{Ledger, MeterKind, Motion, Storage, StorageKind, Switch};
+use feeler_plant::motion::{Ledger, MeterKind, Motion, Storage, StorageKind, Switch, dot};
 
 use crate::flow::Flow;
 
@@ -27,27 +27,31 @@ pub(crate) struct EnergyLedger {
 }
 
 impl EnergyLedger {
-    pub(crate) fn begin(&mut self, initial: Vec<Storage>, meters: usize) {
-        self.initial = initial;
-        self.meters = vec![0.0; meters];
+    /// Starts anew at a state.
+    pub(crate) fn begin(&mut self, motion: &Motion, flow: &Flow, xi: &[f64]) {
+        let initial = motion.storage(&flow.equations, xi);
+        *self = Self { meters: vec![0.0; flow.ledger.meters.len()], initial, controllers: Vec::new() };
     }
 
     pub(crate) fn add_powers(&mut self, ledger: &Ledger, xi: &[f64], weight: f64) {
         for (sum, meter) in self.meters.iter_mut().zip(&ledger.meters) {
-            *sum += weight * crate::lane::dot(&meter.force, xi) * crate::lane::dot(&meter.speed, xi);
+            *sum += weight * dot(&meter.force, xi) * dot(&meter.speed, xi);
         }
     }
 
-    /// A contact or stop that switches while compressed loses (or regains) what it stores: its damping is charged.
-    pub(crate) fn jump(&mut self, ledger: &Ledger, switch: Switch, before: &[Storage], after: &[Storage]) {
+    /// `switch` takes the machine from the first flow to the second. A contact or stop that switches while compressed loses (or regains) what it
+    /// stores: its damping is charged.
+    pub(crate) fn switch(&mut self, motion: &Motion, [before, after]: [&Flow; 2], switch: Switch, xi: &[f64]) {
         let (storage, kind, element) = match switch {
             Switch::Contact(i) => (StorageKind::Contact, MeterKind::ContactDamping, i),
             Switch::Stop(i, _) => (StorageKind::Link, MeterKind::LinkDamping, i),
             _ => return,
         };
-        let stored = |list: &[Storage]| list.iter().filter(|s| s.kind == storage && s.element == element).map(|s| s.joule).sum::<f64>();
+        let stored = |flow: &Flow| {
+            motion.storage(&flow.equations, xi).iter().filter(|s| s.kind == storage && s.element == element).map(|s| s.joule).sum::<f64>()
+        };
         let lost = stored(before) - stored(after);
-        if let Some(i) = ledger.meters.iter().position(|meter| meter.kind == kind && meter.element == element) {
+        if let Some(i) = before.ledger.meters.iter().position(|meter| meter.kind == kind && meter.element == element) {
             self.meters[i] += lost;
         }
     }

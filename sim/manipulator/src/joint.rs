@@ -149,26 +149,10 @@ fn machine(name: &str, drive: &JointDrive, inertia: f64, slides: bool, effects: 
     };
     machine.springs.insert(GUIDE.into(), guide);
     machine.springs.insert(GEAR.into(), gear);
-    let actuator = Actuator {
-        on: MOTOR.into(),
-        reacts_on: GROUND.into(),
-        kind: ActuatorKind::Force { bandwidth_hz: drive.bandwidth_hz },
-        limit_n: drive.effort_limit_n_m,
-        rate_limit_per_s: None,
-        effects: on_drive,
-    };
+    let kind = ActuatorKind::Force { bandwidth_hz: drive.bandwidth_hz };
+    let actuator = Actuator { kind, limit_n: drive.effort_limit_n_m, effects: on_drive, ..Actuator::ideal(MOTOR, GROUND) };
     machine.actuators.insert(DRIVE.into(), actuator);
-    let encoder = Sensor {
-        reads: SignalName::new(MOTOR, Quantity::Position),
-        relative_to: None,
-        gain: 1.0,
-        bias: 0.0,
-        low_pass: None,
-        delay_s: 0.0,
-        resolution: None,
-        noise: 0.0,
-        effects: on_encoder,
-    };
+    let encoder = Sensor { effects: on_encoder, ..Sensor::ideal(SignalName::new(MOTOR, Quantity::Position)) };
     machine.sensors.insert(ENCODER.into(), encoder);
     Ok(machine)
 }

@@ -10,9 +10,7 @@ use feeler_engine::{ControllerUse, EventKind, RunEnd, RunSettings, Scenario};
 use feeler_geometry::{Place, Shape};
 use feeler_manipulator::{Cell, Hold, JointPart, ManipulatorError, Part, Simulation, Start, link_capsules};
 
-use feeler_plant::description::{
-    Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, Machine, Quantity, Sensor, SignalName,
-};
+use feeler_plant::description::{Actuator, Body, Contact, GROUND, Machine, Quantity, Sensor, SignalName};
 use feeler_plant::effects::{EffectUse, LIBRARY};
 use nalgebra::Vector3;
 
@@ -53,22 +51,9 @@ fn axis(gains: ForceGains, reference: f64, contact: Contact) -> Scenario {
     machine.bodies.insert("motor".into(), Body { mass_kg: 1.0, ..Body::default() });
     machine.bodies.insert("tip".into(), Body { mass_kg: 1.0, ..Body::default() });
     machine.contacts.insert("tool".into(), contact);
-    let kind = ActuatorKind::Force { bandwidth_hz: None };
-    let actuator = Actuator { on: "motor".into(), reacts_on: GROUND.into(), kind, limit_n: None, rate_limit_per_s: None, effects: vec![] };
-    machine.actuators.insert("drive".into(), actuator);
-    let sensor = |reads| Sensor {
-        reads,
-        relative_to: None,
-        gain: 1.0,
-        bias: 0.0,
-        low_pass: None,
-        delay_s: 0.0,
-        resolution: None,
-        noise: 0.0,
-        effects: vec![],
-    };
-    machine.sensors.insert("force".into(), sensor(SignalName::new("tool", Quantity::SpringForce)));
-    machine.sensors.insert("encoder".into(), sensor(SignalName::new("motor", Quantity::Position)));
+    machine.actuators.insert("drive".into(), Actuator::ideal("motor", GROUND));
+    machine.sensors.insert("force".into(), Sensor::ideal(SignalName::new("tool", Quantity::SpringForce)));
+    machine.sensors.insert("encoder".into(), Sensor::ideal(SignalName::new("motor", Quantity::Position)));
     let mut spec = ControllerSpec::new(Law::ExplicitForce(gains), 1e-3);
     spec.reference = ReferenceSpec::Constant(reference);
     Controller::<f64>::new(std::slice::from_ref(&spec)).unwrap();
@@ -77,15 +62,7 @@ fn axis(gains: ForceGains, reference: f64, contact: Contact) -> Scenario {
 }
 
 fn contact(stiffness: f64, damping: f64) -> Contact {
-    Contact {
-        between: ["tip".into(), GROUND.into()],
-        engagement: Engagement::Unilateral,
-        law: ContactLaw::KelvinVoigt,
-        stiffness,
-        damping_n_s_per_m: damping,
-        gap_m: 0.0,
-        effects: vec![],
-    }
+    Contact::kelvin_voigt("tip", GROUND, stiffness, damping)
 }
 
 /// A table whose top is `gap_m` under the tool, which points down at a place; the tip's lowest point is the tool's origin.

@@ -5,9 +5,7 @@
 use feeler_control::{ControllerSpec, Law, ReferenceSpec};
 use feeler_engine::{BodyEngine, ControllerUse, EngineError, Integrator, Program, RunEnd, RunSettings, Scenario, Simulation, Trace};
 use feeler_multibody::RapierBodies;
-use feeler_plant::description::{
-    Actuator, ActuatorKind, Axis, Body, Contact, ContactLaw, Engagement, GROUND, Machine, Quantity, SignalName, Spring,
-};
+use feeler_plant::description::{Actuator, ActuatorKind, Axis, Body, Contact, ContactLaw, GROUND, Machine, Quantity, SignalName, Spring};
 use feeler_plant::effects::{self, EffectUse};
 
 /// Rounding of some 1e4 steps of a few operations each, amplified by an impact.
@@ -33,15 +31,7 @@ fn machine() -> Machine {
     spring("guide", ["base", "motor"], 0.0, 20.0, vec![friction]);
     spring("transmission", ["motor", "tip"], 1e5, 30.0, Vec::new());
     spring("joint", ["tip", "flange"], 0.0, 0.0, Vec::new());
-    let contact = Contact {
-        between: ["flange".into(), GROUND.into()],
-        engagement: Engagement::Unilateral,
-        law: ContactLaw::Hertz,
-        stiffness: 1e6,
-        damping_n_s_per_m: 0.0,
-        gap_m: 1e-3,
-        effects: Vec::new(),
-    };
+    let contact = Contact { law: ContactLaw::Hertz, gap_m: 1e-3, ..Contact::kelvin_voigt("flange", GROUND, 1e6, 0.0) };
     machine.contacts.insert("tool".into(), contact);
     machine
 }
@@ -99,14 +89,7 @@ fn reference_the_step_follows_late_and_jittery_commands() {
     let mut given = [Integrator::SemiImplicitEuler, Integrator::External].map(|integrator| scenario(machine(), integrator, 1e-4, 0.2));
     for scenario in &mut given {
         let kind = ActuatorKind::VelocitySource { damping_n_s_per_m: 300.0, time_constant_s: 2e-3 };
-        let drive = Actuator {
-            on: "motor".into(),
-            reacts_on: "base".into(),
-            kind,
-            limit_n: Some(40.0),
-            rate_limit_per_s: None,
-            effects: Vec::new(),
-        };
+        let drive = Actuator { kind, limit_n: Some(40.0), ..Actuator::ideal("motor", "base") };
         scenario.machine.actuators.insert("drive".into(), drive);
         let mut spec = ControllerSpec::new(Law::OpenLoop, 1e-3);
         (spec.delay_s, spec.jitter_s) = (0.37e-3, 1e-4);

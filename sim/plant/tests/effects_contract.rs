@@ -4,9 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use feeler_plant::assembly::{Assembly, assemble};
-use feeler_plant::description::{
-    Actuator, ActuatorKind, Body, Contact, ContactLaw, Elements, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
-};
+use feeler_plant::description::{Actuator, Body, Contact, Elements, GROUND, Machine, Quantity, Sensor, SignalName, Spring};
 use feeler_plant::effects::{Change, Definition, EffectError, EffectUse, Host, HostKind, LIBRARY, Parameter, Place, find};
 
 /// An axis on a base before a workpiece, with an element for every effect: bodies, springs rigid and not, and sensors of all kinds.
@@ -19,34 +17,9 @@ fn machine() -> Machine {
         rigid: false,
         ..rigid(a, b)
     };
-    let sensor = |element: &str, quantity| Sensor {
-        reads: SignalName::new(element, quantity),
-        relative_to: None,
-        gain: 1.0,
-        bias: 0.0,
-        low_pass: None,
-        delay_s: 0.0,
-        resolution: None,
-        noise: 0.0,
-        effects: Vec::new(),
-    };
-    let tool = Contact {
-        between: ["tip".into(), "workpiece".into()],
-        engagement: Engagement::Unilateral,
-        law: ContactLaw::KelvinVoigt,
-        stiffness: 2e5,
-        damping_n_s_per_m: 120.0,
-        gap_m: 4e-3,
-        effects: Vec::new(),
-    };
-    let drive = Actuator {
-        on: "motor".into(),
-        reacts_on: "base".into(),
-        kind: ActuatorKind::Force { bandwidth_hz: None },
-        limit_n: Some(400.0),
-        rate_limit_per_s: None,
-        effects: Vec::new(),
-    };
+    let sensor = |element: &str, quantity| Sensor::ideal(SignalName::new(element, quantity));
+    let tool = Contact { gap_m: 4e-3, ..Contact::kelvin_voigt("tip", "workpiece", 2e5, 120.0) };
+    let drive = Actuator { limit_n: Some(400.0), ..Actuator::ideal("motor", "base") };
     Machine {
         name: "everything".into(),
         about: "an axis with an element for every effect".into(),

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use feeler_plant::description::{Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, Machine};
+use feeler_plant::description::{Actuator, ActuatorKind, Body, Contact, Engagement, GROUND, Machine};
 use nalgebra::DVector;
 use serde::Serialize;
 
@@ -116,19 +116,10 @@ impl Chain {
             machine.springs.insert(format!("joint{}", i + 1), joint);
             before = name;
         }
-        let contact = Contact {
-            between: [before, "base".into()],
-            engagement,
-            law: ContactLaw::KelvinVoigt,
-            stiffness: self.sensor[0],
-            damping_n_s_per_m: self.sensor[1],
-            gap_m: 0.0,
-            effects: Vec::new(),
-        };
+        let contact = Contact { engagement, ..Contact::kelvin_voigt(before, "base", self.sensor[0], self.sensor[1]) };
         machine.contacts.insert("tool".into(), contact);
         let kind = ActuatorKind::VelocitySource { damping_n_s_per_m: self.source[0], time_constant_s: self.source[1] };
-        let drive =
-            Actuator { on: "motor".into(), reacts_on: "base".into(), kind, limit_n: None, rate_limit_per_s: None, effects: Vec::new() };
+        let drive = Actuator { kind, ..Actuator::ideal("motor", "base") };
         machine.actuators.insert("drive".into(), drive);
         machine
     }

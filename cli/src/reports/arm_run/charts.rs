@@ -77,7 +77,7 @@ pub(super) fn whole_run(page: &mut Page, file: &CellFile, result: &CellRun) {
 
 /// The last cycles of an oscillation that lasts.
 pub(super) fn close_up(page: &mut Page, file: &CellFile, result: &CellRun) {
-    let Some(oscillation) = result.summary.oscillation.filter(|oscillation| oscillation.frequency_hz > 0.0) else { return };
+    let Some(oscillation) = result.summary.figures.oscillation.filter(|oscillation| oscillation.frequency_hz > 0.0) else { return };
     let t_s = &result.record.t_s;
     let from_s = t_s.last().copied().unwrap_or(0.0) - CYCLES / oscillation.frequency_hz;
     page.heading("The last cycles");

@@ -18,7 +18,7 @@ const MOST_EVENTS: usize = 400;
 pub(crate) fn page(file: &CellFile, settings: &[String], result: &CellRun) -> anyhow::Result<String> {
     let units = Units::of(&file.cell.scenario.machine);
     let mut page = Page::new(&file.name, &file.about);
-    page.lead(&words::outcome(&result.figures, units));
+    page.lead(&words::outcome(&result.summary.figures, units));
     page.tiles(&tiles(result));
     page.heading("The arm");
     page.scene(
@@ -45,33 +45,34 @@ pub(crate) fn page(file: &CellFile, settings: &[String], result: &CellRun) -> an
 fn tiles(result: &CellRun) -> Vec<Tile> {
     let tile = |name, value: String, remark: String| Tile { name, value, remark };
     let summary = &result.summary;
+    let figures = &summary.figures;
     let mut tiles = vec![
-        tile("outcome", words::label(&result.figures).into(), String::new()),
-        tile("peak force", with_unit(summary.peak_force_n, "N"), format!("at {}", with_unit(result.contact.peak_at_s, "s"))),
+        tile("outcome", words::label(figures).into(), String::new()),
+        tile("peak force", with_unit(figures.peak_force_n, "N"), format!("at {}", with_unit(result.contact.peak_at_s, "s"))),
         tile("final force", with_unit(summary.final_force_n, "N"), "mean of the last tenth".into()),
     ];
-    if let Some(response) = summary.response {
+    if let Some(response) = figures.response {
         let of = response.final_reference_n.map_or_else(String::new, |reference| format!("of {}", with_unit(reference, "N")));
         tiles.push(tile("overshoot", response.overshoot.map_or("-".into(), |share| format!("{} %", percent(share))), of));
         let time = response.settling_time_s.map_or("not settled".into(), |time| with_unit(time, "s"));
         tiles.push(tile("settling time", time, format!("to within {}", with_unit(response.band_n, "N"))));
     }
-    tiles.push(tile("bounces", summary.bounces.to_string(), "times the tool left the workpiece".into()));
-    let share = format!("{} % of the run", percent(summary.contact_share));
-    tiles.push(tile("time in contact", with_unit(summary.contact_time_s, "s"), share));
-    if let Some(oscillation) = &summary.oscillation {
+    tiles.push(tile("bounces", figures.bounces.to_string(), "times the tool left the workpiece".into()));
+    let share = format!("{} % of the run", percent(figures.contact_share));
+    tiles.push(tile("time in contact", with_unit(figures.contact_time_s, "s"), share));
+    if let Some(oscillation) = &figures.oscillation {
         let impacts = format!("{} impacts per second", plain(oscillation.impacts_per_s));
         tiles.push(tile("chatter frequency", with_unit(oscillation.frequency_hz, "Hz"), impacts));
         tiles.push(tile("chatter amplitude", with_unit(oscillation.amplitude_n, "N"), "half of peak to peak".into()));
     }
     tiles.push(tile("sideways", with_unit(summary.sideways_m, "m"), "farthest off the line along the normal".into()));
     let per_second = format!("{} per simulated second", with_unit(summary.wall_s_per_simulated_s, "s"));
-    tiles.push(tile("time taken", with_unit(summary.wall_s, "s"), per_second));
+    tiles.push(tile("time taken", with_unit(figures.wall_s, "s"), per_second));
     tiles
 }
 
 fn events(page: &mut Page, result: &CellRun) {
-    let events = &result.summary.events;
+    let events = &result.summary.figures.events;
     if events.is_empty() {
         return;
     }

@@ -49,7 +49,7 @@ pub(super) fn scene(file: &CellFile, result: &CellRun) -> anyhow::Result<Value> 
     let names: Vec<&str> = chain.joints.iter().map(|joint| joint.name.as_str()).collect();
     Ok(json!({
         "frames": frames, "radii": radii, "names": names, "workpiece": lines(workpiece), "tip": lines(tip), "ball": ball,
-        "largest": result.summary.peak_force_n,
+        "largest": result.summary.figures.peak_force_n,
     }))
 }
 

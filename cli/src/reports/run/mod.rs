@@ -3,7 +3,7 @@
 mod charts;
 
 use feeler_scenarios::format::Document;
-use feeler_scenarios::run::{EnergyItem, Outcome, RunResult, Summary};
+use feeler_scenarios::run::{EnergyItem, EnergyTable, Outcome, RunResult, Summary};
 
 use charts::View;
 
@@ -30,7 +30,9 @@ pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult)
     view.phase_portrait(&mut page);
     view.spectrum(&mut page);
     view.motion(&mut page);
-    energy(&mut page, summary);
+    if let Some(table) = &summary.energy {
+        energy(&mut page, table);
+    }
     events(&mut page, summary);
     view.others(&mut page);
     page.heading("Scenario");
@@ -79,12 +81,13 @@ fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) -> Vec<Tile
         tiles.push(tile("frequency", with_unit(frequency_hz, "Hz"), "of the motion that grows".into()));
     }
     tiles.push(tile("at a limit", format!("{} %", percent(summary.saturation_share)), "of the controller samples".into()));
-    tiles.push(tile("energy balance", plain(summary.energy.relative_residual), "residual over energy exchanged".into()));
+    if let Some(energy) = &summary.energy {
+        tiles.push(tile("energy balance", plain(energy.relative_residual), "residual over energy exchanged".into()));
+    }
     tiles
 }
 
-fn energy(page: &mut Page, summary: &Summary) {
-    let energy = &summary.energy;
+fn energy(page: &mut Page, energy: &EnergyTable) {
     page.heading("Energy");
     page.paragraph("What each element put in (blue) and took out (orange) over the run; what is stored at its end counts as taken out.");
     let bar = |sign: f64| {

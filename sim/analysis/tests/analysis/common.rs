@@ -2,26 +2,14 @@
 
 use feeler_control::{ControllerSpec, ForceGains, Law};
 use feeler_engine::{ControllerUse, RunSettings, Scenario};
-use feeler_plant::description::{
-    Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
-};
+use feeler_plant::description::{Actuator, Body, Contact, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring};
 
 pub(crate) fn spring(a: &str, b: &str, k: f64, c: f64) -> Spring {
     Spring { between: [a.into(), b.into()], stiffness_n_per_m: k, damping_n_s_per_m: c, ..Spring::default() }
 }
 
 pub(crate) fn sensor(element: &str, quantity: Quantity) -> Sensor {
-    Sensor {
-        reads: SignalName::new(element, quantity),
-        relative_to: None,
-        gain: 1.0,
-        bias: 0.0,
-        low_pass: None,
-        delay_s: 0.0,
-        resolution: None,
-        noise: 0.0,
-        effects: Vec::new(),
-    }
+    Sensor::ideal(SignalName::new(element, quantity))
 }
 
 /// Motor of 7 kg, transmission, tip of 5 kg, clamped sensor; sensors `force` and `encoder`.
@@ -31,24 +19,9 @@ pub(crate) fn machine() -> Machine {
     machine.bodies.insert("tip".into(), Body { mass_kg: 5.0, ..Body::default() });
     machine.springs.insert("guide".into(), spring(GROUND, "motor", 0.0, 60.0));
     machine.springs.insert("transmission".into(), spring("motor", "tip", 1.2e6, 120.0));
-    let contact = Contact {
-        between: ["tip".into(), GROUND.into()],
-        engagement: Engagement::Clamped,
-        law: ContactLaw::KelvinVoigt,
-        stiffness: 2e5,
-        damping_n_s_per_m: 120.0,
-        gap_m: 0.0,
-        effects: Vec::new(),
-    };
+    let contact = Contact { engagement: Engagement::Clamped, ..Contact::kelvin_voigt("tip", GROUND, 2e5, 120.0) };
     machine.contacts.insert("tool".into(), contact);
-    let drive = Actuator {
-        on: "motor".into(),
-        reacts_on: GROUND.into(),
-        kind: ActuatorKind::Force { bandwidth_hz: None },
-        limit_n: None,
-        rate_limit_per_s: None,
-        effects: Vec::new(),
-    };
+    let drive = Actuator::ideal("motor", GROUND);
     machine.actuators.insert("drive".into(), drive);
     machine.sensors.insert("force".into(), sensor("tool", Quantity::SpringForce));
     machine.sensors.insert("encoder".into(), sensor("motor", Quantity::Position));

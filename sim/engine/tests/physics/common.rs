@@ -5,9 +5,7 @@ use std::path::PathBuf;
 
 use feeler_control::{ControllerSpec, ForceGains, Law, ReferenceSpec};
 use feeler_engine::{ControllerUse, Program, RunSettings, Scenario, Simulation, Trace};
-use feeler_plant::description::{
-    Actuator, ActuatorKind, Body, Contact, ContactLaw, Elements, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
-};
+use feeler_plant::description::{Actuator, Body, Contact, Elements, GROUND, Machine, Quantity, Sensor, SignalName, Spring};
 use feeler_plant::effects::{self, EffectUse};
 
 pub(crate) fn body(mass_kg: f64, position_m: f64) -> Body {
@@ -19,40 +17,15 @@ pub(crate) fn spring(a: &str, b: &str, k: f64, c: f64) -> Spring {
 }
 
 pub(crate) fn contact(tip: &str, work: &str, stiffness: f64, damping: f64) -> Contact {
-    Contact {
-        between: [tip.into(), work.into()],
-        engagement: Engagement::Unilateral,
-        law: ContactLaw::KelvinVoigt,
-        stiffness,
-        damping_n_s_per_m: damping,
-        gap_m: 0.0,
-        effects: Vec::new(),
-    }
+    Contact::kelvin_voigt(tip, work, stiffness, damping)
 }
 
 pub(crate) fn drive(on: &str, reacts_on: &str) -> Actuator {
-    Actuator {
-        on: on.into(),
-        reacts_on: reacts_on.into(),
-        kind: ActuatorKind::Force { bandwidth_hz: None },
-        limit_n: None,
-        rate_limit_per_s: None,
-        effects: Vec::new(),
-    }
+    Actuator::ideal(on, reacts_on)
 }
 
 pub(crate) fn sensor(element: &str, quantity: Quantity) -> Sensor {
-    Sensor {
-        reads: SignalName::new(element, quantity),
-        relative_to: None,
-        gain: 1.0,
-        bias: 0.0,
-        low_pass: None,
-        delay_s: 0.0,
-        resolution: None,
-        noise: 0.0,
-        effects: Vec::new(),
-    }
+    Sensor::ideal(SignalName::new(element, quantity))
 }
 
 /// An effect of the library.

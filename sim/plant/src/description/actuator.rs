@@ -19,6 +19,20 @@ pub struct Actuator {
     pub effects: Vec<EffectUse>,
 }
 
+impl Actuator {
+    /// A drive whose force is its command, at once and without limit.
+    pub fn ideal(on: impl Into<String>, reacts_on: impl Into<String>) -> Self {
+        Self {
+            on: on.into(),
+            reacts_on: reacts_on.into(),
+            kind: ActuatorKind::Force { bandwidth_hz: None },
+            limit_n: None,
+            rate_limit_per_s: None,
+            effects: Vec::new(),
+        }
+    }
+}
+
 /// How a command becomes a force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ActuatorKind {

@@ -21,6 +21,21 @@ pub struct Contact {
     pub effects: Vec<EffectUse>,
 }
 
+impl Contact {
+    /// A linear contact that pushes only and whose tip and workpiece touch at zero positions.
+    pub fn kelvin_voigt(tip: impl Into<String>, workpiece: impl Into<String>, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
+        Self {
+            between: [tip.into(), workpiece.into()],
+            engagement: Engagement::Unilateral,
+            law: ContactLaw::KelvinVoigt,
+            stiffness: stiffness_n_per_m,
+            damping_n_s_per_m,
+            gap_m: 0.0,
+            effects: Vec::new(),
+        }
+    }
+}
+
 /// How tip and workpiece hold on to each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Engagement {

@@ -27,6 +27,23 @@ pub struct Sensor {
     pub effects: Vec<EffectUse>,
 }
 
+impl Sensor {
+    /// A sensor that reads the signal as it is.
+    pub fn ideal(reads: SignalName) -> Self {
+        Self {
+            reads,
+            relative_to: None,
+            gain: 1.0,
+            bias: 0.0,
+            low_pass: None,
+            delay_s: 0.0,
+            resolution: None,
+            noise: 0.0,
+            effects: Vec::new(),
+        }
+    }
+}
+
 /// A continuous low-pass filter of unit gain at zero frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LowPass {

@@ -2,9 +2,7 @@
 
 use super::Host;
 use crate::assembly::{Assembly, assemble};
-use crate::description::{
-    Actuator, ActuatorKind, Axis, Body, Contact, ContactLaw, Engagement, Machine, Quantity, Sensor, SignalName, Spring,
-};
+use crate::description::{Actuator, Axis, Body, Contact, Machine, Quantity, Sensor, SignalName, Spring};
 
 pub(super) const MOTOR: Host = Host::Body(1);
 pub(super) const GUIDE: Host = Host::Spring(0);
@@ -26,34 +24,9 @@ pub(super) fn flexible() -> Assembly {
 fn axis(transmission: Spring) -> Assembly {
     let body = |mass_kg| Body { mass_kg, ..Body::default() };
     let guide = Spring { between: ["ground".into(), "motor".into()], damping_n_s_per_m: 60.0, ..Spring::default() };
-    let tool = Contact {
-        between: ["tip".into(), "ground".into()],
-        engagement: Engagement::Unilateral,
-        law: ContactLaw::KelvinVoigt,
-        stiffness: 2e5,
-        damping_n_s_per_m: 120.0,
-        gap_m: 4e-3,
-        effects: Vec::new(),
-    };
-    let drive = Actuator {
-        on: "motor".into(),
-        reacts_on: "ground".into(),
-        kind: ActuatorKind::Force { bandwidth_hz: None },
-        limit_n: None,
-        rate_limit_per_s: None,
-        effects: Vec::new(),
-    };
-    let sensor = |element: &str, quantity| Sensor {
-        reads: SignalName::new(element, quantity),
-        relative_to: None,
-        gain: 1.0,
-        bias: 0.0,
-        low_pass: None,
-        delay_s: 0.0,
-        resolution: None,
-        noise: 0.0,
-        effects: Vec::new(),
-    };
+    let tool = Contact { gap_m: 4e-3, ..Contact::kelvin_voigt("tip", "ground", 2e5, 120.0) };
+    let drive = Actuator::ideal("motor", "ground");
+    let sensor = |element: &str, quantity| Sensor::ideal(SignalName::new(element, quantity));
     let machine = Machine {
         name: "axis".into(),
         about: "the smallest machine on which every effect has a place".into(),

@@ -1,6 +1,6 @@
 //! Where energy is stored, and where it comes and goes.
 
-use super::{Equations, Motion, Row, StopSide, Switch, SwitchState};
+use super::{Equations, Motion, Row, StopSide, Switch, SwitchState, dot};
 use crate::description::Engagement;
 
 /// What a meter counts.
@@ -67,10 +67,6 @@ pub struct Storage {
 pub struct Ledger {
     /// Every meter.
     pub meters: Vec<Meter>,
-}
-
-fn dot(row: &Row, xi: &[f64]) -> f64 {
-    row.iter().zip(xi).map(|(r, x)| r * x).sum()
 }
 
 fn minus(a: &Row, b: &Row) -> Row {

@@ -10,6 +10,12 @@ pub const GAP_TIME_S: f64 = 1e-3;
 /// A linear functional of the extended vector.
 pub type Row = Vec<f64>;
 
+/// The value of a linear functional: of as much of `xi` as `row` reaches over.
+#[inline]
+pub fn dot(row: &[f64], xi: &[f64]) -> f64 {
+    row.iter().zip(xi).map(|(r, x)| r * x).sum()
+}
+
 /// States of one drive.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct DriveStates {

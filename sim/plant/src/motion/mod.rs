@@ -18,7 +18,7 @@ mod signals;
 pub use coordinates::Coordinates;
 pub use energy::{Ledger, Meter, MeterKind, Storage, StorageKind};
 pub use equations::{Equations, Guard, GuardValue};
-pub use layout::{GAP_TIME_S, Layout, Row};
+pub use layout::{GAP_TIME_S, Layout, Row, dot};
 pub use mode::{Mode, StopSide, Switch, SwitchState};
 pub use nonlinear::{NonlinearLaw, NonlinearTerm};
 
@@ -50,6 +50,16 @@ impl Motion {
         let terms = nonlinear::terms(&assembly, &coordinates);
         let layout = Layout::new(&assembly, &coordinates, terms.len());
         Ok(Self { assembly, coordinates, layout, switches, terms })
+    }
+
+    /// Writes the values that the nonlinear terms have in a mode into the extended vector.
+    #[inline]
+    pub fn fill_terms(&self, equations: &Equations, xi: &mut [f64]) {
+        for (j, (term, arguments)) in self.terms.iter().zip(&equations.arguments).enumerate() {
+            if let Some([a, b]) = arguments {
+                xi[self.layout.term(j)] = term.value(dot(a, xi), dot(b, xi));
+            }
+        }
     }
 
     /// The machine's numbers.

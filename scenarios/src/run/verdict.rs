@@ -1,0 +1,305 @@
+//! What became of a run: settled, chattering, unstable, or something else, by criteria on its tail.
+//!
+//! The *tail* is the second half of what follows the last change of the reference or the first touch, whichever is later (the second half of what
+//! follows the first touch where the reference moves to the end). It is cut into three equal parts whose amplitudes `A1, A2, A3` (half of peak to peak
+//! of the force, less its reference where that moves) tell growth from decay. In this order:
+//!
+//! | outcome | when |
+//! |---|---|
+//! | unstable | the motion left all bounds; or it grows and never left the workpiece, or still grows at the end of the longest extension. It grows where `A3 > 1.5 A2` and `A2 > 1.5 A1` beyond what the sensor resolves, or where the force peaks of the last half of all contacts, 6 at least, rise from each to the next, above all before, and by more than 2.25 times in all |
+//! | no-contact | the tool never touched, or left for good before the tail |
+//! | chatter | at least 3 lift-offs in the tail, 2 of them in its last part, and `A3 >= 0.7 A1` |
+//! | driven | a reference moves to the end, so that there is nothing to settle at |
+//! | settled, bounces-then-settles | `A3` within the settling band, and no lift-off in the last part; by whether the tool had left the workpiece |
+//! | limit-cycle | the force oscillates and does not decay, and a drive or controller is at its limit for over 1 % of the tail |
+//! | hunting | the same, no limit is reached, and a guide sticks or breaks loose at least twice |
+//! | oscillates | the same with neither |
+//! | undecided | none of these: oscillation or bouncing that decays but has not ended, that creeps up or down (by more than 1.05 from part to part), growth in a run that left the workpiece and may yet be bounded by that, or a tail too short to judge |
+//!
+//! A longer run decides most of what a short one leaves undecided: [`super::measure()`] extends the run until it is.
+
+use feeler_engine::RunEnd;
+use serde::Serialize;
+
+use super::outcome::{Outcome, Undecided};
+
+/// Growth from one part of the tail to the next that counts as such.
+const GROWS: f64 = 1.5;
+/// Growth (or decay) from one part of the tail to the next that is more than the fluctuation of a steady oscillation, and less than what decides.
+const CREEPS: f64 = 1.05;
+/// The last part's amplitude over the first part's, below which the oscillation dies out.
+const LASTS: f64 = 0.7;
+/// Share of the tail at a limit that makes an oscillation one of saturation.
+const SATURATES: f64 = 0.01;
+/// Contacts at the end of the run whose peaks must rise to call the bouncing unstable: by chance, aperiodic ones do so in one run of 720, and above
+/// all that came before far more seldom.
+const LEAST_RISING: usize = 6;
+/// Lift-offs in the tail, and in its last part, that make chatter.
+const LEAST_LIFTS: (usize, usize) = (3, 2);
+/// Changes between sticking and sliding in the tail that make hunting.
+const LEAST_STICKS: usize = 2;
+/// Fewer rows tell nothing.
+const LEAST_ROWS: usize = 30;
+
+/// An outcome and what it was judged from.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Verdict {
+    /// What became of the run.
+    pub outcome: Outcome,
+    /// From when to when it was judged, s.
+    pub tail_s: [f64; 2],
+    /// Amplitudes of the three parts of the tail, N.
+    pub amplitudes_n: [f64; 3],
+    /// Rate at which the amplitude grows, 1/s, where it does.
+    pub growth_per_s: Option<f64>,
+    /// Why nothing can be said, where nothing can.
+    pub undecided: Option<Undecided>,
+}
+
+/// What is known of a run with a contact.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Evidence<'a> {
+    pub(super) end: RunEnd,
+    /// Whether the run is as long as it gets, so that growth counts as lasting.
+    pub(super) is_longest: bool,
+    /// Times of the rows, s.
+    pub(super) t_s: &'a [f64],
+    /// The contact force at the rows, N.
+    pub(super) force_n: &'a [f64],
+    /// Whether some reference moves to the end.
+    pub(super) driven: bool,
+    /// The force wanted at the rows, where that is what moves.
+    pub(super) moving_reference_n: Option<&'a [f64]>,
+    /// When the last change of the reference or the first touch was, s; none where there was no touch.
+    pub(super) starts_at_s: Option<f64>,
+    /// When contact last ended; none where it lasts to the end.
+    pub(super) lost_at_s: Option<f64>,
+    /// Each contact since settling counts: when it began, s, and its largest force, N.
+    pub(super) impacts: &'a [(f64, f64)],
+    /// Instants of lift-off, s.
+    pub(super) lifts_s: &'a [f64],
+    /// Whether a limit was reached, row by row.
+    pub(super) saturated: &'a [bool],
+    /// Instants at which something began to stick or slip, s.
+    pub(super) sticks_s: &'a [f64],
+    /// Half-width of the settling band, N; none where no force is wanted: then 2 % of the mean force is taken.
+    pub(super) band_n: Option<f64>,
+}
+
+impl Evidence<'_> {
+    pub(super) fn verdict(&self) -> Verdict {
+        let end_s = self.t_s.last().copied().unwrap_or(0.0);
+        let start_s = self.starts_at_s.map_or(0.5 * end_s, |start| start + 0.5 * (end_s - start));
+        let tail_s = [start_s.min(end_s), end_s];
+        let first = self.t_s.partition_point(|&t| t < tail_s[0]);
+        let amplitudes_n = self.amplitudes_n(first);
+        let say = |outcome| Verdict { outcome, tail_s, amplitudes_n, growth_per_s: None, undecided: None };
+        let unsure = |why| Verdict { undecided: Some(why), ..say(Outcome::Undecided) };
+        let growth_per_s = (amplitudes_n[2] / amplitudes_n[0]).ln() / (2.0 / 3.0 * (tail_s[1] - tail_s[0]));
+        match self.end {
+            RunEnd::Diverged { .. } => {
+                return Verdict { growth_per_s: Some(growth_per_s).filter(|rate| rate.is_finite()), ..say(Outcome::Unstable) };
+            }
+            RunEnd::EventStorm { .. } => return unsure(Undecided::EventStorm),
+            _ => {}
+        }
+        // The loss of contact bounds most growth, only later: in contact alone nothing but a limit does.
+        let growth_lasts = self.is_longest || self.lifts_s.is_empty();
+        let grows = |rate_per_s: f64| Verdict {
+            growth_per_s: Some(rate_per_s).filter(|rate| rate.is_finite()),
+            ..if growth_lasts { say(Outcome::Unstable) } else { unsure(Undecided::StillGrowing) }
+        };
+        if let Some(rate_per_s) = self.impact_growth_per_s() {
+            return grows(rate_per_s);
+        }
+        if self.starts_at_s.is_none() || self.lost_at_s.is_some_and(|lost| lost < tail_s[0]) {
+            return say(Outcome::NoContact);
+        }
+        if self.t_s.len() - first < LEAST_ROWS {
+            return unsure(Undecided::TooShort);
+        }
+        let force = &self.force_n[first..];
+        let mean = force.iter().sum::<f64>() / force.len() as f64;
+        let band_n = self.band_n.unwrap_or(super::settling::SETTLING_BAND * mean.abs());
+        let [a1, a2, a3] = amplitudes_n;
+        if a3 > GROWS * a2 && a2 > GROWS * a1 && a3 > 0.1 * band_n {
+            return grows(growth_per_s);
+        }
+        let last_part_s = tail_s[1] - (tail_s[1] - tail_s[0]) / 3.0;
+        let lifts = (self.lifts_after(tail_s[0]), self.lifts_after(last_part_s));
+        let lasts = a3 >= LASTS * a1;
+        if lifts.0 >= LEAST_LIFTS.0 && lifts.1 >= LEAST_LIFTS.1 {
+            return if lasts { say(Outcome::Chatter) } else { unsure(Undecided::StillDecaying) };
+        }
+        if self.driven {
+            return say(Outcome::Driven);
+        }
+        if a3 <= band_n && lifts.1 == 0 && self.lost_at_s.is_none() {
+            return say(if self.lifts_s.is_empty() { Outcome::Settled } else { Outcome::BouncesThenSettles });
+        }
+        if lifts.0 > 0 {
+            return unsure(Undecided::TooFewBounces);
+        }
+        if !lasts || (a2 > CREEPS * a3 && a1 > CREEPS * a2) {
+            return unsure(Undecided::StillDecaying);
+        }
+        if a3 > CREEPS * a2 && a2 > CREEPS * a1 {
+            return Verdict { growth_per_s: Some(growth_per_s).filter(|rate| rate.is_finite()), ..unsure(Undecided::StillGrowing) };
+        }
+        if super::saturation::share(&self.saturated[first..]) > SATURATES {
+            return say(Outcome::LimitCycle);
+        }
+        let sticks = self.sticks_s.iter().filter(|&&t| t >= tail_s[0]).count();
+        say(if sticks >= LEAST_STICKS { Outcome::Hunting } else { Outcome::Oscillates })
+    }
+
+    /// Rate at which the peaks of the last contacts rise, where they do.
+    fn impact_growth_per_s(&self) -> Option<f64> {
+        let last = &self.impacts[self.impacts.len() - self.impacts.len().div_ceil(2).max(LEAST_RISING).min(self.impacts.len())..];
+        let [(from_s, first_n), .., (to_s, last_n)] = last else { return None };
+        let before = self.impacts[..self.impacts.len() - last.len()].iter().map(|impact| impact.1).fold(0.0, f64::max);
+        let rises = last.len() >= LEAST_RISING && *last_n > before && last.windows(2).all(|pair| pair[1].1 > pair[0].1);
+        (rises && *last_n > GROWS * GROWS * first_n).then(|| (last_n / first_n).ln() / (to_s - from_s))
+    }
+
+    fn lifts_after(&self, t_s: f64) -> usize {
+        self.lifts_s.iter().filter(|&&lift| lift >= t_s).count()
+    }
+
+    fn amplitudes_n(&self, first: usize) -> [f64; 3] {
+        let rows = self.t_s.len() - first;
+        let error = |row: usize| self.force_n[row] - self.moving_reference_n.map_or(0.0, |reference| reference[row]);
+        std::array::from_fn(|part| {
+            let part_rows = first + part * rows / 3..first + (part + 1) * rows / 3;
+            let (low, high) = part_rows.map(error).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), e| (low.min(e), high.max(e)));
+            if high > low { 0.5 * (high - low) } else { 0.0 }
+        })
+    }
+}
+
+#[cfg(test)]
+#[expect(clippy::large_stack_arrays, reason = "constant evidence, promoted to statics")]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    const ROWS: usize = 20_000;
+
+    fn times() -> Vec<f64> {
+        (0..ROWS).map(|i| i as f64 * 1e-4).collect()
+    }
+
+    /// A run in which nothing happens after a touch at 0.2 s.
+    fn still() -> Evidence<'static> {
+        Evidence {
+            end: RunEnd::Completed,
+            is_longest: false,
+            t_s: &[],
+            force_n: &[0.0; ROWS],
+            driven: false,
+            moving_reference_n: None,
+            starts_at_s: Some(0.2),
+            lost_at_s: None,
+            impacts: &[],
+            lifts_s: &[],
+            saturated: &[false; ROWS],
+            sticks_s: &[],
+            band_n: Some(0.4),
+        }
+    }
+
+    fn verdict_of(force: impl Fn(f64) -> f64, change: impl Fn(&mut Evidence<'_>)) -> Verdict {
+        let t_s = times();
+        let force_n: Vec<f64> = t_s.iter().map(|&t| force(t)).collect();
+        let mut evidence = Evidence { t_s: &t_s, force_n: &force_n, ..still() };
+        change(&mut evidence);
+        evidence.verdict()
+    }
+
+    #[test]
+    fn truth_rest_is_settled_and_bounces_are_remembered() {
+        let decays = |t: f64| 20.0 + 100.0 * (-10.0 * t).exp() * (TAU * 25.0 * t).cos();
+        assert_eq!(verdict_of(decays, |_| {}).outcome, Outcome::Settled);
+        assert_eq!(verdict_of(decays, |e| e.lifts_s = &[0.21, 0.25]).outcome, Outcome::BouncesThenSettles);
+    }
+
+    #[test]
+    fn truth_growth_rate_is_found() {
+        let grows = |t: f64| 20.0 + 0.5 * (3.0 * t).exp() * (TAU * 60.0 * t).cos();
+        let verdict = verdict_of(grows, |_| {});
+        assert_eq!(verdict.outcome, Outcome::Unstable);
+        let left = verdict_of(grows, |e| e.lifts_s = &[0.21]);
+        assert_eq!((left.undecided, left.growth_per_s), (Some(Undecided::StillGrowing), verdict.growth_per_s));
+        // Each part's largest swing lies within one period of 17 ms of its end, so the ratio errs by less than exp(3 / 60).
+        assert!((verdict.growth_per_s.unwrap() - 3.0).abs() < 0.2, "{verdict:?}");
+        let diverged = verdict_of(grows, |e| e.end = RunEnd::Diverged { t_s: 2.0 });
+        assert_eq!(diverged.outcome, Outcome::Unstable);
+    }
+
+    #[test]
+    fn truth_slow_growth_and_slow_decay_are_left_to_a_longer_run() {
+        // Per part of 0.3 s: exp(0.3) = 1.35.
+        let creeps = verdict_of(|t| 20.0 + 2.0 * t.exp() * (TAU * 60.0 * t).cos(), |_| {});
+        assert_eq!((creeps.outcome, creeps.undecided), (Outcome::Undecided, Some(Undecided::StillGrowing)));
+        assert!((creeps.growth_per_s.unwrap() - 1.0).abs() < 0.1, "{creeps:?}");
+        let decays = verdict_of(|t| 20.0 + 5.0 * (-0.3 * t).exp() * (TAU * 60.0 * t).cos(), |_| {});
+        assert_eq!((decays.outcome, decays.undecided), (Outcome::Undecided, Some(Undecided::StillDecaying)));
+    }
+
+    #[test]
+    fn truth_repeated_lifts_are_chatter_unless_they_die_out() {
+        let lifts: Vec<f64> = (5..50).map(|i| f64::from(i) * 0.04).collect();
+        let bounces = |t: f64| 60.0 * (TAU * 25.0 * t).sin().max(0.0);
+        let of = |force: &dyn Fn(f64) -> f64| {
+            let t_s = times();
+            let force_n: Vec<f64> = t_s.iter().map(|&t| force(t)).collect();
+            let evidence = Evidence { t_s: &t_s, force_n: &force_n, lifts_s: &lifts, saturated: &[true; ROWS], ..still() };
+            evidence.verdict()
+        };
+        assert_eq!(of(&bounces).outcome, Outcome::Chatter);
+        let dying = of(&|t| bounces(t) * (-t).exp());
+        assert_eq!((dying.outcome, dying.undecided), (Outcome::Undecided, Some(Undecided::StillDecaying)));
+    }
+
+    #[test]
+    fn truth_impacts_that_rise_to_the_end_of_the_longest_run_are_unstable_even_where_the_tool_is_away() {
+        let impacts: Vec<(f64, f64)> = (0..8).map(|i| (0.1 * f64::from(i), 10.0 * (0.4 * f64::from(i)).exp())).collect();
+        let away = |impacts: &[(f64, f64)], is_longest| {
+            let t_s = times();
+            let evidence = Evidence { lost_at_s: Some(0.75), impacts, lifts_s: &[0.05, 0.75], is_longest, t_s: &t_s, ..still() };
+            evidence.verdict()
+        };
+        let verdict = away(&impacts, true);
+        assert_eq!(verdict.outcome, Outcome::Unstable);
+        assert!((verdict.growth_per_s.unwrap() - 4.0).abs() < 1e-9);
+        let sooner = away(&impacts, false);
+        assert_eq!((sooner.outcome, sooner.undecided), (Outcome::Undecided, Some(Undecided::StillGrowing)));
+        assert_eq!(sooner.growth_per_s, verdict.growth_per_s);
+        let falling: Vec<(f64, f64)> = impacts.iter().map(|(t, f)| (*t, 1.0 / f)).collect();
+        assert_eq!(away(&falling, true).outcome, Outcome::NoContact);
+    }
+
+    #[test]
+    fn truth_sustained_oscillation_is_named_after_what_is_in_play() {
+        let swings = |t: f64| 20.0 + 5.0 * (TAU * 12.0 * t).sin();
+        let sticks: Vec<f64> = (0..20).map(|i| 0.1 * f64::from(i)).collect();
+        assert_eq!(verdict_of(swings, |_| {}).outcome, Outcome::Oscillates);
+        let t_s = times();
+        let force_n: Vec<f64> = t_s.iter().map(|&t| swings(t)).collect();
+        let base = Evidence { t_s: &t_s, force_n: &force_n, saturated: &[true; ROWS], sticks_s: &sticks, ..still() };
+        assert_eq!(base.verdict().outcome, Outcome::LimitCycle);
+        assert_eq!(Evidence { saturated: &[false; ROWS], ..base }.verdict().outcome, Outcome::Hunting);
+        let reference: Vec<f64> = t_s.iter().map(|t| 20.0 + t).collect();
+        assert_eq!(Evidence { driven: true, moving_reference_n: Some(&reference), ..base }.verdict().outcome, Outcome::Driven);
+    }
+
+    #[test]
+    fn truth_without_lasting_contact_there_is_none() {
+        assert_eq!(verdict_of(|_| 0.0, |e| e.starts_at_s = None).outcome, Outcome::NoContact);
+        assert_eq!(verdict_of(|_| 0.0, |e| e.lost_at_s = Some(0.3)).outcome, Outcome::NoContact);
+        let late = verdict_of(|_| 20.0, |e| e.starts_at_s = Some(1.999));
+        assert_eq!(late.undecided, Some(Undecided::TooShort));
+        let storm = verdict_of(|_| 20.0, |e| e.end = RunEnd::EventStorm { t_s: 1.0 });
+        assert_eq!(storm.undecided, Some(Undecided::EventStorm));
+    }
+}

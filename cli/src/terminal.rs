@@ -9,8 +9,10 @@ use std::path::Path;
 
 use crate::failure::BadInput;
 
+/// Control characters, and marks that turn the direction of writing and so the order in which a line reads.
 fn steers(c: char) -> bool {
-    c.is_control() && !matches!(c, '\n' | '\t')
+    let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    turns || (c.is_control() && !matches!(c, '\n' | '\t'))
 }
 
 /// Prints a text to standard output.

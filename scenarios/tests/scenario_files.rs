@@ -94,7 +94,7 @@ fn growth(result: &RunResult) -> f64 {
 }
 
 fn peak_n(result: &RunResult) -> f64 {
-    result.trace.column("tool.force").unwrap().iter().copied().fold(0.0, f64::max)
+    result.summary.contacts.iter().find(|contact| contact.name == "tool").unwrap().peak_force_n
 }
 
 /// Mean force over the last quarter of the run.

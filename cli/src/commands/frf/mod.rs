@@ -151,7 +151,7 @@ impl Response {
         let named = named.collect::<Vec<_>>().join(", ");
         (count > 0).then(|| {
             format!(
-                "Coherence is below {INCOHERENT} at {count} of {} frequencies ({named} Hz{more}): there noise, nonlinearity or something else that \
+                "Coherence is below {INCOHERENT} at {count} of {} frequencies ({named} Hz{more}): there noise, leakage, nonlinearity or something else that \
                  acts on the machine makes up a good part of the output.",
                 f.len()
             )

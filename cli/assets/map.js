@@ -26,7 +26,7 @@
       shown = row;
       if (row === null) { told.textContent = "\u00a0"; return; }
       const figures = map.columns.filter((column) => of(column, row) !== null)
-        .map((column) => `${column[0]} ${short(of(column, row))}${column[2] ? " " + column[2] : ""}`);
+        .map((column) => `${column[0]} ${short(of(column, row))} ${column[2]}`.trim());
       told.textContent = `${figures.join(", ")}\n${command(row)}`;
       told.style.whiteSpace = "pre-wrap";
     });

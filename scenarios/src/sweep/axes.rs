@@ -102,3 +102,27 @@ pub(crate) fn unit_of_effect(kind: &str, parameter: &str) -> Option<&'static str
     let parameter = effects::find(kind)?.parameters.iter().find(|known| known.name == parameter)?;
     Some(parameter.dimension.si_unit(false))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sweep(text: &str) -> SweepFile {
+        let place = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/panels.toml");
+        SweepFile::parse(&format!("scenario = \"../paper/rigid.toml\"\n{text}"), &place.display().to_string()).unwrap()
+    }
+
+    #[test]
+    fn truth_a_grid_has_a_panel_for_each_value_beyond_two_axes() {
+        let three = "[axes]\n\"run.seed\" = [1, 2]\n\"controllers.force.kp\" = { linear = [0.1, 1.0], points = 4 }\n\
+            \"contacts.tool.stiffness\" = { log = [1e4, 1e6], points = 5 }\n\"bodies.motor.mass\" = { linear = [10.0, 12.0], points = 3 }\n";
+        let file = sweep(three);
+        let panels = Panels::of(&file);
+        let found: Vec<Vec<(String, Setting)>> = panels.settings().collect();
+        assert_eq!((panels.count(), found.len()), (6, 6));
+        let number = |key: &str, value| (key.to_owned(), Setting::Number(value));
+        assert_eq!(found[1], [number("run.seed", 1.0), number("bodies.motor.mass", 11.0)]);
+        let drawn = sweep("samples = 9\n[axes]\n\"controllers.force.kp\" = { uniform = [0.1, 1.0] }\n\"run.seed\" = [1, 2]\n");
+        assert!(Panels::of(&drawn).has("run.seed") && !Panels::of(&drawn).has("controllers.force.kp"));
+    }
+}

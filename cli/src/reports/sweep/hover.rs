@@ -10,14 +10,15 @@ use serde_json::{Value, json};
 use super::Report;
 use crate::{terminal, words};
 
-/// Measures that the pointer shows, with their units.
-pub(super) const SHOWN: [(&str, &str); 6] = [
-    ("peak_force_n", "N"),
-    ("settling_time_s", "s"),
-    ("frequency_hz", "Hz"),
-    ("amplitude_n", "N"),
-    ("chatter_contact_share", ""),
-    ("growth_per_s", "1/s"),
+/// Measures that the pointer shows: column, words, unit.
+pub(super) const SHOWN: [(&str, &str, &str); 7] = [
+    ("peak_force_n", "peak force", "N"),
+    ("settling_time_s", "settling time", "s"),
+    ("frequency_hz", "frequency", "Hz"),
+    ("amplitude_n", "amplitude", "N"),
+    ("impacts_per_period", "impacts per period", ""),
+    ("chatter_contact_share", "share of time in contact", ""),
+    ("growth_per_s", "growth", "1/s"),
 ];
 /// Places for each different value, at least, where a column is written as its different values and which of them each place has.
 const PLACES_PER_VALUE: usize = 4;
@@ -29,18 +30,18 @@ impl Report<'_> {
         let of_rows = |values: Vec<Option<f64>>| rows.iter().map(|&row| json!(values[row])).collect::<Vec<Value>>();
         let mut columns: Vec<Value> = Vec::new();
         for key in self.sweep.file.axes.keys() {
-            let values = match self.table.columns.get(key) {
-                Some(Column::Text(texts)) => rows.iter().map(|&row| json!(texts[row])).collect(),
-                _ => self.table.reals(key).map(of_rows).unwrap_or_default(),
+            // Texts have their units with them.
+            let (values, unit) = match self.table.columns.get(key) {
+                Some(Column::Text(texts)) => (rows.iter().map(|&row| json!(texts[row])).collect(), String::new()),
+                _ => (self.table.reals(key).map(of_rows).unwrap_or_default(), unit_of_key(key)),
             };
-            columns.push(json!([key, packed(values), unit_of_key(key)]));
+            columns.push(json!([key, packed(values), unit]));
         }
         columns.push(json!(["", packed(rows.iter().map(|&row| json!(label(&self.outcomes[row]))).collect()), ""]));
-        for (name, unit) in SHOWN {
+        for (name, words, unit) in SHOWN {
             let short = |v: f64| format!("{v:.4e}").parse::<f64>().ok();
             if let Some(values) = self.table.reals(name) {
                 let values = values.into_iter().map(|value| value.and_then(short)).collect();
-                let words = name.rsplit_once('_').map_or(name, |(words, _)| words).replace('_', " ");
                 columns.push(json!([words, packed(of_rows(values)), unit]));
             }
         }
@@ -71,4 +72,19 @@ fn packed(values: Vec<Value>) -> Value {
         at.push(number);
     }
     if of.len() * PLACES_PER_VALUE > values.len() { Value::Array(values) } else { json!({ "of": of, "at": at }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_packed_columns_hold_the_same_values() {
+        let few: Vec<Value> = (0..40).map(|i| json!(f64::from(i % 3) / 7.0)).collect();
+        let Value::Object(short) = packed(few.clone()) else { panic!("three values in forty places are packed") };
+        let at = |i: usize| short["at"][i].as_u64().unwrap() as usize;
+        assert_eq!((0..40).map(|i| short["of"][at(i)].clone()).collect::<Vec<_>>(), few);
+        let many: Vec<Value> = (0..40).map(|i| json!(i)).collect();
+        assert_eq!(packed(many.clone()), Value::Array(many));
+    }
 }

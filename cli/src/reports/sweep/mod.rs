@@ -41,7 +41,7 @@ pub(crate) fn write(sweep: &Sweep, name: &str, path: &Path, tally: &Tally, folde
         let tail = axes.len() == 1 && TAILS.contains(&column);
         tail || ["outcome", "error"].contains(&column)
             || sweep.file.axes.contains_key(column)
-            || hover::SHOWN.iter().any(|(name, _)| *name == column)
+            || hover::SHOWN.iter().any(|(name, ..)| *name == column)
     };
     let table = Table::read_part(path, &is_shown, &|row| drawn.has(row))?;
     let outcomes = tally::outcomes(&table).map(str::to_owned).collect();

@@ -1,4 +1,4 @@
-// Says under each map which variant the pointer is over, and how to run it; a click copies the command.
+// Says under each map what the pointer is over, and the command that shows more of it; a click copies the command.
 (() => {
   "use strict";
   const maps = JSON.parse(document.getElementById("data").textContent).maps;
@@ -18,7 +18,7 @@
     // A column with few different values has these once, and which of them each place has.
     const of = ([, values], row) => Array.isArray(values) ? values[row] : values.of[values.at[row]];
     const setting = (column, row) => ` --set '${column[0]}=${String(of(column, row)).replaceAll("'", "'\\''")}'`;
-    const command = (row) => map.command + map.columns.slice(0, map.settings).map((column) => setting(column, row)).join("");
+    const command = (row) => map.commands ? map.commands[row] : map.command + map.columns.slice(0, map.settings).map((column) => setting(column, row)).join("");
     let shown = null;
     holder.addEventListener("pointermove", (event) => {
       const row = locate(event);

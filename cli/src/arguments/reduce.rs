@@ -11,7 +11,7 @@ use clap::{ArgGroup, Args, ValueHint};
     feeler reduce scenarios/arms/six-joint.toml --at 0.6,0.1,0.1 --normal 0,0,-1 --out axis.toml\n  \
     feeler analyze axis.toml --out out/axis        what linear theory says of the arm along that normal\n  \
     feeler reduce arm.toml --pose '0,-40 deg,95 deg,35 deg,0,0' --normal 0,0,-1 --hold\n  \
-    feeler reduce arm.toml --at 0.6,0,0.1 --normal 0,0,-1 --map 0.4,0.9,6,-0.4,0.4,5 --map-out map.csv\n\n\
+    feeler reduce arm.toml --at 0.6,0,0.1 --normal 0,0,-1 --map 0.4,0.9,6,-0.4,0.4,5 --map-out map.html\n\n\
     The axis has two masses with a spring between them, and agrees with the arm in mass and in how slow forces bend it. What is printed\n\
     with it holds it against the whole arm in contact, so that it shows where several modes share the bending and one spring cannot stand\n\
     for them. Gravity is taken as compensated. The force bandwidth is that of\n\
@@ -45,7 +45,7 @@ pub(crate) struct Reduce {
     /// Map of the force bandwidth over places of the tool at the height of this one: x from, to, how many, y from, to, how many
     #[arg(long, value_name = "X0,X1,NX,Y0,Y1,NY", value_delimiter = ',', allow_hyphen_values = true)]
     pub(crate) map: Vec<f64>,
-    /// Map to write (CSV)
+    /// Map to write: CSV, or a page with drawings where the name ends in .html
     #[arg(long, value_name = "FILE", requires = "map", value_hint = ValueHint::FilePath)]
     pub(crate) map_out: Option<PathBuf>,
     /// Print as JSON

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use crate::arguments::Reduce;
 use crate::failure::BadInput;
 use crate::numbers::{plain, with_unit};
+use crate::reports;
 use crate::table::table;
 use crate::terminal;
 
@@ -21,20 +22,23 @@ pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
     let normal = three(&arguments.normal, "--normal")?;
     let others = if arguments.hold { Others::Held } else { Others::Free };
     let contact = contact(arguments)?;
-    let pose = if arguments.at.is_empty() { arguments.pose.clone() } else { pose_at(&file, three(&arguments.at, "--at")?, normal)? };
+    let at = if arguments.at.is_empty() { None } else { Some(three(&arguments.at, "--at")?) };
+    let pose = at.map_or_else(|| Ok(arguments.pose.clone()), |at| pose_at(&file, at, normal))?;
     let axis = axis_file(&file, &pose, normal, others, contact).map_err(refused)?;
     let bandwidth = force_bandwidth(&axis.reduction, contact).map_err(refused)?;
     let map = if arguments.map.is_empty() {
         None
     } else {
-        let z_m = file.arm.chain().tool_place(&pose).translation.z;
+        let z_m = at.map_or_else(|| file.arm.chain().tool_place(&pose).translation.z, |[_, _, z]| z);
         Some(bandwidth_map(&file, &grid(&arguments.map, z_m)?, normal, others, contact, &pose).map_err(refused)?)
     };
     if let Some(path) = &arguments.out {
         std::fs::write(path, &axis.text).map_err(|error| BadInput::unwritable(path, &error))?;
     }
     if let (Some(path), Some(map)) = (&arguments.map_out, &map) {
-        std::fs::write(path, csv(map)).map_err(|error| BadInput::unwritable(path, &error))?;
+        let is_page = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("html"));
+        let text = if is_page { page(arguments, &file.name, map) } else { csv(map) };
+        std::fs::write(path, text).map_err(|error| BadInput::unwritable(path, &error))?;
     }
     if arguments.json {
         let mut all = as_json(&axis, &pose);
@@ -177,6 +181,15 @@ fn place_as_json(point: &MapPoint) -> Value {
         })
     });
     json!({ "place_m": point.place_m, "found": found })
+}
+
+fn page(arguments: &Reduce, name: &str, map: &[MapPoint]) -> String {
+    let arm = terminal::quoted(&arguments.arm.display().to_string());
+    let normal = arguments.normal.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+    let hold = if arguments.hold { " --hold" } else { "" };
+    let contact = format!("--contact-stiffness {} --contact-damping {}", arguments.contact_stiffness, arguments.contact_damping);
+    let command = |[x, y, z]: [f64; 3]| format!("feeler reduce {arm} --at {x},{y},{z} --normal {normal} {contact}{hold} --out axis.toml");
+    reports::reduce::page(name, map, &command)
 }
 
 fn csv(map: &[MapPoint]) -> String {

@@ -4,15 +4,18 @@
 //! `assets/uplot.LICENSE`) from data that the page carries with it.
 
 mod chart;
+mod cividis;
 mod decimate;
 mod html;
 mod plane;
+pub(crate) mod svg;
 
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
 pub(crate) use chart::{Chart, ChartKind, Line, Mark, Series};
+pub(crate) use cividis::of_share;
 pub(crate) use decimate::{by_extremes, by_steps};
 pub(crate) use html::escape;
 pub(crate) use plane::{Plane, PlaneKind, PlaneMark, PlanePath, PlaneShape, view_of};

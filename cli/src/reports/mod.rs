@@ -5,6 +5,7 @@ pub(crate) mod arm_run;
 pub(crate) mod blind;
 pub(crate) mod diagnosis;
 pub(crate) mod frf;
+pub(crate) mod reduce;
 pub(crate) mod run;
 pub(crate) mod sweep;
 pub(crate) mod why;

@@ -15,6 +15,11 @@ fn truth_an_arm_becomes_a_machine_that_other_commands_take() {
     assert_eq!(said.code, DONE, "{}", said.err);
     assert!(said.out.contains("effective mass") && said.out.contains("phase crossover"), "{}", said.out);
     assert_eq!(bench.read("map.csv").lines().count(), 5);
+    let drawn = bench.feeler(&[&asked[..6], &["--map", "0.7,1.5,2,0.1,0.1,1", "--map-out", "map.html"]].concat());
+    assert_eq!(drawn.code, DONE, "{}", drawn.err);
+    let page = bench.read("map.html");
+    assert!(page.contains("The arm reaches 1 of 2 places") && page.contains("out of reach"), "{page}");
+    assert!(page.contains("--at 0.7,0.1,0.1 --normal 0,0,-1"), "each place says how to get its axis");
     assert_eq!(bench.feeler(&["check", "axis.toml"]).code, DONE);
     assert_eq!(bench.feeler(&["analyze", "axis.toml"]).code, DONE);
     let json = bench.feeler(&[&asked[..], &["--hold", "--json"]].concat());

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use feeler_scenarios::sweep::{DrawnAxis, Table};
 
 use super::palette::of_outcome;
-use super::svg::{Frame, Place, Scale, image, text_at};
+use crate::page::svg::{Frame, Place, Scale, image, text_at};
 
 const WIDTH: f64 = 860.0;
 const PLOT: Place = Place { x: 92.0, y: 50.0, width: 740.0, height: 360.0 };

@@ -9,9 +9,10 @@ use feeler_scenarios::run::Outcome;
 use feeler_scenarios::sweep::{Column, DrawnAxis, LinearLimits, Panels, Sweep, Table, linear_limits};
 
 use super::drawn::Drawn;
-use super::palette::{of_outcome, of_share};
-use super::svg::{Frame, Place, Scale, image, legend};
+use super::palette::of_outcome;
 use crate::numbers::with_unit;
+use crate::page::of_share;
+use crate::page::svg::{Frame, Place, Scale, image, legend};
 use crate::words;
 
 /// Cells of an axis that are drawn at most; of finer grids every so many.

@@ -8,7 +8,6 @@ mod located;
 mod map;
 mod palette;
 mod png;
-mod svg;
 mod tally;
 
 use std::path::{Path, PathBuf};

@@ -2,10 +2,10 @@
 
 use std::fmt::Write as _;
 
+use super::escape;
 use crate::numbers::{plain, prefix};
-use crate::page::escape;
 
-pub(super) const FONT: &str = "font-family=\"DejaVu Sans, Helvetica, Arial, sans-serif\"";
+pub(crate) const FONT: &str = "font-family=\"DejaVu Sans, Helvetica, Arial, sans-serif\"";
 const INK: &str = "#1d2226";
 const SOFT: &str = "#5a646c";
 /// Pixels between ticks of a linear axis, about.
@@ -13,25 +13,25 @@ const TICK_EVERY: f64 = 70.0;
 
 /// A rectangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Place {
-    pub(super) x: f64,
-    pub(super) y: f64,
-    pub(super) width: f64,
-    pub(super) height: f64,
+pub(crate) struct Place {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) width: f64,
+    pub(crate) height: f64,
 }
 
 /// An axis of a plot.
 #[derive(Clone, Debug)]
-pub(super) struct Scale {
-    pub(super) label: String,
+pub(crate) struct Scale {
+    pub(crate) label: String,
     /// Values at the two ends.
-    pub(super) range: [f64; 2],
-    pub(super) log: bool,
+    pub(crate) range: [f64; 2],
+    pub(crate) log: bool,
 }
 
 impl Scale {
     /// Where a value lies between the ends, 0 to 1.
-    pub(super) fn share(&self, value: f64) -> f64 {
+    pub(crate) fn share(&self, value: f64) -> f64 {
         let [from, to] = self.range;
         if self.log { (value / from).ln() / (to / from).ln() } else { (value - from) / (to - from) }
     }
@@ -72,20 +72,20 @@ fn tick(value: f64) -> String {
 
 /// The frame of a plot with its axes.
 #[derive(Clone, Debug)]
-pub(super) struct Frame {
-    pub(super) place: Place,
-    pub(super) x: Scale,
-    pub(super) y: Scale,
+pub(crate) struct Frame {
+    pub(crate) place: Place,
+    pub(crate) x: Scale,
+    pub(crate) y: Scale,
 }
 
 impl Frame {
-    pub(super) fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn at(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let Place { x: left, y: top, width, height } = self.place;
         [left + self.x.share(x) * width, top + (1.0 - self.y.share(y)) * height]
     }
 
     /// Axes, ticks and labels; drawn over what the plot holds.
-    pub(super) fn draw(&self, svg: &mut String, title: &str) {
+    pub(crate) fn draw(&self, svg: &mut String, title: &str) {
         let Place { x, y, width, height } = self.place;
         let _ = write!(svg, "<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"none\" stroke=\"{INK}\"/>");
         let bottom = y + height;
@@ -112,7 +112,7 @@ impl Frame {
     }
 
     /// A line with a light edge, so that it stands out on any ground. Parts outside of the frame are cut off.
-    pub(super) fn line(&self, svg: &mut String, clip: &str, points: &[[f64; 2]], dashed: bool) {
+    pub(crate) fn line(&self, svg: &mut String, clip: &str, points: &[[f64; 2]], dashed: bool) {
         let mut path = String::new();
         for (i, point) in points.iter().filter(|point| point.iter().all(|v| v.is_finite())).enumerate() {
             // Far outside is as good as very far outside, and keeps the file in bounds.
@@ -129,13 +129,13 @@ impl Frame {
     }
 
     /// A region to cut lines off at.
-    pub(super) fn clip(&self, svg: &mut String, name: &str) {
+    pub(crate) fn clip(&self, svg: &mut String, name: &str) {
         let Place { x, y, width, height } = self.place;
         let _ = write!(svg, "<clipPath id=\"{name}\"><rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/></clipPath>");
     }
 }
 
-pub(super) fn text_at(svg: &mut String, [x, y]: [f64; 2], anchor: &str, size: u32, colour: &str, text: &str) {
+pub(crate) fn text_at(svg: &mut String, [x, y]: [f64; 2], anchor: &str, size: u32, colour: &str, text: &str) {
     if !text.is_empty() {
         let text = escape(text);
         let _ = write!(
@@ -146,7 +146,7 @@ pub(super) fn text_at(svg: &mut String, [x, y]: [f64; 2], anchor: &str, size: u3
 }
 
 /// A legend in rows from a corner on; gives its height.
-pub(super) fn legend(svg: &mut String, [x, y]: [f64; 2], entries: &[(String, String)]) -> f64 {
+pub(crate) fn legend(svg: &mut String, [x, y]: [f64; 2], entries: &[(String, String)]) -> f64 {
     for (i, (swatch, text)) in entries.iter().enumerate() {
         let top = y + 20.0 * i as f64;
         let _ = write!(svg, "<g transform=\"translate({x:.1} {top:.1})\">{swatch}</g>");
@@ -156,7 +156,7 @@ pub(super) fn legend(svg: &mut String, [x, y]: [f64; 2], entries: &[(String, Str
 }
 
 /// An image of this size around a drawing.
-pub(super) fn image(width: f64, height: f64, body: &str) -> String {
+pub(crate) fn image(width: f64, height: f64, body: &str) -> String {
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" height=\"{height:.0}\">\
          <rect width=\"{width:.0}\" height=\"{height:.0}\" fill=\"#ffffff\"/>{body}</svg>\n"

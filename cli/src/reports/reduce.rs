@@ -1,0 +1,162 @@
+//! The page of a map of the force bandwidth over a workspace.
+
+use std::fmt::Write as _;
+
+use feeler_scenarios::arm::{MapPoint, MapValues};
+use serde_json::{Value, json};
+
+use crate::numbers::{plain, with_unit};
+use crate::page::svg::{Frame, Place, Scale, image, legend};
+use crate::page::{Page, of_share};
+
+const PLOT: Place = Place { x: 90.0, y: 40.0, width: 540.0, height: 400.0 };
+const WIDTH: f64 = 830.0;
+/// Where the arm does not reach.
+const NOTHING: &str = "#f2f2f2";
+/// Side of the cell of a grid that has one place along an axis, m.
+const ONLY_CELL_M: f64 = 0.05;
+/// Steps of colour in the legend.
+const STEPS: u32 = 6;
+
+/// One figure of every place.
+struct Field {
+    title: &'static str,
+    caption: &'static str,
+    unit: &'static str,
+    of: fn(&MapValues) -> f64,
+}
+
+const FIELDS: [Field; 3] = [
+    Field {
+        title: "Force bandwidth.",
+        caption: "Crossover of integral force control sampled at 1 kHz, at half its largest stable gain.",
+        unit: "Hz",
+        of: |found| found.bandwidth.crossover_hz,
+    },
+    Field { title: "Effective mass.", caption: "What moves along the normal, motors included.", unit: "kg", of: |found| found.mass_kg },
+    Field {
+        title: "Stiffness.",
+        caption: "The joints' flexibility as one spring along the normal.",
+        unit: "N/m",
+        of: |found| found.stiffness_n_per_m,
+    },
+];
+
+/// The page; `command` gives what reduces the arm at a place.
+pub(crate) fn page(arm: &str, map: &[MapPoint], command: &dyn Fn([f64; 3]) -> String) -> String {
+    let mut page = Page::new(&format!("{arm}: force bandwidth over the workspace"), "");
+    let reached: Vec<(&MapPoint, &MapValues)> = map.iter().filter_map(|point| Some((point, point.found.as_ref()?))).collect();
+    page.lead(&sentence(map.len(), &reached));
+    let grid = Grid::of(map);
+    let hover = json!({
+        "places": map.iter().map(|point| grid.cell(point)).collect::<Vec<_>>(),
+        "columns": columns(map),
+        "settings": 0,
+        "commands": map.iter().map(|point| command(point.place_m)).collect::<Vec<_>>(),
+    });
+    let mut first = None;
+    for field in &FIELDS {
+        let svg = grid.svg(map, field);
+        let caption = format!("{} Hover to see a place and the command that gives its axis; click to copy it.", field.caption);
+        match first {
+            None => first = Some(page.map(field.title, &caption, &svg, hover.clone())),
+            Some(first) => page.map_like(field.title, field.caption, &svg, first),
+        }
+    }
+    page.render()
+}
+
+fn sentence(places: usize, reached: &[(&MapPoint, &MapValues)]) -> String {
+    let by_bandwidth =
+        |a: &&(&MapPoint, &MapValues), b: &&(&MapPoint, &MapValues)| a.1.bandwidth.crossover_hz.total_cmp(&b.1.bandwidth.crossover_hz);
+    let (Some(worst), Some(best)) = (reached.iter().min_by(by_bandwidth), reached.iter().max_by(by_bandwidth)) else {
+        return format!("The arm reaches none of {places} places.");
+    };
+    let at = |(point, found): &(&MapPoint, &MapValues)| {
+        let [x, y, _] = point.place_m;
+        format!("{} at x = {} m, y = {} m", with_unit(found.bandwidth.crossover_hz, "Hz"), plain(x), plain(y))
+    };
+    format!("The arm reaches {} of {places} places; its force bandwidth goes from {} to {}.", reached.len(), at(worst), at(best))
+}
+
+/// What is said of a place under the pointer.
+fn columns(map: &[MapPoint]) -> Vec<Value> {
+    let place = |name: &str, axis: usize| json!([name, map.iter().map(|point| point.place_m[axis]).collect::<Vec<_>>(), "m"]);
+    let field = |name: &str, field: &Field| {
+        let values: Vec<Option<f64>> = map.iter().map(|point| point.found.as_ref().map(field.of)).collect();
+        json!([name, values, field.unit])
+    };
+    let [bandwidth, mass, stiffness] = &FIELDS;
+    vec![
+        place("x", 0),
+        place("y", 1),
+        place("z", 2),
+        field("force bandwidth", bandwidth),
+        field("mass", mass),
+        field("stiffness", stiffness),
+    ]
+}
+
+/// The cells of a map.
+struct Grid {
+    frame: Frame,
+    /// Sides of a cell, m.
+    cell_m: [f64; 2],
+}
+
+impl Grid {
+    fn of(map: &[MapPoint]) -> Self {
+        let axis = |axis: usize, name: &str| {
+            let mut values: Vec<f64> = map.iter().map(|point| point.place_m[axis]).collect();
+            values.sort_by(f64::total_cmp);
+            values.dedup_by(|a, b| a.to_bits() == b.to_bits());
+            let (low, high) = (values.first().copied().unwrap_or(0.0), values.last().copied().unwrap_or(0.0));
+            let cell_m = if values.len() > 1 { (high - low) / (values.len() - 1) as f64 } else { ONLY_CELL_M };
+            let range = [low - 0.5 * cell_m, high + 0.5 * cell_m];
+            (Scale { label: format!("{name} of the tool (m)"), range, log: false }, cell_m)
+        };
+        let ((x, width), (y, height)) = (axis(0, "x"), axis(1, "y"));
+        Self { frame: Frame { place: PLOT, x, y }, cell_m: [width, height] }
+    }
+
+    /// Left, top, width and height.
+    fn cell(&self, point: &MapPoint) -> [f64; 4] {
+        let [x, y, _] = point.place_m;
+        let [half_x, half_y] = self.cell_m.map(|side| 0.5 * side);
+        let ([left, top], [right, bottom]) = (self.frame.at([x - half_x, y + half_y]), self.frame.at([x + half_x, y - half_y]));
+        [left, top, right - left, bottom - top].map(|v| (v * 100.0).round() / 100.0)
+    }
+
+    fn svg(&self, map: &[MapPoint], field: &Field) -> String {
+        let values = || map.iter().filter_map(|point| point.found.as_ref().map(field.of)).filter(|value| value.is_finite());
+        let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let share = |value: f64| if high > low { (value - low) / (high - low) } else { 0.5 };
+        let mut body = String::new();
+        for point in map {
+            let [x, y, width, height] = self.cell(point);
+            let colour = point.found.as_ref().map_or_else(|| NOTHING.to_owned(), |found| of_share(share((field.of)(found))));
+            // A little larger, so that no seams show between cells.
+            let (width, height) = (width + 0.15, height + 0.15);
+            let _ = write!(
+                body,
+                "<rect x=\"{x}\" y=\"{y}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"{colour}\" shape-rendering=\"crispEdges\"/>"
+            );
+        }
+        self.frame.draw(&mut body, "");
+        let swatch = |colour: &str| format!("<rect width=\"24\" height=\"14\" fill=\"{colour}\" stroke=\"#5a646c\" stroke-width=\"0.5\"/>");
+        let entry = |step: u32| {
+            let share = f64::from(step) / f64::from(STEPS);
+            (swatch(&of_share(share)), with_unit(low + share * (high - low), field.unit))
+        };
+        let mut entries: Vec<(String, String)> = match (low.is_finite(), high > low) {
+            (false, _) => Vec::new(),
+            (true, false) => vec![(swatch(&of_share(0.5)), with_unit(low, field.unit))],
+            (true, true) => (0..=STEPS).rev().map(entry).collect(),
+        };
+        if map.iter().any(|point| point.found.is_none()) {
+            entries.push((swatch(NOTHING), "out of reach".into()));
+        }
+        legend(&mut body, [PLOT.x + PLOT.width + 24.0, PLOT.y + 4.0], &entries);
+        image(WIDTH, PLOT.y + PLOT.height + 56.0, &body)
+    }
+}

@@ -45,7 +45,8 @@ impl Judge<'_> {
         let before =
             gap::square_errors(task, &calibrated.fitted.model, &calibrated.fitted.model.start(), &checks).unwrap_or_else(|| refit.clone());
         let after = errors(&accepted.fitted).unwrap_or_else(|| refit.clone());
-        let floor = gap::square_floors(task, &checks);
+        let noise = gap::noise(task, &accepted.fitted.model, &accepted.fitted.theta);
+        let floor = gap::square_floors(task, &noise, &checks);
         let figures = gap::gap(&before, &refit, &after, &floor);
 
         // Odds among models that differ in their last cause; those of earlier causes are settled by acceptance.
@@ -82,7 +83,7 @@ impl Judge<'_> {
         let believed = calibrated.fitted.model.start();
         let at = |scored: &'_ Scored| (scored.fitted.model.clone(), scored.fitted.theta.clone());
         let (refitted, repaired) = (at(calibrated), at(accepted));
-        let cells = table(task, [(&refitted.0, &believed), (&refitted.0, &refitted.1), (&repaired.0, &repaired.1)]);
+        let cells = table(task, [(&refitted.0, &believed), (&refitted.0, &refitted.1), (&repaired.0, &repaired.1)], &noise);
         let places = self.places(accepted, &effects, verdict, &cells);
         let mut tried: Vec<Attempt> = attempts.iter().map(|scored| self.attempt(scored, accepted)).collect();
         tried.sort_by(|a, b| b.gain_all.total_cmp(&a.gain_all));
@@ -103,6 +104,7 @@ impl Judge<'_> {
             ladder: ladder(task, calibrated),
             missing_force_n: [calibrated, accepted].map(|scored| missing_force(task, scored, &checks)),
             left: what_is_left(task, accepted),
+            noise: self.dataset.channels.iter().map(|channel| channel.column.clone()).zip(noise).collect(),
             portrait,
             machine: accepted.fitted.model.machine(&accepted.fitted.theta),
             calibrated: calibrated.fitted.model.machine(&calibrated.fitted.theta),

@@ -3,6 +3,7 @@
 use crate::candidates::candidates;
 use crate::dataset::Dataset;
 use crate::error::DiagnosisError;
+use crate::gap::noise;
 use crate::nested;
 use crate::odds::gain;
 use crate::report::Diagnosis;
@@ -18,6 +19,8 @@ const ACCEPT_ALL: f64 = 15.0;
 const KEEP: f64 = 12.0;
 /// Evidence that a further cause must bring, nats: the first may be slightly wrong in ways that a second patches.
 const ACCEPT_FURTHER: f64 = 40.0;
+/// The same on the check experiments alone, which are the fewer.
+const ACCEPT_FURTHER_CHECK: f64 = 30.0;
 /// A cause with fewer parameters is preferred to one that brings less than this more, nats: real friction differs a little from every law.
 pub(crate) const PARSIMONY: f64 = 30.0;
 /// A law that contains another must bring this share more than it.
@@ -62,7 +65,7 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
         return Ok(judge.position_force(shape, &attempts));
     }
     let glimpse = glance(&found.task, &accepted);
-    while !accepted.causes.is_empty() && accepted.causes.len() < MOST_CAUSES && !unknown::is_adequate(&accepted) {
+    while !accepted.causes.is_empty() && accepted.causes.len() < MOST_CAUSES && !judge.is_quiet(&accepted) {
         progress("trying a further cause");
         let left: Vec<_> = candidates(&dataset.machine)
             .into_iter()
@@ -71,7 +74,7 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
         let mut further: Vec<Scored> = extensions(&found.task, &accepted, &left, &glimpse);
         attempts.extend(further.iter().cloned());
         let enough = |scored: &Scored| {
-            judge.check(&accepted, scored) >= ACCEPT_FURTHER && judge.gain(&accepted, scored, &judge.everything()) >= ACCEPT_FURTHER
+            judge.check(&accepted, scored) >= ACCEPT_FURTHER_CHECK && judge.gain(&accepted, scored, &judge.everything()) >= ACCEPT_FURTHER
         };
         further.retain(|scored| judge.is_finding(scored) && enough(scored));
         further.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
@@ -133,6 +136,11 @@ impl Judge<'_> {
 
     pub(crate) fn check(&self, old: &Scored, new: &Scored) -> f64 {
         self.gain(old, new, &self.checks())
+    }
+
+    fn is_quiet(&self, scored: &Scored) -> bool {
+        let noise = noise(&self.search.task, &scored.fitted.model, &scored.fitted.theta);
+        unknown::is_quiet(&self.search.task, scored, &noise)
     }
 
     fn is_acceptable(&self, scored: &Scored) -> bool {

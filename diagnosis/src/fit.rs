@@ -3,8 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use crate::bounded::minimise;
 use crate::dataset::Dataset;
-use crate::model::Model;
+use crate::model::{Model, Unknown};
 use crate::predict::{Prediction, Predictor};
 
 /// Independent pieces of evidence in one channel of one experiment. Samples are many, but a model's errors last: whole stretches of motion are one piece.
@@ -15,8 +16,8 @@ const ROBUST_SIGMAS: f64 = 8.0;
 const DISCREPANCY: f64 = 0.01;
 /// Share of a channel's variation over all experiments below which one experiment's own is not taken as its scale.
 const SMALLEST_SCALE: f64 = 0.1;
-/// Step of finite differences in `theta`.
-const DIFFERENCE: f64 = 1e-3;
+/// Least damping of a step.
+const LEAST_DAMPING: f64 = 1e-9;
 /// Gain of the cost in one step below which a fit has converged: a hundredth of what one unknown costs.
 const CONVERGED: f64 = 0.02;
 /// The same as a share of the cost: models are told apart by far larger differences.
@@ -155,8 +156,7 @@ impl Task<'_> {
     }
 
     pub(crate) fn prior_cost(model: &Model, theta: &[f64]) -> f64 {
-        let term =
-            |(unknown, theta): (&crate::model::Unknown, &f64)| unknown.prior.map_or(0.0, |(mean, sigma)| ((theta - mean) / sigma).powi(2));
+        let term = |(unknown, theta): (&Unknown, &f64)| unknown.prior.map_or(0.0, |(mean, sigma)| ((theta - mean) / sigma).powi(2));
         model.unknowns.iter().zip(theta).map(term).sum()
     }
 
@@ -168,7 +168,8 @@ impl Task<'_> {
 
     /// The prediction with unknown `i` moved a little, and how far; none where the model bears no move either way.
     pub(crate) fn moved(&self, model: &Model, theta: &[f64], i: usize, record: usize) -> Option<(Prediction, f64)> {
-        [DIFFERENCE, -DIFFERENCE].into_iter().find_map(|step| {
+        let difference = model.unknowns[i].difference;
+        [difference, -difference].into_iter().find_map(|step| {
             let mut probe = theta.to_vec();
             probe[i] += step;
             Some((self.predict(model, &probe, record)?, step))
@@ -243,29 +244,27 @@ impl Task<'_> {
                 for i in 0..n {
                     damped[(i, i)] += damping * a[(i, i)].max(1e-9) + 1e-9;
                 }
-                let Some(factor) = damped.cholesky() else {
+                let (low, high) = reach(&model.unknowns, &theta);
+                let Some(step) = minimise(&damped, &b, &low, &high) else {
                     damping *= 10.0;
                     continue;
                 };
-                let step = factor.solve(&b);
-                let probe: Vec<f64> = (0..n)
-                    .map(|i| {
-                        let (low, high) = model.unknowns[i].bounds;
-                        (theta[i] + step[i].clamp(-LONGEST_STEP, LONGEST_STEP)).clamp(low, high)
-                    })
-                    .collect();
+                let probe: Vec<f64> = theta.iter().zip(step.iter()).map(|(theta, step)| theta + step).collect();
                 let tried = self.cost(model, &probe);
                 if tried < cost {
                     gained = Some(cost - tried);
                     theta = probe;
                     cost = tried;
-                    damping = (damping * 0.1).max(1e-9);
+                    damping = (damping * 0.1).max(LEAST_DAMPING);
                     break;
                 }
                 damping *= 8.0;
             }
-            if gained.is_none_or(|gain| gain < CONVERGED + CONVERGED_SHARE * cost) {
-                break;
+            // Along a valley, where two unknowns do the same and only priors tell them apart, a damped fit creeps: one more step, freely.
+            match gained {
+                Some(gain) if gain >= CONVERGED + CONVERGED_SHARE * cost => {}
+                Some(_) if damping > LEAST_DAMPING => damping = LEAST_DAMPING,
+                _ => break,
             }
         }
         Fitted { model: model.clone(), theta, cost, sigma }
@@ -273,7 +272,16 @@ impl Task<'_> {
 }
 
 /// Longest step of one unknown: a factor of e, or its unit.
-pub(crate) const LONGEST_STEP: f64 = 1.0;
+const LONGEST_STEP: f64 = 1.0;
+
+/// How far down and up one step may take every unknown.
+pub(crate) fn reach(unknowns: &[Unknown], theta: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let of = |(unknown, theta): (&Unknown, &f64)| {
+        let (low, high) = unknown.bounds;
+        ((low - theta).clamp(-LONGEST_STEP, 0.0), (high - theta).clamp(0.0, LONGEST_STEP))
+    };
+    unknowns.iter().zip(theta).map(of).unzip()
+}
 
 /// Standard deviations from the normal matrix.
 pub(crate) fn deviations(a: &DMatrix<f64>) -> Vec<f64> {

@@ -1,9 +1,10 @@
 //! How large the gap is: short free predictions from the anchored state, against what was measured.
 
 use feeler_plant::description::Machine;
+use indexmap::IndexMap;
 use rayon::prelude::*;
 
-use crate::dataset::Dataset;
+use crate::dataset::{Channel, Dataset, Record};
 use crate::fit::{Task, Weights};
 use crate::model::Model;
 use crate::predict::{Anchoring, Predictor, Start};
@@ -16,47 +17,78 @@ const DRAWS: usize = 400;
 /// Below this a gap counts as closed to the floor, so that a quotient of nothings is not quoted.
 const TINY: f64 = 1e-4;
 
+/// Rows of a free window.
+fn window_rows(record: &Record) -> usize {
+    ((WINDOW_S / record.spacing_s).round() as usize).max(1)
+}
+
+/// Errors of free windows, one series per channel; none where the model has no prediction.
+fn errors(task: &Task<'_>, model: &Model, theta: &[f64], r: usize) -> Option<Vec<Vec<f64>>> {
+    let record = &task.dataset.records[r];
+    let assembly = model.assembly(theta, record.engagement)?;
+    let prediction = Predictor::with(assembly, model.presliding(theta), task.dataset, record)
+        .ok()?
+        .follow(Anchoring::Continuous, Start::Windows(window_rows(record)))
+        .ok()?;
+    let of = |(m, p): (&Vec<f64>, &Vec<f64>)| m.iter().zip(p).map(|(m, p)| m - p).collect();
+    Some(record.series.iter().zip(&prediction.series).map(of).collect())
+}
+
 /// Mean square error over scale of each record in `records`, over all channels; none where the model has no prediction.
 pub(crate) fn square_errors(task: &Task<'_>, model: &Model, theta: &[f64], records: &[usize]) -> Option<Vec<f64>> {
     records
         .par_iter()
         .map(|&r| {
-            let record = &task.dataset.records[r];
-            let assembly = model.assembly(theta, record.engagement)?;
-            let rows = ((WINDOW_S / record.spacing_s).round() as usize).max(1);
-            let prediction = Predictor::with(assembly, model.presliding(theta), task.dataset, record)
-                .ok()?
-                .follow(Anchoring::Continuous, Start::Windows(rows))
-                .ok()?;
-            let of = |c: usize| {
-                let (m, p) = (&record.series[c], &prediction.series[c]);
-                let sum: f64 = m.iter().zip(p).map(|(m, p)| (m - p).powi(2)).sum();
-                sum / m.len() as f64 / task.weights.scale[r][c].powi(2).max(f64::MIN_POSITIVE)
-            };
-            let channels = record.series.len();
-            let mean = (0..channels).map(of).sum::<f64>() / channels as f64;
+            let errors = errors(task, model, theta, r)?;
+            let of = |(error, scale): (&Vec<f64>, &f64)| mean_square(error) / scale.powi(2).max(f64::MIN_POSITIVE);
+            let mean = errors.iter().zip(&task.weights.scale[r]).map(of).sum::<f64>() / errors.len() as f64;
             mean.is_finite().then_some(mean)
         })
         .collect()
 }
 
+fn mean_square(series: &[f64]) -> f64 {
+    series.iter().map(|x| x * x).sum::<f64>() / series.len().max(1) as f64
+}
+
+/// One sigma of every channel's noise: as stated, or more where experiments that repeat each other differ by more. What a model gets wrong is wrong
+/// in all of them alike and cancels in the difference of its errors; what does not repeat no model can explain. The middle stretch of motion counts,
+/// so that an impact that comes a row later in one of them does not.
+pub(crate) fn noise(task: &Task<'_>, model: &Model, theta: &[f64]) -> Vec<f64> {
+    let stated = task.weights.noise.first().cloned().unwrap_or_default();
+    let mut groups: IndexMap<&str, Vec<usize>> = IndexMap::new();
+    for (r, record) in task.dataset.records.iter().enumerate() {
+        if let Some(name) = &record.repeat {
+            groups.entry(name).or_default().push(r);
+        }
+    }
+    let mut stretches: Vec<Vec<f64>> = vec![Vec::new(); stated.len()];
+    for pair in groups.values().flat_map(|group| group.windows(2)) {
+        let [Some(a), Some(b)] = [0, 1].map(|i| errors(task, model, theta, pair[i])) else { continue };
+        let rows = window_rows(&task.dataset.records[pair[0]]);
+        for (stretches, (a, b)) in stretches.iter_mut().zip(a.iter().zip(&b)) {
+            let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+            stretches.extend(difference.chunks_exact(rows).map(|stretch| 0.5 * mean_square(stretch)));
+        }
+    }
+    let of = |(stated, stretches): (&f64, &mut Vec<f64>)| {
+        stretches.sort_by(f64::total_cmp);
+        stretches.get(stretches.len() / 2).map_or(*stated, |middle| middle.sqrt().max(*stated))
+    };
+    stated.iter().zip(&mut stretches).map(of).collect()
+}
+
 /// Mean square of noise over scale, as [`square_errors`].
-pub(crate) fn square_floors(task: &Task<'_>, records: &[usize]) -> Vec<f64> {
-    records
-        .iter()
-        .map(|&r| {
-            let terms = task.weights.noise[r].iter().zip(&task.weights.scale[r]);
-            let n = task.weights.noise[r].len() as f64;
-            terms.map(|(noise, scale)| (noise / scale.max(f64::MIN_POSITIVE)).powi(2)).sum::<f64>() / n
-        })
-        .collect()
+pub(crate) fn square_floors(task: &Task<'_>, noise: &[f64], records: &[usize]) -> Vec<f64> {
+    let of = |(noise, scale): (&f64, &f64)| (noise / scale.max(f64::MIN_POSITIVE)).powi(2);
+    records.iter().map(|&r| noise.iter().zip(&task.weights.scale[r]).map(of).sum::<f64>() / noise.len().max(1) as f64).collect()
 }
 
 /// Share of the closable gap that `repaired` closes against `calibrated` on the records of a dataset that neither was made with: the true closing, to
-/// be held against the claimed one. None where a machine does not predict.
-pub fn closing(dataset: &Dataset, calibrated: &Machine, repaired: &Machine) -> Option<f64> {
+/// be held against the claimed one. `noise` is one sigma of every column, as that dataset showed it; none where a machine does not predict.
+pub fn closing(dataset: &Dataset, calibrated: &Machine, repaired: &Machine, noise: &IndexMap<String, f64>) -> Option<f64> {
     let records: Vec<usize> = (0..dataset.records.len()).collect();
-    let none = indexmap::IndexMap::default();
+    let none = IndexMap::default();
     let of = |machine: &Machine| {
         let model = Model::calibration(machine, &none).ok()?;
         let start = model.start();
@@ -68,7 +100,9 @@ pub fn closing(dataset: &Dataset, calibrated: &Machine, repaired: &Machine) -> O
         let task = Task { dataset, weights: Weights::new(dataset, &reference?), fitted: Vec::new() };
         let errors = square_errors(&task, &model, &start, &records)?;
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
-        Some((mean(&errors), mean(&square_floors(&task, &records))))
+        let of = |channel: &Channel| noise.get(&channel.column).copied().unwrap_or(channel.noise);
+        let noise: Vec<f64> = dataset.channels.iter().map(of).collect();
+        Some((mean(&errors), mean(&square_floors(&task, &noise, &records))))
     };
     let (refit, floor) = of(calibrated)?;
     let (after, _) = of(repaired)?;
@@ -76,11 +110,13 @@ pub fn closing(dataset: &Dataset, calibrated: &Machine, repaired: &Machine) -> O
 }
 
 fn closed(refit: f64, after: f64, floor: f64) -> f64 {
+    // Noise is no more than the best model leaves, whatever the stretches say that repeat each other.
+    let floor = floor.min(after);
     let closable = refit - floor;
     if closable <= TINY * TINY {
         return 0.0;
     }
-    1.0 - ((after - floor).max(0.0) / closable).sqrt()
+    1.0 - ((after - floor) / closable).sqrt()
 }
 
 /// The gap from square errors per check record.

@@ -4,6 +4,7 @@
 
 mod answer;
 pub mod blind;
+mod bounded;
 mod candidates;
 pub mod dataset;
 mod diagnose;

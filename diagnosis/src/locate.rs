@@ -34,15 +34,15 @@ struct Sums {
     rows: f64,
 }
 
-/// The table of the gap before, after calibration and after the accepted effects, over all experiments.
-pub(crate) fn table(task: &Task<'_>, models: [At<'_>; 3]) -> Vec<Cell> {
+/// The table of the gap before, after calibration and after the accepted effects, over all experiments; `noise` is one sigma of every channel.
+pub(crate) fn table(task: &Task<'_>, models: [At<'_>; 3], noise: &[f64]) -> Vec<Cell> {
     let dataset = task.dataset;
     let levels: Vec<f64> = dataset.records.iter().map(level).collect();
     let parts: Vec<BTreeMap<[usize; 4], Sums>> = (0..dataset.records.len())
         .into_par_iter()
         .map(|r| {
             let predictions: Option<Vec<Prediction>> = models.iter().map(|(model, theta)| task.predict(model, theta, r)).collect();
-            predictions.map_or_else(BTreeMap::new, |predictions| of_record(task, r, &predictions, amplitude(task, r, &levels)))
+            predictions.map_or_else(BTreeMap::new, |predictions| of_record(task, r, &predictions, noise, amplitude(task, r, &levels)))
         })
         .collect();
     let mut sums: BTreeMap<[usize; 4], Sums> = BTreeMap::new();
@@ -80,14 +80,14 @@ fn bands(spacing_s: f64) -> Vec<[f64; 2]> {
     edges.windows(2).map(|w| [w[0], w[1]]).collect()
 }
 
-fn of_record(task: &Task<'_>, r: usize, predictions: &[Prediction], amplitude: usize) -> BTreeMap<[usize; 4], Sums> {
+fn of_record(task: &Task<'_>, r: usize, predictions: &[Prediction], noise: &[f64], amplitude: usize) -> BTreeMap<[usize; 4], Sums> {
     let record = &task.dataset.records[r];
     let phases = phases(record, &predictions[1].touching);
     let bands = bands(record.spacing_s);
     let mut sums: BTreeMap<[usize; 4], Sums> = BTreeMap::new();
     for (c, measured) in record.series.iter().enumerate() {
         let scale = task.weights.scale[r][c].max(f64::MIN_POSITIVE);
-        let noise = (task.weights.noise[r][c] / scale).powi(2);
+        let noise = (noise[c] / scale).powi(2);
         for (m, prediction) in predictions.iter().enumerate() {
             let residual: Vec<f64> = measured.iter().zip(&prediction.series[c]).map(|(a, b)| (a - b) / scale).collect();
             for (band, part) in split(&residual, &bands, record.spacing_s).iter().enumerate() {

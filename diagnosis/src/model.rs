@@ -15,6 +15,10 @@ const TOLERANCE: f64 = 0.10;
 const DAMPING_TOLERANCE: f64 = std::f64::consts::LN_2;
 /// Tolerance of the gap of a contact, as a fraction.
 const GAP_TOLERANCE: f64 = 0.05;
+/// Step of finite differences in `theta`.
+const DIFFERENCE: f64 = 1e-3;
+/// The same of a gap, m: that of a surface's offset, which does the same, so that their slopes agree and only what is believed tells them apart.
+const GAP_DIFFERENCE_M: f64 = 5e-7;
 /// A tolerance is taken as this many standard deviations.
 const SIGMAS: f64 = 2.0;
 
@@ -115,6 +119,8 @@ pub(crate) struct Unknown {
     /// Where the prior has its centre, and its one sigma in `theta`; none for an effect's parameter.
     pub(crate) prior: Option<(f64, f64)>,
     pub(crate) bounds: (f64, f64),
+    /// Step of finite differences in `theta`.
+    pub(crate) difference: f64,
 }
 
 impl Unknown {
@@ -177,8 +183,9 @@ impl Model {
                 Believed::Gap => (false, value.abs(), stated.unwrap_or(GAP_TOLERANCE)),
                 _ => (true, 1.0, stated.unwrap_or(TOLERANCE)),
             };
-            let mut unknown =
-                Unknown { target: Target::Value(site, what), log, unit, prior: None, bounds: (f64::NEG_INFINITY, f64::INFINITY) };
+            let difference = if what == Believed::Gap { GAP_DIFFERENCE_M / unit } else { DIFFERENCE };
+            let bounds = (f64::NEG_INFINITY, f64::INFINITY);
+            let mut unknown = Unknown { target: Target::Value(site, what), log, unit, prior: None, bounds, difference };
             let centre = unknown.theta(value);
             unknown.prior = Some((centre, sigma / SIGMAS));
             // Beyond its tolerance a value is no calibration any more, but an effect to be found.
@@ -218,7 +225,8 @@ impl Model {
         for (i, parameter) in definition.parameters.iter().enumerate().filter(is_free) {
             let log = parameter.scale == Scale::Log;
             let unit = if parameter.typical == 0.0 { values[i].abs() } else { parameter.typical.abs() };
-            let mut unknown = Unknown { target: Target::Effect(index, i), log, unit, prior: None, bounds: (0.0, 0.0) };
+            let (target, bounds) = (Target::Effect(index, i), (0.0, 0.0));
+            let mut unknown = Unknown { target, log, unit, prior: None, bounds, difference: DIFFERENCE };
             let floor = if log { unit.abs() * NEXT_TO_NOTHING } else { parameter.bounds.0 };
             unknown.bounds = (unknown.theta(parameter.bounds.0.max(floor)), unknown.theta(parameter.bounds.1));
             // A step is read off the values themselves; residuals know it far less well.
@@ -236,7 +244,8 @@ impl Model {
             ] {
                 let centre = value.ln();
                 let bounds = (centre - 2.0 * sigma, centre + 2.0 * sigma);
-                model.unknowns.push(Unknown { target, log: true, unit: 1.0, prior: Some((centre, sigma)), bounds });
+                let prior = Some((centre, sigma));
+                model.unknowns.push(Unknown { target, log: true, unit: 1.0, prior, bounds, difference: DIFFERENCE });
             }
         }
         model.tried.push(Tried { site, effect: EffectUse { definition, values: values.to_vec() } });

@@ -3,17 +3,19 @@
 //! The slopes of the base model are taken once; every trial value of the effect then costs one prediction, and the best shift of the other unknowns follows
 //! from the normal equations (variable projection with frozen slopes: Golub and Pereyra, SIAM J. Numerical Analysis 10, 1973; Kaufman, BIT 15, 1975).
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use crate::fit::{Fitted, LONGEST_STEP, PIECES, Task, beyond, deviations, robust};
+use crate::bounded::minimise;
+use crate::fit::{Fitted, PIECES, Task, beyond, deviations, reach, robust};
 use crate::model::Model;
 use crate::predict::Prediction;
 
 /// Trials of a shorter step before a fit is left where it is.
 const TRIALS: usize = 4;
-/// Gain of the cost in one step below which screening stops.
+/// Gain of the cost in one step below which screening stops, and the same as a share of the cost.
 const SETTLED: f64 = 1.0;
+const SETTLED_SHARE: f64 = 1e-3;
 
 /// A fitted model with its slopes on the fitted records.
 pub(crate) struct Linearised<'a> {
@@ -21,8 +23,9 @@ pub(crate) struct Linearised<'a> {
     base: &'a Fitted,
     /// Per fitted record and channel, row by row the slopes of the prediction in sigmas along every unknown.
     slopes: Vec<Vec<Vec<f64>>>,
+    /// Curvature of the cost along the other unknowns, residuals weighted as at the base, and all alike.
     normal: DMatrix<f64>,
-    factor: Cholesky<f64, Dyn>,
+    plain: DMatrix<f64>,
     /// What the priors pull with at the base.
     pull: DVector<f64>,
 }
@@ -31,8 +34,10 @@ pub(crate) struct Linearised<'a> {
 struct Trial {
     cost: f64,
     shift: DVector<f64>,
-    /// Weighted residuals along the slopes of the other unknowns.
-    along: DVector<f64>,
+    /// The part of the shift that the residuals were weighted after.
+    weighed_at: DVector<f64>,
+    /// Which of the other unknowns follow; the rest are at their bounds.
+    free: Vec<usize>,
     predictions: Vec<Prediction>,
 }
 
@@ -47,7 +52,7 @@ impl<'a> Linearised<'a> {
                 let here = task.predict(&base.model, &base.theta, r)?;
                 let moved: Vec<Option<(Prediction, f64)>> = (0..n).map(|i| task.moved(&base.model, &base.theta, i, r)).collect();
                 let series = &task.dataset.records[r].series;
-                let mut normal = DMatrix::zeros(n, n);
+                let (mut normal, mut plain) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
                 let slopes: Vec<Vec<f64>> = (0..series.len())
                     .map(|c| {
                         let sigma = task.weights.sigma[r][c];
@@ -61,37 +66,39 @@ impl<'a> Linearised<'a> {
                         }
                         for (k, slope) in slopes.chunks_exact(n).enumerate() {
                             let residual = beyond(series[c][k] - here.smooth[c][k], here.dead_zone[c]) / sigma;
-                            let factor = PIECES / rows as f64 * robust(residual).1;
+                            let (factor, weight) = (PIECES / rows as f64, robust(residual).1);
                             for i in 0..n {
                                 for j in 0..=i {
-                                    normal[(i, j)] += factor * slope[i] * slope[j];
+                                    let square = factor * slope[i] * slope[j];
+                                    normal[(i, j)] += weight * square;
+                                    plain[(i, j)] += square;
                                 }
                             }
                         }
                         slopes
                     })
                     .collect();
-                Some((slopes, normal))
+                Some((slopes, normal, plain))
             })
             .collect();
-        let mut normal = DMatrix::zeros(n, n);
+        let (mut normal, mut plain) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
         let mut slopes = Vec::new();
-        for (part, a) in parts? {
-            normal += a;
+        for (part, weighted, alike) in parts? {
+            normal += weighted;
+            plain += alike;
             slopes.push(part);
         }
         normal.fill_upper_triangle_with_lower_triangle();
+        plain.fill_upper_triangle_with_lower_triangle();
         let mut pull = DVector::zeros(n);
         for (i, unknown) in base.model.unknowns.iter().enumerate() {
-            if let Some((mean, prior)) = unknown.prior {
-                normal[(i, i)] += prior.powi(-2);
-                pull[i] = (base.theta[i] - mean) / prior.powi(2);
+            for curvature in [&mut normal, &mut plain] {
+                // Unknowns that nothing depends on stay.
+                curvature[(i, i)] += unknown.prior.map_or(0.0, |(_, prior)| prior.powi(-2)) + 1e-9;
             }
-            // Unknowns that nothing depends on stay.
-            normal[(i, i)] += 1e-9;
+            pull[i] = unknown.prior.map_or(0.0, |(mean, prior)| (base.theta[i] - mean) / prior.powi(2));
         }
-        let factor = normal.clone().cholesky()?;
-        Some(Self { task, base, slopes, normal, factor, pull })
+        Some(Self { task, base, slopes, normal, plain, pull })
     }
 
     /// A few steps from `start`, of which the first unknowns are those of the base.
@@ -111,11 +118,11 @@ impl<'a> Linearised<'a> {
                 for i in 0..own {
                     damped[(i, i)] += damping * curvature[(i, i)].max(1e-9) + 1e-9;
                 }
-                let Some(step) = damped.cholesky().map(|factor| factor.solve(&b)) else { break };
+                let (low, high) = reach(&model.unknowns[n..], &theta[n..]);
+                let Some(step) = minimise(&damped, &b, &low, &high) else { break };
                 let mut probe = theta.clone();
-                for i in 0..own {
-                    let (low, high) = model.unknowns[n + i].bounds;
-                    probe[n + i] = (theta[n + i] + step[i].clamp(-LONGEST_STEP, LONGEST_STEP)).clamp(low, high);
+                for (theta, step) in probe[n..].iter_mut().zip(step.iter()) {
+                    *theta += step;
                 }
                 if let Some(there) = self.trial(model, &probe)
                     && there.cost < here.cost
@@ -127,7 +134,7 @@ impl<'a> Linearised<'a> {
                 }
                 damping *= 10.0;
             }
-            if gain < SETTLED {
+            if gain < SETTLED + SETTLED_SHARE * here.cost {
                 break;
             }
         }
@@ -145,49 +152,75 @@ impl<'a> Linearised<'a> {
 
     fn trial(&self, model: &Model, theta: &[f64]) -> Option<Trial> {
         let n = self.base.theta.len();
-        let parts: Option<Vec<_>> = self
-            .task
-            .fitted
-            .par_iter()
-            .zip(&self.slopes)
-            .map(|(&r, slopes)| {
-                let prediction = self.task.predict(model, theta, r)?;
-                let cost = PIECES * self.task.misfit_of(r, &prediction).iter().sum::<f64>();
-                let mut along = DVector::zeros(n);
-                self.for_rows(r, &prediction, |c, k, residual, factor| {
-                    for (sum, slope) in along.iter_mut().zip(&slopes[c][k * n..(k + 1) * n]) {
-                        *sum += factor * residual * slope;
-                    }
-                });
-                Some((prediction, cost, along))
-            })
-            .collect();
-        let mut along = -&self.pull;
-        let mut cost = Task::prior_cost(&self.base.model, &self.base.theta);
-        let mut predictions = Vec::new();
-        for (prediction, part, b) in parts? {
-            predictions.push(prediction);
-            cost += part;
-            along += b;
-        }
-        let mut shift = self.factor.solve(&along);
-        for (i, unknown) in self.base.model.unknowns.iter().enumerate() {
-            let (low, high) = unknown.bounds;
-            let at = self.base.theta[i];
-            shift[i] = (at + shift[i].clamp(-LONGEST_STEP, LONGEST_STEP)).clamp(low, high) - at;
-        }
-        cost += (&self.normal * &shift).dot(&shift) - 2.0 * along.dot(&shift);
-        cost.is_finite().then_some(Trial { cost, shift, along, predictions })
+        let predictions: Option<Vec<Prediction>> = self.task.fitted.par_iter().map(|&r| self.task.predict(model, theta, r)).collect();
+        let predictions = predictions?;
+        let (low, high) = reach(&self.base.model.unknowns, &self.base.theta);
+        // Far from where the others belong the robust loss hardly feels how far: they are first brought near by plain least squares.
+        let still = DVector::zeros(n);
+        let [here, alike] = self.along(&predictions, &still);
+        let near = minimise(&self.plain, &(alike.1 - &self.pull), &low, &high)?;
+        let [there, _] = self.along(&predictions, &near);
+        let prior = |shift: &DVector<f64>| {
+            let moved: Vec<f64> = self.base.theta.iter().zip(shift.iter()).map(|(theta, shift)| theta + shift).collect();
+            Task::prior_cost(&self.base.model, &moved)
+        };
+        let (from_still, from_near) = (here.0 + prior(&still), there.0 + prior(&near));
+        let (start, cost, along) = if from_near < from_still { (near, from_near, there.1) } else { (still, from_still, here.1) };
+        let stiff = self.base.model.unknowns.iter().map(|unknown| unknown.prior.map_or(0.0, |(_, prior)| prior.powi(-2)));
+        let along = along - &self.pull - DVector::from_iterator(n, stiff).component_mul(&start);
+        let [low, high] = [low, high].map(|bound| bound.iter().zip(start.iter()).map(|(bound, start)| bound - start).collect::<Vec<f64>>());
+        let step = minimise(&self.normal, &along, &low, &high)?;
+        let free = (0..n).filter(|&i| step[i] > low[i] && step[i] < high[i]).collect();
+        let cost = cost + (&self.normal * &step).dot(&step) - 2.0 * along.dot(&step);
+        let shift = &start + step;
+        cost.is_finite().then_some(Trial { cost, shift, weighed_at: start, free, predictions })
     }
 
-    /// Calls `f(channel, row, residual in sigmas, weight)` for every reading of a record.
-    fn for_rows(&self, r: usize, prediction: &Prediction, mut f: impl FnMut(usize, usize, f64, f64)) {
+    /// Cost without priors with the other unknowns shifted, and the residuals along their slopes: first with robust weights, then all alike.
+    fn along(&self, predictions: &[Prediction], shift: &DVector<f64>) -> [(f64, DVector<f64>); 2] {
+        let n = self.base.theta.len();
+        let parts: Vec<(f64, DVector<f64>, DVector<f64>)> = (self.task.fitted.par_iter().zip(self.slopes.par_iter().zip(predictions)))
+            .map(|(&r, (slopes, prediction))| {
+                let (mut cost, mut weighted, mut alike) = (0.0, DVector::zeros(n), DVector::zeros(n));
+                self.for_rows(r, slopes, prediction, shift, |slopes, _, _, residual, factor| {
+                    let (loss, weight) = robust(residual);
+                    cost += factor * loss;
+                    for (i, slope) in slopes.iter().enumerate() {
+                        let product = factor * residual * slope;
+                        weighted[i] += weight * product;
+                        alike[i] += product;
+                    }
+                });
+                (cost, weighted, alike)
+            })
+            .collect();
+        let mut cost = 0.0;
+        let (mut weighted, mut alike) = (DVector::zeros(n), DVector::zeros(n));
+        for (part, a, b) in parts {
+            cost += part;
+            weighted += a;
+            alike += b;
+        }
+        [(cost, weighted), (cost, alike)]
+    }
+
+    /// Calls `f(slopes, channel, row, residual in sigmas, share)` for every reading of a record, the other unknowns shifted.
+    fn for_rows(
+        &self,
+        r: usize,
+        slopes: &[Vec<f64>],
+        prediction: &Prediction,
+        shift: &DVector<f64>,
+        mut f: impl FnMut(&[f64], usize, usize, f64, f64),
+    ) {
+        let n = self.base.theta.len();
         for (c, measured) in self.task.dataset.records[r].series.iter().enumerate() {
             let sigma = self.task.weights.sigma[r][c];
             let factor = PIECES / measured.len() as f64;
-            for (k, (m, p)) in measured.iter().zip(&prediction.smooth[c]).enumerate() {
-                let residual = beyond(m - p, prediction.dead_zone[c]) / sigma;
-                f(c, k, residual, factor * robust(residual).1);
+            let rows = measured.iter().zip(&prediction.smooth[c]).zip(slopes[c].chunks_exact(n));
+            for (k, ((m, p), slopes)) in rows.enumerate() {
+                let moved: f64 = slopes.iter().zip(shift.iter()).map(|(slope, shift)| slope * shift).sum();
+                f(slopes, c, k, beyond(m - p - sigma * moved, prediction.dead_zone[c]) / sigma, factor);
             }
         }
     }
@@ -207,8 +240,9 @@ impl<'a> Linearised<'a> {
                 let mut mixed = DMatrix::zeros(n, own);
                 let mut b = DVector::zeros(own);
                 let mut slope = vec![0.0; own];
-                self.for_rows(r, prediction, |c, k, residual, factor| {
+                self.for_rows(r, slopes, prediction, &here.weighed_at, |slopes, c, k, residual, factor| {
                     let sigma = self.task.weights.sigma[r][c];
+                    let factor = factor * robust(residual).1;
                     for (slope, moved) in slope.iter_mut().zip(&moved) {
                         *slope = moved.as_ref().map_or(0.0, |(m, step)| (m.smooth[c][k] - prediction.smooth[c][k]) / (step * sigma));
                     }
@@ -219,7 +253,7 @@ impl<'a> Linearised<'a> {
                             for j in 0..own {
                                 a[(i, j)] += s * slope[j];
                             }
-                            for (sum, other) in mixed.column_mut(i).iter_mut().zip(&slopes[c][k * n..(k + 1) * n]) {
+                            for (sum, other) in mixed.column_mut(i).iter_mut().zip(slopes) {
                                 *sum += s * other;
                             }
                         }
@@ -236,7 +270,9 @@ impl<'a> Linearised<'a> {
             mixed += pm;
             b += pb;
         }
-        let taken = self.factor.solve(&mixed);
-        Some((a - mixed.transpose() * &taken, b - taken.transpose() * &here.along))
+        let slope = b - mixed.transpose() * (&here.shift - &here.weighed_at);
+        let following = mixed.select_rows(&here.free);
+        let taken = self.normal.select_rows(&here.free).select_columns(&here.free).cholesky()?.solve(&following);
+        Some((a - following.transpose() * &taken, slope))
     }
 }

@@ -1,11 +1,11 @@
 //! From calibration to single effects to compounds.
 
 use feeler_plant::assembly::Source;
-use feeler_plant::description::Quantity;
+use feeler_plant::description::{Engagement, Quantity};
 use rayon::prelude::*;
 
 use crate::candidates::{Candidate, candidates};
-use crate::dataset::{Dataset, quantum};
+use crate::dataset::{Dataset, Record, quantum};
 use crate::error::DiagnosisError;
 use crate::fit::{Fitted, Task, Weights};
 use crate::locate::low_pass;
@@ -22,8 +22,9 @@ const STEPS: usize = 10;
 const SCREENING_STEPS: usize = 6;
 /// Starts of a candidate that are fitted.
 const BEST_STARTS: usize = 3;
-/// Gain of the cost in screening below which a candidate is not fitted: a fraction of the least evidence that is ever accepted.
-const WORTH_FITTING: f64 = 6.0;
+/// Gain of the cost in screening below which a candidate is not fitted: a fraction of the least evidence that is ever accepted, which takes about ten of
+/// cost per nat.
+const WORTH_FITTING: f64 = 25.0;
 /// Candidates that are fitted fully, and at least one of every place.
 const FULLY: usize = 7;
 
@@ -129,8 +130,8 @@ fn screen(task: &Task<'_>, linearised: &Linearised<'_>, base: &Scored, candidate
 pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
     let dataset = task.dataset;
     let largest = |series: &[f64]| series.iter().map(|x| x.abs()).fold(0.0, f64::max);
-    let mut glance =
-        Glance { command: 0.0, command_change: 0.0, spacing_s: 0.0, force: 0.0, speed: 0.0, quanta: Vec::new(), missing: Vec::new() };
+    let mut glance = Glance::default();
+    let mut depths: Vec<Vec<f64>> = vec![Vec::new(); dataset.machine.contacts.len()];
     for (r, record) in dataset.records.iter().enumerate() {
         glance.spacing_s = record.spacing_s;
         for command in &record.commands {
@@ -149,7 +150,14 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
             let mass = moving_mass(dataset, calibrated);
             let residual = missing_acceleration(dataset, r, &prediction);
             glance.missing.extend(prediction.stroke.iter().zip(residual).map(|(stroke, a)| (stroke[0], mass * a)));
+            for (contact, depths) in depths.iter_mut().enumerate() {
+                depths.extend(excess_depths(dataset, record, &prediction, contact));
+            }
         }
+    }
+    for (contact, depths) in depths.iter_mut().enumerate() {
+        depths.sort_by(f64::total_cmp);
+        glance.surfaces.extend(depths.get(depths.len() / 2).map(|middle| (contact, *middle)));
     }
     for (c, channel) in dataset.channels.iter().enumerate() {
         let Source::Sensor(sensor) = channel.source else { continue };
@@ -160,6 +168,29 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
         }
     }
     glance
+}
+
+/// A force below this many times its noise is none.
+const COARSEST_TOUCH: f64 = 20.0;
+/// Share of the largest contact force of a record from which on its contact is surely closed.
+const PRESSED: f64 = 0.3;
+
+/// How much deeper the bodies of a contact are in each other than the measured force says, at every row of a record where they press.
+fn excess_depths(dataset: &Dataset, record: &Record, prediction: &Prediction, contact: usize) -> Vec<f64> {
+    let Some((name, believed)) = dataset.machine.contacts.get_index(contact) else { return Vec::new() };
+    let parts = record.engagement.unwrap_or(believed.engagement) == Engagement::Unilateral;
+    let reads = |source: Source| match source {
+        Source::Sensor(i) => {
+            let reads = &dataset.machine.sensors[i].reads;
+            reads.element == *name && matches!(reads.quantity, Quantity::Force | Quantity::SpringForce)
+        }
+        source => matches!(source, Source::Contact(c, Quantity::Force | Quantity::SpringForce) if c == contact),
+    };
+    let (Some(c), true) = (dataset.channels.iter().position(|channel| reads(channel.source)), parts) else { return Vec::new() };
+    let force = &record.series[c];
+    let pressed = PRESSED * force.iter().copied().fold(COARSEST_TOUCH * dataset.channels[c].noise, f64::max);
+    let rows = force.iter().zip(&prediction.compressions[contact]).filter(|(force, _)| **force > pressed);
+    rows.map(|(force, depth)| depth - force / believed.stiffness).collect()
 }
 
 /// Mass that moves with the first drive.

@@ -20,7 +20,7 @@ const BEST_PITCHES: usize = 4;
 const POINTS: usize = 1500;
 
 /// What the records show at a glance.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Glance {
     /// Largest command, N.
     pub(crate) command: f64,
@@ -36,6 +36,8 @@ pub(crate) struct Glance {
     pub(crate) quanta: Vec<(usize, f64)>,
     /// Missing force against position, `(x, F)`.
     pub(crate) missing: Vec<(f64, f64)>,
+    /// How much farther away surfaces seem to be, by contact: from where the bodies stand when a force is measured.
+    pub(crate) surfaces: Vec<(usize, f64)>,
 }
 
 fn scaled(value: f64, factors: &[f64]) -> Vec<f64> {
@@ -123,14 +125,16 @@ pub(crate) fn starts(candidate: Candidate, machine: &Machine, glance: &Glance) -
             modes(mass, &[mass], &[5.0, 9.0, 15.0, 22.0, 32.0], 0.06)
         }
         "workpiece-dynamics" => {
-            let mass = match (candidate.site.table, assembly.as_ref()) {
-                (Table::Springs, Some(a)) => {
-                    let link = &a.links[i];
-                    mass_of(if a.contacts.iter().any(|c| c.b == link.b) { link.b } else { link.a })
-                }
-                _ => definition.parameters[0].typical,
-            };
-            modes(mass, &[mass], &[40.0, 80.0, 130.0, 200.0], 0.04)
+            // How much softer the contact looks is known well, so that a wrong stiffness hides a right frequency: both are spread, and the mass follows.
+            let softest = machine.contacts.values().map(|contact| contact.stiffness).fold(f64::INFINITY, f64::min);
+            let stiffness = if softest.is_finite() { softest } else { definition.parameters[1].typical };
+            grid(&[scaled(stiffness, &[3.0, 7.0, 16.0]), vec![40.0, 70.0, 110.0, 170.0, 260.0]])
+                .into_iter()
+                .map(|point| {
+                    let (k, omega) = (point[0], TAU * point[1]);
+                    vec![k / (omega * omega), k, 2.0 * 0.06 * k / omega]
+                })
+                .collect()
         }
         "contact-stiffness" => grid(&[wide(machine.contacts[i].stiffness)]),
         "contact-damping" => grid(&[scaled(machine.contacts[i].damping_n_s_per_m.max(1.0), &[0.2, 4.0, 12.0])]),
@@ -143,8 +147,10 @@ pub(crate) fn starts(candidate: Candidate, machine: &Machine, glance: &Glance) -
                 .map(|(n, share)| vec![n, k * (share * force / k).powf(1.0 - n)])
                 .collect()
         }
+        // A surface believed beyond where the tool gets makes no force that could lead to it: where it stands is read off.
         "surface-offset" => {
-            scaled(definition.parameters[0].typical, &[-2.0, -0.6, -0.2, 0.2, 0.6, 2.0]).into_iter().map(|v| vec![v]).collect()
+            let read = glance.surfaces.iter().filter(|(contact, _)| *contact == i).map(|(_, offset)| *offset);
+            scaled(definition.parameters[0].typical, &[-2.0, -0.6, -0.2, 0.2, 0.6, 2.0]).into_iter().chain(read).map(|v| vec![v]).collect()
         }
         "force-bias" => [-1.0, 1.0].iter().map(|s| vec![s * 0.03 * glance.force.max(1e-9)]).collect(),
         "force-resolution" | "encoder-resolution" => {

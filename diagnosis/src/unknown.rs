@@ -1,6 +1,6 @@
 //! What is left when the library does not explain it: where it shows, and what shape it has.
 
-use feeler_plant::description::Quantity;
+use feeler_plant::description::{Engagement, Quantity};
 use feeler_plant::effects::Place;
 use nalgebra::{DMatrix, DVector};
 
@@ -19,15 +19,32 @@ pub(crate) struct Pointer {
     pub(crate) evidence: String,
 }
 
+/// Mean square residual, over that of noise, that noise alone may leave in a channel over the experiments of one engagement.
+const NOISE_ALONE: f64 = 1.25;
+
+/// Whether no channel shows more than noise (one sigma per channel) in the experiments of any engagement: what a weak cause leaves in one kind of
+/// experiment is lost in the mean over all, and below the share that no model is expected to explain.
+pub(crate) fn is_quiet(task: &Task<'_>, scored: &Scored, noise: &[f64]) -> bool {
+    let mut groups: Vec<(Option<Engagement>, Vec<f64>, f64)> = Vec::new();
+    for (r, record) in task.dataset.records.iter().enumerate() {
+        let shares: Vec<f64> = (scored.misfits[r].iter().zip(&task.weights.sigma[r]).zip(noise))
+            .map(|((misfit, sigma), noise)| misfit * (sigma / noise.max(f64::MIN_POSITIVE)).powi(2))
+            .collect();
+        match groups.iter_mut().find(|(engagement, ..)| *engagement == record.engagement) {
+            Some((_, sums, count)) => {
+                sums.iter_mut().zip(&shares).for_each(|(sum, share)| *sum += share);
+                *count += 1.0;
+            }
+            None => groups.push((record.engagement, shares, 1.0)),
+        }
+    }
+    groups.iter().all(|(_, sums, count)| sums.iter().all(|sum| sum / count <= NOISE_ALONE))
+}
+
 /// Mean over records of a channel's misfit.
 pub(crate) fn channel_misfits(scored: &Scored) -> Vec<f64> {
     let n = scored.misfits.len() as f64;
     (0..scored.misfits[0].len()).map(|c| scored.misfits.iter().map(|m| m[c]).sum::<f64>() / n).collect()
-}
-
-/// Whether a model explains every channel.
-pub(crate) fn is_adequate(scored: &Scored) -> bool {
-    channel_misfits(scored).iter().all(|&m| m <= ADEQUATE)
 }
 
 /// Share of a channel's misfit after calibration that may stay when a cause is said to explain it: real friction and real contacts differ a little

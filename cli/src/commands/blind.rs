@@ -106,7 +106,7 @@ fn answer(arguments: &BlindRun, case: &Path, name: &str) -> Result<(Answered, Di
     let begun = Instant::now();
     let diagnosis = diagnose(&dataset, &|_| {})?;
     let wall_s = begun.elapsed().as_secs_f64();
-    let closed_held_back = held.and_then(|held| closing(&held, &diagnosis.calibrated, &diagnosis.machine));
+    let closed_held_back = held.and_then(|held| closing(&held, &diagnosis.calibrated, &diagnosis.machine, &diagnosis.noise));
     let effects = diagnosis.effects.iter().map(|effect| AnsweredEffect {
         kind: effect.kind.to_owned(),
         accepted: effect.accepted,

@@ -26,7 +26,7 @@ pub(super) struct Flow {
     derivative: Vec<f64>,
     /// How fast the mode moves, 1/s.
     norm: f64,
-    /// What is looked at in every row: the channels, then position, speed and force of the first drive, then the contacts' forces.
+    /// What is looked at in every row: the channels, then position, speed and force of the first drive, then the contacts' forces and compressions.
     looks: Blocks<f64>,
     /// By span, what carries the states over it, and the guards after it.
     spans: Vec<(u64, Blocks<f64>)>,
@@ -54,6 +54,7 @@ impl Flow {
         let [position, speed] = equations.stroke.first().map_or([&none, &none], |[x, v]| [x, v]);
         rows.extend([position, speed, equations.drive_force.first().unwrap_or(&none)].map(Clone::clone));
         rows.extend(equations.contact_force.iter().cloned());
+        rows.extend(equations.compression.iter().map(|[depth, _]| depth.clone()));
         let mut looks = Blocks::zeros(rows.len(), width);
         rows.iter().enumerate().for_each(|(i, row)| looks.set_row(0, i, row));
         Self { linear: equations.is_linear(), equations, states, width, derivative, norm, looks, spans: Vec::new(), longest_s }

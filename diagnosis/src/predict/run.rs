@@ -37,6 +37,8 @@ pub struct Prediction {
     pub(crate) stroke: Vec<[f64; 3]>,
     /// Whether any contact pushes.
     pub(crate) touching: Vec<bool>,
+    /// How deep the bodies of every contact are in each other, one series per contact; negative apart.
+    pub(crate) compressions: Vec<Vec<f64>>,
     /// Natural frequency of the anchoring, rad/s; zero without.
     pub(crate) omega: f64,
 }
@@ -117,6 +119,7 @@ impl<'a> Predictor<'a> {
         let mut prediction = Prediction { omega: anchor.as_ref().map_or(0.0, Anchor::omega), ..Prediction::default() };
         let mut seen = Vec::new();
         let (channels, contacts) = (self.channels.len(), self.machine.motion.assembly().contacts.len());
+        prediction.compressions = vec![Vec::with_capacity(rows); contacts];
         dispatch(
             #[inline(always)]
             || -> Result<(), DiagnosisError> {
@@ -132,7 +135,11 @@ impl<'a> Predictor<'a> {
                     }
                     let [x, v, force] = [0, 1, 2].map(|i| seen[channels + i]);
                     prediction.stroke.push([x, v, force]);
-                    prediction.touching.push(seen[channels + 3..channels + 3 + contacts].iter().any(|force| *force != 0.0));
+                    let (forces, depths) = seen[channels + 3..channels + 3 + 2 * contacts].split_at(contacts);
+                    prediction.touching.push(forces.iter().any(|force| *force != 0.0));
+                    for (series, &depth) in prediction.compressions.iter_mut().zip(depths) {
+                        series.push(depth);
+                    }
                     if let Some(anchor) = &anchor {
                         if window.is_some() {
                             self.machine.look(&state, &mut seen);

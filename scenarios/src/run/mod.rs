@@ -49,6 +49,7 @@ mod saturation;
 mod settling;
 mod strobe;
 mod summary;
+mod swings;
 mod trace_file;
 mod verdict;
 

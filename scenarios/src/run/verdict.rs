@@ -14,7 +14,7 @@
 //! | limit-cycle | the force oscillates and does not decay, and a drive or controller is at its limit for over 1 % of the tail |
 //! | hunting | the same, no limit is reached, and a guide sticks or breaks loose at least twice |
 //! | oscillates | the same with neither |
-//! | undecided | none of these: oscillation or bouncing that decays but has not ended, that creeps up or down (by more than 1.05 from part to part), growth in a run that left the workpiece and may yet be bounded by that, or a tail too short to judge |
+//! | undecided | none of these: oscillation or bouncing that decays but has not ended, that creeps up or down (by more than 1.05 from part to part), growth in a run that left the workpiece and may yet be bounded by that, or a tail too short to judge, with less than two cycles of what lasts or grows |
 //!
 //! A longer run decides most of what a short one leaves undecided: [`super::measure()`] extends the run until it is.
 
@@ -22,6 +22,7 @@ use feeler_engine::RunEnd;
 use serde::Serialize;
 
 use super::outcome::{Outcome, Undecided};
+use super::swings::turns;
 
 /// Growth from one part of the tail to the next that counts as such.
 const GROWS: f64 = 1.5;
@@ -38,6 +39,8 @@ const LEAST_RISING: usize = 6;
 const LEAST_LIFTS: (usize, usize) = (3, 2);
 /// Changes between sticking and sliding in the tail that make hunting.
 const LEAST_STICKS: usize = 2;
+/// Turns of the force in the three parts of the tail together, and in each, that make it an oscillation: two cycles.
+const LEAST_TURNS: (usize, usize) = (4, 1);
 /// Fewer rows tell nothing.
 const LEAST_ROWS: usize = 30;
 
@@ -104,7 +107,8 @@ impl Evidence<'_> {
             _ => {}
         }
         // The loss of contact bounds most growth, only later: in contact alone nothing but a limit does.
-        let growth_lasts = self.is_longest || self.lifts_s.is_empty();
+        let swings = self.swings(first);
+        let growth_lasts = self.is_longest || (self.lifts_s.is_empty() && swings);
         let grows = |rate_per_s: f64| Verdict {
             growth_per_s: Some(rate_per_s).filter(|rate| rate.is_finite()),
             ..if growth_lasts { say(Outcome::Unstable) } else { unsure(Undecided::StillGrowing) }
@@ -146,6 +150,9 @@ impl Evidence<'_> {
         if a3 > CREEPS * a2 && a2 > CREEPS * a1 {
             return Verdict { growth_per_s: Some(growth_per_s).filter(|rate| rate.is_finite()), ..unsure(Undecided::StillGrowing) };
         }
+        if !swings {
+            return unsure(Undecided::TooShort);
+        }
         if super::saturation::share(&self.saturated[first..]) > SATURATES {
             return say(Outcome::LimitCycle);
         }
@@ -160,6 +167,13 @@ impl Evidence<'_> {
         let before = self.impacts[..self.impacts.len() - last.len()].iter().map(|impact| impact.1).fold(0.0, f64::max);
         let rises = last.len() >= LEAST_RISING && *last_n > before && last.windows(2).all(|pair| pair[1].1 > pair[0].1);
         (rises && *last_n > GROWS * GROWS * first_n).then(|| (last_n / first_n).ln() / (to_s - from_s))
+    }
+
+    /// Whether the tail, from row `first` on, has cycles enough to tell a swing from a slow move.
+    fn swings(&self, first: usize) -> bool {
+        let force_n = &self.force_n[first..self.t_s.len()];
+        let parts: [usize; 3] = std::array::from_fn(|i| turns(&force_n[i * force_n.len() / 3..(i + 1) * force_n.len() / 3]));
+        parts.iter().sum::<usize>() >= LEAST_TURNS.0 && parts.iter().all(|&turns| turns >= LEAST_TURNS.1)
     }
 
     fn lifts_after(&self, t_s: f64) -> usize {
@@ -221,6 +235,15 @@ mod tests {
         let decays = |t: f64| 20.0 + 100.0 * (-10.0 * t).exp() * (TAU * 25.0 * t).cos();
         assert_eq!(verdict_of(decays, |_| {}).outcome, Outcome::Settled);
         assert_eq!(verdict_of(decays, |e| e.lifts_s = &[0.21, 0.25]).outcome, Outcome::BouncesThenSettles);
+    }
+
+    /// 1.1 s to 2 s of a ramp, and of a swing that takes longer.
+    #[test]
+    fn regress_a_slow_move_is_no_oscillation() {
+        for force in [|t: f64| 20.0 + 3.0 * t, |t: f64| 20.0 + 5.0 * (TAU * 0.5 * t).sin()] {
+            let verdict = verdict_of(force, |_| {});
+            assert_eq!(verdict.outcome, Outcome::Undecided, "{verdict:?}");
+        }
     }
 
     #[test]

@@ -181,6 +181,8 @@ impl Change {
             Self::NoFriction => {
                 drop_effects(&mut changed, &["coulomb-friction", "stribeck-friction", "load-friction", "asymmetric-friction"]);
             }
+            // A surface passes by at its own time: a tool that came later would meet another part of it.
+            Self::SlowerApproach if !scenario.machine.profiles.is_empty() => {}
             Self::SlowerApproach => {
                 let approaches = changed.controllers.values_mut().filter_map(|used| used.spec.approach.as_mut());
                 approaches.for_each(|approach| approach.speed /= SLOWER);

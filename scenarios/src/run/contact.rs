@@ -5,6 +5,11 @@ use feeler_plant::assembly::Assembly;
 use feeler_plant::description::{Engagement, Quantity, SignalName};
 use feeler_plant::motion::Switch;
 
+/// Rows that the contact in which the largest force falls has at least: half a sine of 20 is then met by a parabola within 1e-5.
+const LEAST_ROWS: f64 = 20.0;
+/// How much finer rows are to be where the largest force is that at touch-down.
+const FINER: f64 = 16.0;
+
 /// A span of time, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
@@ -82,17 +87,19 @@ fn contact(index: usize, name: &str, assembly: &Assembly, record: &Trace, end_s:
     let column = |quantity| record.column(&SignalName::new(name, quantity).to_string()).unwrap_or_default();
     let closed_at_start = column(Quantity::Contact).first().is_some_and(|&state| state > 0.5);
     let force_n = column(Quantity::Force);
-    let (peak_at_s, peak_force_n) = peak(&record.t_s, force_n);
     let intervals = intervals(closed_at_start, &touches_s, &lifts_s, end_s);
     let peak_within = |interval: &Interval| {
-        let row = |t_s: f64| record.t_s.partition_point(|&t| t < t_s);
-        let rows = row(interval.start_s)..row(interval.end_s);
-        peak(&record.t_s[rows.clone()], &force_n[rows]).1
+        let rows = record.t_s.partition_point(|&t| t < interval.start_s)..record.t_s.partition_point(|&t| t <= interval.end_s);
+        let (t_s, force_n) = (&record.t_s[rows.clone()], &force_n[rows]);
+        let begins = touches_s.contains(&interval.start_s).then(|| at_touch(interval.start_s, t_s, force_n)).flatten();
+        begins.map_or_else(|| peak(t_s, force_n), |force_n| (interval.start_s, force_n))
     };
+    let peaks: Vec<(f64, f64)> = intervals.iter().map(peak_within).collect();
+    let (peak_at_s, peak_force_n) = peaks.iter().copied().reduce(|a, b| if b.1 > a.1 { b } else { a }).unwrap_or((0.0, 0.0));
     ContactRun {
         name: name.to_owned(),
         engagement: assembly.contacts[index].engagement,
-        interval_peaks_n: intervals.iter().map(peak_within).collect(),
+        interval_peaks_n: peaks.iter().map(|peak| peak.1).collect(),
         intervals,
         touches_s,
         lifts_s,
@@ -107,6 +114,30 @@ fn intervals(closed_at_start: bool, touches_s: &[f64], lifts_s: &[f64], end_s: f
     let starts = at_start.then_some(0.0).into_iter().chain(touches_s.iter().copied());
     let ends = lifts_s.iter().copied().chain(std::iter::once(end_s));
     starts.zip(ends).map(|(start_s, end_s)| Interval { start_s, end_s }).collect()
+}
+
+/// The force with which a touch begins, where it only falls from there on: a damper is pushed at once. By a parabola through the first three rows.
+fn at_touch(touch_s: f64, t_s: &[f64], force_n: &[f64]) -> Option<f64> {
+    let (&[t1, t2, ..], &[f1, f2, f3, ..]) = (t_s, force_n) else { return None };
+    let falls = f1 > f2 && force_n.iter().all(|&force| force <= f1);
+    let before = (t1 - touch_s) / (t2 - t1);
+    falls.then_some(f1 + before * (f1 - f2) + 0.5 * before * (before + 1.0) * (f1 - 2.0 * f2 + f3))
+}
+
+/// The rate at which the contact in which the largest force falls has rows enough to tell it; none where it has them at `rate_hz`.
+pub(super) fn resolving_rate_hz(contacts: &[ContactRun], rate_hz: f64) -> Option<f64> {
+    let of = |contact: &ContactRun| {
+        let hardest = |i: &usize, j: &usize| contact.interval_peaks_n[*i].total_cmp(&contact.interval_peaks_n[*j]);
+        let longer = |i: &usize, j: &usize| contact.intervals[*i].length_s().total_cmp(&contact.intervals[*j].length_s());
+        let largest = (0..contact.intervals.len()).max_by(|i, j| hardest(i, j).then(longer(i, j)))?;
+        let interval = contact.intervals[largest];
+        let short =
+            (interval.length_s() * rate_hz < LEAST_ROWS && interval.length_s() > 0.0).then(|| 2.0 * LEAST_ROWS / interval.length_s());
+        // By the bits of the event.
+        let begins = (contact.peak_force_n > 0.0 && contact.touches_s.contains(&contact.peak_at_s)).then_some(FINER * rate_hz);
+        short.or(begins)
+    };
+    contacts.iter().filter_map(of).reduce(f64::max)
 }
 
 /// The largest value of a record and when: the vertex of the parabola through the largest row and its neighbours.
@@ -143,6 +174,16 @@ mod tests {
         let (at_s, peak_n) = peak(&t_s[..100], &force[..100]);
         assert!((peak_n - 90.0).abs() < 40.0 * PARABOLA, "{peak_n}");
         assert!((at_s - 5e-3 - shift_s).abs() < 1e-6, "{at_s}");
+    }
+
+    /// `100 exp(-t / 1 ms)` from a touch between two rows on: the parabola errs by `(dt / tau)^3 s (s + 1) (s + 2) / 6`, 3e-4 here.
+    #[test]
+    fn truth_the_force_at_touch_down_is_found_before_the_first_row() {
+        let touch_s = 4.5e-5;
+        let t_s: Vec<f64> = (1..40).map(|i| f64::from(i) * 1e-4).collect();
+        let force: Vec<f64> = t_s.iter().map(|t| 100.0 * (-(t - touch_s) / 1e-3).exp()).collect();
+        assert!((at_touch(touch_s, &t_s, &force).unwrap() - 100.0).abs() < 0.04);
+        assert_eq!(at_touch(touch_s, &t_s, &t_s), None);
     }
 
     #[test]

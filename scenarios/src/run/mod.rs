@@ -55,7 +55,7 @@ mod verdict;
 
 use std::time::Instant;
 
-use feeler_engine::{EnergyBalance, Observer, Program, RunEnd, RunSettings, Scenario, Simulation, Trace};
+use feeler_engine::{EnergyBalance, Integrator, Observer, Program, RunEnd, RunSettings, Scenario, Simulation, Trace};
 use feeler_lanes::Lane;
 use feeler_lti::spectral::{AmplitudeSpectrum, Window, amplitude_spectrum};
 use feeler_plant::assembly::Assembly;
@@ -139,6 +139,21 @@ impl RunResult {
 pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<RunResult, RunError> {
     let started = Instant::now();
     let recording = Recording::new(scenario);
+    let mut result = recorded(scenario, &recording, progress)?;
+    // A fixed step is what its user chose to look at.
+    if scenario.run.integrator == Integrator::Exact
+        && let Some(least_hz) = contact::resolving_rate_hz(&result.contacts, recording.rate_hz)
+    {
+        let finer = Recording::finer(scenario, least_hz);
+        if finer.rate_hz > recording.rate_hz {
+            result = recorded(scenario, &finer, progress)?;
+        }
+    }
+    result.summary.wall_s = started.elapsed().as_secs_f64();
+    Ok(result)
+}
+
+fn recorded(scenario: &Scenario, recording: &Recording, progress: &mut dyn FnMut(Progress)) -> Result<RunResult, RunError> {
     let settings = RunSettings { energy: true, ..recording.settings(&scenario.run) };
     let program = Program::new(&Scenario { run: settings, ..scenario.clone() })?;
     let assembly = program.motion().assembly().clone();
@@ -149,8 +164,7 @@ pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<Ru
     let trace = recording.wanted(&record);
     let ended = Ended::of(&simulation, 0);
     let judged = Judged::new(scenario, &assembly, &record, ended, simulation.energy(0));
-    let Judged { contacts, force_loop, limits, mut summary } = judged;
-    summary.wall_s = started.elapsed().as_secs_f64();
+    let Judged { contacts, force_loop, limits, summary } = judged;
     Ok(RunResult { trace, record, contacts, force_loop, saturated: limits.saturated, summary })
 }
 

@@ -28,7 +28,7 @@ pub struct Summary {
     /// From the first touch or the last change of the reference (the later) until the force stays within 2 % of the reference (or what the sensor
     /// resolves); none where it does not.
     pub settling_time_s: Option<f64>,
-    /// Lift-offs of all contacts.
+    /// Lift-offs of the main contact.
     pub bounces: usize,
     /// Time in contact of the main contact.
     pub contact_time_s: f64,
@@ -112,8 +112,12 @@ impl<'a> Finished<'a> {
     pub(super) fn summary(&self) -> Summary {
         let main_contact = self.force_loop.map(|found| found.contact).or_else(|| self.hardest());
         let main = main_contact.map(|i| &self.contacts[i]);
-        let response = self.response();
+        let mut response = self.response();
         let verdict = self.verdict(main, response.as_ref());
+        // What is within the band at the end by chance has not settled.
+        if let Some(response) = response.as_mut().filter(|_| !matches!(verdict.outcome, Outcome::Settled | Outcome::BouncesThenSettles)) {
+            response.settling_time_s = None;
+        }
         let sustained = main.filter(|_| verdict.outcome.is_sustained());
         let contact_time_s = main.map_or(0.0, ContactRun::contact_time_s);
         Summary {
@@ -122,7 +126,7 @@ impl<'a> Finished<'a> {
             peak_force_n: self.contacts.iter().map(|contact| contact.peak_force_n).fold(0.0, f64::max),
             overshoot: response.and_then(|response| response.overshoot),
             settling_time_s: response.and_then(|response| response.settling_time_s),
-            bounces: self.contacts.iter().map(|contact| contact.lifts_s.len()).sum(),
+            bounces: main.map_or(0, |contact| contact.lifts_s.len()),
             contact_time_s,
             contact_share: self.share(contact_time_s),
             oscillation: sustained.map(|contact| self.oscillation(contact, &verdict)),

@@ -13,7 +13,8 @@ fn peak_n(stiffness: f64, damping: f64, gap_m: f64) -> f64 {
         "[bodies.tip]\nmass = {MASS_KG}\nvelocity = {SPEED_M_PER_S}\n[contacts.tool]\nbetween = [\"tip\", \"ground\"]\nstiffness = {stiffness}\n\
          damping = {damping}\ngap = {gap_m}\n[run]\nduration = 0.1\nrecord = [\"tool.force\"]\n"
     );
-    run(&Document::parse(&text, "impact.toml").unwrap().scenario, &mut |_| {}).unwrap().summary.peak_force_n
+    let document = Document::parse(&text, "impact.toml").unwrap_or_else(|mistakes| panic!("{mistakes}"));
+    run(&document.scenario, &mut |_| {}).unwrap_or_else(|error| panic!("{error}")).summary.peak_force_n
 }
 
 /// Contact lasts from 4.4 ms down to 44 us, less than half of the spacing of the record's first rows.

@@ -1,6 +1,7 @@
 //! A file as a tree, on its way to a document: the machine it builds on, and overrides.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
 
 use feeler_plant::effects::LIBRARY;
@@ -293,7 +294,13 @@ pub fn read_text(path: &Path) -> Result<String, FormatError> {
     if metadata.is_dir() {
         return Err(unreadable(&name, "this is a folder".into(), "name a file in it"));
     }
-    file::read_text(path, LARGEST_FILE).map_err(|error| unreadable(&name, error.to_string(), "name a TOML file: a text in UTF-8"))
+    file::read_text(path, LARGEST_FILE).map_err(|error| {
+        let remedy = match error.kind() {
+            ErrorKind::PermissionDenied => "give yourself the right to read it",
+            _ => "name a TOML file: a text in UTF-8",
+        };
+        unreadable(&name, error.to_string(), remedy)
+    })
 }
 
 /// The tree of a text, which is added to the sources.

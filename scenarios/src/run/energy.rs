@@ -22,7 +22,8 @@ pub struct EnergyTable {
     pub supplied: Vec<EnergyItem>,
     /// Energy taken out of it, J.
     pub dissipated: Vec<EnergyItem>,
-    /// Work of each controller's command through its drive, J; part of what the drives supply.
+    /// Work of each controller's command through its drive, J; part of what the drives supply. Controllers that did none, and those of velocity
+    /// sources, to which none is attributed, are left out.
     pub controllers: Vec<EnergyItem>,
     /// Kinetic energy at start and end, J.
     pub kinetic: [f64; 2],
@@ -48,7 +49,12 @@ impl EnergyTable {
         Self {
             supplied: meters(true),
             dissipated: meters(false),
-            controllers: balance.controllers.iter().map(|(on, joule)| item("controller-work", on, *joule)).collect(),
+            controllers: balance
+                .controllers
+                .iter()
+                .filter(|(_, joule)| *joule != 0.0)
+                .map(|(on, joule)| item("controller-work", on, *joule))
+                .collect(),
             kinetic: balance.kinetic,
             elastic: balance.elastic,
             residual,

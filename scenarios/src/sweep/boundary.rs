@@ -74,8 +74,8 @@ fn along(document: &Document, across: &DrawnAxis, along: &DrawnAxis, place: impl
     let sections = across.values(SECTIONS);
     let bands: Vec<[Option<GainBands>; 2]> = (sections.par_iter())
         .map(|&value| {
-            let whole =
-                with(document, &[(&across.key, value)]).and_then(|scenario| ControlLoop::new(&scenario, &contact_view(&scenario)).ok());
+            let whole = with(document, &[(&across.key, value)])
+                .and_then(|scenario| ControlLoop::varying(&scenario, &contact_view(&scenario), &along.key).ok());
             let of = |bands: fn(&ControlLoop, &str) -> Result<GainBands, AnalysisError>| bands(whole.as_ref()?, &along.key).ok();
             [of(ControlLoop::sampled_bands), of(ControlLoop::continuous_bands)]
         })

@@ -77,6 +77,26 @@ impl ControlLoop {
         Ok(Self { plant, assembly, view: *view, controllers: controllers.collect() })
     }
 
+    /// Linearises a scenario for the gain that a key names to be varied: a controller that would need a motion sensor with that gain has one,
+    /// also where the gain is zero in the scenario.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`] and [`Self::gain_of_key`], [`AnalysisError::NoGain`], and a machine without such a sensor.
+    pub fn varying(scenario: &Scenario, view: &View, key: &str) -> Result<Self, AnalysisError> {
+        let mut whole = Self::new(scenario, view)?;
+        let (controller, gain) = whole.gain_of_key(key)?;
+        let own = &mut whole.controllers[controller];
+        let with_one = with_gain(&own.spec, &gain, 1.0)?;
+        if own.motion.is_none() && with_one.law.needs_motion() {
+            let mut varied = scenario.clone();
+            varied.controllers[controller].spec = with_one;
+            if let Some(wiring) = Program::new(&varied)?.loops().nth(controller) {
+                (own.motion, own.motion_is_velocity) = (wiring.motion, wiring.motion_is_velocity);
+            }
+        }
+        Ok(whole)
+    }
+
     /// The same controllers around another machine or with other timing.
     ///
     /// # Errors

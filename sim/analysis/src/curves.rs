@@ -54,7 +54,10 @@ pub struct Curves {
 /// # Errors
 /// As [`crate::analyze`].
 pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result<Curves, AnalysisError> {
-    let whole = ControlLoop::new(scenario, &request.view)?;
+    let whole = match &report.gain {
+        Some(gain) => ControlLoop::varying(scenario, &request.view, &gain.key)?,
+        None => ControlLoop::new(scenario, &request.view)?,
+    };
     let name = |text: &str| text.parse::<SignalName>().map_err(|_| AnalysisError::NotLinear { name: text.to_owned() });
     let (input, output) = (name(&report.input)?, name(&report.output)?);
     let channel = whole.plant().channel(&input, &output)?;

@@ -138,7 +138,10 @@ pub struct Report {
 /// # Errors
 /// The mistakes of the scenario or the request; [`AnalysisError::Lti`].
 pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, AnalysisError> {
-    let whole = ControlLoop::new(scenario, &request.view)?;
+    let whole = match &request.gain {
+        Some(key) => ControlLoop::varying(scenario, &request.view, key)?,
+        None => ControlLoop::new(scenario, &request.view)?,
+    };
     let plant = whole.plant();
     let (input, output) = request.signals(scenario, &whole)?;
     let channel = plant.channel(&input, &output)?;

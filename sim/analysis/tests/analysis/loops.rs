@@ -43,6 +43,26 @@ fn truth_gain_margin_and_stable_gain_are_two_views_of_one_edge() {
     assert!((margins.smallest_increase().unwrap().factor * 0.2 / edge - 1.0).abs() < SAME_EDGE);
 }
 
+#[test]
+fn regress_joint_damping_that_is_zero_has_its_motion_sensor_when_it_is_varied() {
+    let asked = |scenario: &Scenario| {
+        let request = Request { gain: Some("controllers.force.damping".into()), view: View::CLAMPED, ..Request::default() };
+        let gain = analyze(scenario, &request).unwrap().gain.unwrap();
+        [gain.sampled.stable[1].unwrap(), gain.continuous.unwrap().edge_hz.unwrap_or(0.0)]
+    };
+    let left_out = force_loop(0.3, 0.0);
+    let mut named = left_out.clone();
+    named.controllers["force"].motion = Some("encoder".into());
+    let mut in_use = left_out.clone();
+    let Law::ExplicitForce(gains) = &mut in_use.controllers["force"].spec.law else { unreachable!() };
+    gains.damping = 100.0;
+    let [expected, edge_hz] = asked(&named);
+    for scenario in [left_out, in_use] {
+        let [largest, at_hz] = asked(&scenario);
+        assert!((largest / expected - 1.0).abs() < SAME_EDGE && (at_hz - edge_hz).abs() <= SAME_EDGE * edge_hz);
+    }
+}
+
 /// Lifted loops of every law, several rates, delays and filters: what the matrix says of a state after a common period, the engine does.
 #[test]
 fn prop_one_period_of_the_lifted_loop_is_one_period_of_the_simulation() {

@@ -21,6 +21,8 @@ const MAX_SHRINKS: usize = 16;
 const ON_BOUNDARY: f64 = 1e-9;
 /// A pole this much slower than the fastest, or than half of the sampling rate, is an integrator's: the square root of rounding, for double ones.
 const INTEGRATES: f64 = 1e-9;
+/// Shares of half of the sampling rate that are still far enough from zero frequency for z to differ from 1 by what rounding leaves of it.
+const TOLD_APART: f64 = 1e-12;
 /// The same where the response is infinite at zero frequency beyond doubt: the cube root of rounding, for triple ones.
 const INTEGRATE_TOGETHER: f64 = 1e-5;
 
@@ -171,17 +173,20 @@ impl<T: TimeDomain> LoopTransfer<T> {
         let mut avoided: Vec<f64> = self.poles_s.iter().filter(|p| on_boundary(**p) && p.im >= 0.0).map(|p| p.im).collect();
         avoided.sort_by(f64::total_cmp);
         avoided.dedup_by(|a, b| (*a - *b).abs() <= 1e-6 * b.abs());
+        // Closer to a pole than this, z cannot be told from it: a zero there cancels it, as one of an integrator of next to no gain does.
+        let closest =
+            Some(self.domain.nyquist_rad_per_s()).filter(|nyquist| nyquist.is_finite()).map_or(0.0, |nyquist| TOLD_APART * nyquist);
         let mut stretches = Vec::new();
         let mut start = 0.0;
         for w in avoided.into_iter().filter(|w| *w <= last) {
             let nearest = self.landmarks().map(|p| (p - C64::new(0.0, w)).norm()).filter(|d| *d > 1e-6 * w.max(1e-12 * last));
-            let mut radius = 1e-3 * nearest.fold(if w > 0.0 { w } else { last }, f64::min);
+            let mut radius = (1e-3 * nearest.fold(if w > 0.0 { w } else { last }, f64::min)).max(closest);
             // Roots of the closed loop near the pole must stay outside the arc, so the loop has to be large on it.
             for _ in 0..MAX_SHRINKS {
-                if (self.at_s(C64::new(radius, w))? * gain).norm() > LARGE {
+                if radius <= closest || (self.at_s(C64::new(radius, w))? * gain).norm() > LARGE {
                     break;
                 }
-                radius *= 0.1;
+                radius = (0.1 * radius).max(closest);
             }
             if w - radius > start {
                 stretches.push(Stretch::line(self.nodes(start, w - radius)));

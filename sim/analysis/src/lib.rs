@@ -49,4 +49,4 @@ pub use prepare::{ContactView, FrictionView, PlayView, View};
 pub use report::{GainReport, MarginReport, ModeReport, Report, Request, StableRange, analyze};
 pub use sampled_loop::SampledLoop;
 pub use stability::{Band, Edge, GainBands};
-pub use waterfall::{Limit, Sensitivity, Stage, Waterfall};
+pub use waterfall::{Limit, Relief, Sensitivity, Stage, Waterfall};

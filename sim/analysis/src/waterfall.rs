@@ -6,7 +6,7 @@ use feeler_control::Reference;
 use feeler_lti::{C64, TransferEvaluator};
 use feeler_plant::assembly::{Assembly, Source};
 use feeler_plant::description::Quantity;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::closed_loop::{ClosedLoop, law_of_reference};
 use crate::control_loop::{ControlLoop, LoopController};
@@ -68,13 +68,58 @@ pub struct Sensitivity {
     pub largest_gain_relative: f64,
 }
 
+/// What becomes of the largest gain without an ingredient. Serialised as a number, `"unlimited"`, `"stable"` or `"none"`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Relief {
+    /// It is this many times as large.
+    Times(f64),
+    /// Every gain is stable.
+    Unlimited,
+    /// Gains up to a largest one are stable, where none is with the ingredient.
+    Stable,
+    /// No gain is stable, as with it.
+    NoneEither,
+}
+
+impl Relief {
+    /// From the largest gain with an ingredient to that without; zero where nothing is stable, infinite where everything is.
+    fn new(with: f64, without: f64) -> Self {
+        match (with > 0.0, without > 0.0) {
+            (_, true) if without.is_infinite() => Self::Unlimited,
+            (true, _) => Self::Times(without / with),
+            (false, true) => Self::Stable,
+            (false, false) => Self::NoneEither,
+        }
+    }
+
+    /// As a factor, to compare by.
+    fn factor(self) -> f64 {
+        match self {
+            Self::Times(factor) => factor,
+            Self::Unlimited | Self::Stable => f64::INFINITY,
+            Self::NoneEither => 1.0,
+        }
+    }
+}
+
+impl Serialize for Relief {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Times(factor) => serializer.serialize_f64(*factor),
+            Self::Unlimited => serializer.serialize_str("unlimited"),
+            Self::Stable => serializer.serialize_str("stable"),
+            Self::NoneEither => serializer.serialize_str("none"),
+        }
+    }
+}
+
 /// The whole account.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Waterfall {
     /// From the ideal down to what is built.
     pub stages: Vec<Stage>,
-    /// Factor by which the largest gain would rise without an ingredient, the others present; absent where it would be unlimited.
-    pub without: Vec<(String, Option<f64>)>,
+    /// What would become of the largest gain without an ingredient, the others present.
+    pub without: Vec<(String, Relief)>,
     /// Frequency above which a reference of the file's size drives the command to its limit, Hz; absent where it never does.
     pub saturation_hz: Option<f64>,
     /// The verdict.
@@ -139,14 +184,14 @@ impl ControlLoop {
         let limit_gain = built.largest_gain.unwrap_or(f64::INFINITY);
         stages.push(built);
 
-        let ratio = |bands: GainBands| bands.first_upper() / limit_gain;
-        let mut candidates = vec![("sampling".to_string(), Limit::Sampling, ratio(self.continuous_bands(key)?))];
+        let relief = |bands: GainBands| Relief::new(limit_gain, bands.first_upper());
+        let mut candidates = vec![("sampling".to_string(), Limit::Sampling, relief(self.continuous_bands(key)?))];
         let perfect = self.altered(|assembly, _| idealise_drives(assembly))?;
-        candidates.push(("actuator".into(), Limit::RigidBody, ratio(perfect.sampled_bands(key)?)));
+        candidates.push(("actuator".into(), Limit::RigidBody, relief(perfect.sampled_bands(key)?)));
         for &(i, class) in &flexible {
             let limit = if class == ModeClass::Noncolocated { Limit::NoncolocatedMode } else { Limit::ColocatedMode };
             let stiff = self.altered(|assembly, _| rigid(assembly, &[(i, class)]))?;
-            candidates.push((format!("springs.{}", self.assembly().links[i].name), limit, ratio(stiff.sampled_bands(key)?)));
+            candidates.push((format!("springs.{}", self.assembly().links[i].name), limit, relief(stiff.sampled_bands(key)?)));
         }
         let saturation_hz = self.saturation_hz(key)?;
         let achieved = stages.last().and_then(|stage| stage.bandwidth_hz);
@@ -155,9 +200,12 @@ impl ControlLoop {
             stages.push(Stage { added: "saturation".into(), bandwidth_hz, ..last });
         }
         let saturates = saturation_hz.zip(achieved).is_some_and(|(saturation, achieved)| saturation < achieved);
-        let worst = candidates.iter().max_by(|a, b| a.2.total_cmp(&b.2)).filter(|c| c.2 > MATTERS);
+        let worst = candidates
+            .iter()
+            .max_by(|a, b| a.2.factor().total_cmp(&b.2.factor()))
+            .filter(|c| limit_gain.is_finite() && c.2.factor() > MATTERS);
         let limit = if saturates { Limit::Saturation } else { worst.map_or(Limit::RigidBody, |c| c.1) };
-        let without = candidates.into_iter().map(|(name, _, ratio)| (name, ratio.is_finite().then_some(ratio))).collect();
+        let without = candidates.into_iter().map(|(name, _, relief)| (name, relief)).collect();
         Ok(Waterfall { stages, without, saturation_hz, limit })
     }
 

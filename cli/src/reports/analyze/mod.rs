@@ -6,7 +6,7 @@ mod planes;
 mod shapes;
 mod verdict;
 
-use feeler_analysis::{Curves, ModeReport, Report};
+use feeler_analysis::{Curves, ModeReport, Relief, Report};
 use feeler_scenarios::format::Document;
 
 use crate::numbers::{plain, with_unit};
@@ -118,7 +118,15 @@ fn waterfall(page: &mut Page, report: &Report) {
     page.bars(&bars);
     page.paragraph("How much higher the largest gain would be without one ingredient, all others present:");
     let rows: Vec<Vec<String>> = (waterfall.without.iter())
-        .map(|(name, factor)| vec![name.clone(), factor.map_or_else(|| "unlimited".to_owned(), |f| format!("{} times", plain(f)))])
+        .map(|(name, relief)| {
+            let text = match relief {
+                Relief::Times(factor) => format!("{} times", plain(*factor)),
+                Relief::Unlimited => "unlimited".to_owned(),
+                Relief::Stable => "some are stable, none is with it".to_owned(),
+                Relief::NoneEither => "none either".to_owned(),
+            };
+            vec![name.clone(), text]
+        })
         .collect();
     page.table(&["without", "largest gain"], &[1], &rows);
     if let Some(f) = waterfall.saturation_hz {

@@ -1,7 +1,7 @@
 //! Sampled and continuous loops.
 
 use crate::common::{control, force_loop, machine, spring};
-use feeler_analysis::{AnalysisError, ControlLoop, Limit, ModeClass, Request, SampledLoop, View, analyze};
+use feeler_analysis::{AnalysisError, ControlLoop, Limit, ModeClass, Relief, Request, SampledLoop, View, analyze};
 use feeler_control::{AdmittanceGains, ForceGains, ImpedanceGains, Law, LeadSpec, LowPassSpec, PositionGains};
 use feeler_engine::{Program, RunSettings, Scenario, Simulation, Trace};
 use feeler_lti::LoopTransfer;
@@ -61,6 +61,21 @@ fn regress_joint_damping_that_is_zero_has_its_motion_sensor_when_it_is_varied() 
         let [largest, at_hz] = asked(&scenario);
         assert!((largest / expected - 1.0).abs() < SAME_EDGE && (at_hz - edge_hz).abs() <= SAME_EDGE * edge_hz);
     }
+}
+
+#[test]
+fn regress_what_no_ingredient_s_absence_makes_stable_is_not_called_unlimited() {
+    let mut scenario = force_loop(0.3, 0.0);
+    let Law::ExplicitForce(gains) = &mut scenario.controllers["force"].spec.law else { unreachable!() };
+    // Far beyond what the axis bears of an integral at any proportional gain.
+    gains.ki = 1e5;
+    let request = Request { gain: Some("kp".into()), view: View::CLAMPED, ..Request::default() };
+    let report = analyze(&scenario, &request).unwrap();
+    assert!(report.gain.unwrap().sampled.all.bands.is_empty());
+    let without = report.waterfall.unwrap().without;
+    let stiff = without.iter().find(|(name, _)| name == "springs.transmission").unwrap();
+    assert_eq!(stiff.1, Relief::NoneEither);
+    assert_eq!(serde_json::to_value(stiff.1).unwrap(), "none");
 }
 
 /// Lifted loops of every law, several rates, delays and filters: what the matrix says of a state after a common period, the engine does.

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use feeler_diagnosis::DiagnosisError;
+use feeler_diagnosis::dataset::{Dataset, Fault, FaultKind};
 use feeler_engine::{EngineError, Program};
 use feeler_scenarios::format::{ArmFile, CellFile, DatasetFile, Draft, FormatError, SweepFile, read_text};
 use serde_json::{Value, json};
@@ -18,6 +20,7 @@ const DATASET: &str = "dataset.toml";
 enum Mistakes {
     Format(FormatError),
     Engine(EngineError),
+    Series(DiagnosisError),
 }
 
 pub(crate) fn run(arguments: &Check) -> anyhow::Result<()> {
@@ -34,6 +37,9 @@ pub(crate) fn run(arguments: &Check) -> anyhow::Result<()> {
             Ok(about) => terminal::print(&format!("ok  {}: {about}", path.display()))?,
             Err(Mistakes::Format(error)) => terminal::complain(&error.report(terminal::has_colours())),
             Err(Mistakes::Engine(error)) => terminal::complain(&format!("error: {}: this cannot be run\n{error}", path.display())),
+            Err(Mistakes::Series(error)) => {
+                terminal::complain(&format!("error: {}: these records cannot be used as they are\n{error}", path.display()));
+            }
         }
     }
     if arguments.json {
@@ -47,6 +53,7 @@ fn check(path: &Path) -> Result<String, Mistakes> {
     if folder.is_file() || path.file_name().is_some_and(|name| name == DATASET) {
         let file = if folder.is_file() { &folder } else { path };
         let dataset = DatasetFile::load(file).map_err(Mistakes::Format)?;
+        check_series(file)?;
         let experiments = count(dataset.experiments.len(), "experiment", "experiments");
         return Ok(format!("dataset of {experiments}, {}", count(dataset.columns.len(), "column", "columns")));
     }
@@ -83,6 +90,17 @@ fn check(path: &Path) -> Result<String, Mistakes> {
     Ok(format!("scenario `{}` with {}", machine.name, parts.join(", ")))
 }
 
+/// The series of a dataset: what no assumption can repair, else rows that are not evenly spaced, which a diagnosis would interpolate.
+fn check_series(file: &Path) -> Result<(), Mistakes> {
+    let dataset = Dataset::load(file).map_err(|error| match error {
+        DiagnosisError::Format(error) => Mistakes::Format(error),
+        other => Mistakes::Series(other),
+    })?;
+    let uneven = |fault: &Fault| matches!(fault.kind, FaultKind::Uneven { .. });
+    let faults: Vec<Fault> = dataset.warnings.into_iter().filter(uneven).collect();
+    if faults.is_empty() { Ok(()) } else { Err(Mistakes::Series(DiagnosisError::Data { faults })) }
+}
+
 /// A sweep is known by its table of axes, an arm by its URDF.
 fn has_line(text: &str, beginning: &str) -> bool {
     text.lines().any(|line| line.trim_start().starts_with(beginning))
@@ -93,6 +111,12 @@ fn as_json(path: &Path, result: &Result<String, Mistakes>) -> Value {
     match result {
         Ok(about) => json!({ "file": file, "ok": true, "about": about, "problems": [] }),
         Err(Mistakes::Format(error)) => json!({ "file": file, "ok": false, "problems": error.to_json()["problems"] }),
+        Err(Mistakes::Series(DiagnosisError::Data { faults })) => {
+            let problems: Vec<Value> =
+                faults.iter().map(|fault| json!({ "file": fault.file, "line": fault.row, "message": fault.to_string() })).collect();
+            json!({ "file": file, "ok": false, "problems": problems })
+        }
+        Err(Mistakes::Series(error)) => json!({ "file": file, "ok": false, "problems": [{ "message": error.to_string() }] }),
         Err(Mistakes::Engine(error)) => json!({ "file": file, "ok": false, "problems": [{ "message": error.to_string() }] }),
     }
 }

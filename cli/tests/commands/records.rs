@@ -177,3 +177,26 @@ fn regress_the_bench_axis_is_measured_where_it_was_excited() {
     assert!(ratios.iter().filter(|(f, ..)| *f < 6.5).all(|(_, ratio, _)| ratio.norm() < 0.9));
     assert!(printed(&["frf", path(&bench)]).contains("fitted together"));
 }
+
+#[test]
+fn regress_check_names_what_is_wrong_with_the_rows_of_a_dataset() {
+    let folder = record(|k| draw(k) - 0.5, 400);
+    crate::theory::printed(&["check", path(folder.path())]);
+    let file = folder.path().join("record.csv");
+    let sound = fs::read_to_string(&file).unwrap();
+    let lines: Vec<&str> = sound.lines().collect();
+    let without = |rows: std::ops::Range<usize>| [&lines[..rows.start], &lines[rows.end..]].concat().join("\n");
+    let mut back = lines.clone();
+    back.swap(200, 201);
+    let cases = [
+        (sound.replacen(lines[200], "0.1990,0.1,nan", 1), "record.csv:201: `acceleration_mps2`: no number here"),
+        (back.join("\n"), "record.csv:202: the time stamp does not advance"),
+        (without(200..250), "record.csv:201: 0.0500 s are missing"),
+        (without(200..201), "record.csv:201: rows depart from even spacing by up to 100 %"),
+    ];
+    for (text, expected) in cases {
+        fs::write(&file, text).unwrap();
+        let said = crate::theory::refused(&["check", path(folder.path())]);
+        assert!(said.contains(expected), "{expected}: {said}");
+    }
+}

@@ -263,9 +263,12 @@ fn time_faults(time: &[f64], note: &mut impl FnMut(Option<usize>, FaultKind)) {
     if let Some(row) = ordered.iter().position(|step| *step > GAP_FACTOR * median) {
         note(Some(row + 1 + FIRST_ROW), FaultKind::Gap { seconds: ordered[row] - median });
     }
-    let share = ordered.iter().map(|step| (step / median - 1.0).abs()).fold(0.0, f64::max);
-    if share > UNEVEN_SHARE && share <= GAP_FACTOR - 1.0 {
-        note(None, FaultKind::Uneven { share });
+    let departures = ordered.iter().map(|step| (step / median - 1.0).abs()).enumerate();
+    if let Some((row, share)) = departures.max_by(|a, b| a.1.total_cmp(&b.1))
+        && share > UNEVEN_SHARE
+        && share <= GAP_FACTOR - 1.0
+    {
+        note(Some(row + 1 + FIRST_ROW), FaultKind::Uneven { share });
     }
 }
 

@@ -35,7 +35,7 @@ fn truth_a_heavily_damped_impact_is_hardest_as_it_begins() {
     let stiffness = 1e5_f64;
     for ratio in [0.6, 1.0, 2.0] {
         let damping = 2.0 * ratio * (stiffness * MASS_KG).sqrt();
-        for gap_m in [0.01, 0.010_017] {
+        for gap_m in [0.0, 0.003, 0.01, 0.010_017] {
             let (found, expected) = (peak_n(stiffness, damping, gap_m), damping * SPEED_M_PER_S);
             assert!((found / expected - 1.0).abs() < BETWEEN_ROWS, "{ratio}, gap {gap_m} m: {found} N, not {expected} N");
         }

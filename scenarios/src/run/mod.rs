@@ -126,6 +126,21 @@ impl RunResult {
         start.max(end.saturating_sub(SPECTRUM_ROWS))..end
     }
 
+    /// Takes the largest forces of the same motion recorded finer. Of an aperiodic one that may have become another motion: then none are taken.
+    fn take_peaks(&mut self, finer: &Self) {
+        let same = |(a, b): (&ContactRun, &ContactRun)| (a.touches_s.len(), a.lifts_s.len()) == (b.touches_s.len(), b.lifts_s.len());
+        if !self.contacts.iter().zip(&finer.contacts).all(same) {
+            return;
+        }
+        self.contacts.clone_from(&finer.contacts);
+        self.summary.contacts.clone_from(&finer.summary.contacts);
+        self.summary.peak_force_n = finer.summary.peak_force_n;
+        self.summary.overshoot = finer.summary.overshoot;
+        if let (Some(response), Some(of_finer)) = (&mut self.summary.response, finer.summary.response) {
+            response.overshoot = of_finer.overshoot;
+        }
+    }
+
     fn record_spacing_s(&self) -> Option<f64> {
         let t = &self.record.t_s;
         Some((t.last()? - t.first()?) / (t.len().checked_sub(1).filter(|&n| n > 0)? as f64))
@@ -146,7 +161,8 @@ pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<Ru
     {
         let finer = Recording::finer(scenario, least_hz);
         if finer.rate_hz > recording.rate_hz {
-            result = recorded(scenario, &finer, progress)?;
+            let finer = recorded(scenario, &finer, progress)?;
+            result.take_peaks(&finer);
         }
     }
     result.summary.wall_s = started.elapsed().as_secs_f64();

@@ -1,35 +1,19 @@
 //! Sums of sines, and what a record was excited with.
 #![cfg(test)]
 
+mod common;
+
 use std::f64::consts::TAU;
 
 use feeler_lti::spectral::{
     PeriodicRecord, RecordedExcitation, distortion_beside, excited_lines, find_sines, periodic_response, recognise_excitation,
     response_at_sines,
 };
-use feeler_lti::{C64, DiscreteStateSpace, StateSpace};
-use nalgebra::{DMatrix, DVector, dmatrix};
+use feeler_lti::{C64, DiscreteStateSpace};
 
-const PERIOD_S: f64 = 1e-3;
+use common::{PERIOD_S, Uniform, plant, respond};
+
 const SAMPLES: usize = 4000;
-
-/// A portable stream of numbers in [0, 1): Steele, Lea and Flood's `SplitMix64` (OOPSLA 2014).
-struct Uniform(u64);
-
-impl Uniform {
-    fn draw(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / 2_f64.powi(53)
-    }
-
-    /// Nearly normal numbers: the sum of twelve uniform ones.
-    fn normal(&mut self, n: usize) -> Vec<f64> {
-        (0..n).map(|_| (0..12).map(|_| self.draw()).sum::<f64>() - 6.0).collect()
-    }
-}
 
 /// Frequencies without a common period within the record: 0.7 Hz apart below 12 Hz, 4.7 Hz above.
 fn frequencies() -> Vec<f64> {
@@ -46,18 +30,6 @@ fn sines(frequencies_hz: &[f64], seed: u64) -> Vec<f64> {
     let phases: Vec<f64> = frequencies_hz.iter().map(|_| TAU * random.draw()).collect();
     let value = |i: usize| -> f64 { frequencies_hz.iter().zip(&phases).map(|(f, p)| (TAU * f * i as f64 * PERIOD_S + p).sin()).sum() };
     (0..SAMPLES).map(value).collect()
-}
-
-/// A sampled mode at 40 Hz with 20 % damping.
-fn plant() -> DiscreteStateSpace {
-    let w = TAU * 40.0;
-    let mode = StateSpace::new(dmatrix![0.0, 1.0; -w * w, -0.4 * w], dmatrix![0.0; w * w], dmatrix![1.0, 0.0], dmatrix![0.0]);
-    mode.unwrap().zero_order_hold(PERIOD_S).unwrap()
-}
-
-fn respond(system: &DiscreteStateSpace, input: &[f64]) -> Vec<f64> {
-    let inputs = DMatrix::from_row_slice(1, input.len(), input);
-    system.respond(&DVector::zeros(system.states()), &inputs).unwrap().iter().copied().collect()
 }
 
 fn truth(system: &DiscreteStateSpace, frequencies_hz: &[f64]) -> Vec<C64> {

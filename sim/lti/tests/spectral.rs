@@ -1,6 +1,8 @@
 //! Estimators against systems whose response is known exactly.
 #![cfg(test)]
 
+mod common;
+
 use std::f64::consts::TAU;
 
 use feeler_lti::spectral::{
@@ -8,40 +10,9 @@ use feeler_lti::spectral::{
     amplitude_spectrum, best_linear_approximation, cross_spectra, distortion_levels, dominant_frequency, local_polynomial,
     odd_lines_with_detection, periodic_response, smoothed_spectra, stepped_sine,
 };
-use feeler_lti::{C64, DiscreteStateSpace, LtiError, StateSpace};
-use nalgebra::{DMatrix, DVector, dmatrix};
+use feeler_lti::{C64, DiscreteStateSpace, LtiError};
 
-const PERIOD_S: f64 = 1e-3;
-
-/// A portable stream of numbers in [0, 1): Steele, Lea and Flood's `SplitMix64` (OOPSLA 2014).
-struct Uniform(u64);
-
-impl Uniform {
-    fn draw(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / 2_f64.powi(53)
-    }
-
-    /// Nearly normal numbers: the sum of twelve uniform ones.
-    fn normal(&mut self, n: usize) -> Vec<f64> {
-        (0..n).map(|_| (0..12).map(|_| self.draw()).sum::<f64>() - 6.0).collect()
-    }
-}
-
-/// A sampled mode at 40 Hz with 20 % damping.
-fn plant() -> DiscreteStateSpace {
-    let w = TAU * 40.0;
-    let mode = StateSpace::new(dmatrix![0.0, 1.0; -w * w, -0.4 * w], dmatrix![0.0; w * w], dmatrix![1.0, 0.0], dmatrix![0.0]);
-    mode.unwrap().zero_order_hold(PERIOD_S).unwrap()
-}
-
-fn respond(system: &DiscreteStateSpace, input: &[f64]) -> Vec<f64> {
-    let inputs = DMatrix::from_row_slice(1, input.len(), input);
-    system.respond(&DVector::zeros(system.states()), &inputs).unwrap().iter().copied().collect()
-}
+use common::{PERIOD_S, Uniform, plant, respond};
 
 fn truth(system: &DiscreteStateSpace, estimate: &ResponseEstimate) -> Vec<C64> {
     system.frequency_response(&estimate.frequencies_hz).unwrap().into_iter().map(|m| m[(0, 0)]).collect()

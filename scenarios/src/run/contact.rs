@@ -89,9 +89,9 @@ fn contact(index: usize, name: &str, assembly: &Assembly, record: &Trace, end_s:
     let force_n = column(Quantity::Force);
     let intervals = intervals(closed_at_start, &touches_s, &lifts_s, end_s);
     let peak_within = |interval: &Interval| {
-        let touches = touches_s.contains(&interval.start_s);
+        let touches = touches_s.binary_search_by(|touch| touch.total_cmp(&interval.start_s)).is_ok();
         // A row at the very instant of a touch is still one without it.
-        let first = record.t_s.partition_point(|&t| t < interval.start_s || (touches && t <= interval.start_s));
+        let first = record.t_s.partition_point(|&t| if touches { t <= interval.start_s } else { t < interval.start_s });
         let rows = first..record.t_s.partition_point(|&t| t <= interval.end_s).max(first);
         let (t_s, force_n) = (&record.t_s[rows.clone()], &force_n[rows]);
         let begins = touches.then(|| at_touch(interval.start_s, t_s, force_n)).flatten();

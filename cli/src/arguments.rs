@@ -107,6 +107,9 @@ pub(crate) struct Run {
     /// Print the summary as JSON
     #[arg(long)]
     pub(crate) json: bool,
+    /// Run and measure as a variant of a sweep: extended until the outcome is decided, rows at a sweep's rate, no energy ledger
+    #[arg(long)]
+    pub(crate) as_sweep: bool,
     /// Threads for writing the results [default: one per processor]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,

@@ -41,6 +41,10 @@ impl BadInput {
             let message = format!("cannot write {}: {} is a file, not a folder", path.display(), file.display());
             return Self::error(message, "name another folder with --out");
         }
+        if matches!(source.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded) {
+            let message = format!("cannot write {}: {source}", path.display());
+            return Self::error(message, "make room there, or name another place with --out; a sweep goes on where it was");
+        }
         Self::error(format!("cannot write {}: {source}", path.display()), "name another place with --out, or make this one writable")
     }
 }
@@ -130,5 +134,17 @@ fn of_diagnosis(error: &DiagnosisError) -> (String, u8) {
         DiagnosisError::Signal { .. } => with("replay a machine with the elements that the dataset names, or change [columns]"),
         DiagnosisError::Machine { .. } => with("`feeler check` on the machine file says more"),
         _ => (format!("error: {error}"), INTERNAL),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_a_full_disk_has_a_remedy() {
+        let full = io::Error::from(io::ErrorKind::StorageFull);
+        let text = BadInput::unwritable(Path::new("out/sweep.parquet"), &full).to_string();
+        assert!(text.contains("cannot write out/sweep.parquet") && text.contains("make room there"), "{text}");
     }
 }

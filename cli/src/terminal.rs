@@ -3,9 +3,10 @@
 use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::fs;
-use std::hash::{BuildHasher, RandomState};
 use std::io::{self, IsTerminal, Write};
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
+
+use feeler_scenarios::write_whole;
 
 use crate::failure::BadInput;
 
@@ -42,14 +43,10 @@ pub(crate) fn write_all(folder: &Path, files: &[(&str, String)]) -> anyhow::Resu
 
 /// Writes a file whole or not at all, so that several processes may write the same one. What stands at `path` is replaced.
 pub(crate) fn write(path: &Path, content: &[u8]) -> anyhow::Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    // Processes of several machines may have the same number.
-    name.push(format!(".{:016x}.tmp", RandomState::new().hash_one(std::process::id())));
-    let temporary = path.with_file_name(name);
-    fs::write(&temporary, content).and_then(|()| fs::rename(&temporary, path)).map_err(|error| {
-        // What is left of it is of no use; that the writing failed is what matters.
-        let _ = fs::remove_file(&temporary);
-        BadInput::unwritable(path, &error)
+    let told = |error| BadInput::unwritable(path, &error);
+    write_whole(path, &told, |mut file| {
+        file.write_all(content).map_err(told)?;
+        Ok(file)
     })
 }
 
@@ -57,6 +54,12 @@ pub(crate) fn write(path: &Path, content: &[u8]) -> anyhow::Result<()> {
 pub(crate) fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=+:@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
+}
+
+/// A path as a word of a command, the same however it was typed.
+pub(crate) fn quoted_path(path: &Path) -> String {
+    let plain: PathBuf = path.components().filter(|part| *part != Component::CurDir).collect();
+    quoted(&plain.display().to_string())
 }
 
 /// Prints a text to standard error; where even that is closed nobody is left to tell.
@@ -83,5 +86,13 @@ mod tests {
         for (word, expected) in [("a/b.toml", "a/b.toml"), ("my file", "'my file'"), ("it's", "'it'\\''s'"), ("", "''")] {
             assert_eq!(quoted(word), expected);
         }
+    }
+
+    #[test]
+    fn truth_a_path_is_the_same_however_it_was_typed() {
+        for typed in ["maps/a.toml", "./maps/a.toml", "maps//a.toml", "././maps/./a.toml"] {
+            assert_eq!(quoted_path(Path::new(typed)), "maps/a.toml");
+        }
+        assert_eq!(quoted_path(Path::new("./../a b.toml")), "'../a b.toml'");
     }
 }

@@ -23,6 +23,11 @@ impl Units {
         }
     }
 
+    /// What pushes: a force, or a torque.
+    pub(crate) fn force_word(self) -> &'static str {
+        if self.force == Dimension::FORCE.si_unit(false) { "force" } else { "torque" }
+    }
+
     /// The unit of a quantity; empty where it depends on more.
     pub(crate) fn unit(self, quantity: Quantity) -> &'static str {
         match quantity {

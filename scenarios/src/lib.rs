@@ -5,3 +5,7 @@ pub mod format;
 pub mod run;
 pub mod sweep;
 pub mod why;
+
+mod whole_file;
+
+pub use whole_file::write_whole;

@@ -80,6 +80,24 @@ fn truth_loss_of_contact_brings_chatter_below_the_linear_limit() {
     assert!(below("unilateral").iter().all(|cells| (6.0..11.0).contains(cells)), "{:?}", below("unilateral"));
 }
 
+/// The level at rest has to lie above the level in motion: of four combinations two are refused, each in its row.
+#[test]
+fn regress_values_that_only_some_combinations_allow_are_rows_with_errors() {
+    let parse = |coulomb: &str| {
+        let text = format!(
+            "scenario = \"../chatter/stiction.toml\"\n[axes]\n\"springs.guide.effects.stribeck-friction.static\" = [\"50 N\", \"20 N\"]\n\
+             \"springs.guide.effects.stribeck-friction.coulomb\" = [{coulomb}]\n\"run.duration\" = [\"20 ms\"]\n"
+        );
+        Sweep::parse(&text, &file("levels.toml").display().to_string())
+    };
+    let table = results(&parse("\"35 N\", \"45 N\"").unwrap());
+    let errors: Vec<&str> = table.texts("error").unwrap().iter().map(|error| error.as_deref().unwrap_or_default()).collect();
+    assert_eq!(errors.iter().map(|error| error.contains("below `coulomb`")).collect::<Vec<_>>(), [false, false, true, true], "{errors:?}");
+    // Above every level at rest that the sweep has.
+    let refused = parse("\"35 N\", \"60 N\"").unwrap_err().to_string();
+    assert!(refused.contains("with \"60 N\"") && !refused.contains("35 N\":"), "{refused}");
+}
+
 #[test]
 fn truth_refinement_finds_the_edge_of_the_fine_grid_for_a_part_of_its_runs() {
     let text = "scenario = \"../paper/flexible.toml\"\n[axes]\n\"contacts.tool.stiffness\" = { log = [5e4, 2e6], points = 5 }\n\

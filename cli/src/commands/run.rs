@@ -26,7 +26,8 @@ pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
     // Before the run, so that nobody waits for results that cannot be kept.
     fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
     let mut progress = Progress::new(document.scenario.machine.name.clone());
-    let result = run::run(&document.scenario, &mut |at| progress.at(at.t_s / at.duration_s));
+    let runs = if arguments.as_sweep { run::run_as_swept } else { run::run };
+    let result = runs(&document.scenario, &mut |at| progress.at(at.t_s / at.duration_s));
     progress.done();
     let result = result.map_err(|error| match error {
         RunError::Engine(EngineError::Problems { problems }) => anyhow::Error::from(document.locate_problems(&problems)),

@@ -15,6 +15,12 @@ use crate::units::Units;
 use crate::{reports, results, terminal, words};
 
 pub(crate) fn run(arguments: &Run, draft: Draft) -> anyhow::Result<()> {
+    if arguments.as_sweep {
+        return Err(BadInput::error(
+            "a whole arm is no variant of a sweep",
+            "run it without --as-sweep, or sweep the axis that `feeler reduce` makes of it",
+        ));
+    }
     let file = CellFile::build(draft)?;
     let folder = arguments.out.clone().unwrap_or_else(|| results::folder(&file.name, "run"));
     // Before the run, so that nobody waits for results that cannot be kept.

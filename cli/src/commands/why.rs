@@ -10,6 +10,7 @@ use crate::arguments::Why;
 use crate::numbers::{percent, plain, with_unit};
 use crate::progress::Progress;
 use crate::table::table;
+use crate::units::Units;
 use crate::{reports, terminal, words};
 
 pub(crate) fn run(arguments: &Why) -> anyhow::Result<()> {
@@ -34,14 +35,15 @@ pub(crate) fn run(arguments: &Why) -> anyhow::Result<()> {
     if arguments.json {
         return terminal::print(&json);
     }
-    terminal::print(&format!("{}{}{written}", found.verdict, details(&found)))
+    let units = Units::of(&document.scenario.machine);
+    terminal::print(&format!("{}{}{written}", found.verdict, details(&found, units)))
 }
 
-fn details(found: &Explanation) -> String {
+fn details(found: &Explanation, units: Units) -> String {
     if !found.chatters {
         return String::new();
     }
-    let trials = table(&["the scenario with", "ends as", "amplitude", "limit/gain"], &[2, 3], trial_rows(found));
+    let trials = table(&["the scenario with", "ends as", "amplitude", "limit/gain"], &[2, 3], trial_rows(found, units));
     let remedies = remedy_rows(found);
     let remedies = if remedies.is_empty() {
         "no remedy tried settles".into()
@@ -52,13 +54,13 @@ fn details(found: &Explanation) -> String {
 }
 
 /// A row per run: what was changed, what became of it.
-pub(crate) fn trial_rows(found: &Explanation) -> Vec<Vec<String>> {
+pub(crate) fn trial_rows(found: &Explanation, units: Units) -> Vec<Vec<String>> {
     let all = std::iter::once(&found.baseline).chain(&found.singles);
     let sets = found.contributions.iter().filter(|trial| trial.changes.len() > 1);
-    all.chain(sets).map(trial_row).collect()
+    all.chain(sets).map(|trial| trial_row(trial, units)).collect()
 }
 
-fn trial_row(trial: &Trial) -> Vec<String> {
+fn trial_row(trial: &Trial, units: Units) -> Vec<String> {
     let changes: Vec<&str> = trial.changes.iter().map(|change| change.words()).collect();
     let name = if changes.is_empty() { "everything as it is".to_owned() } else { changes.join(" and ") };
     if !trial.applies {
@@ -71,17 +73,17 @@ fn trial_row(trial: &Trial) -> Vec<String> {
     vec![
         name,
         if decays { "decays slowly".into() } else { outcome },
-        amplitude(trial).unwrap_or_else(|| "-".into()),
+        amplitude(trial, units).unwrap_or_else(|| "-".into()),
         trial.gain_margin.map_or_else(|| "-".into(), plain),
     ]
 }
 
 /// The size of what lasts; of a motion that grows without bound the size at the end says nothing.
-pub(crate) fn amplitude(trial: &Trial) -> Option<String> {
+pub(crate) fn amplitude(trial: &Trial, units: Units) -> Option<String> {
     if trial.outcome == Some(Outcome::Unstable) {
         Some("grows".into())
     } else {
-        trial.amplitude_n.map(|amplitude| with_unit(amplitude, "N"))
+        trial.amplitude_n.map(|amplitude| with_unit(amplitude, units.force))
     }
 }
 

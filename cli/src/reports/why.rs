@@ -6,10 +6,12 @@ use feeler_scenarios::why::{Explanation, Trial};
 
 use crate::commands::why::{amplitude, remedy_rows, trial_rows};
 use crate::page::Page;
+use crate::units::Units;
 
 /// The page of an explanation.
 pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation) -> String {
     let machine = &document.scenario.machine;
+    let units = Units::of(machine);
     let mut page = Page::new(&format!("Why does {} chatter?", machine.name), &machine.about);
     page.lead(&found.verdict);
     if found.chatters {
@@ -18,10 +20,10 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
             "Each row is the scenario run again with one thing made ideal (or several, where it takes them). The last column is the factor on the \
              loop's gain up to which the sampled loop is stable in contact, by linear theory.",
         );
-        page.table(&["with", "ends as", "amplitude", "limit over gain"], &[2, 3], &trial_rows(found));
+        page.table(&["with", "ends as", "amplitude", "limit over gain"], &[2, 3], &trial_rows(found, units));
         page.heading("What lasts");
         page.paragraph("Amplitude of the contact force that lasts to the end of each run (bars by logarithm).");
-        let bars = bars(found);
+        let bars = bars(found, units);
         page.bars(&bars);
         page.heading("What to do");
         let rows = remedy_rows(found);
@@ -43,7 +45,7 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
 }
 
 /// A bar per run: its name, its length, and the amplitude in words.
-fn bars(found: &Explanation) -> Vec<(String, f64, String)> {
+fn bars(found: &Explanation, units: Units) -> Vec<(String, f64, String)> {
     let trials: Vec<&Trial> = std::iter::once(&found.baseline).chain(&found.singles).filter(|trial| trial.applies).collect();
     let length = |trial: &Trial| if trial.cured { 0.0 } else { trial.amplitude_n.unwrap_or(0.0).max(0.0).ln_1p() };
     let grows = |trial: &Trial| trial.outcome == Some(Outcome::Unstable);
@@ -51,7 +53,7 @@ fn bars(found: &Explanation) -> Vec<(String, f64, String)> {
     let longest = trials.iter().filter(|trial| !grows(trial)).map(|trial| length(trial)).fold(1.0, f64::max);
     let bar = |trial: &&Trial| {
         let name = trial.changes.first().map_or("everything as it is", |change| change.words()).to_owned();
-        let said = if trial.cured { "settles".into() } else { amplitude(trial).unwrap_or_else(|| "-".into()) };
+        let said = if trial.cured { "settles".into() } else { amplitude(trial, units).unwrap_or_else(|| "-".into()) };
         (name, if grows(trial) { 1.1 * longest } else { length(trial) }, said)
     };
     trials.iter().map(bar).collect()

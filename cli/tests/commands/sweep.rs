@@ -6,6 +6,9 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use assert_cmd::cargo::cargo_bin;
+use feeler_scenarios::sweep::Table;
+
+use crate::bench::{Bench, DONE, exists};
 
 #[cfg(unix)]
 pub(super) const JOB_SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/slurm/sweep.sbatch");
@@ -128,4 +131,45 @@ fn truth_the_verdict_is_printed_and_written() {
     assert_eq!(found["causes"], serde_json::json!(["sampling-and-delay"]));
     assert!(found["remedies"].as_array().unwrap().len() > 2);
     assert!(fs::read_to_string(out.join("report.html")).unwrap().contains("What to do"));
+}
+
+/// The figures of a run of its own that the command under the pointer asks for are those of the row.
+#[test]
+fn truth_the_command_under_the_pointer_is_the_same_however_paths_are_typed_and_gives_the_row() {
+    let bench = Bench::new();
+    bench.write("chatter.toml", SCENARIO);
+    let axes = "[axes]\n\"controllers.force.kp\" = { linear = [2.4, 2.5], points = 2 }\n\"run.duration\" = [\"0.5 s\"]\n";
+    bench.write("sweep.toml", &format!("scenario = \"chatter.toml\"\n{axes}"));
+    for (typed, out) in [("sweep.toml", "one"), ("./sweep.toml", "two")] {
+        assert_eq!(bench.feeler(&["sweep", typed, "--out", out]).code, DONE);
+    }
+    let page = bench.read("one/report.html");
+    assert!(page == bench.read("two/report.html"));
+    assert!(page.contains("\"command\":\"feeler run chatter.toml --as-sweep\""));
+    let settings = ["--set", "controllers.force.kp=2.5", "--set", "run.duration=0.5 s"];
+    let said = bench.feeler(&[&["run", "chatter.toml", "--as-sweep", "--json", "--out", "run"], &settings[..]].concat());
+    assert_eq!(said.code, DONE, "{}", said.err);
+    let summary: serde_json::Value = serde_json::from_str(&said.out).unwrap();
+    let table = Table::read(&bench.path("one/sweep.parquet")).unwrap();
+    let of_row = |column: &str| table.reals(column).unwrap()[1];
+    assert_eq!(summary["outcome"], "chatter");
+    assert_eq!(summary["peak_force_n"].as_f64(), of_row("peak_force_n"));
+    assert_eq!(summary["oscillation"]["amplitude_n"].as_f64(), of_row("amplitude_n"));
+    assert_eq!(summary["simulated_s"].as_f64(), of_row("simulated_s"));
+}
+
+#[test]
+fn truth_limit_cycles_through_saturation_stand_beside_theory_and_nothing_empty_is_drawn() {
+    let bench = Bench::new();
+    let saturation = include_str!("../../../scenarios/chatter/saturation.toml");
+    let machines = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/paper/machines");
+    bench.write("saturation.toml", &saturation.replace("../paper/machines", machines));
+    bench.write("sweep.toml", "scenario = \"saturation.toml\"\n[axes]\n\"controllers.force.kp\" = { linear = [0.7, 0.8], points = 2 }\n");
+    let said = bench.feeler(&["sweep", "sweep.toml", "--out", "out"]);
+    assert_eq!(said.code, DONE, "{}", said.err);
+    let page = bench.read("out/report.html");
+    assert!(page.contains("0.0 % settle, 100.0 % swing between limits."));
+    assert!(page.contains("Theory beside it") && page.contains("Over the 2 variants"));
+    assert!(!exists(bench.path("out/impacts.svg")), "no impacts, no drawing of them");
+    assert!(bench.read("out/strobe.svg").contains("clip-path"), "the predicted cycle is drawn");
 }

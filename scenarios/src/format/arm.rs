@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use feeler_arm::{Arm, Chain, Collision, Joint, JointDrive, JointKind, MeshFile, Urdf};
 
-use super::draft::{parse_toml, read_text};
+use super::draft::{Sheet, load};
 use super::keys::{ARM, JOINT};
 use super::problem::{FormatError, Problems};
 use super::read::{Fields, Reader, Scope, join};
@@ -32,7 +32,7 @@ impl ArmFile {
     /// # Errors
     /// Every mistake at once; of the URDF the first.
     pub fn load(path: &Path) -> Result<Self, FormatError> {
-        Self::parse(&read_text(path)?, &path.display().to_string())
+        load(path, Self::parse)
     }
 
     /// Checks `text` as the content of `file_name`, against which the URDF's name is resolved.
@@ -40,11 +40,9 @@ impl ArmFile {
     /// # Errors
     /// As [`Self::load`].
     pub fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
-        let mut sources = Sources::default();
-        let root = parse_toml(text, file_name, &mut sources)?;
-        let mut problems = Problems::default();
-        let read = read(&root, &sources, &Origin::default(), &[], &mut problems).filter(|_| problems.is_empty());
-        read.map(|read| Self { name: read.name, about: read.about, arm: read.arm }).ok_or_else(|| problems.into_error(sources))
+        let mut sheet = Sheet::parse(text, file_name)?;
+        let read = read(&sheet.root, &sheet.sources, &Origin::default(), &[], &mut sheet.problems);
+        sheet.finish(read).map(|read| Self { name: read.name, about: read.about, arm: read.arm })
     }
 }
 

@@ -8,11 +8,11 @@ use indexmap::IndexMap;
 
 use super::build::{Builder, engagement};
 use super::document::Document;
-use super::draft::{Draft, parse_toml, read_text};
+use super::draft::{Draft, Sheet, load};
 use super::keys::{COLUMN, DATASET, EXPERIMENT};
 use super::problem::{FormatError, Located, Problems};
 use super::read::{Field, Reader, Scope, join};
-use super::source::{Origin, Sources};
+use super::source::Origin;
 use super::tree::{Table, Value};
 
 /// A dataset file that has been checked, with the machine that is believed. The series themselves are not read here.
@@ -74,7 +74,7 @@ impl DatasetFile {
     /// Every mistake at once.
     pub fn load(path: &Path) -> Result<Self, FormatError> {
         let path = if path.is_dir() { path.join("dataset.toml") } else { path.to_owned() };
-        Self::parse(&read_text(&path)?, &path.display().to_string())
+        load(&path, Self::parse)
     }
 
     /// Checks `text` as the content of `file_name`, against which other names in it are resolved.
@@ -82,23 +82,24 @@ impl DatasetFile {
     /// # Errors
     /// Every mistake at once.
     pub fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
-        let mut sources = Sources::default();
-        let root = parse_toml(text, file_name, &mut sources)?;
-        let directory = sources.0[0].directory.clone();
-        let mut problems = Problems::default();
-        let mut reader = Reader { problems: &mut problems, scope: Scope::new(false) };
-        let fields = reader.fields(&DATASET, &["columns", "experiments"], &root, &Origin::default(), "");
+        let mut sheet = Sheet::parse(text, file_name)?;
+        let file = Self::read(&sheet.root, &sheet.sources.0[0].directory, &mut sheet.problems);
+        sheet.finish(file)
+    }
+
+    fn read(root: &Table, directory: &Path, problems: &mut Problems) -> Option<Self> {
+        let mut reader = Reader { problems, scope: Scope::new(false) };
+        let fields = reader.fields(&DATASET, &["columns", "experiments"], root, &Origin::default(), "");
         let machine_path = directory.join(fields.text("machine").unwrap_or_default());
-        let machine = fields.text("machine").and_then(|_| load_machine(&machine_path, &root, &mut problems));
-        let columns = columns(&root, machine.as_ref(), &mut problems);
-        let experiments = experiments(&root, &directory, &mut problems);
-        let Some(machine) = machine.filter(|_| problems.is_empty()) else { return Err(problems.into_error(sources)) };
+        let machine = fields.text("machine").and_then(|_| load_machine(&machine_path, root, problems));
+        let columns = columns(root, machine.as_ref(), problems);
+        let experiments = experiments(root, directory, problems);
         let folder = directory.file_name().map(|name| name.to_string_lossy().into_owned());
-        Ok(Self {
+        Some(Self {
             name: fields.text("name").map(str::to_owned).or(folder).unwrap_or_default(),
             about: fields.text("about").unwrap_or_default().into(),
             machine_path,
-            machine,
+            machine: machine?,
             columns,
             experiments,
         })

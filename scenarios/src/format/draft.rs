@@ -58,7 +58,7 @@ impl Draft {
     /// # Errors
     /// A file that cannot be read or is no TOML.
     pub fn load(path: &Path) -> Result<Self, FormatError> {
-        Self::parse(&read_text(path)?, &path.display().to_string())
+        load(path, Self::parse)
     }
 
     /// Reads a file as [`Draft::load`] does, and sets the keys of `settings` in turn, as [`Draft::set`] does.
@@ -301,6 +301,31 @@ pub fn read_text(path: &Path) -> Result<String, FormatError> {
         };
         unreadable(&name, error.to_string(), remedy)
     })
+}
+
+/// Reads a file and has its text, with its name, taken as what `parse` makes of it.
+pub(super) fn load<T>(path: &Path, parse: impl FnOnce(&str, &str) -> Result<T, FormatError>) -> Result<T, FormatError> {
+    parse(&read_text(path)?, &path.display().to_string())
+}
+
+/// A text that stands alone, and the mistakes found in it.
+pub(super) struct Sheet {
+    pub(super) sources: Sources,
+    pub(super) root: Table,
+    pub(super) problems: Problems,
+}
+
+impl Sheet {
+    pub(super) fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
+        let mut sources = Sources::default();
+        let root = parse_toml(text, file_name, &mut sources)?;
+        Ok(Self { sources, root, problems: Problems::default() })
+    }
+
+    /// What was read of it, where there are no mistakes.
+    pub(super) fn finish<T>(self, read: Option<T>) -> Result<T, FormatError> {
+        read.filter(|_| self.problems.is_empty()).ok_or_else(|| self.problems.into_error(self.sources))
+    }
 }
 
 /// The tree of a text, which is added to the sources.

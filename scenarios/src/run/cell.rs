@@ -11,6 +11,7 @@ use super::contact::{self, ContactRun};
 use super::error::RunError;
 use super::force_loop::ForceLoop;
 use super::saturation::Limits;
+use super::standing::Standing;
 use super::summary::{EventRecord, Finished, Summary};
 use super::{Progress, SLICES};
 use crate::format::CellFile;
@@ -104,6 +105,7 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
         end: finished.end,
         end_s: finished.end_s,
         is_longest: false,
+        standing: &Standing::default(),
         steps: finished.steps,
         energy: None,
     };

@@ -3,7 +3,7 @@
 use feeler_lti::spectral::dominant_frequency;
 use serde::Serialize;
 
-use super::contact::ContactRun;
+use super::contact::Interval;
 
 /// Cycles after which chatter may repeat: 1, or a period doubled (or tripled) once or more.
 const MOST_IMPACTS_PER_PERIOD: usize = 8;
@@ -31,16 +31,16 @@ pub struct Oscillation {
     pub impacts_per_period: Option<usize>,
 }
 
-/// The oscillation of `force_n` (rows `period_s` apart) within `tail_s`.
-pub(super) fn oscillation(contact: &ContactRun, force_n: &[f64], period_s: f64, tail_s: [f64; 2]) -> Oscillation {
+/// The oscillation of `force_n` (rows `period_s` apart) within `tail_s`, of a contact with these touch-downs, which pushed for these spans.
+pub(super) fn oscillation(touches_s: &[f64], spans: &[Interval], force_n: &[f64], period_s: f64, tail_s: [f64; 2]) -> Oscillation {
     let (low, high) = force_n.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &f| (low.min(f), high.max(f)));
     let length_s = tail_s[1] - tail_s[0];
-    let touches: Vec<f64> = contact.touches_s.iter().copied().filter(|t| (tail_s[0]..=tail_s[1]).contains(t)).collect();
+    let touches: Vec<f64> = touches_s.iter().copied().filter(|t| (tail_s[0]..=tail_s[1]).contains(t)).collect();
     let impacts_per_s = match touches.as_slice() {
         [first, .., last] => (touches.len() - 1) as f64 / (last - first),
         _ => 0.0,
     };
-    let in_contact: f64 = contact.intervals.iter().map(|interval| interval.within_s(tail_s[0], tail_s[1])).sum();
+    let in_contact: f64 = spans.iter().map(|interval| interval.within_s(tail_s[0], tail_s[1])).sum();
     let impacts_per_period = impacts_per_period(&touches);
     // Two cycles at least within the tail.
     let band = (2.0 / length_s, 0.5 / period_s);

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use feeler_engine::EngineError;
 use feeler_manipulator::ManipulatorError;
+use parquet::errors::ParquetError;
 use thiserror::Error;
 
 /// Why a run, or writing it, failed.
@@ -30,7 +31,7 @@ pub enum RunError {
         /// The file.
         path: PathBuf,
         /// What the format's library says.
-        source: parquet::errors::ParquetError,
+        source: ParquetError,
     },
     /// A trace cannot be put into CSV.
     #[error("{}: {source}", path.display())]
@@ -47,11 +48,22 @@ impl RunError {
         move |source| Self::Write { path: path.into(), source }
     }
 
-    pub(crate) fn parquet(path: &Path) -> impl FnOnce(parquet::errors::ParquetError) -> Self {
-        move |source| Self::Parquet { path: path.into(), source }
+    pub(crate) fn parquet(path: &Path) -> impl FnOnce(ParquetError) -> Self {
+        move |source| match system_error(source) {
+            Ok(source) => Self::Write { path: path.into(), source },
+            Err(source) => Self::Parquet { path: path.into(), source },
+        }
     }
 
     pub(crate) fn csv(path: &Path) -> impl FnOnce(csv::Error) -> Self {
         move |source| Self::Csv { path: path.into(), source }
+    }
+}
+
+/// What the system said, where that is what a format's library passes on.
+pub(crate) fn system_error(source: ParquetError) -> Result<std::io::Error, ParquetError> {
+    match source {
+        ParquetError::External(inner) => inner.downcast::<std::io::Error>().map(|inner| *inner).map_err(ParquetError::External),
+        other => Err(other),
     }
 }

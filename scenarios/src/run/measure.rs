@@ -64,7 +64,7 @@ impl Candidate {
         Ok(measured.swap_remove(0))
     }
 
-    fn judge(&self, record: &Trace, ended: Ended, tail: usize) -> Measured {
+    fn judge(&self, record: &Trace, ended: &Ended, tail: usize) -> Measured {
         let judged = Judged::new(&self.scenario, self.program.motion().assembly(), record, ended, None);
         let main = judged.summary.main_contact.map(|i| &judged.contacts[i]).filter(|_| tail > 0);
         let from_s = judged.summary.verdict.tail_s[0];
@@ -146,7 +146,7 @@ fn measure_lanes<L: Lane>(
         let is_longest = until_s > MOST_EXTENSION * duration_s;
         for l in lanes.open() {
             let ended = Ended { is_longest, ..Ended::of(&simulation, l) };
-            let measured = block[l].judge(lanes.trace(l), ended, tail);
+            let measured = block[l].judge(lanes.trace(l), &ended, tail);
             if !measured.may_be_decided() || is_longest {
                 results[l] = Some(measured);
                 lanes.close(l);
@@ -203,6 +203,64 @@ mod tests {
         assert_eq!(short.summary.verdict.undecided, Some(Undecided::StillGrowing));
         let measured = Candidate::new(document.scenario).unwrap().measure(0).unwrap();
         assert_eq!(measured.summary.outcome, Outcome::Chatter);
+    }
+
+    fn number(key: &str, value: f64) -> (&str, Setting) {
+        (key, Setting::Number(value))
+    }
+
+    /// Stuck 7 N beside the reference with an integrator that winds for four seconds: the force rests, and not for long.
+    #[test]
+    fn regress_hunting_is_not_settled_while_it_sticks() {
+        let settings = [
+            number("controllers.force.ki", 1.6),
+            number("springs.guide.effects.stribeck-friction.static", 28.0),
+            number("run.duration", 6.0),
+        ];
+        let document = file("chatter/stiction.toml").with(settings).unwrap();
+        let short = crate::run::run(&document.scenario, &mut |_| {}).unwrap();
+        assert_eq!(short.summary.verdict.undecided, Some(Undecided::StillWinding));
+        let measured = Candidate::new(document.scenario).unwrap().measure(0).unwrap();
+        assert_eq!(measured.summary.outcome, Outcome::Hunting, "{:?}", measured.summary.verdict);
+    }
+
+    /// At 0.09 mm/s the tool touches after 11.5 s, and the force of 2 N that begins the law has not built up at 12 s: what is rest then is unstable later.
+    #[test]
+    fn regress_an_approach_is_not_settled() {
+        let settings =
+            [number("controllers.force.ki", 200.0), number("controllers.force.approach.speed", 0.0872e-3), number("run.duration", 12.0)];
+        let document = file("chatter/settles.toml").with(settings).unwrap();
+        let short = crate::run::run(&document.scenario, &mut |_| {}).unwrap();
+        assert_eq!(short.summary.verdict.undecided, Some(Undecided::StillApproaching), "{:?}", short.summary.verdict);
+        let measured = Candidate::new(document.scenario).unwrap().measure(0).unwrap();
+        assert_eq!(measured.summary.outcome, Outcome::Unstable);
+    }
+
+    #[test]
+    fn regress_a_tool_on_its_way_is_waited_for() {
+        let of = |settings: &[(&str, f64)]| {
+            let settings = settings.iter().map(|(key, value)| number(key, *value));
+            Candidate::new(file("chatter/sustained.toml").with(settings).unwrap().scenario).unwrap().measure(0).unwrap().summary
+        };
+        assert_eq!(of(&[("run.duration", 0.1)]).outcome, Outcome::Chatter);
+        // 1 m away at 30 mm/s.
+        let far = of(&[("run.duration", 0.1), ("contacts.tool.gap", 1.0)]);
+        assert_eq!(far.outcome, Outcome::NoContact);
+        assert!((far.simulated_s - 0.1 * MOST_EXTENSION).abs() < 1e-9, "{}", far.simulated_s);
+    }
+
+    /// A virtual wall is passive up to 2 b / T = 120 kN/m.
+    #[test]
+    fn regress_a_virtual_wall_that_grows_is_unstable() {
+        for (stiffness, outcome) in [(100e3, Outcome::NoContact), (140e3, Outcome::Unstable), (300e3, Outcome::Unstable)] {
+            let document = file("control/virtual-wall.toml").with([number("controllers.wall.stiffness", stiffness)]).unwrap();
+            let measured = Candidate::new(document.scenario).unwrap().measure(0).unwrap();
+            assert_eq!(measured.summary.outcome, outcome, "{stiffness}: {:?}", measured.summary.verdict);
+        }
+        let settings = [number("controllers.wall.stiffness", 300e3), number("actuators.drive.limit", 400.0)];
+        let limited = Candidate::new(file("control/virtual-wall.toml").with(settings).unwrap().scenario).unwrap().measure(0).unwrap();
+        assert_eq!(limited.summary.outcome, Outcome::LimitCycle);
+        assert!(limited.summary.oscillation.is_some_and(|found| found.frequency_hz > 10.0), "{:?}", limited.summary.oscillation);
     }
 
     /// Close to its limit of 0.6067 the loop rings for seconds, and a run of one does not tell.

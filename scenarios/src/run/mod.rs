@@ -34,6 +34,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod as_swept;
 mod cell;
 mod chatter;
 mod contact;
@@ -47,11 +48,14 @@ mod outcome;
 mod record;
 mod saturation;
 mod settling;
+mod standing;
 mod strobe;
 mod summary;
 mod swings;
 mod trace_file;
+mod trend;
 mod verdict;
+mod winding;
 
 use std::time::Instant;
 
@@ -60,12 +64,14 @@ use feeler_lanes::Lane;
 use feeler_lti::spectral::{AmplitudeSpectrum, Window, amplitude_spectrum};
 use feeler_plant::assembly::Assembly;
 
+pub use as_swept::run_as_swept;
 pub use cell::{CellRun, CellSummary, run_cell};
 pub use chatter::Oscillation;
 pub use contact::{ContactRun, Interval};
 pub use energy::{EnergyItem, EnergyTable};
 pub use engine::simulation;
 pub use error::RunError;
+pub(crate) use error::system_error;
 pub use force_loop::ForceLoop;
 pub use measure::{Candidate, LANES, MOST_EXTENSION, Measured, measure};
 pub use outcome::{Outcome, Undecided};
@@ -76,6 +82,7 @@ pub use verdict::Verdict;
 
 use record::Recording;
 use saturation::Limits;
+use standing::Standing;
 use summary::Finished;
 
 /// Slices in which a run goes, each followed by a word on its progress.
@@ -179,19 +186,20 @@ fn recorded(scenario: &Scenario, recording: &Recording, progress: &mut dyn FnMut
     record::drop_undefined_rows(&mut record);
     let trace = recording.wanted(&record);
     let ended = Ended::of(&simulation, 0);
-    let judged = Judged::new(scenario, &assembly, &record, ended, simulation.energy(0));
+    let judged = Judged::new(scenario, &assembly, &record, &ended, simulation.energy(0));
     let Judged { contacts, force_loop, limits, summary } = judged;
     Ok(RunResult { trace, record, contacts, force_loop, saturated: limits.saturated, summary })
 }
 
 /// How a run ended.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 struct Ended {
     end: RunEnd,
     /// How far the motion came, s.
     end_s: f64,
     /// Whether it may go on no longer.
     is_longest: bool,
+    standing: Standing,
     /// Zero where several variants ran side by side: their steps are counted together.
     steps: u64,
 }
@@ -203,7 +211,13 @@ impl Ended {
             RunEnd::Diverged { t_s } | RunEnd::EventStorm { t_s } => t_s,
             _ => simulation.time_s(),
         };
-        Self { end, end_s, is_longest: false, steps: if L::WIDTH == 1 { simulation.steps() } else { 0 } }
+        Self {
+            end,
+            end_s,
+            is_longest: false,
+            standing: Standing::of(simulation, lane),
+            steps: if L::WIDTH == 1 { simulation.steps() } else { 0 },
+        }
     }
 }
 
@@ -217,7 +231,7 @@ struct Judged {
 }
 
 impl Judged {
-    fn new(scenario: &Scenario, assembly: &Assembly, record: &Trace, ended: Ended, energy: Option<EnergyBalance>) -> Self {
+    fn new(scenario: &Scenario, assembly: &Assembly, record: &Trace, ended: &Ended, energy: Option<EnergyBalance>) -> Self {
         let force_loop = ForceLoop::find(scenario);
         let contacts = contact::contacts(scenario, assembly, record, ended.end_s);
         let limits = Limits::of(scenario, assembly, record);
@@ -231,6 +245,7 @@ impl Judged {
             end: ended.end,
             end_s: ended.end_s,
             is_longest: ended.is_longest,
+            standing: &ended.standing,
             steps: ended.steps,
             energy,
         };

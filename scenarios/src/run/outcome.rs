@@ -76,6 +76,10 @@ pub enum Undecided {
     StillDecaying,
     /// The tool leaves the workpiece too seldom to tell.
     TooFewBounces,
+    /// The tool is still on its way to the workpiece, or pressed upon it by an approach that has not ended.
+    StillApproaching,
+    /// The force rests, away from where it should, and a command moves on: something sticks and will break loose.
+    StillWinding,
     /// The oscillation grows, and where to does not show yet.
     StillGrowing,
     /// The run stopped: more events than can be followed at one instant.
@@ -89,6 +93,8 @@ impl Undecided {
             Self::TooShort => "too-short",
             Self::StillDecaying => "still-decaying",
             Self::TooFewBounces => "too-few-bounces",
+            Self::StillApproaching => "still-approaching",
+            Self::StillWinding => "still-winding",
             Self::StillGrowing => "still-growing",
             Self::EventStorm => "event-storm",
         }

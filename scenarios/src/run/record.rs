@@ -67,6 +67,19 @@ impl Recording {
         Self { signals, wanted: 0, multiple: 1, rate_hz: rate_hz.min(affordable_hz) }
     }
 
+    /// What the file asks for and all that tells of a run, at the instants of [`Self::lean`]. Readings are left out: a delayed one is an instant of its own.
+    pub(super) fn as_swept(scenario: &Scenario) -> Self {
+        let mut signals: Vec<SignalName> =
+            scenario.run.record.iter().filter(|signal| signal.quantity != Quantity::Reading).cloned().collect();
+        let wanted = signals.len();
+        for signal in telling(scenario) {
+            if !signals.contains(&signal) {
+                signals.push(signal);
+            }
+        }
+        Self { signals, wanted, ..Self::lean(scenario) }
+    }
+
     pub(super) fn settings(&self, run: &RunSettings) -> RunSettings {
         RunSettings { record: self.signals.clone(), record_rate_hz: Some(self.rate_hz), ..run.clone() }
     }

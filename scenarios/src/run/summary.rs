@@ -1,7 +1,7 @@
 //! The figures of a run, as programs read them.
 
 use feeler_engine::{EnergyBalance, Event, EventKind, RunEnd, Scenario, Trace};
-use feeler_plant::assembly::Assembly;
+use feeler_plant::assembly::{Assembly, Drive};
 use feeler_plant::description::{Quantity, SignalName};
 use serde::Serialize;
 
@@ -12,7 +12,9 @@ use super::force_loop::ForceLoop;
 use super::outcome::Outcome;
 use super::saturation::{self, Limits};
 use super::settling::{self, Answer, Response};
+use super::standing::{self, Standing};
 use super::verdict::{Evidence, Verdict};
+use super::winding::Command;
 
 /// What a run came to. Forces in N and lengths in m; on a rotational axis read N m and rad.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -104,6 +106,8 @@ pub(super) struct Finished<'a> {
     pub(super) end_s: f64,
     /// Whether it may go on no longer.
     pub(super) is_longest: bool,
+    /// What was under way at the end.
+    pub(super) standing: &'a Standing,
     pub(super) steps: u64,
     pub(super) energy: Option<EnergyBalance>,
 }
@@ -118,7 +122,6 @@ impl<'a> Finished<'a> {
         if let Some(response) = response.as_mut().filter(|_| !matches!(verdict.outcome, Outcome::Settled | Outcome::BouncesThenSettles)) {
             response.settling_time_s = None;
         }
-        let sustained = main.filter(|_| verdict.outcome.is_sustained());
         let contact_time_s = main.map_or(0.0, ContactRun::contact_time_s);
         Summary {
             name: self.scenario.machine.name.clone(),
@@ -129,7 +132,7 @@ impl<'a> Finished<'a> {
             bounces: main.map_or(0, |contact| contact.lifts_s.len()),
             contact_time_s,
             contact_share: self.share(contact_time_s),
-            oscillation: sustained.map(|contact| self.oscillation(contact, &verdict)),
+            oscillation: verdict.outcome.is_sustained().then(|| self.oscillation(main, &verdict)),
             saturation_share: saturation::share(&self.limits.saturated),
             response,
             contacts: self.contacts.iter().map(|contact| self.contact(contact)).collect(),
@@ -199,10 +202,12 @@ impl<'a> Finished<'a> {
 
     fn verdict(&self, contact: Option<&ContactRun>, response: Option<&Response>) -> Verdict {
         let still = vec![0.0; self.record.t_s.len()];
-        let force_n = contact.and_then(|contact| self.record.column(&contact.force_signal()));
+        let force_n = self.judged_force_n(contact);
         let moves = response.is_some_and(|response| response.final_reference_n.is_none());
         let sticks = self.record.events.iter().filter(|event| matches!(event.kind, EventKind::Stick | EventKind::Slip));
         let sticks_s: Vec<f64> = sticks.map(|event| event.t_s).collect();
+        let horizon_s = super::MOST_EXTENSION * self.scenario.run.duration_s - self.end_s;
+        let commands = self.commands();
         let starts_at_s = response.map(|response| response.starts_at_s).or(contact.and_then(ContactRun::first_contact_s));
         let impacts: Vec<(f64, f64)> = contact.map_or_else(Vec::new, |contact| {
             let peaks = contact.intervals.iter().zip(&contact.interval_peaks_n).map(|(interval, peak)| (interval.start_s, *peak));
@@ -212,6 +217,9 @@ impl<'a> Finished<'a> {
         let evidence = Evidence {
             end: self.end,
             is_longest: self.is_longest,
+            is_approaching: self.standing.is_approaching,
+            is_on_its_way: self.standing.is_on_its_way(self.contacts, horizon_s),
+            is_rendered: self.is_rendered(),
             t_s: &self.record.t_s,
             force_n: force_n.unwrap_or(&still),
             driven: moves || (response.is_none() && self.is_driven()),
@@ -222,18 +230,47 @@ impl<'a> Finished<'a> {
             lifts_s: contact.map_or(&[], |contact| &contact.lifts_s),
             saturated: &self.limits.saturated,
             sticks_s: &sticks_s,
+            commands: &commands,
             band_n: response.map(|response| response.band_n).filter(|_| !moves),
         };
         evidence.verdict()
     }
 
-    fn oscillation(&self, contact: &ContactRun, verdict: &Verdict) -> Oscillation {
+    /// Whether nothing can touch and controllers are at work: then a wall, if there is one, is one that they render.
+    fn is_rendered(&self) -> bool {
+        !self.scenario.controllers.is_empty()
+            && self.contacts.iter().all(|contact| !standing::can_touch(contact) && contact.intervals.is_empty())
+    }
+
+    /// The force that the outcome is judged by: that of the contact, or of the first drive where nothing can touch.
+    fn judged_force_n(&self, contact: Option<&ContactRun>) -> Option<&'a [f64]> {
+        if self.is_rendered() {
+            return self.assembly.drives.iter().find_map(|drive| self.driven_n(drive));
+        }
+        self.record.column(&contact?.force_signal())
+    }
+
+    /// What is recorded of a drive: the command of a force drive, the force of a velocity source.
+    fn driven_n(&self, drive: &Drive) -> Option<&'a [f64]> {
+        let quantity = if drive.velocity_source.is_some() { Quantity::Force } else { Quantity::Command };
+        self.record.column(&SignalName::new(&drive.name, quantity).to_string())
+    }
+
+    /// The commands that hold the force: those of the force loop's drive, or of all.
+    fn commands(&self) -> Vec<Command<'a>> {
+        let of_loop = self.force_loop.map(|found| &self.scenario.controllers[found.controller].drives);
+        let drives = self.assembly.drives.iter().filter(|drive| of_loop.is_none_or(|name| *name == drive.name));
+        drives.filter_map(|drive| Some(Command::of(drive, self.driven_n(drive)?))).collect()
+    }
+
+    fn oscillation(&self, contact: Option<&ContactRun>, verdict: &Verdict) -> Oscillation {
         let t_s = &self.record.t_s;
         let first = t_s.partition_point(|&t| t < verdict.tail_s[0]).max(t_s.len().saturating_sub(super::SPECTRUM_ROWS));
-        let force_n = self.record.column(&contact.force_signal()).and_then(|column| column.get(first..)).unwrap_or_default();
+        let force_n = self.judged_force_n(contact).and_then(|column| column.get(first..)).unwrap_or_default();
         let rows = t_s.len().saturating_sub(first + 1).max(1) as f64;
         let from_s = t_s.get(first).copied().unwrap_or(0.0);
         let to_s = t_s.last().copied().unwrap_or(0.0);
-        oscillation(contact, force_n, (to_s - from_s) / rows, [from_s, to_s])
+        let (touches_s, spans) = contact.map_or((&[][..], &[][..]), |contact| (&contact.touches_s, &contact.intervals));
+        oscillation(touches_s, spans, force_n, (to_s - from_s) / rows, [from_s, to_s])
     }
 }

@@ -7,26 +7,33 @@
 //! | outcome | when |
 //! |---|---|
 //! | unstable | the motion left all bounds; or it grows and never left the workpiece, or still grows at the end of the longest extension. It grows where `A3 > 1.5 A2` and `A2 > 1.5 A1` beyond what the sensor resolves, or where the force peaks of the last half of all contacts, 6 at least, rise from each to the next, above all before, and by more than 2.25 times in all |
-//! | no-contact | the tool never touched, or left for good before the tail |
+//! | no-contact | the tool never touched, or left for good before the tail, and is not on its way: no controller approaches, and no gap would close at its present rate within the longest extension |
 //! | chatter | at least 3 lift-offs in the tail, 2 of them in its last part, and `A3 >= 0.7 A1` |
 //! | driven | a reference moves to the end, so that there is nothing to settle at |
-//! | settled, bounces-then-settles | `A3` within the settling band, and no lift-off in the last part; by whether the tool had left the workpiece |
+//! | settled, bounces-then-settles | `A3` within the settling band, no lift-off in the last part, no controller in its approach, and no command that moves on while the force rests; by whether the tool had left the workpiece |
 //! | limit-cycle | the force oscillates and does not decay, and a drive or controller is at its limit for over 1 % of the tail |
 //! | hunting | the same, no limit is reached, and a guide sticks or breaks loose at least twice |
 //! | oscillates | the same with neither |
-//! | undecided | none of these: oscillation or bouncing that decays but has not ended, that creeps up or down (by more than 1.05 from part to part), growth in a run that left the workpiece and may yet be bounded by that, or a tail too short to judge, with less than two cycles of what lasts or grows |
+//! | undecided | none of these: oscillation or bouncing that decays but has not ended, that creeps up or down (by a line through the logarithms of the amplitudes of 4 to 24 windows, see [`super::trend`]; by more than 1.05 from part to part where there are fewer than 12 cycles), a tool on its way, a command that winds, growth in a run that left the workpiece and may yet be bounded by that, or a tail too short to judge, with less than two cycles of what lasts or grows |
+//!
+//! Where nothing can touch, so that a wall is one that a controller renders, the first drive's command takes the force's place: it is unstable where that grows (and at
+//! the end of the longest extension where it creeps up), a limit cycle where it swings between limits, and `no-contact` otherwise.
 //!
 //! A longer run decides most of what a short one leaves undecided: [`super::measure()`] extends the run until it is.
+
+mod rendered;
 
 use feeler_engine::RunEnd;
 use serde::Serialize;
 
 use super::outcome::{Outcome, Undecided};
 use super::swings::turns;
+use super::trend::Trend;
+use super::winding::Command;
 
 /// Growth from one part of the tail to the next that counts as such.
 const GROWS: f64 = 1.5;
-/// Growth (or decay) from one part of the tail to the next that is more than the fluctuation of a steady oscillation, and less than what decides.
+/// Growth (or decay) from one part of the tail to the next that is more than the fluctuation of a steady oscillation of too few cycles for a trend.
 const CREEPS: f64 = 1.05;
 /// The last part's amplitude over the first part's, below which the oscillation dies out.
 const LASTS: f64 = 0.7;
@@ -61,10 +68,17 @@ pub struct Verdict {
 
 /// What is known of a run with a contact.
 #[derive(Clone, Copy, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 pub(super) struct Evidence<'a> {
     pub(super) end: RunEnd,
     /// Whether the run is as long as it gets, so that growth counts as lasting.
     pub(super) is_longest: bool,
+    /// Whether a controller was in its approach at the end.
+    pub(super) is_approaching: bool,
+    /// Whether the tool, where it is away, may yet touch.
+    pub(super) is_on_its_way: bool,
+    /// Whether nothing can touch, so that `force_n` is what a drive is commanded.
+    pub(super) is_rendered: bool,
     /// Times of the rows, s.
     pub(super) t_s: &'a [f64],
     /// The contact force at the rows, N.
@@ -85,6 +99,8 @@ pub(super) struct Evidence<'a> {
     pub(super) saturated: &'a [bool],
     /// Instants at which something began to stick or slip, s.
     pub(super) sticks_s: &'a [f64],
+    /// What the drives are commanded that hold the force.
+    pub(super) commands: &'a [Command<'a>],
     /// Half-width of the settling band, N; none where no force is wanted: then 2 % of the mean force is taken.
     pub(super) band_n: Option<f64>,
 }
@@ -106,6 +122,9 @@ impl Evidence<'_> {
             RunEnd::EventStorm { .. } => return unsure(Undecided::EventStorm),
             _ => {}
         }
+        if self.is_rendered {
+            return self.of_rendered(first, say(Outcome::NoContact), growth_per_s);
+        }
         // The loss of contact bounds most growth, only later: in contact alone nothing but a limit does.
         let swings = self.swings(first);
         let growth_lasts = self.is_longest || (self.lifts_s.is_empty() && swings);
@@ -117,7 +136,7 @@ impl Evidence<'_> {
             return grows(rate_per_s);
         }
         if self.starts_at_s.is_none() || self.lost_at_s.is_some_and(|lost| lost < tail_s[0]) {
-            return say(Outcome::NoContact);
+            return if self.is_on_its_way && !self.is_longest { unsure(Undecided::StillApproaching) } else { say(Outcome::NoContact) };
         }
         if self.t_s.len() - first < LEAST_ROWS {
             return unsure(Undecided::TooShort);
@@ -135,29 +154,43 @@ impl Evidence<'_> {
         if lifts.0 >= LEAST_LIFTS.0 && lifts.1 >= LEAST_LIFTS.1 {
             return if lasts { say(Outcome::Chatter) } else { unsure(Undecided::StillDecaying) };
         }
+        if self.is_approaching {
+            return unsure(Undecided::StillApproaching);
+        }
         if self.driven {
             return say(Outcome::Driven);
         }
         if a3 <= band_n && lifts.1 == 0 && self.lost_at_s.is_none() {
+            let last_row = self.t_s.partition_point(|&t| t < last_part_s);
+            if self.commands.iter().any(|command| command.winds(self.force_n, last_row, band_n)) {
+                return unsure(Undecided::StillWinding);
+            }
             return say(if self.lifts_s.is_empty() { Outcome::Settled } else { Outcome::BouncesThenSettles });
         }
         if lifts.0 > 0 {
             return unsure(Undecided::TooFewBounces);
         }
-        if !lasts || (a2 > CREEPS * a3 && a1 > CREEPS * a2) {
+        let trend = Trend::of(force);
+        let saturates = super::saturation::share(&self.saturated[first..]) > SATURATES;
+        let sticks = self.sticks_s.iter().filter(|&&t| t >= tail_s[0]).count() >= LEAST_STICKS;
+        if !lasts || trend.map_or(a2 > CREEPS * a3 && a1 > CREEPS * a2, Trend::falls) {
             return unsure(Undecided::StillDecaying);
         }
-        if a3 > CREEPS * a2 && a2 > CREEPS * a1 {
-            return Verdict { growth_per_s: Some(growth_per_s).filter(|rate| rate.is_finite()), ..unsure(Undecided::StillGrowing) };
+        if trend.map_or(a3 > CREEPS * a2 && a2 > CREEPS * a1, Trend::rises) {
+            let rate_per_s = trend.map_or(growth_per_s, |trend| trend.change / (tail_s[1] - tail_s[0]));
+            // In contact a linear machine has no other end.
+            if self.is_longest && !saturates && !sticks && trend.is_some_and(Trend::rises_on) {
+                return grows(rate_per_s);
+            }
+            return Verdict { growth_per_s: Some(rate_per_s).filter(|rate| rate.is_finite()), ..unsure(Undecided::StillGrowing) };
         }
         if !swings {
             return unsure(Undecided::TooShort);
         }
-        if super::saturation::share(&self.saturated[first..]) > SATURATES {
+        if saturates {
             return say(Outcome::LimitCycle);
         }
-        let sticks = self.sticks_s.iter().filter(|&&t| t >= tail_s[0]).count();
-        say(if sticks >= LEAST_STICKS { Outcome::Hunting } else { Outcome::Oscillates })
+        say(if sticks { Outcome::Hunting } else { Outcome::Oscillates })
     }
 
     /// Rate at which the peaks of the last contacts rise, where they do.
@@ -193,11 +226,11 @@ impl Evidence<'_> {
 
 #[cfg(test)]
 #[expect(clippy::large_stack_arrays, reason = "constant evidence, promoted to statics")]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use std::f64::consts::TAU;
 
-    const ROWS: usize = 20_000;
+    pub(super) const ROWS: usize = 20_000;
 
     fn times() -> Vec<f64> {
         (0..ROWS).map(|i| i as f64 * 1e-4).collect()
@@ -208,6 +241,9 @@ mod tests {
         Evidence {
             end: RunEnd::Completed,
             is_longest: false,
+            is_approaching: false,
+            is_on_its_way: false,
+            is_rendered: false,
             t_s: &[],
             force_n: &[0.0; ROWS],
             driven: false,
@@ -218,11 +254,12 @@ mod tests {
             lifts_s: &[],
             saturated: &[false; ROWS],
             sticks_s: &[],
+            commands: &[],
             band_n: Some(0.4),
         }
     }
 
-    fn verdict_of(force: impl Fn(f64) -> f64, change: impl Fn(&mut Evidence<'_>)) -> Verdict {
+    pub(super) fn verdict_of(force: impl Fn(f64) -> f64, change: impl Fn(&mut Evidence<'_>)) -> Verdict {
         let t_s = times();
         let force_n: Vec<f64> = t_s.iter().map(|&t| force(t)).collect();
         let mut evidence = Evidence { t_s: &t_s, force_n: &force_n, ..still() };
@@ -267,6 +304,22 @@ mod tests {
         assert!((creeps.growth_per_s.unwrap() - 1.0).abs() < 0.1, "{creeps:?}");
         let decays = verdict_of(|t| 20.0 + 5.0 * (-0.3 * t).exp() * (TAU * 60.0 * t).cos(), |_| {});
         assert_eq!((decays.outcome, decays.undecided), (Outcome::Undecided, Some(Undecided::StillDecaying)));
+    }
+
+    /// 3 % from part to part of 0.3 s: by no more than a steady oscillation of few cycles may fluctuate.
+    #[test]
+    fn regress_slow_growth_and_decay_of_many_cycles_are_no_sustained_oscillation() {
+        let swing = |rate: f64| move |t: f64| 20.0 + 5.0 * (rate * t).exp() * (TAU * 60.0 * t).cos();
+        let falls = verdict_of(swing(-0.1), |_| {});
+        assert_eq!(falls.undecided, Some(Undecided::StillDecaying));
+        let rises = verdict_of(swing(0.1), |_| {});
+        assert_eq!(rises.undecided, Some(Undecided::StillGrowing));
+        // The windows' ends leave up to 0.2 % of an amplitude, over 0.9 s.
+        assert!((rises.growth_per_s.unwrap() - 0.1).abs() < 0.005, "{rises:?}");
+        assert_eq!(verdict_of(swing(0.1), |e| e.is_longest = true).outcome, Outcome::Unstable);
+        let limited = verdict_of(swing(0.1), |e| (e.is_longest, e.saturated) = (true, &[true; ROWS]));
+        assert_eq!(limited.undecided, Some(Undecided::StillGrowing), "a limit may yet bound it");
+        assert_eq!(verdict_of(swing(0.0), |_| {}).outcome, Outcome::Oscillates);
     }
 
     #[test]
@@ -320,6 +373,11 @@ mod tests {
     fn truth_without_lasting_contact_there_is_none() {
         assert_eq!(verdict_of(|_| 0.0, |e| e.starts_at_s = None).outcome, Outcome::NoContact);
         assert_eq!(verdict_of(|_| 0.0, |e| e.lost_at_s = Some(0.3)).outcome, Outcome::NoContact);
+        let comes = |e: &mut Evidence<'_>| (e.starts_at_s, e.is_on_its_way) = (None, true);
+        assert_eq!(verdict_of(|_| 0.0, comes).undecided, Some(Undecided::StillApproaching));
+        let in_vain = |e: &mut Evidence<'_>| (e.starts_at_s, e.is_on_its_way, e.is_longest) = (None, true, true);
+        assert_eq!(verdict_of(|_| 0.0, in_vain).outcome, Outcome::NoContact);
+        assert_eq!(verdict_of(|_| 1.0, |e| e.is_approaching = true).undecided, Some(Undecided::StillApproaching));
         let late = verdict_of(|_| 20.0, |e| e.starts_at_s = Some(1.999));
         assert_eq!(late.undecided, Some(Undecided::TooShort));
         let storm = verdict_of(|_| 20.0, |e| e.end = RunEnd::EventStorm { t_s: 1.0 });

@@ -30,7 +30,7 @@ impl DrawnAxis {
                 Axis::LogUniform { from, to } => ([from, to], None, true),
                 _ => return None,
             };
-            Some(Self { key: key.clone(), unit: unit_of_key(key), range, points, log })
+            Some(Self { key: key.clone(), unit: unit_of_key(key, sweep.axis), range, points, log })
         };
         sweep.axes.iter().filter_map(drawn).collect()
     }
@@ -98,9 +98,9 @@ impl<'a> Panels<'a> {
 }
 
 /// The unit of an effect's parameter by its key path.
-pub(crate) fn unit_of_effect(kind: &str, parameter: &str) -> Option<&'static str> {
+pub(crate) fn unit_of_effect(kind: &str, parameter: &str, turns: bool) -> Option<&'static str> {
     let parameter = effects::find(kind)?.parameters.iter().find(|known| known.name == parameter)?;
-    Some(parameter.dimension.si_unit(false))
+    Some(parameter.dimension.si_unit(turns))
 }
 
 #[cfg(test)]

@@ -81,20 +81,9 @@ fn along(document: &Document, across: &DrawnAxis, along: &DrawnAxis, place: impl
         })
         .collect();
     let lines = |which: usize| {
-        // The k-th edge of one section belongs with the k-th of the next.
-        let mut lines: Vec<Line> = Vec::new();
-        let mut open: Vec<usize> = Vec::new();
-        for (&section, found) in sections.iter().zip(&bands) {
-            let edges = found[which].as_ref().map_or_else(Vec::new, edges);
-            if edges.len() != open.len() {
-                open = (lines.len()..lines.len() + edges.len()).collect();
-                lines.extend(edges.iter().map(|_| Line::new()));
-            }
-            for (&line, &gain) in open.iter().zip(&edges) {
-                lines[line].push(place(section, gain));
-            }
-        }
-        lines
+        let of_sections: Vec<Vec<f64>> = bands.iter().map(|found| found[which].as_ref().map_or_else(Vec::new, edges)).collect();
+        let lines = joined(&of_sections);
+        lines.into_iter().map(|line| line.into_iter().map(|(i, gain)| place(sections[i], gain)).collect()).collect()
     };
     LinearLimits { sampled: lines(0), continuous: lines(1) }
 }
@@ -103,24 +92,103 @@ fn edges(bands: &GainBands) -> Vec<f64> {
     bands.bands.iter().flat_map(|band| [&band.lower, &band.upper]).flatten().map(|edge| edge.gain).collect()
 }
 
-fn by_growth(document: &Document, x: &DrawnAxis, y: &DrawnAxis) -> LinearLimits {
-    let (columns, rows) = (x.values(GRID), y.values(GRID));
-    let rates: Vec<Vec<[f64; 2]>> = (rows.par_iter())
-        .map(|&row| {
-            let rate = |&column: &f64| {
-                let whole = with(document, &[(&x.key, column), (&y.key, row)])
-                    .and_then(|scenario| ControlLoop::new(&scenario, &contact_view(&scenario)).ok());
-                whole.map_or([f64::NAN; 2], |whole| {
-                    [sampled_growth_per_s(&whole), continuous_growth_per_s(&whole)].map(|r| r.unwrap_or(f64::NAN))
-                })
+/// Edges of one section after another, by rising gain, as lines of section and gain. Where the next section has fewer or more, those that are nearest
+/// belong together; of the others two neighbours are the two ends of a line that turns back between the sections, and one is where a line leaves or enters.
+fn joined(sections: &[Vec<f64>]) -> Vec<Vec<(usize, f64)>> {
+    let mut lines: Vec<Vec<(usize, f64)>> = Vec::new();
+    // The lines of the last section's edges.
+    let mut open: Vec<usize> = Vec::new();
+    let mut before: &[f64] = &[];
+    for (i, edges) in sections.iter().enumerate() {
+        let partner = partners(before, edges);
+        let mut next: Vec<usize> = Vec::new();
+        for (&gain, partner) in edges.iter().zip(&partner) {
+            next.push(partner.map_or(lines.len(), |k| open[k]));
+            if partner.is_none() {
+                lines.push(Vec::new());
+            }
+            lines[next[next.len() - 1]].push((i, gain));
+        }
+        let ended: Vec<usize> = (0..before.len()).filter(|k| !partner.contains(&Some(*k))).collect();
+        let begun: Vec<usize> = (0..edges.len()).filter(|k| partner[*k].is_none()).collect();
+        for pair in neighbours(&ended) {
+            let (line, from) = (open[pair[0]], open[pair[1]]);
+            let other = std::mem::take(&mut lines[from]);
+            lines[line].extend(other.into_iter().rev());
+        }
+        for pair in neighbours(&begun) {
+            // The line begins on the other branch, so that the two are drawn as one.
+            let start = (i, edges[pair[0]]);
+            lines[next[pair[1]]].insert(0, start);
+        }
+        (open, before) = (next, edges);
+    }
+    lines.retain(|line| !line.is_empty());
+    lines
+}
+
+/// Pairs of indices that follow one another.
+fn neighbours(indices: &[usize]) -> Vec<[usize; 2]> {
+    let mut pairs = Vec::new();
+    let mut rest = indices;
+    while let [a, b, others @ ..] = rest {
+        if b - a == 1 {
+            pairs.push([*a, *b]);
+            rest = others;
+        } else {
+            rest = &rest[1..];
+        }
+    }
+    pairs
+}
+
+/// For each edge of a section the one of the section before to which it belongs: in order, as many as there can be, the nearest by ratio.
+fn partners(before: &[f64], edges: &[f64]) -> Vec<Option<usize>> {
+    let apart = |a: f64, b: f64| if a * b > 0.0 { (a / b).ln().abs() } else { (a - b).abs() };
+    // cost[i][j]: of the last i of the one and the last j of the other, the shorter of which are all matched.
+    let (n, m) = (before.len(), edges.len());
+    let mut cost = vec![vec![0.0; m + 1]; n + 1];
+    for i in (0..n).rev() {
+        for j in (0..m).rev() {
+            let matched = cost[i + 1][j + 1] + apart(before[i], edges[j]);
+            let skipped = match (n - i).cmp(&(m - j)) {
+                std::cmp::Ordering::Less => cost[i][j + 1],
+                std::cmp::Ordering::Greater => cost[i + 1][j],
+                std::cmp::Ordering::Equal => f64::INFINITY,
             };
-            columns.iter().map(rate).collect()
-        })
-        .collect();
+            cost[i][j] = matched.min(skipped);
+        }
+    }
+    let (mut i, mut j) = (0, 0);
+    let mut found = vec![None; m];
+    while i < n && j < m {
+        let matched = cost[i + 1][j + 1] + apart(before[i], edges[j]);
+        if matched <= cost[i][j] {
+            found[j] = Some(i);
+            (i, j) = (i + 1, j + 1);
+        } else if n - i > m - j {
+            i += 1;
+        } else {
+            j += 1;
+        }
+    }
+    found
+}
+
+fn by_growth(document: &Document, x: &DrawnAxis, y: &DrawnAxis) -> LinearLimits {
+    let rates_at = |column: f64, row: f64| {
+        let whole = with(document, &[(&x.key, column), (&y.key, row)])
+            .and_then(|scenario| ControlLoop::new(&scenario, &contact_view(&scenario)).ok());
+        whole.map_or([f64::NAN; 2], |whole| [sampled_growth_per_s(&whole), continuous_growth_per_s(&whole)].map(|r| r.unwrap_or(f64::NAN)))
+    };
+    let (columns, rows) = (x.values(GRID), y.values(GRID));
+    let rates: Vec<Vec<[f64; 2]>> = (rows.par_iter()).map(|&row| columns.iter().map(|&column| rates_at(column, row)).collect()).collect();
+    let share = |at: f64| at / (GRID - 1) as f64;
     let lines = |which: usize| {
         let values: Vec<Vec<f64>> = rates.iter().map(|row| row.iter().map(|rate| rate[which]).collect()).collect();
-        let place = |[i, j]: [f64; 2]| [x.value(i / (GRID - 1) as f64), y.value(j / (GRID - 1) as f64)];
-        zero_level(&values).into_iter().map(|line| line.into_iter().map(place).collect()).collect()
+        let centre = |i: usize, j: usize| rates_at(x.value(share(i as f64 + 0.5)), y.value(share(j as f64 + 0.5)))[which];
+        let place = |[i, j]: [f64; 2]| [x.value(share(i)), y.value(share(j))];
+        zero_level(&values, &centre).into_iter().map(|line| line.into_iter().map(place).collect()).collect()
     };
     LinearLimits { sampled: lines(0), continuous: lines(1) }
 }
@@ -174,5 +242,21 @@ mod tests {
         // kp = 0.5641 is the limit at one sample of delay on the wall of 2e5 N/m. Cells are 0.06 ms by 15 %.
         let near = |p: &&[f64; 2]| (p[0] - 1e-3).abs() < 0.1e-3 && (p[1] / 2e5).ln().abs() < 0.3;
         assert!(limits.sampled.iter().flatten().any(|point| near(&point)), "{:?}", limits.sampled);
+    }
+
+    /// A stable band that opens and closes beyond an edge that goes on: one line across, and one around the band.
+    #[test]
+    fn regress_edges_that_come_and_go_in_pairs_are_the_ends_of_one_line() {
+        let sections = [vec![1.0], vec![1.1], vec![1.2, 5.0, 8.0], vec![1.3, 4.0, 9.0], vec![1.4, 5.0, 8.0], vec![1.5]];
+        let lines = joined(&sections);
+        assert_eq!(lines.len(), 2, "{lines:?}");
+        assert_eq!(lines[0], [(0, 1.0), (1, 1.1), (2, 1.2), (3, 1.3), (4, 1.4), (5, 1.5)]);
+        assert_eq!(lines[1].len(), 7);
+        // Below the edge that goes on too.
+        let below = joined(&[vec![8.0], vec![1.0, 2.0, 8.1], vec![8.2]]);
+        assert_eq!(below[0], [(0, 8.0), (1, 8.1), (2, 8.2)]);
+        assert_eq!(below.len(), 2);
+        // One more edge is one that comes in from beyond the search.
+        assert_eq!(joined(&[vec![1.0], vec![1.0, 50.0]]).iter().map(Vec::len).collect::<Vec<_>>(), [2, 1]);
     }
 }

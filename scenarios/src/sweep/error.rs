@@ -1,10 +1,12 @@
 //! What can go wrong in a sweep as a whole; what goes wrong in a variant is its row.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
 use crate::format::FormatError;
+use crate::run::system_error;
 
 /// Why a sweep, or putting its results together, failed.
 #[derive(Debug, Error)]
@@ -76,6 +78,26 @@ impl SweepError {
     }
 
     pub(crate) fn parquet(path: &Path) -> impl FnOnce(parquet::errors::ParquetError) -> Self {
-        move |source| Self::Parquet { path: path.into(), source }
+        // What the system says while a file is written has nothing to do with its format.
+        move |source| match system_error(source) {
+            Ok(source) if matches!(source.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded) => {
+                Self::Io { path: path.into(), source }
+            }
+            Ok(source) => Self::Parquet { path: path.into(), source: source.into() },
+            Err(source) => Self::Parquet { path: path.into(), source },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use parquet::errors::ParquetError;
+
+    #[test]
+    fn regress_a_full_disk_is_no_mistake_of_a_table() {
+        let of = |kind: ErrorKind| SweepError::parquet(Path::new("sweep.parquet"))(ParquetError::from(std::io::Error::from(kind)));
+        assert!(matches!(of(ErrorKind::StorageFull), SweepError::Io { .. }));
+        assert!(matches!(of(ErrorKind::UnexpectedEof), SweepError::Parquet { .. }));
     }
 }

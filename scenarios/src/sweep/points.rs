@@ -95,6 +95,7 @@ mod tests {
             name: String::new(),
             about: String::new(),
             scenario: String::new().into(),
+            axis: feeler_plant::description::Axis::Translational,
             axes: axes.into_iter().map(|(key, axis)| (key.to_owned(), axis)).collect(),
             sampling,
             samples,

@@ -5,12 +5,12 @@
 //! results together.
 
 use std::fs::{self, File};
-use std::hash::{BuildHasher, RandomState};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use super::error::SweepError;
 use super::table::{Table, TableWriter};
+use crate::write_whole;
 
 /// What the results in a folder belong to.
 const PLAN: &str = "plan.json";
@@ -40,7 +40,7 @@ impl Store {
         match fs::read_to_string(&path) {
             Ok(found) if found == plan => {}
             Ok(_) => return Err(SweepError::OtherSweep { folder: folder.into() }),
-            Err(error) if error.kind() == ErrorKind::NotFound => store.put(&path, |mut file| {
+            Err(error) if error.kind() == ErrorKind::NotFound => put(&path, |mut file| {
                 file.write_all(plan.as_bytes()).map_err(SweepError::io(&path))?;
                 Ok(file)
             })?,
@@ -80,7 +80,7 @@ impl Store {
     pub(super) fn write(&self, id: ChunkId, table: Table) -> Result<(), SweepError> {
         let folder = self.folder.join(CHUNKS);
         fs::create_dir_all(&folder).map_err(SweepError::io(&folder))?;
-        match self.put_table(&self.chunk(id), std::iter::once(Ok(table))) {
+        match Self::put_table(&self.chunk(id), std::iter::once(Ok(table))) {
             // The folder went away below the chunk, since another has put the results together.
             Err(_) if self.is_complete() => Ok(()),
             put => put,
@@ -89,7 +89,7 @@ impl Store {
 
     /// Puts the results together from all chunks in order, and removes these.
     pub(super) fn assemble(&self, chunks: &[(&Self, ChunkId)]) -> Result<(), SweepError> {
-        let put = self.put_table(&self.table(), chunks.iter().map(|(store, id)| store.read(*id)));
+        let put = Self::put_table(&self.table(), chunks.iter().map(|(store, id)| store.read(*id)));
         match put {
             // Another was first, and has taken the chunks away.
             Err(_) if self.is_complete() => {}
@@ -101,7 +101,7 @@ impl Store {
     /// Takes the results of another folder of the same sweep.
     pub(super) fn take_results(&self, other: &Self) -> Result<(), SweepError> {
         let source = other.table();
-        self.put(&self.table(), |mut file| {
+        put(&self.table(), |mut file| {
             let mut results = File::open(&source).map_err(SweepError::io(&source))?;
             std::io::copy(&mut results, &mut file).map_err(SweepError::io(&source))?;
             Ok(file)
@@ -120,9 +120,9 @@ impl Store {
         }
     }
 
-    fn put_table(&self, path: &Path, mut tables: impl Iterator<Item = Result<Table, SweepError>>) -> Result<(), SweepError> {
+    fn put_table(path: &Path, mut tables: impl Iterator<Item = Result<Table, SweepError>>) -> Result<(), SweepError> {
         let Some(first) = tables.next().transpose()? else { return Ok(()) };
-        self.put(path, |file| {
+        put(path, |file| {
             let mut writer = TableWriter::new(file, &first).map_err(SweepError::parquet(path))?;
             writer.add(first).map_err(SweepError::parquet(path))?;
             for table in tables {
@@ -131,26 +131,9 @@ impl Store {
             writer.finish().map_err(SweepError::parquet(path))
         })
     }
-
-    /// Writes a file whole or not at all.
-    fn put(&self, path: &Path, write: impl FnOnce(File) -> Result<File, SweepError>) -> Result<(), SweepError> {
-        let mut name = path.file_name().unwrap_or_default().to_owned();
-        // Processes of several machines may have the same number.
-        name.push(format!(".{:016x}.tmp", RandomState::new().hash_one(std::process::id())));
-        let temporary = path.with_file_name(name);
-        let file = File::create(&temporary).map_err(SweepError::io(&temporary))?;
-        let written = write(file).and_then(|file| file.sync_all().map_err(SweepError::io(&temporary)));
-        if let Err(error) = written {
-            // What is left of it is of no use; that the writing failed is what matters.
-            let _ = fs::remove_file(&temporary);
-            return Err(error);
-        }
-        fs::rename(&temporary, path).map_err(SweepError::io(path))?;
-        sync_folder(path.parent().unwrap_or(&self.folder))
-    }
 }
 
-/// Makes a rename last. Windows cannot synchronise folders, and needs not.
-fn sync_folder(folder: &Path) -> Result<(), SweepError> {
-    if cfg!(unix) { File::open(folder).and_then(|file| file.sync_all()).map_err(SweepError::io(folder)) } else { Ok(()) }
+/// Writes a file whole or not at all.
+fn put(path: &Path, write: impl FnOnce(File) -> Result<File, SweepError>) -> Result<(), SweepError> {
+    write_whole(path, &|error| SweepError::io(path)(error), write)
 }

@@ -75,6 +75,11 @@ impl<L: Lane> ControlLoop<L> {
         (sample_s, output)
     }
 
+    /// Whether a sample has been taken.
+    pub(crate) fn has_sampled(&self) -> bool {
+        self.next_sample > 0
+    }
+
     /// When the next output arrives.
     #[inline(always)]
     pub(crate) fn next_arrival_s(&self) -> f64 {

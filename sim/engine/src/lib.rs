@@ -23,6 +23,7 @@ mod program;
 mod scenario;
 mod sensing;
 mod simulation;
+mod standing;
 mod step_map;
 mod taps;
 mod taylor;

@@ -9,6 +9,9 @@ use crate::page::svg::{Frame, Place, Scale, image, text_at};
 
 const WIDTH: f64 = 860.0;
 const PLOT: Place = Place { x: 92.0, y: 50.0, width: 740.0, height: 360.0 };
+/// Diameter of a point: this share of the distance between variants, within these bounds.
+const POINT_SHARE: f64 = 0.6;
+const POINT: [f64; 2] = [2.4, 5.0];
 /// Height of the band of outcomes above the plot.
 const BAND: f64 = 10.0;
 
@@ -77,8 +80,11 @@ impl<'a> Diagram<'a> {
                 let _ = write!(points, "M{x:.1} {y:.1}h.01");
             }
         }
-        let _ =
-            write!(body, "<path d=\"{points}\" stroke=\"#0072b2\" stroke-width=\"2.2\" stroke-linecap=\"round\" stroke-opacity=\"0.55\"/>");
+        let diameter = (POINT_SHARE * PLOT.width / self.rows.len().max(1) as f64).clamp(POINT[0], POINT[1]);
+        let _ = write!(
+            body,
+            "<path d=\"{points}\" stroke=\"#0072b2\" stroke-width=\"{diameter:.1}\" stroke-linecap=\"round\" stroke-opacity=\"0.75\"/>"
+        );
         frame.clip(&mut body, "plot");
         for prediction in predictions {
             frame.line(&mut body, "plot", &prediction.line, prediction.dashed);

@@ -1,4 +1,4 @@
-//! Chatter that describing functions predict over one axis, and how far the simulation departs from it.
+//! Chatter, and limit cycles through saturation, that describing functions predict over one axis, and how far the simulation departs from them.
 
 use feeler_analysis::LimitCycle;
 use feeler_scenarios::sweep::{DrawnAxis, predicted_cycles};
@@ -24,7 +24,7 @@ pub(super) struct Theory<'a> {
     places: Vec<(f64, usize, Vec<LimitCycle>)>,
 }
 
-/// One variant that chatters, in simulation and in theory.
+/// One variant that chatters or swings between limits, in simulation and in theory.
 struct Pair {
     at: f64,
     frequency_hz: [f64; 2],
@@ -45,32 +45,38 @@ impl<'a> Theory<'a> {
         Self { report, axis, places }
     }
 
-    /// Peak forces over the axis: a line for each run of values at which a cycle that attracts (or does not) exists.
-    pub(super) fn peaks(&self) -> Vec<Prediction> {
-        [true, false].into_iter().flat_map(|stable| self.lines(stable)).collect()
+    /// Peak forces over the axis: a line for each run of values at which a cycle of those `wanted` that attracts (or does not) exists.
+    pub(super) fn peaks(&self, wanted: impl Fn(&LimitCycle) -> bool) -> Vec<Prediction> {
+        [true, false].into_iter().flat_map(|stable| self.lines(|cycle| cycle.stable == stable && wanted(cycle), !stable)).collect()
     }
 
-    fn lines(&self, stable: bool) -> Vec<Prediction> {
+    fn lines(&self, wanted: impl Fn(&LimitCycle) -> bool, dashed: bool) -> Vec<Prediction> {
         let mut lines: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
         for (value, _, cycles) in &self.places {
-            match cycles.iter().find(|cycle| cycle.stable == stable) {
+            match cycles.iter().find(|cycle| wanted(cycle)) {
                 Some(cycle) => lines.last_mut().into_iter().for_each(|line| line.push([*value, cycle.peak_force_n])),
                 None => lines.push(Vec::new()),
             }
         }
-        lines.into_iter().filter(|line| line.len() > 1).map(|line| Prediction { line, dashed: !stable }).collect()
+        lines.into_iter().filter(|line| line.len() > 1).map(|line| Prediction { line, dashed }).collect()
     }
 
     fn pairs(&self) -> Vec<Pair> {
         let column = |name: &str| self.report.table.reals(name).unwrap_or_default();
         let frequencies = column("frequency_hz");
-        let lists = self.report.table.lists("impact_peaks_n").unwrap_or_default();
+        let list = |name: &str| self.report.table.lists(name).unwrap_or_default();
+        // Where the tool stays in contact the force once per cycle is its largest.
+        let (impacts, cycles_n) = (list("impact_peaks_n"), list("strobe_n"));
         let pair = |(at, row, cycles): &(f64, usize, Vec<LimitCycle>)| {
             let cycle = cycles.iter().find(|cycle| cycle.stable)?;
-            let chatters = self.report.outcomes[*row] == "chatter";
-            let peak = lists.get(*row)?.iter().copied().reduce(f64::max)?;
+            let peaks = match self.report.outcomes[*row].as_str() {
+                "chatter" => impacts,
+                "limit-cycle" => cycles_n,
+                _ => return None,
+            };
+            let peak = peaks.get(*row)?.iter().copied().reduce(f64::max)?;
             let frequency = (*frequencies.get(*row)?)?;
-            chatters.then_some(Pair { at: *at, frequency_hz: [frequency, cycle.frequency_hz], peak_force_n: [peak, cycle.peak_force_n] })
+            Some(Pair { at: *at, frequency_hz: [frequency, cycle.frequency_hz], peak_force_n: [peak, cycle.peak_force_n] })
         };
         self.places.iter().filter_map(pair).collect()
     }
@@ -91,8 +97,9 @@ impl<'a> Theory<'a> {
             }
             row
         });
-        let header = ["", "simulated (Hz)", "predicted (Hz)", "apart (%)", "simulated peak (N)", "predicted peak (N)", "apart (%)"];
-        let header: Vec<&str> = std::iter::once(self.axis.key.as_str()).chain(header[1..].iter().copied()).collect();
+        let unit = self.report.units.force;
+        let peaks = ["simulated", "predicted"].map(|which| format!("{which} peak ({unit})"));
+        let header = [&self.axis.key, "simulated (Hz)", "predicted (Hz)", "apart (%)", &peaks[0], &peaks[1], "apart (%)"];
         page.table(&header, &[0, 1, 2, 3, 4, 5, 6], &rows.collect::<Vec<_>>());
     }
 }
@@ -118,7 +125,7 @@ fn summary(pairs: &[Pair], key: &str) -> String {
         [first, .., last] => format!("Both are within {within} % from {key} = {} to {}.", plain(*first), plain(*last)),
     };
     format!(
-        "Describing functions take the force as its mean and first harmonic. Over the {} variants that chatter and for which they predict it, the \
+        "Describing functions take the force as its mean and first harmonic. Over the {} variants that chatter or swing between limits, and for which they predict it, the \
          frequency is off by {} % in the middle (at most {} %), the peak by {} % (at most {} %). {where_they_agree} The longer the tool is away, the \
          more the motion is a series of impacts, of which the first harmonic says little.",
         pairs.len(),

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::Report;
 use crate::{terminal, words};
 
-/// Measures that the pointer shows: column, words, unit.
+/// Measures that the pointer shows: column, words, unit; of a force that of the axis.
 pub(super) const SHOWN: [(&str, &str, &str); 7] = [
     ("peak_force_n", "peak force", "N"),
     ("settling_time_s", "settling time", "s"),
@@ -33,19 +33,20 @@ impl Report<'_> {
             // Texts have their units with them.
             let (values, unit) = match self.table.columns.get(key) {
                 Some(Column::Text(texts)) => (rows.iter().map(|&row| json!(texts[row])).collect(), String::new()),
-                _ => (self.table.reals(key).map(of_rows).unwrap_or_default(), unit_of_key(key)),
+                _ => (self.table.reals(key).map(of_rows).unwrap_or_default(), unit_of_key(key, self.sweep.file.axis)),
             };
             columns.push(json!([key, packed(values), unit]));
         }
         columns.push(json!(["", packed(rows.iter().map(|&row| json!(label(&self.outcomes[row]))).collect()), ""]));
         for (name, words, unit) in SHOWN {
+            let unit = if unit == "N" { self.units.force } else { unit };
             let short = |v: f64| format!("{v:.4e}").parse::<f64>().ok();
             if let Some(values) = self.table.reals(name) {
                 let values = values.into_iter().map(|value| value.and_then(short)).collect();
                 columns.push(json!([words, packed(of_rows(values)), unit]));
             }
         }
-        let command = format!("feeler run {}", terminal::quoted(&self.sweep.file.scenario.display().to_string()));
+        let command = format!("feeler run {} --as-sweep", terminal::quoted_path(&self.sweep.file.scenario));
         let places: Vec<&[f64]> = places.iter().map(|place| &place[..4]).collect();
         json!({ "places": places, "columns": columns, "settings": self.sweep.file.axes.len(), "command": command })
     }

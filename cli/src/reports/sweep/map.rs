@@ -49,6 +49,8 @@ pub(super) struct Map<'a> {
     pub(super) title: String,
     cells: Vec<Cell>,
     limits: LinearLimits,
+    /// From the outermost values to the ends of the plot, as shares of the axes: half a cell of the finest.
+    margins: [f64; 2],
     /// Keys besides the two axes that differ from cell to cell, and with them the limit.
     varied: Vec<String>,
 }
@@ -90,7 +92,13 @@ impl<'a> Map<'a> {
         let others = sweep.file.axes.keys().filter(|key| !axes.iter().any(|axis| axis.key == **key) && !key.starts_with("run."));
         let varied: Vec<String> = others.filter(|key| !panels.has(key)).cloned().collect();
         let limits = if varied.is_empty() { linear_limits(&sweep.document, axes, panel) } else { LinearLimits::default() };
-        Self { axes, title: words(panel), cells, limits, varied }
+        let margins = lattice.map(|lattice| lattice.map_or(0.0, |lattice| 0.5 / lattice.last as f64));
+        let mut map = Self { axes, title: words(panel), cells, limits, margins, varied };
+        let frame = map.frame();
+        for lines in [&mut map.limits.sampled, &mut map.limits.continuous] {
+            lines.retain(|line| crosses(&frame, line));
+        }
+        map
     }
 
     /// What the lines are, or why there are none.
@@ -109,13 +117,12 @@ impl<'a> Map<'a> {
     }
 
     fn frame(&self) -> Frame {
-        let scale = |axis: &DrawnAxis| {
+        let scale = |axis: &DrawnAxis, margin: f64| {
             let label = if axis.unit.is_empty() { axis.key.clone() } else { format!("{} ({})", axis.key, axis.unit) };
-            // The ends are those of the outermost cells, half a cell beyond the values.
-            let margin = axis.points.map_or(0.0, |points| 0.5 / (points - 1) as f64);
             Scale { label, range: [axis.value(-margin), axis.value(1.0 + margin)], log: axis.log }
         };
-        Frame { place: PLOT, x: scale(self.axes[0]), y: scale(self.axes[1]) }
+        let [x, y] = [0, 1].map(|i| scale(self.axes[i], self.margins[i]));
+        Frame { place: PLOT, x, y }
     }
 
     /// For each cell its place and row, as the page's script wants them.
@@ -204,6 +211,14 @@ impl<'a> Map<'a> {
     }
 }
 
+/// Whether a part of a line may lie within a frame.
+fn crosses(frame: &Frame, line: &[[f64; 2]]) -> bool {
+    let shares = |point: &[f64; 2]| [frame.x.share(point[0]), frame.y.share(point[1])];
+    let spans = |[a, b]: [[f64; 2]; 2]| (0..2).all(|i| a[i].min(b[i]) <= 1.0 && a[i].max(b[i]) >= 0.0);
+    let meets = |pair: &[[f64; 2]]| spans([shares(&pair[0]), shares(&pair[pair.len() - 1])]);
+    if line.len() == 1 { meets(line) } else { line.windows(2).any(meets) }
+}
+
 /// The values of an axis as they are drawn.
 #[derive(Clone, Copy, Debug)]
 struct Lattice {
@@ -224,11 +239,12 @@ fn sides(share: [f64; 2], lattice: [Option<Lattice>; 2]) -> Option<[[f64; 2]; 2]
     // The coarsest level of the lattice that has this place on both axes.
     let level = |index: u64, stride: u64| if index == 0 { stride } else { stride.min(1 << index.trailing_zeros()) };
     let step = level(index[0], x.stride).min(level(index[1], y.stride));
-    let of = |index: u64, Lattice { last, stride, every }: Lattice| {
-        // The plot reaches half a coarse cell beyond the outermost values.
-        let cells = (last + stride) as f64;
-        let size = step.max(every) as f64;
-        (index.is_multiple_of(every)).then(|| [(index as f64 + 0.5 * stride as f64 - 0.5 * size) / cells, size / cells])
+    let of = |index: u64, Lattice { last, every, .. }: Lattice| {
+        // The plot reaches half a cell of the finest beyond the outermost values, and cells are cut off there.
+        let cells = (last + 1) as f64;
+        let half = 0.5 * step.max(every) as f64;
+        let [from, to] = [-half, half].map(|side| (index as f64 + 0.5 + side).clamp(0.0, cells));
+        (index.is_multiple_of(every)).then(|| [from / cells, (to - from) / cells])
     };
     Some([of(index[0], x)?, of(index[1], y)?])
 }

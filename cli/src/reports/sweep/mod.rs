@@ -10,6 +10,7 @@ mod palette;
 mod png;
 mod tally;
 
+use std::cmp::Reverse;
 use std::path::{Path, PathBuf};
 
 use feeler_scenarios::format::Setting;
@@ -25,6 +26,7 @@ pub(crate) use tally::Tally;
 
 use crate::numbers::{percent, plain};
 use crate::page::{Page, Tile};
+use crate::units::Units;
 use crate::{terminal, words};
 
 /// Panels that are drawn; more are left to the table.
@@ -44,7 +46,8 @@ pub(crate) fn write(sweep: &Sweep, name: &str, path: &Path, tally: &Tally, folde
     };
     let table = Table::read_part(path, &is_shown, &|row| drawn.has(row))?;
     let outcomes = tally::outcomes(&table).map(str::to_owned).collect();
-    let report = Report { sweep, table: &table, tally, drawn, axes, outcomes };
+    let units = Units::of(&sweep.document.scenario.machine);
+    let report = Report { sweep, table: &table, tally, drawn, axes, outcomes, units };
     let mut page = Page::new(name, &sweep.file.about);
     page.lead(&report.lead());
     page.tiles(&report.tiles());
@@ -83,6 +86,7 @@ struct Report<'a> {
     axes: Vec<DrawnAxis>,
     /// By row of the table; `error` where a variant failed, `done` where outcomes are not kept.
     outcomes: Vec<String>,
+    units: Units,
 }
 
 impl Report<'_> {
@@ -95,16 +99,26 @@ impl Report<'_> {
         let of = |outcome: &(Outcome, &str)| self.tally.count(outcome.1);
         let stable: usize = Outcome::ALL.iter().filter(|(outcome, _)| outcome.is_stable()).map(of).sum();
         let share = |count: usize| percent(count as f64 / rows.max(1) as f64);
-        let chatter = self.tally.count("chatter");
+        // What does not settle, by falling number; what is left to say of the few is in the table.
+        let mut others: Vec<(usize, &str)> = Outcome::ALL
+            .iter()
+            .filter(|(outcome, _)| !outcome.is_stable())
+            .map(|(outcome, name)| (self.tally.count(name), headline(*outcome)))
+            .chain([(self.tally.count("error"), "failed")])
+            .filter(|(count, _)| *count > 0)
+            .collect();
+        others.sort_by_key(|(count, _)| Reverse(*count));
+        let words = |(count, words): (usize, &str)| format!("{} % {words}", share(count));
+        let said: Vec<String> = std::iter::once((stable, "settle")).chain(others).map(words).collect();
         let edges = located(self.sweep).map_or_else(String::new, |found| format!(" Edges are located to {found}."));
-        format!("Of {rows} variants {} % settle and {} % chatter.{edges}{thinned}", share(stable), share(chatter))
+        format!("Of {rows} variants {}.{edges}{thinned}", said.join(", "))
     }
 
     fn tiles(&self) -> Vec<Tile> {
         let tile = |name, value: String, remark: &str| Tile { name, value, remark: remark.into() };
         let mut tiles = vec![tile("variants", self.tally.rows.to_string(), "")];
         if let Some(largest_n) = self.tally.largest_peak_n {
-            tiles.push(tile("largest peak force", format!("{} N", plain(largest_n)), "of any variant"));
+            tiles.push(tile("largest peak", format!("{} {}", plain(largest_n), self.units.force), "of the contact, of any variant"));
         }
         if self.sweep.file.keep.outcome {
             tiles.push(tile("undecided", self.tally.count("undecided").to_string(), "at the end of the extended run"));
@@ -151,7 +165,7 @@ impl Report<'_> {
                 )
             };
             if values.len() == self.table.rows {
-                let svg = map.svg(&Colouring::Measure(&values, name, "N"));
+                let svg = map.svg(&Colouring::Measure(&values, name, self.units.force));
                 page.map_like(&titled(title, &map.title), caption, &svg, first);
                 drawings.push((format!("size{suffix}"), svg));
             }
@@ -166,6 +180,10 @@ impl Report<'_> {
             let of_panel = map::words(&panel);
             let mut first = None;
             let mut draw = |name: &str, title: &str, caption: &str, label: &str, lists: &[Vec<f64>], predictions: &[Prediction]| {
+                // Of what no variant has, an empty plot would say nothing.
+                if predictions.is_empty() && diagram.rows.iter().all(|&row| lists[row].is_empty()) {
+                    return;
+                }
                 let svg = diagram.svg(lists, &self.outcomes, label, predictions);
                 match first {
                     Some(first) => page.map_like(&titled(title, &of_panel), caption, &svg, first),
@@ -173,22 +191,28 @@ impl Report<'_> {
                 }
                 drawings.push((format!("{name}{suffix}"), svg));
             };
+            let Units { force: unit, .. } = self.units;
+            let force = self.units.force_word();
             if let Some(lists) = self.table.lists("impact_peaks_n") {
                 let caption = "The largest force of each of the last contacts: one point where they are alike, two where the period has doubled, \
                     many where no two are alike, none where the tool stays in contact. The line is the cycle that describing functions predict, \
                     dashed where it does not attract: the largest disturbance from which the loop settles.";
-                draw("impacts", "Per impact", caption, "peak force of an impact (N)", lists, &theory.peaks());
+                let leaves = diagram.rows.iter().any(|&row| !lists[row].is_empty());
+                let predictions = if leaves { theory.peaks(|_| true) } else { Vec::new() };
+                draw("impacts", "Per impact", caption, &format!("peak {force} of an impact ({unit})"), lists, &predictions);
             }
             if let Some(lists) = self.table.lists("strobe_n") {
                 let caption = "The force one sample of the controller after each touch-down, which grows with the speed of impact; where the tool \
-                    stays in contact, the largest of each cycle. One point where every cycle is like the last, two where the period has doubled.";
-                draw("strobe", "Stroboscopic", caption, "force once per cycle (N)", lists, &[]);
+                    stays in contact, the largest of each cycle. One point where every cycle is like the last, two where the period has doubled. The \
+                    line is the largest force of the cycle in contact that describing functions predict, dashed where it does not attract.";
+                let predictions = theory.peaks(|cycle| cycle.contact_share >= 1.0);
+                draw("strobe", "Stroboscopic", caption, &format!("{force} once per cycle ({unit})"), lists, &predictions);
             }
             let amplitudes: Vec<Vec<f64>> =
                 self.table.reals("amplitude_n").unwrap_or_default().iter().map(|value| value.iter().copied().collect()).collect();
             if amplitudes.len() == self.table.rows {
                 let caption = "Half of peak to peak of the force of what lasts.";
-                draw("amplitude", "Size of the oscillation", caption, "amplitude (N)", &amplitudes, &[]);
+                draw("amplitude", "Size of the oscillation", caption, &format!("amplitude ({unit})"), &amplitudes, &[]);
             }
             theory.compare(&of_panel, page);
         }
@@ -211,6 +235,19 @@ impl Report<'_> {
         if let Some((row, error)) = &self.tally.first_error {
             page.paragraph(&format!("The first to fail is variant {row}: {error}"));
         }
+    }
+}
+
+/// What variants of an outcome that is not stable do, after a number of them.
+fn headline(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Chatter => "chatter",
+        Outcome::Unstable => "are unstable",
+        Outcome::LimitCycle => "swing between limits",
+        Outcome::Hunting => "hunt",
+        Outcome::Oscillates => "oscillate in contact",
+        Outcome::NoContact => "make no contact",
+        _ => "are undecided",
     }
 }
 

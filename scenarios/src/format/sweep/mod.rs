@@ -7,13 +7,14 @@ mod unit;
 
 use std::path::{Path, PathBuf};
 
+use feeler_plant::description;
 use indexmap::IndexMap;
 
 pub use axes::Axis;
 pub use refine::Refine;
 pub use unit::unit_of_key;
 
-use super::draft::{parse_toml, read_text};
+use super::draft::{Sheet, load};
 use super::keys::{KEEP, REFINE, SWEEP};
 use super::problem::{FormatError, Problems};
 use super::read::{Fields, Reader, Scope};
@@ -38,6 +39,8 @@ pub struct SweepFile {
     pub about: String,
     /// The scenario, as found from the sweep file.
     pub scenario: PathBuf,
+    /// Whether the scenario's axis slides or turns.
+    pub axis: description::Axis,
     /// Key paths and their values.
     pub axes: IndexMap<String, Axis>,
     /// How points are chosen.
@@ -84,7 +87,7 @@ impl SweepFile {
     /// # Errors
     /// Every mistake at once.
     pub fn load(path: &Path) -> Result<Self, FormatError> {
-        Self::parse(&read_text(path)?, &path.display().to_string())
+        load(path, Self::parse)
     }
 
     /// Checks `text` as the content of `file_name`, against which the scenario's name is resolved.
@@ -92,28 +95,30 @@ impl SweepFile {
     /// # Errors
     /// Every mistake at once.
     pub fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
-        let mut sources = Sources::default();
-        let root = parse_toml(text, file_name, &mut sources)?;
-        let mut problems = Problems::default();
+        let mut sheet = Sheet::parse(text, file_name)?;
+        let file = Self::read(&sheet.root, &sheet.sources, &mut sheet.problems);
+        sheet.finish(file)
+    }
+
+    /// What is read where there are mistakes is not to be used.
+    fn read(root: &Table, sources: &Sources, problems: &mut Problems) -> Option<Self> {
         if let Some(entry) = root.get("arm") {
-            super::document::refuse_arm(entry, &mut problems);
-            return Err(problems.into_error(sources));
+            super::document::refuse_arm(entry, problems);
+            return None;
         }
         let top = Origin::default();
-        let mut reader = Reader { problems: &mut problems, scope: Scope::new(false) };
-        let fields = reader.fields(&SWEEP, &["axes", "keep", "refine"], &root, &top, "");
+        let mut reader = Reader { problems, scope: Scope::new(false) };
+        let fields = reader.fields(&SWEEP, &["axes", "keep", "refine"], root, &top, "");
         let mut table = |name: &str, shape| match root.get(name).map(|entry| &entry.node) {
             None => Fields::default(),
             Some(Node { value: Value::Table(table), origin }) => reader.fields(shape, &[], table, origin, name),
             Some(node) => refuse(&mut reader, node, name),
         };
         let (keep, refine) = (table("keep", &KEEP), table("refine", &REFINE));
-        let read = read_axes(&mut reader, &root, &top);
-        let refine = Refine::read(&refine, &root, &read, &mut problems);
+        let read = read_axes(&mut reader, root, &top);
+        let refine = Refine::read(&refine, root, &read, problems);
         let scenario = fields.text("scenario").map(|name| source::beside(&sources.0[0].directory, name));
-        if let Some(scenario) = &scenario {
-            try_ends(&read, scenario, &root, &mut problems);
-        }
+        let axis = scenario.as_ref().and_then(|scenario| try_ends(&read, scenario, root, problems)).unwrap_or_default();
         let axes: IndexMap<String, Axis> = read.into_iter().map(|(key, read)| (key, read.axis)).collect();
         let drawn = axes.values().any(|axis| axis.count().is_none());
         let sampling = match fields.text("sampling") {
@@ -130,6 +135,7 @@ impl SweepFile {
             name: fields.text("name").unwrap_or_default().into(),
             about: fields.text("about").unwrap_or_default().into(),
             scenario: scenario.unwrap_or_default(),
+            axis,
             axes,
             sampling,
             samples: if sampling == Sampling::Grid { runs as u64 } else { fields.count("samples").unwrap_or(1) },
@@ -137,9 +143,9 @@ impl SweepFile {
             keep: Keep { outcome: keep.get("outcome").is_none() || keep.flag("outcome"), traces: keep.flag("traces"), tail },
             refine,
         };
-        file.check_sampling(&root, runs, &mut problems);
-        file.check_refinement(&root, &mut problems);
-        if problems.is_empty() { Ok(file) } else { Err(problems.into_error(sources)) }
+        file.check_sampling(root, runs, problems);
+        file.check_refinement(root, problems);
+        Some(file)
     }
 
     fn check_sampling(&self, root: &Table, runs: f64, problems: &mut Problems) {

@@ -1,0 +1,65 @@
+//! A run as a sweep makes it, to the bit, with all that can be shown of it.
+
+use std::time::Instant;
+
+use feeler_engine::{Program, RunSettings, Scenario, Trace};
+
+use super::measure::MOST_EXTENSION;
+use super::outcome::Undecided;
+use super::record::{self, Recording};
+use super::{Ended, Judged, Progress, RunError, RunResult, advance, simulation};
+
+/// Runs a scenario as a variant of a sweep is run: for as long as it takes to tell its outcome, up to [`MOST_EXTENSION`] times its duration, with rows at
+/// the instants of a sweep and without the energy ledger. Its figures are those of the variant's row, to the bit, of an aperiodic motion too. What the file
+/// asks to record is kept at those instants but for readings of sensors, whose delays would bring instants of their own.
+///
+/// # Errors
+/// As [`super::run`].
+pub fn run_as_swept(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<RunResult, RunError> {
+    let started = Instant::now();
+    let recording = Recording::as_swept(scenario);
+    let settings = RunSettings { energy: false, ..recording.settings(&scenario.run) };
+    let program = Program::new(&Scenario { run: settings, ..scenario.clone() })?;
+    let assembly = program.motion().assembly().clone();
+    let mut record = Trace::new(program.record_names());
+    let mut simulation = simulation(program, scenario.machine.axis)?;
+    let duration_s = scenario.run.duration_s;
+    let mut until_s = duration_s;
+    loop {
+        advance(&mut simulation, &mut record, until_s, recording.rate_hz, progress)?;
+        until_s *= 2.0;
+        let is_longest = until_s > MOST_EXTENSION * duration_s;
+        record::drop_undefined_rows(&mut record);
+        let ended = Ended { is_longest, ..Ended::of(&simulation, 0) };
+        let judged = Judged::new(scenario, &assembly, &record, &ended, None);
+        if is_longest || !judged.summary.verdict.undecided.is_some_and(Undecided::may_be_decided) {
+            let Judged { contacts, force_loop, limits, mut summary } = judged;
+            summary.wall_s = started.elapsed().as_secs_f64();
+            let trace = recording.wanted(&record);
+            return Ok(RunResult { trace, record, contacts, force_loop, saturated: limits.saturated, summary });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::format::{Document, Setting};
+    use crate::run::{Candidate, Outcome};
+
+    /// An aperiodic motion, in which any difference would grow by orders of magnitude within the run, and one that a sweep extends.
+    #[test]
+    fn prop_a_run_as_swept_has_the_figures_of_the_row() {
+        let document = Document::load(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("chatter/sustained.toml")).unwrap();
+        for (kp, duration, sustained) in [(2.5, 1.0, true), (0.6, 0.3, false)] {
+            let settings = [("controllers.force.kp", Setting::Number(kp)), ("run.duration", Setting::Number(duration))];
+            let scenario = document.with(settings).unwrap().scenario;
+            let row = Candidate::new(scenario.clone()).unwrap().measure(0).unwrap().summary;
+            let run = run_as_swept(&scenario, &mut |_| {}).unwrap();
+            assert_eq!(row.outcome == Outcome::Chatter, sustained, "{:?}", row.verdict);
+            assert!(sustained || row.simulated_s > duration);
+            assert_eq!(format!("{row:?}"), format!("{:?}", crate::run::Summary { wall_s: 0.0, ..run.summary }));
+            assert_eq!(run.trace.names.len(), scenario.run.record.len() - 1, "all but the sensor's reading");
+        }
+    }
+}

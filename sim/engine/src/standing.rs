@@ -1,0 +1,21 @@
+//! Where a run stands when it ends: what is still under way then.
+
+use feeler_lanes::{Lane, LaneMask};
+use feeler_plant::motion::dot;
+
+use crate::simulation::{Simulation, take_lane};
+
+impl<L: Lane> Simulation<L> {
+    /// Whether some controller of a lane was in its approach at its last sample, so that its law did not run.
+    pub fn is_approaching(&self, lane: usize) -> bool {
+        self.loops.iter().any(|used| used.has_sampled() && !used.controller.in_contact_phase().test(lane))
+    }
+
+    /// How far each contact of a lane is compressed at the present time, m (negative across a gap), and how fast that grows, m/s.
+    pub fn compressions(&self, lane: usize) -> Vec<[f64; 2]> {
+        let mut xi = Vec::new();
+        take_lane(&self.xi, lane, &mut xi);
+        let rows = &self.lanes[lane].flow().equations.compression;
+        rows.iter().map(|[compression, rate]| [dot(compression, &xi), dot(rate, &xi)]).collect()
+    }
+}

@@ -115,8 +115,12 @@ impl Draft {
         let text = match read_text(&path) {
             Ok(text) => text,
             Err(error) => {
-                let message = error.problems.first().map_or_else(String::new, |problem| problem.message.clone());
-                return refuse(self, format!("{}: {message}", path.display()), "name a file relative to this one");
+                let (message, remedy) = match error.problems.first() {
+                    Some(problem) if path.exists() => (problem.message.as_str(), problem.remedy.as_deref()),
+                    Some(problem) => (problem.message.as_str(), None),
+                    None => ("", None),
+                };
+                return refuse(self, format!("{}: {message}", path.display()), remedy.unwrap_or("name a file relative to this one"));
             }
         };
         let base = parse_toml(&text, &path.display().to_string(), &mut self.sources)?;

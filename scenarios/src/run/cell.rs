@@ -89,7 +89,7 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
     let mut record = found.measures;
     with_slips(&mut record, &found.joint_events);
     let scenario = &cell.scenario;
-    let contacts = contact::contacts(scenario, &assembly, &record, finished.end_s);
+    let contacts = contact::contacts(scenario, &assembly, &record, &[], finished.end_s);
     let force_loop = ForceLoop::find(scenario);
     let mut limits = Limits::of(scenario, &assembly, &record);
     for (flag, limited) in limits.saturated.iter_mut().zip(record.column(LIMITED).unwrap_or_default()) {

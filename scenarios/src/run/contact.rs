@@ -1,14 +1,9 @@
 //! When a contact pushed, and how hard.
 
-use feeler_engine::{EventKind, Scenario, Trace};
+use feeler_engine::{EventKind, Peak, Scenario, Trace};
 use feeler_plant::assembly::Assembly;
 use feeler_plant::description::{Engagement, Quantity, SignalName};
 use feeler_plant::motion::Switch;
-
-/// Rows that the contact in which the largest force falls has at least: half a sine of 20 is then met by a parabola within 1e-5.
-const LEAST_ROWS: f64 = 20.0;
-/// How much finer rows are to be where the largest force is that at touch-down.
-const FINER: f64 = 16.0;
 
 /// A span of time, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,13 +35,13 @@ pub struct ContactRun {
     pub engagement: Engagement,
     /// When it pushed, to the accuracy of the events.
     pub intervals: Vec<Interval>,
-    /// The largest force in each of these, N: of the record, and between its rows by a parabola.
+    /// The largest force in each of these, N (see [`Self::peak_force_n`]).
     pub interval_peaks_n: Vec<f64>,
     /// Instants of touch-down, s.
     pub touches_s: Vec<f64>,
     /// Instants of lift-off, s.
     pub lifts_s: Vec<f64>,
-    /// Largest force, N: of the record, and between its rows by a parabola.
+    /// Largest force, N: that of the motion itself where the integrator is the exact one, else of the record, and between its rows by a parabola.
     pub peak_force_n: f64,
     /// When, s.
     pub peak_at_s: f64,
@@ -74,11 +69,13 @@ impl ContactRun {
     }
 }
 
-pub(super) fn contacts(scenario: &Scenario, assembly: &Assembly, record: &Trace, end_s: f64) -> Vec<ContactRun> {
-    scenario.machine.contacts.keys().enumerate().map(|(i, name)| contact(i, name, assembly, record, end_s)).collect()
+/// `located` are the peaks that the engine has found, per contact; where it looks for none, they are taken from the record.
+pub(super) fn contacts(scenario: &Scenario, assembly: &Assembly, record: &Trace, located: &[Vec<Peak>], end_s: f64) -> Vec<ContactRun> {
+    let located = |i: usize| located.get(i).map(Vec::as_slice);
+    scenario.machine.contacts.keys().enumerate().map(|(i, name)| contact(i, name, assembly, record, located(i), end_s)).collect()
 }
 
-fn contact(index: usize, name: &str, assembly: &Assembly, record: &Trace, end_s: f64) -> ContactRun {
+fn contact(index: usize, name: &str, assembly: &Assembly, record: &Trace, located: Option<&[Peak]>, end_s: f64) -> ContactRun {
     let instants = |kind: EventKind| {
         let meant = record.events.iter().filter(move |event| event.kind == kind && event.switch == Switch::Contact(index));
         meant.map(|event| event.t_s).collect::<Vec<_>>()
@@ -95,19 +92,21 @@ fn contact(index: usize, name: &str, assembly: &Assembly, record: &Trace, end_s:
         let rows = first..record.t_s.partition_point(|&t| t <= interval.end_s).max(first);
         let (t_s, force_n) = (&record.t_s[rows.clone()], &force_n[rows]);
         let begins = touches.then(|| at_touch(interval.start_s, t_s, force_n)).flatten();
-        begins.map_or_else(|| peak(t_s, force_n), |force_n| (interval.start_s, force_n))
+        begins.map_or_else(|| peak(t_s, force_n), |force_n| Peak { t_s: interval.start_s, force_n })
     };
-    let peaks: Vec<(f64, f64)> = intervals.iter().map(peak_within).collect();
-    let (peak_at_s, peak_force_n) = peaks.iter().copied().reduce(|a, b| if b.1 > a.1 { b } else { a }).unwrap_or((0.0, 0.0));
+    let of_record = || intervals.iter().map(peak_within).collect();
+    let peaks: Vec<Peak> = located.map_or_else(of_record, <[Peak]>::to_vec);
+    debug_assert_eq!(peaks.len(), intervals.len(), "one peak for every time that `{name}` pushes");
+    let hardest = peaks.iter().copied().reduce(|a, b| if b.force_n > a.force_n { b } else { a }).unwrap_or_default();
     ContactRun {
         name: name.to_owned(),
         engagement: assembly.contacts[index].engagement,
-        interval_peaks_n: peaks.iter().map(|peak| peak.1).collect(),
+        interval_peaks_n: peaks.iter().map(|peak| peak.force_n).collect(),
         intervals,
         touches_s,
         lifts_s,
-        peak_force_n,
-        peak_at_s,
+        peak_force_n: hardest.force_n,
+        peak_at_s: hardest.t_s,
     }
 }
 
@@ -127,39 +126,18 @@ fn at_touch(touch_s: f64, t_s: &[f64], force_n: &[f64]) -> Option<f64> {
     falls.then_some(f1 + before * (f1 - f2) + 0.5 * before * (before + 1.0) * (f1 - 2.0 * f2 + f3))
 }
 
-/// The rate at which the contact in which the largest force falls has rows enough to tell it; none where it has them at `rate_hz`.
-pub(super) fn resolving_rate_hz(contacts: &[ContactRun], rate_hz: f64) -> Option<f64> {
-    let of = |contact: &ContactRun| {
-        let hardest = |i: &usize, j: &usize| contact.interval_peaks_n[*i].total_cmp(&contact.interval_peaks_n[*j]);
-        let longer = |i: &usize, j: &usize| contact.intervals[*i].length_s().total_cmp(&contact.intervals[*j].length_s());
-        let largest = (0..contact.intervals.len()).max_by(|i, j| hardest(i, j).then(longer(i, j)))?;
-        let interval = contact.intervals[largest];
-        let short =
-            (interval.length_s() * rate_hz < LEAST_ROWS && interval.length_s() > 0.0).then(|| 2.0 * LEAST_ROWS / interval.length_s());
-        // By the bits of the event.
-        let begins = (contact.peak_force_n > 0.0 && contact.touches_s.contains(&contact.peak_at_s)).then_some(FINER * rate_hz);
-        short.or(begins)
-    };
-    contacts.iter().filter_map(of).reduce(f64::max)
-}
-
 /// The largest value of a record and when: the vertex of the parabola through the largest row and its neighbours.
-pub(super) fn peak(t_s: &[f64], values: &[f64]) -> (f64, f64) {
-    let Some((row, &largest)) = values.iter().enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)) else { return (0.0, 0.0) };
-    if largest <= 0.0 {
-        return (t_s[row], 0.0);
-    }
-    let (Some(&before), Some(&after)) = (row.checked_sub(1).and_then(|i| values.get(i)), values.get(row + 1)) else {
-        return (t_s[row], largest);
-    };
+pub(super) fn peak(t_s: &[f64], values: &[f64]) -> Peak {
+    let Some((row, &largest)) = values.iter().enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)) else { return Peak::default() };
+    let at_row = Peak { t_s: t_s[row], force_n: largest.max(0.0) };
+    let (Some(&before), Some(&after)) = (row.checked_sub(1).and_then(|i| values.get(i)), values.get(row + 1)) else { return at_row };
     let bend = before - 2.0 * largest + after;
     // A parabola across a jump of the force would overshoot it.
     if before <= 0.0 || after <= 0.0 || bend >= 0.0 {
-        return (t_s[row], largest);
+        return at_row;
     }
     let shift = 0.5 * (before - after) / bend;
-    let vertex = largest - 0.25 * (before - after) * shift;
-    (t_s[row] + shift * (t_s[row + 1] - t_s[row]), vertex)
+    Peak { t_s: t_s[row] + shift * (t_s[row + 1] - t_s[row]), force_n: largest - 0.25 * (before - after) * shift }
 }
 
 #[cfg(test)]
@@ -174,9 +152,9 @@ mod tests {
         let t_s: Vec<f64> = (0..200).map(|i| f64::from(i) * 1e-4).collect();
         let shift_s = 0.37e-4;
         let force: Vec<f64> = t_s.iter().map(|t| 50.0 + 40.0 * (std::f64::consts::TAU * 150.0 * (t - 5e-3 - shift_s)).cos()).collect();
-        let (at_s, peak_n) = peak(&t_s[..100], &force[..100]);
-        assert!((peak_n - 90.0).abs() < 40.0 * PARABOLA, "{peak_n}");
-        assert!((at_s - 5e-3 - shift_s).abs() < 1e-6, "{at_s}");
+        let found = peak(&t_s[..100], &force[..100]);
+        assert!((found.force_n - 90.0).abs() < 40.0 * PARABOLA, "{found:?}");
+        assert!((found.t_s - 5e-3 - shift_s).abs() < 1e-6, "{found:?}");
     }
 
     /// `100 exp(-t / 1 ms)` from a touch between two rows on: the parabola errs by `(dt / tau)^3 s (s + 1) (s + 2) / 6`, 3e-4 here.
@@ -191,7 +169,7 @@ mod tests {
 
     #[test]
     fn truth_a_jump_is_not_overshot() {
-        assert_eq!(peak(&[0.0, 1.0, 2.0], &[0.0, 10.0, 9.0]), (1.0, 10.0));
+        assert_eq!(peak(&[0.0, 1.0, 2.0], &[0.0, 10.0, 9.0]), Peak { t_s: 1.0, force_n: 10.0 });
     }
 
     #[test]

@@ -59,7 +59,7 @@ mod winding;
 
 use std::time::Instant;
 
-use feeler_engine::{EnergyBalance, Integrator, Observer, Program, RunEnd, RunSettings, Scenario, Simulation, Trace};
+use feeler_engine::{EnergyBalance, Observer, Peak, Program, RunEnd, RunSettings, Scenario, Simulation, Trace};
 use feeler_lanes::Lane;
 use feeler_lti::spectral::{AmplitudeSpectrum, Window, amplitude_spectrum};
 use feeler_plant::assembly::Assembly;
@@ -133,21 +133,6 @@ impl RunResult {
         start.max(end.saturating_sub(SPECTRUM_ROWS))..end
     }
 
-    /// Takes the largest forces of the same motion recorded finer. Of an aperiodic one that may have become another motion: then none are taken.
-    fn take_peaks(&mut self, finer: &Self) {
-        let same = |(a, b): (&ContactRun, &ContactRun)| (a.touches_s.len(), a.lifts_s.len()) == (b.touches_s.len(), b.lifts_s.len());
-        if !self.contacts.iter().zip(&finer.contacts).all(same) {
-            return;
-        }
-        self.contacts.clone_from(&finer.contacts);
-        self.summary.contacts.clone_from(&finer.summary.contacts);
-        self.summary.peak_force_n = finer.summary.peak_force_n;
-        self.summary.overshoot = finer.summary.overshoot;
-        if let (Some(response), Some(of_finer)) = (&mut self.summary.response, finer.summary.response) {
-            response.overshoot = of_finer.overshoot;
-        }
-    }
-
     fn record_spacing_s(&self) -> Option<f64> {
         let t = &self.record.t_s;
         Some((t.last()? - t.first()?) / (t.len().checked_sub(1).filter(|&n| n > 0)? as f64))
@@ -161,22 +146,6 @@ impl RunResult {
 pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<RunResult, RunError> {
     let started = Instant::now();
     let recording = Recording::new(scenario);
-    let mut result = recorded(scenario, &recording, progress)?;
-    // A fixed step is what its user chose to look at.
-    if scenario.run.integrator == Integrator::Exact
-        && let Some(least_hz) = contact::resolving_rate_hz(&result.contacts, recording.rate_hz)
-    {
-        let finer = Recording::finer(scenario, least_hz);
-        if finer.rate_hz > recording.rate_hz {
-            let finer = recorded(scenario, &finer, progress)?;
-            result.take_peaks(&finer);
-        }
-    }
-    result.summary.wall_s = started.elapsed().as_secs_f64();
-    Ok(result)
-}
-
-fn recorded(scenario: &Scenario, recording: &Recording, progress: &mut dyn FnMut(Progress)) -> Result<RunResult, RunError> {
     let settings = RunSettings { energy: true, ..recording.settings(&scenario.run) };
     let program = Program::new(&Scenario { run: settings, ..scenario.clone() })?;
     let assembly = program.motion().assembly().clone();
@@ -187,7 +156,8 @@ fn recorded(scenario: &Scenario, recording: &Recording, progress: &mut dyn FnMut
     let trace = recording.wanted(&record);
     let ended = Ended::of(&simulation, 0);
     let judged = Judged::new(scenario, &assembly, &record, &ended, simulation.energy(0));
-    let Judged { contacts, force_loop, limits, summary } = judged;
+    let Judged { contacts, force_loop, limits, mut summary } = judged;
+    summary.wall_s = started.elapsed().as_secs_f64();
     Ok(RunResult { trace, record, contacts, force_loop, saturated: limits.saturated, summary })
 }
 
@@ -200,6 +170,8 @@ struct Ended {
     /// Whether it may go on no longer.
     is_longest: bool,
     standing: Standing,
+    /// Largest force of every stretch of contact, per contact; none where the engine looks for none.
+    peaks: Vec<Vec<Peak>>,
     /// Zero where several variants ran side by side: their steps are counted together.
     steps: u64,
 }
@@ -216,6 +188,7 @@ impl Ended {
             end_s,
             is_longest: false,
             standing: Standing::of(simulation, lane),
+            peaks: simulation.peaks(lane),
             steps: if L::WIDTH == 1 { simulation.steps() } else { 0 },
         }
     }
@@ -233,7 +206,7 @@ struct Judged {
 impl Judged {
     fn new(scenario: &Scenario, assembly: &Assembly, record: &Trace, ended: &Ended, energy: Option<EnergyBalance>) -> Self {
         let force_loop = ForceLoop::find(scenario);
-        let contacts = contact::contacts(scenario, assembly, record, ended.end_s);
+        let contacts = contact::contacts(scenario, assembly, record, &ended.peaks, ended.end_s);
         let limits = Limits::of(scenario, assembly, record);
         let finished = Finished {
             scenario,

@@ -3,14 +3,13 @@
 use feeler_engine::{Integrator, RunSettings, Scenario, Trace};
 use feeler_plant::description::{ActuatorKind, Machine, Quantity, SignalName};
 
-/// Measures are taken at no less than this rate: a force peak of 150 Hz is then met within 0.3 %, and a parabola finds the rest.
+/// Measures are taken at no less than this rate: a force peak of 150 Hz is then met within 0.3 %, and where the engine finds none itself a parabola finds the
+/// rest.
 const MEASURE_RATE_HZ: f64 = 1e4;
-/// Where only measures are wanted: a peak of 150 Hz between rows at this rate is found by a parabola to 0.2 %.
+/// Where only measures are wanted; the engine finds the peaks between rows.
 const LEAN_RATE_HZ: f64 = 2e3;
 /// Most numbers recorded beyond the file's own rate: 0.4 GB.
 const MOST_VALUES: f64 = 5e7;
-/// The same where contacts are so short that the run is recorded once more.
-const MOST_FINER_VALUES: f64 = 1e7;
 /// Machines with more bodies than this show only those that are driven or touch something.
 const MOST_BODIES: usize = 8;
 /// A ratio of spacings this close to a whole number is one.
@@ -30,15 +29,6 @@ pub(super) struct Recording {
 impl Recording {
     /// All that tells of a run, at [`MEASURE_RATE_HZ`] or more.
     pub(super) fn new(scenario: &Scenario) -> Self {
-        Self::at(scenario, MEASURE_RATE_HZ, MOST_VALUES)
-    }
-
-    /// The same at a higher rate, as far as that is affordable.
-    pub(super) fn finer(scenario: &Scenario, least_hz: f64) -> Self {
-        Self::at(scenario, least_hz, MOST_FINER_VALUES)
-    }
-
-    fn at(scenario: &Scenario, least_hz: f64, most_values: f64) -> Self {
         let run = &scenario.run;
         let mut signals = run.record.clone();
         for signal in telling(scenario) {
@@ -47,7 +37,7 @@ impl Recording {
             }
         }
         let rate_hz = run.record_rate_hz.unwrap_or(1.0 / run.step_s);
-        let multiple = multiple(run, rate_hz, least_hz, most_values / signals.len() as f64);
+        let multiple = multiple(run, rate_hz, MOST_VALUES / signals.len() as f64);
         Self { signals, wanted: run.record.len(), multiple, rate_hz: rate_hz * multiple as f64 }
     }
 
@@ -81,7 +71,7 @@ impl Recording {
     }
 
     pub(super) fn settings(&self, run: &RunSettings) -> RunSettings {
-        RunSettings { record: self.signals.clone(), record_rate_hz: Some(self.rate_hz), ..run.clone() }
+        RunSettings { record: self.signals.clone(), record_rate_hz: Some(self.rate_hz), peaks: true, ..run.clone() }
     }
 
     /// The part of a record that the file asks for.
@@ -97,9 +87,9 @@ impl Recording {
 }
 
 /// Rows for each row asked for. A fixed step ends at every row, so there the finer rows must fall on its own grid.
-fn multiple(run: &RunSettings, rate_hz: f64, least_hz: f64, most_rows: f64) -> usize {
+fn multiple(run: &RunSettings, rate_hz: f64, most_rows: f64) -> usize {
     let most = most_rows / (run.duration_s * rate_hz).max(1.0);
-    let needed = (least_hz / rate_hz).ceil().min(most.floor()).max(1.0);
+    let needed = (MEASURE_RATE_HZ / rate_hz).ceil().min(most.floor()).max(1.0);
     if run.integrator == Integrator::Exact {
         return needed as usize;
     }
@@ -177,8 +167,7 @@ mod tests {
 
     #[test]
     fn truth_the_measuring_rate_is_a_multiple_of_the_record_rate() {
-        let of =
-            |integrator, step_s, rate_hz| multiple(&settings(integrator, step_s, rate_hz), rate_hz, MEASURE_RATE_HZ, MOST_VALUES / 10.0);
+        let of = |integrator, step_s, rate_hz| multiple(&settings(integrator, step_s, rate_hz), rate_hz, MOST_VALUES / 10.0);
         assert_eq!(of(Integrator::Exact, 1e-4, 2e3), 5);
         assert_eq!(of(Integrator::Exact, 1e-4, 2e4), 1);
         assert_eq!(of(Integrator::Exact, 1e-4, 3e3), 4);
@@ -191,6 +180,6 @@ mod tests {
     #[test]
     fn truth_long_records_are_not_refined_beyond_bounds() {
         let long = RunSettings { duration_s: 1e5, ..settings(Integrator::Exact, 1e-4, 1e3) };
-        assert_eq!(multiple(&long, 1e3, MEASURE_RATE_HZ, MOST_VALUES / 10.0), 1);
+        assert_eq!(multiple(&long, 1e3, MOST_VALUES / 10.0), 1);
     }
 }

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use super::contact::peak;
+
 /// Half-width of the band in which a force counts as settled, as a share of the final reference.
 pub(super) const SETTLING_BAND: f64 = 0.02;
 /// A reference that has not moved over this last part of the run is at rest.
@@ -16,7 +18,7 @@ pub struct Response {
     pub starts_at_s: f64,
     /// Half-width of the settling band, N: 2 % of the final reference, or what the sensor cannot resolve where that is more.
     pub band_n: f64,
-    /// Peak force over the final reference less one; zero where the force stays below.
+    /// How far the force passes the final reference after [`Self::starts_at_s`], as a share of it: above it where it came from below.
     pub overshoot: Option<f64>,
     /// From [`Self::starts_at_s`] until the force is within the band for good; none where it does not stay there.
     pub settling_time_s: Option<f64>,
@@ -46,10 +48,25 @@ impl Answer<'_> {
             final_reference_n: reference,
             starts_at_s,
             band_n,
-            overshoot: reference.filter(|r| *r != 0.0).map(|r| (self.peak_force_n / r - 1.0).max(0.0)),
+            overshoot: reference.filter(|r| *r != 0.0).map(|r| self.overshoot(r, starts_at_s)),
             settling_time_s: reference.and_then(|r| self.settling_time_s(r, band_n, starts_at_s)),
             steady_error_n: reference.and_then(|r| self.steady_error_n(r)),
         }
+    }
+
+    /// From short of the reference, the farthest force counts; from beyond it, the one that falls short of it most.
+    fn overshoot(&self, reference: f64, starts_at_s: f64) -> f64 {
+        if starts_at_s <= self.first_contact_s && reference > 0.0 {
+            return (self.peak_force_n / reference - 1.0).max(0.0);
+        }
+        let first = self.t_s.partition_point(|&t| t < starts_at_s);
+        let share: Vec<f64> = self.force_n[first..].iter().map(|force| force / reference).collect();
+        let passed = if share.first().is_some_and(|&share| share > 1.0) {
+            1.0 - share.iter().copied().fold(f64::INFINITY, f64::min)
+        } else {
+            peak(&self.t_s[first..], &share).force_n - 1.0
+        };
+        passed.max(0.0)
     }
 
     fn settling_time_s(&self, reference: f64, band_n: f64, starts_at_s: f64) -> Option<f64> {
@@ -113,6 +130,12 @@ mod tests {
         let response = answer.response();
         assert!((response.starts_at_s - 0.5).abs() < 1e-12);
         assert!((response.settling_time_s.unwrap() - 0.1).abs() < 1e-12);
+        // What came before the step is no overshoot of it; from above, what falls below the reference is.
+        assert_eq!(Answer { peak_force_n: 50.0, ..answer }.response().overshoot, Some(0.0));
+        let down_n: Vec<f64> = reference_n.iter().map(|n| 30.0 - n).collect();
+        let dips: Vec<f64> = t_s.iter().map(|t| if *t < 0.6 { 20.0 } else { 10.0 - 10.0 * (0.7 - t).max(0.0) }).collect();
+        let down = Answer { reference_n: &down_n, force_n: &dips, ..answer }.response();
+        assert!((down.overshoot.unwrap() - 0.1).abs() < 1e-12, "{down:?}");
         let moving: Vec<f64> = t_s.iter().map(|t| 10.0 + t).collect();
         assert_eq!(Answer { reference_n: &moving, ..answer }.response().final_reference_n, None);
     }

@@ -52,7 +52,7 @@ impl Strobe<'_> {
                 rises.push(row);
             }
         }
-        rises.windows(2).map(|cycle| peak(&self.t_s[cycle[0]..cycle[1]], &self.force_n[cycle[0]..cycle[1]]).1).collect()
+        rises.windows(2).map(|cycle| peak(&self.t_s[cycle[0]..cycle[1]], &self.force_n[cycle[0]..cycle[1]]).force_n).collect()
     }
 
     /// The force at an instant: a cubic through the two rows on either side that lie in the same contact, so that how rows fall on a cycle does not

@@ -29,7 +29,7 @@ pub(crate) struct Look<'a> {
     pub(crate) flow: &'a Flow,
     /// Where the step started.
     pub(crate) start: &'a [f64],
-    /// The guard.
+    /// The guard, or another functional.
     pub(crate) row: &'a [f64],
 }
 
@@ -77,7 +77,7 @@ impl Look<'_> {
     }
 
     /// Slope of the guard along the motion.
-    fn slope(&self, xi: &[f64], span_s: f64) -> f64 {
+    pub(crate) fn slope(&self, xi: &[f64], span_s: f64) -> f64 {
         let delta = SLOPE_SHARE * span_s;
         let mut moved = xi.to_vec();
         for (x, row) in moved.iter_mut().zip(&self.flow.equations.derivative) {

@@ -2,7 +2,8 @@
 
 use feeler_lti::{balance, eigenvalues, expm};
 use feeler_plant::assembly::Source;
-use feeler_plant::motion::{Equations, Ledger, Mode, Motion, Row, dot};
+use feeler_plant::description::Engagement;
+use feeler_plant::motion::{Equations, Guard, Ledger, Mode, Motion, Row, Switch, SwitchState, dot};
 use nalgebra::DMatrix;
 
 use crate::error::EngineError;
@@ -13,8 +14,18 @@ const CHECK_ANGLE: f64 = 1.2;
 /// Largest product of a mode's norm and the span of one Taylor polynomial; with [`crate::taylor`]'s 30 terms its remainder is below 1e-18.
 const TAYLOR_REACH: f64 = 3.0;
 
-/// Rows of a transition per guard: value at the end, slope at the start, slope at the end, value at the start.
-pub(crate) const ROWS_PER_GUARD: usize = 4;
+/// Rows of a transition per line: value at the end, slope at the start, slope at the end, value at the start.
+pub(crate) const ROWS_PER_LINE: usize = 4;
+/// Rows are proportional where their entries are so to this, a few roundings.
+const PROPORTIONAL: f64 = 8.0 * f64::EPSILON;
+
+/// A quantity looked at along a transition.
+#[derive(Clone, Debug)]
+pub(crate) struct Line {
+    row: Row,
+    /// Whether the mode ends where it is no longer positive.
+    pub(crate) is_guard: bool,
+}
 
 /// One mode of one machine.
 #[derive(Clone, Debug)]
@@ -31,6 +42,10 @@ pub(crate) struct Flow {
     pub(crate) check_s: f64,
     /// Longest span of one Taylor polynomial, s.
     pub(crate) horizon_s: f64,
+    /// Whether each contact pushes, or is clamped; empty where peaks are not kept.
+    pub(crate) pushing: Vec<bool>,
+    /// The guards, and the forces of contacts that push where peaks are kept; then the first ones are those of the contacts, one for each.
+    pub(crate) lines: Vec<Line>,
     /// Coordinates whose speed is that of another, or zero, because guides stick: each once, and the other is none of them.
     pub(crate) joined: Vec<(usize, Option<usize>)>,
     /// Rows of the wanted signals; `None` for those no row can tell.
@@ -42,7 +57,7 @@ pub(crate) struct Flow {
 }
 
 impl Flow {
-    pub(crate) fn new(motion: &Motion, mode: Mode, wanted: &[Source], energy: bool) -> Result<Self, EngineError> {
+    pub(crate) fn new(motion: &Motion, mode: Mode, wanted: &[Source], energy: bool, peaks: bool) -> Result<Self, EngineError> {
         let equations = motion.equations(mode);
         let layout = motion.layout();
         let (states, width) = (layout.states(), layout.linear_width());
@@ -54,7 +69,11 @@ impl Flow {
         let fastest = eigenvalues(&square)?.iter().map(|lambda| lambda.im.abs()).fold(0.0, f64::max);
         let signals = wanted.iter().map(|&source| motion.signal(&equations, source)).collect();
         let ledger = if energy { motion.ledger(&equations) } else { Ledger::default() };
+        let contacts = if peaks { motion.assembly().contacts.len() } else { 0 };
+        let pushing: Vec<bool> = (0..contacts).map(|i| pushes(motion, mode, i)).collect();
         Ok(Self {
+            lines: lines(motion, &equations, &pushing),
+            pushing,
             linear: equations.is_linear(),
             joined: joined(&equations.stuck, layout.coordinates()),
             equations,
@@ -86,7 +105,7 @@ impl Flow {
         slope
     }
 
-    /// The rows that carry the extended vector over `span_fs` femtoseconds: the states, then for every guard its value at the end, its slopes
+    /// The rows that carry the extended vector over `span_fs` femtoseconds: the states, then for every line its value at the end, its slopes
     /// at start and end, and its value at the start.
     pub(crate) fn transition(&mut self, span_fs: u64) -> Result<&[f64], EngineError> {
         if let Some(i) = self.transitions.iter().position(|(key, _)| *key == span_fs) {
@@ -96,12 +115,12 @@ impl Flow {
         let mut augmented = DMatrix::zeros(n, n);
         augmented.rows_mut(0, self.states).copy_from(&DMatrix::from_row_slice(self.states, n, &self.derivative));
         let exponential = expm(&(augmented * (span_fs as f64 * 1e-15)))?;
-        let mut rows = Vec::with_capacity((self.states + ROWS_PER_GUARD * self.equations.guards.len()) * n);
+        let mut rows = Vec::with_capacity((self.states + ROWS_PER_LINE * self.lines.len()) * n);
         for i in 0..self.states {
             rows.extend(exponential.row(i).iter());
         }
-        for guard in &self.equations.guards {
-            let value = &guard.row[..n];
+        for line in &self.lines {
+            let value = &line.row[..n];
             let slope = self.slope(value);
             rows.extend(exponential.column_iter().map(|column| dot(value, column.as_slice())));
             rows.extend_from_slice(&slope);
@@ -111,6 +130,43 @@ impl Flow {
         self.transitions.push((span_fs, rows));
         Ok(&self.transitions[self.transitions.len() - 1].1)
     }
+}
+
+/// Whether contact `i` pushes in a mode, or is clamped.
+pub(crate) fn pushes(motion: &Motion, mode: Mode, i: usize) -> bool {
+    match motion.assembly().contacts[i].engagement {
+        Engagement::Clamped => true,
+        Engagement::Free => false,
+        Engagement::Unilateral => {
+            let switch = motion.switches().iter().position(|&switch| switch == Switch::Contact(i));
+            switch.is_some_and(|switch| mode.get(switch) == SwitchState::Plus)
+        }
+    }
+}
+
+/// A force that a guard is proportional to stands for it, so that to look at peaks costs lanes that travel together no further rows.
+fn lines(motion: &Motion, equations: &Equations, pushing: &[bool]) -> Vec<Line> {
+    let mut guards: Vec<&Guard> = equations.guards.iter().collect();
+    let mut lines = Vec::new();
+    for (i, &pushes) in pushing.iter().enumerate() {
+        let force = &equations.contact_force[i];
+        let stands =
+            |guard: &&Guard| motion.switches()[guard.switch] == Switch::Contact(i) && (!pushes || are_proportional(&guard.row, force));
+        let guard = guards.iter().position(stands).map(|at| guards.remove(at));
+        lines.push(match guard {
+            Some(guard) if !pushes => Line { row: guard.row.clone(), is_guard: true },
+            _ => Line { row: force.clone(), is_guard: guard.is_some() },
+        });
+    }
+    lines.extend(guards.into_iter().map(|guard| Line { row: guard.row.clone(), is_guard: true }));
+    lines
+}
+
+/// Whether `b` is `a` times a positive number.
+fn are_proportional(a: &[f64], b: &[f64]) -> bool {
+    let Some(largest) = (0..a.len()).max_by(|&i, &j| a[i].abs().total_cmp(&a[j].abs())) else { return false };
+    let factor = b[largest] / a[largest];
+    factor > 0.0 && a.iter().zip(b).all(|(a, b)| (factor * a - b).abs() <= PROPORTIONAL * b.abs())
 }
 
 /// The groups that pairs of equal speeds make: each member with the first one, or with ground.

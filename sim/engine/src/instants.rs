@@ -1,12 +1,10 @@
 //! What happens at an instant: delayed readings are taken, controllers sample, commands arrive, signals are recorded. In this order.
 
 use feeler_lanes::{Lane, LaneMask};
-use feeler_plant::description::Engagement;
-use feeler_plant::motion::{Switch, SwitchState};
 
 use crate::clock::{SAME_INSTANT_S, due};
 use crate::error::EngineError;
-use crate::lane::LaneCore;
+use crate::flow::pushes;
 use crate::observer::Observer;
 use crate::program::{Recorded, Tapped};
 use crate::simulation::{Simulation, put_lane, take_lane};
@@ -207,7 +205,12 @@ impl<L: Lane> Simulation<L> {
             self.record[i] = match self.programs[0].recorded[i] {
                 Recorded::Plant(signal) => self.signals[signal],
                 Recorded::Reading(sensor, signal) => self.read(Tapped { sensor, signal }, self.record_taps[i]),
-                Recorded::Touching(contact) => L::from_fn(|l| f64::from(u8::from(self.lanes[l].touches(contact)))),
+                Recorded::Touching(contact) => L::from_fn(|l| {
+                    f64::from(u8::from({
+                        let lane = &self.lanes[l];
+                        pushes(&lane.motion, lane.flow().equations.mode, contact)
+                    }))
+                }),
                 Recorded::Command(_) | Recorded::Output(_) | Recorded::Reference(_) => L::zero(),
             };
         }
@@ -225,21 +228,6 @@ impl<L: Lane> Simulation<L> {
         if !self.formation.travelling.all() {
             for (l, _) in self.lanes.iter().enumerate().filter(|(_, lane)| lane.has_ended()) {
                 self.record.iter_mut().for_each(|value| value.set_lane(l, f64::NAN));
-            }
-        }
-    }
-}
-
-impl LaneCore {
-    /// Whether contact `i` pushes (or is clamped).
-    fn touches(&self, i: usize) -> bool {
-        match self.motion.assembly().contacts[i].engagement {
-            Engagement::Clamped => true,
-            Engagement::Free => false,
-            Engagement::Unilateral => {
-                let mode = self.flow().equations.mode;
-                let switch = self.motion.switches().iter().position(|&s| s == Switch::Contact(i));
-                switch.is_some_and(|s| mode.get(s) == SwitchState::Plus)
             }
         }
     }

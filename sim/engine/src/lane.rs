@@ -11,6 +11,7 @@ use crate::event::{Event, EventKind};
 use crate::extrapolation::Extrapolation;
 use crate::flow::Flow;
 use crate::ledger::{EnergyLedger, GAUSS_NODES};
+use crate::peaks::Peaks;
 use crate::taylor::Series;
 
 /// Events at one instant after which time is pushed on a little: rounding may leave two modes each asking for the other.
@@ -41,6 +42,7 @@ pub(crate) struct LaneCore {
     /// When a span of [`STORM_S`] began, and the events in it.
     recent: (f64, usize),
     pub(crate) ledger: Option<EnergyLedger>,
+    pub(crate) peaks: Option<Peaks>,
     pub(crate) end: RunEnd,
     series: Series,
     extrapolation: Extrapolation,
@@ -51,10 +53,11 @@ impl LaneCore {
     pub(crate) const BOUND: f64 = 1e12;
 
     /// A variant at its start: the machine's initial state, and the mode it is in.
-    pub(crate) fn new(motion: Motion, wanted: Vec<Source>, energy: bool) -> Result<(Self, Vec<f64>), EngineError> {
+    pub(crate) fn new(motion: Motion, wanted: Vec<Source>, energy: bool, peaks: bool) -> Result<(Self, Vec<f64>), EngineError> {
         let mut xi = motion.initial_state();
         xi.resize(motion.layout().width(), 0.0);
         xi[motion.layout().one()] = 1.0;
+        let contacts = motion.assembly().contacts.len();
         let mut lane = Self {
             motion,
             wanted,
@@ -63,11 +66,12 @@ impl LaneCore {
             events: Vec::new(),
             recent: (0.0, 0),
             ledger: energy.then(EnergyLedger::default),
+            peaks: peaks.then(|| Peaks::new(contacts)),
             end: RunEnd::Completed,
             series: Series::default(),
             extrapolation: Extrapolation::default(),
         };
-        lane.enter_initial_mode(Mode::default(), &mut xi)?;
+        lane.enter_initial_mode(Mode::default(), &mut xi, 0.0)?;
         let equations = lane.flows[lane.current].equations.clone();
         lane.motion.settle_filters(&equations, &mut xi);
         Ok((lane, xi))
@@ -86,7 +90,7 @@ impl LaneCore {
     }
 
     /// Enters the mode that a state which was not reached by motion is in; limits and ramps are as in `old`.
-    fn enter_initial_mode(&mut self, old: Mode, xi: &mut [f64]) -> Result<(), EngineError> {
+    fn enter_initial_mode(&mut self, old: Mode, xi: &mut [f64], t_s: f64) -> Result<(), EngineError> {
         let equations = self.motion.equations(Mode::default());
         let value = |row: &[f64]| dot(row, xi);
         let mut mode = Mode::default();
@@ -130,13 +134,16 @@ impl LaneCore {
                 ledger.switch(&self.motion, [pressed, self.current].map(|i| &self.flows[i]), switch, xi);
             }
         }
+        if let Some(peaks) = &mut self.peaks {
+            peaks.enter(&self.flows[self.current], xi, t_s);
+        }
         Ok(())
     }
 
     /// Begins anew at a state that was not reached by motion: what touches, sticks and slides there is looked up, and the ledger starts again.
-    pub(crate) fn begin_at(&mut self, xi: &mut [f64]) -> Result<(), EngineError> {
+    pub(crate) fn begin_at(&mut self, xi: &mut [f64], t_s: f64) -> Result<(), EngineError> {
         let old = self.flow().equations.mode;
-        self.enter_initial_mode(old, xi)
+        self.enter_initial_mode(old, xi, t_s)
     }
 
     /// Makes `mode` the current one.
@@ -149,7 +156,7 @@ impl LaneCore {
         if let Some(i) = self.flows.iter().position(|flow| flow.equations.mode == mode) {
             return Ok(i);
         }
-        self.flows.push(Flow::new(&self.motion, mode, &self.wanted, self.ledger.is_some())?);
+        self.flows.push(Flow::new(&self.motion, mode, &self.wanted, self.ledger.is_some(), self.peaks.is_some())?);
         Ok(self.flows.len() - 1)
     }
 
@@ -181,8 +188,11 @@ impl LaneCore {
             // A push looks at no guard, so one is followed by a look.
             let push = (just_switched && at_instant >= EVENTS_BEFORE_PUSH)
                 .then(|| PUSH_S * f64::from(1_u32 << (at_instant - EVENTS_BEFORE_PUSH).min(20)));
-            let (moved, event) =
-                if self.flow().linear { self.linear_leg(xi, remaining, push) } else { self.nonlinear_leg(xi, remaining, push) };
+            let (moved, event) = if self.flow().linear {
+                self.linear_leg(xi, t_s + elapsed, remaining, push)
+            } else {
+                self.nonlinear_leg(xi, t_s + elapsed, remaining, push)
+            };
             if push.is_none() && moved > 10.0 * PUSH_S {
                 at_instant = 0;
             }
@@ -217,7 +227,7 @@ impl LaneCore {
     }
 
     /// One polynomial of a linear mode: how far it went, and the guard that ended it.
-    fn linear_leg(&mut self, xi: &mut [f64], remaining: f64, push: Option<f64>) -> (f64, Option<usize>) {
+    fn linear_leg(&mut self, xi: &mut [f64], t_s: f64, remaining: f64, push: Option<f64>) -> (f64, Option<usize>) {
         let flow = &self.flows[self.current];
         let reach = if self.ledger.is_some() { flow.horizon_s * LEDGER_SHARE } else { flow.horizon_s };
         let mut h = push.map_or(reach, |push| push.min(reach)).min(remaining);
@@ -240,13 +250,16 @@ impl LaneCore {
                 ledger.add_powers(&flow.ledger, &node, weight * h);
             }
         }
+        if let Some(peaks) = &mut self.peaks {
+            peaks.linear_leg(flow, &self.series, xi, t_s, h);
+        }
         self.series.evaluate(h, xi);
         self.join(xi);
         (h, event)
     }
 
     /// One step of a nonlinear mode.
-    fn nonlinear_leg(&mut self, xi: &mut [f64], remaining: f64, push: Option<f64>) -> (f64, Option<usize>) {
+    fn nonlinear_leg(&mut self, xi: &mut [f64], t_s: f64, remaining: f64, push: Option<f64>) -> (f64, Option<usize>) {
         let flow = &self.flows[self.current];
         self.motion.fill_terms(&flow.equations, xi);
         let mut none = Vec::new();
@@ -281,8 +294,18 @@ impl LaneCore {
                 reached += part;
             }
         }
+        if let Some(peaks) = &mut self.peaks {
+            peaks.nonlinear_leg(&self.motion, flow, &mut self.extrapolation, [&start, xi], t_s, h);
+        }
         self.join(xi);
         (h, event)
+    }
+
+    /// Looks where a span of the present mode, travelled in one go from `xi` on, crests; `xi` is moved.
+    pub(crate) fn crest(&mut self, xi: &mut [f64], t_s: f64, span_s: f64) {
+        if let Some(peaks) = &mut self.peaks {
+            peaks.crest(&self.flows[self.current], &mut self.series, xi, t_s, span_s);
+        }
     }
 
     /// Makes speeds that stick together equal to the bit.
@@ -312,6 +335,9 @@ impl LaneCore {
         self.motion.fill_terms(&self.flows[self.current].equations, xi);
         if let Some(ledger) = &mut self.ledger {
             ledger.switch(&self.motion, [old, self.current].map(|i| &self.flows[i]), what, xi);
+        }
+        if let Some(peaks) = &mut self.peaks {
+            peaks.enter(&self.flows[self.current], xi, t_s);
         }
         if let Some(kind) = EventKind::of(what, from, to) {
             self.events.push(Event { t_s, kind, switch: what });

@@ -73,6 +73,8 @@ pub struct RunSettings {
     pub record_rate_hz: Option<f64>,
     /// Whether to keep the energy ledger.
     pub energy: bool,
+    /// Whether to look for the largest force of every stretch of contact (see [`crate::Simulation::peaks`]); only the exact integrator does.
+    pub peaks: bool,
 }
 
 impl Default for RunSettings {
@@ -85,6 +87,7 @@ impl Default for RunSettings {
             record: Vec::new(),
             record_rate_hz: None,
             energy: false,
+            peaks: false,
         }
     }
 }

@@ -14,6 +14,7 @@ use crate::formation::Formation;
 use crate::lane::LaneCore;
 use crate::ledger::EnergyBalance;
 use crate::observer::Observer;
+use crate::peaks::{Abreast, Peak};
 use crate::program::{Program, Recorded, Tapped};
 use crate::scenario::Integrator;
 use crate::sensing::Sensing;
@@ -56,6 +57,8 @@ pub struct Simulation<L: Lane> {
     pub(crate) signal_rows_at: u64,
     pub(crate) fixed: Option<FixedStep<L>>,
     pub(crate) scratch: Vec<f64>,
+    /// Largest forces of the present stretches of contact, one per contact; none where peaks are not kept.
+    pub(crate) peaks: Vec<Abreast<L>>,
     /// Steps taken: intervals, parts of them, or fixed steps.
     pub(crate) steps: u64,
 }
@@ -89,10 +92,11 @@ impl<L: Lane> Simulation<L> {
             return Err(EngineError::BodyEngines { given: bodies.len(), needed });
         }
         let (energy, seed) = (first.run.energy, first.run.seed);
+        let keeps_peaks = first.run.peaks && first.run.integrator == Integrator::Exact;
         let mut lanes = Vec::new();
         let mut states = Vec::new();
         for program in &programs {
-            let (lane, state) = LaneCore::new(program.motion.clone(), program.wanted.clone(), energy)?;
+            let (lane, state) = LaneCore::new(program.motion.clone(), program.wanted.clone(), energy, keeps_peaks)?;
             lanes.push(lane);
             states.push(state);
         }
@@ -118,6 +122,11 @@ impl<L: Lane> Simulation<L> {
             .collect();
         let fixed =
             (first.run.integrator != Integrator::Exact).then(|| FixedStep::new(first.run.integrator, first.run.step_s, &lanes, bodies));
+        let contacts = if keeps_peaks { first.motion.assembly().contacts.len() } else { 0 };
+        let mut peaks = vec![Abreast::new(); contacts];
+        for (l, of_lane) in lanes.iter().enumerate().filter_map(|(l, lane)| Some((l, lane.peaks.as_ref()?))) {
+            peaks.iter_mut().enumerate().for_each(|(i, present)| present.take(of_lane, i, l));
+        }
         let signal_rows = Blocks::zeros(first.wanted.len(), first.motion.layout().width());
         Ok(Self {
             formation: Formation::new(&lanes),
@@ -144,6 +153,7 @@ impl<L: Lane> Simulation<L> {
             signal_rows_at: 0,
             fixed,
             scratch: Vec::new(),
+            peaks,
             steps: 0,
             programs,
         })
@@ -235,7 +245,8 @@ impl<L: Lane> Simulation<L> {
         let states = self.programs[lane].motion.layout().states().min(state.len());
         self.scratch[..states].copy_from_slice(&state[..states]);
         self.lanes[lane].motion.set_gaps(self.t_s, &mut self.scratch);
-        self.lanes[lane].begin_at(&mut self.scratch)?;
+        let (xi, t_s) = (&mut self.scratch, self.t_s);
+        self.lanes[lane].exchange_peaks(&mut self.peaks, lane, |lane| lane.begin_at(xi, t_s))?;
         put_lane(&mut self.xi, lane, &self.scratch);
         self.formation.form(&self.lanes);
         Ok(())
@@ -244,6 +255,14 @@ impl<L: Lane> Simulation<L> {
     /// The state of a lane.
     pub fn state(&self, lane: usize) -> Vec<f64> {
         self.xi[..self.programs[lane].motion.layout().states()].iter().map(|x| x.lane(lane)).collect()
+    }
+
+    /// The largest force of every stretch of contact of a lane so far, per contact in the order of the file; none where the run does not keep them.
+    /// A stretch begins with a touch (or with the run) and ends with a lift.
+    pub fn peaks(&self, lane: usize) -> Vec<Vec<Peak>> {
+        let Some(peaks) = &self.lanes[lane].peaks else { return Vec::new() };
+        let contacts = self.peaks.iter().enumerate();
+        contacts.map(|(i, abreast)| abreast.all_of(peaks, i, lane)).collect()
     }
 
     /// The energy balance of a lane, if the run keeps the ledger.

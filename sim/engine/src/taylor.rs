@@ -152,7 +152,7 @@ impl Polynomial {
         if self.stays_positive(start, span) {
             return None;
         }
-        let parts = (self.rate * span / PART_REACH).ceil().clamp(1.0, MOST_PARTS);
+        let parts = self.parts(span);
         for part in 1..=parts as usize {
             let right = span * part as f64 / parts;
             if right <= left {
@@ -167,6 +167,51 @@ impl Polynomial {
             left = right;
         }
         None
+    }
+
+    /// The largest value in `[0, span]`, and where.
+    pub(crate) fn largest(&self, span: f64) -> (f64, f64) {
+        let mut best = (0.0, self.at(0.0));
+        let mut look = |s: f64| {
+            let value = self.at(s);
+            if value > best.1 {
+                best = (s, value);
+            }
+        };
+        look(span);
+        let slope = self.derivative();
+        let parts = self.parts(span);
+        let mut left = 0.0;
+        for part in 1..=parts as usize {
+            let right = span * part as f64 / parts;
+            // It crests where its slope leaves the positive side; a slope that is negative at both ends may have been positive in between.
+            let rising = if slope.at(left) > 0.0 { Some(left) } else { slope.negative().dip(left, right) };
+            if let Some(rising) = rising {
+                let falling = if slope.at(right) <= 0.0 { Some(right) } else { slope.dip(rising, right) };
+                if let Some(falling) = falling {
+                    look(slope.refine(rising, falling));
+                }
+            }
+            left = right;
+        }
+        best
+    }
+
+    /// Parts of a span in each of which the value has at most one minimum.
+    fn parts(&self, span: f64) -> f64 {
+        (self.rate * span / PART_REACH).ceil().clamp(1.0, MOST_PARTS)
+    }
+
+    fn derivative(&self) -> Self {
+        let mut c = [0.0; MOST_TERMS];
+        for k in 1..self.terms {
+            c[k - 1] = k as f64 * self.c[k];
+        }
+        Self { c, terms: (self.terms - 1).max(1), ..*self }
+    }
+
+    fn negative(&self) -> Self {
+        Self { c: self.c.map(|c| -c), ..*self }
     }
 
     /// Whether the value is so far from zero that no sum of its terms reaches it: the most frequent case, told without a search.
@@ -258,6 +303,24 @@ mod tests {
         // (s - 0.3)(s - 0.7) is positive until 0.3.
         let root = polynomial(&[0.21, -1.0, 1.0]).first_crossing(1.0).unwrap();
         assert!((root - 0.3).abs() < 4.0 * f64::EPSILON);
+    }
+
+    /// Crests of a sine and of `s - s^3`, and one between two falling ends.
+    #[test]
+    fn truth_the_largest_value_is_that_of_the_crest() {
+        let sine: Vec<f64> = (0..30).map(|k| (1..=k).fold(1.0, |f, j| f / f64::from(j)) * [0.0, 1.0, 0.0, -1.0][k as usize % 4]).collect();
+        let (s, value) = polynomial(&sine).largest(2.0);
+        // At a crest the value tells the place to the root of rounding only, its slope to rounding.
+        assert!((s - std::f64::consts::FRAC_PI_2).abs() < 1e-14 && (value - 1.0).abs() < 2.0 * f64::EPSILON, "{s} {value}");
+        let (s, value) = polynomial(&[0.0, 1.0, 0.0, -1.0]).largest(1.0);
+        assert!((s - 3_f64.recip().sqrt()).abs() < 1e-15 && (value - 2.0 / 27_f64.sqrt()).abs() < 1e-15, "{s} {value}");
+        // Slope -(s - 0.2)(s - 0.3): falls at both ends of the first part, and rises in between by 0.1^3 / 6.
+        let (s, value) = polynomial(&[0.0, -0.06, 0.25, -1.0 / 3.0]).largest(0.375);
+        assert!(s == 0.0 && value == 0.0, "{s} {value}");
+        let (s, value) = polynomial(&[0.0, 0.0, -0.02, 0.5, -1.0]).largest(0.375);
+        assert!((s - (1.5 + (2.25_f64 - 0.64).sqrt()) / 8.0).abs() < 1e-14 && value > 0.0, "{s} {value}");
+        assert_eq!(polynomial(&[3.0, -1.0]).largest(2.0), (0.0, 3.0));
+        assert_eq!(polynomial(&[3.0, 1.0]).largest(2.0), (2.0, 5.0));
     }
 
     #[test]

@@ -3,12 +3,13 @@
 use feeler_lanes::{Blocks, Lane, LaneMask};
 
 use crate::error::EngineError;
-use crate::flow::ROWS_PER_GUARD;
+use crate::flow::{Flow, ROWS_PER_LINE};
 use crate::lane::LaneCore;
+use crate::peaks::Abreast;
 
 /// Carries every lane over the same span, each in its own mode.
 #[derive(Debug)]
-pub(crate) struct Transition<L> {
+pub(crate) struct Transition<L: Lane> {
     pub(crate) span_fs: u64,
     /// Formation of the lanes (see [`crate::formation`]) for which the rows were last looked through.
     filled_at: u64,
@@ -23,8 +24,11 @@ pub(crate) struct Transition<L> {
     matrix: Blocks<L>,
     width: usize,
     states: usize,
-    /// Guards that there is room for.
-    guards: usize,
+    /// Lines that there is room for.
+    lines: usize,
+    /// Lanes in which the first lines, those of contacts whose peaks are kept, are guards, and in which they are forces.
+    guarding: Vec<L::Mask>,
+    pub(crate) pushing: Vec<L::Mask>,
 }
 
 impl<L: Lane> Transition<L> {
@@ -41,7 +45,9 @@ impl<L: Lane> Transition<L> {
             matrix: Blocks::zeros(states, width),
             width,
             states,
-            guards: 0,
+            lines: 0,
+            guarding: Vec::new(),
+            pushing: Vec::new(),
         }
     }
 
@@ -62,10 +68,10 @@ impl<L: Lane> Transition<L> {
 
     #[cold]
     fn fill(&mut self, lanes: &mut [LaneCore]) -> Result<(), EngineError> {
-        let most = lanes.iter().map(|lane| lane.flow().equations.guards.len()).max().unwrap_or(0);
-        if most > self.guards {
-            self.guards = most;
-            self.matrix = Blocks::zeros(self.states + ROWS_PER_GUARD * most, self.width);
+        let most = lanes.iter().map(|lane| lane.flow().lines.len()).max().unwrap_or(0);
+        if most > self.lines {
+            self.lines = most;
+            self.matrix = Blocks::zeros(self.states + ROWS_PER_LINE * most, self.width);
             self.filled_for.fill(usize::MAX);
         }
         for (l, lane) in lanes.iter_mut().enumerate() {
@@ -79,20 +85,26 @@ impl<L: Lane> Transition<L> {
             }
             let span_s = self.span_fs as f64 * 1e-15;
             // Where nothing can happen there is nothing to look for.
-            self.parts[l] = if flow.equations.guards.is_empty() { 1 } else { (span_s / flow.check_s).ceil().max(1.0) as u64 };
+            self.parts[l] = if flow.lines.is_empty() { 1 } else { (span_s / flow.check_s).ceil().max(1.0) as u64 };
             self.part_s.set_lane(l, span_s / self.parts[l] as f64);
             let rows = flow.transition(self.span_fs / self.parts[l])?;
             for (i, row) in rows.chunks_exact(self.width).enumerate() {
                 self.matrix.set_row(l, i, row);
             }
-            // Guards that this lane does not have read 1 at both ends.
+            // Lines that this lane does not have read 1 at both ends.
             let mut one = vec![0.0; self.width];
             one[self.width - 1] = 1.0;
-            for i in rows.len() / self.width..self.states + ROWS_PER_GUARD * self.guards {
-                let is_value = matches!((i - self.states) % ROWS_PER_GUARD, 0 | 3);
+            for i in rows.len() / self.width..self.states + ROWS_PER_LINE * self.lines {
+                let is_value = matches!((i - self.states) % ROWS_PER_LINE, 0 | 3);
                 self.matrix.set_row(l, i, if is_value { &one } else { &[] });
             }
         }
+        let of_contacts = |is: &dyn Fn(&Flow, usize) -> bool| {
+            let contacts = lanes[0].flow().pushing.len();
+            (0..contacts).map(|c| L::Mask::from_fn(|l| is(lanes[l].flow(), c))).collect()
+        };
+        self.guarding = of_contacts(&|flow, c| flow.lines[c].is_guard);
+        self.pushing = of_contacts(&|flow, c| flow.pushing[c]);
         self.most_parts = self.parts.iter().copied().max().unwrap_or(1);
         Ok(())
     }
@@ -103,29 +115,50 @@ impl<L: Lane> Transition<L> {
     fn suspects(&self, y: &[L]) -> L::Mask {
         let zero = L::zero();
         let mut suspect = L::Mask::splat(false);
-        for guard in y[self.states..].chunks_exact(ROWS_PER_GUARD).take(self.guards) {
-            let [end, slope_start, slope_end, start] = [guard[0], guard[1], guard[2], guard[3]];
+        for (i, line) in y[self.states..].chunks_exact(ROWS_PER_LINE).take(self.lines).enumerate() {
+            let [end, slope_start, slope_end, start] = [line[0], line[1], line[2], line[3]];
             // Where the tangents at both ends meet below zero (see `taylor::Polynomial::dip`).
             let below = (slope_end * start - slope_start * end + slope_start * slope_end * self.part_s).lt(zero);
             let dips = slope_start.lt(zero) & slope_end.gt(zero) & below;
-            suspect = suspect | end.le(zero) | start.lt(zero) | dips;
+            let crossed = end.le(zero) | start.lt(zero) | dips;
+            suspect = suspect | self.guarding.get(i).map_or(crossed, |guarding| crossed & *guarding);
         }
         suspect
     }
 
-    /// Moves the lanes of `here` by one part, but for those that may have met an event: these stay where they are, and are given.
+    /// Looks where the lanes of `here` are after one part, and gives those that may have met an event on the way.
     #[inline(always)]
-    pub(crate) fn step(&self, here: L::Mask, xi: &mut [L], y: &mut [L]) -> L::Mask {
+    pub(crate) fn look(&self, here: L::Mask, xi: &[L], y: &mut [L]) -> L::Mask {
         self.matrix.apply(xi, y);
-        let stopped = here & self.suspects(y);
-        if here.all() && !stopped.any() {
-            xi[..self.states].copy_from_slice(&y[..self.states]);
-            return stopped;
+        here & self.suspects(y)
+    }
+
+    /// Notes the largest forces of the lanes of `moved` in part `part` of a span that began at `t_s`, and gives those whose force may be larger still in between.
+    #[inline(always)]
+    pub(crate) fn pass(&self, moved: L::Mask, y: &[L], part: u64, t_s: f64, peaks: &mut [Abreast<L>]) -> L::Mask {
+        let from_s = L::splat(t_s) + self.part_s * L::splat(part as f64);
+        let mut crests = L::Mask::splat(false);
+        for ((line, pushing), peak) in y[self.states..].chunks_exact(ROWS_PER_LINE).zip(&self.pushing).zip(peaks) {
+            let [end, slope_start, slope_end, start] = [line[0], line[1], line[2], line[3]];
+            crests = crests | peak.pass(moved & *pushing, [start, end], [slope_start, slope_end], from_s, self.part_s);
         }
-        let moved = here & !stopped;
+        crests
+    }
+
+    /// Moves the lanes of `moved` to where they were seen.
+    #[inline(always)]
+    pub(crate) fn go(&self, moved: L::Mask, xi: &mut [L], y: &[L]) {
+        if moved.all() {
+            xi[..self.states].copy_from_slice(&y[..self.states]);
+            return;
+        }
         for (x, &y) in xi.iter_mut().zip(y.iter()).take(self.states) {
             *x = L::select(moved, y, *x);
         }
-        stopped
+    }
+
+    /// Length of one part in a lane, s.
+    pub(crate) fn part_s(&self, l: usize) -> f64 {
+        self.part_s.lane(l)
     }
 }

@@ -4,6 +4,7 @@ use feeler_lanes::{Lane, LaneMask};
 
 use crate::error::{EngineError, RunEnd};
 use crate::lane::LaneCore;
+use crate::peaks::Abreast;
 use crate::simulation::{Simulation, put_lane, take_lane};
 use crate::transition::Transition;
 
@@ -68,7 +69,15 @@ impl<L: Lane> Simulation<L> {
                 break;
             }
             self.steps += 1;
-            let stopped = transition.step(here, &mut self.xi, &mut self.product);
+            let stopped = transition.look(here, &self.xi, &mut self.product);
+            let moved = here & !stopped;
+            if !self.peaks.is_empty() {
+                let crests = transition.pass(moved, &self.product, part, self.t_s, &mut self.peaks);
+                if crests.any() {
+                    self.look_at_crests(index, part, crests);
+                }
+            }
+            self.transitions[index].go(moved, &mut self.xi, &self.product);
             if stopped.any() {
                 self.meet_events(index, part, stopped)?;
                 together = together & !stopped;
@@ -76,6 +85,17 @@ impl<L: Lane> Simulation<L> {
         }
         self.settle(together);
         Ok(())
+    }
+
+    /// Looks where within one part the forces of lanes crest; their motion is not touched.
+    #[cold]
+    fn look_at_crests(&mut self, index: usize, part: u64, lanes: L::Mask) {
+        let transition = &self.transitions[index];
+        for (l, lane) in self.lanes.iter_mut().enumerate().filter(|(l, _)| lanes.test(*l)) {
+            take_lane(&self.xi, l, &mut self.scratch);
+            let part_s = transition.part_s(l);
+            lane.exchange_peaks(&mut self.peaks, l, |lane| lane.crest(&mut self.scratch, self.t_s + part as f64 * part_s, part_s));
+        }
     }
 
     /// Lanes that cannot travel by exponentials go through the span alone.
@@ -103,7 +123,8 @@ impl<L: Lane> Simulation<L> {
             let gone_s = gone_s(l);
             let lane = &mut self.lanes[l];
             let mode = lane.current;
-            lane.advance(&mut self.scratch, self.t_s + gone_s, span_s - gone_s)?;
+            let (xi, t_s) = (&mut self.scratch, self.t_s + gone_s);
+            lane.exchange_peaks(&mut self.peaks, l, |lane| lane.advance(xi, t_s, span_s - gone_s))?;
             self.news |= !lane.events.is_empty();
             changed |= lane.current != mode || lane.has_ended();
             put_lane(&mut self.xi, l, &self.scratch);
@@ -186,6 +207,18 @@ impl<L: Lane> Simulation<L> {
 }
 
 impl LaneCore {
+    /// Lets a lane go on with the peaks that it found in company, and takes back what it finds.
+    pub(crate) fn exchange_peaks<L: Lane, R>(&mut self, abreast: &mut [Abreast<L>], l: usize, go: impl FnOnce(&mut Self) -> R) -> R {
+        if let Some(peaks) = &mut self.peaks {
+            abreast.iter().enumerate().for_each(|(i, present)| present.give(peaks, i, l));
+        }
+        let result = go(self);
+        if let Some(peaks) = &self.peaks {
+            abreast.iter_mut().enumerate().for_each(|(i, present)| present.take(peaks, i, l));
+        }
+        result
+    }
+
     /// Whether guides stick bodies to each other (a body that sticks to ground is at rest by its own equations).
     pub(crate) fn joins_bodies(&self) -> bool {
         self.flow().equations.stuck.iter().any(|pair| pair.iter().all(Option::is_some))

@@ -17,8 +17,10 @@ const MOST_ROWS: usize = 6_000;
 const CHARTS_AT_FULL_ROWS: usize = 10;
 /// Points of the phase portrait.
 const MOST_PATH_POINTS: usize = 6_000;
-/// Harmonics of the strongest line that the spectrum goes up to.
+/// Harmonics of the strongest line that the spectrum goes up to at least.
 const HARMONICS: f64 = 30.0;
+/// Lines of this share of the strongest are shown whatever their frequency.
+const TELLING_SHARE: f64 = 1e-3;
 /// Points of the spectrum.
 const MOST_LINES: usize = 3_000;
 /// Cycles in the close-up.
@@ -273,8 +275,10 @@ impl<'a> View<'a> {
         let lines = 0..spectrum.amplitudes.len();
         let largest = lines.clone().filter(positive).max_by(|&i, &j| spectrum.amplitudes[i].total_cmp(&spectrum.amplitudes[j]));
         let Some(largest) = largest else { return };
-        // Harmonics enough; beyond them there is the floor alone.
-        let highest_hz = HARMONICS * spectrum.frequencies_hz[largest];
+        // Beyond both there is the floor alone.
+        let least = TELLING_SHARE * spectrum.amplitudes[largest];
+        let highest = lines.clone().rev().find(|&i| spectrum.amplitudes[i] >= least).unwrap_or(largest);
+        let highest_hz = spectrum.frequencies_hz[highest].max(HARMONICS * spectrum.frequencies_hz[largest]);
         let shown: Vec<usize> = lines.filter(positive).filter(|&i| spectrum.frequencies_hz[i] <= highest_hz).collect();
         let amplitudes: Vec<f64> = shown.iter().map(|&i| spectrum.amplitudes[i]).collect();
         let strongest = shown.iter().position(|&i| i == largest).unwrap_or(0);

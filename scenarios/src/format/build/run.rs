@@ -66,6 +66,7 @@ impl Builder<'_> {
             record,
             record_rate_hz: fields.optional("record_rate"),
             energy: fields.flag("energy"),
+            peaks: false,
         };
         if sound {
             self.size(&run, &fields, table, at);

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use feeler_scenarios::format::{Document, Setting};
-use feeler_scenarios::run::{Candidate, LANES, measure, run};
+use feeler_scenarios::run::{Candidate, LANES, RunResult, measure, run};
 
 const MASS_KG: f64 = 2.0;
 const SPEED_M_PER_S: f64 = 0.3;
@@ -21,12 +21,16 @@ fn impact(law: &str, gap_m: f64, run: &str) -> Document {
 }
 
 fn file(name: &str, settings: &[(&str, Setting)]) -> Document {
-    let document = Document::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap();
-    document.with(settings.iter().cloned()).unwrap()
+    let document = Document::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(name));
+    document.and_then(|document| document.with(settings.iter().cloned())).unwrap_or_else(|mistakes| panic!("{mistakes}"))
+}
+
+fn result_of(document: &Document) -> RunResult {
+    run(&document.scenario, &mut |_| {}).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn peak_of(document: &Document) -> f64 {
-    run(&document.scenario, &mut |_| {}).unwrap_or_else(|error| panic!("{error}")).summary.peak_force_n
+    result_of(document).summary.peak_force_n
 }
 
 fn peak_n(stiffness: f64, damping: f64, gap_m: f64) -> f64 {
@@ -35,8 +39,7 @@ fn peak_n(stiffness: f64, damping: f64, gap_m: f64) -> f64 {
 
 /// The largest of rows so fine that they are all there is.
 fn largest_row(document: &Document) -> f64 {
-    let result = run(&document.scenario, &mut |_| {}).unwrap();
-    result.record.column("tool.force").unwrap().iter().copied().fold(0.0, f64::max)
+    result_of(document).record.column("tool.force").unwrap_or_default().iter().copied().fold(0.0, f64::max)
 }
 
 /// Contact lasts from 4.4 ms down to 44 us, less than half of the spacing of the record's first rows.

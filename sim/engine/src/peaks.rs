@@ -98,7 +98,9 @@ impl Peaks {
                 let look = Look { motion, flow, start, row: &flow.equations.contact_force[i] };
                 let point = |s: f64, xi: &[f64]| Point { s, force_n: dot(look.row, xi), slope: look.slope(xi, h) };
                 let ends = [point(0.0, start), point(h, end)];
-                ends.iter().for_each(|point| present.rise_to(Peak::at(t_s + point.s, point.force_n)));
+                for point in ends {
+                    present.rise_to(Peak::at(t_s + point.s, point.force_n));
+                }
                 crest(&look, method, ends, h, t_s, present);
             }
         }

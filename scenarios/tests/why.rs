@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use feeler_scenarios::format::Document;
+use feeler_scenarios::format::{Document, Setting};
 use feeler_scenarios::why::explain;
 
 /// Scenarios of known cause that there must be at least, and of two causes among them.
@@ -52,4 +52,16 @@ fn truth_where_nothing_chatters_nothing_is_blamed() {
     let document = Document::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("chatter/settles.toml")).unwrap();
     let found = explain(&document.scenario, &|_| {}).unwrap();
     assert!(!found.chatters && found.causes.is_empty() && found.verdict.contains("settled"));
+}
+
+/// A wall that only the controller makes: nothing touches, and `no-contact` is its rest. Passive up to 2 b / T = 120 kN/m.
+#[test]
+fn regress_a_virtual_wall_that_grows_is_explained() {
+    let document = Document::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("control/virtual-wall.toml")).unwrap();
+    let document = document.with([("controllers.wall.stiffness", Setting::Number(150e3))]).unwrap();
+    let found = explain(&document.scenario, &|_| {}).unwrap();
+    assert_eq!(found.causes.iter().map(|cause| cause.words()).collect::<Vec<_>>(), ["sampling and delay"], "{}", found.verdict);
+    let margin = found.gain_margin.unwrap();
+    assert!((margin - 0.8).abs() < 0.008, "{margin}");
+    assert!(!found.remedies.is_empty());
 }

@@ -76,6 +76,7 @@ pub use force_loop::ForceLoop;
 pub use measure::{Candidate, LANES, MOST_EXTENSION, Measured, measure};
 pub use outcome::{Outcome, Undecided};
 pub use settling::Response;
+pub(crate) use standing::nothing_can_touch;
 pub use summary::{ContactSummary, EventRecord, Summary};
 pub use trace_file::{write_csv, write_parquet};
 pub use verdict::Verdict;

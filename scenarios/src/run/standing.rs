@@ -1,6 +1,6 @@
 //! What is still under way where a run ends.
 
-use feeler_engine::Simulation;
+use feeler_engine::{Scenario, Simulation};
 use feeler_lanes::Lane;
 use feeler_plant::description::Engagement;
 
@@ -27,6 +27,11 @@ impl Standing {
         };
         (self.is_approaching && contacts.iter().any(can_touch)) || contacts.iter().zip(&self.compressions).any(arrives)
     }
+}
+
+/// Whether no contact of a scenario ever touches, so that a wall, if there is one, is one that a controller renders, and `no-contact` is its rest.
+pub(crate) fn nothing_can_touch(scenario: &Scenario) -> bool {
+    scenario.machine.contacts.values().all(|contact| contact.engagement == Engagement::Free)
 }
 
 /// Whether a contact is one that opens and closes.

@@ -32,8 +32,11 @@ pub struct LinearLimits {
     pub continuous: Vec<Line>,
 }
 
-/// How linear theory sees a scenario's contact: attached, or pressed with its reference where the stiffness depends on the force.
+/// How linear theory sees a scenario's contact: absent where it never touches, attached, or pressed with its reference where the stiffness depends on the force.
 pub fn contact_view(scenario: &Scenario) -> View {
+    if crate::run::nothing_can_touch(scenario) {
+        return View::FREE;
+    }
     if scenario.machine.contacts.values().all(|contact| contact.law == ContactLaw::KelvinVoigt && contact.effects.is_empty()) {
         return View::CLAMPED;
     }

@@ -13,7 +13,7 @@ use super::store::{ChunkId, Store};
 use super::table::Table;
 use super::{Counters, Sweep};
 use crate::format::{Refine, SweepFile};
-use crate::run::Outcome;
+use crate::run::{Outcome, nothing_can_touch};
 
 /// A square (or, with one axis, a section) of the lattice.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -54,6 +54,7 @@ pub(super) fn run(
     let mut leaves: Vec<Cell> = coarse(&counts, stride).into_iter().map(|corner| Cell { corner, size: stride }).collect();
     let mut classes: BTreeMap<Node, Option<String>> = BTreeMap::new();
     let mut wanted: BTreeSet<Node> = leaves.iter().flat_map(|cell| cell.nodes(stride)).collect();
+    let at_rest_away = nothing_can_touch(&sweep.document.scenario);
     let mut passes = Vec::new();
     while !wanted.is_empty() {
         let nodes: Vec<Node> = std::mem::take(&mut wanted).into_iter().collect();
@@ -61,7 +62,7 @@ pub(super) fn run(
         let ids = sweep.pass(&points, passes.len(), classes.len() as u64, None, folder, store, counters)?;
         let mut found = nodes.into_iter();
         for id in &ids {
-            classes.extend(found.by_ref().zip(classes_of(&store.read(*id)?, refine)));
+            classes.extend(found.by_ref().zip(classes_of(&store.read(*id)?, refine, at_rest_away)));
         }
         passes.push(ids);
         let differs = |cell: &Cell| {
@@ -93,8 +94,9 @@ fn coarse(counts: &[u64], stride: u64) -> Vec<Node> {
     corners
 }
 
-/// What tells one side of a boundary from the other; none of a variant that failed or was undecided.
-fn classes_of(table: &Table, refine: Refine) -> Vec<Option<String>> {
+/// What tells one side of a boundary from the other; none of a variant that failed or was undecided. `at_rest_away` says that a variant without contact
+/// is at rest.
+fn classes_of(table: &Table, refine: Refine, at_rest_away: bool) -> Vec<Option<String>> {
     let text = |column: &str, row: usize| table.texts(column)?.get(row)?.clone();
     let class = |row: usize| {
         let outcome = text("outcome", row)?;
@@ -106,6 +108,7 @@ fn classes_of(table: &Table, refine: Refine) -> Vec<Option<String>> {
                 _ => return None,
             },
             _ if refine.by_outcome => return Some(outcome),
+            Outcome::NoContact => at_rest_away,
             _ => known.is_stable(),
         };
         Some(if stable { "stable" } else { "unstable" }.to_owned())

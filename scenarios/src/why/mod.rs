@@ -21,7 +21,7 @@ pub use change::{Cause, Change};
 pub use remedy::Remedy;
 pub use search::Trial;
 
-use crate::run::{Measured, Outcome, RunError};
+use crate::run::{Measured, Outcome, RunError, nothing_can_touch};
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -56,10 +56,11 @@ pub fn explain(scenario: &Scenario, progress: &(dyn Fn(usize) + Sync)) -> Result
     Ok(search::Search::new(scenario, progress)?.explain())
 }
 
-/// Whether a run has come to rest, or is on its way there.
-fn is_cured(measured: &Measured) -> bool {
+/// Whether a run of a scenario has come to rest, or is on its way there.
+fn is_cured(scenario: &Scenario, measured: &Measured) -> bool {
     let verdict = &measured.summary.verdict;
-    verdict.outcome.is_stable() || verdict.undecided == Some(crate::run::Undecided::StillDecaying)
+    let rests_away = verdict.outcome == Outcome::NoContact && nothing_can_touch(scenario);
+    rests_away || verdict.outcome.is_stable() || verdict.undecided == Some(crate::run::Undecided::StillDecaying)
 }
 
 /// Whether a run leaves something to explain.

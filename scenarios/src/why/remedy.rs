@@ -47,7 +47,8 @@ pub(super) fn remedies(scenario: &Scenario, causes: &[Cause]) -> Vec<Remedy> {
 fn remedy(what: String, changed: &Scenario, wanted_hz: Option<f64>) -> Remedy {
     let gain_factor = gain_margin(changed).map_or(1.0, |margin| (GAIN_SHARE * margin).min(1.0)).max(1e-3);
     let scaled = with_gain(changed, gain_factor);
-    let settles = Candidate::new(scaled.clone()).and_then(|candidate| candidate.measure(0)).is_ok_and(|measured| is_cured(&measured));
+    let settles =
+        Candidate::new(scaled.clone()).and_then(|candidate| candidate.measure(0)).is_ok_and(|measured| is_cured(&scaled, &measured));
     let bandwidth_hz = bandwidth_hz(&scaled);
     let cost = wanted_hz.zip(bandwidth_hz).map(|(wanted, found)| 1.0 - found / wanted);
     Remedy { what, gain_factor, bandwidth_hz, cost, settles }

@@ -49,7 +49,7 @@ impl<'a> Search<'a> {
     }
 
     pub(super) fn explain(&self) -> Explanation {
-        let baseline = trial_of(&[], true, &Ok(self.baseline.clone()), linear::gain_margin(&self.scenario));
+        let baseline = trial_of(&self.scenario, &[], true, &Ok(self.baseline.clone()), linear::gain_margin(&self.scenario));
         let linear_stable = linear::is_stable_in_contact(&self.scenario);
         let chatters = is_troubled(&self.baseline);
         let mut explanation = Explanation {
@@ -118,7 +118,7 @@ impl<'a> Search<'a> {
         let mut changed = changes.iter().fold(self.scenario.clone(), |scenario, change| change.applied(&scenario));
         let applies = changed != self.scenario;
         if !applies {
-            return trial_of(changes, false, &Ok(self.baseline.clone()), None);
+            return trial_of(&self.scenario, changes, false, &Ok(self.baseline.clone()), None);
         }
         if changes.contains(&Change::SlowerApproach) {
             // As much later as the tool arrives: a quarter of the speed takes four times as long.
@@ -129,14 +129,20 @@ impl<'a> Search<'a> {
         let margin = if with_theory || slower { linear::gain_margin(&changed) } else { None };
         let result = Candidate::new(changed).and_then(|candidate| candidate.measure(0));
         (self.progress)(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
-        let trial = trial_of(changes, true, &result, margin);
+        let trial = trial_of(&self.scenario, changes, true, &result, margin);
         // The speed of arrival changes nothing in contact: what is unstable there has only not yet begun to grow.
         let only_later = slower && margin.is_some_and(|margin| margin < 1.0);
         Trial { cured: trial.cured && !only_later, ..trial }
     }
 }
 
-fn trial_of(changes: &[Change], applies: bool, result: &Result<Measured, RunError>, gain_margin: Option<f64>) -> Trial {
+fn trial_of(
+    scenario: &Scenario,
+    changes: &[Change],
+    applies: bool,
+    result: &Result<Measured, RunError>,
+    gain_margin: Option<f64>,
+) -> Trial {
     let measured = result.as_ref().ok();
     let oscillation = measured.and_then(|measured| measured.summary.oscillation);
     let grows = measured.filter(|measured| measured.summary.outcome == Outcome::Unstable);
@@ -144,7 +150,7 @@ fn trial_of(changes: &[Change], applies: bool, result: &Result<Measured, RunErro
         changes: changes.to_vec(),
         applies,
         outcome: measured.map(|measured| measured.summary.outcome),
-        cured: measured.is_some_and(is_cured),
+        cured: measured.is_some_and(|measured| is_cured(scenario, measured)),
         amplitude_n: oscillation.map(|o| o.amplitude_n).or(grows.map(|measured| measured.summary.verdict.amplitudes_n[2])),
         frequency_hz: oscillation.map(|o| o.frequency_hz),
         gain_margin: gain_margin.filter(|margin| margin.is_finite()),

@@ -181,7 +181,8 @@ impl Report<'_> {
             let mut first = None;
             let mut draw = |name: &str, title: &str, caption: &str, label: &str, lists: &[Vec<f64>], predictions: &[Prediction]| {
                 // Of what no variant has, an empty plot would say nothing.
-                if predictions.is_empty() && diagram.rows.iter().all(|&row| lists[row].is_empty()) {
+                let is_empty = |row: &usize| lists[*row].iter().all(|value| value.abs() <= 0.0);
+                if predictions.is_empty() && diagram.rows.iter().all(is_empty) {
                     return;
                 }
                 let svg = diagram.svg(lists, &self.outcomes, label, predictions);

@@ -2,7 +2,9 @@
 (() => {
   "use strict";
   const page = JSON.parse(document.getElementById("data").textContent);
-  const WIDTH = 900, HEIGHT = 460, LEFT = 78, RIGHT = 18, TOP = 12, BOTTOM = 48;
+  // On a narrow screen fewer units, so that text stays large; the inner rectangle keeps its proportions.
+  const [WIDTH, HEIGHT] = matchMedia("(max-width: 640px)").matches ? [480, 251] : [900, 460];
+  const LEFT = 78, RIGHT = 18, TOP = 12, BOTTOM = 48;
   const REACH = 24;
   const NS = "http://www.w3.org/2000/svg";
   const node = (name, attributes, text) => {
@@ -73,11 +75,11 @@
       const clip = node("clipPath", { id });
       clip.append(node("rect", { x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM }));
       svg.append(clip);
-      for (const v of ticks(view[0], view[1], 8)) {
+      for (const v of ticks(view[0], view[1], WIDTH / 110)) {
         svg.append(node("path", { d: `M${x(v)} ${TOP}V${HEIGHT - BOTTOM}`, class: "plane-grid" }));
         svg.append(node("text", { x: x(v), y: HEIGHT - BOTTOM + 17, "text-anchor": "middle", class: "plane-tick" }, short(v)));
       }
-      for (const v of ticks(view[2], view[3], 7)) {
+      for (const v of ticks(view[2], view[3], HEIGHT / 62)) {
         svg.append(node("path", { d: `M${LEFT} ${y(v)}H${WIDTH - RIGHT}`, class: "plane-grid" }));
         svg.append(node("text", { x: LEFT - 7, y: y(v) + 4, "text-anchor": "end", class: "plane-tick" }, short(v)));
       }

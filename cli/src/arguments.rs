@@ -199,7 +199,6 @@ pub(crate) struct Check {
     feeler analyze scenario.toml --output motor.position --clamped\n  \
     feeler analyze scenario.toml --gain controllers.force.ki --json | jq .gain.sampled.stable\n\n\
     `sampled` honours period, delay, filters and hold of the file; `continuous` drops them.")]
-#[expect(clippy::struct_excessive_bools, reason = "each is a switch of its own on the command line")]
 pub(crate) struct Analyze {
     /// Scenario file (TOML)
     #[arg(value_hint = ValueHint::FilePath)]
@@ -210,7 +209,7 @@ pub(crate) struct Analyze {
     /// Input, an actuator's command [default: that of the first controller's actuator]
     #[arg(long, value_name = "SIGNAL")]
     pub(crate) input: Option<String>,
-    /// Output [default: what the first controller reads]
+    /// Output of which poles, zeros and modes are told; gains and margins stay those of the loop [default: what the first controller reads]
     #[arg(long, value_name = "SIGNAL")]
     pub(crate) output: Option<String>,
     /// Gain whose stable range is asked for, as in controllers.force.kp [default: the first controller's leading gain]
@@ -225,9 +224,6 @@ pub(crate) struct Analyze {
     /// Press the first contact with this force (N) and linearise there
     #[arg(long, value_name = "FORCE")]
     pub(crate) preload: Option<f64>,
-    /// Find out how the bandwidth answers to every mass, stiffness and damping
-    #[arg(long)]
-    pub(crate) sensitivities: bool,
     /// Folder for report.html and analyze.json, made if absent; nothing is written without it
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,

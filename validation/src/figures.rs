@@ -26,6 +26,11 @@ const BAND_HZ: (f64, f64) = (2.0, 100.0);
 /// Ratio of the frequencies of neighbouring dots: a hundred or so in the band.
 const DOT_SPACING: f64 = 1.04;
 
+/// A pole and a zero closer than this share of a picture's half height are drawn once more, magnified.
+const CLOSE: f64 = 0.02;
+/// Width over height of a panel, so that a magnified pair is drawn to scale.
+const PANEL_SHAPE: f64 = 2.1;
+
 /// Every figure, in the paper's order.
 ///
 /// # Errors
@@ -145,15 +150,30 @@ fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure,
     let roots = || poles.iter().chain(zeros.iter().filter(|z| z.im.abs() > 0.0));
     let crossing =
         bands.bands.iter().flat_map(|band| [&band.lower, &band.upper]).flatten().map(|edge| edge.frequency_hz).fold(0.0, f64::max);
-    let high = (1.6 * roots().map(|s| s.im.abs() / TAU).fold(0.0, f64::max)).max(1.2 * crossing);
+    let high = (1.6 * roots().map(|s| s.im.abs() / TAU).fold(0.0, f64::max)).max(1.8 * crossing);
     let left = 1.3 * roots().map(|s| -s.re).fold(0.0, f64::max);
     let limit = curves.iter().flat_map(|c| &c.points).filter(|p| p.1.abs() <= high).map(|p| p.0).fold(0.0, f64::max);
     let right = (1.1 * limit).clamp(0.15 * left, left);
     let axis_line = Curve { name: String::new(), points: vec![(0.0, -high), (0.0, high)], mark: Mark::Line, colour: GREY };
     curves.insert(0, axis_line);
-    let x = Axis::linear("Real part (1/s)", (-left, right));
-    let y = Axis::linear("Imaginary part / 2\u{3c0} (Hz)", (-high, high));
-    Ok(Figure { name: name.into(), caption: caption.into(), panels: vec![Panel { x, y, curves }] })
+    let (re, im) = ("Real part (1/s)", "Imaginary part / 2\u{3c0} (Hz)");
+    let closer = close_pair(&poles, &zeros, TAU * high).map(|(middle, reach)| Panel {
+        x: Axis::linear(&format!("{re}, magnified"), (middle.re - PANEL_SHAPE * reach, middle.re + PANEL_SHAPE * reach)),
+        y: Axis::linear(im, ((middle.im - reach) / TAU, (middle.im + reach) / TAU)),
+        curves: curves.clone(),
+    });
+    let more = if closer.is_some() { " Below, the pole and the zero that lie close together." } else { "" };
+    let whole = Panel { x: Axis::linear(re, (-left, right)), y: Axis::linear(im, (-high, high)), curves };
+    Ok(Figure { name: name.into(), caption: format!("{caption}{more}"), panels: [whole].into_iter().chain(closer).collect() })
+}
+
+/// Middle of a complex pole and a zero that could not be told apart in a picture of this height (rad/s), and what shows them.
+fn close_pair(poles: &[C64], zeros: &[C64], height: f64) -> Option<(C64, f64)> {
+    let pairs =
+        poles.iter().flat_map(|pole| zeros.iter().map(move |zero| (pole, zero))).filter(|(pole, zero)| pole.im > 0.0 && zero.im > 0.0);
+    let (pole, zero) = pairs.min_by(|a, b| (a.0 - a.1).norm().total_cmp(&(b.0 - b.1).norm()))?;
+    let apart = (pole - zero).norm();
+    (apart < CLOSE * height).then(|| ((pole + zero) * 0.5, apart))
 }
 
 /// Those of rising points that are told apart on a logarithmic axis.

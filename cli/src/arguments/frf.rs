@@ -23,7 +23,7 @@ pub(crate) struct Frf {
     /// Input, an actuator's command (or a dataset's column) [default: that of the first controller's actuator]
     #[arg(long, value_name = "SIGNAL")]
     pub(crate) input: Option<String>,
-    /// Output (or a dataset's column) [default: what the first controller reads]
+    /// Output (or a dataset's column) [default: the reading of the first controller's sensor, filter, delay and noise included]
     #[arg(long, value_name = "SIGNAL")]
     pub(crate) output: Option<String>,
     /// Excitation; of a dataset, what it was excited with [default: white-noise; of a dataset, recognised from its command]

@@ -1,6 +1,6 @@
 //! `feeler analyze`.
 
-use feeler_analysis::{AnalysisError, Band, ContactView, Report, Request, StableRange, View, analyze, curves};
+use feeler_analysis::{AnalysisError, Band, ContactView, Edge, MarginReport, Report, Request, StableRange, View, analyze, curves};
 use feeler_control::{Law, Reference};
 use feeler_engine::Scenario;
 use feeler_lti::LtiError;
@@ -38,8 +38,7 @@ pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
         output: arguments.output.as_deref().map(|name| signals::named(&document.scenario.machine, name)).transpose()?,
         gain: arguments.gain.clone(),
         view: View { contact, ..View::default() },
-        // A page says what to change first.
-        sensitivities: arguments.sensitivities || arguments.out.is_some(),
+        sensitivities: true,
     };
     let report = analyze(&document.scenario, &request).map_err(|error| refused(arguments, error))?;
     let mut written = String::new();
@@ -72,12 +71,17 @@ fn refused(arguments: &Analyze, error: AnalysisError) -> anyhow::Error {
             "nothing holds the machine about this operating point: try --clamped, or --preload with a force",
         ),
         AnalysisError::Lti(_) => error.into(),
+        AnalysisError::LongDelay { .. } => BadInput::error(
+            format!("{}: {error}", arguments.file.display()),
+            "each is a state of the loop: shorten the delay, or lengthen the period; a delay of any length is taken where it is that of a controller of one \
+             rate, of its drive, or of the only sensor that it reads",
+        ),
         _ => BadInput::error(format!("{}: {error}", arguments.file.display()), "see feeler analyze --help for what can be asked"),
     }
 }
 
 fn text(report: &Report) -> String {
-    let mut parts = vec![format!("from {} to {}", report.input, report.output), roots(report)];
+    let mut parts = vec![reports::analyze::subject(report), roots(report)];
     if !report.modes.is_empty() {
         let rows = report.modes.iter().map(|mode| {
             let class = if mode.rigid_body { "rigid body" } else { reports::analyze::class_name(mode.class) }.to_owned();
@@ -90,28 +94,12 @@ fn text(report: &Report) -> String {
     if let Some(gain) = &report.gain {
         let rows =
             gain.continuous.iter().flat_map(|range| bands(report, "continuous", range)).chain(bands(report, "sampled", &gain.sampled));
-        let header = ["loop", "from", "to", "there it swings (Hz)", "like the mode (Hz)"];
-        parts.push(format!("stable {}\n{}", gain.key, table(&header, &[1, 2, 3, 4], rows)));
+        let header = ["loop", "from", "swings there (Hz)", "like the mode (Hz)", "to", "swings there (Hz)", "like the mode (Hz)"];
+        let of = report.of_loop.as_ref().map_or_else(String::new, |of| format!(" (loop from {} to {})", of.input, of.output));
+        parts.push(format!("stable {}{of}\n{}", gain.key, table(&header, &[1, 2, 3, 4, 5, 6], rows)));
     }
     if let Some(margins) = &report.margins {
-        let entry = |name: &str, value: Option<f64>, unit: &str| {
-            vec![name.to_owned(), value.map_or_else(|| "-".to_owned(), plain), unit.to_owned()]
-        };
-        if margins.unstable_poles > 0 {
-            let lower = margins.gain_decrease.map_or_else(String::new, |f| format!(" Its whole gain times {} is at the limit.", plain(f)));
-            parts.push(format!("The sampled loop is unstable as it is, so that it has no margins.{lower}"));
-        } else {
-            let rows = [
-                entry("gain margin", margins.gain, ""),
-                entry("gain may fall to", margins.gain_decrease, ""),
-                entry("phase margin", margins.phase_deg, "deg"),
-                entry("delay margin", margins.delay_s, "s"),
-                entry("crossover", margins.crossover_hz, "Hz"),
-                entry("disk margin", Some(margins.disk), ""),
-                entry("largest sensitivity", Some(margins.sensitivity_peak), ""),
-            ];
-            parts.push(table(&["margins of the sampled loop", "", ""], &[1], rows));
-        }
+        parts.extend(margin_tables(margins));
     }
     if let Some(waterfall) = &report.waterfall {
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), plain);
@@ -125,9 +113,14 @@ fn text(report: &Report) -> String {
     }
     if !report.sensitivities.is_empty() {
         let rows = report.sensitivities.iter().map(|s| {
-            vec![s.key.clone(), plain(s.value), plain(s.bandwidth_relative), plain(s.largest_gain_relative), plain(s.bandwidth_hz_per_unit)]
+            let trade = if report.ranked_by.is_some_and(|by| s.is_trade(by)) { "trades one for the other" } else { "" };
+            let number = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
+            let numbers = [s.value, s.bandwidth_relative, s.largest_gain_relative, s.bandwidth_hz_per_unit].map(number);
+            [s.key.clone()].into_iter().chain(numbers).chain([trade.to_owned()]).collect()
         });
-        let header = ["1 % more of", "value (SI)", "bandwidth (%)", "largest gain (%)", "bandwidth (Hz per unit)"];
+        let achieved = reports::analyze::achieved_name(report);
+        let header =
+            ["1 % more of", "value (SI)", &format!("{achieved} (%)"), "largest gain (%)", &format!("{achieved} (Hz per unit)"), ""];
         parts.push(table(&header, &[1, 2, 3, 4], rows));
     }
     if !report.limit_cycles.is_empty() {
@@ -151,21 +144,61 @@ fn roots(report: &Report) -> String {
     let root = |[re, im]: &[f64; 2]| format!("{} {} {}i", plain(*re), if *im < 0.0 { '-' } else { '+' }, plain(im.abs()));
     let at = |roots: &[[f64; 2]], i: usize| roots.get(i).map_or_else(String::new, root);
     let rows = (0..report.poles.len().max(report.zeros.len())).map(|i| vec![at(&report.poles, i), at(&report.zeros, i)]);
-    table(&["poles (1/s)", "zeros (1/s)"], &[], rows)
+    let gain = report.zero_pole_gain.map_or_else(String::new, |gain| {
+        let late = if report.delay_s > 0.0 { format!(", {} later", with_unit(report.delay_s, "s")) } else { String::new() };
+        format!("\n{} times the product of (s - zero) over that of (s - pole){late}", plain(gain))
+    });
+    table(&["poles (1/s)", "zeros (1/s)"], &[], rows) + &gain
 }
 
 /// A row for each interval of stable gains; one that says so where there is none.
 fn bands(report: &Report, name: &str, range: &StableRange) -> Vec<Vec<String>> {
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), plain);
-    if range.all.bands.is_empty() {
-        return vec![vec![name.to_owned(), "none".to_owned(), "none".to_owned(), "-".to_owned(), "-".to_owned()]];
+    if range.intervals.is_empty() {
+        let nothing = ["none", "-", "-", "none", "-", "-"].map(str::to_owned);
+        return vec![[name.to_owned()].into_iter().chain(nothing).collect()];
     }
-    let row = |band: &Band| {
-        let edge = band.upper.as_ref().or(band.lower.as_ref());
-        let mode_hz = edge.and_then(|edge| edge.mode).and_then(|i| report.modes.get(i)).map(|mode| mode.frequency_hz);
-        let from = band.lower.as_ref().map_or(0.0, |edge| edge.gain);
-        let to = band.upper.as_ref().map_or_else(|| "unbounded".to_owned(), |edge| plain(edge.gain));
-        vec![name.to_owned(), plain(from), to, number(edge.map(|edge| edge.frequency_hz)), number(mode_hz)]
+    let end = |edge: &Option<Edge>| {
+        let mode_hz = edge.as_ref().and_then(|edge| edge.mode).and_then(|i| report.modes.get(i)).map(|mode| mode.frequency_hz);
+        let gain = edge.as_ref().map_or_else(|| "unbounded".to_owned(), |edge| plain(edge.gain));
+        [gain, number(edge.as_ref().map(|edge| edge.frequency_hz)), number(mode_hz)]
     };
-    range.all.bands.iter().map(row).collect()
+    let row = |band: &Band| [name.to_owned()].into_iter().chain(end(&band.lower)).chain(end(&band.upper)).collect();
+    range.intervals.iter().map(row).collect()
+}
+
+/// Margins and peaks of a stable loop, and how Nyquist's count comes about.
+fn margin_tables(margins: &MarginReport) -> Vec<String> {
+    let entry = |name: &str, value: Option<f64>, unit: &str, at_hz: Option<f64>| {
+        let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), plain);
+        vec![name.to_owned(), number(value), unit.to_owned(), at_hz.map_or_else(String::new, plain)]
+    };
+    let mut tables = Vec::new();
+    if margins.unstable_poles > 0 {
+        let lower = margins.gain_decrease.map_or_else(String::new, |f| format!(" Its whole gain times {} is at the limit.", plain(f)));
+        tables.push(format!("The sampled loop is unstable as it is, so that it has no margins.{lower}"));
+    } else {
+        let rows = [
+            entry("gain margin", margins.gain, "", None),
+            entry("gain may fall to", margins.gain_decrease, "", None),
+            entry("phase margin", margins.phase_deg, "deg", margins.crossover_hz),
+            entry("delay margin", margins.delay_s, "s", None),
+            entry("disk margin", Some(margins.disk), "", None),
+            entry("largest sensitivity |S|", Some(margins.sensitivity_peak), "", Some(margins.sensitivity_peak_hz)),
+            entry(
+                "largest complementary |T|",
+                Some(margins.complementary_sensitivity_peak),
+                "",
+                Some(margins.complementary_sensitivity_peak_hz),
+            ),
+        ];
+        tables.push(table(&["margins of the sampled loop", "", "", "at (Hz)"], &[1, 3], rows));
+    }
+    let rows = [
+        ["unstable poles of the open loop".to_owned(), margins.open_unstable_poles.to_string()],
+        ["clockwise turns about -1".to_owned(), margins.encirclements.to_string()],
+        ["unstable poles of the closed loop".to_owned(), margins.unstable_poles.to_string()],
+    ];
+    tables.push(table(&["Nyquist's count, sampled loop", ""], &[1], rows.map(Vec::from)));
+    tables
 }

@@ -15,7 +15,7 @@ const TOGETHER: &str = "frequency";
 /// The page of a response.
 pub(crate) fn page(response: &Response) -> String {
     let mut page = Page::new(&format!("{}: frequency response", response.title), &response.about);
-    page.lead(&format!("From {} to {}.", response.input, response.output));
+    page.lead(&format!("{}.", capital(&response.path())));
     page.paragraph(&format!("{}.", capital(&response.how)));
     for sentence in &response.sentences() {
         page.paragraph(sentence);

@@ -9,6 +9,9 @@ use serde_json::Value;
 /// Closed and simulated responses of a linear machine under noise: leakage left by local polynomials next to a resonance of 2 % damping.
 const LEAKAGE_DB: f64 = 0.05;
 
+/// A line within 0.1 Hz of the corner of a first-order filter, 1 % of it in modulus at most.
+const FILTERED: f64 = 0.01;
+
 fn feeler() -> Command {
     let mut command = Command::cargo_bin("feeler").unwrap();
     command.current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios"));
@@ -42,6 +45,45 @@ fn reference_analysis_of_the_flexible_axis_as_programs_read_it() {
         assert!(found["margins"][key].is_number(), "{key}");
     }
     assert!(found["limit"].is_string());
+    assert_eq!(found["state_space"]["states"].as_array().unwrap().len(), 4);
+    assert!(near(&found["gain"]["sampled"]["edges"][0]["gain"], -1.0) && found["zero_pole_gain"].is_number());
+    let largest = found["sensitivities"][0]["bandwidth_relative"].as_f64().unwrap();
+    assert!(largest.abs() > 0.01 && found["margins"]["sensitivity_peak_hz"].is_number());
+}
+
+#[test]
+fn truth_the_tables_of_an_analysis_have_both_edges_the_count_and_the_peaks() {
+    let text = printed(&["analyze", "paper/flexible.toml"]);
+    for part in ["swings there (Hz)", "-1 ", "clockwise turns about -1", "|S|", "|T|", "times the product of (s - zero)", "1 % more of"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
+
+#[test]
+fn truth_an_analysis_says_of_which_loop_it_speaks() {
+    let text = printed(&["analyze", "paper/flexible.toml", "--output", "motor.position"]);
+    assert!(text.contains("are of the loop of controllers.force, from drive.command to tool.spring_force."), "{text}");
+    assert!(!printed(&["analyze", "paper/flexible.toml"]).contains("are of the loop of"));
+}
+
+#[test]
+fn truth_a_response_is_that_of_the_reading_which_the_controller_gets() {
+    // A low-pass filter of the sensor at 20 Hz takes 45 degrees there, and 3 dB.
+    let measured = |output: &[&str]| {
+        let found = json(
+            &[&["frf", "why/force-lag.toml", "--clamped", "--from", "19.9", "--to", "20.1", "--duration", "20", "--json"], output].concat(),
+        );
+        let value = &found["linear"][found["linear"].as_array().unwrap().len() / 2];
+        (
+            found["output"].as_str().unwrap().to_owned(),
+            value[0].as_f64().unwrap().hypot(value[1].as_f64().unwrap()),
+            found["output_reads"].clone(),
+        )
+    };
+    let (name, reading, reads) = measured(&[]);
+    assert_eq!((name.as_str(), &reads), ("force.reading", &Value::from("tool.spring_force")));
+    let (_, force, _) = measured(&["--output", "tool.spring_force"]);
+    assert!((reading / force / 0.5_f64.sqrt() - 1.0).abs() < FILTERED, "{reading} {force}");
 }
 
 #[test]
@@ -79,6 +121,19 @@ fn truth_a_saturating_velocity_source_is_limited_by_its_force() {
     };
     assert_eq!(with_limit("1"), "saturation");
     assert_eq!(with_limit("1e6"), "rigid-body");
+    // The advice is of what limits.
+    let said = printed(&["analyze", "paper/rigid-source.toml", "--set", "actuators.drive.limit=9.5"]);
+    let parts = ["at which the drive saturates, first: ", "saturation frequency (%)", "actuators.drive.limit"];
+    assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+    assert!(printed(&["analyze", "paper/rigid-source.toml", "--set", "actuators.drive.limit=1"]).contains("even at rest"));
+}
+
+#[test]
+fn truth_a_delay_of_hundreds_of_samples_is_analysed_or_refused_with_the_arithmetic() {
+    let text = printed(&["analyze", "paper/flexible.toml", "--set", "controllers.force.delay=0.5"]);
+    assert!(text.contains("limited by: sampling"), "{text}");
+    let said = refused(&["analyze", "paper/flexible.toml", "--set", "sensors.force.delay=0.5", "--set", "controllers.force.damping=10"]);
+    assert!(said.contains("500 samples are under way") && said.contains("lengthen the period"), "{said}");
 }
 
 #[test]

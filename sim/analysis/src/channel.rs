@@ -1,6 +1,6 @@
 //! One input and one output of a machine: state space without idle states, and the delay beside it.
 
-use feeler_lti::{C64, Continuous, LtiError, StateSpace, frequencies_hz};
+use feeler_lti::{C64, Continuous, LtiError, StateSpace, ZeroPoleGain, frequencies_hz};
 use nalgebra::DMatrix;
 
 /// Sums of stiffnesses below this share of their parts cancel: nothing holds these bodies in place.
@@ -11,6 +11,8 @@ const CANCELS: f64 = 1e-13;
 pub struct Channel {
     /// One input, one output.
     pub system: StateSpace,
+    /// What each state is, as in `motor.position`; a distance where bodies that nothing holds in place are described by one.
+    pub states: Vec<String>,
     /// Delay of drive and sensor together, s.
     pub delay_s: f64,
 }
@@ -51,6 +53,17 @@ impl Channel {
         Ok(frequencies_hz(Continuous, &self.zeros()?))
     }
 
+    /// The factored form `gain (s - zero) ... / (s - pole) ...`; `None` where the output does not depend on the input.
+    ///
+    /// # Errors
+    /// [`LtiError::EigenvaluesNotConverged`].
+    pub fn zero_pole_gain(&self) -> Result<Option<ZeroPoleGain>, LtiError> {
+        match self.system.zero_pole_gain() {
+            Err(LtiError::Degenerate) => Ok(None),
+            other => other.map(Some),
+        }
+    }
+
     /// Frequency response with the exact delay.
     ///
     /// # Errors
@@ -69,6 +82,19 @@ pub(crate) struct Reduction {
     pub(crate) c: DMatrix<f64>,
     /// Original states from those kept.
     pub(crate) expand: DMatrix<f64>,
+    /// The states kept, and from which other each is a distance, if it is.
+    pub(crate) kept: Vec<(usize, Option<usize>)>,
+}
+
+impl Reduction {
+    /// What the states are, from what the original ones are.
+    pub(crate) fn names(&self, of_all: &[String]) -> Vec<String> {
+        let name = |(state, from): &(usize, Option<usize>)| match from {
+            Some(from) => format!("{} - {}", of_all[*state], of_all[*from]),
+            None => of_all[*state].clone(),
+        };
+        self.kept.iter().map(name).collect()
+    }
 }
 
 /// Replaces the positions of bodies that nothing holds in place by their distances from the first of them, then keeps the states that an input
@@ -84,12 +110,14 @@ pub(crate) fn reduce(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, coord
         b: whole.b.select_rows(&kept),
         c: whole.c.select_columns(&kept),
         expand: whole.expand.select_columns(&kept),
+        kept: kept.iter().map(|&i| whole.kept[i]).collect(),
     }
 }
 
 fn relative_coordinates(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, nc: usize) -> Reduction {
     let (mut a, mut b, mut c) = (a.clone(), b.clone(), c.clone());
     let mut expand = DMatrix::identity(a.nrows(), a.nrows());
+    let mut kept: Vec<(usize, Option<usize>)> = (0..a.nrows()).map(|i| (i, None)).collect();
     for group in spring_groups(&a, nc) {
         let sum = |m: &DMatrix<f64>, row: usize| group.iter().map(|&g| m[(row, g)]).sum::<f64>();
         let size = |m: &DMatrix<f64>, row: usize| group.iter().map(|&g| m[(row, g)].abs()).sum::<f64>();
@@ -100,6 +128,7 @@ fn relative_coordinates(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, nc
         let blind_states: Vec<usize> = (nc..a.nrows()).filter(|&row| blind(&a, row)).collect();
         let blind_outputs: Vec<usize> = (0..c.nrows()).filter(|&row| blind(&c, row)).collect();
         for &g in &group[1..] {
+            kept[g].1 = Some(lead);
             for m in [&mut a, &mut c, &mut expand] {
                 let column = m.column(g).into_owned();
                 m.column_mut(lead).axpy(1.0, &column, 1.0);
@@ -119,7 +148,7 @@ fn relative_coordinates(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, nc
             }
         }
     }
-    Reduction { a, b, c, expand }
+    Reduction { a, b, c, expand, kept }
 }
 
 /// Coordinates that springs join, in groups.

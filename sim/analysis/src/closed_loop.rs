@@ -11,7 +11,7 @@ use crate::continuous_law::{ContinuousLaw, POSITION, READING, READING_RATE, VELO
 use crate::continuous_loop::ContinuousLoop;
 use crate::control_loop::{ControlLoop, LoopController};
 use crate::error::AnalysisError;
-use crate::sampled_loop::SampledLoop;
+use crate::late::Evaluator;
 
 /// Frequency that counts as low, Hz.
 const LOWEST_HZ: f64 = 1e-3;
@@ -27,9 +27,9 @@ const ACCURACY: f64 = 1e-12;
 pub struct ClosedLoop<T: TimeDomain> {
     domain: T,
     /// From the controller's output to the reading, this loop open.
-    plant: TransferEvaluator,
+    plant: Evaluator,
     /// Around the loop.
-    around: TransferEvaluator,
+    around: Evaluator,
     law: ReferencePath,
     highest_hz: f64,
 }
@@ -45,17 +45,17 @@ impl ClosedLoop<Discrete> {
     /// The sampled loop of controller `controller`; none where it reads nothing.
     ///
     /// # Errors
-    /// Those of [`SampledLoop::open_loop`].
+    /// Those of [`crate::SampledLoop::open_loop`].
     pub fn sampled(whole: &ControlLoop, controller: usize) -> Result<Option<Self>, AnalysisError> {
         let own = &whole.controllers()[controller];
         let Some(sensor) = read(own) else { return Ok(None) };
-        let around = SampledLoop::new(whole)?.open_loop(controller)?;
+        let around = whole.open_loop(controller)?;
         let reading = whole.plant().output(Source::Sensor(sensor))?;
-        let plant = SampledLoop::response_to(whole, controller, reading)?;
+        let plant = whole.response_to(controller, reading)?;
         Ok(Some(Self {
-            domain: around.domain(),
-            plant: TransferEvaluator::new(&plant),
-            around: TransferEvaluator::new(&around),
+            domain: around.system.domain(),
+            plant: plant.evaluator(),
+            around: around.evaluator(),
             law: ReferencePath::Sampled(law_of_reference(own)?),
             highest_hz: 0.5 / own.spec.period_s,
         }))
@@ -81,8 +81,8 @@ impl ClosedLoop<Continuous> {
         )?;
         Ok(Some(Self {
             domain: Continuous,
-            plant: TransferEvaluator::new(&plant),
-            around: TransferEvaluator::new(&around),
+            plant: Evaluator::prompt(&plant),
+            around: Evaluator::prompt(&around),
             law: ReferencePath::Continuous { spec: Box::new(own.spec.clone()), law: TransferEvaluator::new(&law) },
             highest_hz: HIGHEST_HZ,
         }))
@@ -101,7 +101,7 @@ impl<T: TimeDomain> ClosedLoop<T> {
             ReferencePath::Sampled(law) => law.at(point)?[(0, 0)],
             ReferencePath::Continuous { spec, law } => continuous_reference(spec, &law.at(point)?, point),
         };
-        Ok(self.plant.at(point)?[(0, 0)] * law / (self.around.at(point)?[(0, 0)] + 1.0))
+        Ok(self.plant.at(point)? * law / (self.around.at(point)? + 1.0))
     }
 
     /// The frequency at which the reading first falls 3 dB below what it is at low frequency, Hz; none where it never does up to half of the sampling

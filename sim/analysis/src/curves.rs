@@ -11,6 +11,7 @@ use crate::continuous_loop::ContinuousLoop;
 use crate::control_loop::ControlLoop;
 use crate::error::AnalysisError;
 use crate::gain_key::gain;
+use crate::late::LateResponse;
 use crate::linearise::OutputRow;
 use crate::locus::{Locus, follow};
 use crate::report::{Report, Request};
@@ -45,7 +46,7 @@ pub struct Curves {
     pub nyquist_hz: Option<f64>,
     /// Root locus of the continuous loop.
     pub locus: Option<Locus>,
-    /// Root locus of the loop as built, in the z plane of [`Locus::period_s`].
+    /// Root locus of the loop as built, in the z plane of [`Locus::period_s`]; absent where a long delay makes its branches countless.
     pub locus_sampled: Option<Locus>,
 }
 
@@ -73,17 +74,21 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
     let row = whole.plant().output(whole.plant().source(&output)?)?;
     let plant_sampled = holder
         .filter(|&controller| whole.controllers()[controller].drive == drive)
-        .map(|controller| Ok::<_, AnalysisError>(at(&held_plant(&whole, controller, row)?)))
+        .map(|controller| Ok::<_, AnalysisError>(at_late(&held_plant(&whole, controller, row)?)))
         .transpose()?;
     let (mut open, mut open_sampled, mut locus, mut locus_sampled) = (None, None, None, None);
     if let (Some((controller, key)), Some(gains)) = (&looped, &report.gain) {
         let present = gain(&whole.controllers()[*controller].spec, key)?;
         let sampled = SampledLoop::new(&whole)?;
-        let broken = sampled.open_loop(*controller).ok();
-        open_sampled = broken.as_ref().map(at);
-        let zeros = broken.map(|system| system.zeros().unwrap_or_default()).unwrap_or_default();
-        let closed = |k: f64| sampled.closed_loop_with(*controller, key, k);
-        locus_sampled = Some(follow(Some(sampled.common_period_s()), closed, zeros, present, gains.sampled.stable[1])?);
+        let broken = whole.open_loop(*controller).ok();
+        // Hundreds of branches, one for each sample of a long delay, would show nothing.
+        let late = broken.as_ref().is_some_and(|open| open.samples > 0);
+        open_sampled = broken.as_ref().map(at_late);
+        if !late {
+            let zeros = broken.map(|open| open.system.zeros().unwrap_or_default()).unwrap_or_default();
+            let closed = |k: f64| sampled.closed_loop_with(*controller, key, k);
+            locus_sampled = Some(follow(Some(sampled.common_period_s()), closed, zeros, present, gains.sampled.stable[1])?);
+        }
         if let Some(range) = &gains.continuous {
             let continuous = ContinuousLoop::new(&whole)?;
             let broken = continuous.open_loop(*controller)?;
@@ -143,13 +148,13 @@ impl Point {
 }
 
 /// From a drive's held command to a signal, the loops of all controllers open.
-fn held_plant(whole: &ControlLoop, controller: usize, row: OutputRow) -> Result<feeler_lti::DiscreteStateSpace, AnalysisError> {
+fn held_plant(whole: &ControlLoop, controller: usize, row: OutputRow) -> Result<LateResponse, AnalysisError> {
     let alone = whole.altered(|_, controllers| {
         let mut kept = controllers.swap_remove(controller);
         (kept.spec.law, kept.spec.delay_s, kept.reading, kept.motion) = (Law::OpenLoop, 0.0, None, None);
         *controllers = vec![kept];
     })?;
-    SampledLoop::response_to(&alone, 0, row)
+    alone.response_to(0, row)
 }
 
 /// Frequencies (Hz) that show every root near the axis, and end beyond the last of them and half of the sampling rate.
@@ -169,6 +174,12 @@ fn grid(roots: &[C64], nyquist_hz: Option<f64>) -> Vec<f64> {
     all.sort_by(f64::total_cmp);
     all.dedup();
     all
+}
+
+fn at_late(response: &LateResponse) -> Response {
+    let prompt = at(&response.system);
+    let delay_s = response.samples as f64 * response.system.period_s();
+    Box::new(move |f| prompt(f) * C64::cis(-TAU * f * delay_s))
 }
 
 fn at<T: TimeDomain + 'static>(system: &StateSpace<T>) -> Response {

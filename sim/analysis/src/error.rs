@@ -65,6 +65,16 @@ pub enum AnalysisError {
         /// The most samples a common period may hold.
         limit: usize,
     },
+    /// Delays so long that the sampled loop has too many states.
+    #[error("{stored} samples are under way in the delays of this loop, and {most} are the most (it repeats every {common_s} s)")]
+    LongDelay {
+        /// Samples under way when a common period begins, each a state.
+        stored: usize,
+        /// The most there may be.
+        most: usize,
+        /// The period with which all controllers repeat.
+        common_s: f64,
+    },
     /// A loop that is broken at one controller is time-invariant only if nothing else repeats more slowly than this controller.
     #[error("`{name}` samples every {period_s} s, but the loop repeats only every {common_s} s")]
     SlowerThanLoop {

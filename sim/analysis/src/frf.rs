@@ -18,7 +18,6 @@ use feeler_plant::description::{Machine, Quantity, SignalName};
 use crate::control_loop::ControlLoop;
 use crate::error::AnalysisError;
 use crate::prepare::View;
-use crate::sampled_loop::SampledLoop;
 
 /// Segments of which the coherence beside a local polynomial is formed.
 const COHERENCE_SEGMENTS: usize = 16;
@@ -202,8 +201,8 @@ impl Experiment {
         let scenario = self.scenario(ReferenceSpec::Constant(self.offset), self.seed, self.hold_s);
         let whole = ControlLoop::new(&scenario, &View::default())?;
         let output = whole.plant().output(whole.plant().source(&self.output)?)?;
-        let sampled = SampledLoop::response_to(&whole, 0, output)?;
-        Ok(sampled.frequency_response(frequencies_hz)?.into_iter().map(|value| value[(0, 0)]).collect())
+        let sampled = whole.response_to(0, output)?.evaluator();
+        frequencies_hz.iter().map(|f| sampled.at(C64::cis(TAU * f * self.hold_s))).collect()
     }
 
     /// Command and output, one sample per hold.

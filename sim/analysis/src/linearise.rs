@@ -168,7 +168,8 @@ impl LinearMachine {
         let c = DMatrix::from_fn(1, self.a.ncols(), |_, j| output.c[j]);
         let d = DMatrix::from_element(1, 1, output.d[drive]);
         let part = reduce(&self.a, &self.b.columns(drive, 1).into_owned(), &c, self.motion.layout().coordinates());
+        let states = part.names(&self.motion.state_names());
         let system = StateSpace::new(part.a, part.b, part.c, d)?;
-        Ok(Channel { system, delay_s: output.delay_s + self.motion.assembly().drives[drive].delay })
+        Ok(Channel { system, states, delay_s: output.delay_s + self.motion.assembly().drives[drive].delay })
     }
 }

@@ -13,6 +13,8 @@ const BEYOND: f64 = 20.0;
 /// ...and on, in steps of a decade up to so many, until some branch has come to each zero within this share of the zero's size.
 const DECADES: i32 = 4;
 const ARRIVED: f64 = 0.02;
+/// A locus in the z plane ends where a pole is this far out.
+const FAR: f64 = 1e3;
 /// From one gain to the next no pole within the picture moves farther than this share of it, if dividing the step so finely, so often, helps.
 const STEP: f64 = 0.02;
 const FINEST: f64 = 16.0;
@@ -83,6 +85,12 @@ pub(crate) fn follow(
     gains.extend([first, present_gain.max(first)].into_iter().chain(largest));
     gains.sort_by(f64::total_cmp);
     gains.dedup();
+    if period_s.is_some() {
+        // Powers of the gain, as of a fast loop within a slow one, send poles so far out that rounding leaves nothing of the others.
+        let near = |k: f64| eigenvalues(&matrix(k)).is_ok_and(|poles| poles.iter().all(|p| p.norm() <= FAR));
+        let end = gains.iter().position(|&k| k > scale && !near(k)).unwrap_or(gains.len());
+        gains.truncate(end);
+    }
     let picture = period_s.map_or_else(|| picture_of(poles.iter().chain(&zeros)), |_| [1.0; 2]);
     let mut traced = root_locus(matrix, &gains)?;
     for _ in 0..PASSES {
@@ -200,6 +208,21 @@ mod tests {
         for pair in locus.branches.iter().flat_map(|branch| branch.windows(2)).filter(|pair| pair.iter().all(inside)) {
             let step = pair[1] - pair[0];
             assert!((step.re / (LEAST_WIDTH * 6.0)).hypot(step.im / 6.0) < 2.0 * STEP, "{pair:?}");
+        }
+    }
+
+    /// A pair that hardly moves, and a pole at k^10, as of a loop ten times as fast as its common period: far out, its rounding would be all that is left of
+    /// the pair.
+    #[test]
+    fn regress_a_locus_ends_before_a_far_pole_drowns_the_others() {
+        let turn = dmatrix![1.0, 2.0, 0.5; -1.0, 1.5, 0.7; 0.3, -0.4, 2.0];
+        let back = turn.clone().try_inverse().unwrap();
+        let closed = |k: f64| Ok(&turn * dmatrix![0.0, 1.0, 0.0; -0.5 - 0.01 * k, 1.2, 0.0; 0.0, 0.0, k.powi(10)] * &back);
+        let locus = follow(Some(1e-3), closed, Vec::new(), 0.5, Some(1.0)).unwrap();
+        let last = locus.gains[locus.gains.len() - 1];
+        assert!(last > 1.5 && last.powi(10) <= FAR, "{last}");
+        for pair in locus.branches.iter().flat_map(|branch| branch.windows(2)).filter(|pair| pair.iter().all(|z| z.norm() < 0.9)) {
+            assert!((pair[1] - pair[0]).norm() < 0.05, "{pair:?}");
         }
     }
 }

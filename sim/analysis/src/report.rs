@@ -4,23 +4,26 @@ use feeler_engine::Scenario;
 use feeler_lti::{LoopTransfer, Margins};
 use feeler_plant::assembly::Source;
 use feeler_plant::description::{Contact, Engagement, Quantity, SignalName};
+use nalgebra::DMatrix;
 use serde::Serialize;
 
+use crate::channel::Channel;
 use crate::control_loop::ControlLoop;
 use crate::error::AnalysisError;
 use crate::limit_cycle::{LimitCycle, limit_cycles};
+use crate::loop_pair::{LoopReport, loop_pair};
 use crate::modes::{BodyMotion, ModeClass, classify, modes};
 use crate::prepare::View;
-use crate::sampled_loop::SampledLoop;
-use crate::stability::GainBands;
-use crate::waterfall::{Limit, Sensitivity, Waterfall};
+use crate::sensitivity::{RankedBy, Sensitivity, rank};
+use crate::stability::{Band, BelowZero, Edge, GainBands, nearest};
+use crate::waterfall::{Limit, Waterfall};
 
 /// What to analyse; what is absent is chosen from the scenario.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Request {
-    /// An actuator's command; else that of the first controller's actuator, or of the first actuator.
+    /// An actuator's command; else that of the actuator of the controller in question, or of the first actuator.
     pub input: Option<SignalName>,
-    /// A signal; else what the first controller's sensor reads, or the first contact's spring force.
+    /// A signal; else what the sensor of the controller in question reads, or the first contact's spring force.
     pub output: Option<SignalName>,
     /// A gain; else the first controller's leading one.
     pub gain: Option<String>,
@@ -39,6 +42,8 @@ pub struct ModeReport {
     pub damping_ratio: f64,
     /// Its class for input and output.
     pub class: ModeClass,
+    /// Its class in the loop; absent without one.
+    pub class_in_loop: Option<ModeClass>,
     /// Phase that is lost for good beyond it.
     pub phase_change_deg: f64,
     /// Largest lag on the way.
@@ -54,13 +59,17 @@ pub struct ModeReport {
 /// Stable values of a gain about its present value.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct StableRange {
-    /// Lower and upper edge; absent where there is none.
+    /// Smallest and largest stable gain of those that are not below zero (of those below, where the present gain is); absent where there is none.
     pub stable: [Option<f64>; 2],
     /// Frequency at the upper edge, Hz (at the lower one where there is no upper).
     pub edge_hz: Option<f64>,
     /// Index of the mode that the motion at that edge is most like.
     pub edge_mode: Option<usize>,
-    /// Every interval.
+    /// Both edges of the interval, the lower one wherever it is, also below zero; absent where the interval has no end.
+    pub edges: [Option<Edge>; 2],
+    /// Every interval on either side of zero, rising.
+    pub intervals: Vec<Band>,
+    /// Every interval of gains from zero on.
     pub all: GainBands,
 }
 
@@ -73,6 +82,41 @@ pub struct GainReport {
     pub continuous: Option<StableRange>,
     /// In the loop as built.
     pub sampled: StableRange,
+}
+
+/// A linear system `x' = A x + B u`, `y = C x + D u`, SI; the delay stands beside it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StateSpaceReport {
+    /// Rows of A.
+    pub a: Vec<Vec<f64>>,
+    /// Rows of B.
+    pub b: Vec<Vec<f64>>,
+    /// Rows of C.
+    pub c: Vec<Vec<f64>>,
+    /// Rows of D.
+    pub d: Vec<Vec<f64>>,
+    /// What the states are.
+    pub states: Vec<String>,
+    /// What the inputs are.
+    pub inputs: Vec<String>,
+    /// What the outputs are.
+    pub outputs: Vec<String>,
+}
+
+impl StateSpaceReport {
+    fn new(channel: &Channel, input: &SignalName, output: &SignalName) -> Self {
+        let rows = |m: &DMatrix<f64>| m.row_iter().map(|row| row.iter().copied().collect()).collect();
+        let system = &channel.system;
+        Self {
+            a: rows(system.a()),
+            b: rows(system.b()),
+            c: rows(system.c()),
+            d: rows(system.d()),
+            states: channel.states.clone(),
+            inputs: vec![input.to_string()],
+            outputs: vec![output.to_string()],
+        }
+    }
 }
 
 /// Margins of the sampled loop broken at its controller.
@@ -92,12 +136,18 @@ pub struct MarginReport {
     pub disk: f64,
     /// Largest modulus of the sensitivity.
     pub sensitivity_peak: f64,
+    /// Where it is, Hz.
+    pub sensitivity_peak_hz: f64,
     /// Largest modulus of the complementary sensitivity.
     pub complementary_sensitivity_peak: f64,
-    /// Unstable poles of the closed loop by Nyquist's count.
+    /// Where it is, Hz.
+    pub complementary_sensitivity_peak_hz: f64,
+    /// Unstable poles of the closed loop by Nyquist's count: those of the open loop and the clockwise turns about -1.
     pub unstable_poles: usize,
     /// Unstable poles of the open loop, from which the count starts.
     pub open_unstable_poles: usize,
+    /// Clockwise turns of the open loop about -1, over all frequencies; negative where it turns the other way.
+    pub encirclements: isize,
 }
 
 /// The analysis of one scenario.
@@ -117,8 +167,16 @@ pub struct Report {
     pub poles_hz: Vec<f64>,
     /// Moduli over 2 pi, conjugate pairs once.
     pub zeros_hz: Vec<f64>,
+    /// The response, without its delay, is this times the product of (s - zero) over the product of (s - pole); absent where the output does not depend on
+    /// the input.
+    pub zero_pole_gain: Option<f64>,
+    /// The linear system of which these are poles and zeros.
+    pub state_space: StateSpaceReport,
     /// Modes by rising frequency.
     pub modes: Vec<ModeReport>,
+    /// The loop that all that follows is of, whatever input and output are; absent without a controller that reads something.
+    #[serde(rename = "loop")]
+    pub of_loop: Option<LoopReport>,
     /// Absent without a controller that closes a loop.
     pub gain: Option<GainReport>,
     /// Absent as the gain, and where the loop varies in time.
@@ -131,6 +189,8 @@ pub struct Report {
     pub limit_cycles: Vec<LimitCycle>,
     /// What to stiffen, lighten or damp first: the most telling number first; empty unless asked for.
     pub sensitivities: Vec<Sensitivity>,
+    /// By what they are ranked; absent where there are none.
+    pub ranked_by: Option<RankedBy>,
 }
 
 /// Analyses a scenario.
@@ -150,47 +210,61 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
     let classified = classify(plant, &own, plant.drive(&input)?, plant.source(&output)?, &channel)?;
 
     let key = request.gain.clone().or_else(|| whole.default_gain_key());
-    let (mut gain, mut margins, mut waterfall, mut sensitivities) = (None, None, None, Vec::new());
+    let (mut gain, mut margins, mut waterfall, mut sensitivities, mut ranked_by) = (None, None, None, Vec::new(), None);
+    let mut pair = None;
     if let Some(key) = key {
         let (controller, name) = whole.gain_of_key(&key)?;
+        pair = loop_pair(&scenario.machine, &whole, controller, &own)?;
         let present = crate::gain_key::gain(&whole.controllers()[controller].spec, &name)?;
         let continuous = match whole.continuous_bands(&key) {
-            Ok(bands) => Some(StableRange::about(present, bands)),
+            Ok(bands) => Some(StableRange::about(present, bands, whole.continuous_bands_below_zero(&key)?)),
             Err(AnalysisError::Improper { .. }) => None,
             Err(other) => return Err(other),
         };
-        let sampled = StableRange::about(present, whole.sampled_bands(&key)?);
-        margins = match SampledLoop::new(&whole)?.open_loop(controller) {
-            Ok(open) => Some(MarginReport::new(&LoopTransfer::discrete(&open)?)?),
+        let sampled = StableRange::about(present, whole.sampled_bands(&key)?, whole.sampled_bands_below_zero(&key)?);
+        margins = match whole.open_loop(controller) {
+            Ok(open) => Some(MarginReport::new(&open.transfer()?)?),
             Err(AnalysisError::SlowerThanLoop { .. }) => None,
             Err(other) => return Err(other),
         };
         if continuous.is_some() && margins.is_some() {
-            waterfall = Some(whole.waterfall(&key, &own, &classified)?);
+            waterfall = Some(whole.waterfall(&key, &own, pair.as_ref().map_or(&classified, |(_, in_loop)| in_loop))?);
         }
         if request.sensitivities && margins.is_some() {
             sensitivities = whole.sensitivities(&key)?;
+            let by = match &waterfall {
+                Some(Waterfall { limit: Limit::Saturation, .. }) => RankedBy::Saturation,
+                Some(Waterfall { rides_mode: Some(_), .. }) => RankedBy::LargestGain,
+                _ => RankedBy::BandwidthAndGain,
+            };
+            rank(&mut sensitivities, by);
+            ranked_by = Some(by);
         }
         gain = Some(GainReport { key, continuous, sampled });
     }
     let pushes_only = scenario.machine.contacts.values().any(|contact| contact.engagement == Engagement::Unilateral);
     let limit_cycles = match pushes_only.then(|| limit_cycles(scenario)) {
-        None | Some(Err(AnalysisError::NoLimitCycle { .. })) => Vec::new(),
+        None | Some(Err(AnalysisError::NoLimitCycle { .. } | AnalysisError::LongDelay { .. })) => Vec::new(),
         Some(found) => found?,
     };
     let crossover_hz = margins.as_ref().and_then(|m: &MarginReport| m.crossover_hz);
-    let described = own.iter().zip(&classified).map(|(mode, pair)| ModeReport {
-        frequency_hz: mode.frequency_hz(),
-        damping_ratio: mode.damping_ratio(),
-        class: pair.class,
-        phase_change_deg: pair.phase_change_deg,
-        phase_dip_deg: pair.dip_deg,
-        rigid_body: pair.rigid_body,
-        margin_cost_deg: crossover_hz.map(|f| {
-            let factor = pair.factor(mode, feeler_lti::C64::new(0.0, std::f64::consts::TAU * f));
-            if pair.class == ModeClass::Uninvolved { 0.0 } else { -factor.arg().to_degrees() }
-        }),
-        shape: mode.shape.clone(),
+    let in_loop = pair.as_ref().map(|(_, pairs)| pairs);
+    let described = own.iter().enumerate().map(|(i, mode)| {
+        let (asked, looped) = (&classified[i], in_loop.map_or(&classified[i], |pairs| &pairs[i]));
+        ModeReport {
+            frequency_hz: mode.frequency_hz(),
+            damping_ratio: mode.damping_ratio(),
+            class: asked.class,
+            class_in_loop: in_loop.map(|_| looped.class),
+            phase_change_deg: asked.phase_change_deg,
+            phase_dip_deg: asked.dip_deg,
+            rigid_body: asked.rigid_body,
+            margin_cost_deg: crossover_hz.map(|f| {
+                let factor = looped.factor(mode, feeler_lti::C64::new(0.0, std::f64::consts::TAU * f));
+                if looped.class == ModeClass::Uninvolved { 0.0 } else { -factor.arg().to_degrees() }
+            }),
+            shape: mode.shape.clone(),
+        }
     });
     Ok(Report {
         input: input.to_string(),
@@ -200,20 +274,27 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
         zeros: pairs(channel.zeros()?),
         poles_hz: channel.poles_hz()?,
         zeros_hz: channel.zeros_hz()?,
+        zero_pole_gain: channel.zero_pole_gain()?.map(|form| form.leading_coefficient),
+        state_space: StateSpaceReport::new(&channel, &input, &output),
         modes: described.collect(),
+        of_loop: pair.map(|(report, _)| report),
         gain,
         margins,
         limit: waterfall.as_ref().map(|w| w.limit),
         waterfall,
         limit_cycles,
         sensitivities,
+        ranked_by,
     })
 }
 
 impl Request {
     fn signals(&self, scenario: &Scenario, whole: &ControlLoop) -> Result<(SignalName, SignalName), AnalysisError> {
         let machine = &scenario.machine;
-        let first = whole.controllers().iter().find(|c| c.reading.is_some()).or(whole.controllers().first());
+        // The controller whose gain is asked for, if it reads something.
+        let asked = self.gain.as_ref().and_then(|key| whole.gain_of_key(key).ok()).map(|(i, _)| &whole.controllers()[i]);
+        let asked = asked.filter(|c| c.reading.is_some());
+        let first = asked.or_else(|| whole.controllers().iter().find(|c| c.reading.is_some())).or(whole.controllers().first());
         let drive = first.map_or(0, |c| c.drive);
         let input =
             self.input.clone().or_else(|| machine.actuators.get_index(drive).map(|(name, _)| SignalName::new(name, Quantity::Command)));
@@ -238,14 +319,22 @@ impl Request {
 }
 
 impl StableRange {
-    fn about(present: f64, all: GainBands) -> Self {
-        let Some(band) = all.nearest(present) else { return Self { stable: [None, None], all, ..Self::default() } };
+    fn about(present: f64, all: GainBands, below: BelowZero) -> Self {
+        let intervals = all.joined(below);
+        // Of a gain that is not below zero, those below are asked for by nobody.
+        let asked = |band: &&Band| present < 0.0 || band.upper.as_ref().is_none_or(|edge| edge.gain > 0.0);
+        let Some(band) = nearest(intervals.iter().filter(asked), present).cloned() else {
+            return Self { intervals, all, ..Self::default() };
+        };
+        let [low, high] = [&band.lower, &band.upper].map(|edge| edge.as_ref().map(|e| e.gain));
         let edge = band.upper.as_ref().or(band.lower.as_ref());
         Self {
-            stable: [Some(band.lower.as_ref().map_or(0.0, |e| e.gain)), band.upper.as_ref().map(|e| e.gain)],
+            stable: [if present < 0.0 { low } else { Some(low.unwrap_or(0.0).max(0.0)) }, high],
             edge_hz: edge.map(|e| e.frequency_hz),
             edge_mode: edge.and_then(|e| e.mode),
-            all: all.clone(),
+            edges: [band.lower, band.upper],
+            intervals,
+            all,
         }
     }
 }
@@ -260,6 +349,7 @@ impl MarginReport {
         let unstable_poles = open.closed_loop_unstable_poles(1.0)?;
         let stable = unstable_poles == 0;
         let phase = margins.smallest_phase();
+        let (sensitivity, complementary) = (margins.sensitivity, margins.complementary_sensitivity);
         Ok(Self {
             gain: margins.smallest_increase().filter(|_| stable).map(|m| m.factor),
             gain_decrease: margins.smallest_decrease().map(|m| m.factor),
@@ -267,10 +357,13 @@ impl MarginReport {
             delay_s: margins.smallest_delay().filter(|_| stable).map(|p| p.delay_s),
             crossover_hz: phase.map(|p| p.frequency_hz),
             disk: margins.disk.alpha,
-            sensitivity_peak: margins.sensitivity.value,
-            complementary_sensitivity_peak: margins.complementary_sensitivity.value,
+            sensitivity_peak: sensitivity.value,
+            sensitivity_peak_hz: sensitivity.frequency_hz,
+            complementary_sensitivity_peak: complementary.value,
+            complementary_sensitivity_peak_hz: complementary.frequency_hz,
             unstable_poles,
             open_unstable_poles: open.unstable_poles(),
+            encirclements: unstable_poles.cast_signed() - open.unstable_poles().cast_signed(),
         })
     }
 }

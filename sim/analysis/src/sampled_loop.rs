@@ -17,6 +17,9 @@ use crate::schedule::{Action, Schedule, Timing};
 
 /// Spans that differ by less than this share one exponential, s: the engine's grid.
 const SAME_SPAN_S: f64 = 1e-15;
+/// Outputs and readings under way, at most, of a loop whose eigenvalues are sought: each is a state, and an analysis takes some ten seconds with a hundred
+/// of them and eight times as long with twice as many.
+const MOST_STORED: usize = 100;
 
 /// The sampled loop of a [`ControlLoop`].
 #[derive(Clone, Debug)]
@@ -162,6 +165,10 @@ impl<'a> SampledLoop<'a> {
     }
 
     fn closed_with(&self, specs: &[ControllerSpec]) -> Result<DMatrix<f64>, AnalysisError> {
+        let stored = self.schedule.pending.iter().sum::<usize>() + self.schedule.taken.iter().flatten().sum::<usize>();
+        if stored > MOST_STORED {
+            return Err(AnalysisError::LongDelay { stored, most: MOST_STORED, common_s: self.schedule.common_s });
+        }
         Ok(self.walk(specs, None)?.0)
     }
 

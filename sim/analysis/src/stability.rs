@@ -1,6 +1,6 @@
 //! Which values of a gain are stable, and what happens at each edge.
 
-use feeler_lti::{AffineLoop, C64, GainEdge, GainSearch, StableGains, TimeDomain, eigenvalues, stable_gains};
+use feeler_lti::{AffineLoop, C64, GainEdge, GainSearch, StableGains, TimeDomain, eigen, eigenvalues, stable_gains};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -48,15 +48,54 @@ pub struct GainBands {
     pub bands: Vec<Band>,
 }
 
+/// Every interval of stable gains below zero, rising.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct BelowZero {
+    /// The intervals; an upper edge is absent where the interval ends at zero.
+    pub(crate) bands: Vec<Band>,
+    /// The motion next to the limit of stability at zero itself.
+    pub(crate) at_zero: Edge,
+}
+
+impl BelowZero {
+    /// From the intervals of the gain with its sign turned, from zero on.
+    fn mirrored(turned: GainBands, at_zero: Edge) -> Self {
+        let negated = |edge: Edge| Edge { gain: -edge.gain, ..edge };
+        let bands = turned.bands.into_iter().rev().map(|band| Band { lower: band.upper.map(negated), upper: band.lower.map(negated) });
+        Self { bands: bands.collect(), at_zero }
+    }
+}
+
+/// The interval that holds a gain, else the nearest one.
+pub(crate) fn nearest<'a>(bands: impl Iterator<Item = &'a Band>, gain: f64) -> Option<&'a Band> {
+    let distance = |band: &Band| {
+        let below = band.lower.as_ref().map_or(0.0, |edge| edge.gain - gain);
+        let above = band.upper.as_ref().map_or(0.0, |edge| gain - edge.gain);
+        below.max(above).max(0.0)
+    };
+    bands.min_by(|a, b| distance(a).total_cmp(&distance(b)))
+}
+
 impl GainBands {
     /// The interval that holds a gain, else the nearest one; `None` where no gain is stable.
     pub fn nearest(&self, gain: f64) -> Option<&Band> {
-        let distance = |band: &Band| {
-            let below = band.lower.as_ref().map_or(0.0, |edge| edge.gain - gain);
-            let above = band.upper.as_ref().map_or(0.0, |edge| gain - edge.gain);
-            below.max(above).max(0.0)
-        };
-        self.bands.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        nearest(self.bands.iter(), gain)
+    }
+
+    /// Every interval on either side of zero, rising; those that meet at zero are one.
+    pub(crate) fn joined(&self, below: BelowZero) -> Vec<Band> {
+        let BelowZero { bands: mut all, at_zero } = below;
+        let mut above = self.bands.clone();
+        let ends_at_zero = all.last_mut().filter(|band| band.upper.is_none());
+        let begins_at_zero = above.first_mut().filter(|band| band.lower.is_none());
+        match (ends_at_zero, begins_at_zero) {
+            (Some(low), Some(_)) => low.upper = above.remove(0).upper,
+            (Some(low), None) => low.upper = Some(at_zero),
+            (None, Some(high)) => high.lower = Some(at_zero),
+            (None, None) => {}
+        }
+        all.append(&mut above);
+        all
     }
 
     /// The first edge met when the gain rises from zero: infinite where there is none, zero where nothing is stable.
@@ -72,6 +111,9 @@ impl ControlLoop {
     /// [`AnalysisError::NoController`], [`AnalysisError::NoGain`], [`AnalysisError::Rates`], [`AnalysisError::Lti`].
     pub fn sampled_bands(&self, key: &str) -> Result<GainBands, AnalysisError> {
         let (controller, gain) = self.gain_of_key(key)?;
+        if let Some(bands) = self.late_bands(controller, &gain, 1.0)? {
+            return Ok(bands);
+        }
         let sampled = SampledLoop::new(self)?;
         let matrix = |k: f64| sampled.closed_loop_with(controller, &gain, k);
         self.bands(sampled.domain()?, matrix, sampled.expand())
@@ -86,6 +128,63 @@ impl ControlLoop {
         let continuous = ContinuousLoop::new(self)?;
         let matrix = |k: f64| continuous.closed_loop_with(controller, &gain, k);
         self.bands(feeler_lti::Continuous, matrix, continuous.expand())
+    }
+
+    /// Stable values below zero of the gain that a key names, in the sampled loop; none where the law allows none.
+    ///
+    /// # Errors
+    /// As [`Self::sampled_bands`].
+    pub(crate) fn sampled_bands_below_zero(&self, key: &str) -> Result<BelowZero, AnalysisError> {
+        let (controller, gain) = self.gain_of_key(key)?;
+        let mirrored = match self.late_bands(controller, &gain, -1.0) {
+            Err(AnalysisError::Control(_)) => Some(GainBands::default()),
+            other => other?,
+        };
+        if let Some(mirrored) = mirrored {
+            // Where all else decays, it is the integrator of a vanishing gain that is left.
+            return Ok(BelowZero::mirrored(mirrored, Edge { gain: 0.0, frequency_hz: 0.0, mode: None }));
+        }
+        let sampled = SampledLoop::new(self)?;
+        let matrix = |k: f64| sampled.closed_loop_with(controller, &gain, k);
+        self.bands_below_zero(sampled.domain()?, matrix, sampled.expand())
+    }
+
+    /// The same in the continuous loop.
+    ///
+    /// # Errors
+    /// As [`Self::continuous_bands`].
+    pub(crate) fn continuous_bands_below_zero(&self, key: &str) -> Result<BelowZero, AnalysisError> {
+        let (controller, gain) = self.gain_of_key(key)?;
+        let continuous = ContinuousLoop::new(self)?;
+        let matrix = |k: f64| continuous.closed_loop_with(controller, &gain, k);
+        self.bands_below_zero(feeler_lti::Continuous, matrix, continuous.expand())
+    }
+
+    fn bands_below_zero<T: TimeDomain>(
+        &self,
+        domain: T,
+        matrix: impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>,
+        expand: &DMatrix<f64>,
+    ) -> Result<BelowZero, AnalysisError> {
+        let mirrored = match self.bands(domain, |k| matrix(-k), expand) {
+            // A mass or a stiffness has no values below zero.
+            Err(AnalysisError::Control(_)) => GainBands::default(),
+            other => other?,
+        };
+        Ok(BelowZero::mirrored(mirrored, self.at_zero(domain, matrix(0.0).ok(), expand)?))
+    }
+
+    /// The motion next to the limit of stability at gain zero.
+    fn at_zero<T: TimeDomain>(&self, domain: T, matrix: Option<DMatrix<f64>>, expand: &DMatrix<f64>) -> Result<Edge, AnalysisError> {
+        let none = Edge { gain: 0.0, frequency_hz: 0.0, mode: None };
+        let Some(matrix) = matrix.filter(|m| m.iter().all(|v| v.is_finite())) else { return Ok(none) };
+        let found = eigen(&matrix)?;
+        let distance = |p: C64| domain.growth_per_s(p).abs();
+        let upper = (0..found.values.len()).filter(|&i| found.values[i].im >= 0.0);
+        let nearest = upper.min_by(|&i, &j| distance(found.values[i]).total_cmp(&distance(found.values[j])));
+        let Some(i) = nearest else { return Ok(none) };
+        let frequency_hz = domain.s_of_point(found.values[i]).im.abs() / std::f64::consts::TAU;
+        Ok(Edge { frequency_hz, mode: self.most_alike(&modes(self.plant())?, &found.vectors[i], expand), ..none })
     }
 
     fn bands<T: TimeDomain>(
@@ -118,7 +217,7 @@ impl ControlLoop {
     }
 
     /// The mode whose shape has the largest modal assurance with the machine's part of a motion of the loop.
-    fn most_alike(&self, own: &[Mode], vector: &DVector<C64>, expand: &DMatrix<f64>) -> Option<usize> {
+    pub(crate) fn most_alike(&self, own: &[Mode], vector: &DVector<C64>, expand: &DMatrix<f64>) -> Option<usize> {
         let motion = expand.map(|v| C64::new(v, 0.0)) * vector.rows(0, expand.ncols());
         let coordinates = self.plant().motion().coordinates();
         // In units of kinetic energy, so that light bodies do not outweigh heavy ones.

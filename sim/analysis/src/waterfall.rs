@@ -1,27 +1,24 @@
 //! What limits the bandwidth: from the rigid body under a perfect drive down to the loop that is built, one ingredient after the other.
 
-use std::f64::consts::TAU;
-
-use feeler_control::Reference;
-use feeler_lti::{C64, TransferEvaluator};
-use feeler_plant::assembly::{Assembly, Source};
-use feeler_plant::description::Quantity;
+use feeler_lti::C64;
+use feeler_plant::assembly::Assembly;
 use serde::{Serialize, Serializer};
 
-use crate::closed_loop::{ClosedLoop, law_of_reference};
+use crate::closed_loop::ClosedLoop;
 use crate::control_loop::{ControlLoop, LoopController};
 use crate::error::AnalysisError;
 use crate::gain_key::with_gain;
 use crate::modes::{Mode, ModeClass, ModeInPair};
-use crate::sampled_loop::SampledLoop;
 use crate::stability::GainBands;
 
 /// Bandwidths are compared with half of the largest stable gain: a gain margin of two.
 const SHARE_OF_LIMIT: f64 = 0.5;
-/// Relative step of the central differences; their error is its square.
-const DIFFERENCE: f64 = 1e-3;
 /// An ingredient whose absence raises the limit by less than this factor does not limit.
 const MATTERS: f64 = 1.05;
+/// Modes damped less than this have a peak...
+const RESONANT: f64 = 0.3;
+/// ...on whose flank, 3 dB below where the response began, a bandwidth up to so many times the mode's frequency lies.
+const FLANK: f64 = 1.3;
 
 /// Which of the paper's three problems, or the controller itself, limits the bandwidth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
@@ -53,19 +50,17 @@ pub struct Stage {
     pub bandwidth_hz: Option<f64>,
 }
 
-/// How the bandwidth answers to one number of the machine.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Sensitivity {
-    /// The number's key.
-    pub key: String,
-    /// Its value, SI.
-    pub value: f64,
-    /// Derivative of the bandwidth, Hz per unit of the number.
-    pub bandwidth_hz_per_unit: f64,
-    /// Relative change of the bandwidth over relative change of the number.
-    pub bandwidth_relative: f64,
-    /// Relative change of the largest stable gain over relative change of the number.
-    pub largest_gain_relative: f64,
+impl Stage {
+    /// Whether the drive reaches its limit below the bandwidth.
+    pub(crate) fn saturates(&self, saturation_hz: Option<f64>) -> bool {
+        saturation_hz.zip(self.bandwidth_hz).is_some_and(|(saturation, bandwidth)| saturation < bandwidth)
+    }
+
+    /// What of the bandwidth is left.
+    fn saturated(self, saturation_hz: Option<f64>) -> Self {
+        let bandwidth_hz = self.bandwidth_hz.map(|bandwidth| saturation_hz.map_or(bandwidth, |saturation| bandwidth.min(saturation)));
+        Self { added: "saturation".into(), bandwidth_hz, ..self }
+    }
 }
 
 /// What becomes of the largest gain without an ingredient. Serialised as a number, `"unlimited"`, `"stable"` or `"none"`.
@@ -120,10 +115,20 @@ pub struct Waterfall {
     pub stages: Vec<Stage>,
     /// What would become of the largest gain without an ingredient, the others present.
     pub without: Vec<(String, Relief)>,
-    /// Frequency above which a reference of the file's size drives the command to its limit, Hz; absent where it never does.
+    /// Frequency above which a reference of the size that the file ends with drives the command to its limit at half of the largest stable gain, Hz: zero
+    /// where it does so at rest, absent where it never does.
     pub saturation_hz: Option<f64>,
+    /// Index of a flexible mode on whose falling flank the bandwidth lies: it then moves with that mode's peak, whatever becomes of the loop below it.
+    pub rides_mode: Option<usize>,
     /// The verdict.
     pub limit: Limit,
+}
+
+/// The lightly damped flexible mode on whose falling flank a frequency lies.
+fn flank(frequency_hz: f64, modes: &[Mode], pairs: &[ModeInPair]) -> Option<usize> {
+    let flexible = |i: &usize| !pairs[*i].rigid_body && pairs[*i].class != ModeClass::Uninvolved && modes[*i].damping_ratio() < RESONANT;
+    let beside = |i: &usize| (1.0..=FLANK).contains(&(frequency_hz / modes[*i].frequency_hz()));
+    (0..modes.len()).filter(flexible).filter(beside).max_by(|&i, &j| modes[i].frequency_hz().total_cmp(&modes[j].frequency_hz()))
 }
 
 /// An ideal drive with the same gain: a velocity source keeps the damping of its motor, and loses its lag.
@@ -180,9 +185,10 @@ impl ControlLoop {
         })?;
         stages.push(held.sampled_stage("hold", key)?);
         stages.push(self.altered(|assembly, controllers| without_filters(assembly, controllers))?.sampled_stage("delay", key)?);
-        let built = self.sampled_stage("filters", key)?;
-        let limit_gain = built.largest_gain.unwrap_or(f64::INFINITY);
-        stages.push(built);
+        let last = self.sampled_stage("filters", key)?;
+        let largest_gain = last.largest_gain;
+        let limit_gain = largest_gain.unwrap_or(f64::INFINITY);
+        stages.push(last.clone());
 
         let relief = |bands: GainBands| Relief::new(limit_gain, bands.first_upper());
         let mut candidates = vec![("sampling".to_string(), Limit::Sampling, relief(self.continuous_bands(key)?))];
@@ -193,66 +199,19 @@ impl ControlLoop {
             let stiff = self.altered(|assembly, _| rigid(assembly, &[(i, class)]))?;
             candidates.push((format!("springs.{}", self.assembly().links[i].name), limit, relief(stiff.sampled_bands(key)?)));
         }
-        let saturation_hz = self.saturation_hz(key)?;
-        let achieved = stages.last().and_then(|stage| stage.bandwidth_hz);
-        if let (Some(saturation), Some(last)) = (saturation_hz, stages.last().cloned()) {
-            let bandwidth_hz = last.bandwidth_hz.map(|achieved| achieved.min(saturation));
-            stages.push(Stage { added: "saturation".into(), bandwidth_hz, ..last });
+        let saturation_hz = self.saturation_hz(key, largest_gain)?;
+        if saturation_hz.is_some() {
+            stages.push(last.clone().saturated(saturation_hz));
         }
-        let saturates = saturation_hz.zip(achieved).is_some_and(|(saturation, achieved)| saturation < achieved);
+        let saturates = last.saturates(saturation_hz);
+        let rides_mode = last.bandwidth_hz.filter(|_| !saturates).and_then(|bandwidth_hz| flank(bandwidth_hz, modes, pairs));
         let worst = candidates
             .iter()
             .max_by(|a, b| a.2.factor().total_cmp(&b.2.factor()))
             .filter(|c| limit_gain.is_finite() && c.2.factor() > MATTERS);
         let limit = if saturates { Limit::Saturation } else { worst.map_or(Limit::RigidBody, |c| c.1) };
         let without = candidates.into_iter().map(|(name, _, relief)| (name, relief)).collect();
-        Ok(Waterfall { stages, without, saturation_hz, limit })
-    }
-
-    /// How bandwidth and largest gain of the sampled loop answer to every mass, stiffness and damping that is not zero.
-    ///
-    /// # Errors
-    /// Those of [`Self::sampled_bands`].
-    pub fn sensitivities(&self, key: &str) -> Result<Vec<Sensitivity>, AnalysisError> {
-        let assembly = self.assembly();
-        let mut numbers: Vec<(String, Slot)> = Vec::new();
-        for (i, node) in assembly.nodes.iter().enumerate().skip(1) {
-            numbers.push((format!("bodies.{}.mass", node.name), Slot::Mass(i)));
-        }
-        for (i, link) in assembly.links.iter().enumerate().filter(|(_, link)| !link.rigid) {
-            numbers.push((format!("springs.{}.stiffness", link.name), Slot::LinkStiffness(i)));
-            numbers.push((format!("springs.{}.damping", link.name), Slot::LinkDamping(i)));
-        }
-        for (i, contact) in assembly.contacts.iter().enumerate() {
-            numbers.push((format!("contacts.{}.stiffness", contact.name), Slot::ContactStiffness(i)));
-            numbers.push((format!("contacts.{}.damping", contact.name), Slot::ContactDamping(i)));
-        }
-        let mut sensitivities = Vec::new();
-        for (name, slot) in numbers {
-            let value = *slot.of(&mut assembly.clone());
-            if value == 0.0 {
-                continue;
-            }
-            let at = |factor: f64| -> Result<Stage, AnalysisError> {
-                self.altered(|assembly, _| *slot.of(assembly) *= factor)?.sampled_stage("", key)
-            };
-            let (low, high) = (at(1.0 - DIFFERENCE)?, at(1.0 + DIFFERENCE)?);
-            let slope =
-                |of: &dyn Fn(&Stage) -> Option<f64>| of(&low).zip(of(&high)).map_or(f64::NAN, |(a, b)| (b - a) / (DIFFERENCE * (a + b)));
-            let bandwidth_relative = slope(&|stage| stage.bandwidth_hz);
-            let middle = low.bandwidth_hz.zip(high.bandwidth_hz).map_or(f64::NAN, |(a, b)| 0.5 * (a + b));
-            sensitivities.push(Sensitivity {
-                key: name,
-                value,
-                bandwidth_hz_per_unit: bandwidth_relative * middle / value,
-                bandwidth_relative,
-                largest_gain_relative: slope(&|stage| stage.largest_gain),
-            });
-        }
-        // Where the loop has no crossover there is no bandwidth to compare by.
-        let size = |s: &Sensitivity| if s.bandwidth_relative.is_nan() { -1.0 } else { s.bandwidth_relative.abs() };
-        sensitivities.sort_by(|a, b| size(b).total_cmp(&size(a)));
-        Ok(sensitivities)
+        Ok(Waterfall { stages, without, saturation_hz, rides_mode, limit })
     }
 
     fn continuous_stage(&self, added: &str, key: &str) -> Result<Stage, AnalysisError> {
@@ -263,7 +222,7 @@ impl ControlLoop {
         })
     }
 
-    fn sampled_stage(&self, added: &str, key: &str) -> Result<Stage, AnalysisError> {
+    pub(crate) fn sampled_stage(&self, added: &str, key: &str) -> Result<Stage, AnalysisError> {
         let bands = self.sampled_bands(key)?;
         self.stage(added, key, &bands, Self::bandwidth_hz)
     }
@@ -272,7 +231,7 @@ impl ControlLoop {
     /// frequency, Hz; half of the sampling rate where it never does, none where it reads nothing.
     ///
     /// # Errors
-    /// Those of [`SampledLoop::open_loop`].
+    /// Those of [`crate::SampledLoop::open_loop`].
     pub fn bandwidth_hz(&self, controller: usize) -> Result<Option<f64>, AnalysisError> {
         let nyquist_hz = 0.5 / self.controllers()[controller].spec.period_s;
         let closed = ClosedLoop::sampled(self, controller)?;
@@ -290,14 +249,17 @@ impl ControlLoop {
         let edge = bands.bands.first().and_then(|band| band.upper.as_ref());
         let bandwidth_hz = match edge {
             None => None,
-            Some(edge) => {
-                let mut half = self.clone();
-                half.set_spec(controller, with_gain(&self.controllers()[controller].spec, &gain, SHARE_OF_LIMIT * edge.gain)?);
-                bandwidth(&half, controller)?
-            }
+            Some(edge) => bandwidth(&self.at_half_of(controller, &gain, edge.gain)?, controller)?,
         };
         let largest_gain = if bands.bands.is_empty() { Some(0.0) } else { edge.map(|edge| edge.gain) };
         Ok(Stage { added: added.into(), largest_gain, edge_hz: edge.map(|edge| edge.frequency_hz), bandwidth_hz })
+    }
+
+    /// The same with a gain at half of its largest stable value.
+    pub(crate) fn at_half_of(&self, controller: usize, gain: &str, largest: f64) -> Result<Self, AnalysisError> {
+        let mut half = self.clone();
+        half.set_spec(controller, with_gain(&self.controllers()[controller].spec, gain, SHARE_OF_LIMIT * largest)?);
+        Ok(half)
     }
 
     /// Springs that can be taken for rigid, with the class of the mode that strains each most, by rising frequency of that mode.
@@ -321,57 +283,5 @@ impl ControlLoop {
         }
         links.sort_by(|a, b| a.0.total_cmp(&b.0));
         links.into_iter().map(|(_, i, class)| (i, class)).collect()
-    }
-
-    /// Lowest frequency at which a reference of the size that the file ends with asks for more than the drive gives: more command than the
-    /// controller may put out, or more force, or faster changes of it, than the drive can make.
-    fn saturation_hz(&self, key: &str) -> Result<Option<f64>, AnalysisError> {
-        let (controller, _) = self.gain_of_key(key)?;
-        let own = &self.controllers()[controller];
-        let drive = &self.assembly().drives[own.drive];
-        let command_limit = own.spec.output_limit.unwrap_or(f64::INFINITY);
-        if command_limit.is_infinite() && drive.limit.is_infinite() && drive.rate_limit.is_infinite() {
-            return Ok(None);
-        }
-        let size = Reference::new(&own.spec.reference, 0, "")?.value(f64::MAX).abs();
-        let open = SampledLoop::new(self)?.open_loop(controller)?;
-        // A velocity source's limit is on the force that it makes of the command.
-        let force = self.plant().output(Source::Drive(own.drive, Quantity::Force))?;
-        let made = SampledLoop::response_to(self, controller, force)?;
-        let (around, made, law) = (TransferEvaluator::new(&open), TransferEvaluator::new(&made), law_of_reference(own)?);
-        let nyquist = 0.5 / own.spec.period_s;
-        for i in 0..=2000 {
-            let frequency_hz = nyquist * 1e-3_f64.powf(1.0 - f64::from(i) / 2000.0);
-            let w = TAU * frequency_hz;
-            let z = C64::cis(w * own.spec.period_s);
-            let command = law.at(z)?[(0, 0)] / (around.at(z)?[(0, 0)] + 1.0) * size;
-            let force = if drive.velocity_source.is_some() { (command * made.at(z)?[(0, 0)]).norm() } else { command.norm() * drive.gain };
-            if command.norm() > command_limit || force > drive.limit || w * force > drive.rate_limit {
-                return Ok(Some(frequency_hz));
-            }
-        }
-        Ok(None)
-    }
-}
-
-/// One number of an assembly.
-#[derive(Clone, Copy)]
-enum Slot {
-    Mass(usize),
-    LinkStiffness(usize),
-    LinkDamping(usize),
-    ContactStiffness(usize),
-    ContactDamping(usize),
-}
-
-impl Slot {
-    fn of(self, assembly: &mut Assembly) -> &mut f64 {
-        match self {
-            Self::Mass(i) => &mut assembly.nodes[i].mass_kg,
-            Self::LinkStiffness(i) => &mut assembly.links[i].stiffness,
-            Self::LinkDamping(i) => &mut assembly.links[i].damping,
-            Self::ContactStiffness(i) => &mut assembly.contacts[i].law.stiffness,
-            Self::ContactDamping(i) => &mut assembly.contacts[i].law.damping,
-        }
     }
 }

@@ -65,6 +65,14 @@ impl LoopTransfer<Discrete> {
     pub fn discrete(system: &StateSpace<Discrete>) -> Result<Self, LtiError> {
         Self::build(system, 0.0)
     }
+
+    /// A sampled loop followed by a delay of whole samples, exact however long.
+    ///
+    /// # Errors
+    /// As [`Self::discrete`].
+    pub fn late(system: &StateSpace<Discrete>, samples: usize) -> Result<Self, LtiError> {
+        Self::build(system, samples as f64 * system.period_s())
+    }
 }
 
 impl<T: TimeDomain> LoopTransfer<T> {

@@ -84,6 +84,20 @@ fn truth_each_way_to_excite_is_recognised() {
     assert!(matches!(recognise(&noise[..500]), RecordedExcitation::Noise { .. }));
     let chirp: Vec<f64> = (0..SAMPLES).map(|i| i as f64 * PERIOD_S).map(|t| (TAU * (1.0 + 25.0 * t) * t).sin()).collect();
     assert_eq!(recognise(&chirp), RecordedExcitation::Sweep);
+    // The same in a record that begins or ends in silence, from some frequency on, or by ratios of frequency.
+    let linear = |from_hz: f64, t: f64| (TAU * (from_hz + 30.0 * t) * t).sin();
+    let geometric = |t: f64| (TAU * 2.0 * 2.5 / 80_f64.ln() * (80_f64.powf(t / 2.5) - 1.0)).sin();
+    let sweeps: [&dyn Fn(f64) -> f64; 3] = [&|t| linear(1.0, t), &|t| linear(20.0, t), &geometric];
+    for (which, sweep) in sweeps.into_iter().enumerate() {
+        for begins_s in [0.0, 0.5, 1.5] {
+            let value = |i: usize| {
+                let t = i as f64 * PERIOD_S - begins_s;
+                if (0.0..2.5).contains(&t) { 3.0 + sweep(t) } else { 3.0 }
+            };
+            let record: Vec<f64> = (0..SAMPLES).map(value).collect();
+            assert_eq!(recognise(&record), RecordedExcitation::Sweep, "{which} from {begins_s} s on");
+        }
+    }
     let steps: Vec<f64> = (0..SAMPLES).map(|i| [15.0, 30.0, 10.0, 40.0][i / 1000] + 0.01 * noise[i]).collect();
     assert!(matches!(recognise(&steps), RecordedExcitation::Uneven { .. }), "{:?}", recognise(&steps));
 }

@@ -9,7 +9,7 @@ use feeler_plant::names::did_you_mean;
 use feeler_scenarios::format::DatasetFile;
 
 use super::evaluate::{Evaluated, Pair, SEGMENTS, choose as choose_method, evaluate};
-use super::{Response, band, between, refused, require, require_path};
+use super::{Response, band, between, refused, require, require_path, sensed};
 use crate::arguments::Frf;
 use crate::failure::BadInput;
 use crate::numbers::plain;
@@ -19,6 +19,8 @@ const POWER: f64 = 0.995;
 /// Power of the command at a frequency over that at its strongest, below which a response there would be noise over noise.
 const LEAST_POWER: f64 = 1e-4;
 
+/// Frequencies on each side that speak for one.
+const NEIGHBOURS: usize = 10;
 /// Fewer frequencies than these are drawn as points: a line through them would hide what lies between.
 const FEW: usize = 100;
 
@@ -53,7 +55,7 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         || format!("the command excites nothing between {} and {} Hz", plain(band_hz.0), plain(band_hz.1)),
         "name another band with --from and --to, other experiments, or leave --period and --excitation out",
     )?;
-    drop_unknown(arguments, &mut found, command.as_ref(), &mut notes)?;
+    drop_unknown(arguments, &mut found, is_of_lines, command.as_ref(), &mut notes)?;
     let estimate = found.estimate;
     let isolated = found.isolated || estimate.frequencies_hz.len() < FEW;
 
@@ -78,6 +80,7 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         about: file.about.clone(),
         input: chosen.input,
         output: chosen.output,
+        reads: sensed(&data.machine, &chosen.signal),
         how: format!("measured: {}; {}", names.join(", "), found.how),
         notes,
         hold_s: spacing_s,
@@ -192,7 +195,13 @@ fn powered(frequencies_hz: &[f64], spectra: Option<&CrossSpectra>) -> Vec<bool> 
 }
 
 /// Leaves out what the records say nothing about: frequencies without power in the command, and those whose phase is unknown.
-fn drop_unknown(arguments: &Frf, found: &mut Evaluated, command: Option<&CrossSpectra>, notes: &mut Vec<String>) -> anyhow::Result<()> {
+fn drop_unknown(
+    arguments: &Frf,
+    found: &mut Evaluated,
+    of_lines: bool,
+    command: Option<&CrossSpectra>,
+    notes: &mut Vec<String>,
+) -> anyhow::Result<()> {
     let all = found.estimate.frequencies_hz.len();
     let powered = powered(&found.estimate.frequencies_hz, command);
     let without_power = powered.iter().filter(|powered| !**powered).count();
@@ -200,7 +209,10 @@ fn drop_unknown(arguments: &Frf, found: &mut Evaluated, command: Option<&CrossSp
     let bands = found.estimate.confidence(arguments.confidence);
     let known: Vec<bool> = bands.iter().map(|band| band.phase_half_width_rad < std::f64::consts::PI).collect();
     let unknown = known.iter().filter(|known| !**known).count();
-    keep(&mut found.estimate, found.told_apart.as_mut(), &known);
+    // Of many frequencies of which nothing is known some pass by chance, and say what noise says.
+    let carried = if of_lines { known.clone() } else { carried(&known) };
+    let by_chance = known.iter().filter(|known| **known).count() - carried.iter().filter(|carried| **carried).count();
+    keep(&mut found.estimate, found.told_apart.as_mut(), &carried);
     let mut left_out = |count: usize, why: &str| {
         if count > 0 {
             notes.push(format!("{count} of {all} frequencies are left out: {why}"));
@@ -208,11 +220,19 @@ fn drop_unknown(arguments: &Frf, found: &mut Evaluated, command: Option<&CrossSp
     };
     left_out(without_power, "the command has next to no power there");
     left_out(unknown, "what else acts on the machine outweighs the command there, so that not even the phase is known");
+    left_out(by_chance, "at most frequencies about them nothing is known, so that what seems to be is so by chance");
     require(
         !found.estimate.frequencies_hz.is_empty(),
         || format!("{}: no response is known at any of {all} frequencies from these records", arguments.source.display()),
         "name other experiments, another output or another band; feeler frf needs a command that excites the machine",
     )
+}
+
+/// Those known frequencies about which at least half of the neighbours are known too.
+fn carried(known: &[bool]) -> Vec<bool> {
+    let about = |i: usize| &known[i.saturating_sub(NEIGHBOURS)..(i + NEIGHBOURS + 1).min(known.len())];
+    let most = |part: &[bool]| 2 * part.iter().filter(|known| **known).count() >= part.len();
+    (0..known.len()).map(|i| known[i] && most(about(i))).collect()
 }
 
 /// Drops the frequencies that are not kept.
@@ -245,5 +265,19 @@ fn unusable(arguments: &Frf, error: DiagnosisError) -> anyhow::Error {
     match error {
         DiagnosisError::Format(error) => error.into(),
         other => BadInput::error(format!("{}: {other}", arguments.source.display()), "feeler check names every mistake of a dataset"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_frequencies_that_are_known_by_chance_do_not_count() {
+        // Up to 300 nearly all are known; beyond, one in thirty is.
+        let known: Vec<bool> = (0..1000).map(|i| if i < 300 { i % 29 != 7 } else { i % 30 == 3 }).collect();
+        let kept = carried(&known);
+        assert!((0..295).all(|i| kept[i] == known[i]));
+        assert!(kept[310..].iter().all(|kept| !kept));
     }
 }

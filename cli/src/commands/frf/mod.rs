@@ -11,6 +11,7 @@ use feeler_analysis::AnalysisError;
 use feeler_analysis::frf::Experiment;
 use feeler_lti::C64;
 use feeler_lti::spectral::{Estimator, ResponseEstimate};
+use feeler_plant::description::{Machine, Quantity, SignalName};
 
 use crate::arguments::{EstimatorKind, Frf};
 use crate::failure::BadInput;
@@ -31,6 +32,8 @@ pub(crate) struct Response {
     pub(crate) about: String,
     pub(crate) input: String,
     pub(crate) output: String,
+    /// What a sensor reads whose reading is the output.
+    pub(crate) reads: Option<String>,
     /// Excitation and estimator in words.
     pub(crate) how: String,
     /// What was assumed.
@@ -61,6 +64,12 @@ pub(crate) struct Agreement {
 }
 
 impl Response {
+    /// Input and output in words.
+    pub(crate) fn path(&self) -> String {
+        let reads = self.reads.as_ref().map_or_else(String::new, |signal| format!(", the sensor's reading of {signal}"));
+        format!("from {} to {}{reads}", self.input, self.output)
+    }
+
     pub(crate) fn agreement(&self) -> Agreement {
         let all = || (0..self.linear.len()).filter(|&i| self.linear[i].norm() > 0.0);
         let known = self.estimate.coherence.as_ref();
@@ -217,11 +226,17 @@ fn text(response: &Response) -> String {
         ]
     });
     let header = ["frequency (Hz)", "measured (dB)", "± (dB)", "phase (deg)", "± (deg)", "coherence", "linear (dB)", "linear (deg)"];
-    let mut parts = vec![format!("from {} to {}\n{}", response.input, response.output, response.how)];
+    let mut parts = vec![format!("{}\n{}", response.path(), response.how)];
     parts.extend((!response.notes.is_empty()).then(|| response.notes.iter().map(|n| format!("note: {n}")).collect::<Vec<_>>().join("\n")));
     parts.push(table(&header, &[0, 1, 2, 3, 4, 5, 6, 7], rows));
     parts.push(response.sentences().join("\n"));
     parts.join("\n\n")
+}
+
+/// What the sensor reads whose reading a signal is.
+fn sensed(machine: &Machine, signal: &SignalName) -> Option<String> {
+    let sensor = machine.sensors.get(&signal.element).filter(|_| signal.quantity == Quantity::Reading)?;
+    Some(sensor.reads.to_string())
 }
 
 /// Checks of what every source of records has in common.

@@ -8,7 +8,7 @@ use feeler_plant::assembly::assemble;
 use feeler_plant::description::{ActuatorKind, Engagement, Machine, Quantity, SignalName};
 use feeler_scenarios::format::{Document, Draft};
 
-use super::{Response, band, between, estimator, refused, require, require_path, require_segments};
+use super::{Response, band, between, estimator, refused, require, require_path, require_segments, sensed};
 use crate::arguments::{EstimatorKind, ExcitationKind, Frf};
 use crate::failure::BadInput;
 use crate::numbers::{plain, with_unit};
@@ -60,7 +60,7 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     require(
         measured.estimate.response.iter().any(|value| value.norm() > 0.0),
         || format!("nothing moved under {} rms at `{}`: there is no response to estimate", plain(rms), experiment.actuator),
-        "excite it more strongly with --rms, beyond dry friction and free play",
+        "excite it more strongly with --rms, beyond dry friction, free play and the sensor's resolution",
     )?;
     let realisations = arguments.realisations.unwrap_or(REALISATIONS) as f64;
     let isolated = kind == ExcitationKind::SteppedSine;
@@ -73,6 +73,7 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         about: document.scenario.machine.about.clone(),
         input,
         output: experiment.output.to_string(),
+        reads: sensed(&experiment.machine, &experiment.output),
         how: format!("simulated: {}, {} rms, held for {hold}, seed {}", words(&excitation), plain(rms), experiment.seed),
         notes,
         hold_s: experiment.hold_s,
@@ -133,13 +134,15 @@ fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> 
             }
         },
     };
-    let read = controller.and_then(|c| c.reads.as_ref()).and_then(|name| machine.sensors.get(name)).map(|sensor| sensor.reads.clone());
+    // What the controller gets: the sensor's reading, with its filter, delay, resolution and noise.
+    let read = controller.and_then(|c| c.reads.as_ref()).and_then(|name| machine.sensors.get_key_value(name));
     // What is absent feels nothing: then the body that would touch is looked at.
     let pressed = machine.contacts.iter().next().map(|(name, contact)| match contact.engagement {
         Engagement::Free => SignalName::new(&contact.between[0], Quantity::Acceleration),
         _ => SignalName::new(name, Quantity::SpringForce),
     });
-    let read = read.filter(|read| machine.contacts.get(&read.element).is_none_or(|contact| contact.engagement != Engagement::Free));
+    let feels = |signal: &SignalName| machine.contacts.get(&signal.element).is_none_or(|contact| contact.engagement != Engagement::Free);
+    let read = read.filter(|(_, sensor)| feels(&sensor.reads)).map(|(name, _)| SignalName::new(name, Quantity::Reading));
     let wanted = arguments.output.as_deref().map(|name| signals::named(&machine, name)).transpose()?;
     let Some(output) = wanted.or(read).or(pressed) else {
         return Err(BadInput::error(

@@ -88,6 +88,7 @@ pub(super) fn json(response: &Response) -> Value {
         "name": response.title,
         "input": response.input,
         "output": response.output,
+        "output_reads": response.reads,
         "how": response.how,
         "notes": response.notes,
         "hold_s": response.hold_s,

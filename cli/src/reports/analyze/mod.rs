@@ -6,14 +6,14 @@ mod planes;
 mod shapes;
 mod verdict;
 
-use feeler_analysis::{Curves, ModeReport, Relief, Report};
+use feeler_analysis::{Curves, ModeReport, RankedBy, Relief, Report};
 use feeler_scenarios::format::Document;
 
 use crate::numbers::{plain, with_unit};
 use crate::page::{Page, Tile};
 
 pub(crate) use bode::degrees;
-pub(crate) use verdict::{class_name, sentences};
+pub(crate) use verdict::{achieved_name, class_name, sentences, subject};
 
 /// The page of an analysis, sensitivities included.
 pub(crate) fn page(document: &Document, settings: &[String], report: &Report, curves: &Curves) -> String {
@@ -24,6 +24,9 @@ pub(crate) fn page(document: &Document, settings: &[String], report: &Report, cu
     page.lead(lead);
     for sentence in rest {
         page.paragraph(sentence);
+    }
+    if report.of_loop.as_ref().is_some_and(|of| of.input != report.input || of.output != report.output) {
+        page.paragraph(&format!("Looked at {}", subject(report).replace('\n', ". ")));
     }
     page.tiles(&tiles(report));
     waterfall(&mut page, report);
@@ -45,6 +48,9 @@ pub(crate) fn page(document: &Document, settings: &[String], report: &Report, cu
     page.heading("Poles and zeros");
     for plane in planes::loci(report, curves) {
         page.plane(&plane);
+    }
+    if curves.open_sampled.is_some() && curves.locus_sampled.is_none() {
+        page.paragraph("The sampled loop has a branch for each of the many samples of its delay: a root locus would show nothing.");
     }
     page.plane(&planes::map(report));
     page.heading("Scenario");
@@ -131,8 +137,8 @@ fn waterfall(page: &mut Page, report: &Report) {
     page.table(&["without", "largest gain"], &[1], &rows);
     if let Some(f) = waterfall.saturation_hz {
         page.paragraph(&format!(
-            "A reference of the size that the file ends with asks more of the drive than its limit allows from {} on.",
-            with_unit(f, "Hz")
+            "At half of the largest stable gain, a reference of the size that the file ends with asks more of the drive than its limit allows {}.",
+            if f > 0.0 { format!("from {} on", with_unit(f, "Hz")) } else { "even at rest".to_owned() }
         ));
     }
 }
@@ -142,17 +148,29 @@ fn sensitivities(page: &mut Page, report: &Report) {
         return;
     }
     page.heading("What to stiffen, lighten or damp first");
-    page.paragraph(
-        "Change of bandwidth and of the largest stable gain, in per cent, for one per cent more of each number; the most telling first.",
-    );
+    let achieved = achieved_name(report);
+    let ranked = match report.ranked_by {
+        Some(RankedBy::LargestGain) => {
+            "the most telling for the largest gain first, since the bandwidth lies on the flank of a mode's peak"
+        }
+        Some(RankedBy::Saturation) => {
+            "the most telling first: of the frequency at which the drive saturates, which is what is achieved, and of the largest gain"
+        }
+        _ => "the most telling for both together first, those that raise one and lower the other last",
+    };
+    page.paragraph(&format!(
+        "Change of {achieved} and of the largest stable gain, in per cent, for one per cent more of each number; {ranked}."
+    ));
     let percent = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
     let rows: Vec<Vec<String>> = (report.sensitivities.iter())
         .map(|s| {
             let per_unit = if s.bandwidth_hz_per_unit.is_finite() { plain(s.bandwidth_hz_per_unit) } else { "-".to_owned() };
-            vec![s.key.clone(), plain(s.value), percent(s.bandwidth_relative), percent(s.largest_gain_relative), per_unit]
+            let trade = if report.ranked_by.is_some_and(|by| s.is_trade(by)) { "trades one for the other" } else { "" };
+            vec![s.key.clone(), plain(s.value), percent(s.bandwidth_relative), percent(s.largest_gain_relative), per_unit, trade.to_owned()]
         })
         .collect();
-    page.table(&["number", "value (SI)", "bandwidth (%)", "largest gain (%)", "bandwidth (Hz per unit)"], &[1, 2, 3, 4], &rows);
+    let header = ["number", "value (SI)", &format!("{achieved} (%)"), "largest gain (%)", &format!("{achieved} (Hz per unit)"), ""];
+    page.table(&header, &[1, 2, 3, 4], &rows);
 }
 
 fn modes(page: &mut Page, report: &Report) {

@@ -1,6 +1,6 @@
 //! An analysis in plain words.
 
-use feeler_analysis::{Limit, ModeClass, Report};
+use feeler_analysis::{Edge, Limit, ModeClass, RankedBy, Report, Sensitivity};
 
 use crate::numbers::{plain, with_unit};
 
@@ -13,6 +13,24 @@ pub(crate) fn class_name(class: ModeClass) -> &'static str {
     }
 }
 
+/// From what to what poles, zeros and modes are, and what the rest is of where that is another pair.
+pub(crate) fn subject(report: &Report) -> String {
+    let asked = format!("from {} to {}", report.input, report.output);
+    match &report.of_loop {
+        Some(of) if of.input != report.input || of.output != report.output => format!(
+            "{asked}: poles, zeros, and what modes are and cost between the two\nGains, margins, what modes take at the crossover, bandwidth and advice are of the loop of \
+             controllers.{}, from {} to {}.",
+            of.controller, of.input, of.output
+        ),
+        _ => asked,
+    }
+}
+
+/// Name of the column of what a change does to what is achieved.
+pub(crate) fn achieved_name(report: &Report) -> &'static str {
+    if report.ranked_by == Some(RankedBy::Saturation) { "saturation frequency" } else { "bandwidth" }
+}
+
 /// Which of the three problems limits the bandwidth, how far the gain may rise, and what to change first.
 pub(crate) fn sentences(report: &Report) -> Vec<String> {
     let Some(gain) = &report.gain else {
@@ -20,7 +38,15 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
     };
     let mut said = Vec::new();
     match (report.limit, gain.sampled.all.bands.is_empty()) {
-        (_, true) => said.push(format!("No value of {} makes this loop stable.", gain.key)),
+        (_, true) => {
+            let spans = gain.sampled.intervals.iter().map(|band| {
+                let end = |edge: &Option<Edge>| edge.as_ref().map_or_else(|| "minus infinity".to_owned(), |edge| plain(edge.gain));
+                format!("from {} to {}", end(&band.lower), end(&band.upper))
+            });
+            let below = spans.collect::<Vec<_>>().join(" and ");
+            let but = if below.is_empty() { String::new() } else { format!("; below zero it is stable {below}") };
+            said.push(format!("No value of {} from zero on makes this loop stable{but}.", gain.key));
+        }
         (Some(limit), _) => said.push(limited(report, limit)),
         (None, _) => {
             said.push("Which problem limits this loop cannot be told: it has no continuous counterpart, or varies in time.".to_owned());
@@ -29,7 +55,9 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
     let [low, high] = gain.sampled.stable;
     if let Some(high) = high {
         let at = gain.sampled.edge_hz.map_or_else(String::new, |f| format!(", where it begins to swing at {}", with_unit(f, "Hz")));
-        let from = low.filter(|low| *low > 0.0).map_or_else(String::new, |low| format!(" from {}", plain(low)));
+        let swings = |edge: &Edge| format!(" (where it swings at {})", with_unit(edge.frequency_hz, "Hz"));
+        let low_edge = gain.sampled.edges[0].as_ref().filter(|edge| edge.frequency_hz > 0.0).map_or_else(String::new, swings);
+        let from = low.filter(|low| *low > 0.0).map_or_else(String::new, |low| format!(" from {}{low_edge}", plain(low)));
         let unbounded = gain.continuous.as_ref().is_some_and(|range| !range.all.bands.is_empty() && range.stable[1].is_none());
         let paper = if unbounded { "; on paper, without sampling, no gain is too large" } else { "" };
         said.push(format!("Sampled, the loop is stable{from} up to {} = {}{at}{paper}.", gain.key, plain(high)));
@@ -44,16 +72,57 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
             with_unit(cycle.peak_force_n, "N")
         ));
     }
-    let telling = report.sensitivities.iter().filter(|s| s.bandwidth_relative.is_finite() && s.bandwidth_relative.abs() > 1e-3).take(3);
-    let first: Vec<String> = telling
-        .map(|s| {
-            let way = if s.bandwidth_relative > 0.0 { "more" } else { "less" };
-            format!("{way} {} (1 % gives {} %)", s.key, plain(s.bandwidth_relative.abs()))
-        })
-        .collect();
-    if !first.is_empty() {
-        said.push(format!("For more bandwidth, first: {}.", first.join("; ")));
+    said.extend(advice(report));
+    said
+}
+
+/// Numbers named in an advice, and the least that one is worth naming for.
+const NAMED: usize = 3;
+const TELLING: f64 = 1e-3;
+
+/// What to change first, for what, and what only seems to help.
+fn advice(report: &Report) -> Vec<String> {
+    let Some(by) = report.ranked_by else { return Vec::new() };
+    let mut said = Vec::new();
+    if let Some(mode) = report.waterfall.as_ref().and_then(|w| w.rides_mode).and_then(|i| report.modes.get(i)) {
+        said.push(format!(
+            "The bandwidth lies on the flank of the mode at {}: it moves with that peak, and what softens the mode, or damps it less, may seem to raise it. So what \
+             to change is ranked by the largest stable gain.",
+            with_unit(mode.frequency_hz, "Hz")
+        ));
     }
+    if by == RankedBy::Saturation && report.waterfall.as_ref().and_then(|w| w.saturation_hz).is_some_and(|f| f <= 0.0) {
+        said.push("The reference asks for more than the drive's limit even at rest: no stiffness, mass or damping changes that, only a higher limit.".to_owned());
+        return said;
+    }
+    let telling = |s: &&Sensitivity| s.worth(by).is_finite() && s.worth(by).abs() > TELLING;
+    let way = |s: &Sensitivity| if s.worth(by) > 0.0 { "more" } else { "less" };
+    let gives = |s: &Sensitivity| {
+        let (bandwidth, gain) = (s.bandwidth_relative * s.worth(by).signum(), s.largest_gain_relative * s.worth(by).signum());
+        match by {
+            RankedBy::BandwidthAndGain => format!("{} % of bandwidth and {} % of the largest gain", plain(bandwidth), plain(gain)),
+            RankedBy::LargestGain => format!("{} %", plain(gain)),
+            RankedBy::Saturation => format!("{} %", plain(bandwidth)),
+        }
+    };
+    let first: Vec<String> = (report.sensitivities.iter().filter(telling).filter(|s| !s.is_trade(by)).take(NAMED))
+        .map(|s| format!("{} {} (1 % gives {})", way(s), s.key, gives(s)))
+        .collect();
+    let aim = match by {
+        RankedBy::BandwidthAndGain => "For more bandwidth and gain",
+        RankedBy::LargestGain => "For more gain",
+        RankedBy::Saturation => "For a higher frequency at which the drive saturates",
+    };
+    said.extend((!first.is_empty()).then(|| format!("{aim}, first: {}.", first.join("; "))));
+    let trade = report.sensitivities.iter().filter(telling).find(|s| s.is_trade(by));
+    said.extend(trade.map(|s| {
+        let [bandwidth, gain] = [s.bandwidth_relative, s.largest_gain_relative].map(f64::abs).map(plain);
+        let (won, lost) = if s.bandwidth_relative > 0.0 { ("raises", "lowers") } else { ("lowers", "raises") };
+        format!(
+            "{} trades one for the other: 1 % more {won} the bandwidth by {bandwidth} % and {lost} the largest gain by {gain} %.",
+            s.key
+        )
+    }));
     said
 }
 
@@ -61,7 +130,7 @@ fn limited(report: &Report, limit: Limit) -> String {
     let achieved = report.waterfall.as_ref().and_then(|w| w.stages.last()).and_then(|stage| stage.bandwidth_hz);
     let reach = achieved.map_or_else(String::new, |f| format!(", to {} at half of the largest stable gain", with_unit(f, "Hz")));
     let modes = |class: ModeClass| {
-        let of_class = report.modes.iter().filter(|mode| mode.class == class && !mode.rigid_body);
+        let of_class = report.modes.iter().filter(|mode| mode.class_in_loop.unwrap_or(mode.class) == class && !mode.rigid_body);
         let list: Vec<String> = of_class.map(|mode| with_unit(mode.frequency_hz, "Hz")).collect();
         if list.is_empty() { String::new() } else { format!(" ({})", list.join(", ")) }
     };
@@ -70,6 +139,10 @@ fn limited(report: &Report, limit: Limit) -> String {
         Limit::NoncolocatedMode => format!("A noncolocated mode{} limits", modes(ModeClass::Noncolocated)),
         Limit::ColocatedMode => format!("A colocated mode{} limits", modes(ModeClass::Colocated)),
         Limit::Sampling => "Sampling, that is hold, delay and filters of the controller, limits".to_owned(),
+        Limit::Saturation if achieved.is_some_and(|f| f <= 0.0) => {
+            return "The limit of the drive's force or command is below what the reference asks for at rest: it is never reached."
+                .to_owned();
+        }
         Limit::Saturation => "The limit of the drive's force or command, rather than stability, limits".to_owned(),
     };
     format!("{what} the bandwidth{reach}.")

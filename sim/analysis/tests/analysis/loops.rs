@@ -1,12 +1,13 @@
 //! Sampled and continuous loops.
 
 use crate::common::{control, force_loop, machine, spring};
-use feeler_analysis::{AnalysisError, ControlLoop, Limit, ModeClass, Relief, Request, SampledLoop, View, analyze};
+use feeler_analysis::{AnalysisError, ControlLoop, Limit, ModeClass, RankedBy, Relief, Request, SampledLoop, View, analyze};
 use feeler_control::{AdmittanceGains, ForceGains, ImpedanceGains, Law, LeadSpec, LowPassSpec, PositionGains};
 use feeler_engine::{Program, RunSettings, Scenario, Simulation, Trace};
-use feeler_lti::LoopTransfer;
+use feeler_lti::{C64, LoopTransfer, StateSpace};
 use feeler_plant::description::{Body, GROUND, LowPass};
-use nalgebra::DVector;
+use feeler_plant::effects::{EffectUse, find};
+use nalgebra::{DMatrix, DVector};
 
 /// Two ways to the same edge, both good to about 1e-11.
 const SAME_EDGE: f64 = 1e-9;
@@ -221,4 +222,165 @@ fn truth_unknown_names_are_told() {
     let whole = ControlLoop::new(&force_loop(0.1, 0.0), &View::CLAMPED).unwrap();
     assert!(matches!(whole.sampled_bands("controllers.fource.kp"), Err(AnalysisError::NoController { .. })));
     assert!(matches!(whole.sampled_bands("stiffness"), Err(AnalysisError::NoGain { .. })));
+}
+
+/// Feedback of a static contact with the sign turned: at kp = -1 the loop gives exactly what the contact takes, whatever holds or samples it.
+#[test]
+fn truth_a_stable_range_goes_on_below_zero_to_where_the_force_drifts() {
+    let mut scenario = force_loop(0.3, 0.0);
+    let range = |scenario: &Scenario| analyze(scenario, &Request { view: View::CLAMPED, ..Request::default() }).unwrap().gain.unwrap();
+    let positive = range(&scenario);
+    for range in [positive.continuous.unwrap(), positive.sampled.clone()] {
+        let [lower, upper] = range.edges;
+        let (lower, upper) = (lower.unwrap(), upper.unwrap());
+        assert!((lower.gain + 1.0).abs() < SAME_EDGE && lower.frequency_hz < 1e-3, "{lower:?}");
+        assert!((upper.gain - range.stable[1].unwrap()).abs() < SAME_EDGE && upper.frequency_hz > 10.0);
+        assert_eq!((range.stable[0], range.intervals.len()), (Some(0.0), 1));
+    }
+    // Of a gain below zero, the interval it lies in is the one asked for.
+    let Law::ExplicitForce(gains) = &mut scenario.controllers["force"].spec.law else { unreachable!() };
+    gains.kp = -0.5;
+    let negative = range(&scenario).sampled;
+    assert!((negative.stable[0].unwrap() + 1.0).abs() < SAME_EDGE && negative.edges == positive.sampled.edges);
+}
+
+#[test]
+fn truth_matrices_and_factors_of_a_report_are_one_response() {
+    let mut scenario = force_loop(0.3, 0.0);
+    scenario.machine.sensors["force"].low_pass = Some(LowPass::FirstOrder { corner_hz: 80.0 });
+    let request = Request { view: View::CLAMPED, output: Some("force.reading".parse().unwrap()), ..Request::default() };
+    let report = analyze(&scenario, &request).unwrap();
+    let space = &report.state_space;
+    let names = ["motor.position", "tip.position", "motor.velocity", "tip.velocity", "force.filter1"];
+    assert_eq!((space.states.as_slice(), space.inputs[0].as_str()), (names.map(String::from).as_slice(), "drive.command"));
+    let matrix = |rows: &[Vec<f64>]| DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j]);
+    let system = StateSpace::new(matrix(&space.a), matrix(&space.b), matrix(&space.c), matrix(&space.d)).unwrap();
+    let s = C64::new(0.0, 150.0);
+    let product = |roots: &[[f64; 2]]| roots.iter().map(|[re, im]| s - C64::new(*re, *im)).product::<C64>();
+    let factored = product(&report.zeros) / product(&report.poles) * report.zero_pole_gain.unwrap();
+    let value = system.at(s).unwrap()[(0, 0)];
+    assert!((factored - value).norm() < SAME_EDGE * value.norm(), "{factored} {value}");
+    let margins = report.margins.unwrap();
+    assert_eq!(margins.encirclements, margins.unstable_poles.cast_signed() - margins.open_unstable_poles.cast_signed());
+}
+
+/// A bisected frequency is good to 1e-16 of itself, and the gain there to that times how fast it turns: some 1e3 for fifty samples of delay.
+const LATE_EDGE: f64 = 1e-9;
+
+/// Eigenvalues of the lifted loop and the real gains of the frequency response are two ways to the same edges. Thirty samples of delay are looked for
+/// by the second.
+#[test]
+fn truth_edges_of_a_late_loop_are_those_of_the_lifted_one() {
+    let late = force_loop(0.02, 30.4e-3);
+    let whole = ControlLoop::new(&late, &View::CLAMPED).unwrap();
+    let edge = whole.sampled_bands("kp").unwrap().bands[0].upper.clone().unwrap();
+    let lifted = SampledLoop::new(&whole).unwrap();
+    let growth = |gain: f64| {
+        let values = feeler_lti::eigenvalues(&lifted.closed_loop_with(0, "kp", gain).unwrap()).unwrap();
+        values.iter().map(|z| z.norm()).fold(0.0, f64::max) - 1.0
+    };
+    assert!(growth(edge.gain * (1.0 - 1e-6)) < 0.0 && growth(edge.gain * (1.0 + 1e-6)) > 0.0, "{edge:?}");
+    assert_eq!(edge.mode, Some(0));
+    let margins = whole.open_loop(0).unwrap().transfer().unwrap().margins().unwrap();
+    let increase = margins.smallest_increase().unwrap();
+    assert!((increase.factor * 0.02 / edge.gain - 1.0).abs() < LATE_EDGE && (increase.frequency_hz - edge.frequency_hz).abs() < 1e-6);
+    // Where in the loop the delay is makes no difference.
+    for [command_s, drive_s, sensor_s] in [[0.4e-3, 30e-3, 0.0], [5e-3, 5.4e-3, 20e-3], [0.0, 0.0, 30.4e-3]] {
+        let mut other = force_loop(0.02, command_s);
+        let definition = find("command-delay").unwrap();
+        other.machine.actuators["drive"].effects.push(EffectUse { definition, values: vec![drive_s] });
+        other.machine.sensors["force"].delay_s = sensor_s;
+        assert!((bands(&other, "kp") / edge.gain - 1.0).abs() < LATE_EDGE, "{command_s} {drive_s} {sensor_s}");
+    }
+}
+
+/// An integral loop of half a second of delay, 500 samples: nearly all of its phase is the delay's, and K tau k = pi / 2 but for the hold.
+#[test]
+fn truth_five_hundred_samples_of_delay_are_analysed_whole() {
+    let mut scenario = force_loop(0.0, 0.5);
+    let Law::ExplicitForce(gains) = &mut scenario.controllers["force"].spec.law else { unreachable!() };
+    gains.ki = 1.0;
+    let request = Request { view: View::CLAMPED, gain: Some("ki".into()), ..Request::default() };
+    scenario.machine.springs["guide"].damping_n_s_per_m = 2000.0;
+    let report = analyze(&scenario, &request).unwrap();
+    let gain = report.gain.unwrap();
+    let expected = std::f64::consts::FRAC_PI_2 / 0.5;
+    // Lags of hold, integrator's sample and the damped contact, 12 ms of 500 in all.
+    assert!((gain.sampled.stable[1].unwrap() / expected - 1.0).abs() < 0.03, "{:?}", gain.sampled.edges);
+    assert!(gain.sampled.edges[0].as_ref().unwrap().gain.abs() < SAME_EDGE);
+    assert!(report.margins.unwrap().delay_s.is_some() && report.waterfall.unwrap().stages.iter().any(|stage| stage.added == "delay"));
+}
+
+#[test]
+fn regress_a_delay_that_is_no_factor_of_the_loop_is_refused_when_it_is_too_long() {
+    let mut scenario = force_loop(0.1, 0.0);
+    let Law::ExplicitForce(gains) = &mut scenario.controllers["force"].spec.law else { unreachable!() };
+    gains.damping = 10.0;
+    scenario.machine.sensors["force"].delay_s = 0.5;
+    let refused = analyze(&scenario, &Request { view: View::CLAMPED, ..Request::default() });
+    assert!(matches!(refused, Err(AnalysisError::LongDelay { stored: 500, .. })), "{refused:?}");
+}
+
+/// Central differences of steps of 1e-3 and 2e-3 of a curve that bends by its own size over a few per cent.
+const DIFFERENCES: f64 = 0.05;
+
+/// A mode of 105 Hz under fast sampling: the response falls 3 dB on the far flank of its peak.
+#[test]
+fn truth_advice_is_by_the_largest_gain_where_the_bandwidth_rides_a_mode() {
+    let mut scenario = force_loop(0.3, 0.0);
+    let asked =
+        |scenario: &Scenario| analyze(scenario, &Request { view: View::CLAMPED, sensitivities: true, ..Request::default() }).unwrap();
+    let slow = asked(&scenario);
+    assert_eq!((slow.waterfall.unwrap().rides_mode, slow.ranked_by), (None, Some(RankedBy::BandwidthAndGain)));
+    // What raises both is worth most; the contact's stiffness trades gain for bandwidth.
+    assert!(!slow.sensitivities[0].trades && slow.sensitivities.last().unwrap().key == "contacts.tool.stiffness");
+    scenario.controllers["force"].spec.period_s = 1e-4;
+    let fast = asked(&scenario);
+    assert_eq!((fast.waterfall.unwrap().rides_mode, fast.ranked_by), (Some(1), Some(RankedBy::LargestGain)));
+    let gains: Vec<f64> = fast.sensitivities.iter().map(|s| s.largest_gain_relative.abs()).collect();
+    assert!(gains.is_sorted_by(|a, b| a >= b), "{gains:?}");
+}
+
+/// At rest kp / (1 + kp) of the reference is asked for, less below the resonance and more beyond it.
+#[test]
+fn truth_a_saturating_loop_is_told_what_saturation_answers_to() {
+    let mut scenario = force_loop(0.6, 0.0);
+    scenario.machine.actuators["drive"].limit_n = Some(8.8);
+    scenario.controllers["force"].spec.reference = feeler_control::ReferenceSpec::Constant(20.0);
+    let asked =
+        |scenario: &Scenario| analyze(scenario, &Request { view: View::CLAMPED, sensitivities: true, ..Request::default() }).unwrap();
+    let report = asked(&scenario);
+    assert_eq!((report.limit, report.ranked_by), (Some(Limit::Saturation), Some(RankedBy::Saturation)));
+    let limit = report.sensitivities.iter().find(|s| s.key == "actuators.drive.limit").unwrap();
+    assert!(limit.bandwidth_relative > 0.0);
+    // The same by doubling the step: what is located by bisection has a derivative.
+    let at = |limit: f64| {
+        scenario.machine.actuators["drive"].limit_n = Some(limit);
+        asked(&scenario).waterfall.unwrap().saturation_hz.unwrap()
+    };
+    let (mut at, step) = (at, 2e-3);
+    let slope = (at(8.8 * (1.0 + step)) / at(8.8 * (1.0 - step))).ln() / ((1.0 + step) / (1.0 - step)).ln();
+    assert!((slope / limit.bandwidth_relative - 1.0).abs() < DIFFERENCES, "{slope} {limit:?}");
+    // Less than is asked for at rest: no frequency is reached.
+    assert!(at(5.0).abs() < SAME_EDGE);
+}
+
+#[test]
+fn regress_another_output_changes_neither_the_loop_nor_what_limits_it() {
+    let scenario = force_loop(0.3, 0.0);
+    let asked = |output: Option<&str>| {
+        let output = output.map(|name| name.parse().unwrap());
+        analyze(&scenario, &Request { view: View::CLAMPED, sensitivities: true, output, ..Request::default() }).unwrap()
+    };
+    let (own, other) = (asked(None), asked(Some("motor.position")));
+    // Seen from the motor every mode is colocated; in the force loop the transmission's is not.
+    let classes = |report: &feeler_analysis::Report| report.modes.iter().map(|mode| (mode.class, mode.class_in_loop)).collect::<Vec<_>>();
+    assert_eq!(classes(&other)[1], (ModeClass::Colocated, Some(ModeClass::Noncolocated)));
+    assert_eq!(classes(&own)[1], (ModeClass::Noncolocated, Some(ModeClass::Noncolocated)));
+    let costs = |report: &feeler_analysis::Report| report.modes.iter().map(|mode| mode.margin_cost_deg).collect::<Vec<_>>();
+    assert_eq!(costs(&own), costs(&other));
+    assert_eq!((&own.waterfall, &own.gain, &own.of_loop), (&other.waterfall, &other.gain, &other.of_loop));
+    let of = other.of_loop.unwrap();
+    assert_eq!((of.controller.as_str(), of.output.as_str()), ("force", "tool.spring_force"));
+    assert!(other.zeros_hz != own.zeros_hz);
 }

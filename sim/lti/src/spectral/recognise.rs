@@ -17,6 +17,11 @@ const ALL_SINES: f64 = 0.97;
 const SEGMENTS: usize = 8;
 /// Share of the power in the band that is judged.
 const POWER: f64 = 0.995;
+/// A value is that of a silence where it differs by no more than this share of the largest, and so many samples must be left between silences.
+const SILENT: f64 = 1e-6;
+const LEAST_ACTING: usize = 256;
+/// Lines that a band has at least which does not begin at the lowest.
+const LEAST_LINES: usize = 8;
 /// Geometric over arithmetic mean of an even spectrum. White noise of [`SEGMENTS`] segments has 0.95; one slope of 20 dB per decade over two
 /// decades has 0.08.
 const EVEN: f64 = 0.3;
@@ -67,25 +72,47 @@ pub fn recognise_excitation(command: &[f64], period_s: f64) -> Result<RecordedEx
     if sines.explained >= ALL_SINES {
         return Ok(RecordedExcitation::Sines(sines));
     }
-    let segment = command.len() / SEGMENTS;
-    let spectra = cross_spectra(&about, &about, period_s, &WelchSettings::hann(segment))?;
-    let whole: f64 = spectra.input.iter().sum();
-    let mut below = 0.0;
-    let top = spectra.input.iter().take_while(|power| {
-        below += **power;
-        below < POWER * whole
-    });
-    let last = top.count().max(4).min(spectra.input.len() - 1);
-    let band = &spectra.input[1..=last];
+    let acting = acting(&about);
+    let segment = acting.len() / SEGMENTS;
+    let spectra = cross_spectra(acting, acting, period_s, &WelchSettings::hann(segment))?;
+    let (first, last) = powered(&spectra.input);
+    let band = &spectra.input[first..=last];
     let geometric = (band.iter().map(|p| p.max(f64::MIN_POSITIVE).ln()).sum::<f64>() / band.len() as f64).exp();
     let evenness = geometric / (band.iter().sum::<f64>() / band.len() as f64);
     if evenness < EVEN {
         return Ok(RecordedExcitation::Uneven { evenness });
     }
-    let moduli: Vec<f64> = transform(&about)[SEGMENTS..last * SEGMENTS].iter().map(|v| v.norm()).collect();
+    let moduli: Vec<f64> = transform(acting)[first * SEGMENTS..last * SEGMENTS].iter().map(|v| v.norm()).collect();
     let steps: f64 = moduli.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum();
     let sizes: f64 = moduli.windows(2).map(|pair| pair[1].powi(2) + pair[0].powi(2)).sum();
     Ok(if steps < SMOOTH * sizes { RecordedExcitation::Sweep } else { RecordedExcitation::Noise { evenness } })
+}
+
+/// A record without the silence at its ends, where it keeps one value; the whole where little would be left.
+fn acting(record: &[f64]) -> &[f64] {
+    let size = record.iter().fold(0.0_f64, |size, v| size.max(v.abs()));
+    let silent = |level: f64| move |v: &&f64| (**v - level).abs() <= SILENT * size;
+    let (Some(&first), Some(&last)) = (record.first(), record.last()) else { return record };
+    let before = record.iter().take_while(silent(first)).count();
+    let after = record.iter().rev().take_while(silent(last)).count();
+    let part = record.get(before.saturating_sub(1)..(record.len() + 1).saturating_sub(after.max(1))).unwrap_or(record);
+    if part.len() >= LEAST_ACTING { part } else { record }
+}
+
+/// First and last line of the band that holds nearly all power of a spectrum; from the first line on where the band would be narrow.
+fn powered(spectrum: &[f64]) -> (usize, usize) {
+    let whole: f64 = spectrum[1..].iter().sum();
+    let upto = |share: f64| {
+        let mut below = 0.0;
+        let lines = spectrum[1..].iter().take_while(|power| {
+            below += **power;
+            below < share * whole
+        });
+        1 + lines.count()
+    };
+    let last = upto(POWER).max(4).min(spectrum.len() - 1);
+    let first = upto(1.0 - POWER);
+    if last >= 2 * first && last - first >= LEAST_LINES { (first, last) } else { (1, last) }
 }
 
 /// Samples after which a record about its mean repeats, found at least twice in it: the first dip of the difference between the record and

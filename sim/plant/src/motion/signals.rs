@@ -9,6 +9,39 @@ use crate::assembly::{GROUND_NODE, NodeId, SensorPart, Source};
 use crate::description::{LowPass, Quantity};
 
 impl Motion {
+    /// What each state is, in the numbering of [`super::Layout`]: positions and velocities as signals are named, `<drive>.ramp`, `<drive>.lag1`,
+    /// `<drive>.force`, `<sensor>.filter1` and so on (of a second-order filter the output and its rate over its corner's angular frequency), and the
+    /// four of a moving gap.
+    pub fn state_names(&self) -> Vec<String> {
+        let mut names = vec![String::new(); self.layout.states()];
+        for g in 0..self.coordinates.count() {
+            let lead = &self.assembly.nodes[self.coordinates.lead(g)].name;
+            names[self.layout.q(g)] = format!("{lead}.position");
+            names[self.layout.v(g)] = format!("{lead}.velocity");
+        }
+        for (drive, states) in self.assembly.drives.iter().zip(&self.layout.drives) {
+            let mut name = |state: usize, what: &str| names[state] = format!("{}.{what}", drive.name);
+            states.ramp.into_iter().for_each(|state| name(state, "ramp"));
+            states.lags.iter().enumerate().for_each(|(i, state)| name(*state, &format!("lag{}", i + 1)));
+            states.force.into_iter().for_each(|state| name(state, "force"));
+        }
+        for (sensor, firsts) in self.assembly.sensors.iter().zip(&self.layout.filters) {
+            for (i, (filter, &first)) in sensor.filters.iter().zip(firsts).enumerate() {
+                names[first] = format!("{}.filter{}", sensor.name, i + 1);
+                if let LowPass::SecondOrder { .. } = filter {
+                    names[first + 1] = format!("{}.filter{}_rate", sensor.name, i + 1);
+                }
+            }
+        }
+        for (i, contact) in self.assembly.contacts.iter().enumerate() {
+            let Some(first) = self.layout.moving_gap(i) else { continue };
+            for (k, what) in ["gap_offset", "gap_rate", "gap_curvature", "gap_jerk"].into_iter().enumerate() {
+                names[first + k] = format!("{}.{what}", contact.name);
+            }
+        }
+        names
+    }
+
     /// A signal of the plant as a row of the extended vector; `None` for what no row can tell: whether a contact touches, and what a drive was
     /// commanded before delay and limits. A sensor's row ends with its filters; gain, bias, noise and quantisation come after.
     pub fn signal(&self, equations: &Equations, source: Source) -> Option<Row> {

@@ -1,0 +1,35 @@
+//! The actuator and the sensor between which a controller closes its loop, whatever else is looked at.
+
+use feeler_plant::description::{Machine, Quantity, SignalName};
+use serde::Serialize;
+
+use crate::control_loop::ControlLoop;
+use crate::error::AnalysisError;
+use crate::modes::{Mode, ModeInPair, classify};
+
+/// What gains, margins and limits are of: the loop of one controller.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct LoopReport {
+    /// The controller.
+    pub controller: String,
+    /// The command that it gives.
+    pub input: String,
+    /// The signal that its sensor reads.
+    pub output: String,
+}
+
+/// The loop of a controller, and what each mode is in it; `None` where the controller reads nothing.
+pub(crate) fn loop_pair(
+    machine: &Machine,
+    whole: &ControlLoop,
+    controller: usize,
+    modes: &[Mode],
+) -> Result<Option<(LoopReport, Vec<ModeInPair>)>, AnalysisError> {
+    let own = &whole.controllers()[controller];
+    let sensor = own.reading.or(own.motion).and_then(|i| machine.sensors.get_index(i)).map(|(_, sensor)| sensor.reads.clone());
+    let drive = machine.actuators.get_index(own.drive).map(|(name, _)| SignalName::new(name, Quantity::Command));
+    let Some((input, output)) = drive.zip(sensor) else { return Ok(None) };
+    let plant = whole.plant();
+    let pairs = classify(plant, modes, own.drive, plant.source(&output)?, &plant.channel(&input, &output)?)?;
+    Ok(Some((LoopReport { controller: own.name.clone(), input: input.to_string(), output: output.to_string() }, pairs)))
+}

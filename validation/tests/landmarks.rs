@@ -18,7 +18,7 @@ fn reference_the_fit_finds_every_landmark_again() {
     for (name, body) in found.chain.machine(Engagement::Free).bodies {
         assert!((file.bodies[&name].mass_kg / body.mass_kg - 1.0).abs() < SIX_DIGITS, "{name}");
     }
-    // Ten landmarks cannot tell twenty-one parameters.
+    // Peaks belong to poles, so that there are ten landmarks for twenty-one parameters.
     assert!(found.undetermined.iter().filter(|(_, share)| *share > 0.9).count() >= 3, "{:?}", found.undetermined);
 }
 

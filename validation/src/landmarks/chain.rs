@@ -40,15 +40,15 @@ pub(super) const PARAMETERS: usize = 2 + 1 + 1 + 1 + 3 * LINKS + 2 + 2;
 impl Chain {
     /// Where [`super::fit`] starts.
     pub const START: Self = Self {
-        base_kg: 315.0,
-        mount: [12.0, 0.03],
-        motor_kg: 7.5,
-        guide_n_s_per_m: 60.0,
-        masses_kg: [3.3, 3.36, 0.735, 0.705],
-        stiffness_n_per_m: [2.18e5, 5.99e5, 7.55e4, 3.69e5],
-        damping_n_s_per_m: [26.5, 22.5, 26.8, 13.0],
-        source: [343.0, 2.07e-3],
-        sensor: [1.49e5, 120.0],
+        base_kg: 394.0,
+        mount: [11.93, 0.0328],
+        motor_kg: 101.0,
+        guide_n_s_per_m: 37.7,
+        masses_kg: [18.6, 4.68, 0.404, 0.145],
+        stiffness_n_per_m: [1.665e6, 6.346e5, 6.61e4, 1.088e4],
+        damping_n_s_per_m: [1.4, 0.965, 0.543, 11.0],
+        source: [7840.0, 1.61e-3],
+        sensor: [1.12e7, 4.26],
     };
 
     pub(super) fn to_logs(self) -> DVector<f64> {

@@ -175,7 +175,7 @@ fn margin_tables(margins: &MarginReport) -> Vec<String> {
     };
     let mut tables = Vec::new();
     if margins.unstable_poles > 0 {
-        let lower = margins.gain_decrease.map_or_else(String::new, |f| format!(" Its whole gain times {} is at the limit.", plain(f)));
+        let lower = margins.gain_decrease.map_or_else(String::new, |f| format!(" Its whole gain must fall to {} times itself.", plain(f)));
         tables.push(format!("The sampled loop is unstable as it is, so that it has no margins.{lower}"));
     } else {
         let rows = [

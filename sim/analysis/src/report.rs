@@ -124,7 +124,7 @@ impl StateSpaceReport {
 pub struct MarginReport {
     /// Factor by which the gain may rise; absent where no rise destabilises, and where the loop is unstable.
     pub gain: Option<f64>,
-    /// Factor by which the gain may fall, or at which an unstable loop first meets its limit; absent where no fall meets it.
+    /// Factor by which the gain may fall, or to which that of an unstable loop must; absent where no fall destabilises the one, or stabilises the other.
     pub gain_decrease: Option<f64>,
     /// Smallest phase margin; absent where the loop is unstable.
     pub phase_deg: Option<f64>,
@@ -352,7 +352,11 @@ impl MarginReport {
         let (sensitivity, complementary) = (margins.sensitivity, margins.complementary_sensitivity);
         Ok(Self {
             gain: margins.smallest_increase().filter(|_| stable).map(|m| m.factor),
-            gain_decrease: margins.smallest_decrease().map(|m| m.factor),
+            gain_decrease: if stable {
+                margins.smallest_decrease().map(|m| m.factor)
+            } else {
+                stabilising(open, &margins, unstable_poles)?
+            },
             phase_deg: phase.filter(|_| stable).map(|p| p.margin_deg()),
             delay_s: margins.smallest_delay().filter(|_| stable).map(|p| p.delay_s),
             crossover_hz: phase.map(|p| p.frequency_hz),
@@ -366,4 +370,22 @@ impl MarginReport {
             encirclements: unstable_poles.cast_signed() - open.unstable_poles().cast_signed(),
         })
     }
+}
+
+/// The largest factor below one at which an unstable loop becomes stable.
+fn stabilising<T: feeler_lti::TimeDomain>(
+    open: &LoopTransfer<T>,
+    margins: &Margins,
+    unstable_poles: usize,
+) -> Result<Option<f64>, AnalysisError> {
+    let mut factors: Vec<f64> = margins.gain.iter().map(|margin| margin.factor).filter(|factor| *factor < 1.0).collect();
+    factors.sort_by(|a, b| b.total_cmp(a));
+    // At each a pair at most becomes stable.
+    for i in unstable_poles.saturating_sub(1) / 2..factors.len() {
+        let below = 0.5 * (factors[i] + factors.get(i + 1).copied().unwrap_or(0.0));
+        if open.closed_loop_unstable_poles(below)? == 0 {
+            return Ok(Some(factors[i]));
+        }
+    }
+    Ok(None)
 }

@@ -284,6 +284,9 @@ fn truth_edges_of_a_late_loop_are_those_of_the_lifted_one() {
     let margins = whole.open_loop(0).unwrap().transfer().unwrap().margins().unwrap();
     let increase = margins.smallest_increase().unwrap();
     assert!((increase.factor * 0.02 / edge.gain - 1.0).abs() < LATE_EDGE && (increase.frequency_hz - edge.frequency_hz).abs() < 1e-6);
+    // Of a loop that is unstable several times over, it is this edge that its gain must fall to.
+    let unstable = analyze(&force_loop(3.0, 30.4e-3), &Request { view: View::CLAMPED, ..Request::default() }).unwrap().margins.unwrap();
+    assert!(unstable.unstable_poles > 2 && (unstable.gain_decrease.unwrap() * 3.0 / edge.gain - 1.0).abs() < LATE_EDGE, "{unstable:?}");
     // Where in the loop the delay is makes no difference.
     for [command_s, drive_s, sensor_s] in [[0.4e-3, 30e-3, 0.0], [5e-3, 5.4e-3, 20e-3], [0.0, 0.0, 30.4e-3]] {
         let mut other = force_loop(0.02, command_s);

@@ -272,3 +272,33 @@ fn shown_setting(setting: &Setting) -> String {
         Setting::Flag(flag) => flag.to_string(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame() -> Frame {
+        let scale = |range| Scale { label: String::new(), range, log: false };
+        Frame { place: PLOT, x: scale([0.0, 10.0]), y: scale([0.0, 1.0]) }
+    }
+
+    #[test]
+    fn truth_only_lines_that_show_are_drawn_and_named() {
+        assert!(crosses(&frame(), &[[1.0, 0.5], [2.0, 3.0]]));
+        assert!(crosses(&frame(), &[[1.0, -2.0], [2.0, 3.0]]), "through the plot, with no point in it");
+        assert!(!crosses(&frame(), &[[1.0, 2.0], [9.0, 3.0]]) && !crosses(&frame(), &[]));
+    }
+
+    /// Two levels of halving between three values: the plot ends half a finest cell beyond the outermost, and coarse cells are cut off there.
+    #[test]
+    fn regress_cells_of_a_refined_map_end_with_the_plot() {
+        let lattice = Some(Lattice { last: 8, stride: 4, every: 1 });
+        let sides = |x: f64, y: f64| sides([x, y], [lattice; 2]).unwrap();
+        let near = |found: [[f64; 2]; 2], expected: [[f64; 2]; 2]| {
+            found.iter().flatten().zip(expected.iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-12)
+        };
+        assert!(near(sides(0.0, 0.5), [[0.0, 2.5 / 9.0], [2.5 / 9.0, 4.0 / 9.0]]));
+        assert!(near(sides(1.0, 1.0), [[6.5 / 9.0, 2.5 / 9.0]; 2]));
+        assert!(near(sides(0.125, 0.5), [[1.0 / 9.0, 1.0 / 9.0], [4.0 / 9.0, 1.0 / 9.0]]));
+    }
+}

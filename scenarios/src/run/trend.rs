@@ -59,6 +59,11 @@ impl Trend {
         self.rises() && self.halves[1] > GOES_ON * self.halves[0]
     }
 
+    /// Whether it falls as fast in the end as before, so that it will come to nothing.
+    pub(super) fn falls_on(self) -> bool {
+        self.falls() && self.halves[1] < GOES_ON * self.halves[0]
+    }
+
     fn is_significant(self) -> bool {
         self.change.abs() > LEAST.max(SIGNIFICANT * self.error)
     }

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | unstable | the motion left all bounds; or it grows and never left the workpiece, or still grows at the end of the longest extension. It grows where `A3 > 1.5 A2` and `A2 > 1.5 A1` beyond what the sensor resolves, or where the force peaks of the last half of all contacts, 6 at least, rise from each to the next, above all before, and by more than 2.25 times in all |
 //! | no-contact | the tool never touched, or left for good before the tail, and is not on its way: no controller approaches, and no gap would close at its present rate within the longest extension |
-//! | chatter | at least 3 lift-offs in the tail, 2 of them in its last part, and `A3 >= 0.7 A1` |
+//! | chatter | at least 3 lift-offs in the tail, 2 of them in its last part, and `A3 >= 0.7 A1` with no fall (see below) |
 //! | driven | a reference moves to the end, so that there is nothing to settle at |
 //! | settled, bounces-then-settles | `A3` within the settling band, no lift-off in the last part, no controller in its approach, and no command that moves on while the force rests; by whether the tool had left the workpiece |
 //! | limit-cycle | the force oscillates and does not decay, and a drive or controller is at its limit for over 1 % of the tail |
@@ -152,7 +152,7 @@ impl Evidence<'_> {
         let lifts = (self.lifts_after(tail_s[0]), self.lifts_after(last_part_s));
         let lasts = a3 >= LASTS * a1;
         if lifts.0 >= LEAST_LIFTS.0 && lifts.1 >= LEAST_LIFTS.1 {
-            return if lasts { say(Outcome::Chatter) } else { unsure(Undecided::StillDecaying) };
+            return if lasts && !self.dies_out(force, amplitudes_n) { say(Outcome::Chatter) } else { unsure(Undecided::StillDecaying) };
         }
         if self.is_approaching {
             return unsure(Undecided::StillApproaching);
@@ -191,6 +191,16 @@ impl Evidence<'_> {
             return say(Outcome::LimitCycle);
         }
         say(if sticks { Outcome::Hunting } else { Outcome::Oscillates })
+    }
+
+    /// Whether bouncing that is nearly steady dies out all the same. What falls in a run that may go on is left to a longer one; of the longest only
+    /// what falls as fast in the end as before does not come to a cycle.
+    fn dies_out(&self, force_n: &[f64], [a1, a2, a3]: [f64; 3]) -> bool {
+        match Trend::of(force_n) {
+            Some(trend) if self.is_longest => trend.falls_on(),
+            Some(trend) => trend.falls(),
+            None => !self.is_longest && a1 > a2 && a2 > a3,
+        }
     }
 
     /// Rate at which the peaks of the last contacts rise, where they do.

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | unstable | the motion left all bounds; or it grows and never left the workpiece, or still grows at the end of the longest extension. It grows where `A3 > 1.5 A2` and `A2 > 1.5 A1` beyond what the sensor resolves, or where the force peaks of the last half of all contacts, 6 at least, rise from each to the next, above all before, and by more than 2.25 times in all |
 //! | no-contact | the tool never touched, or left for good before the tail, and is not on its way: no controller approaches, and no gap would close at its present rate within the longest extension |
-//! | chatter | at least 3 lift-offs in the tail, 2 of them in its last part, and `A3 >= 0.7 A1` with no fall (see below) |
+//! | chatter | at least 3 lift-offs in the tail, 2 of them in its last part, and `A3 >= 0.7 A1` with no fall by 3 % that goes on to the end |
 //! | driven | a reference moves to the end, so that there is nothing to settle at |
 //! | settled, bounces-then-settles | `A3` within the settling band, no lift-off in the last part, no controller in its approach, and no command that moves on while the force rests; by whether the tool had left the workpiece |
 //! | limit-cycle | the force oscillates and does not decay, and a drive or controller is at its limit for over 1 % of the tail |
@@ -37,6 +37,8 @@ const GROWS: f64 = 1.5;
 const CREEPS: f64 = 1.05;
 /// The last part's amplitude over the first part's, below which the oscillation dies out.
 const LASTS: f64 = 0.7;
+/// Fall of bouncing over the whole tail that is more than a cycle's own fluctuation.
+const FADES: f64 = 0.03;
 /// Share of the tail at a limit that makes an oscillation one of saturation.
 const SATURATES: f64 = 0.01;
 /// Contacts at the end of the run whose peaks must rise to call the bouncing unstable: by chance, aperiodic ones do so in one run of 720, and above
@@ -193,13 +195,12 @@ impl Evidence<'_> {
         say(if sticks { Outcome::Hunting } else { Outcome::Oscillates })
     }
 
-    /// Whether bouncing that is nearly steady dies out all the same. What falls in a run that may go on is left to a longer one; of the longest only
-    /// what falls as fast in the end as before does not come to a cycle.
+    /// Whether bouncing that is nearly steady dies out all the same: whether it falls as fast in the end as before, where a fall to a cycle comes to an
+    /// end.
     fn dies_out(&self, force_n: &[f64], [a1, a2, a3]: [f64; 3]) -> bool {
         match Trend::of(force_n) {
-            Some(trend) if self.is_longest => trend.falls_on(),
-            Some(trend) => trend.falls(),
-            None => !self.is_longest && a1 > a2 && a2 > a3,
+            Some(trend) => trend.falls_on() && trend.change < -FADES,
+            None => !self.is_longest && a1 > (1.0 + FADES) * a3 && a2 - a3 > 0.5 * (a1 - a2),
         }
     }
 

@@ -87,7 +87,8 @@ fn truth_each_way_to_excite_is_recognised() {
     // The same in a record that begins or ends in silence, from some frequency on, or by ratios of frequency.
     let linear = |from_hz: f64, t: f64| (TAU * (from_hz + 30.0 * t) * t).sin();
     let geometric = |t: f64| (TAU * 2.0 * 2.5 / 80_f64.ln() * (80_f64.powf(t / 2.5) - 1.0)).sin();
-    let sweeps: [&dyn Fn(f64) -> f64; 3] = [&|t| linear(1.0, t), &|t| linear(20.0, t), &geometric];
+    let octave = |t: f64| (TAU * (60.0 + 12.0 * t) * t).sin();
+    let sweeps: [&dyn Fn(f64) -> f64; 4] = [&|t| linear(1.0, t), &|t| linear(20.0, t), &geometric, &octave];
     for (which, sweep) in sweeps.into_iter().enumerate() {
         for begins_s in [0.0, 0.5, 1.5] {
             let value = |i: usize| {

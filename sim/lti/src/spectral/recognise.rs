@@ -18,7 +18,7 @@ const SEGMENTS: usize = 8;
 /// Share of the power in the band that is judged.
 const POWER: f64 = 0.995;
 /// A value is that of a silence where it differs by no more than this share of the largest, and so many samples must be left between silences.
-const SILENT: f64 = 1e-6;
+const SILENT: f64 = 1e-3;
 const LEAST_ACTING: usize = 256;
 /// Lines that a band has at least which does not begin at the lowest.
 const LEAST_LINES: usize = 8;
@@ -112,7 +112,8 @@ fn powered(spectrum: &[f64]) -> (usize, usize) {
     };
     let last = upto(POWER).max(4).min(spectrum.len() - 1);
     let first = upto(1.0 - POWER);
-    if last >= 2 * first && last - first >= LEAST_LINES { (first, last) } else { (1, last) }
+    // The lobe of a single sine is four lines wide.
+    if last >= first + LEAST_LINES { (first, last) } else { (1, last) }
 }
 
 /// Samples after which a record about its mean repeats, found at least twice in it: the first dip of the difference between the record and

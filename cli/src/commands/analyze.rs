@@ -113,7 +113,7 @@ fn text(report: &Report) -> String {
     }
     if !report.sensitivities.is_empty() {
         let rows = report.sensitivities.iter().map(|s| {
-            let trade = if report.ranked_by.is_some_and(|by| s.is_trade(by)) { "trades one for the other" } else { "" };
+            let trade = if report.ranked_by.is_some_and(|by| s.is_trade(by)) { "trade-off" } else { "" };
             let number = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
             let numbers = [s.value, s.bandwidth_relative, s.largest_gain_relative, s.bandwidth_hz_per_unit].map(number);
             [s.key.clone()].into_iter().chain(numbers).chain([trade.to_owned()]).collect()

@@ -165,7 +165,7 @@ fn sensitivities(page: &mut Page, report: &Report) {
     let rows: Vec<Vec<String>> = (report.sensitivities.iter())
         .map(|s| {
             let per_unit = if s.bandwidth_hz_per_unit.is_finite() { plain(s.bandwidth_hz_per_unit) } else { "-".to_owned() };
-            let trade = if report.ranked_by.is_some_and(|by| s.is_trade(by)) { "trades one for the other" } else { "" };
+            let trade = if report.ranked_by.is_some_and(|by| s.is_trade(by)) { "trade-off" } else { "" };
             vec![s.key.clone(), plain(s.value), percent(s.bandwidth_relative), percent(s.largest_gain_relative), per_unit, trade.to_owned()]
         })
         .collect();

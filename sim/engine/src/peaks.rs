@@ -8,8 +8,11 @@ use crate::extrapolation::Extrapolation;
 use crate::flow::Flow;
 use crate::taylor::Series;
 
-/// Share of itself by which a crest of a nonlinear mode may still be higher than found; its slopes, taken by differences, tell no more.
+/// Share of itself by which a crest may be higher than what is known without being looked at: slopes taken by differences tell no more, and a force at rest
+/// is not to be looked at for its rounding.
 const CREST: f64 = 1e-9;
+/// The same in spans in which the force may swing more than once, so that a force which creeps to its largest value is not looked at all the way.
+const NEAR: f64 = 1e-6;
 /// Looks at a crest of a nonlinear mode; each brings the bounds several times closer.
 const MOST_LOOKS: usize = 60;
 
@@ -182,9 +185,16 @@ impl<L: Lane> Abreast<L> {
             self.force_n = L::select(higher, force_n, self.force_n);
             self.t_s = L::select(higher, t_s, self.t_s);
         }
-        let crests = rise.gt(zero) & fall.lt(zero) & room([start, end], [rise, fall], h, self.force_n).gt(zero);
+        let crests = rise.gt(zero) & fall.lt(zero) & room([start, end], [rise, fall], h, self.force_n * L::splat(1.0 + CREST)).gt(zero);
         // Ends that tell of a turn at least, though tangents do not bound it.
         let turns = (rise.gt(zero) & fall.ge(zero) & end.lt(start)) | (rise.le(zero) & fall.lt(zero) & start.lt(end));
         pushing & (crests | turns)
+    }
+
+    /// Lanes whose force may have been larger than anything yet within a span in which it swings more than once: at the steeper of its slopes, from the
+    /// higher of its ends, it would get there.
+    #[inline(always)]
+    pub(crate) fn is_near(&self, [start, end]: [L; 2], [rise, fall]: [L; 2], h: L) -> L::Mask {
+        (start.max(end) + h * rise.abs().max(fall.abs())).gt(self.force_n * L::splat(1.0 + NEAR))
     }
 }

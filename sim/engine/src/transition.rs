@@ -29,6 +29,8 @@ pub(crate) struct Transition<L: Lane> {
     /// Lanes in which the first lines, those of contacts whose peaks are kept, are guards, and in which they are forces.
     guarding: Vec<L::Mask>,
     pub(crate) pushing: Vec<L::Mask>,
+    /// Lanes that go through more than [`Flow::check_s`] in one part, as they have no guards.
+    rough: L::Mask,
 }
 
 impl<L: Lane> Transition<L> {
@@ -48,6 +50,7 @@ impl<L: Lane> Transition<L> {
             lines: 0,
             guarding: Vec::new(),
             pushing: Vec::new(),
+            rough: L::Mask::splat(false),
         }
     }
 
@@ -74,6 +77,7 @@ impl<L: Lane> Transition<L> {
             self.matrix = Blocks::zeros(self.states + ROWS_PER_LINE * most, self.width);
             self.filled_for.fill(usize::MAX);
         }
+        let mut rough: Vec<bool> = (0..L::WIDTH).map(|l| self.rough.test(l)).collect();
         for (l, lane) in lanes.iter_mut().enumerate() {
             if self.filled_for[l] == lane.current || lane.has_ended() {
                 continue;
@@ -84,8 +88,10 @@ impl<L: Lane> Transition<L> {
                 continue;
             }
             let span_s = self.span_fs as f64 * 1e-15;
-            // Where nothing can happen there is nothing to look for.
-            self.parts[l] = if flow.lines.is_empty() { 1 } else { (span_s / flow.check_s).ceil().max(1.0) as u64 };
+            // Where nothing can happen there is nothing to look for but crests, which have a look of their own.
+            let is_guarded = flow.lines.iter().any(|line| line.is_guard);
+            self.parts[l] = if is_guarded { (span_s / flow.check_s).ceil().max(1.0) as u64 } else { 1 };
+            rough[l] = !is_guarded && span_s > flow.check_s;
             self.part_s.set_lane(l, span_s / self.parts[l] as f64);
             let rows = flow.transition(self.span_fs / self.parts[l])?;
             for (i, row) in rows.chunks_exact(self.width).enumerate() {
@@ -99,6 +105,7 @@ impl<L: Lane> Transition<L> {
                 self.matrix.set_row(l, i, if is_value { &one } else { &[] });
             }
         }
+        self.rough = L::Mask::from_fn(|l| rough[l]);
         let of_contacts = |is: &dyn Fn(&Flow, usize) -> bool| {
             let contacts = lanes[0].flow().pushing.len();
             (0..contacts).map(|c| L::Mask::from_fn(|l| is(lanes[l].flow(), c))).collect()
@@ -140,7 +147,11 @@ impl<L: Lane> Transition<L> {
         let mut crests = L::Mask::splat(false);
         for ((line, pushing), peak) in y[self.states..].chunks_exact(ROWS_PER_LINE).zip(&self.pushing).zip(peaks) {
             let [end, slope_start, slope_end, start] = [line[0], line[1], line[2], line[3]];
-            crests = crests | peak.pass(moved & *pushing, [start, end], [slope_start, slope_end], from_s, self.part_s);
+            let here = moved & *pushing;
+            crests = crests | peak.pass(here, [start, end], [slope_start, slope_end], from_s, self.part_s);
+            if self.rough.any() {
+                crests = crests | (here & self.rough & peak.is_near([start, end], [slope_start, slope_end], self.part_s));
+            }
         }
         crests
     }

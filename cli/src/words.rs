@@ -149,7 +149,9 @@ fn undecided(why: Option<Undecided>) -> String {
         Some(Undecided::TooShort) => "too little of it follows the first touch or the last step of the reference; lengthen run.duration",
         Some(Undecided::StillDecaying) => "the oscillation dies out but has not ended; lengthen run.duration",
         Some(Undecided::TooFewBounces) => "the tool leaves the workpiece too seldom to tell; lengthen run.duration",
-        Some(Undecided::StillApproaching) => "the tool is still on its way to the workpiece when it ends; lengthen run.duration",
+        Some(Undecided::StillApproaching) => {
+            "the tool is still on its way to the workpiece, or its controller still approaches, when it ends; lengthen run.duration"
+        }
         Some(Undecided::StillWinding) => {
             "the force rests while the command moves on, so that what sticks will break loose; lengthen run.duration"
         }

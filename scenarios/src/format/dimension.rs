@@ -12,6 +12,8 @@ pub(crate) struct Dim {
     pub(crate) time: f64,
     /// Any exponent of length will do.
     pub(crate) any_length: bool,
+    /// Of a signal that is not known: anything will do.
+    pub(crate) unknown: bool,
 }
 
 /// Exponents that differ by less are equal; files write them with two or three digits.
@@ -23,7 +25,7 @@ pub(crate) fn same_exponent(a: f64, b: f64) -> bool {
 
 impl Dim {
     const fn new(mass: f64, length: f64, time: f64) -> Self {
-        Self { mass, length, time, any_length: false }
+        Self { mass, length, time, any_length: false, unknown: false }
     }
 
     /// N/m^n.
@@ -31,11 +33,15 @@ impl Dim {
         Self::new(1.0, 1.0 - exponent, -2.0)
     }
 
+    /// That of a signal which is not known, so that nothing is said of units that may be right.
+    pub(crate) const UNKNOWN: Self = Self { mass: 0.0, length: 0.0, time: 0.0, any_length: false, unknown: true };
+
     /// Whether two dimensions are the same.
     pub(crate) fn is(self, other: Self) -> bool {
-        same_exponent(self.mass, other.mass)
+        let same = same_exponent(self.mass, other.mass)
             && same_exponent(self.time, other.time)
-            && (self.any_length || other.any_length || same_exponent(self.length, other.length))
+            && (self.any_length || other.any_length || same_exponent(self.length, other.length));
+        same || self.unknown || other.unknown
     }
 
     /// What a quantity of this dimension is called.
@@ -88,7 +94,7 @@ impl Dim {
 impl From<Dimension> for Dim {
     fn from(dimension: Dimension) -> Self {
         let any_length = dimension.any_length;
-        Self { mass: dimension.mass.into(), length: dimension.length.into(), time: dimension.time.into(), any_length }
+        Self { mass: dimension.mass.into(), length: dimension.length.into(), time: dimension.time.into(), any_length, unknown: false }
     }
 }
 

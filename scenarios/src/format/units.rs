@@ -75,6 +75,9 @@ impl Bases {
 
     /// Whether these bases are a way to write `dim` on the given axis.
     fn fit(self, dim: Dim, rotational: bool) -> bool {
+        if dim.unknown {
+            return true;
+        }
         if !same_exponent(self.kg, dim.mass) || !same_exponent(self.s, dim.time) {
             return false;
         }
@@ -94,7 +97,7 @@ impl Bases {
     /// The dimension on the given axis, as far as there is one.
     fn dim(self, rotational: bool) -> Option<Dim> {
         let length = if rotational { self.rad + self.kg } else { self.m };
-        let dim = Dim { mass: self.kg, length, time: self.s, any_length: false };
+        let dim = Dim { mass: self.kg, length, time: self.s, any_length: false, unknown: false };
         let moment = Dim { length: 0.0, ..dim };
         [dim, moment].into_iter().find(|dim| self.fit(*dim, rotational))
     }

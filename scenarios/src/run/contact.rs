@@ -1,6 +1,6 @@
 //! When a contact pushed, and how hard.
 
-use feeler_engine::{EventKind, Peak, Scenario, Trace};
+use feeler_engine::{EventKind, Integrator, Peak, Scenario, Trace};
 use feeler_plant::assembly::Assembly;
 use feeler_plant::description::{Engagement, Quantity, SignalName};
 use feeler_plant::motion::Switch;
@@ -69,13 +69,15 @@ impl ContactRun {
     }
 }
 
-/// `located` are the peaks that the engine has found, per contact; where it looks for none, they are taken from the record.
-pub(super) fn contacts(scenario: &Scenario, assembly: &Assembly, record: &Trace, located: &[Vec<Peak>], end_s: f64) -> Vec<ContactRun> {
-    let located = |i: usize| located.get(i).map(Vec::as_slice);
-    scenario.machine.contacts.keys().enumerate().map(|(i, name)| contact(i, name, assembly, record, located(i), end_s)).collect()
+/// `found` are the peaks that the engine has found, per contact; where it looks for none, they are taken from the record. Those at the ends of fixed steps
+/// may be lower than what a parabola through the rows tells.
+pub(super) fn contacts(scenario: &Scenario, assembly: &Assembly, record: &Trace, found: &[Vec<Peak>], end_s: f64) -> Vec<ContactRun> {
+    let is_exact = scenario.run.integrator == Integrator::Exact;
+    let found = |i: usize| found.get(i).map(|peaks| (peaks.as_slice(), is_exact));
+    scenario.machine.contacts.keys().enumerate().map(|(i, name)| contact(i, name, assembly, record, found(i), end_s)).collect()
 }
 
-fn contact(index: usize, name: &str, assembly: &Assembly, record: &Trace, located: Option<&[Peak]>, end_s: f64) -> ContactRun {
+fn contact(index: usize, name: &str, assembly: &Assembly, record: &Trace, found: Option<(&[Peak], bool)>, end_s: f64) -> ContactRun {
     let instants = |kind: EventKind| {
         let meant = record.events.iter().filter(move |event| event.kind == kind && event.switch == Switch::Contact(index));
         meant.map(|event| event.t_s).collect::<Vec<_>>()
@@ -94,8 +96,13 @@ fn contact(index: usize, name: &str, assembly: &Assembly, record: &Trace, locate
         let begins = touches.then(|| at_touch(interval.start_s, t_s, force_n)).flatten();
         begins.map_or_else(|| peak(t_s, force_n), |force_n| Peak { t_s: interval.start_s, force_n })
     };
-    let of_record = || intervals.iter().map(peak_within).collect();
-    let peaks: Vec<Peak> = located.map_or_else(of_record, <[Peak]>::to_vec);
+    let higher = |(a, b): (Peak, &Peak)| if b.force_n > a.force_n { *b } else { a };
+    let of_record = intervals.iter().map(peak_within);
+    let peaks: Vec<Peak> = match found {
+        Some((found, true)) => found.to_vec(),
+        Some((found, false)) => of_record.zip(found).map(higher).collect(),
+        None => of_record.collect(),
+    };
     debug_assert_eq!(peaks.len(), intervals.len(), "one peak for every time that `{name}` pushes");
     let hardest = peaks.iter().copied().reduce(|a, b| if b.force_n > a.force_n { b } else { a }).unwrap_or_default();
     ContactRun {

@@ -5,8 +5,10 @@ use feeler_plant::motion::{Motion, dot};
 use crate::extrapolation::Extrapolation;
 use crate::flow::Flow;
 
-/// A guard this close to zero, relative to the terms it is made of, may be the trace of the event that has just happened.
+/// A guard this close to zero, relative to the terms it is made of, may be the trace of the event that has just happened ...
 const AT_ZERO: f64 = 1e-12;
+/// ... and so may one that was at zero this short a time ago, s (see [`crate::taylor`]).
+const AT_ZERO_S: f64 = 1e-13;
 /// An event is located to this, s.
 const LOCATED_S: f64 = 1e-15;
 /// Share of a step over which a slope is taken.
@@ -41,11 +43,12 @@ impl Look<'_> {
         let at_start = Instant { s: 0.0, value: dot(self.row, self.start), slope: self.slope(self.start, h) };
         let at_end = Instant { s: h, value: dot(self.row, end), slope: self.slope(end, h) };
         let size: f64 = self.row.iter().zip(self.start).map(|(r, x)| (r * x).abs()).sum();
-        if at_start.value < -AT_ZERO * size {
+        let trace = AT_ZERO * size + AT_ZERO_S * at_start.slope.abs();
+        if at_start.value < -trace {
             return Some(0.0);
         }
         let mut left = at_start;
-        if at_start.value <= AT_ZERO * size {
+        if at_start.value <= trace {
             let grown = (3..HALVINGS).find_map(|k| {
                 let instant = self.look(method, h * 0.5_f64.powi(k))?;
                 (instant.value > 0.0).then_some(instant)

@@ -134,6 +134,7 @@ impl<L: Lane> FixedStep<L> {
             let size: f64 = state[..self.states].iter().map(|x| x.abs()).sum();
             if size < LaneCore::BOUND {
                 switch_all(lane, &mut state, t_s)?;
+                lane.note_peaks(&state, t_s);
                 put_lane(xi, l, &state);
             } else {
                 lane.end = RunEnd::Diverged { t_s };

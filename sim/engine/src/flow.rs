@@ -105,6 +105,12 @@ impl Flow {
         slope
     }
 
+    /// Sum of the sizes of the parts that the slope of a linear functional is made of.
+    pub(crate) fn slope_size(&self, row: &[f64], xi: &[f64]) -> f64 {
+        let parts = |i: usize| self.derivative_row(i).iter().zip(xi).map(|(d, x)| (d * x).abs()).sum::<f64>();
+        row[..self.states].iter().enumerate().filter(|(_, factor)| **factor != 0.0).map(|(i, factor)| factor.abs() * parts(i)).sum()
+    }
+
     /// The rows that carry the extended vector over `span_fs` femtoseconds: the states, then for every line its value at the end, its slopes
     /// at start and end, and its value at the start.
     pub(crate) fn transition(&mut self, span_fs: u64) -> Result<&[f64], EngineError> {

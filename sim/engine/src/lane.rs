@@ -235,7 +235,8 @@ impl LaneCore {
         let mut event = None;
         if push.is_none() {
             for (i, guard) in flow.equations.guards.iter().enumerate() {
-                if let Some(s) = self.series.functional(&guard.row, xi, flow.width).first_crossing(h)
+                let polynomial = self.series.functional(&guard.row, xi, flow.width);
+                if let Some(s) = polynomial.first_crossing(h, || flow.slope_size(&guard.row, xi))
                     && (event.is_none() || s < h)
                 {
                     h = s;
@@ -301,6 +302,13 @@ impl LaneCore {
         (h, event)
     }
 
+    /// Notes the contact forces at the end of a fixed step.
+    pub(crate) fn note_peaks(&mut self, xi: &[f64], t_s: f64) {
+        if let Some(peaks) = &mut self.peaks {
+            peaks.enter(&self.flows[self.current], xi, t_s);
+        }
+    }
+
     /// Looks where a span of the present mode, travelled in one go from `xi` on, crests; `xi` is moved.
     pub(crate) fn crest(&mut self, xi: &mut [f64], t_s: f64, span_s: f64) {
         if let Some(peaks) = &mut self.peaks {
@@ -329,6 +337,13 @@ impl LaneCore {
         let what = self.motion.switches()[guard.switch];
         if let (Switch::Ramp(i), Some(ramp)) = (what, self.ramp_of(what)) {
             xi[ramp] = xi[self.motion.layout().input(i)];
+        }
+        // A fixed step goes beyond the limit before it is seen to be reached; held there, the force would never be within it again.
+        if let (Switch::Limit(i), SwitchState::Plus | SwitchState::Minus) = (what, to)
+            && let Some(force) = self.motion.layout().force(i)
+        {
+            let limit = self.motion.assembly().drives[i].limit;
+            xi[force] = if to == SwitchState::Plus { limit } else { -limit };
         }
         self.enter(mode.with(guard.switch, to))?;
         self.join(xi);

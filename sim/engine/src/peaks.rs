@@ -63,7 +63,7 @@ impl Peaks {
         Self { finished: vec![Vec::new(); contacts], present: vec![None; contacts] }
     }
 
-    /// The machine is in the mode of `flow` from now on: stretches begin and end.
+    /// The machine is in the mode of `flow` from now on, or is still at the end of a fixed step: stretches begin, rise and end.
     pub(crate) fn enter(&mut self, flow: &Flow, xi: &[f64], t_s: f64) {
         for (i, present) in self.present.iter_mut().enumerate() {
             if flow.pushing[i] {
@@ -73,6 +73,12 @@ impl Peaks {
                 self.finished[i].extend(present.take());
             }
         }
+    }
+
+    /// Every stretch of contact `i` so far. Of the one that lasts the peak is `abreast`, where the lane travels in company.
+    pub(crate) fn of(&self, i: usize, abreast: Option<Peak>) -> Vec<Peak> {
+        let present = self.present[i].map(|own| abreast.unwrap_or(own));
+        self.finished[i].iter().copied().chain(present).collect()
     }
 
     /// A leg of `h` of a linear mode, from `xi` at `t_s` on.
@@ -158,13 +164,7 @@ impl<L: Lane> Abreast<L> {
         }
     }
 
-    /// Every stretch of contact `i` of a lane so far, the one that lasts included.
-    pub(crate) fn all_of(&self, peaks: &Peaks, i: usize, l: usize) -> Vec<Peak> {
-        let present = peaks.present[i].map(|_| self.peak(l));
-        peaks.finished[i].iter().copied().chain(present).collect()
-    }
-
-    fn peak(&self, l: usize) -> Peak {
+    pub(crate) fn peak(&self, l: usize) -> Peak {
         Peak { t_s: self.t_s.lane(l), force_n: self.force_n.lane(l) }
     }
 

@@ -73,7 +73,8 @@ pub struct RunSettings {
     pub record_rate_hz: Option<f64>,
     /// Whether to keep the energy ledger.
     pub energy: bool,
-    /// Whether to look for the largest force of every stretch of contact (see [`crate::Simulation::peaks`]); only the exact integrator does.
+    /// Whether to look for the largest force of every stretch of contact (see [`crate::Simulation::peaks`]): with the exact integrator on the motion itself,
+    /// with fixed steps at their ends, where the ledger is kept.
     pub peaks: bool,
 }
 

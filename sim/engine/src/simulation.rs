@@ -57,7 +57,7 @@ pub struct Simulation<L: Lane> {
     pub(crate) signal_rows_at: u64,
     pub(crate) fixed: Option<FixedStep<L>>,
     pub(crate) scratch: Vec<f64>,
-    /// Largest forces of the present stretches of contact, one per contact; none where peaks are not kept.
+    /// Largest forces of the present stretches of contact, one per contact; none where peaks are not kept, and with fixed steps, where each lane has its own.
     pub(crate) peaks: Vec<Abreast<L>>,
     /// Steps taken: intervals, parts of them, or fixed steps.
     pub(crate) steps: u64,
@@ -92,7 +92,9 @@ impl<L: Lane> Simulation<L> {
             return Err(EngineError::BodyEngines { given: bodies.len(), needed });
         }
         let (energy, seed) = (first.run.energy, first.run.seed);
-        let keeps_peaks = first.run.peaks && first.run.integrator == Integrator::Exact;
+        // Fixed steps without a ledger go many at a time, and look at nothing in between.
+        let is_exact = first.run.integrator == Integrator::Exact;
+        let keeps_peaks = first.run.peaks && (is_exact || energy);
         let mut lanes = Vec::new();
         let mut states = Vec::new();
         for program in &programs {
@@ -122,7 +124,7 @@ impl<L: Lane> Simulation<L> {
             .collect();
         let fixed =
             (first.run.integrator != Integrator::Exact).then(|| FixedStep::new(first.run.integrator, first.run.step_s, &lanes, bodies));
-        let contacts = if keeps_peaks { first.motion.assembly().contacts.len() } else { 0 };
+        let contacts = if keeps_peaks && is_exact { first.motion.assembly().contacts.len() } else { 0 };
         let mut peaks = vec![Abreast::new(); contacts];
         for (l, of_lane) in lanes.iter().enumerate().filter_map(|(l, lane)| Some((l, lane.peaks.as_ref()?))) {
             peaks.iter_mut().enumerate().for_each(|(i, present)| present.take(of_lane, i, l));
@@ -261,8 +263,9 @@ impl<L: Lane> Simulation<L> {
     /// A stretch begins with a touch (or with the run) and ends with a lift.
     pub fn peaks(&self, lane: usize) -> Vec<Vec<Peak>> {
         let Some(peaks) = &self.lanes[lane].peaks else { return Vec::new() };
-        let contacts = self.peaks.iter().enumerate();
-        contacts.map(|(i, abreast)| abreast.all_of(peaks, i, lane)).collect()
+        (0..self.programs[lane].motion.assembly().contacts.len())
+            .map(|i| peaks.of(i, self.peaks.get(i).map(|abreast| abreast.peak(lane))))
+            .collect()
     }
 
     /// The energy balance of a lane, if the run keeps the ledger.

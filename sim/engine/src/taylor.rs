@@ -135,8 +135,9 @@ impl Polynomial {
 
     /// The first instant in `[0, span]` at which the value, positive before, is no longer positive.
     ///
-    /// A value at zero that is the rounded trace of an event counts as positive if it grows, and has already crossed if it does not.
-    pub(crate) fn first_crossing(&self, span: f64) -> Option<f64> {
+    /// A value at zero that is the rounded trace of an event counts as positive if it grows, and has already crossed if it does not. `slope_size` is the sum
+    /// of the sizes of the parts that its slope at zero is made of, asked for where the sign of that may be rounding.
+    pub(crate) fn first_crossing(&self, span: f64, slope_size: impl FnOnce() -> f64) -> Option<f64> {
         let start = self.at(0.0);
         let trace = AT_ZERO * self.size + AT_ZERO_S * self.c[1].abs();
         if start < -trace {
@@ -144,7 +145,7 @@ impl Polynomial {
         }
         let mut left = 0.0;
         if start <= trace {
-            left = self.leave_zero(span)?;
+            left = self.leave_zero(span, slope_size())?;
             if left < 0.0 {
                 return Some(0.0);
             }
@@ -221,13 +222,15 @@ impl Polynomial {
 
     /// From a start at zero: the first looked-at instant with a positive value, a negative number if the value falls at once,
     /// `None` if it stays at zero.
-    fn leave_zero(&self, span: f64) -> Option<f64> {
+    fn leave_zero(&self, span: f64, slope_size: f64) -> Option<f64> {
         // The lowest power of time whose term matters at the end of the span decides the sign just after the start.
         let mut power = 1.0;
-        for c in &self.c[1..self.terms] {
+        for (k, c) in self.c[..self.terms].iter().enumerate().skip(1) {
             power *= span;
             let term = c * power;
-            if term.abs() > AT_ZERO * self.size {
+            // A guide breaks loose where forces balance: what is left of them then is their rounding.
+            let size = if k == 1 { self.size + slope_size * span } else { self.size };
+            if term.abs() > AT_ZERO * size {
                 if term < 0.0 {
                     return Some(-1.0);
                 }
@@ -301,8 +304,17 @@ mod tests {
     #[test]
     fn truth_first_zero_of_a_quadratic() {
         // (s - 0.3)(s - 0.7) is positive until 0.3.
-        let root = polynomial(&[0.21, -1.0, 1.0]).first_crossing(1.0).unwrap();
+        let root = polynomial(&[0.21, -1.0, 1.0]).first_crossing(1.0, || 0.0).unwrap();
         assert!((root - 0.3).abs() < 4.0 * f64::EPSILON);
+    }
+
+    /// Forces of 100 N balance to 1e-14 N where a guide breaks loose, whatever the sign of that; the force that grows decides.
+    #[test]
+    fn regress_a_slope_that_is_rounding_does_not_decide() {
+        let at_rest = |slope: f64, bend: f64| Polynomial { size: 0.0, ..polynomial(&[0.0, slope, bend]) };
+        assert_eq!(at_rest(-1e-14, 5.0).first_crossing(1e-3, || 100.0), None);
+        assert_eq!(at_rest(1e-14, -5.0).first_crossing(1e-3, || 100.0), Some(0.0));
+        assert_eq!(at_rest(-1e-3, 5.0).first_crossing(1e-3, || 100.0), Some(0.0));
     }
 
     /// Crests of a sine and of `s - s^3`, and one between two falling ends.
@@ -326,16 +338,16 @@ mod tests {
     #[test]
     fn truth_dip_between_looks_is_seen() {
         // Negative only between 0.06 - 1e-3 and 0.06 + 1e-3, inside the first part.
-        let root = polynomial(&[0.06 * 0.06 - 1e-6, -0.12, 1.0]).first_crossing(1.0).unwrap();
+        let root = polynomial(&[0.06 * 0.06 - 1e-6, -0.12, 1.0]).first_crossing(1.0, || 0.0).unwrap();
         assert!((root - 0.059).abs() < 1e-14);
     }
 
     #[test]
     fn truth_a_guard_that_starts_at_zero_and_grows_has_not_crossed() {
-        assert_eq!(polynomial(&[-1e-17, 1.0]).first_crossing(1.0), None);
-        assert_eq!(polynomial(&[1e-17, -1.0]).first_crossing(1.0), Some(0.0));
+        assert_eq!(polynomial(&[-1e-17, 1.0]).first_crossing(1.0, || 0.0), None);
+        assert_eq!(polynomial(&[1e-17, -1.0]).first_crossing(1.0, || 0.0), Some(0.0));
         // It grows, then falls: the second zero counts.
-        let root = polynomial(&[0.0, 1.0, -2.0]).first_crossing(1.0).unwrap();
+        let root = polynomial(&[0.0, 1.0, -2.0]).first_crossing(1.0, || 0.0).unwrap();
         assert!((root - 0.5).abs() < 4.0 * f64::EPSILON);
     }
 }

@@ -133,7 +133,7 @@ impl Builder<'_> {
 
     fn sensor(&mut self, item: Item<'_>) -> Sensor {
         let signal = item.table.get("reads").and_then(|entry| entry.node.as_text()).and_then(|text| text.parse().ok());
-        let dim = signal.as_ref().map_or(Dimension::NONE.into(), |signal| self.signal_dim(signal));
+        let dim = signal.as_ref().map_or(Dim::UNKNOWN, |signal| self.signal_dim(signal));
         let fields = self.fields(item, Scope { signal: dim, ..self.scope() });
         let reads = match fields.get("reads") {
             Some(Field::Signal(signal)) => signal.clone(),

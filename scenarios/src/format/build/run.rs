@@ -146,7 +146,7 @@ impl Builder<'_> {
             };
             self.refuse_work(key, message, remedy, duration_at);
         }
-        if let Some((key, frequency_hz, why)) = fastest_vibration(machine) {
+        if let Some((key, frequency_hz, why)) = fastest_motion(machine) {
             let cycles = duration * frequency_hz;
             if cycles > MOST_CYCLES {
                 let message = format!(
@@ -155,7 +155,7 @@ impl Builder<'_> {
                     short(duration)
                 );
                 let (key, remedy) = if frequency_hz * ORDINARY_S > 1.0 {
-                    (key, "make it softer or the body heavier, join the bodies rigidly, or shorten the run")
+                    (key, "make it less or the body heavier, join the bodies rigidly, or shorten the run")
                 } else {
                     ("run.duration".to_owned(), "shorten the run")
                 };
@@ -179,21 +179,30 @@ fn rounded(value: f64) -> String {
     if value < 1e6 { format!("{value:.1}") } else { format!("{value:.3e}") }
 }
 
-/// The largest `sqrt(k / m) / 2 pi` of a linear spring or contact with the lighter body at its ends: its key, the frequency, and how it comes about.
-fn fastest_vibration(machine: &Machine) -> Option<(String, f64, String)> {
+/// The largest `sqrt(k / m) / 2 pi` or `c / m / 2 pi` of a linear spring or contact with the lighter body at its ends: its key, the frequency, and how it
+/// comes about.
+fn fastest_motion(machine: &Machine) -> Option<(String, f64, String)> {
     let springs = machine.springs.iter().filter(|(_, spring)| !spring.rigid);
-    let springs = springs.map(|(name, spring)| (format!("springs.{name}.stiffness"), &spring.between, spring.stiffness_n_per_m));
+    let springs =
+        springs.map(|(name, spring)| (format!("springs.{name}"), &spring.between, spring.stiffness_n_per_m, spring.damping_n_s_per_m));
     let linear = |contact: &Contact| match contact.law {
         ContactLaw::KelvinVoigt => true,
         ContactLaw::HuntCrossley { exponent, .. } => exponent.total_cmp(&1.0).is_eq(),
         ContactLaw::Hertz => false,
     };
     let contacts = machine.contacts.iter().filter(|(_, contact)| linear(contact));
-    let contacts = contacts.map(|(name, contact)| (format!("contacts.{name}.stiffness"), &contact.between, contact.stiffness));
-    let of = |(key, between, stiffness): (String, &[String; 2], f64)| {
+    let contacts =
+        contacts.map(|(name, contact)| (format!("contacts.{name}"), &contact.between, contact.stiffness, contact.damping_n_s_per_m));
+    let of = |(key, between, stiffness, damping): (String, &[String; 2], f64, f64)| {
         let mass = between.iter().filter_map(|name| machine.bodies.get(name)).map(|body| body.mass_kg).min_by(f64::total_cmp)?;
-        let why = format!("sqrt({} N/m / {} kg) / 2 pi", short(stiffness), short(mass));
-        Some((key, (stiffness / mass).sqrt() / TAU, why))
+        let vibration = (format!("{key}.stiffness"), (stiffness / mass).sqrt() / TAU);
+        let decay = (format!("{key}.damping"), damping / mass / TAU);
+        let mass = short(mass);
+        Some(if decay.1 > vibration.1 {
+            (decay.0, decay.1, format!("{} N s/m / {mass} kg / 2 pi", short(damping)))
+        } else {
+            (vibration.0, vibration.1, format!("sqrt({} N/m / {mass} kg) / 2 pi", short(stiffness)))
+        })
     };
     springs.chain(contacts).filter_map(of).max_by(|a, b| a.1.total_cmp(&b.1))
 }

@@ -123,6 +123,11 @@ impl Layout {
         self.drives[drive].ramp
     }
 
+    /// The state that holds the force of a velocity source.
+    pub fn force(&self, drive: usize) -> Option<usize> {
+        self.drives[drive].force
+    }
+
     /// The first of the four states of a contact's moving gap: what is added to the gap, its rate, and the derivatives of that in [`GAP_TIME_S`], so that
     /// all have a size of their own: `offset`, `offset'`, `GAP_TIME_S offset''`, `GAP_TIME_S^2 offset'''`.
     pub fn moving_gap(&self, contact: usize) -> Option<usize> {

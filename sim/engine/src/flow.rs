@@ -16,6 +16,8 @@ const TAYLOR_REACH: f64 = 3.0;
 
 /// Rows of a transition per line: value at the end, slope at the start, slope at the end, value at the start.
 pub(crate) const ROWS_PER_LINE: usize = 4;
+/// Further rows per contact whose peaks are kept, after those of the lines: how its force bends at start and end.
+pub(crate) const ROWS_PER_BEND: usize = 2;
 /// Rows are proportional where their entries are so to this, a few roundings.
 const PROPORTIONAL: f64 = 8.0 * f64::EPSILON;
 
@@ -112,7 +114,7 @@ impl Flow {
     }
 
     /// The rows that carry the extended vector over `span_fs` femtoseconds: the states, then for every line its value at the end, its slopes
-    /// at start and end, and its value at the start.
+    /// at start and end, and its value at the start, then for every contact whose peaks are kept the second derivatives at start and end.
     pub(crate) fn transition(&mut self, span_fs: u64) -> Result<&[f64], EngineError> {
         if let Some(i) = self.transitions.iter().position(|(key, _)| *key == span_fs) {
             return Ok(&self.transitions[i].1);
@@ -121,7 +123,7 @@ impl Flow {
         let mut augmented = DMatrix::zeros(n, n);
         augmented.rows_mut(0, self.states).copy_from(&DMatrix::from_row_slice(self.states, n, &self.derivative));
         let exponential = expm(&(augmented * (span_fs as f64 * 1e-15)))?;
-        let mut rows = Vec::with_capacity((self.states + ROWS_PER_LINE * self.lines.len()) * n);
+        let mut rows = Vec::with_capacity((self.states + ROWS_PER_LINE * self.lines.len() + ROWS_PER_BEND * self.pushing.len()) * n);
         for i in 0..self.states {
             rows.extend(exponential.row(i).iter());
         }
@@ -132,6 +134,11 @@ impl Flow {
             rows.extend_from_slice(&slope);
             rows.extend(exponential.column_iter().map(|column| dot(&slope, column.as_slice())));
             rows.extend_from_slice(value);
+        }
+        for line in &self.lines[..self.pushing.len()] {
+            let bend = self.slope(&self.slope(&line.row));
+            rows.extend_from_slice(&bend);
+            rows.extend(exponential.column_iter().map(|column| dot(&bend, column.as_slice())));
         }
         self.transitions.push((span_fs, rows));
         Ok(&self.transitions[self.transitions.len() - 1].1)

@@ -310,9 +310,10 @@ impl LaneCore {
     }
 
     /// Looks where a span of the present mode, travelled in one go from `xi` on, crests; `xi` is moved.
-    pub(crate) fn crest(&mut self, xi: &mut [f64], t_s: f64, span_s: f64) {
-        if let Some(peaks) = &mut self.peaks {
-            peaks.crest(&self.flows[self.current], &mut self.series, xi, t_s, span_s);
+    pub(crate) fn crest(&mut self, xi: &mut [f64], t_s: f64, span_fs: u64) -> Result<(), EngineError> {
+        match &mut self.peaks {
+            Some(peaks) => peaks.crest(&mut self.flows[self.current], &mut self.series, xi, t_s, span_fs),
+            None => Ok(()),
         }
     }
 

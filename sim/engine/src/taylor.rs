@@ -217,7 +217,17 @@ impl Polynomial {
 
     /// Whether the value is so far from zero that no sum of its terms reaches it: the most frequent case, told without a search.
     fn stays_positive(&self, start: f64, span: f64) -> bool {
-        self.c[1..self.terms].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * span) < start
+        self.swing(span) < start
+    }
+
+    /// Whether the sum of its terms may get above a level.
+    pub(crate) fn may_exceed(&self, level: f64, span: f64) -> bool {
+        self.at(0.0) + self.swing(span) > level
+    }
+
+    /// Sum of the sizes of all terms but the first at the end of a span: it departs no further from its start.
+    fn swing(&self, span: f64) -> f64 {
+        self.c[1..self.terms].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * span)
     }
 
     /// From a start at zero: the first looked-at instant with a positive value, a negative number if the value falls at once,

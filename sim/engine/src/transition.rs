@@ -3,9 +3,9 @@
 use feeler_lanes::{Blocks, Lane, LaneMask};
 
 use crate::error::EngineError;
-use crate::flow::{Flow, ROWS_PER_LINE};
+use crate::flow::{Flow, ROWS_PER_BEND, ROWS_PER_LINE};
 use crate::lane::LaneCore;
-use crate::peaks::Abreast;
+use crate::peaks::{Abreast, Span};
 
 /// Carries every lane over the same span, each in its own mode.
 #[derive(Debug)]
@@ -74,7 +74,8 @@ impl<L: Lane> Transition<L> {
         let most = lanes.iter().map(|lane| lane.flow().lines.len()).max().unwrap_or(0);
         if most > self.lines {
             self.lines = most;
-            self.matrix = Blocks::zeros(self.states + ROWS_PER_LINE * most, self.width);
+            let contacts = lanes[0].flow().pushing.len();
+            self.matrix = Blocks::zeros(self.states + ROWS_PER_LINE * most + ROWS_PER_BEND * contacts, self.width);
             self.filled_for.fill(usize::MAX);
         }
         let mut rough: Vec<bool> = (0..L::WIDTH).map(|l| self.rough.test(l)).collect();
@@ -94,13 +95,14 @@ impl<L: Lane> Transition<L> {
             rough[l] = !is_guarded && span_s > flow.check_s;
             self.part_s.set_lane(l, span_s / self.parts[l] as f64);
             let rows = flow.transition(self.span_fs / self.parts[l])?;
-            for (i, row) in rows.chunks_exact(self.width).enumerate() {
-                self.matrix.set_row(l, i, row);
-            }
+            let rows: Vec<Vec<f64>> = rows.chunks_exact(self.width).map(<[f64]>::to_vec).collect();
+            let (own, bends) = rows.split_at(self.states + ROWS_PER_LINE * lane.flow().lines.len());
+            own.iter().enumerate().for_each(|(i, row)| self.matrix.set_row(l, i, row));
+            bends.iter().enumerate().for_each(|(i, row)| self.matrix.set_row(l, self.states + ROWS_PER_LINE * self.lines + i, row));
             // Lines that this lane does not have read 1 at both ends.
             let mut one = vec![0.0; self.width];
             one[self.width - 1] = 1.0;
-            for i in rows.len() / self.width..self.states + ROWS_PER_LINE * self.lines {
+            for i in own.len()..self.states + ROWS_PER_LINE * self.lines {
                 let is_value = matches!((i - self.states) % ROWS_PER_LINE, 0 | 3);
                 self.matrix.set_row(l, i, if is_value { &one } else { &[] });
             }
@@ -156,6 +158,20 @@ impl<L: Lane> Transition<L> {
         crests
     }
 
+    /// One part of a lane as contact `i` went through it; none where it does not push.
+    pub(crate) fn span(&self, l: usize, i: usize, y: &[L]) -> Option<Span> {
+        let line = &y[self.states + ROWS_PER_LINE * i..];
+        let bends = &y[self.states + ROWS_PER_LINE * self.lines + ROWS_PER_BEND * i..];
+        let of = |values: [L; 2]| values.map(|value| value.lane(l));
+        self.pushing[i].test(l).then(|| Span {
+            ends: of([line[3], line[0]]),
+            slopes: of([line[1], line[2]]),
+            bends: of([bends[0], bends[1]]),
+            length_s: self.part_s.lane(l),
+            is_rough: self.rough.test(l),
+        })
+    }
+
     /// Moves the lanes of `moved` to where they were seen.
     #[inline(always)]
     pub(crate) fn go(&self, moved: L::Mask, xi: &mut [L], y: &[L]) {
@@ -166,10 +182,5 @@ impl<L: Lane> Transition<L> {
         for (x, &y) in xi.iter_mut().zip(y.iter()).take(self.states) {
             *x = L::select(moved, y, *x);
         }
-    }
-
-    /// Length of one part in a lane, s.
-    pub(crate) fn part_s(&self, l: usize) -> f64 {
-        self.part_s.lane(l)
     }
 }

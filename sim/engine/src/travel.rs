@@ -4,7 +4,7 @@ use feeler_lanes::{Lane, LaneMask};
 
 use crate::error::{EngineError, RunEnd};
 use crate::lane::LaneCore;
-use crate::peaks::Abreast;
+use crate::peaks::{Abreast, Crest};
 use crate::simulation::{Simulation, put_lane, take_lane};
 use crate::transition::Transition;
 
@@ -74,7 +74,7 @@ impl<L: Lane> Simulation<L> {
             if !self.peaks.is_empty() {
                 let crests = transition.pass(moved, &self.product, part, self.t_s, &mut self.peaks);
                 if crests.any() {
-                    self.look_at_crests(index, part, crests);
+                    self.look_at_crests(index, part, crests)?;
                 }
             }
             self.transitions[index].go(moved, &mut self.xi, &self.product);
@@ -89,13 +89,25 @@ impl<L: Lane> Simulation<L> {
 
     /// Looks where within one part the forces of lanes crest; their motion is not touched.
     #[cold]
-    fn look_at_crests(&mut self, index: usize, part: u64, lanes: L::Mask) {
+    fn look_at_crests(&mut self, index: usize, part: u64, lanes: L::Mask) -> Result<(), EngineError> {
         let transition = &self.transitions[index];
         for (l, lane) in self.lanes.iter_mut().enumerate().filter(|(l, _)| lanes.test(*l)) {
-            take_lane(&self.xi, l, &mut self.scratch);
-            let part_s = transition.part_s(l);
-            lane.exchange_peaks(&mut self.peaks, l, |lane| lane.crest(&mut self.scratch, self.t_s + part as f64 * part_s, part_s));
+            for i in 0..self.peaks.len() {
+                let Some(span) = transition.span(l, i, &self.product) else { continue };
+                let from_s = self.t_s + part as f64 * span.length_s;
+                match span.crest() {
+                    Crest::None => {}
+                    Crest::At { s, force_n } => self.peaks[i].rise_to(l, from_s + s, force_n),
+                    Crest::Unclear => {
+                        take_lane(&self.xi, l, &mut self.scratch);
+                        let part_fs = transition.span_fs / transition.parts[l];
+                        lane.exchange_peaks(&mut self.peaks, l, |lane| lane.crest(&mut self.scratch, from_s, part_fs))?;
+                        break;
+                    }
+                }
+            }
         }
+        Ok(())
     }
 
     /// Lanes that cannot travel by exponentials go through the span alone.

@@ -7,13 +7,13 @@
 //! | outcome | when |
 //! |---|---|
 //! | unstable | the motion left all bounds; or it grows and never left the workpiece, or still grows at the end of the longest extension. It grows where `A3 > 1.5 A2` and `A2 > 1.5 A1` beyond what the sensor resolves, or where the force peaks of the last half of all contacts, 6 at least, rise from each to the next, above all before, and by more than 2.25 times in all |
-//! | no-contact | the tool never touched, or left for good before the tail, and is not on its way: no controller approaches, and no gap would close at its present rate within the longest extension |
-//! | chatter | at least 3 lift-offs in the tail, 2 of them in its last part, and `A3 >= 0.7 A1` with no fall by 3 % that goes on to the end |
+//! | no-contact | the tool never touched, or left for good before the tail, and is not on its way: no controller approaches, and no gap would close at its present rate and acceleration within the longest extension |
+//! | chatter | at least 3 lift-offs in the tail, 2 of them in its last part, and `A3 >= 0.7 A1` with no fall by 3 % that goes on to the end, and impacts of which the last ones do not each fall short of the one before by 1 % |
 //! | driven | a reference moves to the end, so that there is nothing to settle at |
-//! | settled, bounces-then-settles | `A3` within the settling band, no lift-off in the last part, no controller in its approach, and no command that moves on while the force rests; by whether the tool had left the workpiece |
+//! | settled, bounces-then-settles | `A3` within the settling band, no lift-off in the last part, no controller in its approach, no command that moves on while the force rests, and no growth from part to part that goes on; by whether the tool had left the workpiece |
 //! | limit-cycle | the force oscillates and does not decay, and a drive or controller is at its limit for over 1 % of the tail |
 //! | hunting | the same, no limit is reached, and a guide sticks or breaks loose at least twice |
-//! | oscillates | the same with neither |
+//! | oscillates | the same with neither, over 12 cycles at least or to the end of the longest extension |
 //! | undecided | none of these: oscillation or bouncing that decays but has not ended, that creeps up or down (by a line through the logarithms of the amplitudes of 4 to 24 windows, see [`super::trend`]; by more than 1.05 from part to part where there are fewer than 12 cycles), a tool on its way, a command that winds, growth in a run that left the workpiece and may yet be bounded by that, or a tail too short to judge, with less than two cycles of what lasts or grows |
 //!
 //! Where nothing can touch, so that a wall is one that a controller renders, the first drive's command takes the force's place: it is unstable where that grows (and at
@@ -44,6 +44,14 @@ const SATURATES: f64 = 0.01;
 /// Contacts at the end of the run whose peaks must rise to call the bouncing unstable: by chance, aperiodic ones do so in one run of 720, and above
 /// all that came before far more seldom.
 const LEAST_RISING: usize = 6;
+/// The same for impacts that become weaker, the last of which may be cut off ...
+const LEAST_WEAKER: usize = 4;
+/// ... each by this part of the fading that counts over a tail.
+const WEAKER_SHARE: f64 = 3.0;
+/// From part to part a swing within the settling band grows by more than this, where it has too few cycles for a trend.
+const FEW_CYCLES: f64 = 1.01;
+/// Share of the settling band below which growth may be that of rounding and noise.
+const LEAST_GROWTH: f64 = 0.001;
 /// Lift-offs in the tail, and in its last part, that make chatter.
 const LEAST_LIFTS: (usize, usize) = (3, 2);
 /// Changes between sticking and sliding in the tail that make hunting.
@@ -154,13 +162,27 @@ impl Evidence<'_> {
         let lifts = (self.lifts_after(tail_s[0]), self.lifts_after(last_part_s));
         let lasts = a3 >= LASTS * a1;
         if lifts.0 >= LEAST_LIFTS.0 && lifts.1 >= LEAST_LIFTS.1 {
-            return if lasts && !self.dies_out(force, amplitudes_n) { say(Outcome::Chatter) } else { unsure(Undecided::StillDecaying) };
+            return if lasts && !self.impacts_weaken() && !self.dies_out(force, amplitudes_n) {
+                say(Outcome::Chatter)
+            } else {
+                unsure(Undecided::StillDecaying)
+            };
         }
         if self.is_approaching {
             return unsure(Undecided::StillApproaching);
         }
         if self.driven {
             return say(Outcome::Driven);
+        }
+        let trend = Trend::of(force);
+        // An unstable loop that has not left the band yet: what grows there is more than noise, and goes on to grow.
+        if a3 <= band_n && a3 > LEAST_GROWTH * band_n && a3 > a2 && a2 > a1 {
+            if let Some(trend) = trend.filter(|trend| trend.rises_on()) {
+                return grows(trend.change / (tail_s[1] - tail_s[0]));
+            }
+            if trend.is_none() && !self.is_longest && a3 > FEW_CYCLES * a2 && a2 > FEW_CYCLES * a1 {
+                return unsure(Undecided::StillGrowing);
+            }
         }
         if a3 <= band_n && lifts.1 == 0 && self.lost_at_s.is_none() {
             let last_row = self.t_s.partition_point(|&t| t < last_part_s);
@@ -172,7 +194,6 @@ impl Evidence<'_> {
         if lifts.0 > 0 {
             return unsure(Undecided::TooFewBounces);
         }
-        let trend = Trend::of(force);
         let saturates = super::saturation::share(&self.saturated[first..]) > SATURATES;
         let sticks = self.sticks_s.iter().filter(|&&t| t >= tail_s[0]).count() >= LEAST_STICKS;
         if !lasts || trend.map_or(a2 > CREEPS * a3 && a1 > CREEPS * a2, Trend::falls) {
@@ -192,7 +213,23 @@ impl Evidence<'_> {
         if saturates {
             return say(Outcome::LimitCycle);
         }
-        say(if sticks { Outcome::Hunting } else { Outcome::Oscillates })
+        if sticks {
+            return say(Outcome::Hunting);
+        }
+        // In contact, without limits or friction, what neither grows nor dies out is rare, and a few cycles do not tell it.
+        if trend.is_none() && !self.is_longest {
+            return unsure(Undecided::TooShort);
+        }
+        say(Outcome::Oscillates)
+    }
+
+    /// Whether each of the last impacts is weaker than the one before: bouncing that dies out.
+    fn impacts_weaken(&self) -> bool {
+        let last = &self.impacts[self.impacts.len() - self.impacts.len().div_ceil(2).max(LEAST_WEAKER).min(self.impacts.len())..];
+        let weaker = |pair: &[(f64, f64)]| pair[1].1 < pair[0].1 * (1.0 - FADES / WEAKER_SHARE);
+        // The end of the run may cut off the last one.
+        let whole = &last[..last.len().saturating_sub(1)];
+        last.len() >= LEAST_WEAKER && whole.windows(2).all(weaker)
     }
 
     /// Whether bouncing that is nearly steady dies out all the same: whether it falls as fast in the end as before, where a fall to a cycle comes to an
@@ -370,7 +407,10 @@ pub(super) mod tests {
     fn truth_sustained_oscillation_is_named_after_what_is_in_play() {
         let swings = |t: f64| 20.0 + 5.0 * (TAU * 12.0 * t).sin();
         let sticks: Vec<f64> = (0..20).map(|i| 0.1 * f64::from(i)).collect();
-        assert_eq!(verdict_of(swings, |_| {}).outcome, Outcome::Oscillates);
+        // Eleven cycles in the tail tell no slow growth or decay; more do, or the end of all extension.
+        assert_eq!(verdict_of(swings, |_| {}).undecided, Some(Undecided::TooShort));
+        assert_eq!(verdict_of(swings, |e| e.is_longest = true).outcome, Outcome::Oscillates);
+        assert_eq!(verdict_of(|t| 20.0 + 5.0 * (TAU * 24.0 * t).sin(), |_| {}).outcome, Outcome::Oscillates);
         let t_s = times();
         let force_n: Vec<f64> = t_s.iter().map(|&t| swings(t)).collect();
         let base = Evidence { t_s: &t_s, force_n: &force_n, saturated: &[true; ROWS], sticks_s: &sticks, ..still() };

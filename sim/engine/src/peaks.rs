@@ -257,9 +257,9 @@ fn highest(c: &[f64; 6]) -> (f64, f64) {
     for _ in 0..MOST_LOOKS {
         let value = slope(u);
         if value > 0.0 {
-            a = u
+            a = u;
         } else {
-            b = u
+            b = u;
         }
         let newton = u - value / bend(u);
         let next = if newton > a && newton < b { newton } else { 0.5 * (a + b) };

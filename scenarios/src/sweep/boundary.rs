@@ -3,7 +3,7 @@
 //! The machine is seen in contact. Where an axis is a gain, its stable values are computed at each value of the other axis, exactly; elsewhere the rate
 //! of growth is computed on a grid and its zero level drawn.
 
-use feeler_analysis::{AnalysisError, ContactView, ContinuousLoop, ControlLoop, GainBands, SampledLoop, View, gain_names};
+use feeler_analysis::{AnalysisError, Band, ContactView, ContinuousLoop, ControlLoop, SampledLoop, View, gain_names};
 use feeler_engine::Scenario;
 use feeler_lti::{Continuous, TimeDomain, eigenvalues};
 use feeler_plant::description::ContactLaw;
@@ -75,24 +75,31 @@ fn with(document: &Document, settings: &[(&str, f64)]) -> Option<Scenario> {
 /// Stable values of the gain on `along` at each value of `across`.
 fn along(document: &Document, across: &DrawnAxis, along: &DrawnAxis, place: impl Fn(f64, f64) -> [f64; 2]) -> LinearLimits {
     let sections = across.values(SECTIONS);
-    let bands: Vec<[Option<GainBands>; 2]> = (sections.par_iter())
+    let reaches_below_zero = along.values(2).iter().any(|gain| *gain < 0.0);
+    let bands: Vec<[Option<Vec<Band>>; 2]> = (sections.par_iter())
         .map(|&value| {
             let whole = with(document, &[(&across.key, value)])
                 .and_then(|scenario| ControlLoop::varying(&scenario, &contact_view(&scenario), &along.key).ok());
-            let of = |bands: fn(&ControlLoop, &str) -> Result<GainBands, AnalysisError>| bands(whole.as_ref()?, &along.key).ok();
-            [of(ControlLoop::sampled_bands), of(ControlLoop::continuous_bands)]
+            type Intervals = fn(&ControlLoop, &str) -> Result<Vec<Band>, AnalysisError>;
+            let of: [Intervals; 2] = if reaches_below_zero {
+                [ControlLoop::sampled_intervals, ControlLoop::continuous_intervals]
+            } else {
+                [|whole, key| Ok(whole.sampled_bands(key)?.bands), |whole, key| Ok(whole.continuous_bands(key)?.bands)]
+            };
+            of.map(|intervals| intervals(whole.as_ref()?, &along.key).ok())
         })
         .collect();
     let lines = |which: usize| {
-        let of_sections: Vec<Vec<f64>> = bands.iter().map(|found| found[which].as_ref().map_or_else(Vec::new, edges)).collect();
+        let of_sections: Vec<Vec<f64>> =
+            bands.iter().map(|found| found[which].as_ref().map_or_else(Vec::new, |bands| edges(bands))).collect();
         let lines = joined(&of_sections);
         lines.into_iter().map(|line| line.into_iter().map(|(i, gain)| place(sections[i], gain)).collect()).collect()
     };
     LinearLimits { sampled: lines(0), continuous: lines(1) }
 }
 
-fn edges(bands: &GainBands) -> Vec<f64> {
-    bands.bands.iter().flat_map(|band| [&band.lower, &band.upper]).flatten().map(|edge| edge.gain).collect()
+fn edges(bands: &[Band]) -> Vec<f64> {
+    bands.iter().flat_map(|band| [&band.lower, &band.upper]).flatten().map(|edge| edge.gain).collect()
 }
 
 /// Edges of one section after another, by rising gain, as lines of section and gain. Where the next section has fewer or more, those that are nearest
@@ -119,8 +126,8 @@ fn joined(sections: &[Vec<f64>]) -> Vec<Vec<(usize, f64)>> {
             let other = std::mem::take(&mut lines[from]);
             lines[line].extend(other.into_iter().rev());
         }
-        for pair in neighbours(&begun) {
-            // The line begins on the other branch, so that the two are drawn as one.
+        // At the first section lines come from beyond the axis; later the line begins on the other branch, so that the two are drawn as one.
+        for pair in neighbours(&begun).into_iter().filter(|_| i > 0) {
             let start = (i, edges[pair[0]]);
             lines[next[pair[1]]].insert(0, start);
         }
@@ -233,6 +240,17 @@ mod tests {
         assert!((middle(&limits.continuous) - 5.6083).abs() < 1e-3, "{}", middle(&limits.continuous));
         let turned = linear_limits(&flexible(), [&kp, &wall], &[]);
         assert_eq!(turned.sampled.iter().flatten().count(), limits.sampled.iter().flatten().count());
+    }
+
+    /// At kp = -1 the loop has no stiffness left, whatever the wall's: the lower end of what is stable.
+    #[test]
+    fn truth_a_limit_below_zero_is_drawn_too() {
+        let kp = DrawnAxis { log: false, ..axis("controllers.force.kp", [-2.0, 0.2]) };
+        let limits = linear_limits(&flexible(), [&kp, &axis("contacts.tool.stiffness", [2e4, 2e6])], &[]);
+        for lines in [&limits.sampled, &limits.continuous] {
+            let below: Vec<f64> = lines.iter().flatten().map(|point| point[0]).filter(|kp| *kp < 0.0).collect();
+            assert!(below.len() == SECTIONS && below.iter().all(|kp| (kp + 1.0).abs() < 1e-6), "{below:?}");
+        }
     }
 
     /// The same limit as a level of the growth rate, over two keys that are no gains: it passes where the exact search puts it.

@@ -130,6 +130,22 @@ impl ControlLoop {
         self.bands(feeler_lti::Continuous, matrix, continuous.expand())
     }
 
+    /// Every interval of stable values of the gain that a key names, on either side of zero, rising, in the sampled loop.
+    ///
+    /// # Errors
+    /// As [`Self::sampled_bands`].
+    pub fn sampled_intervals(&self, key: &str) -> Result<Vec<Band>, AnalysisError> {
+        Ok(self.sampled_bands(key)?.joined(self.sampled_bands_below_zero(key)?))
+    }
+
+    /// The same in the continuous loop.
+    ///
+    /// # Errors
+    /// As [`Self::continuous_bands`].
+    pub fn continuous_intervals(&self, key: &str) -> Result<Vec<Band>, AnalysisError> {
+        Ok(self.continuous_bands(key)?.joined(self.continuous_bands_below_zero(key)?))
+    }
+
     /// Stable values below zero of the gain that a key names, in the sampled loop; none where the law allows none.
     ///
     /// # Errors

@@ -72,6 +72,9 @@ fn with(document: &Document, settings: &[(&str, f64)]) -> Option<Scenario> {
     document.with(settings.iter().map(|(key, value)| (*key, Setting::Number(*value)))).ok().map(|document| document.scenario)
 }
 
+/// Intervals of stable values of the gain that a key names.
+type Intervals = fn(&ControlLoop, &str) -> Result<Vec<Band>, AnalysisError>;
+
 /// Stable values of the gain on `along` at each value of `across`.
 fn along(document: &Document, across: &DrawnAxis, along: &DrawnAxis, place: impl Fn(f64, f64) -> [f64; 2]) -> LinearLimits {
     let sections = across.values(SECTIONS);
@@ -80,7 +83,6 @@ fn along(document: &Document, across: &DrawnAxis, along: &DrawnAxis, place: impl
         .map(|&value| {
             let whole = with(document, &[(&across.key, value)])
                 .and_then(|scenario| ControlLoop::varying(&scenario, &contact_view(&scenario), &along.key).ok());
-            type Intervals = fn(&ControlLoop, &str) -> Result<Vec<Band>, AnalysisError>;
             let of: [Intervals; 2] = if reaches_below_zero {
                 [ControlLoop::sampled_intervals, ControlLoop::continuous_intervals]
             } else {

@@ -1,38 +1,23 @@
 //! `feeler analyze`.
 
-use feeler_analysis::{AnalysisError, Band, ContactView, Edge, MarginReport, Report, Request, StableRange, View, analyze, curves};
-use feeler_control::{Law, Reference};
-use feeler_engine::Scenario;
+use feeler_analysis::{AnalysisError, Band, Edge, MarginReport, Report, Request, StableRange, View, analyze, curves};
 use feeler_lti::LtiError;
-use feeler_plant::assembly::assemble;
-use feeler_plant::description::Engagement;
 use feeler_scenarios::format::Draft;
 
+use super::operating_point;
 use crate::arguments::Analyze;
 use crate::failure::BadInput;
 use crate::numbers::{plain, with_unit};
 use crate::table::table;
-use crate::units::Units;
 use crate::{reports, signals, terminal};
 
 pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
-    if let Some(preload_n) = arguments.preload.filter(|force| !(force.is_finite() && *force > 0.0)) {
-        return Err(BadInput::error(format!("--preload {preload_n} presses nothing"), "give a force above zero, in N"));
+    let (contact, note) = operating_point::contact_view(arguments, &document.scenario)?;
+    let notes: Vec<String> = note.into_iter().collect();
+    for note in &notes {
+        terminal::complain(&format!("note: {note}"));
     }
-    let contact = match arguments.preload {
-        Some(preload_n) => ContactView::Pressed { preload_n },
-        None if arguments.clamped => ContactView::Clamped,
-        None if arguments.free => ContactView::Free,
-        None => pressed(&document.scenario).map_or(ContactView::AsDescribed, |preload_n| {
-            let unit = Units::of(&document.scenario.machine).force;
-            terminal::complain(&format!(
-                "note: the contact's stiffness depends on its force; linearised at the last reference, {} (--preload chooses another)",
-                with_unit(preload_n, unit)
-            ));
-            ContactView::Pressed { preload_n }
-        }),
-    };
     let request = Request {
         input: arguments.input.as_deref().map(|name| signals::input(&document.scenario.machine, name)).transpose()?,
         output: arguments.output.as_deref().map(|name| signals::named(&document.scenario.machine, name)).transpose()?,
@@ -44,23 +29,11 @@ pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
     let mut written = String::new();
     if let Some(folder) = &arguments.out {
         let curves = curves(&document.scenario, &request, &report).map_err(|error| refused(arguments, error))?;
-        let page = reports::analyze::page(&document, &arguments.settings, &report, &curves);
+        let page = reports::analyze::page(&document, &arguments.settings, &notes, &report, &curves);
         let json = serde_json::to_string_pretty(&report)? + "\n";
         written = terminal::write_all(folder, &[("analyze.json", json), ("report.html", page)])?;
     }
     terminal::print(&if arguments.json { serde_json::to_string_pretty(&report)? } else { text(&report) + &written })
-}
-
-/// The force at which a contact of a nonlinear law is taken: what the first force controller asks for in the end. Without force it has no stiffness.
-fn pressed(scenario: &Scenario) -> Option<f64> {
-    // As assembled: an effect may replace the law.
-    let assembly = assemble(&scenario.machine).ok()?;
-    if !assembly.contacts.iter().any(|contact| contact.engagement != Engagement::Free && contact.law.exponent > 1.0) {
-        return None;
-    }
-    let asks = scenario.controllers.values().find(|control| matches!(control.spec.law, Law::ExplicitForce(_)))?;
-    let last = Reference::new(&asks.spec.reference, 0, "").ok()?.value(f64::MAX);
-    Some(last).filter(|force| *force > 0.0)
 }
 
 /// Everything but a failed computation is a matter of the request or the file.

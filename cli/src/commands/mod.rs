@@ -11,6 +11,7 @@ pub(crate) mod fit_landmarks;
 pub(crate) mod frf;
 pub(crate) mod merge;
 pub(crate) mod new;
+mod operating_point;
 pub(crate) mod reduce;
 pub(crate) mod replay;
 pub(crate) mod run;

@@ -12,6 +12,10 @@ const LEAKAGE_DB: f64 = 0.05;
 /// A line within 0.1 Hz of the corner of a first-order filter, 1 % of it in modulus at most.
 const FILTERED: f64 = 0.01;
 
+/// At 0.1 N rms about 30 N, what the tangent and the transient to 30 N leave is half a decibel at the resonance of the stiffest law; a tangent at
+/// another force puts the resonance elsewhere, tens of decibels off.
+const SMALL_SIGNAL_DB: f64 = 1.0;
+
 fn feeler() -> Command {
     let mut command = Command::cargo_bin("feeler").unwrap();
     command.current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios"));
@@ -64,6 +68,90 @@ fn truth_an_analysis_says_of_which_loop_it_speaks() {
     let text = printed(&["analyze", "paper/flexible.toml", "--output", "motor.position"]);
     assert!(text.contains("are of the loop of controllers.force, from drive.command to tool.spring_force."), "{text}");
     assert!(!printed(&["analyze", "paper/flexible.toml"]).contains("are of the loop of"));
+}
+
+/// Poles of two ways to one machine: Newton's method leaves 1e-10 of the forces at the operating point.
+const SAME_MACHINE: f64 = 1e-8;
+
+#[test]
+fn truth_a_contact_that_depends_on_force_is_taken_at_the_last_reference() {
+    let poles = |arguments: &[&str]| -> Vec<f64> {
+        let found = json(&[&["analyze"], arguments, &["--json"]].concat());
+        found["poles"].as_array().unwrap().iter().flat_map(|pole| [pole[0].as_f64().unwrap(), pole[1].as_f64().unwrap()]).collect()
+    };
+    let same = |file: &str, setting: &str| {
+        let (law, tangent) = (poles(&[file]), poles(&["effects/ideal.toml", "--set", setting]));
+        let largest = tangent.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+        assert_eq!(law.len(), tangent.len());
+        assert!(law.iter().zip(&tangent).all(|(a, b)| (a - b).abs() < SAME_MACHINE * largest), "{file}: {law:?} {tangent:?}");
+    };
+    // k d + cubic d^3 = 30 N at d, where the slope is k + 3 cubic d^2.
+    let (k, cubic) = (2e5, 1e13_f64);
+    let mut d: f64 = 30.0 / k;
+    for _ in 0..50 {
+        d -= (k * d + cubic * d.powi(3) - 30.0) / (k + 3.0 * cubic * d * d);
+    }
+    same("effects/hardening-stiffness.toml", &format!("contacts.tool.stiffness={}", k + 3.0 * cubic * d * d));
+    // k d (1 + alpha v) damps by alpha times the force more: 6 s/m times 30 N beside 120 N s/m.
+    same("effects/hunt-crossley-contact.toml", "contacts.tool.damping=300");
+    let hardening = json(&["analyze", "effects/hardening-stiffness.toml", "--json"]);
+    assert_eq!(hardening["preload_n"], 30.0);
+    let hertz = json(&["analyze", "effects/hertz-contact.toml", "--json"]);
+    assert_eq!(json(&["analyze", "effects/hertz-contact.toml", "--clamped", "--json"])["poles"], hertz["poles"]);
+    let note = feeler().args(["analyze", "effects/hardening-stiffness.toml"]).output().unwrap().stderr;
+    assert!(String::from_utf8(note).unwrap().contains("linearised at the last reference, 30 N"));
+}
+
+#[test]
+fn truth_a_contact_without_stiffness_at_rest_asks_for_a_force() {
+    let settings = ["analyze", "control/impedance.toml", "--set", "contacts.tool.law=hertz", "--set", "contacts.tool.stiffness=5e7"];
+    let said = refused(&settings);
+    assert!(said.contains("no stiffness without force") && said.contains("--preload 30"), "{said}");
+    printed(&[&settings[..], &["--preload", "30"]].concat());
+}
+
+#[test]
+fn truth_a_response_is_linearised_under_the_mean_of_its_command() {
+    let difference_db = |file: &str, offset: &str| {
+        let found = json(&[
+            "frf",
+            file,
+            "--offset",
+            offset,
+            "--rms",
+            "0.1",
+            "--from",
+            "5",
+            "--to",
+            "100",
+            "--excitation",
+            "multisine",
+            "--realisations",
+            "2",
+            "--periods",
+            "2",
+            "--json",
+        ]);
+        let sizes = |key: &str| -> Vec<f64> {
+            let values = found[key].as_array().unwrap().iter();
+            values.map(|v| v[0].as_f64().unwrap().hypot(v[1].as_f64().unwrap())).collect()
+        };
+        let pairs = sizes("response").into_iter().zip(sizes("linear"));
+        pairs.map(|(measured, linear)| (20.0 * (measured / linear).log10()).abs()).fold(0.0, f64::max)
+    };
+    for file in ["effects/hertz-contact.toml", "effects/hardening-stiffness.toml", "effects/hunt-crossley-contact.toml"] {
+        let decibels = difference_db(file, "30");
+        assert!(decibels < SMALL_SIGNAL_DB, "{file}: {decibels}");
+    }
+    assert!(refused(&["frf", "effects/hertz-contact.toml"]).contains("--offset"));
+}
+
+#[test]
+fn truth_the_loop_of_a_law_of_motion_is_that_of_its_motion_sensor() {
+    let text = printed(&["analyze", "control/impedance.toml"]);
+    assert!(text.contains("(loop from drive.command to motor.position)") && !text.contains("spring_force"), "{text}");
+    let closed = printed(&["analyze", "control/impedance.toml", "--set", "controllers.spring.force_gain=0.5"]);
+    assert!(closed.contains("(loop from drive.command to tool.spring_force)"), "{closed}");
 }
 
 #[test]

@@ -28,6 +28,14 @@ pub struct LoopController {
     pub drive: usize,
 }
 
+impl LoopController {
+    /// The sensor through which the law closes its loop: what it controls, or the motion where it makes no use of that.
+    pub fn fed_back(&self) -> Option<usize> {
+        let unused = matches!(self.spec.law, Law::Impedance(gains) if gains.force_gain == 0.0);
+        self.reading.filter(|_| !unused).or(self.motion)
+    }
+}
+
 /// A machine at an operating point with its controllers.
 #[derive(Clone, Debug)]
 pub struct ControlLoop {

@@ -1,5 +1,6 @@
 //! The state of rest about which a machine is linearised.
 
+use feeler_plant::description::Engagement;
 use feeler_plant::motion::{Equations, Motion, Row, dot};
 use nalgebra::{DMatrix, DVector};
 
@@ -42,21 +43,47 @@ pub(crate) fn eliminate(motion: &Motion, gradients: &[Row], row: &Row) -> Row {
     linear
 }
 
-/// Finds the state of rest nearest to the start in which the first contact carries `preload_n`: positions, drive and filter states, and the
-/// inputs that hold them.
-pub(crate) fn equilibrium(motion: &Motion, equations: &Equations, preload_n: f64) -> Result<OperatingPoint, AnalysisError> {
+/// What keeps a machine at rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Holding {
+    /// Drives give what it takes for the first contact to carry this force, N.
+    Preload(f64),
+    /// One drive gives this, the others nothing.
+    Drive {
+        /// The drive.
+        drive: usize,
+        /// Its input, in its unit.
+        effort: f64,
+    },
+}
+
+/// Finds the state of rest nearest to the start under what holds it: positions, drive and filter states, and the inputs where they are not given.
+pub(crate) fn equilibrium(motion: &Motion, equations: &Equations, holding: Holding) -> Result<OperatingPoint, AnalysisError> {
     let layout = motion.layout();
     let mut xi = motion.initial_state();
     xi.resize(layout.width(), 0.0);
     xi[layout.one()] = 1.0;
     let nc = layout.coordinates();
-    // Speeds are zero; all else may move.
-    let unknowns: Vec<usize> = (0..nc).chain(2 * nc..layout.states() + layout.inputs()).collect();
+    // Speeds are zero, and inputs are what they are where they are given; all else may move.
+    let last = match holding {
+        Holding::Preload(_) => layout.states() + layout.inputs(),
+        Holding::Drive { .. } => layout.states(),
+    };
+    let unknowns: Vec<usize> = (0..nc).chain(2 * nc..last).collect();
     let mut conditions: Vec<(Row, f64)> = (nc..layout.states()).map(|i| (equations.derivative[i].clone(), 0.0)).collect();
-    let pressed = preload_n != 0.0 && !equations.contact_force.is_empty();
-    if pressed {
-        conditions.push((equations.contact_force[0].clone(), preload_n));
-        start_in_contact(motion, equations, preload_n, &mut xi);
+    let engaged = motion.assembly().contacts.first().is_some_and(|contact| contact.engagement != Engagement::Free);
+    match holding {
+        Holding::Preload(preload_n) if preload_n != 0.0 && !equations.contact_force.is_empty() => {
+            conditions.push((equations.contact_force[0].clone(), preload_n));
+            start_in_contact(motion, equations, preload_n, &mut xi);
+        }
+        Holding::Preload(_) => {}
+        Holding::Drive { drive, effort } => {
+            xi[layout.input(drive)] = effort;
+            if engaged && effort != 0.0 {
+                start_in_contact(motion, equations, effort, &mut xi);
+            }
+        }
     }
     let size = |row: &Row, xi: &[f64]| row.iter().zip(xi).map(|(r, x)| (r * x).abs()).sum::<f64>();
     let mut residual = f64::INFINITY;
@@ -83,7 +110,7 @@ pub(crate) fn equilibrium(motion: &Motion, equations: &Equations, preload_n: f64
     Err(AnalysisError::NoEquilibrium { residual_m_per_s2: residual })
 }
 
-/// Moves everything in front of the first contact so far that the contact carries about the preload: a power law has no slope at zero.
+/// Moves everything in front of the first contact so far that the contact carries about this force: a power law has no slope at zero.
 fn start_in_contact(motion: &Motion, equations: &Equations, preload_n: f64, xi: &mut [f64]) {
     let part = &motion.assembly().contacts[0];
     let depth = (preload_n.abs() / part.law.stiffness).powf(1.0 / part.law.exponent) * preload_n.signum();

@@ -13,11 +13,11 @@ use feeler_lti::spectral::{
     Estimator, LocalPolynomialSettings, Realisation, ResponseEstimate, SteppedSinePoint, WelchSettings, best_linear_approximation,
     cross_spectra, local_polynomial, periodic_response, smoothed_spectra, stepped_sine,
 };
-use feeler_plant::description::{Machine, Quantity, SignalName};
+use feeler_plant::description::{ActuatorKind, Machine, Quantity, SignalName};
 
 use crate::control_loop::ControlLoop;
 use crate::error::AnalysisError;
-use crate::prepare::View;
+use crate::prepare::{HeldCommand, View};
 
 /// Segments of which the coherence beside a local polynomial is formed.
 const COHERENCE_SEGMENTS: usize = 16;
@@ -193,13 +193,20 @@ impl Experiment {
         Ok(MeasuredResponse { estimate, linear, distortion_variance, noise_variance })
     }
 
-    /// The machine's linear response from held command to sampled output at these frequencies.
+    /// How the machine is taken where it is seen as linear: at rest under the mean of the command. A velocity source has no rest but at zero.
+    pub fn view(&self) -> View {
+        let drive = self.machine.actuators.get_full(&self.actuator);
+        let held = drive.filter(|(_, _, actuator)| self.offset != 0.0 && matches!(actuator.kind, ActuatorKind::Force { .. }));
+        View { held: held.map(|(drive, ..)| HeldCommand { drive, command: self.offset }), ..View::default() }
+    }
+
+    /// The machine's linear response from held command to sampled output at these frequencies, about its rest under the mean of the command.
     ///
     /// # Errors
-    /// The mistakes of the machine; [`AnalysisError::NotLinear`].
+    /// The mistakes of the machine; [`AnalysisError::NoEquilibrium`]; [`AnalysisError::NotLinear`].
     pub fn linear_response(&self, frequencies_hz: &[f64]) -> Result<Vec<C64>, AnalysisError> {
         let scenario = self.scenario(ReferenceSpec::Constant(self.offset), self.seed, self.hold_s);
-        let whole = ControlLoop::new(&scenario, &View::default())?;
+        let whole = ControlLoop::new(&scenario, &self.view())?;
         let output = whole.plant().output(whole.plant().source(&self.output)?)?;
         let sampled = whole.response_to(0, output)?.evaluator();
         frequencies_hz.iter().map(|f| sampled.at(C64::cis(TAU * f * self.hold_s))).collect()

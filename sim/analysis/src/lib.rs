@@ -51,7 +51,7 @@ pub use linearise::{LinearMachine, OutputRow};
 pub use locus::Locus;
 pub use loop_pair::LoopReport;
 pub use modes::{BodyMotion, Mode, ModeClass, ModeInPair, classify, modes};
-pub use prepare::{ContactView, FrictionView, PlayView, View};
+pub use prepare::{ContactView, FrictionView, HeldCommand, PlayView, View};
 pub use report::{GainReport, MarginReport, ModeReport, Report, Request, StableRange, StateSpaceReport, analyze};
 pub use sampled_loop::SampledLoop;
 pub use sensitivity::{RankedBy, Sensitivity};

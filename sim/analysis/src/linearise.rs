@@ -9,7 +9,7 @@ use feeler_plant::motion::{Equations, Mode, Motion, Row};
 use nalgebra::{DMatrix, RowDVector};
 
 use crate::channel::{Channel, reduce};
-use crate::equilibrium::{OperatingPoint, eliminate, equilibrium, term_gradients};
+use crate::equilibrium::{Holding, OperatingPoint, eliminate, equilibrium, term_gradients};
 use crate::error::AnalysisError;
 use crate::prepare::{View, without_switches};
 
@@ -26,6 +26,15 @@ pub struct LinearMachine {
     operating_point: OperatingPoint,
     a: DMatrix<f64>,
     b: DMatrix<f64>,
+}
+
+/// What keeps the machine at rest; a held command acts as far as deadband and limit let it.
+fn holding(assembly: &Assembly, view: &View) -> Holding {
+    let held = view.held.and_then(|held| assembly.drives.get(held.drive).map(|drive| (held, drive)));
+    held.map_or(Holding::Preload(view.preload_n()), |(held, drive)| {
+        let beyond = held.command - held.command.clamp(-drive.deadband, drive.deadband);
+        Holding::Drive { drive: held.drive, effort: (beyond * drive.gain).clamp(-drive.limit, drive.limit) }
+    })
 }
 
 /// An output: `y = C x + D u`, `delay_s` later.
@@ -57,7 +66,7 @@ impl LinearMachine {
         let frozen = without_switches(assembly, view);
         let motion = Motion::new(frozen).map_err(|problems| EngineError::Problems { problems })?;
         let equations = motion.equations(Mode::default());
-        let operating_point = equilibrium(&motion, &equations, view.preload_n())?;
+        let operating_point = equilibrium(&motion, &equations, holding(assembly, view))?;
         let gradients = term_gradients(&motion, &equations, &operating_point.xi);
         let layout = motion.layout();
         let (n, m) = (layout.states(), layout.inputs());

@@ -14,7 +14,7 @@ pub struct LoopReport {
     pub controller: String,
     /// The command that it gives.
     pub input: String,
-    /// The signal that its sensor reads.
+    /// The signal that its sensor reads: that of motion, for a law that makes no use of a force.
     pub output: String,
 }
 
@@ -26,7 +26,7 @@ pub(crate) fn loop_pair(
     modes: &[Mode],
 ) -> Result<Option<(LoopReport, Vec<ModeInPair>)>, AnalysisError> {
     let own = &whole.controllers()[controller];
-    let sensor = own.reading.or(own.motion).and_then(|i| machine.sensors.get_index(i)).map(|(_, sensor)| sensor.reads.clone());
+    let sensor = own.fed_back().and_then(|i| machine.sensors.get_index(i)).map(|(_, sensor)| sensor.reads.clone());
     let drive = machine.actuators.get_index(own.drive).map(|(name, _)| SignalName::new(name, Quantity::Command));
     let Some((input, output)) = drive.zip(sensor) else { return Ok(None) };
     let plant = whole.plant();

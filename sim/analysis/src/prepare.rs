@@ -40,6 +40,15 @@ pub enum PlayView {
     Open,
 }
 
+/// A drive under a command that does not change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeldCommand {
+    /// The drive, a force drive.
+    pub drive: usize,
+    /// Its command, in its unit.
+    pub command: f64,
+}
+
 /// The view of a machine about which it is linearised.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct View {
@@ -49,11 +58,13 @@ pub struct View {
     pub friction: FrictionView,
     /// Free play.
     pub play: PlayView,
+    /// The one command under which the machine rests, no other drive giving anything; absent where drives hold what must be held.
+    pub held: Option<HeldCommand>,
 }
 
 impl View {
     /// All contacts clamped, which is what the paper's linear models assume.
-    pub const CLAMPED: Self = Self { contact: ContactView::Clamped, friction: FrictionView::Ignored, play: PlayView::Closed };
+    pub const CLAMPED: Self = Self { contact: ContactView::Clamped, friction: FrictionView::Ignored, play: PlayView::Closed, held: None };
     /// No contact.
     pub const FREE: Self = Self { contact: ContactView::Free, ..Self::CLAMPED };
 

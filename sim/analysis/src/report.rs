@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 use serde::Serialize;
 
 use crate::channel::Channel;
-use crate::control_loop::ControlLoop;
+use crate::control_loop::{ControlLoop, LoopController};
 use crate::error::AnalysisError;
 use crate::limit_cycle::{LimitCycle, limit_cycles};
 use crate::loop_pair::{LoopReport, loop_pair};
@@ -157,6 +157,8 @@ pub struct Report {
     pub input: String,
     /// The output.
     pub output: String,
+    /// Force with which the first contact is pressed where the machine is linearised, N (N m for a rotary machine); absent without one.
+    pub preload_n: Option<f64>,
     /// Exact delay from input to output beside poles and zeros, s.
     pub delay_s: f64,
     /// Real and imaginary part, rad/s.
@@ -269,6 +271,7 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
     Ok(Report {
         input: input.to_string(),
         output: output.to_string(),
+        preload_n: Some(request.view.preload_n()).filter(|force| *force > 0.0),
         delay_s: channel.delay_s,
         poles: pairs(channel.poles()?),
         zeros: pairs(channel.zeros()?),
@@ -293,13 +296,14 @@ impl Request {
         let machine = &scenario.machine;
         // The controller whose gain is asked for, if it reads something.
         let asked = self.gain.as_ref().and_then(|key| whole.gain_of_key(key).ok()).map(|(i, _)| &whole.controllers()[i]);
-        let asked = asked.filter(|c| c.reading.is_some());
-        let first = asked.or_else(|| whole.controllers().iter().find(|c| c.reading.is_some())).or(whole.controllers().first());
+        let asked = asked.filter(|c| c.fed_back().is_some());
+        let first = asked.or_else(|| whole.controllers().iter().find(|c| c.fed_back().is_some())).or(whole.controllers().first());
         let drive = first.map_or(0, |c| c.drive);
         let input =
             self.input.clone().or_else(|| machine.actuators.get_index(drive).map(|(name, _)| SignalName::new(name, Quantity::Command)));
         let input = input.ok_or_else(|| AnalysisError::NotAnInput { name: "(no actuator)".into() })?;
-        let read = first.and_then(|c| c.reading).and_then(|i| machine.sensors.get_index(i)).map(|(_, sensor)| sensor.reads.clone());
+        let read =
+            first.and_then(LoopController::fed_back).and_then(|i| machine.sensors.get_index(i)).map(|(_, sensor)| sensor.reads.clone());
         // A contact that is absent feels nothing: what moves then is the body that would touch.
         let felt = |(i, (name, contact)): (usize, (&String, &Contact))| {
             let part = whole.plant().motion().assembly().contacts.get(i)?;

@@ -28,7 +28,7 @@ pub struct Edge {
     pub gain: f64,
     /// Frequency of the motion that begins to grow, Hz. Where several rates repeat together, modulo one over their common period.
     pub frequency_hz: f64,
-    /// Index of the machine's own mode that the motion is most like; `None` for a machine without modes.
+    /// Index of the machine's own mode that the motion is most like; `None` where it is like none, as that of a rigid body which nothing holds.
     pub mode: Option<usize>,
 }
 
@@ -232,7 +232,8 @@ impl ControlLoop {
         Ok(GainBands { bands: bands.collect() })
     }
 
-    /// The mode whose shape has the largest modal assurance with the machine's part of a motion of the loop.
+    /// The mode whose shape has the largest modal assurance with the machine's part of a motion of the loop; `None` where more of the motion is in
+    /// none of them, as that of a whole machine which nothing holds.
     pub(crate) fn most_alike(&self, own: &[Mode], vector: &DVector<C64>, expand: &DMatrix<f64>) -> Option<usize> {
         let motion = expand.map(|v| C64::new(v, 0.0)) * vector.rows(0, expand.ncols());
         let coordinates = self.plant().motion().coordinates();
@@ -245,7 +246,11 @@ impl ControlLoop {
             let shape = weighted(&mode.vector);
             shape.dotc(&motion).norm_sqr() / (shape.norm_squared() * motion.norm_squared())
         };
-        (0..own.len()).max_by(|&i, &j| likeness(&own[i]).total_cmp(&likeness(&own[j])))
+        let alike: Vec<f64> = own.iter().map(likeness).collect();
+        let best = (0..own.len()).max_by(|&i, &j| alike[i].total_cmp(&alike[j]))?;
+        // Shapes are orthogonal in kinetic energy, but for damping: what they leave of the motion is that of no oscillating mode.
+        let elsewhere = 1.0 - alike.iter().sum::<f64>();
+        (alike[best] > elsewhere).then_some(best)
     }
 }
 

@@ -251,7 +251,8 @@ fn require_path(arguments: &Frf, experiment: &Experiment, (low_hz, high_hz): (f6
     require(
         response.iter().any(|value| value.norm() > 0.0),
         || format!("nothing of {input} arrives at {}: the machine has no response between them as it is engaged", experiment.output),
-        "name another --output, as the acceleration of a body; a contact that is absent feels nothing",
+        "name another --output, as the acceleration of a body; a contact that is absent feels nothing, and one of force k d^1.5 has no stiffness without \
+         a mean force, which --offset gives",
     )
 }
 

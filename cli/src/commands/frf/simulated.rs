@@ -1,8 +1,8 @@
 //! Experiments on the simulated machine.
 
 use clap::ValueEnum;
+use feeler_analysis::LinearMachine;
 use feeler_analysis::frf::{Excitation, Experiment, NoiseMethod};
-use feeler_analysis::{LinearMachine, View};
 use feeler_lti::spectral::LocalPolynomialSettings;
 use feeler_plant::assembly::assemble;
 use feeler_plant::description::{ActuatorKind, Engagement, Machine, Quantity, SignalName};
@@ -153,14 +153,22 @@ fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> 
     let hold_s =
         arguments.hold.or_else(|| scenario.controllers.values().find(|c| c.drives == actuator).map(|c| c.spec.period_s)).unwrap_or(HOLD_S);
     require(hold_s > 0.0 && hold_s.is_finite(), || format!("a hold of {hold_s} s is none"), "give a time above zero with --hold, in s")?;
-    Ok(Experiment {
-        machine,
-        actuator,
-        output,
-        hold_s,
-        offset: arguments.offset.unwrap_or(0.0),
-        seed: arguments.seed.unwrap_or(scenario.run.seed),
-    })
+    let offset = arguments.offset.unwrap_or(0.0);
+    if touches_nonlinearly(&machine) {
+        let rest = if offset == 0.0 {
+            "without a mean force (--offset gives one)".to_owned()
+        } else {
+            format!("under the mean command of {}", plain(offset))
+        };
+        notes.push(format!("the contact's stiffness or damping depends on its force; the linear response is that at rest {rest}"));
+    }
+    Ok(Experiment { machine, actuator, output, hold_s, offset, seed: arguments.seed.unwrap_or(scenario.run.seed) })
+}
+
+/// Whether a contact that acts has a law that is not linear, effects included.
+fn touches_nonlinearly(machine: &Machine) -> bool {
+    let contacts = assemble(machine).map(|assembly| assembly.contacts).unwrap_or_default();
+    contacts.iter().any(|contact| contact.engagement != Engagement::Free && !contact.law.is_linear())
 }
 
 fn usual_rms(machine: &Machine, actuator: &str) -> f64 {
@@ -178,7 +186,7 @@ fn usual_rms(machine: &Machine, actuator: &str) -> f64 {
 
 /// Time in which transients die away.
 fn wait_s(experiment: &Experiment) -> Result<f64, feeler_analysis::AnalysisError> {
-    let plant = LinearMachine::new(&experiment.machine, &View::default())?;
+    let plant = LinearMachine::new(&experiment.machine, &experiment.view())?;
     let channel = plant.channel(&SignalName::new(&experiment.actuator, Quantity::Command), &experiment.output)?;
     let slowest = channel.poles()?.iter().map(|p| -p.re).filter(|rate| *rate > 1e-6).fold(f64::INFINITY, f64::min);
     Ok((TIME_CONSTANTS / slowest).clamp(WAIT_S.0, WAIT_S.1))

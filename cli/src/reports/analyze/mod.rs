@@ -15,8 +15,8 @@ use crate::page::{Page, Tile};
 pub(crate) use bode::degrees;
 pub(crate) use verdict::{achieved_name, class_name, sentences, subject};
 
-/// The page of an analysis, sensitivities included.
-pub(crate) fn page(document: &Document, settings: &[String], report: &Report, curves: &Curves) -> String {
+/// The page of an analysis, sensitivities included; notes say how the machine was taken.
+pub(crate) fn page(document: &Document, settings: &[String], notes: &[String], report: &Report, curves: &Curves) -> String {
     let machine = &document.scenario.machine;
     let mut page = Page::new(&format!("{}: linear theory", machine.name), &machine.about);
     let said = sentences(report);
@@ -27,6 +27,9 @@ pub(crate) fn page(document: &Document, settings: &[String], report: &Report, cu
     }
     if report.of_loop.as_ref().is_some_and(|of| of.input != report.input || of.output != report.output) {
         page.paragraph(&format!("Looked at {}", subject(report).replace('\n', ". ")));
+    }
+    for note in notes {
+        page.paragraph(&format!("Note: {note}."));
     }
     page.tiles(&tiles(report));
     waterfall(&mut page, report);

@@ -1,7 +1,7 @@
 //! Linearisation: operating points, free bodies, friction.
 
 use crate::common::{force_loop, machine};
-use feeler_analysis::{ContactView, FrictionView, LinearMachine, View};
+use feeler_analysis::{ContactView, FrictionView, HeldCommand, LinearMachine, View};
 use feeler_plant::description::{ContactLaw, Engagement, Quantity, SignalName};
 use feeler_plant::effects::{EffectUse, find};
 
@@ -30,6 +30,23 @@ fn truth_a_hertzian_contact_is_as_stiff_as_its_preload_makes_it() {
     assert!(plant.operating_point().balanced);
     let held = plant.operating_point().xi[plant.motion().layout().input(0)];
     assert!((held / preload_n - 1.0).abs() < EQUILIBRIUM, "the drive holds {held} N");
+}
+
+#[test]
+fn truth_a_held_command_presses_as_hard_as_it_arrives() {
+    let mut machine = machine();
+    let contact = &mut machine.contacts["tool"];
+    contact.law = ContactLaw::Hertz;
+    contact.stiffness = 3e8;
+    let deadband = find("drive-deadband").unwrap();
+    let width_n: f64 = 5.0;
+    machine.actuators["drive"].effects.push(EffectUse { definition: deadband, values: vec![width_n; deadband.parameters.len()] });
+    // The drive is all that pushes, so that the contact carries what the deadband leaves of 30 N.
+    let held = View { held: Some(HeldCommand { drive: 0, command: 30.0 }), ..View::default() };
+    let pressed = View { contact: ContactView::Pressed { preload_n: 30.0 - width_n }, ..View::default() };
+    let [held, pressed] = [held, pressed].map(|view| LinearMachine::new(&machine, &view).unwrap());
+    assert!(held.operating_point().balanced);
+    assert!((held.a() - pressed.a()).amax() < EQUILIBRIUM * pressed.a().amax());
 }
 
 #[test]

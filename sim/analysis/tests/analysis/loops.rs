@@ -1,11 +1,11 @@
 //! Sampled and continuous loops.
 
-use crate::common::{control, force_loop, machine, spring};
+use crate::common::{control, force_loop, machine, sensor, spring};
 use feeler_analysis::{AnalysisError, ControlLoop, Limit, ModeClass, RankedBy, Relief, Request, SampledLoop, View, analyze};
 use feeler_control::{AdmittanceGains, ForceGains, ImpedanceGains, Law, LeadSpec, LowPassSpec, PositionGains};
 use feeler_engine::{Program, RunSettings, Scenario, Simulation, Trace};
 use feeler_lti::{C64, LoopTransfer, StateSpace};
-use feeler_plant::description::{Body, GROUND, LowPass};
+use feeler_plant::description::{Body, GROUND, LowPass, Quantity};
 use feeler_plant::effects::{EffectUse, find};
 use nalgebra::{DMatrix, DVector};
 
@@ -186,6 +186,19 @@ fn truth_what_modes_cost_for_good_is_what_the_phase_loses() {
     let phase = feeler_lti::unwrapped_phase_rad(&channel.frequency_response(&frequencies).unwrap());
     let turned = (phase[phase.len() - 1] - phase[0]).to_degrees();
     assert!((turned - 90.0 - lost.iter().sum::<f64>()).abs() < PHASE_LEFT_DEG, "{turned}");
+}
+
+#[test]
+fn truth_an_edge_of_a_whole_machine_which_nothing_holds_is_of_no_mode() {
+    // A late position loop swings the whole machine at some hertz, far below its only mode.
+    let mut scenario = force_loop(0.0, 0.0);
+    scenario.machine.sensors.insert("end".into(), sensor("tip", Quantity::Position));
+    let law = Law::Position(PositionGains { kp: 50.0, kd: 30.0, derivative_filter_s: 2e-3, ..PositionGains::default() });
+    scenario.controllers = [("pos".to_string(), control(law, "end", 1e-3, 20.3e-3))].into_iter().collect();
+    let report = analyze(&scenario, &Request { view: View::FREE, ..Request::default() }).unwrap();
+    let sampled = report.gain.unwrap().sampled;
+    assert!(report.modes.len() == 1 && report.modes[0].frequency_hz > 20.0 * sampled.edge_hz.unwrap());
+    assert_eq!(sampled.edge_mode, None);
 }
 
 #[test]

@@ -115,14 +115,15 @@ fn charts(response: &Response) -> Vec<Chart> {
         let caption = "the share of the output that the input explains linearly; below 1 there is noise, leakage or nonlinearity.";
         all.push(new("Coherence,", caption, "coherence", vec![measured("coherence", "", column(&|r| r.coherence))]));
     }
-    if response.told_apart.is_some() {
-        let caption =
-            "what differs from period to period is noise; what differs from realisation to realisation beyond it is nonlinear distortion.";
-        let series = vec![
-            measured("response", "dB", column(&|r| r.magnitude_db)),
-            measured("noise", "dB", column(&|r| r.noise_db)),
-            measured("nonlinear distortion", "dB", column(&|r| r.distortion_db)),
-        ];
+    if let Some(levels) = &response.told_apart {
+        let beyond = levels.evidence.is_beyond_noise;
+        let caption = if beyond {
+            "what differs from period to period is noise; what differs from realisation to realisation beyond it is nonlinear distortion."
+        } else {
+            "what differs from period to period is noise; nothing beyond it tells of nonlinear distortion."
+        };
+        let mut series = vec![measured("response", "dB", column(&|r| r.magnitude_db)), measured("noise", "dB", column(&|r| r.noise_db))];
+        series.extend(beyond.then(|| measured("nonlinear distortion", "dB", column(&|r| r.distortion_db))));
         all.push(new("Noise and distortion,", caption, "level (dB)", series));
     }
     all

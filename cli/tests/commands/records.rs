@@ -200,3 +200,25 @@ fn regress_check_names_what_is_wrong_with_the_rows_of_a_dataset() {
         assert!(said.contains(expected), "{expected}: {said}");
     }
 }
+
+#[test]
+fn regress_what_the_check_warns_of_is_said_with_the_response() {
+    let bench = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../scenarios/datasets/bench-axis");
+    let folder = tempfile::tempdir().unwrap();
+    for file in fs::read_dir(&bench).unwrap().map(|entry| entry.unwrap().path()) {
+        let mut bytes = fs::read(&file).unwrap();
+        if file.ends_with("free-sines-1.csv") {
+            let text = String::from_utf8(bytes).unwrap();
+            bytes = text.lines().enumerate().filter(|(i, _)| *i != 400).flat_map(|(_, line)| [line, "\n"]).collect::<String>().into_bytes();
+        }
+        fs::write(folder.path().join(file.file_name().unwrap()), bytes).unwrap();
+    }
+    let said = "rows depart from even spacing by up to 100 % (series were brought to an even grid by interpolation)";
+    let found = json(&["frf", path(folder.path()), "--experiment", "free-sines-1.csv", "--json"]);
+    let notes: Vec<&str> = found["notes"].as_array().unwrap().iter().map(|note| note.as_str().unwrap()).collect();
+    assert!(notes.iter().any(|note| note.starts_with("free-sines-1.csv:401") && note.ends_with(said)), "{notes:?}");
+    assert!(printed(&["frf", path(folder.path()), "--experiment", "free-sines-1.csv"]).contains(said));
+    // Of an experiment that is not looked at it is only counted.
+    let other = printed(&["frf", path(folder.path()), "--experiment", "free-sines-2.csv"]);
+    assert!(!other.contains(said) && other.contains("warns of the other experiments"), "{other}");
+}

@@ -302,3 +302,16 @@ fn truth_records_of_a_dataset_give_a_response() {
     assert!(refused(&["frf", &folder, "--experiment", "clamped-9.csv"]).contains("did you mean `clamped-"));
     assert!(refused(&["frf", &folder, "--excitation", "multisine"]).contains("--period"));
 }
+
+#[test]
+fn regress_sensor_noise_of_a_linear_machine_is_no_distortion() {
+    let said = |machine: &str, setting: &str, seed: &str| {
+        printed(&["frf", machine, "--set", setting, "--excitation", "multisine", "--to", "100", "--seed", seed])
+    };
+    for seed in ["1", "2", "3"] {
+        let text = said("paper/flexible.toml", "sensors.force.noise=0.02", seed);
+        assert!(text.contains("nonlinear distortion none beyond the noise (it would show from -"), "{text}");
+    }
+    let text = said("effects/coulomb-friction.toml", "name=rubbing", "1");
+    assert!(!text.contains("none beyond the noise"), "{text}");
+}

@@ -10,8 +10,8 @@ use feeler_control::{ControllerSpec, Law, ReferenceSpec};
 use feeler_engine::{ControllerUse, Program, RunEnd, RunSettings, Scenario, Simulation, Trace};
 use feeler_lti::C64;
 use feeler_lti::spectral::{
-    Estimator, LocalPolynomialSettings, Realisation, ResponseEstimate, SteppedSinePoint, WelchSettings, best_linear_approximation,
-    cross_spectra, local_polynomial, periodic_response, smoothed_spectra, stepped_sine,
+    Estimator, Evidence, LocalPolynomialSettings, Realisation, ResponseEstimate, SteppedSinePoint, WelchSettings,
+    best_linear_approximation, cross_spectra, local_polynomial, periodic_response, smoothed_spectra, stepped_sine,
 };
 use feeler_plant::description::{ActuatorKind, Machine, Quantity, SignalName};
 
@@ -106,6 +106,8 @@ pub struct MeasuredResponse {
     pub distortion_variance: Option<Vec<f64>>,
     /// Per frequency, variance of the estimate due to noise alone; as the distortion.
     pub noise_variance: Option<Vec<f64>>,
+    /// Whether there is distortion beyond the noise; as the distortion.
+    pub evidence: Option<Evidence>,
 }
 
 /// The response between two frequencies from records of input and output under a noise-like excitation, simulated or measured on a real machine.
@@ -143,7 +145,7 @@ impl Experiment {
     /// # Errors
     /// The mistakes of the machine; [`AnalysisError::RunEnded`] where the motion diverges; [`AnalysisError::Lti`] for a record too short.
     pub fn measure(&self, excitation: &Excitation, rms: f64, (low_hz, high_hz): (f64, f64)) -> Result<MeasuredResponse, AnalysisError> {
-        let (mut distortion_variance, mut noise_variance) = (None, None);
+        let (mut distortion_variance, mut noise_variance, mut evidence) = (None, None, None);
         let estimate = match *excitation {
             Excitation::WhiteNoise { duration_s, method } => {
                 let spec = ReferenceSpec::WhiteNoise { low_hz: 0.0, high_hz: high_hz.min(0.499 / self.hold_s), rms, offset: self.offset };
@@ -167,6 +169,7 @@ impl Experiment {
                 } else {
                     let best = best_linear_approximation(&periodic, &lines)?;
                     (distortion_variance, noise_variance) = (Some(best.distortion_variance), Some(best.noise_variance));
+                    evidence = Some(best.evidence);
                     best.estimate
                 }
             }
@@ -190,7 +193,7 @@ impl Experiment {
             }
         };
         let linear = self.linear_response(&estimate.frequencies_hz)?;
-        Ok(MeasuredResponse { estimate, linear, distortion_variance, noise_variance })
+        Ok(MeasuredResponse { estimate, linear, distortion_variance, noise_variance, evidence })
     }
 
     /// How the machine is taken where it is seen as linear: at rest under the mean of the command. A velocity source has no rest but at zero.

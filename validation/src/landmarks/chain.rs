@@ -38,7 +38,8 @@ pub struct Chain {
 pub(super) const PARAMETERS: usize = 2 + 1 + 1 + 1 + 3 * LINKS + 2 + 2;
 
 impl Chain {
-    /// Where [`super::fit`] starts.
+    /// Where [`super::fit`] starts: a chain found in earlier searches, rounded, which has the landmarks already. The fit polishes it; it is not known to
+    /// find the landmarks from a start that knows nothing of them.
     pub const START: Self = Self {
         base_kg: 394.0,
         mount: [11.93, 0.0328],

@@ -8,7 +8,7 @@ use feeler_lti::spectral::{
     response_at_sines, smoothed_spectra,
 };
 
-use super::{estimator, refused, require, require_segments};
+use super::{ToldApart, estimator, refused, require, require_segments};
 use crate::arguments::{EstimatorKind, ExcitationKind, Frf};
 use crate::failure::BadInput;
 use crate::numbers::{plain, with_unit};
@@ -49,8 +49,7 @@ pub(super) struct Choice {
 /// What records give.
 pub(super) struct Evaluated {
     pub(super) estimate: ResponseEstimate,
-    /// Variances of one realisation: noise, and nonlinear distortion.
-    pub(super) told_apart: Option<[Vec<f64>; 2]>,
+    pub(super) told_apart: Option<ToldApart>,
     pub(super) how: String,
     /// Whether there is nothing to be known between the frequencies.
     pub(super) isolated: bool,
@@ -237,17 +236,19 @@ fn periodic(pairs: &[Pair], spacing_s: f64, samples_per_period: usize, band_hz: 
     if let [only] = realisations.as_slice() {
         let mut estimate = periodic_response(only, &lines)?;
         let distortion = distortion_beside(only, &lines)?;
-        let told_apart = distortion.map(|distortion| [estimate.variance.clone(), distortion]);
+        let noise = estimate.variance.clone();
         // Distortion repeats with the period, and moves the estimate as much as noise does.
-        if let Some([_, distortion]) = &told_apart {
-            estimate.variance.iter_mut().zip(distortion).for_each(|(variance, distortion)| *variance += distortion);
+        if let Some(found) = &distortion {
+            estimate.variance.iter_mut().zip(&found.variance).for_each(|(variance, distortion)| *variance += distortion.max(0.0));
         }
+        let told_apart = distortion.map(|found| ToldApart { noise, distortion: found.variance, evidence: found.evidence });
         return Ok(Evaluated { estimate, told_apart, how, isolated });
     }
     let best = best_linear_approximation(&realisations, &lines)?;
     let count = realisations.len() as f64;
     let noise = best.noise_variance.into_iter().map(|v| v * count).collect();
-    Ok(Evaluated { estimate: best.estimate, told_apart: Some([noise, best.distortion_variance]), how, isolated })
+    let told_apart = ToldApart { noise, distortion: best.distortion_variance, evidence: best.evidence };
+    Ok(Evaluated { estimate: best.estimate, told_apart: Some(told_apart), how, isolated })
 }
 
 fn sines(pairs: &[Pair], spacing_s: f64, frequencies_hz: &[f64], (low_hz, high_hz): (f64, f64)) -> Result<Evaluated, LtiError> {

@@ -2,14 +2,14 @@
 
 use feeler_analysis::frf::Experiment;
 use feeler_diagnosis::DiagnosisError;
-use feeler_diagnosis::dataset::{Dataset, Record};
+use feeler_diagnosis::dataset::{Dataset, Fault, Record};
 use feeler_lti::spectral::{CrossSpectra, ResponseEstimate, WelchSettings, cross_spectra};
 use feeler_plant::description::{Engagement, Quantity, SignalName};
 use feeler_plant::names::did_you_mean;
 use feeler_scenarios::format::DatasetFile;
 
 use super::evaluate::{Evaluated, Pair, SEGMENTS, choose as choose_method, evaluate};
-use super::{Response, band, between, refused, require, require_path, sensed};
+use super::{Response, ToldApart, band, between, refused, require, require_path, sensed};
 use crate::arguments::Frf;
 use crate::failure::BadInput;
 use crate::numbers::plain;
@@ -40,6 +40,7 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     let data = Dataset::load(&arguments.source).map_err(|error| unusable(arguments, error))?;
     let mut notes: Vec<String> = Vec::new();
     let chosen = choose(arguments, &file, &data, &mut notes)?;
+    notes.extend(warnings(&data, &chosen.records));
     let first = chosen.records[0];
     let spacing_s = first.spacing_s;
     let length_s = chosen.records.iter().map(|r| r.len()).min().unwrap_or(0) as f64 * spacing_s;
@@ -91,6 +92,15 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         told_apart: found.told_apart,
         confidence: arguments.confidence,
     })
+}
+
+/// What the check of the dataset said of these experiments, and of how many others it said something.
+fn warnings(data: &Dataset, looked_at: &[&Record]) -> Vec<String> {
+    let is_of_others = |file: &str| data.records.iter().any(|r| r.name == file) && !looked_at.iter().any(|r| r.name == file);
+    let (others, own): (Vec<&Fault>, Vec<&Fault>) = data.warnings.iter().partition(|fault| is_of_others(&fault.file));
+    let mut said: Vec<String> = own.into_iter().map(Fault::to_string).collect();
+    said.extend((!others.is_empty()).then(|| format!("feeler check warns of the other experiments {} times", others.len())));
+    said
 }
 
 /// What chooses an experiment on the simulated machine has no say in one that has been recorded.
@@ -236,7 +246,7 @@ fn carried(known: &[bool]) -> Vec<bool> {
 }
 
 /// Drops the frequencies that are not kept.
-fn keep(estimate: &mut ResponseEstimate, told_apart: Option<&mut [Vec<f64>; 2]>, kept: &[bool]) {
+fn keep(estimate: &mut ResponseEstimate, told_apart: Option<&mut ToldApart>, kept: &[bool]) {
     fn of<T>(values: &mut Vec<T>, kept: &[bool]) {
         let mut kept = kept.iter();
         values.retain(|_| kept.next().is_none_or(|kept| *kept));
@@ -248,7 +258,7 @@ fn keep(estimate: &mut ResponseEstimate, told_apart: Option<&mut [Vec<f64>; 2]>,
     if let Some(coherence) = &mut estimate.coherence {
         of(coherence, kept);
     }
-    told_apart.into_iter().flatten().for_each(|variance| of(variance, kept));
+    told_apart.into_iter().flat_map(|levels| [&mut levels.noise, &mut levels.distortion]).for_each(|variance| of(variance, kept));
 }
 
 /// A record about its mean: the operating point is no part of a response.

@@ -10,7 +10,7 @@ pub(crate) use writing::{Row, row};
 use feeler_analysis::AnalysisError;
 use feeler_analysis::frf::Experiment;
 use feeler_lti::C64;
-use feeler_lti::spectral::{Estimator, ResponseEstimate};
+use feeler_lti::spectral::{Estimator, Evidence, ResponseEstimate};
 use feeler_plant::description::{Machine, Quantity, SignalName};
 
 use crate::arguments::{EstimatorKind, Frf};
@@ -23,6 +23,8 @@ use crate::{reports, terminal};
 const MOST_ROWS: usize = 24;
 /// Frequencies at which the coherence is at least this count when responses are compared: the first of these with enough of them.
 const COHERENT: [f64; 3] = [0.99, 0.9, 0.5];
+/// Where an estimate has no coherence, a frequency counts whose phase is known to so many degrees: half of the response's size.
+const KNOWN_DEG: f64 = 30.0;
 /// Enough frequencies, as a share of all.
 const ENOUGH: f64 = 0.05;
 
@@ -45,9 +47,18 @@ pub(crate) struct Response {
     pub(crate) isolated: bool,
     /// The linear response at frequencies (Hz) between those of the estimate, where nothing was measured.
     pub(crate) between: Vec<(f64, C64)>,
-    /// Variances of one realisation of a multisine: noise, and nonlinear distortion.
-    pub(crate) told_apart: Option<[Vec<f64>; 2]>,
+    pub(crate) told_apart: Option<ToldApart>,
     pub(crate) confidence: f64,
+}
+
+/// What multisines tell apart.
+pub(crate) struct ToldApart {
+    /// Variance of one realisation by noise.
+    pub(crate) noise: Vec<f64>,
+    /// And by nonlinear distortion, below zero by chance where there is none.
+    pub(crate) distortion: Vec<f64>,
+    /// Whether there is distortion at all.
+    pub(crate) evidence: Evidence,
 }
 
 /// How the estimate compares with the linear response.
@@ -73,12 +84,13 @@ impl Response {
     pub(crate) fn agreement(&self) -> Agreement {
         let all = || (0..self.linear.len()).filter(|&i| self.linear[i].norm() > 0.0);
         let known = self.estimate.coherence.as_ref();
-        let from = |least: f64| all().filter(|&i| known.is_none_or(|c| c[i] >= least)).collect::<Vec<usize>>();
+        let bands = self.estimate.confidence(self.confidence);
+        let is_known = |i: usize| bands[i].phase_half_width_rad.to_degrees() <= KNOWN_DEG;
+        let from = |least: f64| all().filter(|&i| known.map_or_else(|| is_known(i), |c| c[i] >= least)).collect::<Vec<usize>>();
         let enough = |least: &f64| from(*least).len() as f64 >= ENOUGH * self.linear.len() as f64;
         let least = COHERENT.into_iter().find(enough).unwrap_or(COHERENT[2]);
         let counts = from(least);
         let ratio = |i: usize| self.estimate.response[i] / self.linear[i];
-        let bands = self.estimate.confidence(self.confidence);
         let inside = (0..self.linear.len()).filter(|&i| {
             let radius = bands[i].magnitude_high - self.estimate.response[i].norm();
             (self.estimate.response[i] - self.linear[i]).norm() <= radius
@@ -95,8 +107,11 @@ impl Response {
     /// The comparison, and what the multisines tell apart, in words.
     pub(crate) fn sentences(&self) -> Vec<String> {
         let agreement = self.agreement();
-        let coherent = agreement.coherence.map_or_else(String::new, |least| format!(" with a coherence of {} or more", plain(least)));
-        let mut said = vec![if agreement.compared == 0 {
+        let coherent = (agreement.coherence)
+            .map_or_else(|| format!(" known to {KNOWN_DEG}°"), |least| format!(" with a coherence of {} or more", plain(least)));
+        let mut said = vec![if agreement.compared == 0 && agreement.coherence.is_none() {
+            format!("No frequency is known to {KNOWN_DEG}° of phase: noise outweighs the excitation, and nothing can be compared.")
+        } else if agreement.compared == 0 {
             format!("No frequency has a coherence of {}: output and input have little to do with each other.", COHERENT[2])
         } else {
             format!(
@@ -111,22 +126,38 @@ impl Response {
             )
         }];
         said.extend(self.incoherent());
-        if let Some([noise, distortion]) = &self.told_apart {
-            let below = |variance: &[f64]| {
-                let mut levels: Vec<f64> = (variance.iter().zip(&self.estimate.response))
-                    .map(|(v, g)| 10.0 * (v / g.norm_sqr()).log10())
-                    .filter(|level| level.is_finite())
-                    .collect();
-                levels.sort_by(f64::total_cmp);
-                levels.get(levels.len() / 2).map_or_else(|| "nothing".to_owned(), |level| format!("{} dB", plain(level.round())))
-            };
-            said.push(format!(
-                "Relative to the response (median over frequency): noise {}, nonlinear distortion {}, each of one realisation.",
-                below(noise),
-                below(distortion)
-            ));
-        }
+        said.extend(self.told_apart.as_ref().map(|levels| self.levels(levels)));
         said
+    }
+}
+
+impl Response {
+    /// How large noise and distortion are, and whether there is distortion.
+    fn levels(&self, ToldApart { noise, distortion, evidence }: &ToldApart) -> String {
+        let relative = |variances: &[f64]| -> Vec<f64> {
+            let mut shares: Vec<f64> = variances.iter().zip(&self.estimate.response).map(|(v, g)| v / g.norm_sqr()).collect();
+            shares.retain(|share| share.is_finite());
+            shares
+        };
+        let median = |mut shares: Vec<f64>| {
+            shares.sort_by(f64::total_cmp);
+            shares.get(shares.len() / 2).copied().unwrap_or(0.0)
+        };
+        let decibels =
+            |share: f64| if share > 0.0 { format!("{} dB", plain((10.0 * share.log10()).round())) } else { "nothing".to_owned() };
+        let noise = median(relative(noise));
+        let (middle, shows_from) = (median(relative(distortion)), noise * evidence.least_share);
+        let distortion = if !evidence.is_beyond_noise {
+            format!("none beyond the noise (it would show from {} on)", decibels(shows_from))
+        } else if middle > 0.0 {
+            decibels(middle)
+        } else {
+            format!("at some frequencies only, {} at most", decibels(relative(distortion).into_iter().fold(0.0, f64::max)))
+        };
+        format!(
+            "Relative to the response (median over frequency): noise {}, nonlinear distortion {distortion}, each of one realisation.",
+            decibels(noise)
+        )
     }
 }
 

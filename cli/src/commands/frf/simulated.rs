@@ -8,7 +8,7 @@ use feeler_plant::assembly::assemble;
 use feeler_plant::description::{ActuatorKind, Engagement, Machine, Quantity, SignalName};
 use feeler_scenarios::format::{Document, Draft};
 
-use super::{Response, band, between, estimator, refused, require, require_path, require_segments, sensed};
+use super::{Response, ToldApart, band, between, estimator, refused, require, require_path, require_segments, sensed};
 use crate::arguments::{EstimatorKind, ExcitationKind, Frf};
 use crate::failure::BadInput;
 use crate::numbers::{plain, with_unit};
@@ -66,7 +66,13 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     let isolated = kind == ExcitationKind::SteppedSine;
     let between_hz = between(&measured.estimate.frequencies_hz, isolated);
     let between = experiment.linear_response(&between_hz).map_err(|error| refused(arguments, &error))?;
-    let told_apart = measured.noise_variance.zip(measured.distortion_variance);
+    let variances = measured.noise_variance.zip(measured.distortion_variance).zip(measured.evidence);
+    let told_apart = variances.map(|((noise, distortion), evidence)| ToldApart {
+        // The noise of the mean over realisations, as that of one of them.
+        noise: noise.into_iter().map(|v| v * realisations).collect(),
+        distortion,
+        evidence,
+    });
     let hold = with_unit(experiment.hold_s, "s");
     Ok(Response {
         title: document.scenario.machine.name.clone(),
@@ -81,8 +87,7 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         linear: measured.linear,
         isolated,
         between: between_hz.into_iter().zip(between).collect(),
-        // The noise of the mean over realisations, as that of one of them.
-        told_apart: told_apart.map(|(noise, distortion)| [noise.into_iter().map(|v| v * realisations).collect(), distortion]),
+        told_apart,
         confidence: arguments.confidence,
     })
 }

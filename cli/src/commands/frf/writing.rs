@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::Response;
+use super::{Response, ToldApart};
 
 /// One frequency; what is not known is not a number.
 pub(crate) struct Row {
@@ -33,7 +33,7 @@ pub(crate) fn row(response: &Response, i: usize) -> Row {
     };
     let band = one.confidence(response.confidence)[0];
     let decibels = |value: f64| 20.0 * value.log10();
-    let level = |which: usize| response.told_apart.as_ref().map_or(f64::NAN, |levels| 0.5 * decibels(levels[which][i]));
+    let level = |of: fn(&ToldApart) -> &Vec<f64>| response.told_apart.as_ref().map_or(f64::NAN, |levels| 0.5 * decibels(of(levels)[i]));
     let magnitude_db = decibels(estimate.response[i].norm());
     Row {
         frequency_hz: estimate.frequencies_hz[i],
@@ -46,8 +46,8 @@ pub(crate) fn row(response: &Response, i: usize) -> Row {
         coherence: estimate.coherence.as_ref().map_or(f64::NAN, |c| c[i]),
         linear_db: decibels(response.linear[i].norm()),
         linear_deg: response.linear[i].arg().to_degrees(),
-        noise_db: level(0),
-        distortion_db: level(1),
+        noise_db: level(|levels| &levels.noise),
+        distortion_db: level(|levels| &levels.distortion),
     }
 }
 
@@ -99,8 +99,9 @@ pub(super) fn json(response: &Response) -> Value {
         "phase_half_width_deg": bands.iter().map(|b| b.phase_half_width_rad.to_degrees()).collect::<Vec<_>>(),
         "coherence": estimate.coherence,
         "linear": complex(&response.linear),
-        "noise_variance": response.told_apart.as_ref().map(|t| &t[0]),
-        "distortion_variance": response.told_apart.as_ref().map(|t| &t[1]),
+        "noise_variance": response.told_apart.as_ref().map(|t| &t.noise),
+        "distortion_variance": response.told_apart.as_ref().map(|t| &t.distortion),
+        "distortion_beyond_noise": response.told_apart.as_ref().map(|t| t.evidence.is_beyond_noise),
         "agreement": {
             "frequencies_compared": agreement.compared,
             "largest_difference_db": agreement.decibels,

@@ -4,6 +4,7 @@
 //! realisations) and the fast method (detection lines). Wiley and IEEE Press, 2012.
 
 use super::estimate::ResponseEstimate;
+use super::evidence::{ComplexDegrees, Evidence, evidence_beyond};
 use super::periodic::PeriodicRecord;
 use crate::domain::C64;
 use crate::error::LtiError;
@@ -18,9 +19,15 @@ pub struct BestLinearApproximation {
     pub estimate: ResponseEstimate,
     /// Variance of the mean due to noise alone, at each frequency.
     pub noise_variance: Vec<f64>,
-    /// Variance of a single realisation due to nonlinear distortion, at each frequency; 0 where the noise explains all.
+    /// Variance of a single realisation due to nonlinear distortion, at each frequency: unbiased, so that it is below 0 at about half of the
+    /// frequencies where there is none.
     pub distortion_variance: Vec<f64>,
+    /// Whether the realisations differ by more than the noise.
+    pub evidence: Evidence,
 }
+
+/// Variance, as a share of the response's square, that rounding of long simulations may leave: what differs by less is the same.
+const ROUNDING: f64 = 1e-18;
 
 /// Best linear approximation from several realisations: what differs from period to period is noise, what differs from realisation to
 /// realisation beyond it is nonlinear distortion.
@@ -33,8 +40,8 @@ pub fn best_linear_approximation(realisations: &[Realisation<'_>], lines: &[usiz
         return Err(LtiError::RecordTooShort { needed: 2, found: count });
     }
     let means = realisations.iter().map(|r| r.means(lines)).collect::<Result<Vec<_>, _>>()?;
-    let mut result =
-        BestLinearApproximation { estimate: ResponseEstimate::default(), noise_variance: Vec::new(), distortion_variance: Vec::new() };
+    let mut estimate = ResponseEstimate::default();
+    let (mut noise_variance, mut distortion_variance, mut explained) = (Vec::new(), Vec::new(), Vec::new());
     for (k, &line) in lines.iter().enumerate() {
         let frequency_hz = realisations[0].frequency_hz(line);
         let each = means.iter().map(|m| m.response(k, frequency_hz)).collect::<Result<Vec<(C64, f64)>, _>>()?;
@@ -42,14 +49,17 @@ pub fn best_linear_approximation(realisations: &[Realisation<'_>], lines: &[usiz
         let mean = each.iter().map(|(g, _)| g).sum::<C64>() / m;
         let total = each.iter().map(|(g, _)| (g - mean).norm_sqr()).sum::<f64>() / (m * (m - 1.0));
         let noise = each.iter().map(|(_, v)| v).sum::<f64>() / (m * m);
-        result.estimate.frequencies_hz.push(frequency_hz);
-        result.estimate.response.push(mean);
-        result.estimate.variance.push(total);
-        result.estimate.degrees_of_freedom.push(2.0 * (m - 1.0));
-        result.noise_variance.push(noise);
-        result.distortion_variance.push(m * (total - noise).max(0.0));
+        estimate.frequencies_hz.push(frequency_hz);
+        estimate.response.push(mean);
+        estimate.variance.push(total);
+        estimate.degrees_of_freedom.push(2.0 * (m - 1.0));
+        noise_variance.push(noise);
+        distortion_variance.push(m * (total - noise));
+        explained.push(noise + ROUNDING * mean.norm_sqr());
     }
-    Ok(result)
+    let degrees = ComplexDegrees { total: count - 1, noise: means.iter().map(|m| m.periods - 1).sum() };
+    let evidence = evidence_beyond(&estimate.variance, &explained, degrees)?;
+    Ok(BestLinearApproximation { estimate, noise_variance, distortion_variance, evidence })
 }
 
 /// Lines without excitation on each side of an excited one, from which the distortion there is known.
@@ -57,12 +67,21 @@ const BESIDE: usize = 3;
 /// Fewest lines without excitation between the first and the last excited one that tell anything, as a share of the excited ones.
 const LEAST_SHARE: f64 = 0.1;
 
+/// Nonlinear distortion of one realisation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DistortionBeside {
+    /// Variance of the response at each excited line; below 0 where the lines beside it hold less than the noise's mean.
+    pub variance: Vec<f64>,
+    /// Whether the lines without excitation hold more than noise.
+    pub evidence: Evidence,
+}
+
 /// Variance of the response at the excited lines due to nonlinear distortion, from what the output holds beside them (the fast method): one
 /// realisation is enough where its multisine leaves lines out. `None` where it leaves out too few of them.
 ///
 /// # Errors
 /// As [`super::periodic_response`].
-pub fn distortion_beside(record: &PeriodicRecord<'_>, excited: &[usize]) -> Result<Option<Vec<f64>>, LtiError> {
+pub fn distortion_beside(record: &PeriodicRecord<'_>, excited: &[usize]) -> Result<Option<DistortionBeside>, LtiError> {
     let (Some(&first), Some(&last)) = (excited.first(), excited.last()) else { return Ok(None) };
     let lines: Vec<usize> = (first..=last).collect();
     let silent: Vec<usize> = lines.iter().copied().filter(|line| excited.binary_search(line).is_err()).collect();
@@ -76,9 +95,19 @@ pub fn distortion_beside(record: &PeriodicRecord<'_>, excited: &[usize]) -> Resu
         let after = silent.partition_point(|s| *s < line);
         let beside = &silent[after.saturating_sub(BESIDE)..(after + BESIDE).min(silent.len())];
         let power: f64 = beside.iter().map(|s| means.beyond(s - first, response)).sum();
-        Ok((power / beside.len() as f64).max(0.0) / means.input[k].norm_sqr())
+        Ok(power / beside.len() as f64 / means.input[k].norm_sqr())
     };
-    excited.iter().map(variance).collect::<Result<Vec<f64>, LtiError>>().map(Some)
+    let variance = excited.iter().map(variance).collect::<Result<Vec<f64>, LtiError>>()?;
+    let mut powers = [Vec::new(), Vec::new()];
+    for line in silent {
+        let nearest = excited[excited.partition_point(|l| *l < line).min(excited.len() - 1)] - first;
+        let (response, _) = means.response(nearest, record.frequency_hz(first + nearest))?;
+        let [total, noise] = means.left_and_noise(line - first, response);
+        powers[0].push(total);
+        powers[1].push(noise + ROUNDING * means.output[nearest].norm_sqr());
+    }
+    let evidence = evidence_beyond(&powers[0], &powers[1], ComplexDegrees { total: 1, noise: means.periods - 1 })?;
+    Ok(Some(DistortionBeside { variance, evidence }))
 }
 
 /// Root mean square amplitude of the output on lines of one kind.

@@ -20,6 +20,7 @@
 mod amplitude;
 mod distortion;
 mod estimate;
+mod evidence;
 mod fft;
 mod local_polynomial;
 mod multisine;
@@ -33,9 +34,11 @@ mod window;
 
 pub use amplitude::{AmplitudeSpectrum, amplitude_spectrum, dominant_frequency};
 pub use distortion::{
-    BestLinearApproximation, DistortionLevels, Realisation, best_linear_approximation, distortion_beside, distortion_levels,
+    BestLinearApproximation, DistortionBeside, DistortionLevels, Realisation, best_linear_approximation, distortion_beside,
+    distortion_levels,
 };
 pub use estimate::{ResponseBand, ResponseEstimate};
+pub use evidence::{ComplexDegrees, Evidence, evidence_beyond};
 pub use local_polynomial::{LocalPolynomialSettings, local_polynomial};
 pub use multisine::{Multisine, odd_lines_with_detection};
 pub use periodic::{PeriodicRecord, periodic_response};

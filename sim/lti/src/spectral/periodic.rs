@@ -94,7 +94,13 @@ fn pick(spectrum: &[C64], lines: &[usize], factor: f64) -> Vec<C64> {
 impl PeriodMeans {
     /// Power of the output at line number k beyond what the response makes of the input, less the noise.
     pub(crate) fn beyond(&self, k: usize, response: C64) -> f64 {
-        (self.output[k] - response * self.input[k]).norm_sqr() - self.spread(k, response)
+        let [left, noise] = self.left_and_noise(k, response);
+        left - noise
+    }
+
+    /// Power of the output at line number k that the response does not make of the input, and the noise's share of it.
+    pub(crate) fn left_and_noise(&self, k: usize, response: C64) -> [f64; 2] {
+        [(self.output[k] - response * self.input[k]).norm_sqr(), self.spread(k, response)]
     }
 
     /// Variance of the output's mean less the response times the input's.

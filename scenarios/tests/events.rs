@@ -1,22 +1,15 @@
 //! Events that happen once are told once, whatever rounding makes of the instant.
 
-use std::path::Path;
+mod common;
 
 use feeler_engine::{EventKind, Integrator};
 use feeler_scenarios::format::{Document, Setting};
 use feeler_scenarios::run::{RunResult, run};
 
+use common::{file, result_of};
+
 /// Events of one guide or contact closer than this are one event told twice: the machines here need a thousand times longer for anything.
 const APART_S: f64 = 1e-9;
-
-fn file(name: &str, settings: &[(&str, Setting)]) -> Document {
-    let document = Document::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(name));
-    document.and_then(|document| document.with(settings.iter().cloned())).unwrap_or_else(|mistakes| panic!("{mistakes}"))
-}
-
-fn result_of(document: &Document) -> RunResult {
-    run(&document.scenario, &mut |_| {}).unwrap_or_else(|error| panic!("{error}"))
-}
 
 /// The wall at zero and the tip before it, or the tip at zero and a gap: one machine, but the first touches down at a compression that is all rounding.
 #[test]

@@ -1,9 +1,11 @@
 //! Peak forces between the record's rows: against closed forms, against records so fine that rows meet them, and in companies against alone.
 
-use std::path::Path;
+mod common;
 
 use feeler_scenarios::format::{Document, Setting};
-use feeler_scenarios::run::{Candidate, LANES, RunResult, measure, run};
+use feeler_scenarios::run::{Candidate, LANES, measure, run};
+
+use common::{file, result_of};
 
 const MASS_KG: f64 = 2.0;
 const SPEED_M_PER_S: f64 = 0.3;
@@ -18,15 +20,6 @@ fn impact(law: &str, gap_m: f64, run: &str) -> Document {
          gap = {gap_m}\n[run]\nrecord = [\"tool.force\"]\n{run}\n"
     );
     Document::parse(&text, "impact.toml").unwrap_or_else(|mistakes| panic!("{mistakes}"))
-}
-
-fn file(name: &str, settings: &[(&str, Setting)]) -> Document {
-    let document = Document::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(name));
-    document.and_then(|document| document.with(settings.iter().cloned())).unwrap_or_else(|mistakes| panic!("{mistakes}"))
-}
-
-fn result_of(document: &Document) -> RunResult {
-    run(&document.scenario, &mut |_| {}).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn peak_of(document: &Document) -> f64 {

@@ -1,44 +1,18 @@
 //! A run as a sweep makes it, to the bit, with all that can be shown of it.
 
-use std::time::Instant;
+use feeler_engine::Scenario;
 
-use feeler_engine::{Program, RunSettings, Scenario, Trace};
+use super::record::Recording;
+use super::{Manner, Progress, RunError, RunResult, recorded};
 
-use super::measure::MOST_EXTENSION;
-use super::outcome::Undecided;
-use super::record::{self, Recording};
-use super::{Ended, Judged, Progress, RunError, RunResult, advance, simulation};
-
-/// Runs a scenario as a variant of a sweep is run: for as long as it takes to tell its outcome, up to [`MOST_EXTENSION`] times its duration, with rows at
+/// Runs a scenario as a variant of a sweep is run: for as long as it takes to tell its outcome, up to [`super::MOST_EXTENSION`] times its duration, with rows at
 /// the instants of a sweep and without the energy ledger. Its figures are those of the variant's row, to the bit, of an aperiodic motion too. What the file
 /// asks to record is kept at those instants but for readings of sensors, whose delays would bring instants of their own.
 ///
 /// # Errors
 /// As [`super::run`].
 pub fn run_as_swept(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<RunResult, RunError> {
-    let started = Instant::now();
-    let recording = Recording::as_swept(scenario);
-    let settings = RunSettings { energy: false, ..recording.settings(&scenario.run) };
-    let program = Program::new(&Scenario { run: settings, ..scenario.clone() })?;
-    let assembly = program.motion().assembly().clone();
-    let mut record = Trace::new(program.record_names());
-    let mut simulation = simulation(program, scenario.machine.axis)?;
-    let duration_s = scenario.run.duration_s;
-    let mut until_s = duration_s;
-    loop {
-        advance(&mut simulation, &mut record, until_s, recording.rate_hz, progress)?;
-        until_s *= 2.0;
-        let is_longest = until_s > MOST_EXTENSION * duration_s;
-        record::drop_undefined_rows(&mut record);
-        let ended = Ended { is_longest, ..Ended::of(&simulation, 0) };
-        let judged = Judged::new(scenario, &assembly, &record, &ended, None);
-        if is_longest || !judged.summary.verdict.undecided.is_some_and(Undecided::may_be_decided) {
-            let Judged { contacts, force_loop, limits, mut summary } = judged;
-            summary.wall_s = started.elapsed().as_secs_f64();
-            let trace = recording.wanted(&record);
-            return Ok(RunResult { trace, record, contacts, force_loop, saturated: limits.saturated, summary });
-        }
-    }
+    recorded(scenario, &Recording::as_swept(scenario), Manner { energy: false, extends: true }, progress)
 }
 
 #[cfg(test)]

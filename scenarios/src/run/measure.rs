@@ -93,12 +93,6 @@ impl Candidate {
     }
 }
 
-impl Measured {
-    fn may_be_decided(&self) -> bool {
-        self.summary.verdict.undecided.is_some_and(super::Undecided::may_be_decided)
-    }
-}
-
 /// Measures variants, side by side where their structure allows it; each gets the same numbers as alone, to the bit. In the order given.
 pub fn measure(candidates: &[Candidate], tail: usize) -> Vec<Result<Measured, RunError>> {
     let mut results: Vec<Option<Result<Measured, RunError>>> = candidates.iter().map(|_| None).collect();
@@ -147,7 +141,7 @@ fn measure_lanes<L: Lane>(
         for l in lanes.open() {
             let ended = Ended { is_longest, ..Ended::of(&simulation, l) };
             let measured = block[l].judge(lanes.trace(l), &ended, tail);
-            if !measured.may_be_decided() || is_longest {
+            if !measured.summary.verdict.may_be_decided() || is_longest {
                 results[l] = Some(measured);
                 lanes.close(l);
                 simulation.stop(l);

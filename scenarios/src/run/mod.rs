@@ -145,21 +145,45 @@ impl RunResult {
 /// # Errors
 /// A machine or wiring with mistakes, and exponentials that cannot be computed. A motion that diverges is a result.
 pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<RunResult, RunError> {
+    recorded(scenario, &Recording::new(scenario), Manner { energy: true, extends: false }, progress)
+}
+
+/// How a run goes.
+#[derive(Clone, Copy, Debug)]
+struct Manner {
+    /// Whether it keeps the energy ledger.
+    energy: bool,
+    /// Whether it goes on until its outcome is told.
+    extends: bool,
+}
+
+fn recorded(
+    scenario: &Scenario,
+    recording: &Recording,
+    Manner { energy, extends }: Manner,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<RunResult, RunError> {
     let started = Instant::now();
-    let recording = Recording::new(scenario);
-    let settings = RunSettings { energy: true, ..recording.settings(&scenario.run) };
+    let settings = RunSettings { energy, ..recording.settings(&scenario.run) };
     let program = Program::new(&Scenario { run: settings, ..scenario.clone() })?;
     let assembly = program.motion().assembly().clone();
     let mut record = Trace::new(program.record_names());
     let mut simulation = simulation(program, scenario.machine.axis)?;
-    advance(&mut simulation, &mut record, scenario.run.duration_s, recording.rate_hz, progress)?;
-    record::drop_undefined_rows(&mut record);
-    let trace = recording.wanted(&record);
-    let ended = Ended::of(&simulation, 0);
-    let judged = Judged::new(scenario, &assembly, &record, &ended, simulation.energy(0));
-    let Judged { contacts, force_loop, limits, mut summary } = judged;
-    summary.wall_s = started.elapsed().as_secs_f64();
-    Ok(RunResult { trace, record, contacts, force_loop, saturated: limits.saturated, summary })
+    let duration_s = scenario.run.duration_s;
+    let mut until_s = duration_s;
+    loop {
+        advance(&mut simulation, &mut record, until_s, recording.rate_hz, progress)?;
+        until_s *= 2.0;
+        let is_longest = extends && until_s > MOST_EXTENSION * duration_s;
+        record::drop_undefined_rows(&mut record);
+        let ended = Ended { is_longest, ..Ended::of(&simulation, 0) };
+        let Judged { contacts, force_loop, limits, mut summary } = Judged::new(scenario, &assembly, &record, &ended, simulation.energy(0));
+        if is_longest || !extends || !summary.verdict.may_be_decided() {
+            summary.wall_s = started.elapsed().as_secs_f64();
+            let trace = recording.wanted(&record);
+            return Ok(RunResult { trace, record, contacts, force_loop, saturated: limits.saturated, summary });
+        }
+    }
 }
 
 /// How a run ended.

@@ -76,6 +76,13 @@ pub struct Verdict {
     pub undecided: Option<Undecided>,
 }
 
+impl Verdict {
+    /// Whether a longer run may tell what this one does not.
+    pub(super) fn may_be_decided(&self) -> bool {
+        self.undecided.is_some_and(Undecided::may_be_decided)
+    }
+}
+
 /// What is known of a run with a contact.
 #[derive(Clone, Copy, Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
@@ -223,9 +230,15 @@ impl Evidence<'_> {
         say(Outcome::Oscillates)
     }
 
+    /// The last half of all impacts, but `least` where there are so many.
+    fn last_impacts(&self, least: usize) -> &[(f64, f64)] {
+        let all = self.impacts.len();
+        &self.impacts[all - all.div_ceil(2).max(least).min(all)..]
+    }
+
     /// Whether each of the last impacts is weaker than the one before: bouncing that dies out.
     fn impacts_weaken(&self) -> bool {
-        let last = &self.impacts[self.impacts.len() - self.impacts.len().div_ceil(2).max(LEAST_WEAKER).min(self.impacts.len())..];
+        let last = self.last_impacts(LEAST_WEAKER);
         let weaker = |pair: &[(f64, f64)]| pair[1].1 < pair[0].1 * (1.0 - FADES / WEAKER_SHARE);
         // The end of the run may cut off the last one.
         let whole = &last[..last.len().saturating_sub(1)];
@@ -243,7 +256,7 @@ impl Evidence<'_> {
 
     /// Rate at which the peaks of the last contacts rise, where they do.
     fn impact_growth_per_s(&self) -> Option<f64> {
-        let last = &self.impacts[self.impacts.len() - self.impacts.len().div_ceil(2).max(LEAST_RISING).min(self.impacts.len())..];
+        let last = self.last_impacts(LEAST_RISING);
         let [(from_s, first_n), .., (to_s, last_n)] = last else { return None };
         let before = self.impacts[..self.impacts.len() - last.len()].iter().map(|impact| impact.1).fold(0.0, f64::max);
         let rises = last.len() >= LEAST_RISING && *last_n > before && last.windows(2).all(|pair| pair[1].1 > pair[0].1);

@@ -135,6 +135,10 @@ impl Peaks {
     ) -> Result<(), EngineError> {
         let parts = ((span_fs as f64 * FEMTOSECOND / flow.check_s).ceil() as u64).max(1);
         let length_s = (span_fs / parts) as f64 * FEMTOSECOND;
+        if parts == 1 {
+            self.crest_of_motion(flow, series, xi, t_s, length_s);
+            return Ok(());
+        }
         let (states, width) = (flow.states, flow.width);
         let bends_from = states + ROWS_PER_LINE * flow.lines.len();
         let rows = flow.transition(span_fs / parts)?.to_vec();

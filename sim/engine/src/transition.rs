@@ -94,15 +94,15 @@ impl<L: Lane> Transition<L> {
             self.parts[l] = if is_guarded { (span_s / flow.check_s).ceil().max(1.0) as u64 } else { 1 };
             rough[l] = !is_guarded && span_s > flow.check_s;
             self.part_s.set_lane(l, span_s / self.parts[l] as f64);
-            let rows = flow.transition(self.span_fs / self.parts[l])?;
-            let rows: Vec<Vec<f64>> = rows.chunks_exact(self.width).map(<[f64]>::to_vec).collect();
-            let (own, bends) = rows.split_at(self.states + ROWS_PER_LINE * lane.flow().lines.len());
-            own.iter().enumerate().for_each(|(i, row)| self.matrix.set_row(l, i, row));
-            bends.iter().enumerate().for_each(|(i, row)| self.matrix.set_row(l, self.states + ROWS_PER_LINE * self.lines + i, row));
+            let own = self.states + ROWS_PER_LINE * flow.lines.len();
+            let room = self.states + ROWS_PER_LINE * self.lines;
+            for (i, row) in flow.transition(self.span_fs / self.parts[l])?.chunks_exact(self.width).enumerate() {
+                self.matrix.set_row(l, if i < own { i } else { room + i - own }, row);
+            }
             // Lines that this lane does not have read 1 at both ends.
             let mut one = vec![0.0; self.width];
             one[self.width - 1] = 1.0;
-            for i in own.len()..self.states + ROWS_PER_LINE * self.lines {
+            for i in own..room {
                 let is_value = matches!((i - self.states) % ROWS_PER_LINE, 0 | 3);
                 self.matrix.set_row(l, i, if is_value { &one } else { &[] });
             }

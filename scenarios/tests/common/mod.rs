@@ -1,0 +1,15 @@
+//! Scenarios of this folder, and what becomes of them.
+
+use std::path::Path;
+
+use feeler_scenarios::format::{Document, Setting};
+use feeler_scenarios::run::{RunResult, run};
+
+pub(crate) fn file(name: &str, settings: &[(&str, Setting)]) -> Document {
+    let document = Document::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(name));
+    document.and_then(|document| document.with(settings.iter().cloned())).unwrap_or_else(|mistakes| panic!("{mistakes}"))
+}
+
+pub(crate) fn result_of(document: &Document) -> RunResult {
+    run(&document.scenario, &mut |_| {}).unwrap_or_else(|error| panic!("{error}"))
+}

@@ -1,6 +1,6 @@
 //! A run in plain words.
 
-use feeler_scenarios::run::{Oscillation, Outcome, Summary, Undecided};
+use feeler_scenarios::run::{ContactSummary, Oscillation, Outcome, Summary, Undecided};
 
 use crate::numbers::{count, plain, with_unit};
 use crate::units::Units;
@@ -77,6 +77,11 @@ pub(crate) fn rests_outside(summary: &Summary, units: Units) -> Option<String> {
     let side = if error < 0.0 { "below" } else { "above" };
     let band = with_unit(response.band_n, units.force);
     Some(format!("rests {} {side} the reference, outside its band of {band}", with_unit(error.abs(), units.force)))
+}
+
+/// When a contact's force was largest, and that it pulled where it did.
+pub(crate) fn when(contact: &ContactSummary) -> String {
+    format!("at {}{}", with_unit(contact.peak_at_s, "s"), if contact.peak_is_pull { ", a pull" } else { "" })
 }
 
 /// An outcome in one or two words.

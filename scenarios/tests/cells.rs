@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use feeler_arm::Others;
 use feeler_scenarios::arm::{ToolContact, axis_file};
 use feeler_scenarios::format::{ArmFile, CellFile, Document, Draft, cell_schema};
-use feeler_scenarios::run::{CellRun, Outcome, run, run_cell};
+use feeler_scenarios::run::{CellRun, Outcome, Undecided, run, run_cell};
 
 fn arms() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("arms")
@@ -51,6 +51,18 @@ fn truth_the_arm_settles_at_20_n_at_low_gain_and_chatters_at_high_gain() {
     );
     assert_eq!(high.figures.outcome, Outcome::Chatter);
     assert!(high.figures.bounces > 10 && high.figures.contact_share < 0.9, "{} {}", high.figures.bounces, high.figures.contact_share);
+}
+
+/// 3 mm/s do not reach the workpiece in 0.6 s, and a tool thrown at it arrives after the run.
+#[test]
+fn regress_an_arm_on_its_way_has_not_missed_the_workpiece() {
+    for (file, settings) in [
+        ("press-low-gain.toml", &["controllers.force.approach.speed=0.003", "run.duration=0.6"][..]),
+        ("impact.toml", &["run.duration=0.01"]),
+    ] {
+        let verdict = go(&load(file, settings)).summary.figures.verdict;
+        assert_eq!(verdict.undecided, Some(Undecided::StillApproaching), "{file}: {verdict:?}");
+    }
 }
 
 #[test]

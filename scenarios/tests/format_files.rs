@@ -108,6 +108,46 @@ fn truth_the_ends_of_axes_are_tried() {
     insta::assert_snapshot!(messages.join("\n"));
 }
 
+/// Levels of which one has to stay above the other, over ranges that overlap, over lists and ranges that never do, and one that is wrong by itself.
+#[test]
+fn regress_a_value_that_needs_another_axis_is_refused_only_where_no_combination_is_right() {
+    let refused = |coulomb: &str, at_rest: &str| {
+        let sweep = format!(
+            "scenario = \"chatter.toml\"\n[axes]\n\"springs.guide.effects.stribeck-friction.coulomb\" = {coulomb}\n\
+             \"springs.guide.effects.stribeck-friction.static\" = {at_rest}\n\"springs.guide.effects.stribeck-friction.velocity\" = [0.01]\n"
+        );
+        let folder = folder(&[("sweep.toml", &sweep), ("chatter.toml", COMPLETE)]);
+        SweepFile::load(&folder.path().join("sweep.toml")).map_or_else(|error| error.report(false), |_| String::new())
+    };
+    assert_eq!(refused("{ linear = [1.0, 10.0], points = 10 }", "{ linear = [2.0, 8.0], points = 10 }"), "");
+    let never = refused("[10.0, 12.0]", "[2.0, 8.0]");
+    assert!(never.contains("below") && !never.contains("missing"), "{never}");
+    let range = refused("{ linear = [10.0, 12.0], points = 3 }", "{ linear = [2.0, 8.0], points = 3 }");
+    for refused in [&range, &never] {
+        assert!(refused.contains("no combination of the ends is right; the first: with 10") && refused.contains("1 mistake"), "{refused}");
+    }
+    let listed = refused("[1.0, 12.0]", "[2.0, 8.0]");
+    assert!(listed.contains("coulomb\": with 12") && listed.contains("1 mistake"), "{listed}");
+    let own = refused("[-1.0, 1.0]", "[2.0, 8.0]");
+    assert!(own.contains("with -1") && !own.contains("missing"), "{own}");
+}
+
+#[test]
+fn regress_one_point_between_two_ends_is_refused() {
+    for kind in ["linear", "log"] {
+        let sweep = format!("scenario = \"chatter.toml\"\n[axes]\n\"bodies.tip.mass\" = {{ {kind} = [4, 6], points = 1 }}\n");
+        let folder = folder(&[("sweep.toml", &sweep), ("chatter.toml", COMPLETE)]);
+        let report = SweepFile::load(&folder.path().join("sweep.toml")).unwrap_err().report(false);
+        assert!(
+            report.contains("axes.\"bodies.tip.mass\".points: with one point the end, 6, is left out") && report.contains("[4]"),
+            "{report}"
+        );
+    }
+    let same = "scenario = \"chatter.toml\"\n[axes]\n\"bodies.tip.mass\" = { linear = [4, 4], points = 1 }\n";
+    let folder = folder(&[("sweep.toml", same), ("chatter.toml", COMPLETE)]);
+    assert!(SweepFile::load(&folder.path().join("sweep.toml")).is_ok());
+}
+
 /// `axes` of a sweep over the complete machine, and what follows.
 fn refined(axes: &str) -> Result<SweepFile, FormatError> {
     let sweep = format!("scenario = \"chatter.toml\"\n[axes]\n{axes}");

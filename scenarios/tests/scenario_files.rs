@@ -64,6 +64,21 @@ fn run_file(file: &str) -> RunResult {
     run_document(&load(file))
 }
 
+/// Where the text says what the header says, it ends where a sentence or clause does.
+#[test]
+fn regress_no_about_is_cut_at_a_decimal_point() {
+    for file in files_of(&["paper", "reference", "chatter", "limits", "contact", "control", "effects", "surface", "why", "sweeps"]) {
+        let text = std::fs::read_to_string(root().join(&file)).unwrap();
+        let Some(about) = text.lines().find_map(|line| line.strip_prefix("about")?.split('"').nth(1)) else { continue };
+        let header = header(&file).to_lowercase();
+        let Some(at) = header.find(&about.to_lowercase()) else { continue };
+        let rest = &header[at + about.len()..];
+        let cut =
+            rest.strip_prefix('.').is_some_and(|rest| rest.starts_with(|next: char| next.is_ascii_digit())) || about.ends_with(" Fig");
+        assert!(!cut, "{file}: {about}|{}", rest.get(..20).unwrap_or(rest));
+    }
+}
+
 /// The comment a file opens with, as one line.
 fn header(file: &str) -> String {
     let text = std::fs::read_to_string(root().join(file)).unwrap();

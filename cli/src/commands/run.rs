@@ -98,7 +98,7 @@ fn figures(summary: &Summary, units: Units) -> String {
     row("outcome", (String::new(), String::new()), words::label(summary).to_owned());
     for contact in &summary.contacts {
         let name = if summary.contacts.len() > 1 { format!("peak force, {}", contact.name) } else { "peak force".to_owned() };
-        row(&name, split(contact.peak_force_n, units.force), format!("at {}", with_unit(contact.peak_at_s, "s")));
+        row(&name, split(contact.peak_force_n, units.force), words::when(contact));
     }
     if let Some(response) = summary.response {
         let reference =

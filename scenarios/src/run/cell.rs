@@ -84,6 +84,7 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
     if finished.end == RunEnd::Completed {
         simulation.finish();
     }
+    let standing = Standing::of_arm(&simulation);
     let (assembly, step_s) = (simulation.assembly().clone(), simulation.step_s());
     let found = simulation.into_record();
     let mut record = found.measures;
@@ -105,7 +106,7 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
         end: finished.end,
         end_s: finished.end_s,
         is_longest: false,
-        standing: &Standing::default(),
+        standing: &standing,
         steps: finished.steps,
         energy: None,
     };

@@ -45,6 +45,8 @@ pub struct ContactRun {
     pub peak_force_n: f64,
     /// When, s.
     pub peak_at_s: f64,
+    /// Where a clamped contact pulls harder than it ever pushes: its largest pull, as a positive force, by the record.
+    pub pull: Option<Peak>,
 }
 
 impl ContactRun {
@@ -61,6 +63,11 @@ impl ContactRun {
     /// When it first pushed, s.
     pub fn first_contact_s(&self) -> Option<f64> {
         self.intervals.first().map(|interval| interval.start_s)
+    }
+
+    /// The largest force in size, whether the contact pushes or pulls.
+    pub fn largest(&self) -> Peak {
+        self.pull.unwrap_or(Peak { t_s: self.peak_at_s, force_n: self.peak_force_n })
     }
 
     /// Whether it pushes when the run ends.
@@ -105,9 +112,11 @@ fn contact(index: usize, name: &str, assembly: &Assembly, record: &Trace, found:
     };
     debug_assert_eq!(peaks.len(), intervals.len(), "one peak for every time that `{name}` pushes");
     let hardest = peaks.iter().copied().reduce(|a, b| if b.force_n > a.force_n { b } else { a }).unwrap_or_default();
+    let engagement = assembly.contacts[index].engagement;
     ContactRun {
         name: name.to_owned(),
-        engagement: assembly.contacts[index].engagement,
+        engagement,
+        pull: Some(engagement).filter(|held| *held == Engagement::Clamped).and_then(|_| pull(&record.t_s, force_n, hardest.force_n)),
         interval_peaks_n: peaks.iter().map(|peak| peak.force_n).collect(),
         intervals,
         touches_s,
@@ -115,6 +124,15 @@ fn contact(index: usize, name: &str, assembly: &Assembly, record: &Trace, found:
         peak_force_n: hardest.force_n,
         peak_at_s: hardest.t_s,
     }
+}
+
+/// The largest pull of a contact, where that is more than it pushes.
+fn pull(t_s: &[f64], force_n: &[f64], push_n: f64) -> Option<Peak> {
+    if force_n.iter().all(|&force| force >= -push_n) {
+        return None;
+    }
+    let pulls_n: Vec<f64> = force_n.iter().map(|force| -force).collect();
+    Some(peak(t_s, &pulls_n))
 }
 
 fn intervals(closed_at_start: bool, touches_s: &[f64], lifts_s: &[f64], end_s: f64) -> Vec<Interval> {
@@ -177,6 +195,13 @@ mod tests {
     #[test]
     fn truth_a_jump_is_not_overshot() {
         assert_eq!(peak(&[0.0, 1.0, 2.0], &[0.0, 10.0, 9.0]), Peak { t_s: 1.0, force_n: 10.0 });
+    }
+
+    #[test]
+    fn regress_a_contact_that_only_pulls_has_a_peak() {
+        let t_s = [0.0, 1.0, 2.0, 3.0];
+        assert_eq!(pull(&t_s, &[0.0, -1.0, -4.0, -9.0], 0.0), Some(Peak { t_s: 3.0, force_n: 9.0 }));
+        assert_eq!(pull(&t_s, &[0.0, 10.0, -4.0, -9.0], 10.0), None);
     }
 
     #[test]

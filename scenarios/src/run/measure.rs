@@ -281,4 +281,39 @@ mod tests {
         assert_eq!(measured.summary.outcome, Outcome::Settled);
         assert!(measured.summary.simulated_s > 1.0);
     }
+
+    /// A step of the reference at 95 % of the run, from 20 N to 25 N, below and beyond the limit of the gain; and drives that last.
+    #[test]
+    fn regress_a_late_step_is_waited_for_and_a_lasting_drive_is_not() {
+        use feeler_control::ReferenceSpec::{Multisine, Steps};
+        let of = |kp: f64, reference| {
+            let settings = [number("controllers.force.kp", kp), number("run.duration", 1.0)];
+            let mut scenario = file("limits/sampled-delay.toml").with(settings).unwrap().scenario;
+            scenario.controllers[0].spec.reference = reference;
+            Candidate::new(scenario).unwrap().measure(0).unwrap().summary
+        };
+        let late = || Steps(vec![(0.0, 20.0), (0.95, 25.0)]);
+        let settles = of(0.3, late());
+        assert_eq!(settles.outcome, Outcome::Settled, "{:?}", settles.verdict);
+        assert!(settles.simulated_s > 1.5 && settles.response.and_then(|response| response.final_reference_n) == Some(25.0));
+        assert_eq!(of(0.7, late()).outcome, Outcome::Unstable);
+        let staircase = of(0.3, Steps((0..10).map(|i| (0.1 * f64::from(i), 20.0 + f64::from(i))).collect()));
+        assert_eq!((staircase.outcome, staircase.simulated_s), (Outcome::Driven, 1.0));
+        let square = of(0.3, Steps((0..40).map(|i| (0.45 * f64::from(i), if i % 2 == 0 { 20.0 } else { 25.0 })).collect()));
+        assert_eq!(square.outcome, Outcome::Driven, "{:?}", square.verdict);
+        let multisine =
+            Multisine { lines: feeler_control::reference::Lines::All, low_hz: 1.0, high_hz: 40.0, period_s: 1.0, rms: 1.0, offset: 20.0 };
+        let driven = of(0.3, multisine);
+        assert_eq!((driven.outcome, driven.simulated_s), (Outcome::Driven, 1.0));
+    }
+
+    /// At kp = -2 the spring of the loop is k (1 + kp) = -k: what it holds is pulled away, and never pushes.
+    #[test]
+    fn regress_a_force_that_only_pulls_has_a_peak() {
+        let settings = [number("controllers.force.kp", -2.0)];
+        let summary = Candidate::new(file("paper/rigid.toml").with(settings).unwrap().scenario).unwrap().measure(0).unwrap().summary;
+        assert_eq!(summary.outcome, Outcome::Unstable);
+        assert!(summary.peak_force_n > 1e3 && summary.contacts[0].peak_is_pull, "{}", summary.peak_force_n);
+        assert_eq!(summary.overshoot, Some(0.0));
+    }
 }

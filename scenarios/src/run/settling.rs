@@ -6,13 +6,47 @@ use super::contact::peak;
 
 /// Half-width of the band in which a force counts as settled, as a share of the final reference.
 pub(super) const SETTLING_BAND: f64 = 0.02;
-/// A reference that has not moved over this last part of the run is at rest.
+/// A reference that has not moved over this part of the run is at rest.
 const RESTS_OVER: f64 = 0.2;
+/// A rest before a late step is longer than that by more than a row or a sample may make of it, so that a staircase whose treads are as long is none.
+const CLEARLY: f64 = 1.02;
+/// So many rests make a staircase ...
+const LEAST_TREADS: usize = 3;
+/// ... where the longest of them is not longer than this times the shortest.
+const EVEN: f64 = 1.5;
+
+/// What a reference does in the last part of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ending {
+    /// It is at rest.
+    Rests,
+    /// It was at rest and has just moved: what the force makes of that, a longer run tells.
+    JustMoved,
+    /// It moves all the time, in even steps too.
+    Moves,
+}
+
+impl Ending {
+    /// Of a reference over the rows of a record.
+    pub(super) fn of(t_s: &[f64], reference_n: &[f64]) -> Self {
+        let end_s = t_s.last().copied().unwrap_or(0.0);
+        if last_change_s(t_s, reference_n) <= end_s * (1.0 - RESTS_OVER) {
+            return Self::Rests;
+        }
+        let changes_s = (1..reference_n.len()).filter(|&row| changes(reference_n, row)).map(|row| t_s[row]);
+        let mut before_s = 0.0;
+        let spans_s = changes_s.map(|at_s| at_s - std::mem::replace(&mut before_s, at_s));
+        let rests_s: Vec<f64> = spans_s.filter(|span_s| *span_s > CLEARLY * RESTS_OVER * end_s).collect();
+        let longest_s = rests_s.iter().copied().fold(0.0, f64::max);
+        let is_staircase = rests_s.len() >= LEAST_TREADS && rests_s.iter().all(|rest_s| longest_s <= EVEN * rest_s);
+        if rests_s.is_empty() || is_staircase { Self::Moves } else { Self::JustMoved }
+    }
+}
 
 /// The answer of a contact force to its reference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Response {
-    /// The reference at the end, N; none where it still moves.
+    /// The reference at the end, N; none where it moves all the time.
     pub final_reference_n: Option<f64>,
     /// The instant from which settling counts: the last change of the reference, or the first touch if that is later, s.
     pub starts_at_s: f64,
@@ -40,7 +74,7 @@ pub(super) struct Answer<'a> {
 impl Answer<'_> {
     pub(super) fn response(&self) -> Response {
         let changed = last_change_s(self.t_s, self.reference_n);
-        let rests = !moves_to_the_end(self.t_s, self.reference_n);
+        let rests = Ending::of(self.t_s, self.reference_n) != Ending::Moves;
         let reference = self.reference_n.last().copied().filter(|_| rests);
         let starts_at_s = if rests { changed.max(self.first_contact_s) } else { self.first_contact_s };
         let band_n = (SETTLING_BAND * reference.unwrap_or(0.0).abs()).max(self.unresolved_n);
@@ -87,15 +121,13 @@ impl Answer<'_> {
 
 /// When a reference last changed, s; zero where it never did.
 fn last_change_s(t_s: &[f64], reference_n: &[f64]) -> f64 {
-    // Bit comparison: a held reference repeats exactly. The controller's first sample may come after the first row.
-    let changes = reference_n.windows(2).rposition(|pair| pair[0].to_bits() != pair[1].to_bits());
-    changes.map_or(0.0, |row| t_s[row + 1])
+    // The controller's first sample may come after the first row.
+    (1..reference_n.len()).rev().find(|&row| changes(reference_n, row)).map_or(0.0, |row| t_s[row])
 }
 
-/// Whether a reference is not at rest over the last part of a run.
-pub(super) fn moves_to_the_end(t_s: &[f64], reference_n: &[f64]) -> bool {
-    let end_s = t_s.last().copied().unwrap_or(0.0);
-    last_change_s(t_s, reference_n) > end_s * (1.0 - RESTS_OVER)
+/// Whether a reference is another one from a row on. By bits: one that is held repeats exactly.
+fn changes(reference_n: &[f64], row: usize) -> bool {
+    reference_n[row - 1].to_bits() != reference_n[row].to_bits()
 }
 
 #[cfg(test)]
@@ -138,5 +170,34 @@ mod tests {
         assert!((down.overshoot.unwrap() - 0.1).abs() < 1e-12, "{down:?}");
         let moving: Vec<f64> = t_s.iter().map(|t| 10.0 + t).collect();
         assert_eq!(Answer { reference_n: &moving, ..answer }.response().final_reference_n, None);
+    }
+
+    /// Rows 1 ms apart over 1 s, and what changes at these instants.
+    fn ending(changes_s: &[f64]) -> Ending {
+        let t_s: Vec<f64> = (0..=1000).map(|i| f64::from(i) * 1e-3).collect();
+        let reference_n: Vec<f64> = t_s.iter().map(|t| 20.0 + changes_s.iter().filter(|at| *t >= **at).count() as f64).collect();
+        Ending::of(&t_s, &reference_n)
+    }
+
+    #[test]
+    fn regress_a_late_step_of_a_reference_at_rest_is_no_moving_reference() {
+        for late in [&[0.99][..], &[0.9], &[0.1, 0.85], &[0.1, 0.2, 0.3, 0.9], &[0.1, 0.6, 0.9], &[0.9, 0.91, 0.92, 0.93]] {
+            assert_eq!(ending(late), Ending::JustMoved, "{late:?}");
+        }
+        for early in [&[][..], &[0.1], &[0.1, 0.79]] {
+            assert_eq!(ending(early), Ending::Rests, "{early:?}");
+        }
+    }
+
+    /// Treads of a tenth to three tenths of the run, the last of them just begun, and what changes at every row.
+    #[test]
+    fn truth_staircases_and_lasting_drives_move_to_the_end() {
+        for tread in [0.1, 0.2, 0.25, 0.3] {
+            let stairs: Vec<f64> = (1..10).map(|i| f64::from(i) * tread - 0.01).filter(|at| *at < 1.0).collect();
+            assert_eq!(ending(&stairs), Ending::Moves, "{stairs:?}");
+        }
+        assert_eq!(ending(&[0.15, 0.4, 0.65, 0.9]), Ending::Moves);
+        let always: Vec<f64> = (1..1000).map(|i| f64::from(i) * 1e-3).collect();
+        assert_eq!(ending(&always), Ending::Moves);
     }
 }

@@ -20,6 +20,11 @@ impl Standing {
         Self { is_approaching: simulation.is_approaching(lane), compressions: simulation.compressions(lane) }
     }
 
+    /// Of a whole arm, which has one contact; apart by more than can be measured, only an approach brings it near.
+    pub(super) fn of_arm(simulation: &feeler_manipulator::Simulation) -> Self {
+        Self { is_approaching: simulation.is_approaching(), compressions: simulation.compression().into_iter().collect() }
+    }
+
     /// Whether the tool may yet touch: a controller approaches, or some gap closes within `horizon_s` at its present rate and acceleration.
     pub(super) fn is_on_its_way(&self, contacts: &[ContactRun], horizon_s: f64) -> bool {
         let arrives = |(contact, state): (&ContactRun, &[f64; 3])| can_touch(contact) && closes(*state, horizon_s);

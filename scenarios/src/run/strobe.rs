@@ -91,6 +91,7 @@ mod tests {
             lifts_s: Vec::new(),
             peak_force_n: 0.0,
             peak_at_s: 0.0,
+            pull: None,
         }
     }
 

@@ -11,7 +11,7 @@ use super::energy::EnergyTable;
 use super::force_loop::ForceLoop;
 use super::outcome::Outcome;
 use super::saturation::{self, Limits};
-use super::settling::{self, Answer, Response};
+use super::settling::{Answer, Ending, Response};
 use super::standing::{self, Standing};
 use super::verdict::{Evidence, Verdict};
 use super::winding::Command;
@@ -23,7 +23,7 @@ pub struct Summary {
     pub name: String,
     /// What became of the run.
     pub outcome: Outcome,
-    /// Largest force of any contact.
+    /// Largest force of any contact, in size.
     pub peak_force_n: f64,
     /// Peak force over the final reference less one, of the force-controlled contact.
     pub overshoot: Option<f64>,
@@ -67,8 +67,10 @@ pub struct Summary {
 pub struct ContactSummary {
     /// Its name.
     pub name: String,
-    /// Largest total force.
+    /// Largest total force, in size.
     pub peak_force_n: f64,
+    /// Whether that is a pull, as a clamped contact may.
+    pub peak_is_pull: bool,
     /// When.
     pub peak_at_s: f64,
     /// First touch; none where it never touches.
@@ -126,7 +128,7 @@ impl<'a> Finished<'a> {
         Summary {
             name: self.scenario.machine.name.clone(),
             outcome: verdict.outcome,
-            peak_force_n: self.contacts.iter().map(|contact| contact.peak_force_n).fold(0.0, f64::max),
+            peak_force_n: self.contacts.iter().map(|contact| contact.largest().force_n).fold(0.0, f64::max),
             overshoot: response.and_then(|response| response.overshoot),
             settling_time_s: response.and_then(|response| response.settling_time_s),
             bounces: main.map_or(0, |contact| contact.lifts_s.len()),
@@ -152,10 +154,12 @@ impl<'a> Finished<'a> {
     }
 
     fn contact(&self, contact: &ContactRun) -> ContactSummary {
+        let largest = contact.largest();
         ContactSummary {
             name: contact.name.clone(),
-            peak_force_n: contact.peak_force_n,
-            peak_at_s: contact.peak_at_s,
+            peak_force_n: largest.force_n,
+            peak_is_pull: contact.pull.is_some(),
+            peak_at_s: largest.t_s,
             first_contact_s: contact.first_contact_s(),
             bounces: contact.lifts_s.len(),
             contact_time_s: contact.contact_time_s(),
@@ -164,7 +168,7 @@ impl<'a> Finished<'a> {
     }
 
     fn hardest(&self) -> Option<usize> {
-        let peak = |i: usize| self.contacts[i].peak_force_n;
+        let peak = |i: usize| self.contacts[i].largest().force_n;
         (0..self.contacts.len()).max_by(|&i, &j| peak(i).total_cmp(&peak(j)).then(j.cmp(&i)))
     }
 
@@ -194,10 +198,10 @@ impl<'a> Finished<'a> {
         Some(answer.response())
     }
 
-    /// Whether the reference of some controller moves to the end.
-    fn is_driven(&self) -> bool {
+    /// What the references of all controllers do at the end.
+    fn endings(&self) -> Vec<Ending> {
         let references = self.scenario.controllers.keys().filter_map(|name| self.reference_n(name));
-        references.into_iter().any(|reference_n| settling::moves_to_the_end(&self.record.t_s, reference_n))
+        references.map(|reference_n| Ending::of(&self.record.t_s, reference_n)).collect()
     }
 
     fn verdict(&self, contact: Option<&ContactRun>, response: Option<&Response>) -> Verdict {
@@ -208,6 +212,7 @@ impl<'a> Finished<'a> {
         let sticks_s: Vec<f64> = sticks.map(|event| event.t_s).collect();
         let horizon_s = super::MOST_EXTENSION * self.scenario.run.duration_s - self.end_s;
         let commands = self.commands();
+        let endings = self.endings();
         let starts_at_s = response.map(|response| response.starts_at_s).or(contact.and_then(ContactRun::first_contact_s));
         let impacts: Vec<(f64, f64)> = contact.map_or_else(Vec::new, |contact| {
             let peaks = contact.intervals.iter().zip(&contact.interval_peaks_n).map(|(interval, peak)| (interval.start_s, *peak));
@@ -222,7 +227,8 @@ impl<'a> Finished<'a> {
             is_rendered: self.is_rendered(),
             t_s: &self.record.t_s,
             force_n: force_n.unwrap_or(&still),
-            driven: moves || (response.is_none() && self.is_driven()),
+            driven: moves || (response.is_none() && endings.contains(&Ending::Moves)),
+            has_just_moved: endings.contains(&Ending::JustMoved),
             moving_reference_n: self.force_loop.filter(|_| moves).and_then(|found| self.reference_n(&found.name)),
             starts_at_s,
             lost_at_s: lost.and_then(|contact| contact.lifts_s.last().copied()),

@@ -9,12 +9,12 @@
 //! | unstable | the motion left all bounds; or it grows and never left the workpiece, or still grows at the end of the longest extension. It grows where `A3 > 1.5 A2` and `A2 > 1.5 A1` beyond what the sensor resolves, or where the force peaks of the last half of all contacts, 6 at least, rise from each to the next, above all before, and by more than 2.25 times in all |
 //! | no-contact | the tool never touched, or left for good before the tail, and is not on its way: no controller approaches, and no gap would close at its present rate and acceleration within the longest extension |
 //! | chatter | at least 3 lift-offs in the tail, 2 of them in its last part, and `A3 >= 0.7 A1` with no fall by 3 % that goes on to the end, and impacts of which the last ones do not each fall short of the one before by 1 % |
-//! | driven | a reference moves to the end, so that there is nothing to settle at |
+//! | driven | a reference moves to the end, in even steps too, so that there is nothing to settle at |
 //! | settled, bounces-then-settles | `A3` within the settling band, no lift-off in the last part, no controller in its approach, no command that moves on while the force rests, and no growth from part to part that goes on; by whether the tool had left the workpiece |
 //! | limit-cycle | the force oscillates and does not decay, and a drive or controller is at its limit for over 1 % of the tail |
 //! | hunting | the same, no limit is reached, and a guide sticks or breaks loose at least twice |
 //! | oscillates | the same with neither, over 12 cycles at least or to the end of the longest extension |
-//! | undecided | none of these: oscillation or bouncing that decays but has not ended, that creeps up or down (by a line through the logarithms of the amplitudes of 4 to 24 windows, see [`super::trend`]; by more than 1.05 from part to part where there are fewer than 12 cycles), a tool on its way, a command that winds, growth in a run that left the workpiece and may yet be bounded by that, or a tail too short to judge, with less than two cycles of what lasts or grows |
+//! | undecided | none of these: oscillation or bouncing that decays but has not ended, that creeps up or down (by a line through the logarithms of the amplitudes of 4 to 24 windows, see [`super::trend`]; by more than 1.05 from part to part where there are fewer than 12 cycles), a tool on its way, a reference that was at rest over a fifth of the run and has moved in the last one, a command that winds, growth in a run that left the workpiece and may yet be bounded by that, or a tail too short to judge, with less than two cycles of what lasts or grows |
 //!
 //! Where nothing can touch, so that a wall is one that a controller renders, the first drive's command takes the force's place: it is unstable where that grows (and at
 //! the end of the longest extension where it creeps up), a limit cycle where it swings between limits, and `no-contact` otherwise.
@@ -102,6 +102,8 @@ pub(super) struct Evidence<'a> {
     pub(super) force_n: &'a [f64],
     /// Whether some reference moves to the end.
     pub(super) driven: bool,
+    /// Whether some reference was at rest and has moved only just before the end.
+    pub(super) has_just_moved: bool,
     /// The force wanted at the rows, where that is what moves.
     pub(super) moving_reference_n: Option<&'a [f64]>,
     /// When the last change of the reference or the first touch was, s; none where there was no touch.
@@ -138,6 +140,9 @@ impl Evidence<'_> {
             }
             RunEnd::EventStorm { .. } => return unsure(Undecided::EventStorm),
             _ => {}
+        }
+        if self.has_just_moved && !self.driven {
+            return unsure(Undecided::TooShort);
         }
         if self.is_rendered {
             return self.of_rendered(first, say(Outcome::NoContact), growth_per_s);
@@ -308,6 +313,7 @@ pub(super) mod tests {
             t_s: &[],
             force_n: &[0.0; ROWS],
             driven: false,
+            has_just_moved: false,
             moving_reference_n: None,
             starts_at_s: Some(0.2),
             lost_at_s: None,

@@ -153,6 +153,15 @@ impl Plant {
         Some(slope)
     }
 
+    /// Depth of the contact, m (below zero apart), its rate, m/s, and how fast that grows, m/s2, but for the turning of normal and arm; none where the two
+    /// are far apart.
+    pub(crate) fn compression(&self, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> Option<[f64; 3]> {
+        let touch = self.look(x, mode, inputs).touch?;
+        let n = self.layout.joints;
+        let slope = self.slope(x, mode, inputs)?;
+        Some([touch.depth, touch.rate, touch.along.dot(&slope.rows(3 * n, n))])
+    }
+
     /// How far a state is from leaving its mode, for each change that there can be: zero or above within it. In N, N m and rad/s, whichever it is.
     pub(crate) fn margins(&self, x: &DVector<f64>, mode: &Mode, look: &Look<'_>) -> Vec<(Change, f64)> {
         let layout = &self.layout;

@@ -73,6 +73,11 @@ impl Control {
         })
     }
 
+    /// Whether it has sampled, and its approach has not ended.
+    pub(crate) fn is_approaching(&self) -> bool {
+        self.next_sample > 0 && !self.controller.in_contact_phase()
+    }
+
     /// When something is due next: a sample, a reading for one, or the arrival of an output.
     pub(crate) fn next_instant_s(&self) -> f64 {
         let taps = [&self.reading, &self.motion].into_iter().flatten().map(|(_, tap)| tap.next_s);

@@ -141,6 +141,17 @@ impl Simulation {
         &self.assembly
     }
 
+    /// Whether the controller is still in its approach: it waits for a force that it has not met.
+    pub fn is_approaching(&self) -> bool {
+        self.control.is_approaching()
+    }
+
+    /// How deep tip and workpiece are in one another at the present time, m (negative across a gap), how fast that grows, m/s, and how fast this does, m/s2
+    /// (but for the turning of the normal); none where they are far apart.
+    pub fn compression(&self) -> Option<[f64; 3]> {
+        self.plant.compression(&self.x, &self.mode, &self.inputs)
+    }
+
     /// What has been recorded.
     pub fn into_record(self) -> Record {
         self.record

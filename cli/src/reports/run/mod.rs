@@ -56,7 +56,7 @@ fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) -> Vec<Tile
     let mut tiles = vec![tile("outcome", words::label(summary).into(), String::new())];
     let hardest = summary.contacts.iter().max_by(|a, b| a.peak_force_n.total_cmp(&b.peak_force_n));
     if let Some(contact) = hardest {
-        tiles.push(tile("peak force", with_unit(contact.peak_force_n, units.force), format!("at {}", with_unit(contact.peak_at_s, "s"))));
+        tiles.push(tile("peak force", with_unit(contact.peak_force_n, units.force), words::when(contact)));
     }
     if let Some(response) = summary.response {
         let of = response.final_reference_n.map_or_else(String::new, |reference| format!("of {}", with_unit(reference, units.force)));

@@ -32,7 +32,7 @@ pub(crate) static SWEEP: Shape = Shape {
 };
 
 const fn points(least: u64) -> Key {
-    required("points", Kind::Count(least, MOST_POINTS), "how many values, both ends included")
+    required("points", Kind::Count(least, MOST_POINTS), "how many values, both ends included; one only where these are equal")
 }
 
 /// The table form of an axis; the variant is told by which of these keys is there.

@@ -150,6 +150,12 @@ fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAx
         let share = if ratio { tolerance.ln_1p() / (to / from).ln().abs() } else { tolerance / (to - from).abs() };
         Some((share, written.origin.clone()))
     });
+    if let Some((written, 1)) = table.get("points").zip(fields.count("points"))
+        && (to - from).abs() > 0.0
+    {
+        let remedy = format!("write `points = 2` or more, or a list of the value that is meant, as in [{from}]");
+        reader.problems.add(&written.node.origin, join(&path, "points"), format!("with one point the end, {to}, is left out"), remedy);
+    }
     // Where they are missing or wrong, that has been noted, and the ends are tried all the same.
     let points = fields.count("points").unwrap_or(1);
     let axis = match variant {

@@ -1,7 +1,8 @@
 //! Tries the ends of each axis on the scenario, so that wrong keys, units and values show before a thousand runs.
 //!
 //! A value that is wrong for the scenario as it is may be right together with those of other axes, as a level that has to stay below another: then it
-//! is no mistake of the file, and the combinations that are wrong are rows with their errors.
+//! is no mistake of the file, and the combinations that are wrong are rows with their errors. So it is with the end of a range for which the others do not
+//! go far enough, as long as some combination of all is right; a value that is written in a list has to be right with some.
 
 use std::path::Path;
 
@@ -16,7 +17,7 @@ use super::super::source::Origin;
 use super::super::tree::{Entry, Node, Table, Value};
 use super::axes::{Axis, ReadAxis, setting};
 
-/// Combinations of an axis's values with those of others that are tried at most.
+/// Combinations of the axes' values that are tried at most for one of them.
 const MOST_COMBINATIONS: usize = 1024;
 
 /// Builds the scenario with the ends of each axis, as they were written, and notes what is wrong. Gives what its axis is; none where it cannot be read.
@@ -44,83 +45,163 @@ pub(super) fn try_ends(
         }
     };
     let table = root.get("axes").and_then(|entry| entry.node.as_table());
-    for (key, read) in axes {
-        if let Some(entry) = table.and_then(|table| table.get(key)) {
-            let others = axes.iter().filter(|(other, _)| *other != key).filter_map(|(other, read)| {
-                let values = ends(&read.axis, &table?.get(other)?.node).into_iter().map(|(setting, _)| setting);
-                Some((other.as_str(), values.collect()))
-            });
-            let base = Base { draft: &base, others: others.collect() };
-            try_axis(key, &read.axis, entry, &base, problems);
+    let tried: Vec<Tried<'_>> = (axes.iter())
+        .filter_map(|(key, read)| {
+            let entry = table?.get(key)?;
+            Some(Tried { key, entry, ends: ends(&read.axis, &entry.node) })
+        })
+        .collect();
+    let trial = Trial { base: &base, axes: &tried };
+    let noted = problems.count();
+    let doubtful: Vec<Doubtful> = (0..tried.len()).flat_map(|own| trial.axis(own, problems)).collect();
+    // What is wrong only beside the ends of other axes is a row with its error, but for a value that is written in a list; unless nothing is right.
+    if problems.count() > noted || doubtful.is_empty() {
+        return Some(kind);
+    }
+    if trial.combinations(None).any(|set| set.build().is_ok()) {
+        for value in doubtful.into_iter().filter(|value| value.is_listed) {
+            value.mistake.note(problems);
         }
+    } else if let Some(value) = doubtful.into_iter().next() {
+        let message = format!("no combination of the ends is right; the first: {}", value.mistake.message);
+        Mistake { path: "axes".into(), message, ..value.mistake }.note(problems);
     }
     Some(kind)
 }
 
-/// What is wrong with one value: the message and its remedy.
-type Wrong = (String, String);
-
-/// What the values of an axis are tried on.
-struct Base<'a> {
-    draft: &'a Draft,
-    /// Every other axis with the values that are tried of it.
-    others: Vec<(&'a str, Vec<Setting>)>,
+/// An axis and the values of it that are tried, as written.
+struct Tried<'a> {
+    key: &'a str,
+    entry: &'a Entry,
+    ends: Vec<(Setting, Origin)>,
 }
 
-impl Base<'_> {
-    /// Whether a draft can be built with some combination of the other axes' values, of which each may also stay as it is. `left` are the
-    /// combinations that may still be tried.
-    fn has_room_for(&self, draft: &Draft, left: &mut usize) -> bool {
-        let combinations =
-            self.others.iter().map(|(_, values)| values.len() + 1).try_fold(1_usize, usize::checked_mul).unwrap_or(usize::MAX);
-        for combination in 1..combinations.min(*left + 1) {
-            *left -= 1;
+/// What is wrong, and what to do about it.
+type Said = (String, String);
+
+/// Something wrong, and where to say so.
+struct Mistake {
+    origin: Origin,
+    path: String,
+    message: String,
+    remedy: String,
+}
+
+impl Mistake {
+    fn note(self, problems: &mut Problems) {
+        problems.add(&self.origin, self.path, self.message, self.remedy);
+    }
+}
+
+/// A value that is wrong with every end of the other axes, but may be right with what lies between.
+struct Doubtful {
+    is_listed: bool,
+    mistake: Mistake,
+}
+
+/// The scenario with some values set; none where a value cannot even be set.
+struct Set(Option<Draft>);
+
+impl Set {
+    fn build(self) -> Result<(), Vec<Located>> {
+        self.0.map_or(Err(Vec::new()), |draft| Document::build(draft).map(drop).map_err(|error| error.problems))
+    }
+}
+
+/// What is wrong with a value, by the kind of mistake.
+enum Wrong {
+    /// With the value itself, whatever the others are.
+    Own(Vec<Located>),
+    /// With what the ends of other axes make of it.
+    BesideOthers(Vec<Located>),
+}
+
+/// The axes of a sweep on its scenario.
+struct Trial<'a> {
+    base: &'a Draft,
+    axes: &'a [Tried<'a>],
+}
+
+impl Trial<'_> {
+    /// The scenario with every combination of the axes' ends, that of the axis `own` held at a setting.
+    fn combinations<'b>(&'b self, own: Option<(usize, &'b Setting)>) -> impl Iterator<Item = Set> + 'b {
+        let counts = move |i: usize| if own.is_some_and(|(own, _)| own == i) { 1 } else { self.axes[i].ends.len().max(1) };
+        let count = (0..self.axes.len()).map(counts).try_fold(1_usize, usize::checked_mul).unwrap_or(usize::MAX);
+        (0..count.min(MOST_COMBINATIONS)).map(move |combination| {
             let mut rest = combination;
-            let mut draft = draft.clone();
-            let set = self.others.iter().try_for_each(|(key, values)| {
-                let chosen = rest % (values.len() + 1);
-                rest /= values.len() + 1;
-                chosen.checked_sub(1).map_or(Ok(()), |i| draft.set_value(key, &values[i]))
+            let mut draft = self.base.clone();
+            let set = self.axes.iter().enumerate().try_for_each(|(i, axis)| {
+                let chosen = rest % counts(i);
+                rest /= counts(i);
+                let held = own.filter(|(own, _)| *own == i).map(|(_, setting)| setting);
+                held.or(axis.ends.get(chosen).map(|(setting, _)| setting)).map_or(Ok(()), |setting| draft.set_value(axis.key, setting))
             });
-            if set.is_ok() && Document::build(draft).is_ok() {
-                return true;
+            Set(set.is_ok().then_some(draft))
+        })
+    }
+
+    fn wrong(&self, own: usize, setting: &Setting) -> Option<Wrong> {
+        let mut draft = self.base.clone();
+        let alone = match draft.set_value(self.axes[own].key, setting) {
+            Err(error) => return Some(Wrong::Own(error.problems)),
+            Ok(()) => Document::build(draft).err()?.problems,
+        };
+        let mut best: Option<Vec<Located>> = None;
+        for set in self.combinations(Some((own, setting))) {
+            match set.build() {
+                Ok(()) => return None,
+                // A value that cannot even be set is another axis's mistake.
+                Err(found) if found.is_empty() => {}
+                Err(found) if best.as_ref().is_none_or(|best| found.len() < best.len()) => best = Some(found),
+                Err(_) => {}
             }
         }
-        false
-    }
-}
-
-fn try_axis(key: &str, axis: &Axis, entry: &Entry, base: &Base<'_>, problems: &mut Problems) {
-    let mut left = MOST_COMBINATIONS;
-    let mut wrong = |setting: &Setting| -> Vec<Wrong> {
-        let mut draft = base.draft.clone();
-        let found = match draft.set_value(key, setting) {
-            Err(error) => error,
-            Ok(()) => match Document::build(draft.clone()) {
-                Err(error) if !base.has_room_for(&draft, &mut left) => error,
-                _ => return Vec::new(),
-            },
+        let best = best.unwrap_or(alone);
+        // What is said of a table is said of all of its keys together.
+        let is_of = |axis: &Tried<'_>, problem: &Located| {
+            axis.key.strip_prefix(problem.key.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
-        found.problems.into_iter().map(|problem| (problem.message, problem.remedy.unwrap_or_default())).collect()
-    };
-    let tried: Vec<(Setting, Origin, Vec<Wrong>)> = ends(axis, &entry.node)
-        .into_iter()
-        .map(|(setting, origin)| {
-            let found = wrong(&setting);
-            (setting, origin, found)
-        })
-        .collect();
-    let path = join("axes", &format!("\"{key}\""));
-    // What is wrong with every value is wrong with the key, and said once.
-    let always = |mistake: &Wrong| tried.len() > 1 && tried.iter().all(|(_, _, found)| found.contains(mistake));
-    let of_key: Vec<&Wrong> = tried.first().map_or_else(Vec::new, |(_, _, found)| found.iter().filter(|mistake| always(mistake)).collect());
-    for (message, remedy) in of_key {
-        problems.add(&entry.key, path.as_str(), message.as_str(), remedy.as_str());
+        let of_others = |problem: &Located| self.axes.iter().enumerate().any(|(i, axis)| i != own && is_of(axis, problem));
+        let (beside_others, of_own): (Vec<Located>, Vec<Located>) = best.into_iter().partition(of_others);
+        Some(if of_own.is_empty() { Wrong::BesideOthers(beside_others) } else { Wrong::Own(of_own) })
     }
-    for (setting, origin, found) in &tried {
-        for (message, remedy) in found.iter().filter(|mistake| !always(mistake)) {
-            problems.add(origin, path.as_str(), format!("with {}: {message}", shown(setting)), remedy.as_str());
+
+    /// Notes the mistakes of an axis, and gives those that are none where other values beside it are right.
+    fn axis(&self, own: usize, problems: &mut Problems) -> Vec<Doubtful> {
+        let Tried { key, entry, ends } = &self.axes[own];
+        let path = join("axes", &format!("\"{key}\""));
+        let words = |found: Vec<Located>| found.into_iter().map(|problem| (problem.message, problem.remedy.unwrap_or_default())).collect();
+        let mut doubtful = Vec::new();
+        let mut tried: Vec<(&Setting, &Origin, Vec<Said>)> = Vec::new();
+        for (setting, origin) in ends {
+            let found = match self.wrong(own, setting) {
+                None => Vec::new(),
+                Some(Wrong::Own(found)) => words(found),
+                Some(Wrong::BesideOthers(found)) => {
+                    let is_listed = matches!(entry.node.value, Value::Array(_));
+                    doubtful.extend(found.into_iter().map(|problem| {
+                        let message = format!("with {}: {}", shown(setting), problem.message);
+                        let mistake =
+                            Mistake { origin: origin.clone(), path: path.clone(), message, remedy: problem.remedy.unwrap_or_default() };
+                        Doubtful { is_listed, mistake }
+                    }));
+                    Vec::new()
+                }
+            };
+            tried.push((setting, origin, found));
         }
+        // What is wrong with every value is wrong with the key, and said once.
+        let always = |mistake: &Said| tried.len() > 1 && tried.iter().all(|(_, _, found)| found.contains(mistake));
+        let of_key = tried.first().into_iter().flat_map(|(_, _, found)| found.iter().filter(|mistake| always(mistake)));
+        for (message, remedy) in of_key {
+            problems.add(&entry.key, path.as_str(), message.as_str(), remedy.as_str());
+        }
+        for (setting, origin, found) in &tried {
+            for (message, remedy) in found.iter().filter(|mistake| !always(mistake)) {
+                problems.add(origin, path.as_str(), format!("with {}: {message}", shown(setting)), remedy.as_str());
+            }
+        }
+        doubtful
     }
 }
 

@@ -21,6 +21,8 @@ const KEEP: f64 = 12.0;
 const ACCEPT_FURTHER: f64 = 40.0;
 /// The same on the check experiments alone, which are the fewer.
 const ACCEPT_FURTHER_CHECK: f64 = 30.0;
+/// Causes that are a number and no law: real ones differ from them in nothing that a second cause could patch, so that it must bring no more than a first.
+const PLAIN_NUMBERS: [&str; 5] = ["constant-load", "added-mass", "drive-gain", "force-gain", "force-bias"];
 /// A cause with fewer parameters is preferred to one that brings less than this more, nats: real friction differs a little from every law.
 pub(crate) const PARSIMONY: f64 = 30.0;
 /// A law that contains another must bring this share more than it.
@@ -73,17 +75,37 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
             .collect();
         let mut further: Vec<Scored> = extensions(&found.task, &accepted, &left, &glimpse);
         attempts.extend(further.iter().cloned());
+        let asked = Asked::beside(&accepted);
         let enough = |scored: &Scored| {
-            judge.check(&accepted, scored) >= ACCEPT_FURTHER_CHECK && judge.gain(&accepted, scored, &judge.everything()) >= ACCEPT_FURTHER
+            judge.check(&accepted, scored) >= asked.check && judge.gain(&accepted, scored, &judge.everything()) >= asked.all
         };
         further.retain(|scored| judge.is_finding(scored) && enough(scored));
         further.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
         prefer_simple(&mut further, |scored| judge.all(scored));
         let Some(best) = further.first() else { break };
-        accepted = judge.prune(best.clone());
+        accepted = judge.prune(best.clone(), asked.keep);
         rivals = further;
     }
     Ok(judge.answer(&accepted, &rivals, &attempts))
+}
+
+/// Evidence asked of a further cause, nats.
+struct Asked {
+    check: f64,
+    all: f64,
+    /// On the check experiments, for each of the causes to stay.
+    keep: f64,
+}
+
+impl Asked {
+    /// Beside what was accepted before.
+    fn beside(accepted: &Scored) -> Self {
+        if accepted.causes.iter().all(|cause| PLAIN_NUMBERS.contains(&cause.definition.kind)) {
+            Self { check: ACCEPT, all: ACCEPT_ALL, keep: ACCEPT }
+        } else {
+            Self { check: ACCEPT_FURTHER_CHECK, all: ACCEPT_FURTHER, keep: KEEP }
+        }
+    }
 }
 
 /// Whether two laws under one element say the same thing, or one contains the other.
@@ -170,11 +192,11 @@ impl Judge<'_> {
     }
 
     /// Takes out effects whose removal costs nothing.
-    fn prune(&self, mut scored: Scored) -> Scored {
+    fn prune(&self, mut scored: Scored, keep: f64) -> Scored {
         let mut i = 0;
         while i < scored.causes.len() && scored.causes.len() > 1 {
             let without = self.without(&scored, i);
-            if self.check(&without, &scored) < KEEP {
+            if self.check(&without, &scored) < keep {
                 scored = without;
                 i = 0;
             } else {

@@ -28,6 +28,7 @@ impl SampleClock {
     }
 
     /// The instant of sample `k`, s. The nominal time is formed from `k`, so it does not drift.
+    #[inline]
     pub fn sample_time_s(&self, k: u64) -> f64 {
         let nominal_s = self.offset_s + k as f64 * self.period_s;
         if self.jitter_s > 0.0 {

@@ -114,7 +114,8 @@ impl Flow {
     }
 
     /// The rows that carry the extended vector over `span_fs` femtoseconds: the states, then for every line its value at the end, its slopes
-    /// at start and end, and its value at the start, then for every contact whose peaks are kept the second derivatives at start and end.
+    /// at start and end, and its value at the start, then for every contact whose peaks are kept the second derivatives at start and end, then the
+    /// wanted signals at the end.
     pub(crate) fn transition(&mut self, span_fs: u64) -> Result<&[f64], EngineError> {
         if let Some(i) = self.transitions.iter().position(|(key, _)| *key == span_fs) {
             return Ok(&self.transitions[i].1);
@@ -123,7 +124,8 @@ impl Flow {
         let mut augmented = DMatrix::zeros(n, n);
         augmented.rows_mut(0, self.states).copy_from(&DMatrix::from_row_slice(self.states, n, &self.derivative));
         let exponential = expm(&(augmented * (span_fs as f64 * 1e-15)))?;
-        let mut rows = Vec::with_capacity((self.states + ROWS_PER_LINE * self.lines.len() + ROWS_PER_BEND * self.pushing.len()) * n);
+        let count = self.states + ROWS_PER_LINE * self.lines.len() + ROWS_PER_BEND * self.pushing.len() + self.signals.len();
+        let mut rows = Vec::with_capacity(count * n);
         for i in 0..self.states {
             rows.extend(exponential.row(i).iter());
         }
@@ -139,6 +141,10 @@ impl Flow {
             let bend = self.slope(&self.slope(&line.row));
             rows.extend_from_slice(&bend);
             rows.extend(exponential.column_iter().map(|column| dot(&bend, column.as_slice())));
+        }
+        for signal in &self.signals {
+            let row = signal.as_deref().map_or(&[][..], |row| &row[..n]);
+            rows.extend(exponential.column_iter().map(|column| dot(row, column.as_slice())));
         }
         self.transitions.push((span_fs, rows));
         Ok(&self.transitions[self.transitions.len() - 1].1)

@@ -15,10 +15,11 @@ impl<L: Lane> Simulation<L> {
         let earliest = |next: f64, other: f64| if other < next { other } else { next };
         let mut next = self.next_record_s;
         for control in &self.loops {
-            next = earliest(earliest(next, control.next_sample_s), control.next_arrival_s());
+            next = earliest(next, control.next_sample_s);
         }
-        for drive in &self.drives {
-            next = earliest(next, drive.next_arrival_s());
+        if self.any_late {
+            next = self.loops.iter().fold(next, |next, control| earliest(next, control.next_arrival_s()));
+            next = self.drives.iter().fold(next, |next, drive| earliest(next, drive.next_arrival_s()));
         }
         next = self.taps.iter().fold(next, |next, tap| earliest(next, tap.next_s));
         self.gaps.iter().fold(next, |next, gap| earliest(next, gap.next_s()))
@@ -43,7 +44,9 @@ impl<L: Lane> Simulation<L> {
         if recorded {
             self.record_plant();
         }
-        self.arrivals()?;
+        if self.any_late {
+            self.arrivals()?;
+        }
         if recorded {
             self.record_commands();
             observer.record(self.t_s, &self.record);
@@ -132,16 +135,20 @@ impl<L: Lane> Simulation<L> {
     fn apply(&mut self, i: usize, output: L) -> Result<(), EngineError> {
         self.loops[i].output = output;
         let drive = self.loops[i].drive;
-        let mut command = L::zero();
-        for control in &self.loops {
-            if control.drive == drive {
-                command += control.output;
-            }
-        }
+        let command = if self.loops.len() == 1 { output } else { self.command(drive) };
         match self.drives[drive].issue(self.t_s, command) {
             Some(input) => self.set_input(drive, input),
             None => Ok(()),
         }
+    }
+
+    /// What all controllers of a drive ask for.
+    fn command(&self, drive: usize) -> L {
+        let mut command = L::zero();
+        for control in self.loops.iter().filter(|control| control.drive == drive) {
+            command += control.output;
+        }
+        command
     }
 
     #[inline(always)]
@@ -172,10 +179,22 @@ impl<L: Lane> Simulation<L> {
         if !self.formation.all_linear {
             self.refresh_terms();
         }
+        if !self.told.all() {
+            self.look_up_signals();
+        }
+        // What follows at this instant changes inputs, and with them signals.
+        self.told = L::Mask::splat(false);
+    }
+
+    #[inline(always)]
+    fn look_up_signals(&mut self) {
         if self.signal_rows_at != self.formation.number {
             self.refresh_signal_rows();
         }
-        self.signal_rows.apply(&self.xi, &mut self.signals);
+        self.signal_rows.apply(&self.xi, &mut self.looked_up);
+        for (signal, &looked_up) in self.signals.iter_mut().zip(&self.looked_up) {
+            *signal = L::select(self.told, *signal, looked_up);
+        }
     }
 
     #[cold]

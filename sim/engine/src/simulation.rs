@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use feeler_lanes::{Blocks, Lane, dispatch};
+use feeler_lanes::{Blocks, Lane, LaneMask, dispatch};
 
 use crate::bodies::BodyEngine;
 use crate::clock::{GapClock, due};
@@ -31,6 +31,8 @@ pub struct Simulation<L: Lane> {
     pub(crate) news: bool,
     pub(crate) loops: Vec<ControlLoop<L>>,
     pub(crate) drives: Vec<DriveChain<L>>,
+    /// Whether any output or command is under way for a while.
+    pub(crate) any_late: bool,
     pub(crate) sensors: Vec<Sensing<L>>,
     pub(crate) taps: Vec<Tap<L>>,
     /// One per gap that moves by itself.
@@ -48,9 +50,15 @@ pub struct Simulation<L: Lane> {
     pub(crate) xi: Vec<L>,
     pub(crate) product: Vec<L>,
     pub(crate) transitions: Vec<Transition<L>>,
+    /// The one that was used last.
+    pub(crate) last_transition: usize,
     pub(crate) seen_spans: VecDeque<u64>,
-    /// Values of the wanted signals, padded.
+    /// Values of the wanted signals.
     pub(crate) signals: Vec<L>,
+    /// Lanes whose signals came with their motion to the present instant.
+    pub(crate) told: L::Mask,
+    /// The signals of the others, padded.
+    pub(crate) looked_up: Vec<L>,
     pub(crate) signal_rows: Blocks<L>,
     pub(crate) signal_rows_for: Vec<usize>,
     /// The formation for which these rows were filled in.
@@ -104,7 +112,7 @@ impl<L: Lane> Simulation<L> {
         }
         let xi = (0..states[0].len()).map(|i| L::from_fn(|l| states[l][i])).collect();
         let parts = |i: usize| programs.iter().map(|p| &p.motion.assembly().drives[i]).collect::<Vec<_>>();
-        let drives = (0..first.motion.assembly().drives.len()).map(|i| DriveChain::new(&parts(i))).collect();
+        let drives: Vec<DriveChain<L>> = (0..first.motion.assembly().drives.len()).map(|i| DriveChain::new(&parts(i))).collect();
         let parts = |i: usize| programs.iter().map(|p| &p.motion.assembly().sensors[i]).collect::<Vec<_>>();
         let sensors: Vec<Sensing<L>> = (0..first.motion.assembly().sensors.len()).map(|i| Sensing::new(&parts(i), seed)).collect();
         let mut taps = Vec::new();
@@ -115,7 +123,7 @@ impl<L: Lane> Simulation<L> {
                 taps.len() - 1
             })
         };
-        let loops = (0..first.controllers.len()).map(|i| ControlLoop::new(&programs, i, &mut tap)).collect::<Result<Vec<_>, _>>()?;
+        let loops = (0..first.controllers.len()).map(|i| ControlLoop::new(&programs, i, &mut tap)).collect::<Result<Vec<ControlLoop<L>>, _>>()?;
         let record_taps = (first.recorded.iter())
             .map(|recorded| match *recorded {
                 Recorded::Reading(sensor, signal) => tap(Tapped { sensor, signal }, 0.0),
@@ -134,6 +142,7 @@ impl<L: Lane> Simulation<L> {
             formation: Formation::new(&lanes),
             news: lanes.iter().any(|lane| !lane.events.is_empty()),
             lanes,
+            any_late: loops.iter().any(|control| control.delay_s > 0.0) || drives.iter().any(|drive| drive.delay_s > 0.0),
             loops,
             drives,
             sensors,
@@ -148,8 +157,11 @@ impl<L: Lane> Simulation<L> {
             xi,
             product: Vec::new(),
             transitions: Vec::new(),
+            last_transition: 0,
             seen_spans: VecDeque::new(),
-            signals: vec![L::zero(); signal_rows.padded_rows()],
+            signals: vec![L::zero(); first.wanted.len()],
+            told: L::Mask::splat(false),
+            looked_up: vec![L::zero(); signal_rows.padded_rows()],
             signal_rows,
             signal_rows_for: vec![usize::MAX; L::WIDTH],
             signal_rows_at: 0,
@@ -247,6 +259,7 @@ impl<L: Lane> Simulation<L> {
         let states = self.programs[lane].motion.layout().states().min(state.len());
         self.scratch[..states].copy_from_slice(&state[..states]);
         self.lanes[lane].motion.set_gaps(self.t_s, &mut self.scratch);
+        self.told = L::Mask::splat(false);
         let (xi, t_s) = (&mut self.scratch, self.t_s);
         self.lanes[lane].exchange_peaks(&mut self.peaks, lane, |lane| lane.begin_at(xi, t_s))?;
         put_lane(&mut self.xi, lane, &self.scratch);

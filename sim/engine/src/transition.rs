@@ -7,10 +7,14 @@ use crate::flow::{Flow, ROWS_PER_BEND, ROWS_PER_LINE};
 use crate::lane::LaneCore;
 use crate::peaks::{Abreast, Span};
 
+/// Spans closer than this are surely one on the grid of femtoseconds.
+const SAME_SPAN_S: f64 = 0.49e-15;
+
 /// Carries every lane over the same span, each in its own mode.
 #[derive(Debug)]
 pub(crate) struct Transition<L: Lane> {
     pub(crate) span_fs: u64,
+    span_s: f64,
     /// Formation of the lanes (see [`crate::formation`]) for which the rows were last looked through.
     filled_at: u64,
     /// Flow of each lane for which the rows were filled in.
@@ -26,6 +30,8 @@ pub(crate) struct Transition<L: Lane> {
     states: usize,
     /// Lines that there is room for.
     lines: usize,
+    /// Where the signals begin.
+    signals_from: usize,
     /// Lanes in which the first lines, those of contacts whose peaks are kept, are guards, and in which they are forces.
     guarding: Vec<L::Mask>,
     pub(crate) pushing: Vec<L::Mask>,
@@ -39,19 +45,27 @@ impl<L: Lane> Transition<L> {
         let (states, width) = (layout.states(), layout.linear_width());
         Self {
             span_fs,
+            span_s: span_fs as f64 * 1e-15,
             filled_at: 0,
             filled_for: vec![usize::MAX; L::WIDTH],
             parts: vec![1; L::WIDTH],
             most_parts: 1,
             part_s: L::zero(),
-            matrix: Blocks::zeros(states, width),
+            matrix: Blocks::zeros(0, width),
             width,
             states,
             lines: 0,
+            signals_from: 0,
             guarding: Vec::new(),
             pushing: Vec::new(),
             rough: L::Mask::splat(false),
         }
+    }
+
+    /// Whether a span is this one on the grid of femtoseconds.
+    #[inline(always)]
+    pub(crate) fn is_over(&self, span_s: f64) -> bool {
+        (span_s - self.span_s).abs() < SAME_SPAN_S
     }
 
     /// Rows of the product, padded.
@@ -72,10 +86,11 @@ impl<L: Lane> Transition<L> {
     #[cold]
     fn fill(&mut self, lanes: &mut [LaneCore]) -> Result<(), EngineError> {
         let most = lanes.iter().map(|lane| lane.flow().lines.len()).max().unwrap_or(0);
-        if most > self.lines {
+        if most > self.lines || self.signals_from == 0 {
             self.lines = most;
-            let contacts = lanes[0].flow().pushing.len();
-            self.matrix = Blocks::zeros(self.states + ROWS_PER_LINE * most + ROWS_PER_BEND * contacts, self.width);
+            let flow = lanes[0].flow();
+            self.signals_from = self.states + ROWS_PER_LINE * most + ROWS_PER_BEND * flow.pushing.len();
+            self.matrix = Blocks::zeros(self.signals_from + flow.signals.len(), self.width);
             self.filled_for.fill(usize::MAX);
         }
         let mut rough: Vec<bool> = (0..L::WIDTH).map(|l| self.rough.test(l)).collect();
@@ -88,7 +103,7 @@ impl<L: Lane> Transition<L> {
             if !flow.linear {
                 continue;
             }
-            let span_s = self.span_fs as f64 * 1e-15;
+            let span_s = self.span_s;
             // Where nothing can happen there is nothing to look for but crests, which have a look of their own.
             let is_guarded = flow.lines.iter().any(|line| line.is_guard);
             self.parts[l] = if is_guarded { (span_s / flow.check_s).ceil().max(1.0) as u64 } else { 1 };
@@ -172,13 +187,16 @@ impl<L: Lane> Transition<L> {
         })
     }
 
-    /// Moves the lanes of `moved` to where they were seen.
+    /// Moves the lanes of `moved` to where they were seen, and gives what their signals are there.
     #[inline(always)]
-    pub(crate) fn go(&self, moved: L::Mask, xi: &mut [L], y: &[L]) {
+    pub(crate) fn go(&self, moved: L::Mask, xi: &mut [L], signals: &mut [L], y: &[L]) {
+        let signals = signals.iter_mut().zip(&y[self.signals_from..]);
         if moved.all() {
             xi[..self.states].copy_from_slice(&y[..self.states]);
+            signals.for_each(|(signal, &y)| *signal = y);
             return;
         }
+        signals.for_each(|(signal, &y)| *signal = L::select(moved, y, *signal));
         for (x, &y) in xi.iter_mut().zip(y.iter()).take(self.states) {
             *x = L::select(moved, y, *x);
         }

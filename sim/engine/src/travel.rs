@@ -26,10 +26,19 @@ impl<L: Lane> Simulation<L> {
             self.charge_controllers(&strokes);
             return Ok(());
         }
+        // Mostly the same as the last, which is cheaper to see than to round.
+        if let Some(last) = self.transitions.get(self.last_transition)
+            && last.is_over(span_s)
+        {
+            return self.travel(self.last_transition);
+        }
         let span_fs = (span_s * FEMTOSECONDS).round() as u64;
         let known = self.transitions.iter().position(|transition| transition.span_fs == span_fs);
         match known.or_else(|| self.learn(span_fs)) {
-            Some(index) => self.travel(index),
+            Some(index) => {
+                self.last_transition = index;
+                self.travel(index)
+            }
             None => self.go_alone(span_s),
         }
     }
@@ -77,12 +86,13 @@ impl<L: Lane> Simulation<L> {
                     self.look_at_crests(index, part, crests)?;
                 }
             }
-            self.transitions[index].go(moved, &mut self.xi, &self.product);
+            self.transitions[index].go(moved, &mut self.xi, &mut self.signals, &self.product);
             if stopped.any() {
                 self.meet_events(index, part, stopped)?;
                 together = together & !stopped;
             }
         }
+        self.told = together;
         self.settle(together);
         Ok(())
     }
@@ -126,6 +136,7 @@ impl<L: Lane> Simulation<L> {
 
     /// Moves lanes alone to the end of a span, of which `gone_s` is behind them.
     fn advance_lanes(&mut self, lanes: L::Mask, span_s: f64, gone_s: impl Fn(usize) -> f64) -> Result<(), EngineError> {
+        self.told = self.told & !lanes;
         let mut changed = false;
         for l in 0..L::WIDTH {
             if !lanes.test(l) || self.lanes[l].has_ended() {
@@ -178,6 +189,7 @@ impl<L: Lane> Simulation<L> {
             self.lanes[l].join(&mut self.scratch);
             put_lane(&mut self.xi, l, &self.scratch);
         }
+        self.told = self.told & L::Mask::from_fn(|l| !self.lanes[l].joins_bodies());
     }
 
     #[cold]

@@ -12,6 +12,7 @@ const ROWS_OF_PACKS: usize = 4;
 pub struct Blocks<L> {
     entries: Vec<L>,
     width: usize,
+    padded_rows: usize,
 }
 
 impl<L: Lane> Blocks<L> {
@@ -19,12 +20,13 @@ impl<L: Lane> Blocks<L> {
 
     /// Zero matrices of at least `rows` rows.
     pub fn zeros(rows: usize, width: usize) -> Self {
-        Self { entries: vec![L::zero(); rows.div_ceil(Self::ROWS) * Self::ROWS * width], width }
+        let padded_rows = rows.div_ceil(Self::ROWS) * Self::ROWS;
+        Self { entries: vec![L::zero(); padded_rows * width], width, padded_rows }
     }
 
     /// Rows of the product, padded to whole blocks.
     pub fn padded_rows(&self) -> usize {
-        self.entries.len() / self.width.max(1)
+        self.padded_rows
     }
 
     /// Replaces row `i` of lane `l`; columns beyond the end of `row` become zero.

@@ -178,15 +178,19 @@ impl Reference {
     }
 
     /// The reference at `t_s`.
+    #[inline]
     pub fn value(&self, t_s: f64) -> f64 {
-        let about_mean = match &self.shape {
+        if matches!(self.shape, Shape::Constant) { self.offset } else { self.offset + self.about_mean(t_s) }
+    }
+
+    fn about_mean(&self, t_s: f64) -> f64 {
+        match &self.shape {
             Shape::Constant => 0.0,
             Shape::Points(points) => points.value(t_s),
             Shape::Chirp(chirp) => chirp.value(t_s),
             Shape::Multisine(multisine) => multisine.value(t_s),
             Shape::WhiteNoise(noise) => noise.value(t_s),
             Shape::Prbs(prbs) => prbs.value(t_s),
-        };
-        self.offset + about_mean
+        }
     }
 }

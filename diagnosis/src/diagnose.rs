@@ -25,6 +25,8 @@ const ACCEPT_FURTHER_CHECK: f64 = 30.0;
 const PLAIN_NUMBERS: [&str; 5] = ["constant-load", "added-mass", "drive-gain", "force-gain", "force-bias"];
 /// A cause with fewer parameters is preferred to one that brings less than this more, nats: real friction differs a little from every law.
 pub(crate) const PARSIMONY: f64 = 30.0;
+/// The same where nothing accepted differs from the real thing: odds of twenty to one.
+const PARSIMONY_BESIDE_NUMBERS: f64 = 3.0;
 /// A law that contains another must bring this share more than it.
 const NESTED_SHARE: f64 = 0.15;
 /// Most causes at once.
@@ -47,7 +49,7 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
     // A simple cause is preferred only among those that could be accepted by themselves.
     let mut ranked: Vec<&Scored> = found.singles.iter().filter(|scored| judge.is_finding(scored) && judge.is_acceptable(scored)).collect();
     ranked.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
-    prefer_simple(&mut ranked, |scored| judge.all(scored));
+    prefer_simple(&mut ranked, PARSIMONY, |scored| judge.all(scored));
     let mut attempts: Vec<Scored> = found.singles.clone();
     let mut accepted = found.calibrated.clone();
     let mut rivals: Vec<Scored> = Vec::new();
@@ -81,7 +83,7 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
         };
         further.retain(|scored| judge.is_finding(scored) && enough(scored));
         further.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
-        prefer_simple(&mut further, |scored| judge.all(scored));
+        prefer_simple(&mut further, asked.parsimony, |scored| judge.all(scored));
         let Some(best) = further.first() else { break };
         accepted = judge.prune(best.clone(), asked.keep);
         rivals = further;
@@ -95,15 +97,17 @@ struct Asked {
     all: f64,
     /// On the check experiments, for each of the causes to stay.
     keep: f64,
+    /// What a cause with more parameters must bring more than one with fewer.
+    parsimony: f64,
 }
 
 impl Asked {
     /// Beside what was accepted before.
     fn beside(accepted: &Scored) -> Self {
         if accepted.causes.iter().all(|cause| PLAIN_NUMBERS.contains(&cause.definition.kind)) {
-            Self { check: ACCEPT, all: ACCEPT_ALL, keep: ACCEPT }
+            Self { check: ACCEPT, all: ACCEPT_ALL, keep: ACCEPT, parsimony: PARSIMONY_BESIDE_NUMBERS }
         } else {
-            Self { check: ACCEPT_FURTHER_CHECK, all: ACCEPT_FURTHER, keep: KEEP }
+            Self { check: ACCEPT_FURTHER_CHECK, all: ACCEPT_FURTHER, keep: KEEP, parsimony: PARSIMONY }
         }
     }
 }
@@ -114,9 +118,9 @@ fn overlaps(a: &str, b: &str) -> bool {
 }
 
 /// Brings the simplest of those nearly as good as the best to the front of a ranking.
-fn prefer_simple<T: std::borrow::Borrow<Scored>>(ranked: &mut [T], evidence: impl Fn(&Scored) -> f64) {
+fn prefer_simple<T: std::borrow::Borrow<Scored>>(ranked: &mut [T], parsimony: f64, evidence: impl Fn(&Scored) -> f64) {
     let Some(best) = ranked.first().map(|first| evidence(first.borrow())) else { return };
-    let near = ranked.iter().take_while(|scored| best - evidence((*scored).borrow()) < PARSIMONY).count();
+    let near = ranked.iter().take_while(|scored| best - evidence((*scored).borrow()) < parsimony).count();
     let simplest = (0..near).min_by_key(|&i| ranked[i].borrow().fitted.model.effect_parameters()).unwrap_or(0);
     ranked[..=simplest].rotate_right(1);
     // A law that contains a simpler one always gains a little from how the real thing differs from both.

@@ -14,6 +14,9 @@ const CHECK_ANGLE: f64 = 1.2;
 /// Largest product of a mode's norm and the span of one Taylor polynomial; with [`crate::taylor`]'s 30 terms its remainder is below 1e-18.
 const TAYLOR_REACH: f64 = 3.0;
 
+/// Angle of the fastest oscillation per step of a nonlinear mode, rad.
+const NONLINEAR_ANGLE: f64 = 0.5 * CHECK_ANGLE;
+
 /// Rows of a transition per line: value at the end, slope at the start, slope at the end, value at the start.
 pub(crate) const ROWS_PER_LINE: usize = 4;
 /// Further rows per contact whose peaks are kept, after those of the lines: how its force bends at start and end.
@@ -40,10 +43,10 @@ pub(crate) struct Flow {
     pub(crate) width: usize,
     /// Norm of the balanced derivative matrix, 1/s.
     pub(crate) rate: f64,
-    /// Longest span between two looks at the guards, s.
-    pub(crate) check_s: f64,
-    /// Longest span of one Taylor polynomial, s.
+    /// Longest span of one Taylor polynomial, or of one step where the mode is nonlinear, s.
     pub(crate) horizon_s: f64,
+    /// The fastest oscillation of the linear part, rad/s; none until the norm, which is never less, does not do.
+    fastest: Option<f64>,
     /// Whether each contact pushes, or is clamped; empty where peaks are not kept.
     pub(crate) pushing: Vec<bool>,
     /// The guards, and the forces of contacts that push where peaks are kept; then the first ones are those of the contacts, one for each.
@@ -68,7 +71,13 @@ impl Flow {
         let square = matrix.columns(0, states).into_owned();
         let balanced = balance(&square).matrix;
         let rate = norm(&balanced).max(f64::MIN_POSITIVE);
-        let fastest = eigenvalues(&square)?.iter().map(|lambda| lambda.im.abs()).fold(0.0, f64::max);
+        let linear = equations.is_linear();
+        let (fastest, horizon_s) = if linear {
+            (None, TAYLOR_REACH / rate)
+        } else {
+            let fastest = fastest(&square)?;
+            (Some(fastest), NONLINEAR_ANGLE / fastest)
+        };
         let signals = wanted.iter().map(|&source| motion.signal(&equations, source)).collect();
         let ledger = if energy { motion.ledger(&equations) } else { Ledger::default() };
         let contacts = if peaks { motion.assembly().contacts.len() } else { 0 };
@@ -76,19 +85,34 @@ impl Flow {
         Ok(Self {
             lines: lines(motion, &equations, &pushing),
             pushing,
-            linear: equations.is_linear(),
+            linear,
             joined: joined(&equations.stuck, layout.coordinates()),
             equations,
             derivative,
             states,
             width,
             rate,
-            check_s: if fastest > 0.0 { CHECK_ANGLE / fastest } else { f64::INFINITY },
-            horizon_s: TAYLOR_REACH / rate,
+            horizon_s,
+            fastest,
             signals,
             ledger,
             transitions: Vec::new(),
         })
+    }
+
+    /// Equal parts of a span between which the guards must be looked at.
+    pub(crate) fn looks(&mut self, span_s: f64) -> Result<u64, EngineError> {
+        if span_s * self.rate <= CHECK_ANGLE {
+            return Ok(1);
+        }
+        let fastest = match self.fastest {
+            Some(fastest) => fastest,
+            None => {
+                let matrix = DMatrix::from_row_slice(self.states, self.width, &self.derivative);
+                *self.fastest.insert(fastest(&matrix.columns(0, self.states).into_owned())?)
+            }
+        };
+        Ok((span_s * fastest / CHECK_ANGLE).ceil().max(1.0) as u64)
     }
 
     /// Row `i` of the derivative matrix.
@@ -149,6 +173,11 @@ impl Flow {
         self.transitions.push((span_fs, rows));
         Ok(&self.transitions[self.transitions.len() - 1].1)
     }
+}
+
+/// The fastest oscillation of a system, rad/s.
+fn fastest(matrix: &DMatrix<f64>) -> Result<f64, EngineError> {
+    Ok(eigenvalues(matrix)?.iter().map(|lambda| lambda.im.abs()).fold(0.0, f64::max))
 }
 
 /// Whether contact `i` pushes in a mode, or is clamped.

@@ -24,8 +24,6 @@ const EVENTS_BEFORE_STORM: usize = 60;
 const MOST_EVENTS: usize = 1000;
 /// A nanosecond for each: thousands of times shorter than the period of the fastest machine.
 const STORM_S: f64 = 1e-6;
-/// Angle of the fastest oscillation per step of a nonlinear mode, rad.
-const NONLINEAR_ANGLE_SHARE: f64 = 0.5;
 /// Span of one polynomial over its longest while the ledger is kept: powers oscillate twice as fast as the motion, and eight nodes then integrate
 /// them to rounding.
 const LEDGER_SHARE: f64 = 1.0 / 3.0;
@@ -264,8 +262,7 @@ impl LaneCore {
         let flow = &self.flows[self.current];
         self.motion.fill_terms(&flow.equations, xi);
         let mut none = Vec::new();
-        let reach = NONLINEAR_ANGLE_SHARE * flow.check_s;
-        let span = push.map_or(reach, |push| push.min(reach)).min(remaining);
+        let span = push.map_or(flow.horizon_s, |push| push.min(flow.horizon_s)).min(remaining);
         let start = xi.to_vec();
         let meters = self.ledger.as_mut().map_or(&mut none, |ledger| &mut ledger.meters);
         let before = meters.clone();

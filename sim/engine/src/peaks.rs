@@ -133,7 +133,7 @@ impl Peaks {
         t_s: f64,
         span_fs: u64,
     ) -> Result<(), EngineError> {
-        let parts = ((span_fs as f64 * FEMTOSECOND / flow.check_s).ceil() as u64).max(1);
+        let parts = flow.looks(span_fs as f64 * FEMTOSECOND)?;
         let length_s = (span_fs / parts) as f64 * FEMTOSECOND;
         if parts == 1 {
             self.crest_of_motion(flow, series, xi, t_s, length_s);

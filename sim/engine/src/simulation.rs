@@ -123,7 +123,8 @@ impl<L: Lane> Simulation<L> {
                 taps.len() - 1
             })
         };
-        let loops = (0..first.controllers.len()).map(|i| ControlLoop::new(&programs, i, &mut tap)).collect::<Result<Vec<ControlLoop<L>>, _>>()?;
+        let loops =
+            (0..first.controllers.len()).map(|i| ControlLoop::new(&programs, i, &mut tap)).collect::<Result<Vec<ControlLoop<L>>, _>>()?;
         let record_taps = (first.recorded.iter())
             .map(|recorded| match *recorded {
                 Recorded::Reading(sensor, signal) => tap(Tapped { sensor, signal }, 0.0),

@@ -35,7 +35,7 @@ pub(crate) struct Transition<L: Lane> {
     /// Lanes in which the first lines, those of contacts whose peaks are kept, are guards, and in which they are forces.
     guarding: Vec<L::Mask>,
     pub(crate) pushing: Vec<L::Mask>,
-    /// Lanes that go through more than [`Flow::check_s`] in one part, as they have no guards.
+    /// Lanes that go through more in one part than [`Flow::looks`] asks for, as they have no guards.
     rough: L::Mask,
 }
 
@@ -106,8 +106,9 @@ impl<L: Lane> Transition<L> {
             let span_s = self.span_s;
             // Where nothing can happen there is nothing to look for but crests, which have a look of their own.
             let is_guarded = flow.lines.iter().any(|line| line.is_guard);
-            self.parts[l] = if is_guarded { (span_s / flow.check_s).ceil().max(1.0) as u64 } else { 1 };
-            rough[l] = !is_guarded && span_s > flow.check_s;
+            let looks = flow.looks(span_s)?;
+            self.parts[l] = if is_guarded { looks } else { 1 };
+            rough[l] = !is_guarded && looks > 1;
             self.part_s.set_lane(l, span_s / self.parts[l] as f64);
             let own = self.states + ROWS_PER_LINE * flow.lines.len();
             let room = self.states + ROWS_PER_LINE * self.lines;

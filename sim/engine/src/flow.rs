@@ -105,12 +105,11 @@ impl Flow {
         if span_s * self.rate <= CHECK_ANGLE {
             return Ok(1);
         }
-        let fastest = match self.fastest {
-            Some(fastest) => fastest,
-            None => {
-                let matrix = DMatrix::from_row_slice(self.states, self.width, &self.derivative);
-                *self.fastest.insert(fastest(&matrix.columns(0, self.states).into_owned())?)
-            }
+        let fastest = if let Some(known) = self.fastest {
+            known
+        } else {
+            let matrix = DMatrix::from_row_slice(self.states, self.width, &self.derivative);
+            *self.fastest.insert(fastest(&matrix.columns(0, self.states).into_owned())?)
         };
         Ok((span_s * fastest / CHECK_ANGLE).ceil().max(1.0) as u64)
     }

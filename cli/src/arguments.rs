@@ -222,7 +222,7 @@ pub(crate) struct Analyze {
     #[arg(long, conflicts_with = "preload")]
     pub(crate) free: bool,
     /// Press the first contact with this force (N) and linearise there
-    #[arg(long, value_name = "FORCE")]
+    #[arg(long, value_name = "FORCE", allow_negative_numbers = true)]
     pub(crate) preload: Option<f64>,
     /// Folder for report.html and analyze.json, made if absent; nothing is written without it
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
@@ -278,12 +278,20 @@ pub(crate) struct Figures {
 
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  \
-    feeler fit-landmarks --out chain.toml\n\n\
+    feeler fit-landmarks --out chain.toml                   from 12 starts that know the landmarks' frequencies alone (seconds)\n  \
+    feeler fit-landmarks --starts 1                         from the first of them\n  \
+    feeler fit-landmarks --start chain.toml                 from a machine of your own with these bodies and springs\n\n\
     The parameters found are those of some chain that shows the landmarks of the paper's Figs. 15 to 17. They are not the robot's\n\
     parameters, which were never published, and the landmarks do not determine all of them: the table says which.")]
 pub(crate) struct FitLandmarks {
-    /// Steps of the fit at most
-    #[arg(long, value_name = "N", default_value_t = 2000)]
+    /// Number of starts: chains with the paper's flexible resonances and guesses of all else, the same each time
+    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=10_000), conflicts_with = "start")]
+    pub(crate) starts: u64,
+    /// Machine file to start from instead: bodies base, motor and link1 to link4, as `--out` writes
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    pub(crate) start: Option<PathBuf>,
+    /// Steps of each fit at most
+    #[arg(long, value_name = "N", default_value_t = 2000, allow_negative_numbers = true)]
     pub(crate) iterations: usize,
     /// Machine file to write (TOML)
     #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]

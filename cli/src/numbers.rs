@@ -53,6 +53,26 @@ pub(crate) fn plain(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
+/// Significant digits of a double, and how many decades below a tolerance are shown.
+const ALL_DIGITS: i32 = 15;
+const BELOW_TOLERANCE: i32 = 2;
+
+/// A number with so many digits that a difference of a hundredth of the tolerance shows; all of them where there is no tolerance.
+pub(crate) fn to_tolerance(value: f64, tolerance: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return plain(value);
+    }
+    let leading = value.abs().log10().floor() as i32;
+    let last = if tolerance > 0.0 { tolerance.log10().floor() as i32 - BELOW_TOLERANCE } else { -i32::MAX / 2 };
+    let digits = (leading - last + 1).clamp(DIGITS, ALL_DIGITS);
+    if (-4..7).contains(&leading) {
+        let decimals = (digits - 1 - leading).max(0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.*e}", digits as usize - 1)
+    }
+}
+
 /// A share as a percentage.
 pub(crate) fn percent(share: f64) -> String {
     // Zero has no sign here.
@@ -78,6 +98,10 @@ mod tests {
         assert_eq!(with_unit(0.0, "N"), "0 N");
         assert_eq!(with_unit(-0.02, "s"), "-20 ms");
         assert_eq!(with_unit(3e-15, "J"), "3.00e-15 J");
+        assert_eq!(to_tolerance(20.546_813_9, 5e-4), "20.546814");
+        assert_eq!(to_tolerance(1.0, 1e-12), "1.00000000000000");
+        assert_eq!(to_tolerance(44.63, 1.0), "44.63");
+        assert_eq!(to_tolerance(1.234_567e-9, 1e-15), "1.23456700e-9");
         assert_eq!(plain(1234.5), "1234");
         assert_eq!(plain(1.0e-9), "1.00e-9");
         assert_eq!(percent(0.1234), "12.3");

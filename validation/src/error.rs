@@ -18,6 +18,12 @@ pub enum ValidationError {
     /// A run could not be prepared.
     #[error(transparent)]
     Engine(#[from] EngineError),
+    /// A machine is no chain of the kind that is fitted to the paper's landmarks.
+    #[error("this machine is not of the fitted chain's kind: {what}")]
+    Chain {
+        /// What is missing or not above zero.
+        what: String,
+    },
     /// Reference numbers are not of the shape that is expected.
     #[error("the reference numbers are not readable: {what}")]
     Reference {

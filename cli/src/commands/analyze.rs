@@ -2,7 +2,7 @@
 
 use feeler_analysis::{AnalysisError, Band, Edge, MarginReport, Report, Request, StableRange, View, analyze, curves};
 use feeler_lti::LtiError;
-use feeler_scenarios::format::Draft;
+use feeler_scenarios::format::{Document, Draft};
 
 use super::operating_point;
 use crate::arguments::Analyze;
@@ -25,10 +25,10 @@ pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
         view: View { contact, ..View::default() },
         sensitivities: true,
     };
-    let report = analyze(&document.scenario, &request).map_err(|error| refused(arguments, error))?;
+    let report = analyze(&document.scenario, &request).map_err(|error| refused(arguments, &document, error))?;
     let mut written = String::new();
     if let Some(folder) = &arguments.out {
-        let curves = curves(&document.scenario, &request, &report).map_err(|error| refused(arguments, error))?;
+        let curves = curves(&document.scenario, &request, &report).map_err(|error| refused(arguments, &document, error))?;
         let page = reports::analyze::page(&document, &arguments.settings, &notes, &report, &curves);
         let json = serde_json::to_string_pretty(&report)? + "\n";
         written = terminal::write_all(folder, &[("analyze.json", json), ("report.html", page)])?;
@@ -37,8 +37,20 @@ pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
 }
 
 /// Everything but a failed computation is a matter of the request or the file.
-fn refused(arguments: &Analyze, error: AnalysisError) -> anyhow::Error {
+fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> anyhow::Error {
     match error {
+        AnalysisError::NoController { .. } => {
+            let known: Vec<String> = document.scenario.controllers.keys().map(|name| format!("`{name}`")).collect();
+            let remedy = if known.is_empty() {
+                "this file has no controller: leave --gain out".to_owned()
+            } else {
+                format!("--gain CONTROLLER.GAIN, the controller being {}", known.join(" or "))
+            };
+            BadInput::error(format!("{}: {error}", arguments.file.display()), remedy)
+        }
+        AnalysisError::NoGain { .. } => {
+            BadInput::error(format!("{}: {error}", arguments.file.display()), "name one of these with --gain, as in --gain CONTROLLER.GAIN")
+        }
         AnalysisError::Lti(LtiError::AtPole { .. }) => BadInput::error(
             format!("{}: {error}", arguments.file.display()),
             "nothing holds the machine about this operating point: try --clamped, or --preload with a force",
@@ -59,7 +71,8 @@ fn text(report: &Report) -> String {
         let rows = report.modes.iter().map(|mode| {
             let class = if mode.rigid_body { "rigid body" } else { reports::analyze::class_name(mode.class) }.to_owned();
             let cost = mode.margin_cost_deg.map_or_else(|| "-".to_owned(), plain);
-            vec![plain(mode.frequency_hz), plain(mode.damping_ratio), class, plain(mode.phase_change_deg), plain(mode.phase_dip_deg), cost]
+            let damping_ratio = plain(reports::analyze::damping_ratio(mode));
+            vec![plain(mode.frequency_hz), damping_ratio, class, plain(mode.phase_change_deg), plain(mode.phase_dip_deg), cost]
         });
         let header = ["mode (Hz)", "damping ratio", "class", "phase change (deg)", "dip (deg)", "taken at crossover (deg)"];
         parts.push(table(&header, &[0, 1, 3, 4, 5], rows));
@@ -75,14 +88,8 @@ fn text(report: &Report) -> String {
         parts.extend(margin_tables(margins));
     }
     if let Some(waterfall) = &report.waterfall {
-        let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), plain);
-        let rows = waterfall.stages.iter().map(|stage| {
-            let Some(largest) = stage.largest_gain else {
-                return vec![stage.added.clone(), "unbounded".into(), "none".into(), "no limit".into()];
-            };
-            vec![stage.added.clone(), plain(largest), number(stage.edge_hz), number(stage.bandwidth_hz)]
-        });
-        parts.push(table(&["with", "largest gain", "edge (Hz)", "bandwidth at half of it (Hz)"], &[1, 2, 3], rows));
+        let rows = reports::analyze::waterfall::rows(waterfall);
+        parts.push(table(&reports::analyze::waterfall::HEADER, &reports::analyze::waterfall::NUMBERS, rows));
     }
     if !report.sensitivities.is_empty() {
         let rows = report.sensitivities.iter().map(|s| {
@@ -99,6 +106,10 @@ fn text(report: &Report) -> String {
     if !report.limit_cycles.is_empty() {
         let rows = reports::analyze::cycles::rows(report);
         parts.push(table(&reports::analyze::cycles::HEADER, &reports::analyze::cycles::NUMBERS, rows));
+    }
+    if !report.assumptions.is_empty() {
+        let rows = report.assumptions.iter().map(|a| vec![a.of.clone(), a.property.to_owned(), a.taken.clone()]);
+        parts.push(table(&reports::analyze::ASSUMPTIONS, &[], rows));
     }
     if let Some(limit) = report.limit.and_then(|limit| serde_json::to_value(limit).ok()) {
         parts.push(format!("limited by: {}", limit.as_str().unwrap_or_default()));
@@ -144,11 +155,13 @@ fn bands(report: &Report, name: &str, range: &StableRange) -> Vec<Vec<String>> {
 fn margin_tables(margins: &MarginReport) -> Vec<String> {
     let entry = |name: &str, value: Option<f64>, unit: &str, at_hz: Option<f64>| {
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), plain);
-        vec![name.to_owned(), number(value), unit.to_owned(), at_hz.map_or_else(String::new, plain)]
+        let at = at_hz.map_or_else(String::new, |f| if f > 0.0 { plain(f) } else { "at rest: no resonance peak".to_owned() });
+        vec![name.to_owned(), number(value), unit.to_owned(), at]
     };
     let mut tables = Vec::new();
     if margins.unstable_poles > 0 {
-        let lower = margins.gain_decrease.map_or_else(String::new, |f| format!(" Its whole gain must fall to {} times itself.", plain(f)));
+        let never = || " No part of its gain makes it stable.".to_owned();
+        let lower = margins.gain_decrease.map_or_else(never, |f| format!(" Its whole gain must fall to {} times itself.", plain(f)));
         tables.push(format!("The sampled loop is unstable as it is, so that it has no margins.{lower}"));
     } else {
         let rows = [

@@ -1,12 +1,15 @@
 //! `feeler fit-landmarks`.
 
+use std::path::Path;
+
 use feeler_plant::description::Engagement;
-use feeler_scenarios::format::machine_to_toml;
-use feeler_validation::landmarks::{Chain, LANDMARK_HZ, fit, simulated_landmarks};
+use feeler_scenarios::format::{Draft, machine_to_toml};
+use feeler_validation::ValidationError;
+use feeler_validation::landmarks::{Chain, Fit, LANDMARK_HZ, Search, simulated_landmarks};
 
 use crate::arguments::FitLandmarks;
 use crate::failure::BadInput;
-use crate::numbers::{percent, plain};
+use crate::numbers::{count, percent, plain};
 use crate::table::table;
 use crate::terminal;
 
@@ -20,31 +23,93 @@ const FREE: &str = "A share above zero says that the landmarks do not tell the p
 const EXPERIMENT_S: f64 = 60.0;
 
 pub(crate) fn run(arguments: &FitLandmarks) -> anyhow::Result<()> {
-    let found = fit(&Chain::START, arguments.iterations)?;
+    let starts = match &arguments.start {
+        Some(path) => vec![from_file(path)?],
+        None => (0..arguments.starts).map(Chain::start).collect(),
+    };
+    let search = Search::from_starts(&starts, arguments.iterations)?;
+    let found = search.fit();
     let machine = found.chain.machine(Engagement::Free);
     if let Some(path) = &arguments.out {
         std::fs::write(path, NOT_THE_ROBOT.to_owned() + &machine_to_toml(&machine)).map_err(|error| BadInput::unwritable(path, &error))?;
     }
     if arguments.json {
-        return terminal::print(&serde_json::to_string_pretty(&found)?);
+        return terminal::print(&serde_json::to_string_pretty(&search)?);
     }
     let measured = simulated_landmarks(&machine, EXPERIMENT_S)?.against_paper();
-    let missed: Vec<String> = (measured.iter().filter(|(_, found, paper)| (found - paper).abs() > LANDMARK_HZ))
+    let missed: Vec<String> = (measured.iter().filter(|(_, found, paper)| is_missed(*found, *paper)))
         .map(|(name, found, paper)| format!("{name} (at {} instead of {} Hz)", plain(*found), plain(*paper)))
         .collect();
     let missed = if missed.is_empty() {
         String::new()
     } else {
-        format!("\n\nMissed by more than {} Hz: {}. More --iterations may find them.", plain(LANDMARK_HZ), missed.join("; "))
+        format!("\n\nMissed by more than {} Hz: {}. More --starts or --iterations may find them.", plain(LANDMARK_HZ), missed.join("; "))
     };
     let landmarks = found.landmarks.against_paper().into_iter().zip(measured);
     let landmarks = landmarks.map(|((name, computed, paper), (_, measured, _))| vec![name, plain(paper), plain(computed), plain(measured)]);
     let landmarks = table(&["landmark (Hz)", "paper", "linear theory", "simulated white noise"], &[1, 2, 3], landmarks);
-    let parameters = found.undetermined.iter().zip(found.chain.parameters());
-    let parameters = parameters.map(|((name, share), (value, unit))| vec![name.clone(), plain(value), unit.to_owned(), percent(*share)]);
-    let parameters = table(&["parameter", "value", "unit", "left free by the landmarks (%)"], &[1, 3], parameters);
     terminal::print(&format!(
         "A chain of masses with the paper's measured landmarks. These are not the robot's parameters, which were never published.\n\n\
-         {landmarks}{missed}\n\n{parameters}\n\n{FREE}"
+         {}\n\n{landmarks}{missed}\n\n{}\n\n{FREE}",
+        attempts(&search, arguments.start.as_deref()),
+        parameters(&search),
     ))
+}
+
+/// The chain of a machine file.
+fn from_file(path: &Path) -> anyhow::Result<Chain> {
+    let document = Draft::load_with(path, &[])?.build()?;
+    Chain::of_machine(&document.scenario.machine).map_err(|error| match error {
+        ValidationError::Chain { .. } => {
+            let remedy = "start from a file that `feeler fit-landmarks --out FILE` wrote, its numbers changed, or without --start";
+            BadInput::error(format!("{}: {error}", path.display()), remedy)
+        }
+        other => other.into(),
+    })
+}
+
+/// Not within reach of the paper's, or absent.
+fn is_missed(found: f64, paper: f64) -> bool {
+    (found - paper).abs() > LANDMARK_HZ || found.is_nan()
+}
+
+/// What became of each start.
+fn attempts(search: &Search, file: Option<&Path>) -> String {
+    let farthest = |fit: &Fit| {
+        let off = fit.landmarks.against_paper().into_iter().map(|(_, got, paper)| (got - paper).abs());
+        off.fold(0.0, |farthest: f64, off| if off.is_nan() { off } else { farthest.max(off) })
+    };
+    let row = |(i, fit): (usize, &Fit)| {
+        let name = file.map_or_else(|| i.to_string(), |file| file.display().to_string());
+        let verdict = if fit.reached { "reached" } else { "missed" }.to_owned();
+        let shown = if i == search.taken { "shown below" } else { "" }.to_owned();
+        vec![name, fit.iterations.to_string(), plain(fit.rms), plain(farthest(fit)), verdict, shown]
+    };
+    let rows =
+        table(&["start", "steps", "residual", "farthest (Hz)", "landmarks", ""], &[1, 2, 3], search.fits.iter().enumerate().map(row));
+    let what = if file.is_some() {
+        String::new()
+    } else {
+        "Each start has the paper's four flexible resonances, its base at 12 Hz and a source that turns the phase at 28 Hz; what the landmarks do not say is guessed \
+         (start 0: the middle of every range; the others draw). None knows of an earlier fit.\n"
+            .to_owned()
+    };
+    let starts = count(search.fits.len(), "start reaches", "starts reach");
+    format!("{what}{} of {starts} every landmark, within {} Hz.\n\n{rows}", search.reached(), plain(LANDMARK_HZ))
+}
+
+/// The chain, what the landmarks leave free of it, and how far apart the fits are.
+fn parameters(search: &Search) -> String {
+    let found = search.fit();
+    let rows =
+        found.undetermined.iter().zip(found.chain.parameters()).zip(&search.ranges).map(|(((name, share), (value, unit)), range)| {
+            let ends = range.map_or_else(|| ["-".to_owned(), "-".to_owned()], |range| range.map(plain));
+            [name.clone(), plain(value), unit.to_owned(), percent(*share)].into_iter().chain(ends).collect()
+        });
+    let header = ["parameter", "value", "unit", "left free by the landmarks (%)", "least of all starts", "most"];
+    let several = search.reached() > 1;
+    let note =
+        if several { "\nLeast and most: of the fits that reach every landmark, brought to the base mass of the one shown." } else { "" };
+    let width = if several { 6 } else { 4 };
+    table(&header[..width], &[1, 3, 4, 5][..width - 2], rows.map(|row: Vec<String>| row[..width].to_vec())) + note
 }

@@ -10,7 +10,7 @@ use feeler_validation::{Options, Row, RowKind, Table, ValidationError, validate}
 
 use crate::arguments::{Checks, DEFAULT_SCENARIOS, Validate};
 use crate::failure::{BadInput, CheckFailed};
-use crate::numbers::{count, plain};
+use crate::numbers::{count, plain, to_tolerance};
 use crate::table::table;
 use crate::terminal;
 
@@ -63,24 +63,28 @@ fn all(arguments: &Validate) -> anyhow::Result<()> {
 fn text(found: &Table) -> String {
     let row = |row: &Row| {
         let verdict = if row.pass { "pass" } else { "FAIL" };
-        let [expected, got, tolerance] = words(row);
-        vec![verdict.to_owned(), row.name.clone(), expected, got, tolerance, row.claim.clone()]
+        let [expected, got, difference, tolerance] = words(row);
+        vec![verdict.to_owned(), row.name.clone(), expected, got, difference, tolerance, row.claim.clone()]
     };
-    let rows = table(&["", "check", "expected", "got", "tolerance", "claim"], &[2, 3, 4], found.rows.iter().map(row));
+    let header = ["", "check", "expected", "got", "difference", "tolerance", "claim"];
+    let rows = table(&header, &[2, 3, 4, 5], found.rows.iter().map(row));
     let failed = found.failures().count();
     format!("{rows}\n\n{}, {failed} failed", count(found.rows.len(), "check", "checks"))
 }
 
-/// What is expected, what was found, and how far they may be apart.
-fn words(row: &Row) -> [String; 3] {
+/// What is expected and what was found, with the digits that tell them apart, their difference, and how large it may be.
+fn words(row: &Row) -> [String; 4] {
     let yes = |value: f64| if value > 0.5 { "yes".to_owned() } else { "no".to_owned() };
+    let none = || "-".to_owned();
     match row.kind {
-        RowKind::Holds => [yes(row.expected), yes(row.got), "-".to_owned()],
-        RowKind::Above => [format!("> {}", plain(row.expected)), plain(row.got), "-".to_owned()],
-        RowKind::AtMost => [format!("<= {}", plain(row.tolerance)), plain(row.got), "-".to_owned()],
+        RowKind::Holds => [yes(row.expected), yes(row.got), none(), none()],
+        RowKind::Above => [format!("> {}", plain(row.expected)), plain(row.got), none(), none()],
+        RowKind::AtMost => [format!("<= {}", plain(row.tolerance)), plain(row.got), none(), none()],
         RowKind::Close => {
-            let expected = if row.expected.is_nan() { "-".to_owned() } else { plain(row.expected) };
-            [expected, plain(row.got), plain(row.tolerance)]
+            let difference = row.got - row.expected;
+            let difference = if difference.is_finite() { format!("{difference:+.1e}") } else { none() };
+            let expected = if row.expected.is_nan() { none() } else { to_tolerance(row.expected, row.tolerance) };
+            [expected, to_tolerance(row.got, row.tolerance), difference, plain(row.tolerance)]
         }
     }
 }
@@ -92,4 +96,19 @@ fn print_convergence(arguments: &Validate) -> anyhow::Result<()> {
     }
     let study = convergence(&arguments.scenarios, &default_steps_s())?;
     terminal::print(&if arguments.json { serde_json::to_string_pretty(&study)? } else { markdown(&study) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_a_row_shows_the_digits_and_the_difference_that_it_is_about() {
+        let row = Row::relative("gain", "", 3.825_132_1, 3.825_131_9, 1e-6);
+        let [expected, got, difference, tolerance] = words(&row);
+        assert_eq!((expected.as_str(), got.as_str()), ("3.82513190", "3.82513210"));
+        assert_eq!((difference.as_str(), tolerance.as_str()), ("+2.0e-7", "3.83e-6"));
+        let unbounded = words(&Row::close("gain", "", f64::INFINITY, f64::INFINITY, 1e-6));
+        assert_eq!((unbounded[1].as_str(), unbounded[2].as_str()), ("∞", "-"));
+    }
 }

@@ -315,3 +315,89 @@ fn regress_sensor_noise_of_a_linear_machine_is_no_distortion() {
     let text = said("effects/coulomb-friction.toml", "name=rubbing", "1");
     assert!(!text.contains("none beyond the noise"), "{text}");
 }
+
+#[test]
+fn regress_what_an_analysis_leaves_out_is_listed() {
+    for (file, of, property, taken) in [
+        ("backlash", "springs.transmission", "backlash", "closed"),
+        ("coulomb-friction", "springs.guide", "dry friction", "sliding"),
+        ("drive-deadband", "actuators.drive", "deadband", "crossed"),
+        ("timing-jitter", "controllers.force", "timing jitter", "a period apart"),
+        ("force-limit", "actuators.drive", "force limit", "never reached"),
+        ("slew-limit", "actuators.drive", "rate limit", "never reached"),
+        ("force-resolution", "sensors.force", "quantisation", "continuous"),
+        ("hertz-contact", "contacts.tool", "nonlinear contact law", "tangent at 30 N"),
+    ] {
+        let path = format!("effects/{file}.toml");
+        let found = json(&["analyze", &path, "--json"]);
+        let listed = found["assumptions"].as_array().unwrap().iter().any(|assumption| {
+            assumption["of"] == of && assumption["property"] == property && assumption["taken"].as_str().unwrap().contains(taken)
+        });
+        assert!(listed, "{file}: {}", found["assumptions"]);
+        let text = printed(&["analyze", &path]);
+        assert!(text.lines().any(|line| line.contains(of) && line.contains(property) && line.contains(taken)), "{text}");
+    }
+    // A linear machine is all there.
+    assert_eq!(json(&["analyze", "paper/flexible.toml", "--json"])["assumptions"], serde_json::json!([]));
+    let folder = tempfile::tempdir().unwrap();
+    printed(&["analyze", "effects/backlash.toml", "--out", folder.path().to_str().unwrap()]);
+    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(page.contains("What the linear model leaves out") && page.contains("taken as closed"));
+}
+
+#[test]
+fn regress_the_reason_is_told_where_no_problem_is_named() {
+    let text = printed(&["analyze", "control/two-rates.toml", "--gain", "damper.damping"]);
+    assert!(text.contains("controllers.damper samples every 200 µs") && !text.contains("no continuous counterpart"), "{text}");
+}
+
+#[test]
+fn regress_a_row_of_the_account_says_why_it_differs_from_the_one_above() {
+    let jump = ["analyze", "paper/flexible.toml", "--set", "controllers.force.ki=3", "--set", "controllers.force.feed_forward=0"];
+    let text = printed(&jump);
+    let row = text.lines().find(|line| line.trim_start().starts_with("filters")).unwrap();
+    assert!(row.contains("integral action ends there: beyond,"), "{text}");
+    assert!(text.contains("lower, by the gain it allows") || text.contains("lower, mostly by the gain it allows"), "{text}");
+}
+
+#[test]
+fn regress_a_number_of_tiny_effect_is_not_recommended() {
+    // An integrator so late that the machine below it does not matter.
+    let settings = [
+        "controllers.force.kp=0",
+        "controllers.force.ki=2",
+        "controllers.force.delay=0.2",
+        "sensors.force.low_pass=2",
+        "springs.guide.damping=1500",
+    ];
+    let settings = settings.into_iter().flat_map(|setting| ["--set", setting]);
+    let text = printed(&["analyze", "paper/rigid.toml"].into_iter().chain(settings).collect::<Vec<_>>());
+    assert!(!text.contains(", first: ") && text.contains("No single mass, stiffness or damping helps much"), "{text}");
+}
+
+#[test]
+fn regress_mistakes_of_a_request_name_what_there_is() {
+    for (arguments, parts) in [
+        (&["analyze", "paper/flexible.toml", "--gain", "nope.kp"][..], &["no controller `nope`", "being `force`"][..]),
+        (&["analyze", "paper/flexible.toml", "--gain", "force.kq"], &["no gain `kq`", "kp, ki, kd"]),
+        (&["analyze", "paper/flexible.toml", "--preload", "-3"], &["--preload -3 presses nothing", "above zero"]),
+        (&["frf", "paper/flexible.toml", "--from", "0"], &["no band from 0", "must be above zero"]),
+        (&["frf", "paper/flexible.toml", "--from", "50", "--to", "5"], &["ends before it begins"]),
+        (
+            &["fit-landmarks", "--start", "paper/machines/flexible.toml"],
+            &["paper/machines/flexible.toml", "no velocity source", "--out FILE"],
+        ),
+    ] {
+        let said = refused(arguments);
+        assert!(parts.iter().all(|part| said.contains(part)), "{arguments:?}: {said}");
+    }
+}
+
+#[test]
+fn regress_a_fit_of_the_landmarks_says_how_many_starts_reach_them() {
+    let text = printed(&["fit-landmarks", "--starts", "2"]);
+    assert!(text.contains("of 2 starts reach every landmark") && text.contains("None knows of an earlier fit."), "{text}");
+    assert!(!text.contains("Missed by more than"), "{text}");
+    let stuck = printed(&["fit-landmarks", "--starts", "1", "--iterations", "0"]);
+    assert!(stuck.contains("0 of 1 start reaches every landmark") && stuck.contains("Missed by more than 1 Hz"), "{stuck}");
+}

@@ -6,6 +6,7 @@ use feeler_control::{ControllerSpec, Law, LinearLaw};
 use feeler_lti::{C64, Continuous, Discrete, StateSpace, TimeDomain, TransferEvaluator};
 use feeler_plant::assembly::Source;
 use nalgebra::DMatrix;
+use serde::Serialize;
 
 use crate::continuous_law::{ContinuousLaw, POSITION, READING, READING_RATE, VELOCITY};
 use crate::continuous_loop::ContinuousLoop;
@@ -19,10 +20,14 @@ const LOWEST_HZ: f64 = 1e-3;
 const HIGHEST_HZ: f64 = 1e5;
 /// Ratio of neighbouring frequencies of the search: a notch narrower than that is passed over.
 const STEP: f64 = 1.02;
+/// A shelf is looked for at so many times the bandwidth; a first-order fall has left a fifth and a tenth there, a shelf as much at both, and this share at least.
+const SHELF_AT: [f64; 2] = [5.0, 10.0];
+const SHELF_SHARE: f64 = 0.05;
+const SHELF_FLAT: f64 = 1.25;
 /// Relative accuracy of a bandwidth.
 const ACCURACY: f64 = 1e-12;
 
-/// The transfer function from a controller's reference to what it reads (its motion sensor where it reads nothing else), all loops closed.
+/// The transfer function from a controller's reference to what it controls ([`LoopController::controlled`]), all loops closed.
 #[derive(Debug)]
 pub struct ClosedLoop<T: TimeDomain> {
     domain: T,
@@ -32,6 +37,17 @@ pub struct ClosedLoop<T: TimeDomain> {
     around: Evaluator,
     law: ReferencePath,
     highest_hz: f64,
+    /// The reference is a position and the sensor one of velocity: its integral is compared.
+    integrates: bool,
+}
+
+/// Where the reading, 3 dB down, goes on following a share of the reference: what is left to proportional action where the integral one ends.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Shelf {
+    /// Share of what it is at low frequency.
+    pub share: f64,
+    /// Frequency at which it falls 3 dB below that, Hz.
+    pub to_hz: f64,
 }
 
 /// From the reference to a controller's output.
@@ -48,7 +64,7 @@ impl ClosedLoop<Discrete> {
     /// Those of [`crate::SampledLoop::open_loop`].
     pub fn sampled(whole: &ControlLoop, controller: usize) -> Result<Option<Self>, AnalysisError> {
         let own = &whole.controllers()[controller];
-        let Some(sensor) = read(own) else { return Ok(None) };
+        let Some(sensor) = own.controlled() else { return Ok(None) };
         let around = whole.open_loop(controller)?;
         let reading = whole.plant().output(Source::Sensor(sensor))?;
         let plant = whole.response_to(controller, reading)?;
@@ -58,6 +74,7 @@ impl ClosedLoop<Discrete> {
             around: around.evaluator(),
             law: ReferencePath::Sampled(law_of_reference(own)?),
             highest_hz: 0.5 / own.spec.period_s,
+            integrates: integrates(own),
         }))
     }
 }
@@ -69,7 +86,7 @@ impl ClosedLoop<Continuous> {
     /// Those of [`ContinuousLoop::open_loop`].
     pub fn continuous(whole: &ControlLoop, controller: usize) -> Result<Option<Self>, AnalysisError> {
         let own = &whole.controllers()[controller];
-        let Some(sensor) = read(own) else { return Ok(None) };
+        let Some(sensor) = own.controlled() else { return Ok(None) };
         let around = ContinuousLoop::new(whole)?.open_loop(controller)?;
         let plant = ContinuousLoop::response_to(whole, controller, sensor)?;
         let law = ContinuousLaw::new(&own.spec);
@@ -85,6 +102,7 @@ impl ClosedLoop<Continuous> {
             around: Evaluator::prompt(&around),
             law: ReferencePath::Continuous { spec: Box::new(own.spec.clone()), law: TransferEvaluator::new(&law) },
             highest_hz: HIGHEST_HZ,
+            integrates: integrates(own),
         }))
     }
 }
@@ -101,7 +119,8 @@ impl<T: TimeDomain> ClosedLoop<T> {
             ReferencePath::Sampled(law) => law.at(point)?[(0, 0)],
             ReferencePath::Continuous { spec, law } => continuous_reference(spec, &law.at(point)?, point),
         };
-        Ok(self.plant.at(point)? * law / (self.around.at(point)? + 1.0))
+        let reading = self.plant.at(point)? * law / (self.around.at(point)? + 1.0);
+        Ok(if self.integrates { reading / C64::new(0.0, w) } else { reading })
     }
 
     /// The frequency at which the reading first falls 3 dB below what it is at low frequency, Hz; none where it never does up to half of the sampling
@@ -111,10 +130,30 @@ impl<T: TimeDomain> ClosedLoop<T> {
     /// As [`Self::at`].
     pub fn bandwidth_hz(&self) -> Result<Option<f64>, AnalysisError> {
         let least = FRAC_1_SQRT_2 * self.at(LOWEST_HZ)?.norm();
-        if least == 0.0 {
+        if least == 0.0 { Ok(None) } else { self.falls_below(least, LOWEST_HZ) }
+    }
+
+    /// What of the reference is still followed beyond the bandwidth of a law with integral action, if it is about as much over a good part of a decade.
+    ///
+    /// # Errors
+    /// As [`Self::at`].
+    pub fn shelf(&self, bandwidth_hz: f64) -> Result<Option<Shelf>, AnalysisError> {
+        let [near_hz, far_hz] = SHELF_AT.map(|factor| factor * bandwidth_hz);
+        if far_hz >= self.highest_hz {
             return Ok(None);
         }
-        let mut above = LOWEST_HZ;
+        let low = self.at(LOWEST_HZ)?.norm();
+        let (near, far) = (self.at(near_hz)?.norm(), self.at(far_hz)?.norm());
+        if far < SHELF_SHARE * low || (near / far).max(far / near) > SHELF_FLAT {
+            return Ok(None);
+        }
+        let to_hz = self.falls_below(FRAC_1_SQRT_2 * far, far_hz)?.unwrap_or(self.highest_hz);
+        Ok(Some(Shelf { share: far / low, to_hz }))
+    }
+
+    /// The first frequency beyond one at which the reading is less than this, Hz.
+    fn falls_below(&self, least: f64, from_hz: f64) -> Result<Option<f64>, AnalysisError> {
+        let mut above = from_hz;
         while above < self.highest_hz {
             let next = (above * STEP).min(self.highest_hz);
             if self.at(next)?.norm() < least {
@@ -134,9 +173,9 @@ impl<T: TimeDomain> ClosedLoop<T> {
     }
 }
 
-/// What a controller is there to control.
-fn read(controller: &LoopController) -> Option<usize> {
-    controller.reading.or(controller.motion)
+/// Whether a position is wanted and its speed is felt.
+fn integrates(controller: &LoopController) -> bool {
+    controller.motion_is_velocity && controller.motion.is_some() && controller.controlled() == controller.motion
 }
 
 /// From the reference to the output of a sampled law, in the z plane.

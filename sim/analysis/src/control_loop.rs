@@ -34,6 +34,16 @@ impl LoopController {
         let unused = matches!(self.spec.law, Law::Impedance(gains) if gains.force_gain == 0.0);
         self.reading.filter(|_| !unused).or(self.motion)
     }
+
+    /// The sensor through which the loop of a gain closes: what an impedance's force gain multiplies, also where it is zero so far, else [`Self::fed_back`].
+    pub fn sensor_of_gain(&self, gain: &str) -> Option<usize> {
+        if gain == "force_gain" { self.reading.or(self.motion) } else { self.fed_back() }
+    }
+
+    /// The sensor of what the reference is of, and its bandwidth: motion under an impedance, whose reference is a position, else what is read.
+    pub fn controlled(&self) -> Option<usize> {
+        if matches!(self.spec.law, Law::Impedance(_)) { self.motion.or(self.reading) } else { self.reading.or(self.motion) }
+    }
 }
 
 /// A machine at an operating point with its controllers.

@@ -11,6 +11,7 @@
 //!
 //! Source: Eppinger and Seering, "Three Dynamic Problems in Robot Force Control", IEEE Trans. Robotics and Automation 8 (1992).
 
+mod assumptions;
 mod channel;
 mod closed_loop;
 mod continuous_law;
@@ -27,6 +28,7 @@ mod limit_cycle;
 mod linearise;
 mod locus;
 mod loop_pair;
+mod margins;
 mod modes;
 mod prepare;
 mod report;
@@ -37,8 +39,9 @@ mod sensitivity;
 mod stability;
 mod waterfall;
 
+pub use assumptions::Assumption;
 pub use channel::Channel;
-pub use closed_loop::ClosedLoop;
+pub use closed_loop::{ClosedLoop, Shelf};
 pub use continuous_loop::ContinuousLoop;
 pub use control_loop::{ControlLoop, LoopController};
 pub use curves::{Curves, curves};
@@ -50,9 +53,10 @@ pub use limit_cycle::{LimitCycle, limit_cycles};
 pub use linearise::{LinearMachine, OutputRow};
 pub use locus::Locus;
 pub use loop_pair::LoopReport;
+pub use margins::MarginReport;
 pub use modes::{BodyMotion, Mode, ModeClass, ModeInPair, classify, modes};
 pub use prepare::{ContactView, FrictionView, HeldCommand, PlayView, View};
-pub use report::{GainReport, MarginReport, ModeReport, Report, Request, StableRange, StateSpaceReport, analyze};
+pub use report::{GainReport, ModeReport, Report, Request, StableRange, StateSpaceReport, Untold, analyze};
 pub use sampled_loop::SampledLoop;
 pub use sensitivity::{RankedBy, Sensitivity};
 pub use stability::{Band, Edge, GainBands};

@@ -1,22 +1,26 @@
 //! Everything at once, in the shape that programs read (`feeler analyze --json`).
 
 use feeler_engine::Scenario;
-use feeler_lti::{LoopTransfer, Margins};
 use feeler_plant::assembly::Source;
 use feeler_plant::description::{Contact, Engagement, Quantity, SignalName};
 use nalgebra::DMatrix;
 use serde::Serialize;
 
+use crate::assumptions::Assumption;
 use crate::channel::Channel;
-use crate::control_loop::{ControlLoop, LoopController};
+use crate::control_loop::ControlLoop;
 use crate::error::AnalysisError;
 use crate::limit_cycle::{LimitCycle, limit_cycles};
 use crate::loop_pair::{LoopReport, loop_pair};
-use crate::modes::{BodyMotion, ModeClass, classify, modes};
+use crate::margins::MarginReport;
+use crate::modes::{BodyMotion, Mode, ModeClass, ModeInPair, classify, modes};
 use crate::prepare::View;
 use crate::sensitivity::{RankedBy, Sensitivity, rank};
 use crate::stability::{Band, BelowZero, Edge, GainBands, nearest};
 use crate::waterfall::{Limit, Waterfall};
+
+/// Damping ratios below this are rounding.
+const UNDAMPED: f64 = 1e-9;
 
 /// What to analyse; what is absent is chosen from the scenario.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -119,37 +123,6 @@ impl StateSpaceReport {
     }
 }
 
-/// Margins of the sampled loop broken at its controller.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct MarginReport {
-    /// Factor by which the gain may rise; absent where no rise destabilises, and where the loop is unstable.
-    pub gain: Option<f64>,
-    /// Factor by which the gain may fall, or to which that of an unstable loop must; absent where no fall destabilises the one, or stabilises the other.
-    pub gain_decrease: Option<f64>,
-    /// Smallest phase margin; absent where the loop is unstable.
-    pub phase_deg: Option<f64>,
-    /// Delay that the loop bears in addition, s; absent where the loop is unstable.
-    pub delay_s: Option<f64>,
-    /// Crossover with the smallest phase margin, Hz.
-    pub crossover_hz: Option<f64>,
-    /// Balanced disk margin, 0 to 2.
-    pub disk: f64,
-    /// Largest modulus of the sensitivity.
-    pub sensitivity_peak: f64,
-    /// Where it is, Hz.
-    pub sensitivity_peak_hz: f64,
-    /// Largest modulus of the complementary sensitivity.
-    pub complementary_sensitivity_peak: f64,
-    /// Where it is, Hz.
-    pub complementary_sensitivity_peak_hz: f64,
-    /// Unstable poles of the closed loop by Nyquist's count: those of the open loop and the clockwise turns about -1.
-    pub unstable_poles: usize,
-    /// Unstable poles of the open loop, from which the count starts.
-    pub open_unstable_poles: usize,
-    /// Clockwise turns of the open loop about -1, over all frequencies; negative where it turns the other way.
-    pub encirclements: isize,
-}
-
 /// The analysis of one scenario.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
@@ -183,6 +156,10 @@ pub struct Report {
     pub gain: Option<GainReport>,
     /// Absent as the gain, and where the loop varies in time.
     pub margins: Option<MarginReport>,
+    /// Why there is no account of what limits the bandwidth; absent where there is one, or no loop.
+    pub untold: Option<Untold>,
+    /// Frequencies of modes without any damping that the loop sees, Hz.
+    pub undamped_hz: Vec<f64>,
     /// Absent as the gain.
     pub limit: Option<Limit>,
     /// The account behind the limit.
@@ -193,6 +170,28 @@ pub struct Report {
     pub sensitivities: Vec<Sensitivity>,
     /// By what they are ranked; absent where there are none.
     pub ranked_by: Option<RankedBy>,
+    /// What of the machine is not linear, and what is taken in its place.
+    pub assumptions: Vec<Assumption>,
+}
+
+/// Why the bandwidth of a loop has no account.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "reason", rename_all = "kebab-case")]
+pub enum Untold {
+    /// Another controller is sampled more slowly, so that the loop broken at this one varies in time.
+    SlowerLoop {
+        /// This one.
+        controller: String,
+        /// Its period, s.
+        period_s: f64,
+        /// The period with which all repeat together, s.
+        common_s: f64,
+    },
+    /// The law's continuous form differentiates a signal that jumps with the command, so that there is no loop on paper.
+    NoContinuousForm {
+        /// The controller.
+        controller: String,
+    },
 }
 
 /// Analyses a scenario.
@@ -213,20 +212,26 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
 
     let key = request.gain.clone().or_else(|| whole.default_gain_key());
     let (mut gain, mut margins, mut waterfall, mut sensitivities, mut ranked_by) = (None, None, None, Vec::new(), None);
-    let mut pair = None;
+    let (mut pair, mut untold) = (None, None);
     if let Some(key) = key {
         let (controller, name) = whole.gain_of_key(&key)?;
-        pair = loop_pair(&scenario.machine, &whole, controller, &own)?;
+        pair = loop_pair(&scenario.machine, &whole, controller, &name, &own)?;
         let present = crate::gain_key::gain(&whole.controllers()[controller].spec, &name)?;
         let continuous = match whole.continuous_bands(&key) {
             Ok(bands) => Some(StableRange::about(present, bands, whole.continuous_bands_below_zero(&key)?)),
-            Err(AnalysisError::Improper { .. }) => None,
+            Err(AnalysisError::Improper { name }) => {
+                untold = Some(Untold::NoContinuousForm { controller: name });
+                None
+            }
             Err(other) => return Err(other),
         };
         let sampled = StableRange::about(present, whole.sampled_bands(&key)?, whole.sampled_bands_below_zero(&key)?);
         margins = match whole.open_loop(controller) {
             Ok(open) => Some(MarginReport::new(&open.transfer()?)?),
-            Err(AnalysisError::SlowerThanLoop { .. }) => None,
+            Err(AnalysisError::SlowerThanLoop { name, period_s, common_s }) => {
+                untold = Some(Untold::SlowerLoop { controller: name, period_s, common_s });
+                None
+            }
             Err(other) => return Err(other),
         };
         if continuous.is_some() && margins.is_some() {
@@ -240,7 +245,7 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
                 _ => RankedBy::BandwidthAndGain,
             };
             rank(&mut sensitivities, by);
-            ranked_by = Some(by);
+            ranked_by = (!sensitivities.is_empty()).then_some(by);
         }
         gain = Some(GainReport { key, continuous, sampled });
     }
@@ -250,7 +255,8 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
         Some(found) => found?,
     };
     let crossover_hz = margins.as_ref().and_then(|m: &MarginReport| m.crossover_hz);
-    let in_loop = pair.as_ref().map(|(_, pairs)| pairs);
+    let in_loop = pair.as_ref().map(|(_, pairs): &(LoopReport, Vec<ModeInPair>)| pairs);
+    let undamped_hz = undamped_hz(&own, in_loop.unwrap_or(&classified));
     let described = own.iter().enumerate().map(|(i, mode)| {
         let (asked, looped) = (&classified[i], in_loop.map_or(&classified[i], |pairs| &pairs[i]));
         ModeReport {
@@ -283,27 +289,37 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
         of_loop: pair.map(|(report, _)| report),
         gain,
         margins,
+        untold,
+        undamped_hz,
         limit: waterfall.as_ref().map(|w| w.limit),
         waterfall,
         limit_cycles,
         sensitivities,
         ranked_by,
+        assumptions: whole.assumptions(&request.view),
     })
+}
+
+/// Frequencies of modes that nothing damps and that a pair of actuator and sensor sees, Hz.
+pub(crate) fn undamped_hz(modes: &[Mode], pairs: &[ModeInPair]) -> Vec<f64> {
+    let seen = modes.iter().zip(pairs).filter(|(_, pair)| pair.class != ModeClass::Uninvolved);
+    seen.filter(|(mode, _)| mode.damping_ratio().abs() < UNDAMPED).map(|(mode, _)| mode.frequency_hz()).collect()
 }
 
 impl Request {
     fn signals(&self, scenario: &Scenario, whole: &ControlLoop) -> Result<(SignalName, SignalName), AnalysisError> {
         let machine = &scenario.machine;
         // The controller whose gain is asked for, if it reads something.
-        let asked = self.gain.as_ref().and_then(|key| whole.gain_of_key(key).ok()).map(|(i, _)| &whole.controllers()[i]);
-        let asked = asked.filter(|c| c.fed_back().is_some());
-        let first = asked.or_else(|| whole.controllers().iter().find(|c| c.fed_back().is_some())).or(whole.controllers().first());
+        let key = self.gain.clone().or_else(|| whole.default_gain_key());
+        let asked = key.and_then(|key| whole.gain_of_key(&key).ok()).map(|(i, gain)| (&whole.controllers()[i], gain));
+        let asked = asked.and_then(|(controller, gain)| Some((controller, controller.sensor_of_gain(&gain)?)));
+        let reads_something = || whole.controllers().iter().find_map(|c| Some((c, c.fed_back()?)));
+        let (first, sensor) = asked.or_else(reads_something).map_or((whole.controllers().first(), None), |(c, i)| (Some(c), Some(i)));
         let drive = first.map_or(0, |c| c.drive);
         let input =
             self.input.clone().or_else(|| machine.actuators.get_index(drive).map(|(name, _)| SignalName::new(name, Quantity::Command)));
         let input = input.ok_or_else(|| AnalysisError::NotAnInput { name: "(no actuator)".into() })?;
-        let read =
-            first.and_then(LoopController::fed_back).and_then(|i| machine.sensors.get_index(i)).map(|(_, sensor)| sensor.reads.clone());
+        let read = sensor.and_then(|i| machine.sensors.get_index(i)).map(|(_, sensor)| sensor.reads.clone());
         // A contact that is absent feels nothing: what moves then is the body that would touch.
         let felt = |(i, (name, contact)): (usize, (&String, &Contact))| {
             let part = whole.plant().motion().assembly().contacts.get(i)?;
@@ -341,55 +357,4 @@ impl StableRange {
             all,
         }
     }
-}
-
-impl MarginReport {
-    /// The margins of a loop.
-    ///
-    /// # Errors
-    /// [`AnalysisError::Lti`].
-    pub fn new<T: feeler_lti::TimeDomain>(open: &LoopTransfer<T>) -> Result<Self, AnalysisError> {
-        let margins: Margins = open.margins()?;
-        let unstable_poles = open.closed_loop_unstable_poles(1.0)?;
-        let stable = unstable_poles == 0;
-        let phase = margins.smallest_phase();
-        let (sensitivity, complementary) = (margins.sensitivity, margins.complementary_sensitivity);
-        Ok(Self {
-            gain: margins.smallest_increase().filter(|_| stable).map(|m| m.factor),
-            gain_decrease: if stable {
-                margins.smallest_decrease().map(|m| m.factor)
-            } else {
-                stabilising(open, &margins, unstable_poles)?
-            },
-            phase_deg: phase.filter(|_| stable).map(|p| p.margin_deg()),
-            delay_s: margins.smallest_delay().filter(|_| stable).map(|p| p.delay_s),
-            crossover_hz: phase.map(|p| p.frequency_hz),
-            disk: margins.disk.alpha,
-            sensitivity_peak: sensitivity.value,
-            sensitivity_peak_hz: sensitivity.frequency_hz,
-            complementary_sensitivity_peak: complementary.value,
-            complementary_sensitivity_peak_hz: complementary.frequency_hz,
-            unstable_poles,
-            open_unstable_poles: open.unstable_poles(),
-            encirclements: unstable_poles.cast_signed() - open.unstable_poles().cast_signed(),
-        })
-    }
-}
-
-/// The largest factor below one at which an unstable loop becomes stable.
-fn stabilising<T: feeler_lti::TimeDomain>(
-    open: &LoopTransfer<T>,
-    margins: &Margins,
-    unstable_poles: usize,
-) -> Result<Option<f64>, AnalysisError> {
-    let mut factors: Vec<f64> = margins.gain.iter().map(|margin| margin.factor).filter(|factor| *factor < 1.0).collect();
-    factors.sort_by(|a, b| b.total_cmp(a));
-    // At each a pair at most becomes stable.
-    for i in unstable_poles.saturating_sub(1) / 2..factors.len() {
-        let below = 0.5 * (factors[i] + factors.get(i + 1).copied().unwrap_or(0.0));
-        if open.closed_loop_unstable_poles(below)? == 0 {
-            return Ok(Some(factors[i]));
-        }
-    }
-    Ok(None)
 }

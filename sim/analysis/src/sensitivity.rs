@@ -1,6 +1,7 @@
 //! How the bandwidth, and what else is achieved, answers to each number of a machine: what to stiffen, lighten or damp first.
 
 use feeler_plant::assembly::Assembly;
+use feeler_plant::description::Engagement;
 use serde::Serialize;
 
 use crate::control_loop::{ControlLoop, LoopController};
@@ -65,15 +66,19 @@ pub(crate) fn rank(sensitivities: &mut [Sensitivity], by: RankedBy) {
 
 impl ControlLoop {
     /// How bandwidth and largest gain of the sampled loop answer to every mass, stiffness and damping that is not zero, and, where the drive saturates
-    /// below the bandwidth, how the frequency at which it does answers to these and to the limits themselves, the gain being kept. By falling worth.
+    /// below the bandwidth, how the frequency at which it does answers to these and to the limits themselves, the gain being kept. By falling worth; none where
+    /// no gain is stable.
     ///
     /// # Errors
     /// Those of [`Self::sampled_bands`].
     pub fn sensitivities(&self, key: &str) -> Result<Vec<Sensitivity>, AnalysisError> {
         let assembly = self.assembly();
-        let base = self.sampled_stage("", key)?;
+        let base = self.sampled_stage("", key, None)?;
+        if base.largest_gain == Some(0.0) {
+            return Ok(Vec::new());
+        }
         let saturates = base.saturates(self.saturation_hz(key, base.largest_gain)?);
-        let mut numbers = numbers(assembly);
+        let mut numbers = self.numbers();
         if saturates {
             numbers.extend(self.limits());
         }
@@ -86,7 +91,7 @@ impl ControlLoop {
             // Largest gain, and bandwidth or what is left of it.
             let at = |factor: f64| -> Result<[Option<f64>; 2], AnalysisError> {
                 let altered = self.altered(|assembly, controllers| *slot.of(assembly, controllers) *= factor)?;
-                let stage = altered.sampled_stage("", key)?;
+                let stage = altered.sampled_stage("", key, None)?;
                 let achieved = if saturates { altered.saturation_hz(key, base.largest_gain)? } else { stage.bandwidth_hz };
                 Ok([stage.largest_gain, achieved])
             };
@@ -105,6 +110,25 @@ impl ControlLoop {
         }
         rank(&mut sensitivities, if saturates { RankedBy::Saturation } else { RankedBy::BandwidthAndGain });
         Ok(sensitivities)
+    }
+
+    /// Masses, stiffnesses and dampings of what takes part: an absent contact does not.
+    fn numbers(&self) -> Vec<(String, Slot)> {
+        let assembly = self.assembly();
+        let mut numbers: Vec<(String, Slot)> = Vec::new();
+        for (i, node) in assembly.nodes.iter().enumerate().skip(1) {
+            numbers.push((format!("bodies.{}.mass", node.name), Slot::Mass(i)));
+        }
+        for (i, link) in assembly.links.iter().enumerate().filter(|(_, link)| !link.rigid) {
+            numbers.push((format!("springs.{}.stiffness", link.name), Slot::LinkStiffness(i)));
+            numbers.push((format!("springs.{}.damping", link.name), Slot::LinkDamping(i)));
+        }
+        let taken = &self.plant().motion().assembly().contacts;
+        for (i, contact) in taken.iter().enumerate().filter(|(_, contact)| contact.engagement != Engagement::Free) {
+            numbers.push((format!("contacts.{}.stiffness", contact.name), Slot::ContactStiffness(i)));
+            numbers.push((format!("contacts.{}.damping", contact.name), Slot::ContactDamping(i)));
+        }
+        numbers
     }
 
     /// Limits of drives and controllers, where there are any.
@@ -128,23 +152,6 @@ impl ControlLoop {
 /// Whether two changes go opposite ways, the loss being no trifle beside the gain.
 fn trades(a: f64, b: f64) -> bool {
     a * b < 0.0 && a.abs().min(b.abs()) > NO_LOSS * a.abs().max(b.abs())
-}
-
-/// Masses, stiffnesses and dampings.
-fn numbers(assembly: &Assembly) -> Vec<(String, Slot)> {
-    let mut numbers: Vec<(String, Slot)> = Vec::new();
-    for (i, node) in assembly.nodes.iter().enumerate().skip(1) {
-        numbers.push((format!("bodies.{}.mass", node.name), Slot::Mass(i)));
-    }
-    for (i, link) in assembly.links.iter().enumerate().filter(|(_, link)| !link.rigid) {
-        numbers.push((format!("springs.{}.stiffness", link.name), Slot::LinkStiffness(i)));
-        numbers.push((format!("springs.{}.damping", link.name), Slot::LinkDamping(i)));
-    }
-    for (i, contact) in assembly.contacts.iter().enumerate() {
-        numbers.push((format!("contacts.{}.stiffness", contact.name), Slot::ContactStiffness(i)));
-        numbers.push((format!("contacts.{}.damping", contact.name), Slot::ContactDamping(i)));
-    }
-    numbers
 }
 
 /// One number of a machine or its controllers.

@@ -209,16 +209,16 @@ impl ControlLoop {
         matrix: impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>,
         expand: &DMatrix<f64>,
     ) -> Result<GainBands, AnalysisError> {
-        // Errors do not depend on the gain's value, so these calls tell of them all.
-        let (one, two, three) = (matrix(1.0)?, matrix(2.0)?, matrix(3.0)?);
-        let slope = &two - &one;
-        let zero = &one - &slope;
-        let affine = (&zero + &slope * 3.0 - &three).amax() <= AFFINE * three.amax();
+        // Errors do not depend on the gain's value, so these calls tell of them all. Not at one: there the force gain -1 of an impedance makes it feel no motion.
+        let (low, middle, high) = (matrix(2.0)?, matrix(4.0)?, matrix(6.0)?);
+        let slope = (&middle - &low) * 0.5;
+        let zero = &low - &slope * 2.0;
+        let affine = (&zero + &slope * 6.0 - &high).amax() <= AFFINE * high.amax();
         let (zero, slope) = if affine { without_idle(&zero, &slope, expand.ncols()) } else { (zero, slope) };
         let rest = affine.then(|| WithoutDrift::new(zero.clone(), slope.clone(), domain.point_of_s(C64::new(0.0, 0.0)).re));
         let (zero, slope) = rest.as_ref().map_or((&zero, &slope), |rest| (&rest.zero, &rest.slope));
         let scale = AffineLoop::new(zero.clone(), slope.clone(), domain)?.gain_scale();
-        let at = |k: f64| if affine { zero + slope * k } else { matrix(k).unwrap_or_else(|_| one.clone()) };
+        let at = |k: f64| if affine { zero + slope * k } else { matrix(k).unwrap_or_else(|_| low.clone()) };
         let lower = smallest_telling(domain, &at, scale)?;
         let search = GainSearch { lower, decades: DECADES, points_per_decade: POINTS_PER_DECADE, ..GainSearch::non_negative(scale)? };
         let stable: StableGains = stable_gains(domain, at, &search)?;

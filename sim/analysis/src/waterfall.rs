@@ -1,14 +1,16 @@
 //! What limits the bandwidth: from the rigid body under a perfect drive down to the loop that is built, one ingredient after the other.
 
+use feeler_control::Law;
 use feeler_lti::C64;
 use feeler_plant::assembly::Assembly;
 use serde::{Serialize, Serializer};
 
-use crate::closed_loop::ClosedLoop;
+use crate::closed_loop::{ClosedLoop, Shelf};
 use crate::control_loop::{ControlLoop, LoopController};
 use crate::error::AnalysisError;
 use crate::gain_key::with_gain;
 use crate::modes::{Mode, ModeClass, ModeInPair};
+use crate::report::undamped_hz;
 use crate::stability::GainBands;
 
 /// Bandwidths are compared with half of the largest stable gain: a gain margin of two.
@@ -34,6 +36,8 @@ pub enum Limit {
     Sampling,
     /// The drive's limit.
     Saturation,
+    /// A mode that nothing damps: no gain is stable.
+    UndampedMode,
 }
 
 /// One step down.
@@ -48,6 +52,11 @@ pub struct Stage {
     /// Frequency at which, at half that gain, the reading's answer to the reference first falls 3 dB below what it is at low frequency, Hz; half of the
     /// sampling rate where it never does; absent where the gain is unlimited.
     pub bandwidth_hz: Option<f64>,
+    /// The same at the gain of the stage before, Hz: what this ingredient does by itself; the rest of the difference is that of the gain it allows. Absent where
+    /// there is no gain before, or this loop is unstable with it.
+    pub bandwidth_at_gain_before_hz: Option<f64>,
+    /// What of the reference is still followed beyond the bandwidth, where that is where integral action ends.
+    pub shelf: Option<Shelf>,
 }
 
 impl Stage {
@@ -59,7 +68,7 @@ impl Stage {
     /// What of the bandwidth is left.
     fn saturated(self, saturation_hz: Option<f64>) -> Self {
         let bandwidth_hz = self.bandwidth_hz.map(|bandwidth| saturation_hz.map_or(bandwidth, |saturation| bandwidth.min(saturation)));
-        Self { added: "saturation".into(), bandwidth_hz, ..self }
+        Self { added: "saturation".into(), bandwidth_hz, bandwidth_at_gain_before_hz: bandwidth_hz, ..self }
     }
 }
 
@@ -131,6 +140,15 @@ fn flank(frequency_hz: f64, modes: &[Mode], pairs: &[ModeInPair]) -> Option<usiz
     (0..modes.len()).filter(flexible).filter(beside).max_by(|&i, &j| modes[i].frequency_hz().total_cmp(&modes[j].frequency_hz()))
 }
 
+/// Whether a law adds up its error.
+fn has_integral_action(law: &Law) -> bool {
+    match law {
+        Law::ExplicitForce(gains) => gains.ki != 0.0,
+        Law::Position(gains) => gains.ki != 0.0,
+        _ => false,
+    }
+}
+
 /// An ideal drive with the same gain: a velocity source keeps the damping of its motor, and loses its lag.
 fn idealise_drives(assembly: &mut Assembly) {
     for i in 0..assembly.drives.len() {
@@ -168,24 +186,27 @@ impl ControlLoop {
     pub fn waterfall(&self, key: &str, modes: &[Mode], pairs: &[ModeInPair]) -> Result<Waterfall, AnalysisError> {
         let flexible = self.flexible_links(modes, pairs);
         let rigid = |assembly: &mut Assembly, links: &[(usize, ModeClass)]| links.iter().for_each(|(i, _)| assembly.links[*i].rigid = true);
-        let mut stages = Vec::new();
+        let mut stages: Vec<Stage> = Vec::new();
         let ideal = self.altered(|assembly, _| {
             rigid(assembly, &flexible);
             idealise_drives(assembly);
         })?;
-        stages.push(ideal.continuous_stage("rigid body", key)?);
-        stages.push(self.altered(|assembly, _| rigid(assembly, &flexible))?.continuous_stage("actuator", key)?);
+        stages.push(ideal.continuous_stage("rigid body", key, None)?);
+        let driven = self.altered(|assembly, _| rigid(assembly, &flexible))?;
+        stages.push(driven.continuous_stage("actuator", key, stages.last())?);
         for n in 0..flexible.len() {
             let added = format!("springs.{}", self.assembly().links[flexible[n].0].name);
-            stages.push(self.altered(|assembly, _| rigid(assembly, &flexible[n + 1..]))?.continuous_stage(&added, key)?);
+            let softer = self.altered(|assembly, _| rigid(assembly, &flexible[n + 1..]))?;
+            stages.push(softer.continuous_stage(&added, key, stages.last())?);
         }
         let held = self.altered(|assembly, controllers| {
             without_delay(assembly, controllers);
             without_filters(assembly, controllers);
         })?;
-        stages.push(held.sampled_stage("hold", key)?);
-        stages.push(self.altered(|assembly, controllers| without_filters(assembly, controllers))?.sampled_stage("delay", key)?);
-        let last = self.sampled_stage("filters", key)?;
+        stages.push(held.sampled_stage("hold", key, stages.last())?);
+        let late = self.altered(|assembly, controllers| without_filters(assembly, controllers))?;
+        stages.push(late.sampled_stage("delay", key, stages.last())?);
+        let last = self.sampled_stage("filters", key, stages.last())?;
         let largest_gain = last.largest_gain;
         let limit_gain = largest_gain.unwrap_or(f64::INFINITY);
         stages.push(last.clone());
@@ -209,22 +230,34 @@ impl ControlLoop {
             .iter()
             .max_by(|a, b| a.2.factor().total_cmp(&b.2.factor()))
             .filter(|c| limit_gain.is_finite() && c.2.factor() > MATTERS);
-        let limit = if saturates { Limit::Saturation } else { worst.map_or(Limit::RigidBody, |c| c.1) };
+        let undamped = largest_gain == Some(0.0) && !undamped_hz(modes, pairs).is_empty();
+        let limit = match worst {
+            _ if saturates => Limit::Saturation,
+            Some(candidate) => candidate.1,
+            None if undamped => Limit::UndampedMode,
+            None => Limit::RigidBody,
+        };
         let without = candidates.into_iter().map(|(name, _, relief)| (name, relief)).collect();
         Ok(Waterfall { stages, without, saturation_hz, rides_mode, limit })
     }
 
-    fn continuous_stage(&self, added: &str, key: &str) -> Result<Stage, AnalysisError> {
+    fn continuous_stage(&self, added: &str, key: &str, before: Option<&Stage>) -> Result<Stage, AnalysisError> {
         let bands = self.continuous_bands(key)?;
-        self.stage(added, key, &bands, |half, controller| match ClosedLoop::continuous(half, controller)? {
-            Some(closed) => closed.bandwidth_hz(),
-            None => Ok(None),
+        self.stage(added, key, &bands, before, |loops, controller| {
+            let Some(closed) = ClosedLoop::continuous(loops, controller)? else { return Ok((None, None)) };
+            let bandwidth_hz = closed.bandwidth_hz()?;
+            Ok((bandwidth_hz, bandwidth_hz.map(|f| closed.shelf(f)).transpose()?.flatten()))
         })
     }
 
-    pub(crate) fn sampled_stage(&self, added: &str, key: &str) -> Result<Stage, AnalysisError> {
+    pub(crate) fn sampled_stage(&self, added: &str, key: &str, before: Option<&Stage>) -> Result<Stage, AnalysisError> {
         let bands = self.sampled_bands(key)?;
-        self.stage(added, key, &bands, Self::bandwidth_hz)
+        self.stage(added, key, &bands, before, |loops, controller| {
+            let nyquist_hz = 0.5 / loops.controllers()[controller].spec.period_s;
+            let Some(closed) = ClosedLoop::sampled(loops, controller)? else { return Ok((None, None)) };
+            let bandwidth_hz = closed.bandwidth_hz()?.unwrap_or(nyquist_hz);
+            Ok((Some(bandwidth_hz), closed.shelf(bandwidth_hz)?))
+        })
     }
 
     /// The bandwidth of a controller in the sampled loop: where its reading, as it answers the reference, first falls 3 dB below what it is at low
@@ -243,16 +276,28 @@ impl ControlLoop {
         added: &str,
         key: &str,
         bands: &GainBands,
-        bandwidth: impl Fn(&Self, usize) -> Result<Option<f64>, AnalysisError>,
+        before: Option<&Stage>,
+        follows: impl Fn(&Self, usize) -> Result<(Option<f64>, Option<Shelf>), AnalysisError>,
     ) -> Result<Stage, AnalysisError> {
         let (controller, gain) = self.gain_of_key(key)?;
         let edge = bands.bands.first().and_then(|band| band.upper.as_ref());
-        let bandwidth_hz = match edge {
-            None => None,
-            Some(edge) => bandwidth(&self.at_half_of(controller, &gain, edge.gain)?, controller)?,
+        let (bandwidth_hz, shelf) = match edge {
+            None => (None, None),
+            Some(edge) => follows(&self.at_half_of(controller, &gain, edge.gain)?, controller)?,
         };
+        // The gain before, where this loop is stable with it.
+        let kept = before.and_then(|stage| stage.largest_gain).filter(|largest| *largest > 0.0);
+        let kept = kept.filter(|largest| edge.is_some_and(|edge| SHARE_OF_LIMIT * largest < edge.gain));
+        let at_gain_before = kept.map(|largest| follows(&self.at_half_of(controller, &gain, largest)?, controller)).transpose()?;
         let largest_gain = if bands.bands.is_empty() { Some(0.0) } else { edge.map(|edge| edge.gain) };
-        Ok(Stage { added: added.into(), largest_gain, edge_hz: edge.map(|edge| edge.frequency_hz), bandwidth_hz })
+        Ok(Stage {
+            added: added.into(),
+            largest_gain,
+            edge_hz: edge.map(|edge| edge.frequency_hz),
+            bandwidth_hz,
+            bandwidth_at_gain_before_hz: at_gain_before.and_then(|(bandwidth_hz, _)| bandwidth_hz),
+            shelf: shelf.filter(|_| has_integral_action(&self.controllers()[controller].spec.law)),
+        })
     }
 
     /// The same with a gain at half of its largest stable value.

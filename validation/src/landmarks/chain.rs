@@ -6,10 +6,11 @@ use feeler_plant::description::{Actuator, ActuatorKind, Body, Contact, Engagemen
 use nalgebra::DVector;
 use serde::Serialize;
 
+use crate::error::ValidationError;
 use crate::paper::spring;
 
 /// Bodies after the motor.
-const LINKS: usize = 4;
+pub(super) const LINKS: usize = 4;
 
 /// A serial chain: base on its mount, motor guided on the base, four more masses, a velocity source; clamped by its sensor to the base.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -38,22 +39,83 @@ pub struct Chain {
 pub(super) const PARAMETERS: usize = 2 + 1 + 1 + 1 + 3 * LINKS + 2 + 2;
 
 impl Chain {
-    /// Where [`super::fit`] starts: a chain found in earlier searches, rounded, which has the landmarks already. The fit polishes it; it is not known to
-    /// find the landmarks from a start that knows nothing of them.
-    pub const START: Self = Self {
-        base_kg: 394.0,
-        mount: [11.93, 0.0328],
-        motor_kg: 101.0,
-        guide_n_s_per_m: 37.7,
-        masses_kg: [18.6, 4.68, 0.404, 0.145],
-        stiffness_n_per_m: [1.665e6, 6.346e5, 6.61e4, 1.088e4],
-        damping_n_s_per_m: [1.4, 0.965, 0.543, 11.0],
-        source: [7840.0, 1.61e-3],
-        sensor: [1.12e7, 4.26],
-    };
+    /// Stiffness (N/m) and damping (N s/m) of the mount, which carries all bodies.
+    pub(super) fn mount_spring(&self) -> [f64; 2] {
+        let on_mount = self.base_kg + self.motor_kg + self.masses_kg.iter().sum::<f64>();
+        let w = TAU * self.mount[0];
+        [on_mount * w * w, 2.0 * self.mount[1] * on_mount * w]
+    }
+
+    /// The same with another mass of the base, all masses, stiffnesses and dampings times one factor: such chains answer a velocity command alike.
+    #[must_use]
+    pub fn of_base(&self, base_kg: f64) -> Self {
+        let factor = base_kg / self.base_kg;
+        Self {
+            base_kg,
+            mount: self.mount,
+            motor_kg: self.motor_kg * factor,
+            guide_n_s_per_m: self.guide_n_s_per_m * factor,
+            masses_kg: self.masses_kg.map(|m| m * factor),
+            stiffness_n_per_m: self.stiffness_n_per_m.map(|k| k * factor),
+            damping_n_s_per_m: self.damping_n_s_per_m.map(|c| c * factor),
+            source: [self.source[0] * factor, self.source[1]],
+            sensor: self.sensor.map(|value| value * factor),
+        }
+    }
+
+    /// The chain of a machine that has the bodies, springs, contact and actuator of [`Self::machine`], all numbers above zero.
+    ///
+    /// # Errors
+    /// [`ValidationError::Chain`] names what is missing or not above zero.
+    pub fn of_machine(machine: &Machine) -> Result<Self, ValidationError> {
+        let missing = |what: String| ValidationError::Chain { what };
+        let mass = |name: &str| machine.bodies.get(name).map(|body| body.mass_kg).ok_or_else(|| missing(format!("no [bodies.{name}]")));
+        let spring = |name: &str| machine.springs.get(name).ok_or_else(|| missing(format!("no [springs.{name}]")));
+        let both = |name: &str| spring(name).map(|spring| [spring.stiffness_n_per_m, spring.damping_n_s_per_m]);
+        let drive = machine.actuators.get("drive").ok_or_else(|| missing("no [actuators.drive]".into()))?;
+        let ActuatorKind::VelocitySource { damping_n_s_per_m: source_damping, time_constant_s } = drive.kind else {
+            return Err(missing("actuators.drive is no velocity source".into()));
+        };
+        let tool = machine.contacts.get("tool").ok_or_else(|| missing("no [contacts.tool]".into()))?;
+        let (base_kg, motor_kg) = (mass("base")?, mass("motor")?);
+        let [mut masses_kg, mut stiffness_n_per_m, mut damping_n_s_per_m] = [[0.0; LINKS]; 3];
+        for i in 0..LINKS {
+            masses_kg[i] = mass(&format!("link{}", i + 1))?;
+            [stiffness_n_per_m[i], damping_n_s_per_m[i]] = both(&format!("joint{}", i + 1))?;
+        }
+        let on_mount = base_kg + motor_kg + masses_kg.iter().sum::<f64>();
+        let [k, c] = both("mount")?;
+        let w = (k / on_mount).sqrt();
+        let chain = Self {
+            base_kg,
+            mount: [w / TAU, c / (2.0 * on_mount * w)],
+            motor_kg,
+            guide_n_s_per_m: spring("guide")?.damping_n_s_per_m,
+            masses_kg,
+            stiffness_n_per_m,
+            damping_n_s_per_m,
+            source: [source_damping, time_constant_s],
+            sensor: [tool.stiffness, tool.damping_n_s_per_m],
+        };
+        let bad = Self::parameter_names().into_iter().zip(chain.values()).find(|(_, value)| !(value.is_finite() && *value > 0.0));
+        if let Some((name, value)) = bad {
+            return Err(missing(format!("{name} is {value}, and a fit of logarithms needs numbers above zero")));
+        }
+        let alike = chain.machine(Engagement::Free);
+        let elsewhere = alike.springs.iter().find(|(name, spring)| machine.springs[name.as_str()].between != spring.between);
+        if let Some((name, spring)) = elsewhere {
+            return Err(missing(format!("springs.{name} is not between {} and {}", spring.between[0], spring.between[1])));
+        }
+        if tool.between != alike.contacts["tool"].between || (drive.on.as_str(), drive.reacts_on.as_str()) != ("motor", "base") {
+            return Err(missing("contacts.tool is to be between link4 and base, actuators.drive on motor against base".into()));
+        }
+        let more = (machine.bodies.len() > alike.bodies.len()).then_some("bodies");
+        let more = more.or_else(|| (machine.springs.len() > alike.springs.len()).then_some("springs"));
+        more.map_or(Ok(chain), |more| Err(missing(format!("it has more {more} than base, motor and link1 to link4 need"))))
+    }
 
     pub(super) fn to_logs(self) -> DVector<f64> {
-        DVector::from_iterator(PARAMETERS, self.parameters().into_iter().map(|(value, _)| value.ln()))
+        DVector::from_iterator(PARAMETERS, self.values().into_iter().map(f64::ln))
     }
 
     pub(super) fn from_logs(logs: &DVector<f64>) -> Self {
@@ -99,15 +161,19 @@ impl Chain {
             .collect()
     }
 
+    /// The values alone.
+    pub(super) fn values(&self) -> Vec<f64> {
+        self.parameters().into_iter().map(|(value, _)| value).collect()
+    }
+
     /// The machine: `base`, `motor`, `link1` to `link4`, the last of which is the end-point; contact `tool`.
     pub fn machine(&self, engagement: Engagement) -> Machine {
         let mut machine = Machine { name: "landmarks".into(), ..Machine::default() };
         let body = |mass_kg| Body { mass_kg, ..Body::default() };
         machine.bodies.insert("base".into(), body(self.base_kg));
         machine.bodies.insert("motor".into(), body(self.motor_kg));
-        let on_mount = self.base_kg + self.motor_kg + self.masses_kg.iter().sum::<f64>();
-        let w = TAU * self.mount[0];
-        machine.springs.insert("mount".into(), spring(GROUND, "base", on_mount * w * w, 2.0 * self.mount[1] * on_mount * w));
+        let [stiffness, damping] = self.mount_spring();
+        machine.springs.insert("mount".into(), spring(GROUND, "base", stiffness, damping));
         machine.springs.insert("guide".into(), spring("base", "motor", 0.0, self.guide_n_s_per_m));
         let mut before = "motor".to_string();
         for i in 0..LINKS {

@@ -1,25 +1,29 @@
 //! The fit of a chain to the landmarks, and what they leave free.
 
-use feeler_analysis::{Channel, LinearMachine, View};
 use feeler_lti::C64;
-use feeler_plant::description::{Engagement, Quantity, SignalName};
+use feeler_plant::description::Engagement;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::chain::{Chain, PARAMETERS};
-use super::{Landmarks, landmarks};
+use super::response::Seen;
+use super::{LANDMARK_HZ, Landmarks, landmarks};
 use crate::error::ValidationError;
 
 /// Singular values below this share of the largest belong to directions that the landmarks do not tell.
 const UNDETERMINED: f64 = 1e-3;
 
-/// Result of a fit.
+/// Result of a fit from one start.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fit {
     /// The chain.
     pub chain: Chain,
-    /// Its landmarks.
+    /// Its landmarks, by linear theory.
     pub landmarks: Landmarks,
+    /// Whether each of them is within [`LANDMARK_HZ`] of the paper's.
+    pub reached: bool,
+    /// Steps that it took.
+    pub iterations: usize,
     /// Root mean square of the residuals: 1 is 4 degrees of a phase.
     pub rms: f64,
     /// Singular values of the scaled Jacobian, falling: how much the landmarks tell of each direction of the (logarithmic) parameters.
@@ -42,53 +46,43 @@ const SLOPE: f64 = 8.0;
 const CURVATURE: f64 = 60.0;
 /// Degrees that make a residual of one.
 const DEGREES: f64 = 4.0;
-/// Phases at other frequencies that must stay on one side, in degrees: frequency, bound.
-const END_BELOW: (f64, f64) = (12.6, -2.0);
+/// Phases at other frequencies that must stay on one side, in degrees: frequency, bound. That of the motor stays below zero beyond its landmark: it falls there
+/// for good.
+const END_BELOW: [(f64, f64); 1] = [(12.6, -2.0)];
 const END_ABOVE: [(f64, f64); 2] = [(9.0, 8.0), (20.0, 8.0)];
 const MOTOR_ABOVE: [(f64, f64); 5] = [(15.0, 5.0), (20.0, 5.0), (30.0, 5.0), (38.0, 5.0), (44.0, 5.0)];
+const MOTOR_BELOW: [(f64, f64); 7] = [(55.0, -2.0), (60.0, -5.0), (67.0, -5.0), (72.0, -5.0), (77.0, -5.0), (82.0, -5.0), (90.0, -5.0)];
+/// What a factor of e from where the fit began weighs: as much as an eighth of a degree, so that what the landmarks do not tell stays where it was.
+const STAY: f64 = 0.03;
+/// The most by which the logarithm of a parameter moves in one step.
+const FARTHEST: f64 = 0.2;
+/// A step that lowers the residuals by less than this share is the last.
+const LAST_STEP: f64 = 1e-7;
 
 /// Residuals: slope and missing curvature of the end-point's acceleration where it is to peak, phases at the landmarks over 4 degrees, what other phases
-/// are beyond their bounds, and logarithms of the parameters over a factor of ten from where the fit began, so that what the landmarks do not tell stays where
-/// it was.
-fn residuals(logs: &DVector<f64>, start: &DVector<f64>) -> Result<DVector<f64>, ValidationError> {
+/// are beyond their bounds, and how far the logarithms of the parameters are from where the fit began.
+fn residuals(logs: &DVector<f64>, start: &DVector<f64>) -> DVector<f64> {
     let chain = Chain::from_logs(logs);
-    let free = LinearMachine::new(&chain.machine(Engagement::Free), &View::default())?;
-    let clamped = LinearMachine::new(&chain.machine(Engagement::Clamped), &View::default())?;
-    let command = SignalName::new("drive", Quantity::Command);
-    let motor = free.channel(&command, &SignalName::new("motor", Quantity::Acceleration))?;
-    let end = free.channel(&command, &SignalName::new("link4", Quantity::Acceleration))?;
-    let force = clamped.channel(&command, &SignalName::new("tool", Quantity::SpringForce))?;
     let mut all = Vec::new();
     for (i, f) in PEAKS_HZ.into_iter().enumerate() {
         let which = i.min(1);
-        let [before, at, after] = logarithms(&end, [f - SPANS_HZ[which], f, f + SPANS_HZ[which]])?;
+        let [before, at, after] = [f - SPANS_HZ[which], f, f + SPANS_HZ[which]].map(|f| chain.response(f, Seen::End).norm().ln());
         all.push(SLOPE * (after - before));
         all.push(CURVATURE * (before + after - 2.0 * at + STANDS[which]).max(0.0));
     }
-    let degrees = |channel: &Channel, f: f64, from_deg: f64| -> Result<f64, ValidationError> {
-        let value = channel.frequency_response(&[f])?[0];
-        Ok((value * C64::from_polar(1.0, -from_deg.to_radians())).arg().to_degrees())
-    };
-    all.push(degrees(&motor, 50.0, 0.0)? / DEGREES);
-    for f in CROSSINGS_HZ {
-        all.push(degrees(&end, f, 0.0)? / DEGREES);
+    let degrees =
+        |seen: Seen, f: f64, from_deg: f64| (chain.response(f, seen) * C64::from_polar(1.0, -from_deg.to_radians())).arg().to_degrees();
+    all.push(degrees(Seen::Motor, 50.0, 0.0) / DEGREES);
+    all.extend(CROSSINGS_HZ.map(|f| degrees(Seen::End, f, 0.0) / DEGREES));
+    all.push(degrees(Seen::Force, 37.0, 180.0) / DEGREES);
+    for (seen, bounds) in [(Seen::End, END_ABOVE.as_slice()), (Seen::Motor, MOTOR_ABOVE.as_slice())] {
+        all.extend(bounds.iter().map(|&(f, bound)| (bound - degrees(seen, f, 0.0)).max(0.0) / DEGREES));
     }
-    all.push(degrees(&force, 37.0, 180.0)? / DEGREES);
-    let (f, bound) = END_BELOW;
-    all.push((degrees(&end, f, 0.0)? - bound).max(0.0) / DEGREES);
-    for (channel, bounds) in [(&end, END_ABOVE.as_slice()), (&motor, MOTOR_ABOVE.as_slice())] {
-        for &(f, bound) in bounds {
-            all.push((bound - degrees(channel, f, 0.0)?).max(0.0) / DEGREES);
-        }
+    for (seen, bounds) in [(Seen::End, END_BELOW.as_slice()), (Seen::Motor, MOTOR_BELOW.as_slice())] {
+        all.extend(bounds.iter().map(|&(f, bound)| (degrees(seen, f, 0.0) - bound).max(0.0) / DEGREES));
     }
-    all.extend(logs.iter().zip(start).map(|(l, s)| 0.03 * (l - s)));
-    Ok(DVector::from_vec(all))
-}
-
-/// Logarithms of a response's size.
-fn logarithms(channel: &Channel, frequencies_hz: [f64; 3]) -> Result<[f64; 3], ValidationError> {
-    let response = channel.frequency_response(&frequencies_hz)?;
-    Ok(std::array::from_fn(|i| response[i].norm().ln()))
+    all.extend(logs.iter().zip(start).map(|(l, s)| STAY * (l - s)));
+    DVector::from_vec(all)
 }
 
 /// Levenberg and Marquardt's method on the logarithms of the parameters, with difference quotients for the Jacobian.
@@ -98,10 +92,12 @@ fn logarithms(channel: &Channel, frequencies_hz: [f64; 3]) -> Result<[f64; 3], V
 pub fn fit(start: &Chain, iterations: usize) -> Result<Fit, ValidationError> {
     let origin = start.to_logs();
     let mut logs = origin.clone();
-    let mut current = residuals(&logs, &origin)?;
+    let mut current = residuals(&logs, &origin);
     let mut damping = 1e-1;
-    for _ in 0..iterations {
-        let jacobian = jacobian(&logs, &origin, &current)?;
+    let mut steps = 0;
+    while steps < iterations {
+        steps += 1;
+        let jacobian = jacobian(&logs, &origin, &current);
         let normal = jacobian.transpose() * &jacobian;
         let gradient = jacobian.transpose() * &current;
         let mut improved = false;
@@ -111,12 +107,11 @@ pub fn fit(start: &Chain, iterations: usize) -> Result<Fit, ValidationError> {
                 damped[(i, i)] += damping * (normal[(i, i)] + 1e-6);
             }
             let Some(step) = damped.cholesky().map(|c| c.solve(&gradient)) else { break };
-            // No parameter moves by more than a fifth at once.
-            let step = &step * (0.2 / step.amax()).min(1.0);
+            let step = &step * (FARTHEST / step.amax()).min(1.0);
             let trial = &logs - step;
-            let there = residuals(&trial, &origin)?;
+            let there = residuals(&trial, &origin);
             if there.norm() < current.norm() {
-                improved = (current.norm() - there.norm()) > 1e-7 * current.norm();
+                improved = (current.norm() - there.norm()) > LAST_STEP * current.norm();
                 (logs, current) = (trial, there);
                 damping = (damping * 0.3).max(1e-9);
                 break;
@@ -129,7 +124,7 @@ pub fn fit(start: &Chain, iterations: usize) -> Result<Fit, ValidationError> {
     }
     let chain = Chain::from_logs(&logs);
     let told = current.len() - PARAMETERS;
-    let whole = jacobian(&logs, &origin, &current)?;
+    let whole = jacobian(&logs, &origin, &current);
     let decomposition = whole.rows(0, told).into_owned().svd(false, true);
     let singular_values: Vec<f64> = decomposition.singular_values.iter().copied().collect();
     let largest = singular_values.iter().copied().fold(0.0, f64::max);
@@ -140,16 +135,60 @@ pub fn fit(start: &Chain, iterations: usize) -> Result<Fit, ValidationError> {
     };
     let undetermined = Chain::parameter_names().into_iter().enumerate().map(|(j, name)| (name, (1.0 - seen(j)).max(0.0))).collect();
     let rms = current.rows(0, told).norm() / (told as f64).sqrt();
-    Ok(Fit { chain, landmarks: landmarks(&chain.machine(Engagement::Free))?, rms, singular_values, undetermined })
+    let landmarks = landmarks(&chain.machine(Engagement::Free))?;
+    let reached = landmarks.against_paper().iter().all(|(_, got, paper)| (got - paper).abs() <= LANDMARK_HZ);
+    Ok(Fit { chain, landmarks, reached, iterations: steps, rms, singular_values, undetermined })
 }
 
-fn jacobian(logs: &DVector<f64>, origin: &DVector<f64>, current: &DVector<f64>) -> Result<DMatrix<f64>, ValidationError> {
+fn jacobian(logs: &DVector<f64>, origin: &DVector<f64>, current: &DVector<f64>) -> DMatrix<f64> {
     const STEP: f64 = 1e-5;
     let mut jacobian = DMatrix::zeros(current.len(), PARAMETERS);
     for j in 0..PARAMETERS {
         let mut moved = logs.clone();
         moved[j] += STEP;
-        jacobian.set_column(j, &((residuals(&moved, origin)? - current) / STEP));
+        jacobian.set_column(j, &((residuals(&moved, origin) - current) / STEP));
     }
-    Ok(jacobian)
+    jacobian
+}
+
+/// Fits from several starts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Search {
+    /// The fit from each start.
+    pub fits: Vec<Fit>,
+    /// Which of them is taken: the first that reaches every landmark, else that with the smallest residuals.
+    pub taken: usize,
+    /// Per parameter, the smallest and the largest value among the fits that reach every landmark, all chains brought to the base mass of the one that is taken.
+    pub ranges: Vec<Option<[f64; 2]>>,
+}
+
+impl Search {
+    /// Fits from the first starts of [`Chain::start`], or from other ones.
+    ///
+    /// # Errors
+    /// [`ValidationError::Analysis`]; [`ValidationError::Reference`] where there is no start.
+    pub fn from_starts(starts: &[Chain], iterations: usize) -> Result<Self, ValidationError> {
+        let fits = starts.iter().map(|start| fit(start, iterations)).collect::<Result<Vec<_>, _>>()?;
+        let best = || (0..fits.len()).min_by(|&i, &j| fits[i].rms.total_cmp(&fits[j].rms));
+        let taken = fits.iter().position(|fit| fit.reached).or_else(best);
+        let taken = taken.ok_or_else(|| ValidationError::Reference { what: "a fit needs a start".into() })?;
+        let size = fits[taken].chain.base_kg;
+        let alike: Vec<Vec<f64>> = fits.iter().filter(|fit| fit.reached).map(|fit| fit.chain.of_base(size).values()).collect();
+        let range = |j: usize| {
+            let bounds = alike.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v[j]), high.max(v[j])]);
+            (!alike.is_empty()).then_some(bounds)
+        };
+        let ranges = (0..PARAMETERS).map(range).collect();
+        Ok(Self { fits, taken, ranges })
+    }
+
+    /// The fit that is taken.
+    pub fn fit(&self) -> &Fit {
+        &self.fits[self.taken]
+    }
+
+    /// How many fits reach every landmark.
+    pub fn reached(&self) -> usize {
+        self.fits.iter().filter(|fit| fit.reached).count()
+    }
 }

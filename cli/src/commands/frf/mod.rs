@@ -302,7 +302,16 @@ fn band(arguments: &Frf, hold_s: f64, lowest_hz: f64, excited_hz: Option<f64>) -
     let (low, high) = (arguments.from.unwrap_or(lowest_hz), arguments.to.unwrap_or(usual));
     require(
         low > 0.0 && low < high && high < nyquist,
-        || format!("no band from {low} to {high} Hz: samples come every {hold_s} s, so frequencies end at {nyquist} Hz"),
+        || {
+            let why = if low <= 0.0 {
+                "a frequency must be above zero".to_owned()
+            } else if low >= high {
+                "it ends before it begins".to_owned()
+            } else {
+                format!("samples come every {hold_s} s, so frequencies end at {nyquist} Hz")
+            };
+            format!("no band from {low} to {high} Hz: {why}")
+        },
         "name a band with --from and --to, in Hz",
     )?;
     require(

@@ -5,6 +5,7 @@ pub(crate) mod cycles;
 mod planes;
 mod shapes;
 mod verdict;
+pub(crate) mod waterfall;
 
 use feeler_analysis::{Curves, ModeReport, RankedBy, Relief, Report};
 use feeler_scenarios::format::Document;
@@ -32,9 +33,10 @@ pub(crate) fn page(document: &Document, settings: &[String], notes: &[String], r
         page.paragraph(&format!("Note: {note}."));
     }
     page.tiles(&tiles(report));
-    waterfall(&mut page, report);
+    limits(&mut page, report);
     sensitivities(&mut page, report);
     modes(&mut page, report);
+    assumptions(&mut page, report);
     page.heading("Frequency responses");
     page.paragraph(&format!(
         "From {} to {}. Continuous curves drop sampling, hold, delays of the controller and filters; sampled curves have all of them, exactly, and end \
@@ -104,18 +106,37 @@ fn limit_cycles(page: &mut Page, report: &Report) {
     page.table(&cycles::HEADER, &cycles::NUMBERS, &cycles::rows(report));
 }
 
-fn waterfall(page: &mut Page, report: &Report) {
+/// Heads of the columns of what is not linear.
+pub(crate) const ASSUMPTIONS: [&str; 3] = ["not linear", "", "in the linear model"];
+
+fn assumptions(page: &mut Page, report: &Report) {
+    if report.assumptions.is_empty() {
+        return;
+    }
+    page.heading("What the linear model leaves out");
+    let rows: Vec<Vec<String>> = report.assumptions.iter().map(|a| vec![a.of.clone(), a.property.to_owned(), a.taken.clone()]).collect();
+    page.table(&ASSUMPTIONS, &[], &rows);
+}
+
+/// A mode's damping ratio, that of an undamped one without the rounding that is left of it.
+pub(crate) fn damping_ratio(mode: &ModeReport) -> f64 {
+    if mode.damping_ratio.abs() < 1e-12 { 0.0 } else { mode.damping_ratio }
+}
+
+fn limits(page: &mut Page, report: &Report) {
     let Some(waterfall) = &report.waterfall else { return };
     page.heading("What limits the bandwidth");
-    page.paragraph(
-        "From the rigid body with a perfect drive down to the loop as built, one ingredient after the other: the frequency at which the \
-         sensed force, as it follows the reference, first falls 3 dB below what it is at low frequency, when the gain is half of the largest stable one. \
-         Where every gain is stable there is no largest one, and nothing yet limits the bandwidth.",
-    );
+    let controlled = report.of_loop.as_ref().map_or("the reading", |of| of.controlled.as_str());
+    page.paragraph(&format!(
+        "From the rigid body with a perfect drive down to the loop as built, one ingredient after the other: the frequency at which {controlled}, as it \
+         follows the reference, first falls 3 dB below what it is at low frequency, when the gain is half of the largest stable one. \
+         Where every gain is stable there is no largest one, and nothing yet limits the bandwidth."
+    ));
     let bars: Vec<_> = (waterfall.stages.iter())
         .map(|stage| {
             let text = match (stage.bandwidth_hz, stage.largest_gain) {
                 (Some(f), Some(gain)) => format!("{}, largest gain {}", with_unit(f, "Hz"), plain(gain)),
+                (None, Some(gain)) if gain <= 0.0 => "no gain is stable".to_owned(),
                 (None, Some(gain)) => format!("no bandwidth, largest gain {}", plain(gain)),
                 (_, None) => "no limit: stable at every gain".to_owned(),
             };
@@ -125,6 +146,11 @@ fn waterfall(page: &mut Page, report: &Report) {
         })
         .collect();
     page.bars(&bars);
+    page.paragraph(
+        "At half of the largest gain of the row above, the bandwidth shows what an ingredient does by itself; what is left of the difference is done by the \
+         gain that it allows.",
+    );
+    page.table(&waterfall::HEADER, &waterfall::NUMBERS, &waterfall::rows(waterfall));
     page.paragraph("How much higher the largest gain would be without one ingredient, all others present:");
     let rows: Vec<Vec<String>> = (waterfall.without.iter())
         .map(|(name, relief)| {
@@ -194,7 +220,7 @@ fn modes(page: &mut Page, report: &Report) {
         let breaks = if edge == Some(i) { "unstable first" } else { "" };
         vec![
             plain(mode.frequency_hz),
-            plain(mode.damping_ratio),
+            plain(damping_ratio(mode)),
             class,
             plain(mode.phase_change_deg),
             plain(mode.phase_dip_deg),

@@ -1,6 +1,6 @@
 //! An analysis in plain words.
 
-use feeler_analysis::{Edge, Limit, ModeClass, RankedBy, Report, Sensitivity};
+use feeler_analysis::{Edge, Limit, ModeClass, RankedBy, Report, Sensitivity, Untold};
 
 use crate::numbers::{plain, with_unit};
 
@@ -45,11 +45,22 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
             });
             let below = spans.collect::<Vec<_>>().join(" and ");
             let but = if below.is_empty() { String::new() } else { format!("; below zero it is stable {below}") };
-            said.push(format!("No value of {} from zero on makes this loop stable{but}.", gain.key));
+            let undamped: Vec<String> = report.undamped_hz.iter().map(|f| with_unit(*f, "Hz")).collect();
+            said.push(if undamped.is_empty() {
+                format!("No value of {} from zero on makes this loop stable{but}.", gain.key)
+            } else {
+                let modes = if undamped.len() == 1 { "undamped mode" } else { "undamped modes" };
+                format!(
+                    "Unstable at any gain {} from zero on: {modes} at {}{but}. Nothing takes out what a held output, half a period late at best, puts in: give the \
+                     machine the damping that it has.",
+                    gain.key,
+                    undamped.join(", ")
+                )
+            });
         }
         (Some(limit), _) => said.push(limited(report, limit)),
         (None, _) => {
-            said.push("Which problem limits this loop cannot be told: it has no continuous counterpart, or varies in time.".to_owned());
+            said.push(untold(report));
         }
     }
     let [low, high] = gain.sampled.stable;
@@ -76,9 +87,27 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
     said
 }
 
-/// Numbers named in an advice, and the least that one is worth naming for.
+/// Why no problem is named.
+fn untold(report: &Report) -> String {
+    match &report.untold {
+        Some(Untold::SlowerLoop { controller, period_s, common_s }) => format!(
+            "Which problem limits this loop is not told: controllers.{controller} samples every {}, another controller more slowly, and all repeat together only every {}. \
+             Broken at the faster one, the loop varies in time: it has no frequency response, so that there are no margins and no bandwidth. Its stable gains \
+             are exact. --gain with a gain of the slowest controller tells all.",
+            with_unit(*period_s, "s"),
+            with_unit(*common_s, "s")
+        ),
+        Some(Untold::NoContinuousForm { controller }) => format!(
+            "Which problem limits this loop is not told: on paper, controllers.{controller} would differentiate a signal that follows its command at once, so that there is \
+             no continuous loop to begin from. Stable gains and margins are those of the sampled loop."
+        ),
+        None => "Which problem limits this loop is not told.".to_owned(),
+    }
+}
+
+/// Numbers named in an advice, and the least change, as a share of a number's own, that one is worth naming for.
 const NAMED: usize = 3;
-const TELLING: f64 = 1e-3;
+const TELLING: f64 = 0.1;
 
 /// What to change first, for what, and what only seems to help.
 fn advice(report: &Report) -> Vec<String> {
@@ -113,7 +142,17 @@ fn advice(report: &Report) -> Vec<String> {
         RankedBy::LargestGain => "For more gain",
         RankedBy::Saturation => "For a higher frequency at which the drive saturates",
     };
-    said.extend((!first.is_empty()).then(|| format!("{aim}, first: {}.", first.join("; "))));
+    let most = || report.sensitivities.iter().find(|s| s.worth(by).is_finite() && !s.is_trade(by));
+    if !first.is_empty() {
+        said.push(format!("{aim}, first: {}.", first.join("; ")));
+    } else if let Some(most) = most() {
+        said.push(format!(
+            "No single mass, stiffness or damping helps much: the most telling is {} {}, of which 1 % gives {}.",
+            way(most),
+            most.key,
+            gives(most)
+        ));
+    }
     let trade = report.sensitivities.iter().filter(telling).find(|s| s.is_trade(by));
     said.extend(trade.map(|s| {
         let [bandwidth, gain] = [s.bandwidth_relative, s.largest_gain_relative].map(f64::abs).map(plain);
@@ -143,7 +182,10 @@ fn limited(report: &Report, limit: Limit) -> String {
             return "The limit of the drive's force or command is below what the reference asks for at rest: it is never reached."
                 .to_owned();
         }
+        Limit::UndampedMode => return "An undamped mode makes every gain unstable.".to_owned(),
         Limit::Saturation => "The limit of the drive's force or command, rather than stability, limits".to_owned(),
     };
-    format!("{what} the bandwidth{reach}.")
+    let of =
+        report.of_loop.as_ref().filter(|of| of.controlled != of.output).map_or_else(String::new, |of| format!(" of {}", of.controlled));
+    format!("{what} the bandwidth{of}{reach}.")
 }

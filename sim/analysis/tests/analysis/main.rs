@@ -1,5 +1,6 @@
 //! The linear view of a machine against closed forms and against the simulation.
 
+mod account;
 mod closed_loop;
 mod common;
 mod frf;

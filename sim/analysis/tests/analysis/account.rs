@@ -1,0 +1,117 @@
+//! What limits a bandwidth, and what is said where nothing can be.
+
+use std::f64::consts::TAU;
+
+use crate::common::{control, force_loop, machine};
+use feeler_analysis::{Limit, Report, Request, Untold, View, analyze};
+use feeler_control::{ControllerSpec, ForceGains, ImpedanceGains, Law};
+use feeler_engine::{ControllerUse, Scenario};
+
+fn clamped(scenario: &Scenario, gain: Option<&str>) -> Report {
+    let request = Request { view: View::CLAMPED, gain: gain.map(Into::into), sensitivities: true, ..Request::default() };
+    analyze(scenario, &request).unwrap()
+}
+
+/// Integral action a decade below, and the first mode a decade above, still bend a shelf by some per cent.
+const SHELF: f64 = 0.05;
+
+#[test]
+fn regress_a_bandwidth_that_jumps_is_told_to_be_that_of_the_integrator() {
+    let mut scenario = force_loop(0.2, 0.7e-3);
+    scenario.machine.springs["guide"].damping_n_s_per_m = 900.0;
+    let spec = &mut scenario.controllers["force"].spec;
+    spec.law = Law::ExplicitForce(ForceGains { kp: 0.2, ki: 3.0, ..ForceGains::default() });
+    spec.period_s = 2e-3;
+    let stages = clamped(&scenario, Some("kp")).waterfall.unwrap().stages;
+    let last = stages.last().unwrap();
+    // With half of the gain, kp / (1 + kp) of the reference is more than 3 dB down: the integrator alone carries the rest.
+    let kp = 0.5 * last.largest_gain.unwrap();
+    assert!(kp / (1.0 + kp) < 0.70 && last.bandwidth_hz.unwrap() < 3.0, "{last:?}");
+    let shelf = last.shelf.unwrap();
+    assert!((shelf.share / (kp / (1.0 + kp)) - 1.0).abs() < SHELF && shelf.to_hz > 20.0, "{shelf:?}");
+    // Every step down is that of the ingredient and that of the gain it allows.
+    let first = stages.iter().position(|stage| stage.largest_gain.is_some()).unwrap();
+    assert!(stages[first].bandwidth_at_gain_before_hz.is_none());
+    for pair in stages[first..].windows(2).filter(|pair| 0.5 * pair[0].largest_gain.unwrap() < pair[1].largest_gain.unwrap()) {
+        assert!(pair[1].bandwidth_at_gain_before_hz.is_some(), "{pair:?}");
+    }
+    let unchanged = clamped(&force_loop(0.5, 0.0), None).waterfall.unwrap().stages;
+    let [.., late, filtered] = unchanged.as_slice() else { unreachable!() };
+    assert_eq!((late.bandwidth_hz, filtered.bandwidth_hz), (filtered.bandwidth_at_gain_before_hz, filtered.bandwidth_at_gain_before_hz));
+    assert!(filtered.shelf.is_none());
+}
+
+#[test]
+fn regress_an_undamped_axis_is_unstable_at_any_gain_and_says_so() {
+    let mut scenario = force_loop(0.5, 0.0);
+    scenario.machine.springs["transmission"].rigid = true;
+    scenario.machine.springs["guide"].damping_n_s_per_m = 0.0;
+    scenario.machine.contacts["tool"].damping_n_s_per_m = 0.0;
+    let report = clamped(&scenario, None);
+    // Closed form E: a held output destabilises it however fast it is sampled.
+    assert_eq!(report.limit, Some(Limit::UndampedMode));
+    let expected_hz = (2e5_f64 / 12.0).sqrt() / TAU;
+    assert!(matches!(report.undamped_hz.as_slice(), [f] if (f / expected_hz - 1.0).abs() < 1e-12), "{:?}", report.undamped_hz);
+    assert_eq!(report.margins.unwrap().gain_decrease, None);
+    assert!(report.sensitivities.is_empty() && report.ranked_by.is_none());
+    assert!(clamped(&force_loop(0.5, 0.0), None).undamped_hz.is_empty());
+}
+
+#[test]
+fn regress_a_response_that_only_falls_has_no_peak_above_rest() {
+    let mut scenario = force_loop(0.0, 0.0);
+    scenario.controllers["force"].spec.law = Law::ExplicitForce(ForceGains { ki: 3.0, ..ForceGains::default() });
+    let falls = clamped(&scenario, None).margins.unwrap();
+    assert!(falls.complementary_sensitivity_peak_hz <= 0.0 && (falls.complementary_sensitivity_peak - 1.0).abs() < 1e-6, "{falls:?}");
+    let rings = clamped(&force_loop(0.5, 0.0), None).margins.unwrap();
+    assert!(rings.complementary_sensitivity_peak_hz > 15.0, "{rings:?}");
+}
+
+#[test]
+fn regress_an_absent_contact_is_no_number_of_the_machine() {
+    let mut scenario = force_loop(0.0, 0.0);
+    let law = Law::Position(feeler_control::PositionGains { kp: 2e4, damping: 200.0, ..Default::default() });
+    scenario.controllers = [("axis".to_string(), control(law, "encoder", 1e-3, 0.0))].into_iter().collect();
+    let request = Request { view: View::FREE, sensitivities: true, ..Request::default() };
+    let free = analyze(&scenario, &request).unwrap().sensitivities;
+    assert!(!free.is_empty() && free.iter().all(|s| !s.key.starts_with("contacts.")), "{free:?}");
+    assert!(clamped(&scenario, None).sensitivities.iter().any(|s| s.key == "contacts.tool.stiffness"));
+}
+
+#[test]
+fn regress_a_slower_controller_is_named_as_why_nothing_is_told() {
+    let mut scenario = force_loop(0.2, 0.0);
+    let damper = control(Law::ExplicitForce(ForceGains { kp: 0.1, ..ForceGains::default() }), "force", 0.25e-3, 0.0);
+    scenario.controllers.insert("fast".into(), damper);
+    let report = clamped(&scenario, Some("fast.kp"));
+    let Some(Untold::SlowerLoop { controller, period_s, common_s }) = report.untold else { panic!("{:?}", report.untold) };
+    assert_eq!(controller, "fast");
+    assert!((period_s - 0.25e-3).abs() < 1e-12 && (common_s - 1e-3).abs() < 1e-12);
+    assert!(report.waterfall.is_none() && report.gain.unwrap().sampled.stable[1].is_some());
+    assert_eq!(clamped(&scenario, Some("force.kp")).untold, None);
+}
+
+/// An axis under impedance control that may feel its force as well.
+fn impedance(force_gain: f64) -> Scenario {
+    let law = Law::Impedance(ImpedanceGains { stiffness: 5e3, damping: 350.0, force_gain });
+    let spec = ControllerSpec::new(law, 1e-3);
+    let user =
+        ControllerUse { spec, reads: Some("force".into()), motion: Some("encoder".into()), drives: "drive".into(), effects: Vec::new() };
+    Scenario { machine: machine(), controllers: [("spring".to_string(), user)].into_iter().collect(), ..force_loop(0.0, 0.0) }
+}
+
+#[test]
+fn regress_an_impedance_controls_motion_and_its_force_gain_closes_a_loop_of_force() {
+    for (force_gain, key, through) in [
+        (0.0, "stiffness", "motor.position"),
+        (0.0, "force_gain", "tool.spring_force"),
+        (0.3, "stiffness", "tool.spring_force"),
+        (0.3, "force_gain", "tool.spring_force"),
+    ] {
+        let report = clamped(&impedance(force_gain), Some(key));
+        let of = report.of_loop.unwrap();
+        assert_eq!((of.output.as_str(), of.controlled.as_str()), (through, "motor.position"), "{force_gain} {key}");
+        assert_eq!(report.output, through);
+        assert!(report.gain.unwrap().sampled.stable[1].is_some(), "{force_gain} {key}");
+    }
+}

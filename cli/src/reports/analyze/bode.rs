@@ -26,7 +26,7 @@ pub(super) fn charts(report: &Report, curves: &Curves) -> Vec<Chart> {
     }
     charts.append(&mut loops);
     let both = [("continuous", closed(&curves.open), true), ("sampled", closed(&curves.open_sampled), false)];
-    charts.append(&mut pair(curves, "Closed loop,", "what of the reference arrives: L / (1 + L).", &both));
+    charts.append(&mut pair(curves, "Closed loop,", "complementary sensitivity, L / (1 + L).", &both));
     let plant = [("continuous, delays exact", Some(curves.plant.clone()), true), ("held and sampled", curves.plant_sampled.clone(), false)];
     charts.append(&mut pair(curves, "Plant,", &format!("from {} to {}.", report.input, report.output), &plant));
     charts

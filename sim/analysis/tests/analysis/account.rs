@@ -9,7 +9,7 @@ use feeler_engine::{ControllerUse, Scenario};
 
 fn clamped(scenario: &Scenario, gain: Option<&str>) -> Report {
     let request = Request { view: View::CLAMPED, gain: gain.map(Into::into), sensitivities: true, ..Request::default() };
-    analyze(scenario, &request).unwrap()
+    analyze(scenario, &request).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Integral action a decade below, and the first mode a decade above, still bend a shelf by some per cent.

@@ -5,7 +5,8 @@ const DIGITS: i32 = 4;
 
 /// Units that take a prefix, and the prefixes.
 const PREFIXABLE: &[&str] = &["m", "s", "N", "J", "Hz", "m/s", "N m", "rad", "rad/s"];
-const PREFIXES: &[(f64, &str)] = &[(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
+pub(crate) const PREFIXES: &[(f64, &str)] =
+    &[(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
 
 /// A number in the unit in which it reads best, such as `("1.25", "mm")`.
 pub(crate) fn split(value: f64, unit: &str) -> (String, String) {

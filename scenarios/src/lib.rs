@@ -2,6 +2,7 @@
 
 pub mod arm;
 pub mod format;
+pub mod operating_point;
 pub mod run;
 pub mod sweep;
 pub mod why;

@@ -162,16 +162,16 @@ fn truth_a_tolerance_tells_how_often_spacings_are_halved() {
         |tolerance: &str| format!("\"contacts.tool.stiffness\" = {{ linear = [\"10 kN/m\", \"100 kN/m\"], points = 4{tolerance} }}\n");
     for (axes, levels) in [
         // ln 100 / 4 / ln 1.02 = 58.1.
-        (kp(", tolerance = \"2 %\"") + "[refine]\n", 6),
+        (kp(", tolerance = \"2 %\"") + "[refine]\n", [6, 4]),
         // 30 kN/m / 2 kN/m = 15.
-        (wall(", tolerance = \"2 kN/m\"") + "[refine]\n", 4),
-        // The finer of the two holds for both.
-        (kp(", tolerance = 0.02") + &wall(", tolerance = \"2 N/mm\"") + "[refine]\n", 6),
+        (wall(", tolerance = \"2 kN/m\"") + "[refine]\n", [4, 4]),
+        // Each axis has its own.
+        (kp(", tolerance = 0.02") + &wall(", tolerance = \"2 N/mm\"") + "[refine]\n", [6, 4]),
         // A quarter and a third of an axis to a hundredth.
-        (kp("") + &wall("") + "[refine]\ntolerance = 0.01\n", 6),
-        (kp("") + "[refine]\ntolerance = \"12.5 %\"\n", 1),
-        (kp("") + "[refine]\n", 4),
-        (kp("") + "[refine]\nlevels = 2\n", 2),
+        (kp("") + &wall("") + "[refine]\ntolerance = 0.01\n", [5, 6]),
+        (kp("") + "[refine]\ntolerance = \"12.5 %\"\n", [1, 4]),
+        (kp("") + "[refine]\n", [4, 4]),
+        (kp("") + "[refine]\nlevels = 2\n", [2, 2]),
     ] {
         let refine = refined(&axes).unwrap_or_else(|error| panic!("{error}")).refine.unwrap();
         assert_eq!(refine.levels, levels, "{axes}");

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use feeler_analysis::ControlLoop;
 use feeler_scenarios::format::Setting;
+use feeler_scenarios::operating_point::contact_view;
 use feeler_scenarios::run::Outcome;
-use feeler_scenarios::sweep::{Column, DrawnAxis, Options, Sweep, Table, contact_view, merge};
+use feeler_scenarios::sweep::{Column, DrawnAxis, Options, Sweep, Table, merge};
 
 fn file(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps").join(name)
@@ -177,4 +178,24 @@ fn truth_a_variant_that_fails_is_a_row() {
         assert_eq!(mass.unwrap() <= 0.0, error.is_some(), "{mass:?}: {error:?}");
     }
     assert_eq!(table.texts("error").unwrap().iter().flatten().count(), 10);
+}
+
+/// A gain to a thousandth of its range and a stiffness to a third of its own: the crossings of the stiffness's few lines are bisected, and nothing else. On
+/// three lines of the stiffness and four spacings of the gain, each halved eight times: the coarse grid, and up to two columns of three new places for each halving.
+#[test]
+fn regress_an_axis_at_its_tolerance_is_not_made_finer() {
+    let text = "scenario = \"../paper/flexible.toml\"\n[axes]\n\"contacts.tool.stiffness\" = { log = [1e5, 4e5], points = 3, tolerance = 2.0 }\n\
+        \"controllers.force.kp\" = { linear = [0.5, 4.5], points = 5, tolerance = 0.004 }\n[refine]\n";
+    let sweep = Sweep::parse(text, &file("refined.toml").display().to_string()).unwrap();
+    let table = results(&sweep);
+    assert!(table.rows <= 15 + 2 * 3 * 3 * 8, "{}", table.rows);
+    let number = |key: &str, row: usize| table.reals(key).unwrap()[row].unwrap();
+    for stiffness in [1e5, 2e5, 4e5] {
+        let mut column: Vec<usize> =
+            (0..table.rows).filter(|&row| (number("contacts.tool.stiffness", row) / stiffness - 1.0).abs() < 1e-9).collect();
+        column.sort_by(|&a, &b| number("controllers.force.kp", a).total_cmp(&number("controllers.force.kp", b)));
+        let edge = column.windows(2).find(|pair| rests(&table, pair[0]) != rests(&table, pair[1])).unwrap();
+        let width = number("controllers.force.kp", edge[1]) - number("controllers.force.kp", edge[0]);
+        assert!(width <= 0.004, "{stiffness}: {width}");
+    }
 }

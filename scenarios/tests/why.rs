@@ -54,6 +54,32 @@ fn truth_where_nothing_chatters_nothing_is_blamed() {
     assert!(!found.chatters && found.causes.is_empty() && found.verdict.contains("settled"));
 }
 
+/// Closed form: with a zero-order hold proportional feedback destabilises an axis without damping at every gain and period, and without the hold at none.
+#[test]
+fn regress_the_hold_is_named_where_no_gain_and_no_period_is_stable() {
+    let document = Document::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("paper/rigid.toml")).unwrap();
+    let settings = [("springs.guide.damping", 0.0), ("contacts.tool.damping", 0.0), ("controllers.force.kp", 0.3), ("run.duration", 4.0)];
+    let document = document.with(settings.map(|(key, value)| (key, Setting::Number(value)))).unwrap();
+    let found = explain(&document.scenario, &|_| {}).unwrap();
+    assert_eq!(found.causes.iter().map(|cause| cause.words()).collect::<Vec<_>>(), ["sampling and delay"], "{}", found.verdict);
+    assert!(found.contributions[0].only_by_period && found.verdict.contains("unstable at every gain"), "{}", found.verdict);
+    // With a drive of 30 Hz the growth is not the period's.
+    let mut late = document.scenario.clone();
+    late.machine.actuators[0].kind = feeler_plant::description::ActuatorKind::Force { bandwidth_hz: Some(30.0) };
+    let found = explain(&late, &|_| {}).unwrap();
+    assert!(found.singles.iter().all(|trial| !trial.only_by_period), "{}", found.verdict);
+}
+
+/// k (1 + kp) = -k: no gain that is too high.
+#[test]
+fn regress_a_gain_below_zero_is_named_as_such() {
+    let document = Document::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("paper/rigid.toml")).unwrap();
+    let document = document.with([("controllers.force.kp", Setting::Number(-2.0))]).unwrap();
+    let found = explain(&document.scenario, &|_| {}).unwrap();
+    assert!(found.wrong_sign && found.verdict.contains("wrong sign") && !found.verdict.contains("too high"), "{}", found.verdict);
+    assert!(found.remedies.iter().any(|remedy| remedy.what.contains("other sign")), "{:?}", found.remedies);
+}
+
 /// A wall that only the controller makes: nothing touches, and `no-contact` is its rest. Passive up to 2 b / T = 120 kN/m.
 #[test]
 fn regress_a_virtual_wall_that_grows_is_explained() {

@@ -13,6 +13,9 @@ use crate::table::table;
 use crate::units::Units;
 use crate::{reports, terminal, words};
 
+/// Sets as small as the chosen one that are listed.
+const MOST_OTHERS: usize = 8;
+
 pub(crate) fn run(arguments: &Why) -> anyhow::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
     let progress = Mutex::new(Progress::new(document.scenario.machine.name.clone()));
@@ -44,13 +47,33 @@ fn details(found: &Explanation, units: Units) -> String {
         return String::new();
     }
     let trials = table(&["the scenario with", "ends as", "amplitude", "limit/gain"], &[2, 3], trial_rows(found, units));
+    let others = match others(found) {
+        rows if rows.is_empty() => String::new(),
+        rows => format!("\n\n{}", table(&["as small, and removes it too", "takes away"], &[], rows)),
+    };
     let remedies = remedy_rows(found);
     let remedies = if remedies.is_empty() {
         "no remedy tried settles".into()
     } else {
         table(&["remedies, cheapest first", "gain kept", "bandwidth", "cost"], &[1, 2, 3], remedies)
     };
-    format!("\n\n{trials}\n\n{remedies}")
+    format!("\n\n{trials}{others}\n\n{remedies}")
+}
+
+/// Sets that are as small as the chosen one and remove the chatter too, with what they take away: the first ones, and how many more there are.
+pub(crate) fn others(found: &Explanation) -> Vec<Vec<String>> {
+    let others = found.smallest.get(1..).unwrap_or_default();
+    let row = |set: &Vec<Change>| {
+        let changes: Vec<&str> = set.iter().map(|change| change.words()).collect();
+        let mut causes: Vec<&str> = set.iter().map(|change| change.cause().words()).collect();
+        causes.dedup();
+        vec![changes.join(" and "), causes.join(" and ")]
+    };
+    let mut rows: Vec<Vec<String>> = others.iter().take(MOST_OTHERS).map(row).collect();
+    if others.len() > MOST_OTHERS {
+        rows.push(vec![format!("and {} more, in why.json", others.len() - MOST_OTHERS), String::new()]);
+    }
+    rows
 }
 
 /// A row per run: what was changed, what became of it.
@@ -72,7 +95,13 @@ fn trial_row(trial: &Trial, units: Units) -> Vec<String> {
     let decays = trial.cured && trial.outcome == Some(Outcome::Undecided);
     vec![
         name,
-        if decays { "decays slowly".into() } else { outcome },
+        if trial.only_by_period {
+            "grows, less with the period".into()
+        } else if decays {
+            "decays slowly".into()
+        } else {
+            outcome
+        },
         amplitude(trial, units).unwrap_or_else(|| "-".into()),
         trial.gain_margin.map_or_else(|| "-".into(), plain),
     ]

@@ -8,6 +8,7 @@ mod cividis;
 mod decimate;
 mod html;
 mod plane;
+mod scale;
 pub(crate) mod svg;
 
 use std::fmt::Write as _;

@@ -3,13 +3,11 @@
 use std::fmt::Write as _;
 
 use super::escape;
-use crate::numbers::{plain, prefix};
+pub(crate) use super::scale::Scale;
 
 pub(crate) const FONT: &str = "font-family=\"DejaVu Sans, Helvetica, Arial, sans-serif\"";
 const INK: &str = "#1d2226";
 const SOFT: &str = "#5a646c";
-/// Pixels between ticks of a linear axis, about.
-const TICK_EVERY: f64 = 70.0;
 
 /// A rectangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,56 +16,6 @@ pub(crate) struct Place {
     pub(crate) y: f64,
     pub(crate) width: f64,
     pub(crate) height: f64,
-}
-
-/// An axis of a plot.
-#[derive(Clone, Debug)]
-pub(crate) struct Scale {
-    pub(crate) label: String,
-    /// Values at the two ends.
-    pub(crate) range: [f64; 2],
-    pub(crate) log: bool,
-}
-
-impl Scale {
-    /// Where a value lies between the ends, 0 to 1.
-    pub(crate) fn share(&self, value: f64) -> f64 {
-        let [from, to] = self.range;
-        if self.log { (value / from).ln() / (to / from).ln() } else { (value - from) / (to - from) }
-    }
-
-    /// Marked values: with their text where they get one.
-    fn ticks(&self, pixels: f64) -> Vec<(f64, String)> {
-        let [low, high] = if self.range[0] < self.range[1] { self.range } else { [self.range[1], self.range[0]] };
-        // Less than a decade is too short for the ticks of decades.
-        if self.log && low > 0.0 && high > 10.0 * low {
-            let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
-            let few = (high / low).log10() < 2.5;
-            let of_decade = |decade: i32| {
-                (1..10).map(move |m| {
-                    let value = f64::from(m) * 10_f64.powi(decade);
-                    let named = m == 1 || (few && (m == 2 || m == 5));
-                    (value, if named { tick(value) } else { String::new() })
-                })
-            };
-            return decades.flat_map(of_decade).filter(|(value, _)| (low * 0.999..=high * 1.001).contains(value)).collect();
-        }
-        let rough = (high - low) / (pixels / TICK_EVERY).max(1.0);
-        let decade = 10_f64.powf(rough.log10().floor());
-        let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * decade).find(|step| *step >= rough).unwrap_or(rough);
-        let first = (low / step).ceil() as i64;
-        let last = (high / step).floor() as i64;
-        (first..=last).map(|i| i as f64 * step).map(|value| (value, tick(value))).collect()
-    }
-}
-
-/// A number beside a tick, with a prefix where it is large or small.
-fn tick(value: f64) -> String {
-    if value == 0.0 || (1e-3..1e4).contains(&value.abs()) {
-        return plain(value);
-    }
-    let (scale, prefix) = prefix(value);
-    format!("{} {prefix}", plain(value / scale))
 }
 
 /// The frame of a plot with its axes.
@@ -101,9 +49,9 @@ impl Frame {
             let _ = write!(svg, "<path d=\"M{x} {at:.1}h-{length}\" stroke=\"{INK}\"/>");
             text_at(svg, [x - 9.0, at + 4.0], "end", 12, SOFT, &text);
         }
-        text_at(svg, [x + 0.5 * width, bottom + 40.0], "middle", 13, INK, &self.x.label);
+        text_at(svg, [x + 0.5 * width, bottom + 40.0], "middle", 13, INK, &self.x.title());
         let (middle, side) = (y + 0.5 * height, x - 62.0);
-        let label = escape(&self.y.label);
+        let label = escape(&self.y.title());
         let _ = write!(
             svg,
             "<text transform=\"translate({side:.1} {middle:.1}) rotate(-90)\" text-anchor=\"middle\" font-size=\"13\" fill=\"{INK}\" {FONT}>{label}</text>"

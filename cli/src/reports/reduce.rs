@@ -113,7 +113,7 @@ impl Grid {
             let (low, high) = (values.first().copied().unwrap_or(0.0), values.last().copied().unwrap_or(0.0));
             let cell_m = if values.len() > 1 { (high - low) / (values.len() - 1) as f64 } else { ONLY_CELL_M };
             let range = [low - 0.5 * cell_m, high + 0.5 * cell_m];
-            (Scale { label: format!("{name} of the tool (m)"), range, log: false }, cell_m)
+            (Scale { label: format!("{name} of the tool"), unit: "m".into(), range, log: false }, cell_m)
         };
         let ((x, width), (y, height)) = (axis(0, "x"), axis(1, "y"));
         Self { frame: Frame { place: PLOT, x, y }, cell_m: [width, height] }

@@ -4,7 +4,7 @@ use feeler_scenarios::format::Document;
 use feeler_scenarios::run::Outcome;
 use feeler_scenarios::why::{Explanation, Trial};
 
-use crate::commands::why::{amplitude, remedy_rows, trial_rows};
+use crate::commands::why::{amplitude, others, remedy_rows, trial_rows};
 use crate::page::Page;
 use crate::units::Units;
 
@@ -21,6 +21,11 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
              loop's gain up to which the sampled loop is stable in contact, by linear theory.",
         );
         page.table(&["with", "ends as", "amplitude", "limit over gain"], &[2, 3], &trial_rows(found, units));
+        let others = others(found);
+        if !others.is_empty() {
+            page.paragraph("These sets of changes are as small, and remove the chatter too:");
+            page.table(&["with", "which takes away"], &[], &others);
+        }
         page.heading("What lasts");
         page.paragraph("Amplitude of the contact force that lasts to the end of each run (bars by logarithm).");
         let bars = bars(found, units);
@@ -53,7 +58,13 @@ fn bars(found: &Explanation, units: Units) -> Vec<(String, f64, String)> {
     let longest = trials.iter().filter(|trial| !grows(trial)).map(|trial| length(trial)).fold(1.0, f64::max);
     let bar = |trial: &&Trial| {
         let name = trial.changes.first().map_or("everything as it is", |change| change.words()).to_owned();
-        let said = if trial.cured { "settles".into() } else { amplitude(trial, units).unwrap_or_else(|| "-".into()) };
+        let said = if trial.only_by_period {
+            "grows, less with the period".into()
+        } else if trial.cured {
+            "settles".into()
+        } else {
+            amplitude(trial, units).unwrap_or_else(|| "-".into())
+        };
         (name, if grows(trial) { 1.1 * longest } else { length(trial) }, said)
     };
     trials.iter().map(bar).collect()

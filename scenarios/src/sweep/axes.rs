@@ -2,7 +2,7 @@
 
 use feeler_plant::effects;
 
-use crate::format::{Axis, Sampling, Setting, SweepFile, unit_of_key};
+use crate::format::{Axis, Sampling, Setting, SweepFile};
 
 /// An axis that can be drawn: its numbers rise evenly, by ratio, or are a list.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,7 +30,7 @@ impl DrawnAxis {
                 Axis::LogUniform { from, to } => ([from, to], None, true),
                 _ => return None,
             };
-            Some(Self { key: key.clone(), unit: unit_of_key(key, sweep.axis), range, points, log })
+            Some(Self { key: key.clone(), unit: sweep.units.get(key).cloned().unwrap_or_default(), range, points, log })
         };
         sweep.axes.iter().filter_map(drawn).collect()
     }

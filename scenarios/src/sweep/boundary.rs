@@ -3,22 +3,20 @@
 //! The machine is seen in contact. Where an axis is a gain, its stable values are computed at each value of the other axis, exactly; elsewhere the rate
 //! of growth is computed on a grid and its zero level drawn.
 
-use feeler_analysis::{AnalysisError, Band, ContactView, ContinuousLoop, ControlLoop, SampledLoop, View, gain_names};
+use feeler_analysis::{AnalysisError, Band, ContinuousLoop, ControlLoop, SampledLoop, gain_names};
 use feeler_engine::Scenario;
 use feeler_lti::{Continuous, TimeDomain, eigenvalues};
-use feeler_plant::description::ContactLaw;
 use rayon::prelude::*;
 
 use super::axes::DrawnAxis;
 use super::contour::zero_level;
 use crate::format::{Document, Setting};
+use crate::operating_point::contact_view;
 
 /// Values of an axis at which stable gains are computed.
 const SECTIONS: usize = 65;
 /// Values of each axis at which rates of growth are computed.
 const GRID: usize = 33;
-/// What the force is held at where stiffness depends on it and no reference tells, N.
-const PRELOAD_N: f64 = 10.0;
 
 /// A line on a map, in values of the two axes.
 pub type Line = Vec<[f64; 2]>;
@@ -30,22 +28,6 @@ pub struct LinearLimits {
     pub sampled: Vec<Line>,
     /// Of the loop in continuous time.
     pub continuous: Vec<Line>,
-}
-
-/// How linear theory sees a scenario's contact: absent where it never touches, attached, or pressed with its reference where the stiffness depends on the force.
-pub fn contact_view(scenario: &Scenario) -> View {
-    if crate::run::nothing_can_touch(scenario) {
-        return View::FREE;
-    }
-    if scenario.machine.contacts.values().all(|contact| contact.law == ContactLaw::KelvinVoigt && contact.effects.is_empty()) {
-        return View::CLAMPED;
-    }
-    let preload_n = crate::run::ForceLoop::find(scenario).map_or(PRELOAD_N, |found| {
-        let spec = &scenario.controllers[found.controller].spec;
-        let reference = feeler_control::Reference::new(&spec.reference, scenario.run.seed, "reference");
-        reference.map_or(PRELOAD_N, |reference| reference.value(scenario.run.duration_s))
-    });
-    View { contact: ContactView::Pressed { preload_n }, ..View::CLAMPED }
 }
 
 /// The limits on the map of two axes, with `fixed` settings besides. Where theory has no answer for a variant, its part is left out.

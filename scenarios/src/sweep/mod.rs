@@ -26,7 +26,7 @@ use serde_json::json;
 
 pub(crate) use axes::unit_of_effect;
 pub use axes::{DrawnAxis, Panels};
-pub use boundary::{Line, LinearLimits, contact_view, linear_limits, sampled_growth_per_s};
+pub use boundary::{Line, LinearLimits, linear_limits, sampled_growth_per_s};
 pub use cycles::predicted_cycles;
 pub use error::SweepError;
 pub use shard::{ParseShardError, Shard, merge};

@@ -95,7 +95,7 @@ mod tests {
             name: String::new(),
             about: String::new(),
             scenario: String::new().into(),
-            axis: feeler_plant::description::Axis::Translational,
+            units: axes.iter().map(|(key, _)| ((*key).to_owned(), String::new())).collect(),
             axes: axes.into_iter().map(|(key, axis)| (key.to_owned(), axis)).collect(),
             sampling,
             samples,

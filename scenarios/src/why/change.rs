@@ -193,6 +193,13 @@ impl Change {
     }
 }
 
+/// The scenario with its controllers at so many times their rate.
+pub(super) fn sampled_faster(scenario: &Scenario, times: f64) -> Scenario {
+    let mut faster = scenario.clone();
+    faster.controllers.values_mut().for_each(|used| used.spec.period_s /= times);
+    faster
+}
+
 fn continuous(scenario: &mut Scenario) {
     drop_effects(scenario, &["timing-jitter"]);
     let motion: Vec<String> = scenario.controllers.values().filter_map(|used| used.motion.clone()).collect();

@@ -1,9 +1,12 @@
 //! What linear theory adds: how far the loop is from its limit, and how fast it is.
 
-use feeler_analysis::ControlLoop;
+use feeler_analysis::{ControlLoop, SampledLoop};
 use feeler_engine::Scenario;
+use feeler_lti::TimeDomain;
 
-use crate::sweep::{contact_view, sampled_growth_per_s};
+use super::change::sampled_faster;
+use crate::operating_point::contact_view;
+use crate::sweep::sampled_growth_per_s;
 
 /// Factors of the loop's gain that are tried: from here to its inverse.
 const SMALLEST_FACTOR: f64 = 0.02;
@@ -49,6 +52,34 @@ pub(super) fn gain_margin(scenario: &Scenario) -> Option<f64> {
         }
     }
     Some(if stable.is_some() { f64::INFINITY } else { 0.0 })
+}
+
+/// Growth that is left, as a share of that of the loop as it is, when it is no more than what extrapolation errs by.
+const GROWTH_LEFT: f64 = 0.01;
+
+/// Whether a loop that grows in contact does so only because of its period: `faster` is the same loop at a much shorter one. By the line through its
+/// growth at that period and at half of it, none is left at none. A loop may be unstable at every gain and period, and yet stable in continuous time.
+pub(super) fn grows_only_by_period(scenario: &Scenario, faster: &Scenario) -> bool {
+    let growth = |scenario: &Scenario| sampled_growth_per_s(&ControlLoop::new(scenario, &contact_view(scenario)).ok()?).ok();
+    let [as_it_is, short, shorter] = [scenario, faster, &sampled_faster(faster, 2.0)].map(growth);
+    let Some(((as_it_is, short), shorter)) = as_it_is.zip(short).zip(shorter) else { return false };
+    short > 0.0 && 2.0 * shorter - short < GROWTH_LEFT * as_it_is
+}
+
+/// Whether the loop in contact pushes itself away as a feedback of the wrong sign does: its fastest motion grows without swinging, and with the sign
+/// reversed that is gone.
+pub(super) fn has_wrong_sign(scenario: &Scenario) -> bool {
+    let Ok(whole) = ControlLoop::new(scenario, &contact_view(scenario)) else { return false };
+    swings_as_it_grows(&whole) == Some(false) && scaled(&whole, -1.0).is_some_and(|reversed| swings_as_it_grows(&reversed) != Some(false))
+}
+
+/// Whether the fastest growing motion of a loop swings; none where none grows.
+fn swings_as_it_grows(whole: &ControlLoop) -> Option<bool> {
+    let sampled = SampledLoop::new(whole).ok()?;
+    let domain = sampled.domain().ok()?;
+    let poles = sampled.eigenvalues().ok()?.into_iter().map(|pole| domain.s_of_point(pole));
+    let fastest = poles.max_by(|a, b| a.re.total_cmp(&b.re)).filter(|pole| pole.re > 0.0)?;
+    Some(fastest.im.abs() > 1e-9 * fastest.norm())
 }
 
 /// The bandwidth of the force loop in contact, as sampled, Hz.

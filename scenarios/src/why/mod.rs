@@ -3,6 +3,9 @@
 //! The scenario is run again without one of its troubles at a time ([`Change`]); if none of these runs comes to rest, without two, then three. The
 //! smallest set of changes after which the force settles is the cause. Where several sets are as small, the verdict follows these rules, in order:
 //!
+//! A controller cannot be run in continuous time, only at a short period: where the force grows even then, but by linear theory the less the shorter the
+//! period, down to none, a continuous controller counts as a cure.
+//!
 //! 1. what vanishes with the step is a numerical artefact;
 //! 2. where the sampled loop is stable in contact by linear theory, what keeps the motion going is what linear theory leaves out: dry friction or
 //!    quantisation, then saturation, then the loss of contact, of those that cure;
@@ -34,6 +37,8 @@ pub struct Explanation {
     pub gain_margin: Option<f64>,
     /// Whether linear theory calls the loop stable in contact.
     pub linear_stable: Option<bool>,
+    /// Whether the force is fed back with the wrong sign: the loop in contact pushes itself away without swinging, and reversed it would not.
+    pub wrong_sign: bool,
     /// Each change by itself.
     pub singles: Vec<Trial>,
     /// Every smallest set of changes that removes the chatter, the chosen one first.

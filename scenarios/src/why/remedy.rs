@@ -6,9 +6,9 @@ use feeler_plant::description::ActuatorKind;
 use serde::Serialize;
 
 use super::change::Cause;
-use super::is_cured;
 use super::linear::{bandwidth_hz, gain_margin};
 use super::roles::Roles;
+use super::{Explanation, is_cured};
 use crate::run::Candidate;
 
 /// The share of the largest stable gain at which a loop is used.
@@ -32,15 +32,15 @@ pub struct Remedy {
 }
 
 /// Remedies against these causes that settle in simulation, cheapest in bandwidth first.
-pub(super) fn remedies(scenario: &Scenario, causes: &[Cause]) -> Vec<Remedy> {
+pub(super) fn remedies(scenario: &Scenario, found: &Explanation) -> Vec<Remedy> {
     let wanted_hz = bandwidth_hz(scenario);
-    let mut found: Vec<Remedy> = candidates(scenario, causes)
+    let mut remedies: Vec<Remedy> = candidates(scenario, found)
         .into_iter()
         .map(|(what, changed)| remedy(what, &changed, wanted_hz))
         .filter(|remedy| remedy.settles)
         .collect();
-    found.sort_by(|a, b| a.cost.unwrap_or(f64::INFINITY).total_cmp(&b.cost.unwrap_or(f64::INFINITY)));
-    found
+    remedies.sort_by(|a, b| a.cost.unwrap_or(f64::INFINITY).total_cmp(&b.cost.unwrap_or(f64::INFINITY)));
+    remedies
 }
 
 /// The remedy with as much of the gain as linear theory leaves.
@@ -71,7 +71,7 @@ fn with_gain(scenario: &Scenario, factor: f64) -> Scenario {
 }
 
 /// What can be done about each cause, and about any.
-fn candidates(scenario: &Scenario, causes: &[Cause]) -> Vec<(String, Scenario)> {
+fn candidates(scenario: &Scenario, found: &Explanation) -> Vec<(String, Scenario)> {
     let roles = Roles::of(&scenario.machine);
     let mut all: Vec<(String, Scenario)> = Vec::new();
     let mut add = |what: &str, change: &dyn Fn(&mut Scenario)| {
@@ -81,7 +81,10 @@ fn candidates(scenario: &Scenario, causes: &[Cause]) -> Vec<(String, Scenario)> 
             all.push((what.to_owned(), changed));
         }
     };
-    let has = |cause| causes.contains(&cause);
+    let has = |cause| found.causes.contains(&cause);
+    if found.wrong_sign {
+        add("the gains with the other sign", &|s| *s = with_gain(s, -1.0));
+    }
     if has(Cause::NumericalArtefact) {
         add("integrate exactly (run.integrator = \"exact\")", &|s| s.run.integrator = feeler_engine::Integrator::Exact);
     }

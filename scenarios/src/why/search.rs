@@ -24,6 +24,9 @@ pub struct Trial {
     pub outcome: Option<Outcome>,
     /// Whether the force comes to rest.
     pub cured: bool,
+    /// Whether it counts as cured though it grows, since by linear theory it grows only by the period, short as that is, of a controller that stands for a
+    /// continuous one.
+    pub only_by_period: bool,
     /// Amplitude of what lasts, N.
     pub amplitude_n: Option<f64>,
     /// Its frequency, Hz.
@@ -57,6 +60,7 @@ impl<'a> Search<'a> {
             baseline,
             chatters,
             linear_stable,
+            wrong_sign: chatters && linear_stable == Some(false) && linear::has_wrong_sign(&self.scenario),
             singles: Vec::new(),
             smallest: Vec::new(),
             contributions: Vec::new(),
@@ -110,7 +114,7 @@ impl<'a> Search<'a> {
         }
         explanation.smallest = smallest;
         explanation.verdict = sentence(&explanation);
-        explanation.remedies = remedy::remedies(&self.scenario, &explanation.causes);
+        explanation.remedies = remedy::remedies(&self.scenario, &explanation);
         explanation
     }
 
@@ -127,12 +131,15 @@ impl<'a> Search<'a> {
         }
         let slower = changes.contains(&Change::SlowerApproach);
         let margin = if with_theory || slower { linear::gain_margin(&changed) } else { None };
-        let result = Candidate::new(changed).and_then(|candidate| candidate.measure(0));
+        let result = Candidate::new(changed.clone()).and_then(|candidate| candidate.measure(0));
         (self.progress)(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
         let trial = trial_of(&self.scenario, changes, true, &result, margin);
         // The speed of arrival changes nothing in contact: what is unstable there has only not yet begun to grow.
         let only_later = slower && margin.is_some_and(|margin| margin < 1.0);
-        Trial { cured: trial.cured && !only_later, ..trial }
+        let grows = trial.outcome == Some(Outcome::Unstable) && self.baseline.summary.outcome == Outcome::Unstable;
+        let only_by_period =
+            grows && changes.contains(&Change::ContinuousController) && linear::grows_only_by_period(&self.scenario, &changed);
+        Trial { cured: (trial.cured && !only_later) || only_by_period, only_by_period, ..trial }
     }
 }
 
@@ -151,6 +158,7 @@ fn trial_of(
         applies,
         outcome: measured.map(|measured| measured.summary.outcome),
         cured: measured.is_some_and(|measured| is_cured(scenario, measured)),
+        only_by_period: false,
         amplitude_n: oscillation.map(|o| o.amplitude_n).or(grows.map(|measured| measured.summary.verdict.amplitudes_n[2])),
         frequency_hz: oscillation.map(|o| o.frequency_hz),
         gain_margin: gain_margin.filter(|margin| margin.is_finite()),
@@ -198,6 +206,13 @@ fn sentence(found: &Explanation) -> String {
     };
     let Some(chosen) = found.smallest.first() else {
         let tried = format!("No change or set of up to {LARGEST_SET} changes removes the chatter");
+        let upto = found.gain_margin.map_or_else(String::new, |margin| format!(" beyond {margin:.2} of its gain"));
+        if found.wrong_sign {
+            return format!(
+                "{tried}: the force is fed back with the wrong sign, so that the loop in contact{upto} pushes itself away without swinging; reverse a \
+                 sign, of the gain or of the drive."
+            );
+        }
         return match (found.linear_stable, found.gain_margin) {
             (Some(false), Some(margin)) if margin > 0.0 => {
                 format!(
@@ -216,10 +231,13 @@ fn sentence(found: &Explanation) -> String {
         (Some(false), Some(margin)) if margin > 0.0 => {
             format!("; by linear theory the loop in contact is stable only up to {margin:.2} of its gain")
         }
+        (Some(false), Some(_)) => "; by linear theory the sampled loop in contact is unstable at every gain".into(),
         _ => String::new(),
     };
     if found.causes.len() > 1 {
         format!("The chatter has {} causes, {causes}: it takes {changes} together to remove it{theory}.", found.causes.len())
+    } else if found.contributions.first().is_some_and(|trial| trial.only_by_period) {
+        format!("The growth is due to {causes}: it falls with the controller's period, and with {changes} it is gone{theory}.")
     } else {
         format!("The chatter is due to {causes}: with {changes} it is gone{theory}.")
     }

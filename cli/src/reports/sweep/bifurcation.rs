@@ -60,17 +60,17 @@ impl<'a> Diagram<'a> {
     }
 
     /// Points of `lists`, and predictions over them.
-    pub(super) fn svg(&self, lists: &[Vec<f64>], outcomes: &[String], label: &str, predictions: &[Prediction]) -> String {
+    pub(super) fn svg(&self, lists: &[Vec<f64>], outcomes: &[String], [what, unit_of_y]: [&str; 2], predictions: &[Prediction]) -> String {
         let mut body = String::new();
         let values = self.rows.iter().flat_map(|&row| &lists[row]).chain(predictions.iter().flat_map(|p| &p.line).map(|point| &point[1]));
         let high = values.copied().filter(|v| v.is_finite()).fold(0.0, f64::max);
-        let unit = if self.axis.unit.is_empty() { self.axis.key.clone() } else { format!("{} ({})", self.axis.key, self.axis.unit) };
         let margin = self.margin();
-        let x = Scale { label: unit, range: [self.axis.value(-margin), self.axis.value(1.0 + margin)], log: self.axis.log };
+        let (label, unit) = (self.axis.key.clone(), self.axis.unit.clone());
+        let x = Scale { label, unit, range: [self.axis.value(-margin), self.axis.value(1.0 + margin)], log: self.axis.log };
         let frame = Frame {
             place: PLOT,
             x,
-            y: Scale { label: label.into(), range: [0.0, if high > 0.0 { 1.06 * high } else { 1.0 }], log: false },
+            y: Scale { label: what.into(), unit: unit_of_y.into(), range: [0.0, if high > 0.0 { 1.06 * high } else { 1.0 }], log: false },
         };
         let mut points = String::new();
         for &row in &self.rows {

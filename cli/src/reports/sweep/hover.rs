@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use feeler_scenarios::format::unit_of_key;
 use feeler_scenarios::run::Outcome;
 use feeler_scenarios::sweep::Column;
 use serde_json::{Value, json};
@@ -33,7 +32,7 @@ impl Report<'_> {
             // Texts have their units with them.
             let (values, unit) = match self.table.columns.get(key) {
                 Some(Column::Text(texts)) => (rows.iter().map(|&row| json!(texts[row])).collect(), String::new()),
-                _ => (self.table.reals(key).map(of_rows).unwrap_or_default(), unit_of_key(key, self.sweep.file.axis)),
+                _ => (self.table.reals(key).map(of_rows).unwrap_or_default(), self.sweep.file.units.get(key).cloned().unwrap_or_default()),
             };
             columns.push(json!([key, packed(values), unit]));
         }

@@ -8,7 +8,7 @@ use crate::numbers::{plain, with_unit};
 pub(crate) fn located(sweep: &Sweep) -> Option<String> {
     let refine = sweep.file.refine?;
     let of = |axis: DrawnAxis| {
-        let share = sweep.file.axes.get(&axis.key).map_or(1.0, |values| refine.share(values));
+        let share = sweep.file.axes.get_full(&axis.key).map_or(1.0, |(i, _, values)| refine.share(i, values));
         let [first, next] = [axis.value(0.0), axis.value(share)];
         let spacing = if axis.log {
             format!("{} %", plain(100.0 * ((next / first).max(first / next) - 1.0)))

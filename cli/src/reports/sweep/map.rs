@@ -72,7 +72,8 @@ impl<'a> Map<'a> {
         let rows = rows_of(table, panel);
         let lattice = axes.map(|axis| {
             axis.points.map(|points| {
-                let stride = sweep.file.refine.map_or(1, |refine| 1_u64 << refine.levels);
+                let index = sweep.file.axes.get_index_of(&axis.key).unwrap_or_default();
+                let stride = sweep.file.refine.map_or(1, |refine| refine.stride(index));
                 let last = (points - 1) * stride;
                 Lattice { last, stride, every: drawn.every(&axis.key).unwrap_or_else(|| points.div_ceil(MOST_CELLS)) }
             })
@@ -91,8 +92,14 @@ impl<'a> Map<'a> {
         // How long a run is and what its noise is do not move the limit.
         let others = sweep.file.axes.keys().filter(|key| !axes.iter().any(|axis| axis.key == **key) && !key.starts_with("run."));
         let varied: Vec<String> = others.filter(|key| !panels.has(key)).cloned().collect();
-        let limits = if varied.is_empty() { linear_limits(&sweep.document, axes, panel) } else { LinearLimits::default() };
         let margins = lattice.map(|lattice| lattice.map_or(0.0, |lattice| 0.5 / lattice.last as f64));
+        let limits = if varied.is_empty() {
+            // Up to the edges of the plot.
+            let [x, y] = [0, 1].map(|i| beyond(sweep, axes[i], margins[i]));
+            linear_limits(&sweep.document, [&x, &y], panel)
+        } else {
+            LinearLimits::default()
+        };
         let mut map = Self { axes, title: words(panel), cells, limits, margins, varied };
         let frame = map.frame();
         for lines in [&mut map.limits.sampled, &mut map.limits.continuous] {
@@ -106,9 +113,23 @@ impl<'a> Map<'a> {
         if !self.varied.is_empty() {
             return format!("No limit of linear theory is drawn, since each cell has its own value of {}.", self.varied.join(", "));
         }
-        "The solid line is where linear theory puts the limit of stability in contact for the loop as it is sampled, the dashed one for \
-         continuous control."
-            .into()
+        let [sampled, continuous] = [&self.limits.sampled, &self.limits.continuous].map(|lines| !lines.is_empty());
+        match (sampled, continuous) {
+            (true, true) => {
+                "The solid line is where linear theory puts the limit of stability in contact for the loop as it is sampled, the dashed one for \
+                 continuous control."
+            }
+            (true, false) => {
+                "The line is where linear theory puts the limit of stability in contact for the loop as it is sampled; continuous control has none \
+                 on this map."
+            }
+            (false, true) => {
+                "The dashed line is where linear theory puts the limit of stability in contact for continuous control; the loop as it is sampled has \
+                 none on this map."
+            }
+            (false, false) => "Linear theory puts no limit of stability in contact on this map.",
+        }
+        .into()
     }
 
     /// The rows that it shows.
@@ -117,9 +138,11 @@ impl<'a> Map<'a> {
     }
 
     fn frame(&self) -> Frame {
-        let scale = |axis: &DrawnAxis, margin: f64| {
-            let label = if axis.unit.is_empty() { axis.key.clone() } else { format!("{} ({})", axis.key, axis.unit) };
-            Scale { label, range: [axis.value(-margin), axis.value(1.0 + margin)], log: axis.log }
+        let scale = |axis: &DrawnAxis, margin: f64| Scale {
+            label: axis.key.clone(),
+            unit: axis.unit.clone(),
+            range: [axis.value(-margin), axis.value(1.0 + margin)],
+            log: axis.log,
         };
         let [x, y] = [0, 1].map(|i| scale(self.axes[i], self.margins[i]));
         Frame { place: PLOT, x, y }
@@ -211,6 +234,16 @@ impl<'a> Map<'a> {
     }
 }
 
+/// An axis that reaches beyond its ends by a share of its length, on each side where the machine can be built there.
+fn beyond(sweep: &Sweep, axis: &DrawnAxis, margin: f64) -> DrawnAxis {
+    let end = |share: f64, otherwise: f64| {
+        let value = axis.value(share);
+        let builds = sweep.document.with([(axis.key.as_str(), Setting::Number(value))]).is_ok();
+        if builds { value } else { otherwise }
+    };
+    DrawnAxis { range: [end(-margin, axis.range[0]), end(1.0 + margin, axis.range[1])], ..axis.clone() }
+}
+
 /// Whether a part of a line may lie within a frame.
 fn crosses(frame: &Frame, line: &[[f64; 2]]) -> bool {
     let shares = |point: &[f64; 2]| [frame.x.share(point[0]), frame.y.share(point[1])];
@@ -236,10 +269,12 @@ fn sides(share: [f64; 2], lattice: [Option<Lattice>; 2]) -> Option<[[f64; 2]; 2]
         return Some(share.map(|at| [at - DOT, 2.0 * DOT]));
     };
     let index = [(share[0] * x.last as f64).round() as u64, (share[1] * y.last as f64).round() as u64];
-    // The coarsest level of the lattice that has this place on both axes.
-    let level = |index: u64, stride: u64| if index == 0 { stride } else { stride.min(1 << index.trailing_zeros()) };
-    let step = level(index[0], x.stride).min(level(index[1], y.stride));
-    let of = |index: u64, Lattice { last, every, .. }: Lattice| {
+    // The halvings after which the lattice has this place on both axes.
+    let halvings =
+        |index: u64, stride: u64| stride.trailing_zeros().saturating_sub(if index == 0 { u32::MAX } else { index.trailing_zeros() });
+    let level = halvings(index[0], x.stride).max(halvings(index[1], y.stride));
+    let of = |index: u64, Lattice { last, every, stride }: Lattice| {
+        let step = (stride >> level).max(1);
         // The plot reaches half a cell of the finest beyond the outermost values, and cells are cut off there.
         let cells = (last + 1) as f64;
         let half = 0.5 * step.max(every) as f64;
@@ -278,7 +313,7 @@ mod tests {
     use super::*;
 
     fn frame() -> Frame {
-        let scale = |range| Scale { label: String::new(), range, log: false };
+        let scale = |range| Scale { label: String::new(), unit: String::new(), range, log: false };
         Frame { place: PLOT, x: scale([0.0, 10.0]), y: scale([0.0, 1.0]) }
     }
 
@@ -293,6 +328,10 @@ mod tests {
     #[test]
     fn regress_cells_of_a_refined_map_end_with_the_plot() {
         let lattice = Some(Lattice { last: 8, stride: 4, every: 1 });
+        let coarse = Some(Lattice { last: 4, stride: 2, every: 1 });
+        // Halved once along one axis and twice along the other: places of the second halving are no finer along the first.
+        let narrow = super::sides([0.25, 0.125], [coarse, lattice]).unwrap();
+        assert!((narrow[0][1] - 0.2).abs() < 1e-12 && (narrow[1][1] - 1.0 / 9.0).abs() < 1e-12, "{narrow:?}");
         let sides = |x: f64, y: f64| sides([x, y], [lattice; 2]).unwrap();
         let near = |found: [[f64; 2]; 2], expected: [[f64; 2]; 2]| {
             found.iter().flatten().zip(expected.iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-12)

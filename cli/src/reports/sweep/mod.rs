@@ -178,6 +178,8 @@ impl Report<'_> {
             let theory = Theory::new(self, axis, &rows, &panel);
             let diagram = Diagram::new(axis, self.table, rows);
             let of_panel = map::words(&panel);
+            let Units { force: unit, .. } = self.units;
+            let force = self.units.force_word();
             let mut first = None;
             let mut draw = |name: &str, title: &str, caption: &str, label: &str, lists: &[Vec<f64>], predictions: &[Prediction]| {
                 // Of what no variant has, an empty plot would say nothing.
@@ -185,35 +187,33 @@ impl Report<'_> {
                 if predictions.is_empty() && diagram.rows.iter().all(is_empty) {
                     return;
                 }
-                let svg = diagram.svg(lists, &self.outcomes, label, predictions);
+                let svg = diagram.svg(lists, &self.outcomes, [label, unit], predictions);
                 match first {
                     Some(first) => page.map_like(&titled(title, &of_panel), caption, &svg, first),
                     None => first = Some(page.map(&titled(title, &of_panel), caption, &svg, self.hover(&diagram.places()))),
                 }
                 drawings.push((format!("{name}{suffix}"), svg));
             };
-            let Units { force: unit, .. } = self.units;
-            let force = self.units.force_word();
             if let Some(lists) = self.table.lists("impact_peaks_n") {
                 let caption = "The largest force of each of the last contacts: one point where they are alike, two where the period has doubled, \
-                    many where no two are alike, none where the tool stays in contact. The line is the cycle that describing functions predict, \
-                    dashed where it does not attract: the largest disturbance from which the loop settles.";
+                    many where no two are alike, none where the tool stays in contact.";
                 let leaves = diagram.rows.iter().any(|&row| !lists[row].is_empty());
                 let predictions = if leaves { theory.peaks(|_| true) } else { Vec::new() };
-                draw("impacts", "Per impact", caption, &format!("peak {force} of an impact ({unit})"), lists, &predictions);
+                let caption = format!("{caption}{}", about_predictions(&predictions, "the cycle that describing functions predict"));
+                draw("impacts", "Per impact", &caption, &format!("peak {force} of an impact"), lists, &predictions);
             }
             if let Some(lists) = self.table.lists("strobe_n") {
                 let caption = "The force one sample of the controller after each touch-down, which grows with the speed of impact; where the tool \
-                    stays in contact, the largest of each cycle. One point where every cycle is like the last, two where the period has doubled. The \
-                    line is the largest force of the cycle in contact that describing functions predict, dashed where it does not attract.";
+                    stays in contact, the largest of each cycle. One point where every cycle is like the last, two where the period has doubled.";
                 let predictions = theory.peaks(|cycle| cycle.contact_share >= 1.0);
-                draw("strobe", "Stroboscopic", caption, &format!("{force} once per cycle ({unit})"), lists, &predictions);
+                let about = about_predictions(&predictions, "the largest force of the cycle in contact that describing functions predict");
+                draw("strobe", "Stroboscopic", &format!("{caption}{about}"), &format!("{force} once per cycle"), lists, &predictions);
             }
             let amplitudes: Vec<Vec<f64>> =
                 self.table.reals("amplitude_n").unwrap_or_default().iter().map(|value| value.iter().copied().collect()).collect();
             if amplitudes.len() == self.table.rows {
                 let caption = "Half of peak to peak of the force of what lasts.";
-                draw("amplitude", "Size of the oscillation", caption, &format!("amplitude ({unit})"), &amplitudes, &[]);
+                draw("amplitude", "Size of the oscillation", caption, "amplitude", &amplitudes, &[]);
             }
             theory.compare(&of_panel, page);
         }
@@ -249,6 +249,18 @@ fn headline(outcome: Outcome) -> &'static str {
         Outcome::Oscillates => "oscillate in contact",
         Outcome::NoContact => "make no contact",
         _ => "are undecided",
+    }
+}
+
+/// What the lines of a diagram are, where there are any.
+fn about_predictions(predictions: &[Prediction], what: &str) -> String {
+    let [attracts, repels] = [false, true].map(|dashed| predictions.iter().any(|prediction| prediction.dashed == dashed));
+    let repelling = "the largest disturbance from which the loop settles";
+    match (attracts, repels) {
+        (true, true) => format!(" The line is {what}, dashed where it does not attract: {repelling}."),
+        (true, false) => format!(" The line is {what}."),
+        (false, true) => format!(" The dashed line is {what}; it does not attract: {repelling}."),
+        (false, false) => String::new(),
     }
 }
 

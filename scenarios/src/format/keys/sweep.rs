@@ -108,7 +108,7 @@ pub(crate) static REFINE: Shape = Shape {
         optional(
             "tolerance",
             Kind::Quantity(Unit::Of(Dimension::NONE), Bound::Above(0.0, 1.0)),
-            "how closely an edge is located, as a share of each axis that has no tolerance of its own",
+            "how closely an edge is located, as a share of each axis that has no tolerance of its own; an axis without any is halved four times",
         ),
         optional(
             "levels",

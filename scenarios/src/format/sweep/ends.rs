@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use feeler_plant::description;
+use feeler_engine::Scenario;
 use indexmap::IndexMap;
 
 use super::super::document::Document;
@@ -16,34 +16,35 @@ use super::super::read::join;
 use super::super::source::Origin;
 use super::super::tree::{Entry, Node, Table, Value};
 use super::axes::{Axis, ReadAxis, setting};
+use super::unit::unit_of_key;
 
 /// Combinations of the axes' values that are tried at most for one of them.
 const MOST_COMBINATIONS: usize = 1024;
 
-/// Builds the scenario with the ends of each axis, as they were written, and notes what is wrong. Gives what its axis is; none where it cannot be read.
+/// Builds the scenario with the ends of each axis, as they were written, and notes what is wrong. Gives the unit of each key; none where it cannot be read.
 pub(super) fn try_ends(
     axes: &IndexMap<String, ReadAxis>,
     scenario: &Path,
     root: &Table,
     problems: &mut Problems,
-) -> Option<description::Axis> {
-    let (base, kind) = match Draft::load(scenario).and_then(|draft| draft.clone().build().map(|built| (draft, built.scenario.machine.axis)))
-    {
-        Ok(base) => base,
-        Err(error) => {
-            let origin = root.get("scenario").map(|entry| entry.node.origin.clone()).unwrap_or_default();
-            let first = error.problems.first().map_or_else(String::new, Located::to_string);
-            let more = error.problems.len() + error.omitted;
-            let message = if more > 1 { format!("{first}; and {} more", more - 1) } else { first };
-            let remedy = if scenario.is_file() {
-                format!("`feeler check {}` shows every mistake of it", scenario.display())
-            } else {
-                "name a scenario file, relative to this one".into()
-            };
-            problems.add(&origin, "scenario", message, remedy);
-            return None;
-        }
-    };
+) -> Option<IndexMap<String, String>> {
+    let (base, units) =
+        match Draft::load(scenario).and_then(|draft| draft.clone().build().map(|built| (draft, units(axes, &built.scenario)))) {
+            Ok(base) => base,
+            Err(error) => {
+                let origin = root.get("scenario").map(|entry| entry.node.origin.clone()).unwrap_or_default();
+                let first = error.problems.first().map_or_else(String::new, Located::to_string);
+                let more = error.problems.len() + error.omitted;
+                let message = if more > 1 { format!("{first}; and {} more", more - 1) } else { first };
+                let remedy = if scenario.is_file() {
+                    format!("`feeler check {}` shows every mistake of it", scenario.display())
+                } else {
+                    "name a scenario file, relative to this one".into()
+                };
+                problems.add(&origin, "scenario", message, remedy);
+                return None;
+            }
+        };
     let table = root.get("axes").and_then(|entry| entry.node.as_table());
     let tried: Vec<Tried<'_>> = (axes.iter())
         .filter_map(|(key, read)| {
@@ -56,7 +57,7 @@ pub(super) fn try_ends(
     let doubtful: Vec<Doubtful> = (0..tried.len()).flat_map(|own| trial.axis(own, problems)).collect();
     // What is wrong only beside the ends of other axes is a row with its error, but for a value that is written in a list; unless nothing is right.
     if problems.count() > noted || doubtful.is_empty() {
-        return Some(kind);
+        return Some(units);
     }
     if trial.combinations(None).any(|set| set.build().is_ok()) {
         for value in doubtful.into_iter().filter(|value| value.is_listed) {
@@ -66,7 +67,11 @@ pub(super) fn try_ends(
         let message = format!("no combination of the ends is right; the first: {}", value.mistake.message);
         Mistake { path: "axes".into(), message, ..value.mistake }.note(problems);
     }
-    Some(kind)
+    Some(units)
+}
+
+fn units(axes: &IndexMap<String, ReadAxis>, scenario: &Scenario) -> IndexMap<String, String> {
+    axes.keys().map(|key| (key.clone(), unit_of_key(key, scenario))).collect()
 }
 
 /// An axis and the values of it that are tried, as written.

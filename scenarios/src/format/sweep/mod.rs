@@ -7,7 +7,6 @@ mod unit;
 
 use std::path::{Path, PathBuf};
 
-use feeler_plant::description;
 use indexmap::IndexMap;
 
 pub use axes::Axis;
@@ -39,10 +38,10 @@ pub struct SweepFile {
     pub about: String,
     /// The scenario, as found from the sweep file.
     pub scenario: PathBuf,
-    /// Whether the scenario's axis slides or turns.
-    pub axis: description::Axis,
     /// Key paths and their values.
     pub axes: IndexMap<String, Axis>,
+    /// The SI unit of each key; empty for a pure number.
+    pub units: IndexMap<String, String>,
     /// How points are chosen.
     pub sampling: Sampling,
     /// How many points are drawn; on a grid the product of the axes' counts.
@@ -118,7 +117,7 @@ impl SweepFile {
         let read = read_axes(&mut reader, root, &top);
         let refine = Refine::read(&refine, root, &read, problems);
         let scenario = fields.text("scenario").map(|name| source::beside(&sources.0[0].directory, name));
-        let axis = scenario.as_ref().and_then(|scenario| try_ends(&read, scenario, root, problems)).unwrap_or_default();
+        let units = scenario.as_ref().and_then(|scenario| try_ends(&read, scenario, root, problems)).unwrap_or_default();
         let axes: IndexMap<String, Axis> = read.into_iter().map(|(key, read)| (key, read.axis)).collect();
         let drawn = axes.values().any(|axis| axis.count().is_none());
         let sampling = match fields.text("sampling") {
@@ -135,8 +134,8 @@ impl SweepFile {
             name: fields.text("name").unwrap_or_default().into(),
             about: fields.text("about").unwrap_or_default().into(),
             scenario: scenario.unwrap_or_default(),
-            axis,
             axes,
+            units,
             sampling,
             samples: if sampling == Sampling::Grid { runs as u64 } else { fields.count("samples").unwrap_or(1) },
             seed: fields.count("seed").unwrap_or(1),

@@ -15,8 +15,8 @@ const MOST_LEVELS: u32 = 12;
 /// How a grid of one or two axes is made finer where neighbours differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Refine {
-    /// How often the spacing is halved.
-    pub levels: u32,
+    /// How often the spacing of each axis is halved, in order of the file: as often as its own tolerance takes.
+    pub levels: [u32; 2],
     /// What changes across a boundary: the outcome itself, or only whether the force settles.
     pub by_outcome: bool,
 }
@@ -40,10 +40,10 @@ impl Refine {
             let spacings = read.axis.count()?.saturating_sub(1).max(1);
             Some((key, at, halvings(share * spacings as f64)))
         });
-        let mut levels = fields.count("levels").map(|levels| levels as u32);
-        let given = levels.is_some();
+        let given = fields.count("levels").map(|levels| levels as u32);
+        let mut levels = [given.unwrap_or(LEVELS); 2];
         for (key, at, needed) in wanted {
-            if given {
+            if given.is_some() {
                 problems.add(origin("levels"), "refine.levels", "`levels` and a tolerance say the same thing", "remove one of them");
                 break;
             }
@@ -51,15 +51,22 @@ impl Refine {
                 let message = format!("this takes {needed} halvings of the spacing of `{key}`, and at most {MOST_LEVELS} are done");
                 problems.add(&at, format!("axes.\"{key}\""), message, "use more points, or a larger tolerance");
             }
-            levels = levels.max(Some(needed.clamp(1, MOST_LEVELS)));
+            if let Some(levels) = axes.get_index_of(key).and_then(|axis| levels.get_mut(axis)) {
+                *levels = needed.min(MOST_LEVELS);
+            }
         }
-        Some(Self { levels: levels.unwrap_or(LEVELS), by_outcome: fields.text("by") == Some("outcome") })
+        Some(Self { levels, by_outcome: fields.text("by") == Some("outcome") })
     }
 
-    /// The finest spacing of an axis as a share of its length: so closely is an edge located.
-    pub fn share(&self, axis: &Axis) -> f64 {
+    /// Spacings of the finest grid within one of the axis at an index.
+    pub fn stride(&self, axis: usize) -> u64 {
+        self.levels.get(axis).map_or(1, |levels| 1 << levels)
+    }
+
+    /// The finest spacing of the axis at an index as a share of its length: so closely is an edge located.
+    pub fn share(&self, index: usize, axis: &Axis) -> f64 {
         let spacings = axis.count().unwrap_or(2).saturating_sub(1).max(1);
-        1.0 / (spacings << self.levels) as f64
+        1.0 / (spacings * self.stride(index)) as f64
     }
 }
 

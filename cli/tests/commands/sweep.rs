@@ -89,7 +89,7 @@ fn prop_threads_shards_and_kills_leave_no_trace_in_the_bytes() {
 fn truth_a_folder_of_another_sweep_is_refused() {
     let (folder, sweep) = project();
     let out = folder.path().join("out");
-    let short = SWEEP.replace("points = 20", "points = 1");
+    let short = SWEEP.replace("points = 20", "points = 2");
     fs::write(&sweep, &short).unwrap();
     run(&["sweep", sweep.to_str().unwrap(), "--out", out.to_str().unwrap()]);
     fs::write(&sweep, short.replace("2.1", "2.2")).unwrap();

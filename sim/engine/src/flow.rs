@@ -1,5 +1,6 @@
 //! The flow of one mode: its equations as matrices, and its exponentials.
 
+use feeler_lanes::Blocks;
 use feeler_lti::{balance, eigenvalues, expm};
 use feeler_plant::assembly::Source;
 use feeler_plant::description::Engagement;
@@ -39,6 +40,8 @@ pub(crate) struct Flow {
     pub(crate) linear: bool,
     /// Derivatives of the states over the linear part of the extended vector, row by row.
     pub(crate) derivative: Vec<f64>,
+    /// Its part over the states, as it is multiplied fastest.
+    pub(crate) blocks: Blocks<f64>,
     pub(crate) states: usize,
     pub(crate) width: usize,
     /// Norm of the balanced derivative matrix, 1/s.
@@ -88,6 +91,7 @@ impl Flow {
             linear,
             joined: joined(&equations.stuck, layout.coordinates()),
             equations,
+            blocks: blocks(&derivative, states, width),
             derivative,
             states,
             width,
@@ -172,6 +176,15 @@ impl Flow {
         self.transitions.push((span_fs, rows));
         Ok(&self.transitions[self.transitions.len() - 1].1)
     }
+}
+
+/// The columns of the states of a derivative matrix.
+fn blocks(derivative: &[f64], states: usize, width: usize) -> Blocks<f64> {
+    let mut blocks = Blocks::zeros(states, states);
+    for (i, row) in derivative.chunks_exact(width).enumerate() {
+        blocks.set_row(0, i, &row[..states]);
+    }
+    blocks
 }
 
 /// The fastest oscillation of a system, rad/s.

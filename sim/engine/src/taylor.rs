@@ -1,5 +1,7 @@
 //! The flow of a linear mode as a Taylor polynomial in time, and the first zero of a guard along it.
 
+use feeler_lanes::dispatch;
+
 use crate::flow::Flow;
 
 /// Terms of the longest polynomial.
@@ -18,62 +20,72 @@ const AT_ZERO_S: f64 = 1e-13;
 /// `x(s) = sum_k c_k s^k` from a state and held inputs.
 #[derive(Debug, Default)]
 pub(crate) struct Series {
+    /// Of one power after another, those of the states, padded.
     coefficients: Vec<f64>,
+    stride: usize,
     terms: usize,
     states: usize,
     /// Norm of the mode, 1/s.
     rate: f64,
+    /// Scratch of an expansion.
+    sizes: Vec<f64>,
 }
 
 impl Series {
     /// Expands the motion from `xi` (states, inputs, 1) for spans up to `span_s`.
     pub(crate) fn expand(&mut self, flow: &Flow, xi: &[f64], span_s: f64) {
-        let n = flow.states;
+        dispatch(
+            #[inline(always)]
+            || self.expand_by_blocks(flow, xi, span_s),
+        );
+    }
+
+    #[inline(always)]
+    fn expand_by_blocks(&mut self, flow: &Flow, xi: &[f64], span_s: f64) {
+        let (n, stride) = (flow.states, flow.blocks.padded_rows());
         self.states = n;
+        self.stride = stride;
         self.rate = flow.rate;
         let expected = terms(flow.rate * span_s);
         self.terms = MOST_TERMS;
-        self.coefficients.resize(n * MOST_TERMS, 0.0);
+        self.coefficients.resize(stride * MOST_TERMS, 0.0);
         self.coefficients[..n].copy_from_slice(&xi[..n]);
+        // Sizes of all terms so far at the end of the span, and the power of time there.
+        self.sizes.clear();
+        self.sizes.extend(xi[..n].iter().map(|x| x.abs()));
+        let mut power = 1.0;
         for k in 1..MOST_TERMS {
-            let (known, next) = self.coefficients.split_at_mut(k * n);
-            let last = &known[(k - 1) * n..];
-            for (i, c) in next[..n].iter_mut().enumerate() {
-                let row = flow.derivative_row(i);
-                let mut sum: f64 = row.iter().zip(last).map(|(a, x)| a * x).sum();
-                if k == 1 {
-                    sum += row[n..].iter().zip(&xi[n..]).map(|(a, u)| a * u).sum::<f64>();
+            let (known, next) = self.coefficients.split_at_mut(k * stride);
+            let next = &mut next[..stride];
+            flow.blocks.apply(&known[(k - 1) * stride..][..n], next);
+            if k == 1 {
+                for (i, c) in next[..n].iter_mut().enumerate() {
+                    *c += flow.derivative_row(i)[n..].iter().zip(&xi[n..]).map(|(a, u)| a * u).sum::<f64>();
                 }
-                *c = sum / k as f64;
             }
-            if k + 1 >= expected && self.is_negligible(k, span_s) {
+            power *= span_s;
+            // The norm of a mode says nothing of chains of integrations (a ramping force moves a position by the third power of time), whose terms come
+            // whatever the norm: each is looked at.
+            let mut is_negligible = true;
+            for (size, c) in self.sizes.iter_mut().zip(next) {
+                *c /= k as f64;
+                let term = (*c * power).abs();
+                is_negligible &= term <= REMAINDER * *size;
+                *size += term;
+            }
+            if k + 1 >= expected && is_negligible {
                 self.terms = k + 1;
                 break;
             }
         }
-        self.coefficients.truncate(n * self.terms);
-    }
-
-    /// Whether term `k` matters to no state at the end of the span. The norm of a mode says nothing of chains of integrations (a ramping force moves
-    /// a position by the third power of time), whose terms come whatever the norm.
-    fn is_negligible(&self, k: usize, span_s: f64) -> bool {
-        let n = self.states;
-        (0..n).all(|i| {
-            let (mut power, mut sum) = (1.0, 0.0);
-            for j in 0..k {
-                sum += (self.coefficients[j * n + i] * power).abs();
-                power *= span_s;
-            }
-            (self.coefficients[k * n + i] * power).abs() <= REMAINDER * sum
-        })
     }
 
     /// Writes the states at `s` into the front of `xi`.
     pub(crate) fn evaluate(&self, s: f64, xi: &mut [f64]) {
         let n = self.states;
-        xi[..n].copy_from_slice(&self.coefficients[(self.terms - 1) * n..]);
+        xi[..n].copy_from_slice(&self.coefficients[(self.terms - 1) * self.stride..][..n]);
         for k in (0..self.terms - 1).rev() {
-            for (x, c) in xi[..n].iter_mut().zip(&self.coefficients[k * n..]) {
+            for (x, c) in xi[..n].iter_mut().zip(&self.coefficients[k * self.stride..]) {
                 *x = *x * s + c;
             }
         }
@@ -84,7 +96,7 @@ impl Series {
         let n = self.states;
         let mut polynomial = Polynomial { c: [0.0; MOST_TERMS], terms: self.terms, size: 0.0, rate: self.rate };
         for (k, c) in polynomial.c[..self.terms].iter_mut().enumerate() {
-            *c = row[..n].iter().zip(&self.coefficients[k * n..]).map(|(r, x)| r * x).sum();
+            *c = row[..n].iter().zip(&self.coefficients[k * self.stride..]).map(|(r, x)| r * x).sum();
         }
         for (r, x) in row[..width].iter().zip(&xi[..width]) {
             polynomial.size += (r * x).abs();
@@ -279,10 +291,12 @@ impl Polynomial {
         None
     }
 
-    /// The zero between `a` (positive) and `b` (not positive), to rounding: Newton, kept inside the bracket.
+    /// The zero between `a` (positive) and `b` (not positive), to rounding: Newton from the secant's zero, kept inside the bracket.
     fn refine(&self, a: f64, b: f64) -> f64 {
         let (mut a, mut b) = (a, b);
-        let mut s = 0.5 * (a + b);
+        let (at_a, at_b) = (self.at(a), self.at(b));
+        let secant = a + (b - a) * at_a / (at_a - at_b);
+        let mut s = if secant > a && secant < b { secant } else { 0.5 * (a + b) };
         for _ in 0..100 {
             let (value, slope) = self.value_and_slope(s);
             if value > 0.0 {

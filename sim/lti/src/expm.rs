@@ -4,7 +4,7 @@
 //! exact in exp(A): a row of zeros gives a row of the identity, bit for bit, and a block triangle stays one.
 //! Sources: Moler and Van Loan, SIAM Review 45 (2003), method 3; Van Loan, IEEE Trans. Automatic Control 23 (1978) for the integrals.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut, DVector};
 
 use crate::balance::balance;
 use crate::error::{LtiError, require_finite, require_shape};
@@ -38,7 +38,7 @@ pub fn expm(a: &DMatrix<f64>) -> Result<DMatrix<f64>, LtiError> {
     let mut e = taylor(&(balanced.matrix * 2_f64.powi(-squarings)));
     let mut square = e.clone();
     for _ in 0..squarings {
-        multiply(&e, &e, &mut square);
+        multiply(e.as_slice(), e.as_slice(), square.as_mut_slice(), a.nrows());
         std::mem::swap(&mut e, &mut square);
     }
     let scale = balanced.scale;
@@ -58,25 +58,29 @@ fn one_norm(m: &DMatrix<f64>) -> f64 {
 /// in a chain of integrators the corner of the matrix appears only then.
 fn taylor(a: &DMatrix<f64>) -> DMatrix<f64> {
     let n = a.nrows();
-    let mut terms = vec![DMatrix::<f64>::identity(n, n)];
-    let mut sum_of_sizes = DMatrix::<f64>::identity(n, n);
+    let size = n * n;
+    // One term after another, in one piece of memory.
+    let mut terms = DMatrix::<f64>::identity(n, n).as_slice().to_vec();
+    let mut sum_of_sizes = terms.clone();
     for k in 1..=MAX_TERMS.max(n) {
-        let mut term = DMatrix::zeros(n, n);
-        multiply(&terms[k - 1], a, &mut term);
-        term /= k as f64;
-        let negligible = term.iter().zip(sum_of_sizes.iter()).all(|(t, s)| t.abs() <= 0.125 * f64::EPSILON * s);
-        if negligible && k >= n {
-            break;
-        }
-        for (s, t) in sum_of_sizes.iter_mut().zip(term.iter()) {
+        terms.resize((k + 1) * size, 0.0);
+        let (known, term) = terms.split_at_mut(k * size);
+        multiply(&known[(k - 1) * size..], a.as_slice(), term, n);
+        let mut negligible = true;
+        for (t, s) in term.iter_mut().zip(&mut sum_of_sizes) {
+            *t /= k as f64;
+            negligible &= t.abs() <= 0.125 * f64::EPSILON * *s;
             *s += t.abs();
         }
-        terms.push(term);
+        if negligible && k >= n {
+            terms.truncate(k * size);
+            break;
+        }
     }
     // Smallest first: the rounding of the sum is then that of its last addition.
     let mut sum = DMatrix::zeros(n, n);
-    for term in terms[1..].iter().rev() {
-        sum += term;
+    for term in terms[size..].rchunks_exact(size.max(1)) {
+        sum.iter_mut().zip(term).for_each(|(sum, t)| *sum += t);
     }
     for i in 0..n {
         sum[(i, i)] += 1.0;
@@ -84,17 +88,16 @@ fn taylor(a: &DMatrix<f64>) -> DMatrix<f64> {
     sum
 }
 
-/// `out = a b` of square matrices. Small ones are not worth the packing of a general product.
-fn multiply(a: &DMatrix<f64>, b: &DMatrix<f64>, out: &mut DMatrix<f64>) {
-    let n = a.nrows();
+/// `out = a b` of square matrices of order `n`, column by column. Small ones are not worth the packing of a general product.
+fn multiply(a: &[f64], b: &[f64], out: &mut [f64], n: usize) {
     if n > LARGEST_PLAIN {
-        a.mul_to(b, out);
+        let [a, b] = [a, b].map(|m| DMatrixView::from_slice(m, n, n));
+        DMatrixViewMut::from_slice(out, n, n).gemm(1.0, &a, &b, 0.0);
         return;
     }
-    let a = a.as_slice();
-    for (column, factors) in out.as_mut_slice().chunks_exact_mut(n).zip(b.as_slice().chunks_exact(n)) {
+    for (column, factors) in out.chunks_exact_mut(n.max(1)).zip(b.chunks_exact(n.max(1))) {
         column.fill(0.0);
-        for (a, &factor) in a.chunks_exact(n).zip(factors) {
+        for (a, &factor) in a.chunks_exact(n.max(1)).zip(factors) {
             // Zeros are frequent: speeds are states of their own, and inputs are held.
             if factor != 0.0 {
                 for (sum, a) in column.iter_mut().zip(a) {

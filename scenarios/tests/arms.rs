@@ -30,8 +30,11 @@ fn truth_the_axis_of_an_arm_is_a_file_that_runs_and_settles() {
         let axis = axis_file(&file, &pose, DOWN, others, CONTACT).unwrap();
         let document = Document::parse(&axis.text, "axis.toml").unwrap_or_else(|error| panic!("{error}\n{}", axis.text));
         let machine = &document.scenario.machine;
-        let mass = machine.bodies["motor"].mass_kg + machine.bodies["tip"].mass_kg;
+        let mass: f64 = machine.bodies.values().map(|body| body.mass_kg).sum();
         assert!((mass / axis.reduction.mass_kg - 1.0).abs() < 1e-12, "{mass}");
+        // Two masses do where the other directions are free, and not where they are held.
+        assert_eq!(machine.bodies.len() > 2, others == Others::Held, "{}", axis.text);
+        assert_eq!(axis.text.contains("beside the motor"), others == Others::Held, "{}", axis.text);
         let result = run(&document.scenario, &mut |_| {}).unwrap();
         println!("{others:?}: {:?}, largest kp {:.3}", result.summary.outcome, axis.largest_gain);
         let settles = matches!(result.summary.outcome, Outcome::Settled | Outcome::BouncesThenSettles);
@@ -42,14 +45,17 @@ fn truth_the_axis_of_an_arm_is_a_file_that_runs_and_settles() {
 #[test]
 fn prop_the_bandwidth_map_agrees_with_each_place_alone() {
     let (file, pose) = six_joint();
-    let grid = Grid { x: (0.5, 0.8, 3), y: (-0.2, 0.2, 2), z_m: 0.1 };
-    let map = bandwidth_map(&file, &grid, DOWN, Others::Free, CONTACT, &pose).unwrap();
-    assert_eq!(map.len(), 6);
-    for point in &map {
+    let grid = Grid { x: (0.5, 0.8, 2), y: (-0.2, 0.2, 2), z_m: 0.1 };
+    let places =
+        |others: Others| bandwidth_map(&file, &grid, DOWN, others, CONTACT, &pose).unwrap().into_iter().map(move |point| (others, point));
+    let map: Vec<_> = [Others::Free, Others::Held].into_iter().flat_map(places).collect();
+    assert_eq!(map.len(), 8);
+    for (others, point) in &map {
         let found = point.found.as_ref().unwrap();
         let place = file.arm.chain().tool_place(&found.pose).translation.vector;
         assert!((0..3).all(|i| (place[i] - point.place_m[i]).abs() < 1e-6), "{place}");
-        let alone = file.arm.reduce(&found.pose, DOWN, Others::Free).unwrap();
+        let (alone, _) =
+            file.arm.reduce_in_contact(&found.pose, DOWN, *others, [CONTACT.stiffness_n_per_m, CONTACT.damping_n_s_per_m]).unwrap();
         let bandwidth = force_bandwidth(&alone, CONTACT).unwrap();
         assert!((bandwidth.crossover_hz / found.bandwidth.crossover_hz - 1.0).abs() < 1e-9);
         println!("{:?}: {:.2} kg, {:.3} Hz", point.place_m, found.mass_kg, bandwidth.crossover_hz);

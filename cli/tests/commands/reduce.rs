@@ -4,6 +4,9 @@ use std::path::Path;
 
 use crate::bench::{BAD_INPUT, Bench, DONE};
 
+/// The axis's phase crossover in contact from that of the whole arm, the other directions held.
+const HELD_CROSSOVER: f64 = 0.05;
+
 #[test]
 fn truth_an_arm_becomes_a_machine_that_other_commands_take() {
     let bench = Bench::new();
@@ -25,6 +28,15 @@ fn truth_an_arm_becomes_a_machine_that_other_commands_take() {
     let json = bench.feeler(&[&asked[..], &["--hold", "--json"]].concat());
     let found: serde_json::Value = serde_json::from_str(&json.out).unwrap();
     assert!(found["mass_kg"].as_f64().unwrap() > 5.0, "{found}");
+    let crossover = |side: &str| found["phase_crossover_hz"][side].as_f64().unwrap();
+    assert!(
+        (crossover("axis") / crossover("arm") - 1.0).abs() < HELD_CROSSOVER && !found["branches"].as_array().unwrap().is_empty(),
+        "{found}"
+    );
+    assert!(bench.read("axis.toml").contains("[bodies.branch-1]"));
+    for command in ["check", "analyze", "run"] {
+        assert_eq!(bench.feeler(&[command, "axis.toml"]).code, DONE, "{command}");
+    }
     for (asked, message) in [
         (vec!["--pose", "0,0", "--normal", "0,0,-1"], "2 joint positions for 6 joints (pan, lift, elbow, bend, swivel, roll)"),
         (vec!["--pose", "0,40 deg,0,0,0,0", "--normal", "0,0,-1"], "joint `lift` at 0.698"),

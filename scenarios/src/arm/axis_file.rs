@@ -42,14 +42,14 @@ pub struct AxisFile {
 /// # Errors
 /// [`ArmFileError`] for poses and directions in which the arm cannot move.
 pub fn axis_file(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, contact: ToolContact) -> Result<AxisFile, ArmFileError> {
-    let reduction = file.arm.reduce(pose, normal, others)?;
     let touch = [contact.stiffness_n_per_m, contact.damping_n_s_per_m];
-    let agreement = file.arm.agreement(pose, normal, others, touch)?;
+    let (reduction, agreement) = file.arm.reduce_in_contact(pose, normal, others, touch)?;
     let document = Document::parse(&axis_text(&reduction, contact, TRIED_GAIN), "axis.toml")?;
     let report = analyze(&document.scenario, &Request::default())?;
     let edge = report.gain.and_then(|gain| gain.sampled.stable[1]).unwrap_or(f64::INFINITY);
     let gain = (GAIN_SHARE * edge).min(LARGEST_GAIN);
     let mut text = header(file, pose, normal, others, &agreement, touch[0]);
+    text.push_str(&bodies_note(&reduction));
     let name = format!("{}-axis", file.name);
     let held = if others == Others::Held { "the other directions held" } else { "the other directions free" };
     let about = format!("The single axis that {} is at one pose along one normal, {held}", file.name);
@@ -75,6 +75,22 @@ fn header(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, agreem
     )
 }
 
+/// How many bodies there are beside motor and tool, and why.
+fn bodies_note(axis: &Reduction) -> String {
+    let frequencies: Vec<String> = axis.branches.iter().map(|branch| format!("{:.2}", branch.frequency_hz())).collect();
+    match frequencies.len() {
+        0 => String::new(),
+        1 => format!(
+            "# Two masses alone miss that crossover: a body beside the motor stands for a mode at {} Hz (motors held) that loads the drive as well.\n",
+            frequencies[0]
+        ),
+        count => format!(
+            "# Two masses alone miss that crossover: {count} bodies beside the motor stand for modes at {} Hz (motors held) that load the drive as well.\n",
+            frequencies.join(", ")
+        ),
+    }
+}
+
 /// The machine and its force loop, unnamed.
 pub(super) fn axis_text(axis: &Reduction, contact: ToolContact, gain: f64) -> String {
     let mut text = String::new();
@@ -91,6 +107,13 @@ pub(super) fn axis_text(axis: &Reduction, contact: ToolContact, gain: f64) -> St
         "[springs.transmission]\nbetween = [\"motor\", \"tip\"]\nstiffness = {:?}\ndamping = {:?}\n",
         axis.stiffness_n_per_m, axis.damping_n_s_per_m
     ));
+    for (number, branch) in (1..).zip(&axis.branches) {
+        line(format!("[bodies.branch-{number}]\nmass = {:?}\n", branch.mass_kg));
+        line(format!(
+            "[springs.branch-{number}]\nbetween = [\"motor\", \"branch-{number}\"]\nstiffness = {:?}\ndamping = {:?}\n",
+            branch.stiffness_n_per_m, branch.damping_n_s_per_m
+        ));
+    }
     line(format!(
         "[contacts.tool]\nbetween = [\"tip\", \"ground\"]\nstiffness = {:?}\ndamping = {:?}\ngap = \"1 mm\"\n",
         contact.stiffness_n_per_m, contact.damping_n_s_per_m

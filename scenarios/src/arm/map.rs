@@ -90,8 +90,9 @@ pub fn tool_target(file: &ArmFile, place_m: [f64; 3], normal: [f64; 3]) -> Resul
 }
 
 fn values(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, contact: ToolContact) -> Result<Option<MapValues>, ArmFileError> {
-    let axis = match file.arm.reduce(pose, normal, others) {
-        Ok(axis) => axis,
+    let touch = [contact.stiffness_n_per_m, contact.damping_n_s_per_m];
+    let axis = match file.arm.reduce_in_contact(pose, normal, others, touch) {
+        Ok((axis, _)) => axis,
         Err(ArmError::Singular { .. }) => return Ok(None),
         Err(error) => return Err(error.into()),
     };

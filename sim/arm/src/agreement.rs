@@ -1,11 +1,12 @@
-//! How well the axis of two masses stands for the whole arm, in linear theory and in contact.
+//! How well an axis stands for the whole arm, in linear theory and in contact.
 
 use std::f64::consts::{PI, TAU};
 
-use nalgebra::Complex;
+use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::error::ArmError;
-use crate::flexible::{Arm, Others};
+use crate::flexible::{Arm, LinearArm, Others, VibrationMode};
+use crate::linear_system::LinearSystem;
 use crate::reduce::Reduction;
 
 /// Part of the way from drive to tool from which on a mode counts as the one in which the arm as a whole moves on the contact.
@@ -32,37 +33,94 @@ impl Reduction {
         let s = Complex::new(0.0, TAU * frequency_hz);
         let joint = self.stiffness_n_per_m + self.damping_n_s_per_m * s;
         let touch = contact[0] + contact[1] * s;
-        let motor = self.motor_mass_kg * s * s + self.guide_damping_n_s_per_m * s + joint;
+        let mut motor = self.motor_mass_kg * s * s + self.guide_damping_n_s_per_m * s + joint;
+        for branch in &self.branches {
+            let (inertia, spring) = (branch.mass_kg * s * s, branch.stiffness_n_per_m + branch.damping_n_s_per_m * s);
+            motor += inertia * spring / (inertia + spring);
+        }
         let tip = self.tip_mass_kg * s * s + joint + touch;
         touch * joint / (motor * tip - joint * joint)
     }
 
-    /// Undamped frequencies of the two modes with the tool on a spring, Hz.
-    pub fn modes_in_contact_hz(&self, contact_n_per_m: f64) -> [f64; 2] {
-        let (m1, m2, k) = (self.motor_mass_kg, self.tip_mass_kg, self.stiffness_n_per_m);
-        let sum = k / m1 + (k + contact_n_per_m) / m2;
-        let product = k * contact_n_per_m / (m1 * m2);
-        let upper = 0.5 * (sum + (sum * sum - 4.0 * product).max(0.0).sqrt());
-        [(product / upper).sqrt() / TAU, upper.sqrt() / TAU]
+    /// Modes of the axis with the tool on a spring, slowest first; with a spring of zero those of the axis in the air.
+    pub fn modes_in_contact(&self, contact_n_per_m: f64) -> Vec<VibrationMode> {
+        self.system().modes(contact_n_per_m)
+    }
+
+    /// Coordinates are those of motor, tool and branches.
+    fn system(&self) -> LinearSystem {
+        let n = 2 + self.branches.len();
+        let masses = [self.motor_mass_kg, self.tip_mass_kg].into_iter().chain(self.branches.iter().map(|branch| branch.mass_kg));
+        let mass = DMatrix::from_diagonal(&DVector::from_iterator(n, masses));
+        let (mut stiffness, mut damping) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
+        damping[(0, 0)] = self.guide_damping_n_s_per_m;
+        let tool = (self.stiffness_n_per_m, self.damping_n_s_per_m);
+        let branches = self.branches.iter().map(|branch| (branch.stiffness_n_per_m, branch.damping_n_s_per_m));
+        for (i, (k, c)) in std::iter::once(tool).chain(branches).enumerate() {
+            for (matrix, number) in [(&mut stiffness, k), (&mut damping, c)] {
+                let mut ends = DVector::zeros(n);
+                (ends[0], ends[i + 1]) = (1.0, -1.0);
+                *matrix += number * &ends * ends.transpose();
+            }
+        }
+        let unit = |i: usize| DVector::from_fn(n, |row, _| if row == i { 1.0 } else { 0.0 });
+        LinearSystem { mass, stiffness, damping, tip: unit(1), drive: unit(0), mass_kg: self.mass_kg }
+    }
+}
+
+/// The whole arm's landmarks in contact, against which axes are held.
+pub(crate) struct WholeArm {
+    contact: [f64; 2],
+    grid_hz: Vec<f64>,
+    contact_mode_hz: f64,
+    phase_crossover_hz: f64,
+}
+
+impl WholeArm {
+    /// The frequencies at which phases are followed are taken from an axis that has about the arm's contact mode.
+    pub(crate) fn new(linear: &LinearArm, axis: &Reduction, contact: [f64; 2]) -> Self {
+        let modes = axis.modes_in_contact(contact[0]);
+        let own = modes.first().map_or(f64::NAN, |mode| mode.frequency_hz);
+        let steps = (PER_DECADE * (TO / FROM).log10()) as u32;
+        let grid_hz: Vec<f64> = (0..=steps).map(|i| own * FROM * (TO / FROM).powf(f64::from(i) / f64::from(steps))).collect();
+        let response = linear.system.response_in_contact(contact, &grid_hz);
+        Self {
+            contact,
+            contact_mode_hz: contact_mode_hz(&linear.system.modes(contact[0])),
+            phase_crossover_hz: half_turn_hz(&grid_hz, &response),
+            grid_hz,
+        }
+    }
+
+    pub(crate) fn agreement(&self, axis: &Reduction) -> Agreement {
+        let response: Vec<_> = self.grid_hz.iter().map(|f| axis.response_in_contact(self.contact, *f)).collect();
+        Agreement {
+            contact_mode_hz: [self.contact_mode_hz, contact_mode_hz(&axis.modes_in_contact(self.contact[0]))],
+            phase_crossover_hz: [self.phase_crossover_hz, half_turn_hz(&self.grid_hz, &response)],
+        }
     }
 }
 
 impl Arm {
-    /// Holds the axis of two masses against the whole arm, both linear about the pose, the tool on a spring (N/m) and damper (N s/m).
+    /// Holds an axis against the whole arm, both linear about the pose, the tool on a spring (N/m) and damper (N s/m).
     ///
     /// # Errors
     /// Those of [`Self::reduce`].
-    pub fn agreement(&self, q: &[f64], normal: [f64; 3], others: Others, contact: [f64; 2]) -> Result<Agreement, ArmError> {
-        let axis = self.reduce(q, normal, others)?;
-        let modes = self.modes_in_contact(q, normal, others, contact[0])?;
-        let whole = modes.iter().find(|mode| mode.drive_share.abs() > WHOLE_ARM).map_or(f64::NAN, |mode| mode.frequency_hz);
-        let [own, _] = axis.modes_in_contact_hz(contact[0]);
-        let steps = (PER_DECADE * (TO / FROM).log10()) as u32;
-        let grid: Vec<f64> = (0..=steps).map(|i| own * FROM * (TO / FROM).powf(f64::from(i) / f64::from(steps))).collect();
-        let full = self.response_in_contact(q, normal, others, contact, &grid)?;
-        let reduced: Vec<_> = grid.iter().map(|f| axis.response_in_contact(contact, *f)).collect();
-        Ok(Agreement { contact_mode_hz: [whole, own], phase_crossover_hz: [&full, &reduced].map(|values| half_turn_hz(&grid, values)) })
+    pub fn agreement(
+        &self,
+        axis: &Reduction,
+        q: &[f64],
+        normal: [f64; 3],
+        others: Others,
+        contact: [f64; 2],
+    ) -> Result<Agreement, ArmError> {
+        Ok(WholeArm::new(&self.linear(q, normal, others)?, axis, contact).agreement(axis))
     }
+}
+
+/// Frequency of the first mode in which drive and tool move together; not a number where there is none.
+fn contact_mode_hz(modes: &[VibrationMode]) -> f64 {
+    modes.iter().find(|mode| mode.drive_share.abs() > WHOLE_ARM).map_or(f64::NAN, |mode| mode.frequency_hz)
 }
 
 /// The first frequency at which a phase that starts near zero has fallen to -180 degrees.

@@ -1,9 +1,10 @@
 //! Joints with gears and springs, and the linear model of an arm at a pose.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
+use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::chain::Chain;
 use crate::error::ArmError;
+use crate::linear_system::LinearSystem;
 
 /// What drives one joint, all seen at the joint's side of the gear but the rotor.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,22 +59,18 @@ pub struct VibrationMode {
     pub tip_share: f64,
 }
 
-/// An arm at a pose in linear theory: `M x'' + D x' + K x = b u`, the tool's way along the normal `c x`; coordinates are the motors' (in a basis of the
-/// directions in which they are free to move) and then the links'.
+/// An arm at a pose in linear theory; coordinates are the motors' (in a basis of the directions in which they are free to move) and then the links'.
 pub(crate) struct LinearArm {
-    pub(crate) mass: DMatrix<f64>,
-    pub(crate) stiffness: DMatrix<f64>,
-    pub(crate) damping: DMatrix<f64>,
-    pub(crate) tip: DVector<f64>,
-    pub(crate) drive: DVector<f64>,
+    pub(crate) system: LinearSystem,
     /// Directions of joint space in which the motors move, one per column.
     pub(crate) basis: DMatrix<f64>,
     /// Joint motion per length of the tool along the normal when nothing bends.
     pub(crate) rigid: DVector<f64>,
+    /// The same in all coordinates.
+    pub(crate) unbent: DVector<f64>,
     /// Jacobian of the tool's way along the normal.
     pub(crate) along: DVector<f64>,
-    /// Mass of links and rotors in joint space.
-    pub(crate) total_mass: DMatrix<f64>,
+    /// Mass of the links in joint space.
     pub(crate) link_mass: DMatrix<f64>,
 }
 
@@ -143,11 +140,11 @@ impl Arm {
         let link_mass = self.chain.mass_matrix(q);
         let reflected = DMatrix::from_diagonal(&self.reflected_inertia_kg_m2());
         let total_mass = &link_mass + &reflected;
-        let (basis, rigid) = match others {
+        let (basis, rigid, motors_rigid) = match others {
             Others::Held => {
                 let rows = if n >= 6 { 6 } else { 3 };
                 let rigid = held_direction(&jacobian.rows(0, rows).into_owned(), &unit)?;
-                (DMatrix::from_columns(std::slice::from_ref(&rigid)), rigid)
+                (DMatrix::from_columns(std::slice::from_ref(&rigid)), rigid, DVector::from_element(1, 1.0))
             }
             Others::Free => {
                 let size = jacobian.rows(0, 3).norm();
@@ -158,7 +155,8 @@ impl Arm {
                 // Positive definite, since every joint moves something: see `Urdf::chain`.
                 let solved = total_mass.clone().lu().solve(&along).ok_or(ArmError::Singular { held: "", share: 0.0 })?;
                 let mobility = along.dot(&solved);
-                (DMatrix::identity(n, n), solved / mobility)
+                let rigid = solved / mobility;
+                (DMatrix::identity(n, n), rigid.clone(), rigid)
             }
         };
         let stiffness = DMatrix::from_diagonal(&self.per_joint(|d| d.stiffness_n_m_per_rad));
@@ -184,7 +182,12 @@ impl Arm {
         tip.rows_mut(p, n).copy_from(&along);
         let mut drive = DVector::zeros(p + n);
         drive.rows_mut(0, p).copy_from(&(basis.transpose() * &along));
-        Ok(LinearArm { mass, stiffness: coupled(&stiffness), damping: all_damping, tip, drive, basis, rigid, along, total_mass, link_mass })
+        let mut unbent = DVector::zeros(p + n);
+        unbent.rows_mut(0, p).copy_from(&motors_rigid);
+        unbent.rows_mut(p, n).copy_from(&rigid);
+        let mass_kg = (total_mass * &rigid).dot(&rigid);
+        let system = LinearSystem { mass, stiffness: coupled(&stiffness), damping: all_damping, tip, drive, mass_kg };
+        Ok(LinearArm { system, basis, rigid, unbent, along, link_mass })
     }
 }
 
@@ -202,40 +205,4 @@ fn held_direction(task: &DMatrix<f64>, normal: &Vector3<f64>) -> Result<DVector<
         return Err(ArmError::Singular { held, share: if missed > MISSED { 0.0 } else { share } });
     }
     Ok(direction)
-}
-
-impl LinearArm {
-    /// Mass of the arm along the normal when nothing bends.
-    pub(crate) fn mass_kg(&self) -> f64 {
-        (&self.total_mass * &self.rigid).dot(&self.rigid)
-    }
-
-    /// Modes that bend joints, slowest first; with `contact_n_per_m` on the tip, all modes.
-    pub(crate) fn modes(&self, contact_n_per_m: f64) -> Vec<VibrationMode> {
-        let total = self.mass_kg();
-        let Some(cholesky) = self.mass.clone().cholesky() else { return Vec::new() };
-        let lower = cholesky.l();
-        let stiffness = &self.stiffness + contact_n_per_m * &self.tip * self.tip.transpose();
-        // L^-1 K L^-T, through two triangular solutions.
-        let half = lower.solve_lower_triangular(&stiffness).unwrap_or_else(|| stiffness.clone());
-        let reduced = lower.solve_lower_triangular(&half.transpose()).unwrap_or(half);
-        let eigen = SymmetricEigen::new(0.5 * (&reduced + reduced.transpose()));
-        let largest = eigen.eigenvalues.amax();
-        let mut modes: Vec<VibrationMode> = (0..eigen.eigenvalues.len())
-            .filter(|&i| eigen.eigenvalues[i] > 1e-9 * largest)
-            .filter_map(|i| {
-                let shape = lower.transpose().solve_upper_triangular(&eigen.eigenvectors.column(i).into_owned())?;
-                let omega = eigen.eigenvalues[i].sqrt();
-                let (t, d) = (self.tip.dot(&shape), self.drive.dot(&shape));
-                Some(VibrationMode {
-                    frequency_hz: omega / std::f64::consts::TAU,
-                    damping_ratio: (&self.damping * &shape).dot(&shape) / (2.0 * omega),
-                    drive_share: t * d * total,
-                    tip_share: t * t * total,
-                })
-            })
-            .collect();
-        modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
-        modes
-    }
 }

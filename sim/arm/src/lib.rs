@@ -1,7 +1,7 @@
 //! Serial arms, and the single axis that an arm is along a contact normal.
 //!
 //! [`Urdf`] reads a robot description, [`Chain`] is its kinematics and rigid-body dynamics, [`Arm`] adds drives: gears, rotors, flexible joints, friction.
-//! [`Arm::reduce`] finds the axis of two masses that the arm is along a direction at a pose, [`FlexibleArm`] simulates the arm itself, so that one can be held
+//! [`Arm::reduce`] finds the axis of two masses that the arm is along a direction at a pose, [`Arm::reduce_in_contact`] adds bodies where these do not do, [`FlexibleArm`] simulates the arm itself, so that one can be held
 //! against the other. The model of the flexible joint is that of M. W. Spong, "Modeling and control of elastic joint robots", J. Dyn. Sys. Meas. Control 109
 //! (1987): rotors turn about the joint axes only as far as their kinetic energy goes.
 //!
@@ -25,18 +25,21 @@
 //! ```
 
 mod agreement;
+mod branches;
 mod chain;
 mod collision;
 mod dynamics;
 mod error;
 mod flexible;
 mod inverse_kinematics;
+mod linear_system;
 mod posture;
 mod reduce;
 mod swing;
 mod urdf;
 
 pub use agreement::Agreement;
+pub use branches::Branch;
 pub use chain::{Chain, Inertial, Joint, JointKind};
 pub use collision::{Collision, CollisionShape};
 pub use error::ArmError;

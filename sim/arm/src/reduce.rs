@@ -1,19 +1,22 @@
-//! From an arm at a pose to one axis of two masses.
+//! From an arm at a pose to one axis of two masses, or more.
 
-use nalgebra::{Complex, DMatrix};
+use nalgebra::Complex;
 
+use crate::branches::Branch;
 use crate::error::ArmError;
-use crate::flexible::{Arm, Others, VibrationMode};
+use crate::flexible::{Arm, LinearArm, Others, VibrationMode};
 
 /// The axis that an arm is along a contact normal: the paper's flexible machine, with the arm's numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reduction {
     /// Mass of the arm when nothing bends.
     pub mass_kg: f64,
-    /// Its part on the motors' side of the equivalent spring.
+    /// Its part on the motors' side of the equivalent spring, that of the branches not counted.
     pub motor_mass_kg: f64,
     /// Its part on the tool's side.
     pub tip_mass_kg: f64,
+    /// Further bodies, each on a spring of its own beside the motor; none where two masses do.
+    pub branches: Vec<Branch>,
     /// The equivalent spring between the two.
     pub stiffness_n_per_m: f64,
     /// Its damping.
@@ -40,48 +43,49 @@ impl Arm {
     /// The axis of two masses that the arm is along `normal` at pose `q`; gravity is taken as compensated.
     ///
     /// Kept are the mass of the whole, and how far slow forces bend it: the tool's lag behind the rigid motion per drive force, the tool's way beyond it per
-    /// force on the tool, and the rate of the first. For an arm with one joint this is the arm; for one with more, whose modes are spread, it is the pair of
-    /// masses that agrees with all of them at low frequency (matching of moments, as in model reduction).
+    /// force on the tool; and what the joints lose while a force on the tool changes slowly. For an arm with one joint this is the arm; for one with more,
+    /// whose modes are spread, it is the pair of masses that agrees with all of them at low frequency (matching of moments, as in model reduction).
     ///
     /// # Errors
     /// [`ArmError::Pose`], [`ArmError::Limit`], [`ArmError::Normal`], [`ArmError::Singular`].
     pub fn reduce(&self, q: &[f64], normal: [f64; 3], others: Others) -> Result<Reduction, ArmError> {
-        let linear = self.linear(q, normal, others)?;
-        let mass_kg = linear.mass_kg();
-        let modes = linear.modes(0.0);
+        self.pair(&self.linear(q, normal, others)?)
+    }
+
+    pub(crate) fn pair(&self, linear: &LinearArm) -> Result<Reduction, ArmError> {
+        let mass_kg = linear.system.mass_kg;
+        let modes = linear.system.modes(0.0);
         let singular = ArmError::Singular { held: "", share: 0.0 };
-        // Bending per force, over modes: tool by drive (noncolocated, so negative), tool by tool, and the rate of the first.
+        // Bending per force, over modes: tool by drive (noncolocated, so negative), tool by tool.
         let tau = std::f64::consts::TAU;
-        let over = |number: &dyn Fn(&VibrationMode) -> f64, power: i32| {
-            modes.iter().map(|mode| number(mode) / (tau * mode.frequency_hz).powi(power)).sum::<f64>()
-        };
-        let by_drive = -over(&|mode| mode.drive_share, 2);
+        let over =
+            |number: &dyn Fn(&VibrationMode) -> f64| modes.iter().map(|mode| number(mode) / (tau * mode.frequency_hz).powi(2)).sum::<f64>();
+        let by_drive = -over(&|mode| mode.drive_share);
         if modes.is_empty() || by_drive.is_nan() || by_drive <= 0.0 {
             return Err(singular);
         }
         let omega = by_drive.recip().sqrt();
-        let ratio = over(&|mode| mode.tip_share, 2) * omega * omega;
-        let decay = -over(&|mode| mode.drive_share * 2.0 * mode.damping_ratio * tau * mode.frequency_hz, 4) * omega.powi(4);
+        let ratio = over(&|mode| mode.tip_share) * omega * omega;
         let tip_mass_kg = mass_kg / (1.0 + ratio);
         let motor_mass_kg = mass_kg - tip_mass_kg;
-        let pair = motor_mass_kg * tip_mass_kg / mass_kg;
+        let stiffness_n_per_m = omega * omega * motor_mass_kg * tip_mass_kg / mass_kg;
         let along = &linear.along;
         let direction = &linear.rigid;
         let sum = |number: &dyn Fn(usize) -> f64| (0..self.drives.len()).map(number).sum::<f64>();
         let compliance = sum(&|i| along[i] * along[i] / self.drives[i].stiffness_n_m_per_rad);
+        let loss = sum(&|i| self.drives[i].damping_n_m_s_per_rad * (along[i] / self.drives[i].stiffness_n_m_per_rad).powi(2));
         let limp = linear.link_mass.clone().lu().solve(along).ok_or(singular)?;
         let guide_damping = sum(&|i| self.drives[i].viscous_friction_n_m_s_per_rad * direction[i] * direction[i]);
         let takes_part = |i: &usize| along[*i].abs() > 1e-9 * along.amax();
         let limits = (0..self.drives.len()).filter(takes_part).filter_map(|i| Some(self.drives[i].effort_limit_n_m? / along[i].abs()));
         let bandwidths = (0..self.drives.len()).filter(takes_part).filter_map(|i| self.drives[i].bandwidth_hz);
-        // What the motors' own friction does to the mode is in the guide already.
-        let guide_share = guide_damping * tip_mass_kg / (motor_mass_kg * mass_kg);
         Ok(Reduction {
             mass_kg,
             motor_mass_kg,
             tip_mass_kg,
-            stiffness_n_per_m: omega * omega * pair,
-            damping_n_s_per_m: ((decay - guide_share) * pair).max(0.0),
+            branches: Vec::new(),
+            stiffness_n_per_m,
+            damping_n_s_per_m: stiffness_n_per_m * stiffness_n_per_m * loss,
             static_stiffness_n_per_m: 1.0 / compliance,
             link_mass_kg: 1.0 / along.dot(&limp),
             guide_damping_n_s_per_m: guide_damping,
@@ -104,7 +108,7 @@ impl Arm {
         others: Others,
         contact_n_per_m: f64,
     ) -> Result<Vec<VibrationMode>, ArmError> {
-        Ok(self.linear(q, normal, others)?.modes(contact_n_per_m))
+        Ok(self.linear(q, normal, others)?.system.modes(contact_n_per_m))
     }
 
     /// Force of a spring and damper under the tool per drive force along the normal, at frequencies in Hz: every joint's motor and link as it is, linear
@@ -120,21 +124,6 @@ impl Arm {
         contact: [f64; 2],
         frequencies_hz: &[f64],
     ) -> Result<Vec<Complex<f64>>, ArmError> {
-        let linear = self.linear(q, normal, others)?;
-        let touch = &linear.tip * linear.tip.transpose();
-        let [k, c] = contact;
-        let stiffness = &linear.stiffness + k * &touch;
-        let damping = &linear.damping + c * &touch;
-        let complex = |matrix: &DMatrix<f64>, factor: Complex<f64>| matrix.map(|x| factor * x);
-        Ok((frequencies_hz.iter())
-            .map(|frequency_hz| {
-                let s = Complex::new(0.0, std::f64::consts::TAU * frequency_hz);
-                let one = Complex::new(1.0, 0.0);
-                let dynamic = complex(&linear.mass, s * s) + complex(&damping, s) + complex(&stiffness, one);
-                let drive = linear.drive.map(|x| one * x);
-                let moved = dynamic.lu().solve(&drive).map_or(Complex::new(f64::NAN, 0.0), |x| x.dot(&linear.tip.map(|t| one * t)));
-                (k + c * s) * moved
-            })
-            .collect())
+        Ok(self.linear(q, normal, others)?.system.response_in_contact(contact, frequencies_hz))
     }
 }

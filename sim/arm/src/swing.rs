@@ -92,7 +92,7 @@ impl<'a> FlexibleArm<'a> {
         let (p, n) = (linear.basis.ncols(), q.len());
         let mut state = DVector::zeros(2 * (p + n));
         state.rows_mut(p, n).copy_from(&home);
-        let motor_mass = linear.mass.view((0, 0), (p, p)).into_owned();
+        let motor_mass = linear.system.mass.view((0, 0), (p, p)).into_owned();
         let origin_m = unit.dot(&arm.chain.tool_place(q).translation.vector);
         Ok(Self { arm, home, normal: unit, origin_m, basis: linear.basis, motor_mass, along: linear.along, state, wall, t_s: 0.0 })
     }

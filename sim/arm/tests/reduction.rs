@@ -79,26 +79,56 @@ fn truth_one_joint_is_two_masses_exactly() {
     assert!(matches!(arm.reduce(&[0.0], [0.0; 3], Others::Free), Err(ArmError::Normal { .. })));
 }
 
-/// The first mode in contact, from either side.
-const MODE: f64 = 2e-3;
-/// Where the drives let go of the other directions, one mode has nine tenths of the bending and the axis is the arm to a few hundredths.
-const CROSSOVER_FREE: f64 = 0.05;
-/// Where they are held, three modes between 16 and 28 Hz share it, which one spring cannot show.
-const CROSSOVER_HELD: f64 = 0.5;
+/// What the modes move that take too little part to be counted, over the arm's mass: 1e-9 each, with room for closely spaced ones.
+const LEFT_OUT: f64 = 1e-6;
+
+#[test]
+fn truth_with_all_its_branches_the_axis_has_the_arm_s_frequencies() {
+    let arm = six_joint();
+    for others in [Others::Free, Others::Held] {
+        for q in poses(&arm) {
+            let pair = arm.reduce(&q, DOWN, others).unwrap();
+            let axis = arm.reduce_with_branches(&q, DOWN, others, usize::MAX).unwrap();
+            let bodies = axis.branches.iter().map(|branch| branch.mass_kg).sum::<f64>() + axis.motor_mass_kg + axis.tip_mass_kg;
+            assert!((bodies / pair.mass_kg - 1.0).abs() < ROUNDING && axis.motor_mass_kg > 0.0, "{axis:?}");
+            for own in axis.modes_in_contact(0.0) {
+                let nearest =
+                    pair.modes.iter().map(|mode| (own.frequency_hz / mode.frequency_hz - 1.0).abs()).fold(f64::INFINITY, f64::min);
+                assert!(nearest < LEFT_OUT, "{others:?}: {} Hz is none of the arm's", own.frequency_hz);
+            }
+            assert!(axis.branches.len() >= 2, "{others:?}");
+        }
+    }
+}
+
+/// The phase crossover, on any contact.
+const CROSSOVER: f64 = 0.02;
+/// Contacts (N/m, N s/m), and what the contact mode on them may be off by: on the second the documents tell the figures; a softer and a harder one
+/// show that the axis is not made for one alone. The harder, the nearer comes the mode to those in which several joints bend against each other.
+const CONTACTS: [([f64; 2], f64); 3] = [([5e3, 20.0], 2e-3), ([2e4, 40.0], 5e-3), ([5e4, 60.0], 0.03)];
 
 #[test]
 fn reference_contact_mode_and_phase_crossover_are_the_whole_arm_s_at_twenty_poses() {
     let arm = six_joint();
-    for (others, most) in [(Others::Free, CROSSOVER_FREE), (Others::Held, CROSSOVER_HELD)] {
-        let [mut mode, mut crossover] = [0.0_f64; 2];
-        for q in poses(&arm) {
-            let found = arm.agreement(&q, DOWN, others, [2e4, 40.0]).unwrap();
-            let off = |[whole, axis]: [f64; 2]| (axis / whole - 1.0).abs();
-            mode = mode.max(off(found.contact_mode_hz));
-            crossover = crossover.max(off(found.phase_crossover_hz));
+    let off = |[whole, axis]: [f64; 2]| (axis / whole - 1.0).abs();
+    for (contact, most) in CONTACTS {
+        for others in [Others::Free, Others::Held] {
+            let [mut mode, mut crossover, mut of_pair] = [0.0_f64; 3];
+            let mut branches = Vec::new();
+            for q in poses(&arm) {
+                let pair = arm.reduce(&q, DOWN, others).unwrap();
+                of_pair = of_pair.max(off(arm.agreement(&pair, &q, DOWN, others, contact).unwrap().phase_crossover_hz));
+                let (axis, found) = arm.reduce_in_contact(&q, DOWN, others, contact).unwrap();
+                branches.push(axis.branches.len());
+                mode = mode.max(off(found.contact_mode_hz));
+                crossover = crossover.max(off(found.phase_crossover_hz));
+            }
+            println!(
+                "{contact:?}, {others:?}: contact mode off by up to {mode:.1e}, phase crossover by up to {crossover:.1e} (two masses {of_pair:.1e}), \
+                 branches {branches:?}"
+            );
+            assert!(crossover < CROSSOVER && mode < most, "{others:?}: {mode} {crossover}");
         }
-        println!("{others:?}: contact mode off by up to {mode:.1e}, phase crossover by up to {crossover:.1e}");
-        assert!(mode < MODE && crossover < most, "{others:?}: {mode} {crossover}");
     }
 }
 
@@ -143,7 +173,7 @@ fn reference_impact_peaks_are_the_whole_arm_s_at_twenty_poses() {
     for others in [Others::Held, Others::Free] {
         let mut worst = 0.0_f64;
         for q in poses(&arm) {
-            let axis = arm.reduce(&q, DOWN, others).unwrap();
+            let (axis, _) = arm.reduce_in_contact(&q, DOWN, others, [wall.stiffness_n_per_m, wall.damping_n_s_per_m]).unwrap();
             let mut moving = FlexibleArm::new(&arm, &q, DOWN, others, wall).unwrap();
             moving.throw(others, speed).unwrap();
             let mut peak = 0.0_f64;
@@ -163,11 +193,19 @@ fn reference_impact_peaks_are_the_whole_arm_s_at_twenty_poses() {
 fn reduced_peak(axis: &Reduction, wall: &Wall, speed: f64) -> f64 {
     let h = 1e-6;
     let [mut x1, mut x2, mut v1, mut v2] = [0.0, 0.0, speed, speed];
+    let mut beside = vec![[0.0, speed]; axis.branches.len()];
     let mut peak = 0.0_f64;
     for _ in 0..80_000 {
         let force = if x2 > 0.0 { (wall.stiffness_n_per_m * x2 + wall.damping_n_s_per_m * v2).max(0.0) } else { 0.0 };
         let joint = axis.stiffness_n_per_m * (x1 - x2) + axis.damping_n_s_per_m * (v1 - v2);
-        v1 += h * (-joint - axis.guide_damping_n_s_per_m * v1) / axis.motor_mass_kg;
+        let mut back = 0.0;
+        for ([x, v], branch) in beside.iter_mut().zip(&axis.branches) {
+            let spring = branch.stiffness_n_per_m * (x1 - *x) + branch.damping_n_s_per_m * (v1 - *v);
+            *v += h * spring / branch.mass_kg;
+            *x += h * *v;
+            back += spring;
+        }
+        v1 += h * (-joint - back - axis.guide_damping_n_s_per_m * v1) / axis.motor_mass_kg;
         v2 += h * (joint - force) / axis.tip_mass_kg;
         x1 += h * v1;
         x2 += h * v2;

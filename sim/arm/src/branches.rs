@@ -1,0 +1,158 @@
+//! Bodies beside the motor, where one spring does not do.
+
+use std::cmp::Ordering;
+use std::f64::consts::TAU;
+
+use nalgebra::DMatrix;
+
+use crate::agreement::{Agreement, WholeArm};
+use crate::error::ArmError;
+use crate::flexible::{Arm, LinearArm, Others};
+use crate::linear_system::{BENDS_NOTHING, eigen};
+use crate::reduce::Reduction;
+
+/// How far the phase crossover of two masses may be from the whole arm's before further bodies are asked for.
+const CLOSE: f64 = 0.01;
+/// How far leaving bodies out may move the crossover.
+const MOVED: f64 = 5e-3;
+/// Part of the arm's mass below which a mode takes no part.
+const NO_PART: f64 = 1e-9;
+
+/// A body on a spring beside the motor: bending that loads the drive and hardly moves the tool.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Branch {
+    /// Its mass.
+    pub mass_kg: f64,
+    /// Its spring to the motor.
+    pub stiffness_n_per_m: f64,
+    /// The damping of that spring.
+    pub damping_n_s_per_m: f64,
+}
+
+impl Branch {
+    /// Its undamped frequency, the motor held.
+    pub fn frequency_hz(&self) -> f64 {
+        (self.stiffness_n_per_m / self.mass_kg).sqrt() / TAU
+    }
+
+    /// How far it trails behind a motor that accelerates, weighted by its mass, kg s².
+    fn lag(&self) -> f64 {
+        self.mass_kg * self.mass_kg / self.stiffness_n_per_m
+    }
+}
+
+/// A branch, and its part of the tool's way; these parts add up to one.
+struct Part {
+    branch: Branch,
+    way: f64,
+}
+
+/// What hangs on the drive: one branch per mode of the arm with the drive's way held. To the drive they are the arm, but for damping that couples them.
+fn parts(linear: &LinearArm) -> Vec<Part> {
+    let system = &linear.system;
+    let n = system.drive.len();
+    // Householder's reflection of the drive's direction onto the first axis: its other columns span the motions that leave the drive where it is.
+    let mut v = system.drive.normalize();
+    v[0] += v[0].signum();
+    let reflection = DMatrix::identity(n, n) - &v * v.transpose() * (2.0 / v.norm_squared());
+    let still = reflection.columns(1, n - 1).into_owned();
+    let within = |matrix: &DMatrix<f64>| still.tr_mul(matrix) * &still;
+    let Some((squares, shapes)) = eigen(&within(&system.mass), &within(&system.stiffness)) else { return Vec::new() };
+    let shapes = &still * shapes;
+    let carried = &system.mass * &linear.unbent;
+    let largest = squares.amax();
+    (squares.iter().zip(shapes.column_iter()))
+        .filter_map(|(square, shape)| {
+            let share = shape.dot(&carried);
+            let mass_kg = share * share;
+            let branch =
+                Branch { mass_kg, stiffness_n_per_m: square * mass_kg, damping_n_s_per_m: (&system.damping * shape).dot(&shape) * mass_kg };
+            let takes_part = *square > BENDS_NOTHING * largest && mass_kg > NO_PART * system.mass_kg;
+            takes_part.then(|| Part { branch, way: share * system.tip.dot(&shape) })
+        })
+        .collect()
+}
+
+/// The body that is the tool, the one whose part of the tool's way is largest, and the others, first those that trail most.
+fn tool_and_others(linear: &LinearArm) -> Option<(Branch, Vec<Branch>)> {
+    let mut parts = parts(linear);
+    parts.sort_by(|a, b| b.way.total_cmp(&a.way));
+    let mut bodies = parts.into_iter().map(|part| part.branch);
+    let tool = bodies.next()?;
+    let mut others: Vec<Branch> = bodies.collect();
+    others.sort_by(|a, b| b.lag().partial_cmp(&a.lag()).unwrap_or(Ordering::Equal));
+    Some((tool, others))
+}
+
+/// An axis of motor, tool and branches; what is no branch moves with the motor.
+fn branched(pair: &Reduction, tool: Branch, branches: &[Branch]) -> Reduction {
+    let on_springs = tool.mass_kg + branches.iter().map(|branch| branch.mass_kg).sum::<f64>();
+    Reduction {
+        motor_mass_kg: pair.mass_kg - on_springs,
+        tip_mass_kg: tool.mass_kg,
+        stiffness_n_per_m: tool.stiffness_n_per_m,
+        damping_n_s_per_m: tool.damping_n_s_per_m,
+        branches: branches.to_vec(),
+        ..pair.clone()
+    }
+}
+
+impl Arm {
+    /// The axis of the arm along `normal` at pose `q` with at most `most` bodies beside the motor.
+    ///
+    /// With the drive's way held, every mode of the arm is a mass on a spring that hangs on the drive (the effective masses of modes with a fixed interface:
+    /// R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968)). That is how the motor feels the arm, with nothing lost. The tool's way is a weighted sum of theirs, in
+    /// which one body nearly always has nearly all the weight: it becomes the tool. Of the others those are kept that trail most behind a motor that accelerates.
+    /// Where no mode takes part the axis is that of [`Self::reduce`].
+    ///
+    /// # Errors
+    /// Those of [`Self::reduce`].
+    pub fn reduce_with_branches(&self, q: &[f64], normal: [f64; 3], others: Others, most: usize) -> Result<Reduction, ArmError> {
+        let linear = self.linear(q, normal, others)?;
+        let pair = self.pair(&linear)?;
+        Ok(match tool_and_others(&linear) {
+            Some((tool, others)) => branched(&pair, tool, &others[..most.min(others.len())]),
+            None => pair,
+        })
+    }
+
+    /// The axis whose phase crossover (-180 degrees from drive force to contact force) is the arm's, on a contact of so much stiffness (N/m) and damping (N s/m),
+    /// and how well it agrees.
+    ///
+    /// That is the pair of masses of [`Self::reduce`] where its crossover is within 1 % of the whole arm's; else the axis of
+    /// [`Self::reduce_with_branches`] with as few branches as leave the crossover within 0.5 % of where all of them put it, if that is closer.
+    ///
+    /// # Errors
+    /// Those of [`Self::reduce`].
+    pub fn reduce_in_contact(
+        &self,
+        q: &[f64],
+        normal: [f64; 3],
+        others: Others,
+        contact: [f64; 2],
+    ) -> Result<(Reduction, Agreement), ArmError> {
+        let linear = self.linear(q, normal, others)?;
+        let pair = self.pair(&linear)?;
+        let whole = WholeArm::new(&linear, &pair, contact);
+        let of_pair = whole.agreement(&pair);
+        let off = |agreement: &Agreement| apart(agreement.phase_crossover_hz);
+        let Some((tool, others)) = tool_and_others(&linear).filter(|_| off(&of_pair) > CLOSE) else { return Ok((pair, of_pair)) };
+        let mut tried: Vec<(Reduction, Agreement)> = (0..=others.len())
+            .map(|count| {
+                let axis = branched(&pair, tool, &others[..count]);
+                let agreement = whole.agreement(&axis);
+                (axis, agreement)
+            })
+            .collect();
+        let [_, of_all] = tried[others.len()].1.phase_crossover_hz;
+        let enough = tried.iter().rposition(|(_, one)| apart([of_all, one.phase_crossover_hz[1]]) > MOVED).map_or(0, |last| last + 1);
+        let found = tried.swap_remove(enough.min(others.len()));
+        Ok(if off(&found.1) < off(&of_pair) { found } else { (pair, of_pair) })
+    }
+}
+
+/// How far the second is from the first, over the first; infinite where either is no number.
+fn apart([one, other]: [f64; 2]) -> f64 {
+    let off = (other / one - 1.0).abs();
+    if off.is_nan() { f64::INFINITY } else { off }
+}

@@ -1,0 +1,75 @@
+//! Masses, springs and dampers between a drive and a tool: their modes, and the force that they put on a contact.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Complex, DMatrix, DVector, SymmetricEigen};
+
+use crate::flexible::VibrationMode;
+
+/// Part of the largest squared frequency below which a mode bends nothing.
+pub(crate) const BENDS_NOTHING: f64 = 1e-9;
+
+/// `M x'' + D x' + K x = b u`, the tool's way along the normal `c x`.
+pub(crate) struct LinearSystem {
+    pub(crate) mass: DMatrix<f64>,
+    pub(crate) stiffness: DMatrix<f64>,
+    pub(crate) damping: DMatrix<f64>,
+    pub(crate) tip: DVector<f64>,
+    pub(crate) drive: DVector<f64>,
+    /// Mass along the normal when nothing bends.
+    pub(crate) mass_kg: f64,
+}
+
+/// Squared angular frequencies, and shapes (one per column) of modal mass one; none unless the mass matrix is positive definite.
+pub(crate) fn eigen(mass: &DMatrix<f64>, stiffness: &DMatrix<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    let lower = mass.clone().cholesky()?.l();
+    // L^-1 K L^-T, through two triangular solutions.
+    let half = lower.solve_lower_triangular(stiffness)?;
+    let reduced = lower.solve_lower_triangular(&half.transpose())?;
+    let eigen = SymmetricEigen::new(0.5 * (&reduced + reduced.transpose()));
+    let shapes = lower.transpose().solve_upper_triangular(&eigen.eigenvectors)?;
+    Some((eigen.eigenvalues, shapes))
+}
+
+impl LinearSystem {
+    /// Modes that bend something, slowest first; with `contact_n_per_m` on the tip, all modes.
+    pub(crate) fn modes(&self, contact_n_per_m: f64) -> Vec<VibrationMode> {
+        let stiffness = &self.stiffness + contact_n_per_m * &self.tip * self.tip.transpose();
+        let Some((squares, shapes)) = eigen(&self.mass, &stiffness) else { return Vec::new() };
+        let largest = squares.amax();
+        let mut modes: Vec<VibrationMode> = (squares.iter().zip(shapes.column_iter()))
+            .filter(|(square, _)| **square > BENDS_NOTHING * largest)
+            .map(|(square, shape)| {
+                let omega = square.sqrt();
+                let (t, d) = (self.tip.dot(&shape), self.drive.dot(&shape));
+                VibrationMode {
+                    frequency_hz: omega / TAU,
+                    damping_ratio: (&self.damping * shape).dot(&shape) / (2.0 * omega),
+                    drive_share: t * d * self.mass_kg,
+                    tip_share: t * t * self.mass_kg,
+                }
+            })
+            .collect();
+        modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+        modes
+    }
+
+    /// Force of a spring (N/m) and damper (N s/m) under the tool per drive force, at frequencies in Hz.
+    pub(crate) fn response_in_contact(&self, contact: [f64; 2], frequencies_hz: &[f64]) -> Vec<Complex<f64>> {
+        let [k, c] = contact;
+        let touch = &self.tip * self.tip.transpose();
+        let stiffness = &self.stiffness + k * &touch;
+        let damping = &self.damping + c * &touch;
+        let complex = |matrix: &DMatrix<f64>, factor: Complex<f64>| matrix.map(|x| factor * x);
+        let one = Complex::new(1.0, 0.0);
+        let (drive, tip) = (self.drive.map(|x| one * x), self.tip.map(|x| one * x));
+        (frequencies_hz.iter())
+            .map(|frequency_hz| {
+                let s = Complex::new(0.0, TAU * frequency_hz);
+                let dynamic = complex(&self.mass, s * s) + complex(&damping, s) + complex(&stiffness, one);
+                let moved = dynamic.lu().solve(&drive).map_or(Complex::new(f64::NAN, 0.0), |x| x.dot(&tip));
+                (k + c * s) * moved
+            })
+            .collect()
+    }
+}

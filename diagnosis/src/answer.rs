@@ -51,6 +51,7 @@ impl Judge<'_> {
 
         // Odds among models that differ in their last cause; those of earlier causes are settled by acceptance.
         // A rival that needs more parameters must bring more, as in the choice itself.
+        let rivals: Vec<Scored> = rivals.iter().filter(|rival| !is_the_same_elsewhere(accepted, rival)).cloned().collect();
         let simple = accepted.fitted.model.effect_parameters();
         let evidence: Vec<f64> = rivals.iter().map(|rival| self.all(rival)).collect();
         let weighed: Vec<f64> = (rivals.iter().zip(&evidence))
@@ -78,7 +79,7 @@ impl Judge<'_> {
             }
         }
         self.credit(accepted, &refit, &after, &mut effects);
-        let near: Vec<&Scored> = alike(accepted, rivals, &evidence);
+        let near: Vec<&Scored> = alike(accepted, &rivals, &evidence);
         let verdict = self.verdict(accepted, adequate, own, &near);
         let believed = calibrated.fitted.model.start();
         let at = |scored: &'_ Scored| (scored.fitted.model.clone(), scored.fitted.theta.clone());
@@ -148,7 +149,11 @@ impl Judge<'_> {
     /// Whether any channel of motion varies well beyond its noise in any experiment: without that, silence says nothing.
     fn is_excited(&self) -> bool {
         let weights = &self.search.task.weights;
-        weights.scale.iter().zip(&weights.noise).any(|(scale, noise)| scale.iter().zip(noise).any(|(s, n)| *s > ENOUGH_EXCITATION * n))
+        weights
+            .scale
+            .iter()
+            .zip(&weights.noise)
+            .any(|(scale, noise)| scale.iter().zip(noise).any(|(s, n)| s.is_finite() && *s > ENOUGH_EXCITATION * n))
     }
 
     fn attempt(&self, scored: &Scored, accepted: &Scored) -> Attempt {
@@ -271,6 +276,12 @@ impl Judge<'_> {
 fn same(a: &Scored, b: &Scored) -> bool {
     a.causes.len() == b.causes.len()
         && a.causes.iter().zip(&b.causes).all(|(a, b)| a.site == b.site && a.definition.kind == b.definition.kind)
+}
+
+/// Whether a rival's last cause is the accepted one under another element of the same place: a joint that bends may be told of as a spring or as a body.
+fn is_the_same_elsewhere(accepted: &Scored, rival: &Scored) -> bool {
+    let (Some(a), Some(b)) = (accepted.causes.last(), rival.causes.last()) else { return false };
+    accepted.causes.len() == rival.causes.len() && a.definition.kind == b.definition.kind && a.place == b.place && a.site != b.site
 }
 
 /// Rivals that these records can hardly tell from the accepted set.

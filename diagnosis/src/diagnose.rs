@@ -1,6 +1,6 @@
 //! The diagnosis: calibrate, try causes, compose, judge.
 
-use crate::candidates::candidates;
+use crate::candidates::{Candidate, candidates};
 use crate::dataset::Dataset;
 use crate::error::DiagnosisError;
 use crate::gap::noise;
@@ -41,8 +41,13 @@ const REMOVAL_STEPS: usize = 6;
 /// `progress` is told what is being done.
 ///
 /// # Errors
-/// Where the machine has no motion as it is described.
+/// Where the machine has no motion as it is described, or none that is finite, and where there is nothing to fit or nothing to check it on.
 pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis, DiagnosisError> {
+    let checked = dataset.records.iter().filter(|record| record.is_check).count();
+    let fitted = dataset.records.len() - checked;
+    if fitted == 0 || checked == 0 {
+        return Err(DiagnosisError::Roles { fitted, checked });
+    }
     progress("calibrating and trying single causes");
     let found = search(dataset)?;
     let judge = Judge { dataset, search: &found };
@@ -85,10 +90,23 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
         further.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
         prefer_simple(&mut further, asked.parsimony, |scored| judge.all(scored));
         let Some(best) = further.first() else { break };
-        accepted = judge.prune(best.clone(), asked.keep);
-        rivals = further;
+        let pruned = judge.prune(best.clone(), asked.keep);
+        // What a partner adds nothing to stays with the rivals that it had: its company contains it and is none.
+        let is_in = |cause: &Candidate| accepted.causes.iter().any(|a| a.site == cause.site && a.definition.kind == cause.definition.kind);
+        if pruned.causes.iter().all(is_in) {
+            break;
+        }
+        if pruned.causes.len() > accepted.causes.len() {
+            rivals = further;
+        }
+        accepted = pruned;
     }
-    Ok(judge.answer(&accepted, &rivals, &attempts))
+    let answer = judge.answer(&accepted, &rivals, &attempts);
+    if answer.gap.before.is_finite() && answer.gap.refit.is_finite() {
+        Ok(answer)
+    } else {
+        Err(DiagnosisError::Unbounded { spacing_s: dataset.records.iter().map(|record| record.spacing_s).fold(0.0, f64::max) })
+    }
 }
 
 /// Evidence asked of a further cause, nats.

@@ -46,6 +46,24 @@ pub enum DiagnosisError {
         /// What the machine has instead.
         reason: String,
     },
+    /// There is nothing to fit, or nothing to check it on.
+    #[error(
+        "a diagnosis fits some experiments and checks on others: here {fitted} are to be fitted and {checked} to be checked on (record one more, or give the experiments `role = \"fit\"` and `role = \"check\"`)"
+    )]
+    Roles {
+        /// Experiments to be fitted.
+        fitted: usize,
+        /// Experiments to be checked on.
+        checked: usize,
+    },
+    /// The believed machine's prediction of the records has no finite size.
+    #[error(
+        "the believed machine predicts no finite motion over these records, whose rows are {spacing_s} s apart (is the time in seconds? are commands in N, or m/s?)"
+    )]
+    Unbounded {
+        /// Spacing of rows, s.
+        spacing_s: f64,
+    },
     /// The machine has no motion as it stands.
     #[error("the machine cannot be moved: {}", list_problems(.problems))]
     Machine {

@@ -38,14 +38,19 @@ impl Weights {
     pub(crate) fn new(dataset: &Dataset, reference: &[Prediction]) -> Self {
         let channels = dataset.channels.len();
         let variation = |series: &[f64]| {
+            if series.iter().all(|x| x.to_bits() == series[0].to_bits()) {
+                return 0.0;
+            }
             let mean = series.iter().sum::<f64>() / series.len() as f64;
             (series.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / series.len() as f64).sqrt()
         };
         let own: Vec<Vec<f64>> = dataset.records.iter().map(|record| record.series.iter().map(|s| variation(s)).collect()).collect();
         let pooled: Vec<f64> =
             (0..channels).map(|c| (own.iter().map(|o: &Vec<f64>| o[c].powi(2)).sum::<f64>() / own.len() as f64).sqrt()).collect();
+        // A channel that never changes says nothing, however far its prediction is from it.
+        let scale = |own: f64, pooled: f64| if own > 0.0 { own.max(SMALLEST_SCALE * pooled) } else { f64::INFINITY };
         let scale: Vec<Vec<f64>> =
-            own.iter().map(|own| own.iter().zip(&pooled).map(|(own, pooled)| own.max(SMALLEST_SCALE * pooled)).collect()).collect();
+            own.iter().map(|own| own.iter().zip(&pooled).map(|(&own, &pooled)| scale(own, pooled)).collect()).collect();
         let noise: Vec<Vec<f64>> = dataset
             .records
             .iter()
@@ -79,7 +84,8 @@ impl Weights {
 /// Root mean square acceleration of a record: measured, or from the position's own variation at the anchor's frequency.
 fn acceleration_scale(dataset: &Dataset, scale: &[f64], record: usize, omega: f64) -> f64 {
     use feeler_plant::description::Quantity;
-    let of = |wanted: Quantity| (0..scale.len()).find(|&c| dataset.channels[c].quantity(&dataset.machine) == wanted);
+    let of =
+        |wanted: Quantity| (0..scale.len()).find(|&c| scale[c].is_finite() && dataset.channels[c].quantity(&dataset.machine) == wanted);
     if let Some(c) = of(Quantity::Acceleration) {
         return scale[c];
     }

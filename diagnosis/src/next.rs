@@ -12,6 +12,8 @@ use crate::predict::Predictor;
 use crate::report::NextExperiment;
 use crate::search::{Scored, score};
 
+/// Share of the stroke of the records below which a template out of contact moves nothing.
+const LEAST_STROKE: f64 = 0.02;
 /// Length of a template, s.
 const SECONDS: f64 = 2.0;
 /// Share of the largest command seen so far that templates use, from small to large.
@@ -82,6 +84,10 @@ fn expected(judge: &Judge<'_>, truth: &Scored, other: &Scored, template: &Templa
     let assembly = model.assembly(theta, rest.engagement)?;
     let seen = Predictor::with(assembly, model.presliding(theta), dataset, &rest).ok()?.free().ok()?;
     if !seen.series.iter().flatten().all(|x| x.is_finite()) {
+        return None;
+    }
+    let (low, high) = seen.stroke.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), s| (low.min(s[0]), high.max(s[0])));
+    if template.engagement == Engagement::Free && high - low < LEAST_STROKE * judge.search.seen.stroke_m {
         return None;
     }
     let imagined = Dataset { records: vec![record(seen.series)], ..dataset.clone() };

@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use feeler_diagnosis::dataset::Dataset;
+use feeler_diagnosis::{DiagnosisError, diagnose};
 use tempfile::TempDir;
 
 const MACHINE: &str = r#"
@@ -211,4 +212,39 @@ fn truth_files_that_are_not_what_they_say_are_named() {
         let said = Dataset::load(folder.path()).unwrap_err().to_string();
         assert!(said.contains(name), "{said}");
     }
+}
+
+#[test]
+fn regress_a_diagnosis_wants_something_to_fit_and_something_to_check() {
+    let one = folder(&[("a.csv", csv(&sound()).as_bytes())]);
+    let error = diagnose(&Dataset::load(one.path()).expect("it is sound"), &|_| ()).expect_err("there is nothing to check");
+    assert!(matches!(error, DiagnosisError::Roles { fitted: 1, checked: 0 }), "{error}");
+    assert!(error.to_string().contains("record one more"), "{error}");
+    let text = csv(&sound());
+    let both = folder(&[("a.csv", text.as_bytes()), ("b.csv", text.as_bytes())]);
+    let file = both.path().join("dataset.toml");
+    let checks = fs::read_to_string(&file).expect("it is there").replace(".csv\"\n", ".csv\"\nrole = \"check\"\n");
+    fs::write(&file, checks).expect("it is written");
+    let error = diagnose(&Dataset::load(both.path()).expect("it is sound"), &|_| ()).expect_err("there is nothing to fit");
+    assert!(matches!(error, DiagnosisError::Roles { fitted: 0, checked: 2 }), "{error}");
+}
+
+#[test]
+fn regress_time_in_milliseconds_is_an_error() {
+    let folder = folder(&[("a.csv", spoil(|_, row| row[0] *= 1e3).as_bytes()), ("b.csv", csv(&sound()).as_bytes())]);
+    let file = folder.path().join("dataset.toml");
+    let held = fs::read_to_string(&file).expect("it is there").replace("\"drive.command\"\n", "\"drive.command\"\nhold = \"1 ms\"\n");
+    fs::write(&file, held).expect("it is written");
+    let said = Dataset::load(folder.path()).expect_err("an error").to_string();
+    assert!(said.contains("a.csv: rows are 1.0000 s apart") && said.contains("bring the time to seconds"), "{said}");
+}
+
+/// An accelerometer that hangs in one of the experiments: what it does not say counts neither for nor against a machine.
+#[test]
+fn regress_a_channel_that_never_changes_does_not_score() {
+    let (sound, hung) = (csv(&sound()), spoil(|_, row| row[3] = 9.0));
+    let folder = folder(&[("a.csv", sound.as_bytes()), ("b.csv", hung.as_bytes()), ("c.csv", sound.as_bytes())]);
+    let found = diagnose(&Dataset::load(folder.path()).expect("it is loaded"), &|_| ()).expect("it is diagnosed");
+    // Half the scored experiments hang: were they scored, they would be off by more than their own variation.
+    assert!(found.gap.refit < 0.5, "{:?}", found.gap);
 }

@@ -37,6 +37,13 @@ pub enum FaultKind {
         /// Largest departure from the mean spacing, as a fraction of it.
         share: f64,
     },
+    /// Rows are much further apart than commands are held.
+    SlowRows {
+        /// Spacing of the rows, s.
+        spacing_s: f64,
+        /// How long a command is held, s.
+        hold_s: f64,
+    },
     /// Every row has the same value.
     Constant,
     /// The command never changes: nothing is excited.
@@ -88,6 +95,7 @@ impl FaultKind {
                 | Self::TimeGoesBack
                 | Self::Gap { .. }
                 | Self::ConstantCommand
+                | Self::SlowRows { .. }
         )
     }
 
@@ -107,6 +115,10 @@ impl FaultKind {
             Self::Uneven { share } => (
                 format!("rows depart from even spacing by up to {:.0} %", 100.0 * share),
                 "series were brought to an even grid by interpolation",
+            ),
+            Self::SlowRows { spacing_s, hold_s } => (
+                format!("rows are {spacing_s:.4} s apart, though a command is held for {hold_s} s"),
+                "bring the time to seconds, or record every command",
             ),
             Self::Constant => ("the value never changes".into(), "the column is left out of this experiment's score; check the wiring"),
             Self::ConstantCommand => ("the command never changes".into(), "excite the drive, or take the experiment out"),
@@ -161,6 +173,8 @@ impl fmt::Display for Fault {
 const FEWEST_ROWS: usize = 50;
 /// A spacing this many times the median is a gap.
 const GAP_FACTOR: f64 = 4.0;
+/// Rows this many holds of a command apart are seconds that were taken for something else: what was commanded in between is unknown.
+const MOST_HOLDS: f64 = 100.0;
 /// Departure from even spacing, in fractions of it, above which series are interpolated.
 const UNEVEN_SHARE: f64 = 0.01;
 /// Consecutive rows at an extreme value that are taken for clipping.
@@ -206,6 +220,10 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
             }
         }
         time_faults(&time, &mut |row, kind| note(None, row, kind));
+        let spacing_s = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+        if let Some(hold_s) = holds.iter().flatten().copied().find(|hold_s| spacing_s > MOST_HOLDS * hold_s) {
+            note(None, None, FaultKind::SlowRows { spacing_s, hold_s });
+        }
         let drives = dataset.drives.len();
         for (i, (name, column)) in names.iter().zip(&columns).enumerate() {
             let constant = column.iter().all(|x| x.to_bits() == column[0].to_bits());
@@ -227,7 +245,6 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
         if faults[before..].iter().any(|fault| fault.kind.is_fatal()) {
             continue;
         }
-        let spacing_s = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
         if faults[before..].iter().any(|fault| matches!(fault.kind, FaultKind::Uneven { .. })) {
             for (i, column) in columns.iter_mut().enumerate() {
                 *column = regrid(&time, column, spacing_s, i < drives && holds[i].is_some());

@@ -33,11 +33,18 @@ pub(crate) fn closed(gap: &Gap) -> String {
     if gap.refit <= gap.floor * NEAR_FLOOR {
         return "Calibration alone comes down to the noise floor: no gap is left to close.".into();
     }
-    let [low, high] = gap.closed_ci90.map(|share| percent(share.max(0.0)));
-    format!(
-        "Of the gap that calibration leaves above the floor, {} % closes (90 % interval {low} to {high} %), on experiments that were never fitted.",
-        percent(gap.closed)
-    )
+    let [low, high] = gap.closed_ci90;
+    let closed = percent(gap.closed);
+    if low < high {
+        let [low, high] = [low, high].map(|share| percent(share.max(0.0)));
+        format!(
+            "Of the gap that calibration leaves above the floor, {closed} % closes (90 % interval {low} to {high} %), on experiments that were never fitted."
+        )
+    } else {
+        format!(
+            "Of the gap that calibration leaves above the floor, {closed} % closes, on what was never fitted (one such experiment gives no interval)."
+        )
+    }
 }
 
 /// A frequency band.

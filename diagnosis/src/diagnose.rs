@@ -94,6 +94,10 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
         // What a partner adds nothing to stays with the rivals that it had: its company contains it and is none.
         let is_in = |cause: &Candidate| accepted.causes.iter().any(|a| a.site == cause.site && a.definition.kind == cause.definition.kind);
         if pruned.causes.iter().all(is_in) {
+            // On the way there it may have been fitted better.
+            if pruned.causes.len() == accepted.causes.len() && pruned.fitted.cost < accepted.fitted.cost {
+                accepted = pruned;
+            }
             break;
         }
         if pruned.causes.len() > accepted.causes.len() {

@@ -76,7 +76,12 @@ impl Axis {
             Self::List(values) => values[(index as usize).min(values.len() - 1)].clone(),
             Self::Linear { to, points, .. } | Self::Log { to, points, .. } if index > 0 && index + 1 >= *points => Setting::Number(*to),
             Self::Log { from, .. } if index == 0 => Setting::Number(*from),
-            Self::Linear { points, .. } | Self::Log { points, .. } => self.at(index as f64 / (points.max(&2) - 1) as f64),
+            // Weighed sums, so that whole steps between whole ends are whole.
+            Self::Linear { from, to, points } => {
+                let (steps, after) = ((points.max(&2) - 1) as f64, index as f64);
+                Setting::Number((from * (steps - after) + to * after) / steps)
+            }
+            Self::Log { points, .. } => self.at(index as f64 / (points.max(&2) - 1) as f64),
             Self::Uniform { .. } | Self::LogUniform { .. } => self.at(0.5),
         }
     }
@@ -203,5 +208,16 @@ pub(super) fn setting(item: &Node) -> Option<Setting> {
         Value::Text(text) => Some(Setting::Text(text.clone())),
         Value::Flag(flag) => Some(Setting::Flag(*flag)),
         Value::Date | Value::Array(_) | Value::Table(_) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_whole_steps_between_whole_ends_are_whole() {
+        let seeds = Axis::Linear { from: 1.0, to: 300.0, points: 300 };
+        assert!((0..300).all(|i| seeds.point(i) == Setting::Number((i + 1) as f64)));
     }
 }

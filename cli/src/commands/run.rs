@@ -40,7 +40,21 @@ pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
     let files = written.iter().map(|path| format!("  {}", path.display())).collect::<Vec<_>>().join("\n");
     let summary = &result.summary;
     let units = Units::of(&document.scenario.machine);
-    terminal::print(&format!("{}: {}\n\n{}\n\nwrote\n{files}", summary.name, words::outcome(summary, units), figures(summary, units)))
+    let cost = word_on_cost(&document).unwrap_or_default();
+    terminal::print(&format!("{}: {}\n\n{}\n{cost}\nwrote\n{files}", summary.name, words::outcome(summary, units), figures(summary, units)))
+}
+
+/// Bodies beyond which ten steps of RK4 take less time than one product of the exact integrator (docs/performance.md).
+const EXACT_PAYS_UP_TO_BODIES: usize = 32;
+
+/// What to try where the exact integrator no longer pays. It is not left by itself: a step that is fast enough may be too long for a stiff machine.
+fn word_on_cost(document: &Document) -> Option<String> {
+    let (run, bodies) = (&document.scenario.run, document.scenario.machine.bodies.len());
+    (run.integrator == Integrator::Exact && bodies > EXACT_PAYS_UP_TO_BODIES).then(|| {
+        format!(
+            "\nWith {bodies} bodies RK4 takes less time than the exact integrator: try `--integrator rk4`, and a shorter `step` where its figures differ from these.\n"
+        )
+    })
 }
 
 fn read(arguments: &Run) -> anyhow::Result<Draft> {

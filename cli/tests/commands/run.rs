@@ -206,3 +206,24 @@ fn truth_another_engine_moves_the_bodies_and_agrees() {
     assert_eq!(said.code, BAD_INPUT);
     assert!(said.err.contains("rapier"), "{}", said.err);
 }
+
+#[test]
+fn truth_a_long_chain_is_told_which_integrator_takes_less_time() {
+    let bench = Bench::new();
+    let chain = |bodies: usize| {
+        let body = |i: usize| format!("[bodies.b{i}]\nmass = 1.0\n");
+        let spring = |i: usize| format!("[springs.s{i}]\nbetween = [\"b{i}\", \"b{}\"]\nstiffness = 1000.0\n", i + 1);
+        let bodies_text: String = (0..bodies).map(body).collect();
+        let springs: String = (0..bodies - 1).map(spring).collect();
+        format!("{bodies_text}{springs}[run]\nduration = \"1 ms\"\n")
+    };
+    bench.write("long.toml", &chain(33));
+    bench.write("short.toml", &chain(32));
+    let word = "With 33 bodies RK4 takes less time than the exact integrator: try `--integrator rk4`";
+    assert!(bench.feeler(&["run", "long.toml"]).out.contains(word));
+    for arguments in [["run", "short.toml", "--out", "a"].as_slice(), &["run", "long.toml", "--integrator", "rk4"]] {
+        let said = bench.feeler(arguments);
+        assert_eq!(said.code, DONE, "{}", said.err);
+        assert!(!said.out.contains("takes less time"), "{}", said.out);
+    }
+}

@@ -401,3 +401,14 @@ fn regress_a_fit_of_the_landmarks_says_how_many_starts_reach_them() {
     let stuck = printed(&["fit-landmarks", "--starts", "1", "--iterations", "0"]);
     assert!(stuck.contains("0 of 1 start reaches every landmark") && stuck.contains("Missed by more than 1 Hz"), "{stuck}");
 }
+
+/// Once per common period a motion at 502.8 Hz looks like one at 2.8 Hz; where both controllers are as fast, nothing is folded.
+#[test]
+fn regress_an_edge_of_two_rates_has_the_frequency_at_which_the_bodies_move() {
+    let asked = ["analyze", "control/two-rates.toml", "--gain", "damper.damping", "--set", "controllers.damper.period=0.5 ms"];
+    let swings = |hz: &str| format!("where it begins to swing at {hz} Hz");
+    let text = printed(&asked);
+    assert!(text.contains(&swings("502.9")), "{text}");
+    let text = printed(&[&asked[..], &["--set", "controllers.force.period=0.5 ms"]].concat());
+    assert!(text.contains(&swings("502.8")), "{text}");
+}

@@ -86,6 +86,13 @@ impl<'a> SampledLoop<'a> {
         self.schedule.common_s
     }
 
+    /// The common period where some controller samples more than once in it, so that motions faster than half of one over it look slower.
+    pub(crate) fn alias_s(&self) -> Option<f64> {
+        let common_s = self.schedule.common_s;
+        let is_fast = |period_s: f64| period_s < 0.75 * common_s;
+        self.whole.controllers().iter().any(|c| is_fast(c.spec.period_s)).then_some(common_s)
+    }
+
     /// The loop's time domain: one step per common period.
     ///
     /// # Errors

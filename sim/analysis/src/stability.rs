@@ -1,5 +1,7 @@
 //! Which values of a gain are stable, and what happens at each edge.
 
+use std::f64::consts::TAU;
+
 use feeler_lti::{AffineLoop, C64, GainEdge, GainSearch, StableGains, TimeDomain, eigen, eigenvalues, stable_gains};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -26,7 +28,8 @@ const TELLING_GROWTH_PER_S: f64 = 1e-7;
 pub struct Edge {
     /// The gain.
     pub gain: f64,
-    /// Frequency of the motion that begins to grow, Hz. Where several rates repeat together, modulo one over their common period.
+    /// Frequency of the motion that begins to grow, Hz. Where several rates repeat together, that of the bodies, of all that look alike once per common
+    /// period.
     pub frequency_hz: f64,
     /// Index of the machine's own mode that the motion is most like; `None` where it is like none, as that of a rigid body which nothing holds.
     pub mode: Option<usize>,
@@ -116,7 +119,7 @@ impl ControlLoop {
         }
         let sampled = SampledLoop::new(self)?;
         let matrix = |k: f64| sampled.closed_loop_with(controller, &gain, k);
-        self.bands(sampled.domain()?, matrix, sampled.expand())
+        self.bands(sampled.domain()?, matrix, sampled.expand(), sampled.alias_s())
     }
 
     /// The same in the continuous loop.
@@ -127,7 +130,7 @@ impl ControlLoop {
         let (controller, gain) = self.gain_of_key(key)?;
         let continuous = ContinuousLoop::new(self)?;
         let matrix = |k: f64| continuous.closed_loop_with(controller, &gain, k);
-        self.bands(feeler_lti::Continuous, matrix, continuous.expand())
+        self.bands(feeler_lti::Continuous, matrix, continuous.expand(), None)
     }
 
     /// Every interval of stable values of the gain that a key names, on either side of zero, rising, in the sampled loop.
@@ -162,7 +165,7 @@ impl ControlLoop {
         }
         let sampled = SampledLoop::new(self)?;
         let matrix = |k: f64| sampled.closed_loop_with(controller, &gain, k);
-        self.bands_below_zero(sampled.domain()?, matrix, sampled.expand())
+        self.bands_below_zero(sampled.domain()?, matrix, sampled.expand(), sampled.alias_s())
     }
 
     /// The same in the continuous loop.
@@ -173,7 +176,7 @@ impl ControlLoop {
         let (controller, gain) = self.gain_of_key(key)?;
         let continuous = ContinuousLoop::new(self)?;
         let matrix = |k: f64| continuous.closed_loop_with(controller, &gain, k);
-        self.bands_below_zero(feeler_lti::Continuous, matrix, continuous.expand())
+        self.bands_below_zero(feeler_lti::Continuous, matrix, continuous.expand(), None)
     }
 
     fn bands_below_zero<T: TimeDomain>(
@@ -181,8 +184,9 @@ impl ControlLoop {
         domain: T,
         matrix: impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>,
         expand: &DMatrix<f64>,
+        alias_s: Option<f64>,
     ) -> Result<BelowZero, AnalysisError> {
-        let mirrored = match self.bands(domain, |k| matrix(-k), expand) {
+        let mirrored = match self.bands(domain, |k| matrix(-k), expand, alias_s) {
             // A mass or a stiffness has no values below zero.
             Err(AnalysisError::Control(_)) => GainBands::default(),
             other => other?,
@@ -199,7 +203,7 @@ impl ControlLoop {
         let upper = (0..found.values.len()).filter(|&i| found.values[i].im >= 0.0);
         let nearest = upper.min_by(|&i, &j| distance(found.values[i]).total_cmp(&distance(found.values[j])));
         let Some(i) = nearest else { return Ok(none) };
-        let frequency_hz = domain.s_of_point(found.values[i]).im.abs() / std::f64::consts::TAU;
+        let frequency_hz = domain.s_of_point(found.values[i]).im.abs() / TAU;
         Ok(Edge { frequency_hz, mode: self.most_alike(&modes(self.plant())?, &found.vectors[i], expand), ..none })
     }
 
@@ -208,6 +212,7 @@ impl ControlLoop {
         domain: T,
         matrix: impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>,
         expand: &DMatrix<f64>,
+        alias_s: Option<f64>,
     ) -> Result<GainBands, AnalysisError> {
         // Errors do not depend on the gain's value, so these calls tell of them all. Not at one: there the force gain -1 of an impedance makes it feel no motion.
         let (low, middle, high) = (matrix(2.0)?, matrix(4.0)?, matrix(6.0)?);
@@ -225,11 +230,29 @@ impl ControlLoop {
         let own = modes(self.plant())?;
         let edge = |edge: GainEdge| {
             let vector = rest.as_ref().map(|rest| rest.whole(edge.gain, edge.eigenvalue, &edge.eigenvector));
-            let mode = self.most_alike(&own, vector.as_ref().unwrap_or(&edge.eigenvector), expand);
-            Edge { gain: edge.gain, frequency_hz: edge.frequency_hz, mode }
+            let vector = vector.as_ref().unwrap_or(&edge.eigenvector);
+            let mode = self.most_alike(&own, vector, expand);
+            let frequency_hz =
+                alias_s.map_or(edge.frequency_hz, |period_s| self.unfolded_hz(edge.eigenvalue.arg() / TAU, vector, expand, period_s));
+            Edge { gain: edge.gain, frequency_hz, mode }
         };
         let bands = stable.intervals.into_iter().map(|i| Band { lower: i.lower.map(edge), upper: i.upper.map(edge) });
         Ok(GainBands { bands: bands.collect() })
+    }
+
+    /// Of all frequencies that turn by a share of a turn in a period, the one at which the bodies move: what their speeds are to their places in a motion
+    /// of the loop tells it roughly, with its sign.
+    fn unfolded_hz(&self, turns: f64, vector: &DVector<C64>, expand: &DMatrix<f64>, period_s: f64) -> f64 {
+        let motion = expand.map(|v| C64::new(v, 0.0)) * vector.rows(0, expand.ncols());
+        let (coordinates, layout) = (self.plant().motion().coordinates(), self.plant().motion().layout());
+        let (mut spin, mut size) = (0.0, 0.0);
+        for g in 0..coordinates.count() {
+            let (q, v) = (motion[layout.q(g)], motion[layout.v(g)]);
+            spin += coordinates.mass_kg(g) * (q.conj() * v).im;
+            size += coordinates.mass_kg(g) * q.norm_sqr();
+        }
+        let whole = if size > 0.0 { (spin / size / TAU * period_s - turns).round() } else { 0.0 };
+        ((turns + whole) / period_s).abs()
     }
 
     /// The mode whose shape has the largest modal assurance with the machine's part of a motion of the loop; `None` where more of the motion is in

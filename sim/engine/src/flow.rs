@@ -1,6 +1,5 @@
 //! The flow of one mode: its equations as matrices, and its exponentials.
 
-use feeler_lanes::Blocks;
 use feeler_lti::{balance, eigenvalues, expm};
 use feeler_plant::assembly::Source;
 use feeler_plant::description::Engagement;
@@ -17,6 +16,9 @@ const TAYLOR_REACH: f64 = 3.0;
 
 /// Angle of the fastest oscillation per step of a nonlinear mode, rad.
 const NONLINEAR_ANGLE: f64 = 0.5 * CHECK_ANGLE;
+
+/// States that are expanded side by side: one AVX-512 register.
+pub(crate) const BLOCK: usize = 8;
 
 /// Rows of a transition per line: value at the end, slope at the start, slope at the end, value at the start.
 pub(crate) const ROWS_PER_LINE: usize = 4;
@@ -40,8 +42,8 @@ pub(crate) struct Flow {
     pub(crate) linear: bool,
     /// Derivatives of the states over the linear part of the extended vector, row by row.
     pub(crate) derivative: Vec<f64>,
-    /// Its part over the states, as it is multiplied fastest.
-    pub(crate) blocks: Blocks<f64>,
+    /// Its part over the states, column by column, each padded to whole blocks.
+    pub(crate) columns: Vec<f64>,
     pub(crate) states: usize,
     pub(crate) width: usize,
     /// Norm of the balanced derivative matrix, 1/s.
@@ -91,7 +93,10 @@ impl Flow {
             linear,
             joined: joined(&equations.stuck, layout.coordinates()),
             equations,
-            blocks: blocks(&derivative, states, width),
+            columns: square
+                .column_iter()
+                .flat_map(|column| (0..states.next_multiple_of(BLOCK)).map(move |i| column.get(i).copied().unwrap_or(0.0)))
+                .collect(),
             derivative,
             states,
             width,
@@ -176,15 +181,6 @@ impl Flow {
         self.transitions.push((span_fs, rows));
         Ok(&self.transitions[self.transitions.len() - 1].1)
     }
-}
-
-/// The columns of the states of a derivative matrix.
-fn blocks(derivative: &[f64], states: usize, width: usize) -> Blocks<f64> {
-    let mut blocks = Blocks::zeros(states, states);
-    for (i, row) in derivative.chunks_exact(width).enumerate() {
-        blocks.set_row(0, i, &row[..states]);
-    }
-    blocks
 }
 
 /// The fastest oscillation of a system, rad/s.

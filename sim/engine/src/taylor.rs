@@ -2,7 +2,7 @@
 
 use feeler_lanes::dispatch;
 
-use crate::flow::Flow;
+use crate::flow::{BLOCK, Flow};
 
 /// Terms of the longest polynomial.
 const MOST_TERMS: usize = 31;
@@ -42,7 +42,7 @@ impl Series {
 
     #[inline(always)]
     fn expand_by_blocks(&mut self, flow: &Flow, xi: &[f64], span_s: f64) {
-        let (n, stride) = (flow.states, flow.blocks.padded_rows());
+        let (n, stride) = (flow.states, flow.states.next_multiple_of(BLOCK));
         self.states = n;
         self.stride = stride;
         self.rate = flow.rate;
@@ -57,7 +57,17 @@ impl Series {
         for k in 1..MOST_TERMS {
             let (known, next) = self.coefficients.split_at_mut(k * stride);
             let next = &mut next[..stride];
-            flow.blocks.apply(&known[(k - 1) * stride..][..n], next);
+            // Not fused: bodies of equal speed must cancel to the bit, or what sticks comes loose.
+            let last = &known[(k - 1) * stride..][..n];
+            for (block, next) in next.chunks_exact_mut(BLOCK).enumerate() {
+                let mut sums = [0.0; BLOCK];
+                for (column, x) in flow.columns.chunks_exact(stride).zip(last) {
+                    for (sum, a) in sums.iter_mut().zip(&column[block * BLOCK..][..BLOCK]) {
+                        *sum += a * x;
+                    }
+                }
+                next.copy_from_slice(&sums);
+            }
             if k == 1 {
                 for (i, c) in next[..n].iter_mut().enumerate() {
                     *c += flow.derivative_row(i)[n..].iter().zip(&xi[n..]).map(|(a, u)| a * u).sum::<f64>();

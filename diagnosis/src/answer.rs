@@ -274,8 +274,7 @@ impl Judge<'_> {
 }
 
 fn same(a: &Scored, b: &Scored) -> bool {
-    a.causes.len() == b.causes.len()
-        && a.causes.iter().zip(&b.causes).all(|(a, b)| a.site == b.site && a.definition.kind == b.definition.kind)
+    a.causes.len() == b.causes.len() && a.causes.iter().zip(&b.causes).all(|(a, b)| a.is(b))
 }
 
 /// Whether a rival's last cause is the accepted one under another element of the same place: a joint that bends may be told of as a spring or as a body.

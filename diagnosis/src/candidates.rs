@@ -14,6 +14,13 @@ pub(crate) struct Candidate {
     pub(crate) place: Place,
 }
 
+impl Candidate {
+    /// Whether both are one effect under one element.
+    pub(crate) fn is(&self, other: &Self) -> bool {
+        self.site == other.site && self.definition.kind == other.definition.kind
+    }
+}
+
 /// All candidates of a machine.
 pub(crate) fn candidates(machine: &Machine) -> Vec<Candidate> {
     let Ok(assembly) = assemble(machine) else { return Vec::new() };

@@ -1,6 +1,6 @@
 //! The diagnosis: calibrate, try causes, compose, judge.
 
-use crate::candidates::{Candidate, candidates};
+use crate::candidates::candidates;
 use crate::dataset::Dataset;
 use crate::error::DiagnosisError;
 use crate::gap::noise;
@@ -92,8 +92,7 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
         let Some(best) = further.first() else { break };
         let pruned = judge.prune(best.clone(), asked.keep);
         // What a partner adds nothing to stays with the rivals that it had: its company contains it and is none.
-        let is_in = |cause: &Candidate| accepted.causes.iter().any(|a| a.site == cause.site && a.definition.kind == cause.definition.kind);
-        if pruned.causes.iter().all(is_in) {
+        if pruned.causes.iter().all(|cause| accepted.causes.iter().any(|known| known.is(cause))) {
             // On the way there it may have been fitted better.
             if pruned.causes.len() == accepted.causes.len() && pruned.fitted.cost < accepted.fitted.cost {
                 accepted = pruned;

@@ -108,8 +108,7 @@ fn text(report: &Report) -> String {
         parts.push(table(&reports::analyze::cycles::HEADER, &reports::analyze::cycles::NUMBERS, rows));
     }
     if !report.assumptions.is_empty() {
-        let rows = report.assumptions.iter().map(|a| vec![a.of.clone(), a.property.to_owned(), a.taken.clone()]);
-        parts.push(table(&reports::analyze::ASSUMPTIONS, &[], rows));
+        parts.push(table(&reports::analyze::ASSUMPTIONS, &[], reports::analyze::assumption_rows(report)));
     }
     if let Some(limit) = report.limit.and_then(|limit| serde_json::to_value(limit).ok()) {
         parts.push(format!("limited by: {}", limit.as_str().unwrap_or_default()));

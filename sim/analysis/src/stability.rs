@@ -243,7 +243,7 @@ impl ControlLoop {
     /// Of all frequencies that turn by a share of a turn in a period, the one at which the bodies move: what their speeds are to their places in a motion
     /// of the loop tells it roughly, with its sign.
     fn unfolded_hz(&self, turns: f64, vector: &DVector<C64>, expand: &DMatrix<f64>, period_s: f64) -> f64 {
-        let motion = expand.map(|v| C64::new(v, 0.0)) * vector.rows(0, expand.ncols());
+        let motion = of_machine(vector, expand);
         let (coordinates, layout) = (self.plant().motion().coordinates(), self.plant().motion().layout());
         let (mut spin, mut size) = (0.0, 0.0);
         for g in 0..coordinates.count() {
@@ -258,7 +258,7 @@ impl ControlLoop {
     /// The mode whose shape has the largest modal assurance with the machine's part of a motion of the loop; `None` where more of the motion is in
     /// none of them, as that of a whole machine which nothing holds.
     pub(crate) fn most_alike(&self, own: &[Mode], vector: &DVector<C64>, expand: &DMatrix<f64>) -> Option<usize> {
-        let motion = expand.map(|v| C64::new(v, 0.0)) * vector.rows(0, expand.ncols());
+        let motion = of_machine(vector, expand);
         let coordinates = self.plant().motion().coordinates();
         // In units of kinetic energy, so that light bodies do not outweigh heavy ones.
         let weighted = |v: &DVector<C64>| {
@@ -275,6 +275,11 @@ impl ControlLoop {
         let elsewhere = 1.0 - alike.iter().sum::<f64>();
         (alike[best] > elsewhere).then_some(best)
     }
+}
+
+/// The machine's part of a motion of the loop.
+fn of_machine(vector: &DVector<C64>, expand: &DMatrix<f64>) -> DVector<C64> {
+    expand.map(|v| C64::new(v, 0.0)) * vector.rows(0, expand.ncols())
 }
 
 /// The smallest gain of the search at which stability can be told; zero where it never can.

@@ -114,8 +114,12 @@ fn assumptions(page: &mut Page, report: &Report) {
         return;
     }
     page.heading("What the linear model leaves out");
-    let rows: Vec<Vec<String>> = report.assumptions.iter().map(|a| vec![a.of.clone(), a.property.to_owned(), a.taken.clone()]).collect();
-    page.table(&ASSUMPTIONS, &[], &rows);
+    page.table(&ASSUMPTIONS, &[], &assumption_rows(report));
+}
+
+/// One row for each thing that is not linear.
+pub(crate) fn assumption_rows(report: &Report) -> Vec<Vec<String>> {
+    report.assumptions.iter().map(|a| vec![a.of.clone(), a.property.to_owned(), a.taken.clone()]).collect()
 }
 
 /// A mode's damping ratio, that of an undamped one without the rounding that is left of it.

@@ -260,13 +260,20 @@ pub fn stable_gains<T: TimeDomain>(
 fn sample_growth<T: TimeDomain>(domain: T, a: &DMatrix<f64>, gain: f64, limit: f64) -> Result<Sample, LtiError> {
     let balanced = checked_balance(a)?;
     let poles = eigenvalues_of_balanced(&balanced)?;
-    // Rounding of an eigenvalue is relative to order and norm of the balanced matrix; in the z plane to 1, which is 1 / T in growth rate.
+    // Rounding of an eigenvalue is relative to order and norm of the balanced matrix. In the z plane a growth rate is ln |z| / T, and no norm is
+    // below the 1 of the border; where periods are lifted, it may be many decades above.
     let nyquist = domain.nyquist_rad_per_s();
-    let unit = if nyquist.is_finite() { nyquist / std::f64::consts::PI } else { balanced.matrix.norm() };
+    let norm = balanced.matrix.norm();
+    let unit = |pole: C64| {
+        if nyquist.is_finite() { nyquist / std::f64::consts::PI * norm.max(1.0) / pole.norm().max(1.0) } else { norm }
+    };
     #[expect(clippy::cast_precision_loss, reason = "orders are far below 2^52")]
-    let rounding = MARGINAL_ROUNDINGS * a.nrows() as f64 * f64::EPSILON * unit;
-    let mut excess: Vec<f64> =
-        poles.into_iter().map(|p| domain.growth_per_s(p) - limit).map(|e| if e.abs() <= rounding { 0.0 } else { e }).collect();
+    let roundings = MARGINAL_ROUNDINGS * a.nrows() as f64 * f64::EPSILON;
+    let told = |pole: C64| {
+        let excess = domain.growth_per_s(pole) - limit;
+        if excess.abs() <= roundings * unit(pole) { 0.0 } else { excess }
+    };
+    let mut excess: Vec<f64> = poles.into_iter().map(told).collect();
     excess.sort_by(|a, b| b.total_cmp(a));
     Ok(Sample { gain, excess })
 }

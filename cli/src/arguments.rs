@@ -206,7 +206,7 @@ pub(crate) struct Analyze {
     /// Set a key of the file, as in controllers.force.kp=0.8; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
-    /// Input, an actuator's command [default: that of the first controller's actuator]
+    /// Input: an actuator's command, or the force from outside on a body, as in tip.force [default: the command of the first controller's actuator]
     #[arg(long, value_name = "SIGNAL")]
     pub(crate) input: Option<String>,
     /// Output of which poles, zeros and modes are told; gains and margins stay those of the loop [default: what the first controller reads]

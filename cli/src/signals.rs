@@ -21,15 +21,32 @@ pub(crate) fn named(machine: &Machine, text: &str) -> anyhow::Result<SignalName>
 ///
 /// # Errors
 /// Bad input where no actuator has this command, with those that there are.
+pub(crate) fn command(machine: &Machine, text: &str) -> anyhow::Result<SignalName> {
+    one_of(machine, text, "an actuator's command", &commands(machine))
+}
+
+/// The actuator's command or the force on a body that is named as the input.
+///
+/// # Errors
+/// Bad input where there is neither, with those that there are.
 pub(crate) fn input(machine: &Machine, text: &str) -> anyhow::Result<SignalName> {
-    let commands: Vec<String> = machine.actuators.keys().map(|actuator| SignalName::new(actuator, Quantity::Command).to_string()).collect();
+    let forces = machine.bodies.keys().map(|body| SignalName::new(body, Quantity::Force).to_string());
+    let inputs: Vec<String> = commands(machine).into_iter().chain(forces).collect();
+    one_of(machine, text, "an actuator's command or the force on a body", &inputs)
+}
+
+fn commands(machine: &Machine) -> Vec<String> {
+    machine.actuators.keys().map(|actuator| SignalName::new(actuator, Quantity::Command).to_string()).collect()
+}
+
+fn one_of(machine: &Machine, text: &str, what: &str, inputs: &[String]) -> anyhow::Result<SignalName> {
     match text.parse::<SignalName>() {
-        Ok(name) if commands.contains(&name.to_string()) => Ok(name),
+        Ok(name) if inputs.contains(&name.to_string()) => Ok(name),
         Ok(name) if resolve(machine, &name).is_ok() => Err(BadInput::error(
-            format!("`{text}` is no input: an input is an actuator's command"),
-            format!("name one of {}", list(commands.iter().map(String::as_str))),
+            format!("`{text}` is no input: an input is {what}"),
+            format!("name one of {}", list(inputs.iter().map(String::as_str))),
         )),
-        _ => Err(unknown(text, "input", &commands)),
+        _ => Err(unknown(text, "input", inputs)),
     }
 }
 

@@ -1,6 +1,7 @@
 //! `feeler analyze`.
 
 use feeler_analysis::{AnalysisError, Band, Edge, MarginReport, Report, Request, StableRange, View, analyze, curves};
+use feeler_engine::Scenario;
 use feeler_lti::LtiError;
 use feeler_scenarios::format::{Document, Draft};
 
@@ -56,13 +57,30 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> an
             "nothing holds the machine about this operating point: try --clamped, or --preload with a force",
         ),
         AnalysisError::Lti(_) => error.into(),
+        AnalysisError::Rates { .. } => {
+            let periods = document.scenario.controllers.iter().map(|(name, used)| {
+                // To the last digit, which is what keeps them apart.
+                format!("controllers.{name}.period = {} s", used.spec.period_s)
+            });
+            let remedy = format!("make one a multiple of the other: {}", periods.collect::<Vec<_>>().join(", "));
+            BadInput::error(format!("{}: {error}", arguments.file.display()), remedy)
+        }
         AnalysisError::LongDelay { .. } => BadInput::error(
-            format!("{}: {error}", arguments.file.display()),
+            format!("{}: {error}{}", arguments.file.display(), delays(&document.scenario)),
             "each is a state of the loop: shorten the delay, or lengthen the period; a delay of any length is taken where it is that of a controller of one \
              rate, of its drive, or of the only sensor that it reads",
         ),
         _ => BadInput::error(format!("{}: {error}", arguments.file.display()), "see feeler analyze --help for what can be asked"),
     }
+}
+
+/// The delays of a scenario by their keys, in words.
+fn delays(scenario: &Scenario) -> String {
+    let controllers = scenario.controllers.iter().map(|(name, used)| (format!("controllers.{name}.delay"), used.spec.delay_s));
+    let sensors = scenario.machine.sensors.iter().map(|(name, sensor)| (format!("sensors.{name}.delay"), sensor.delay_s));
+    let there = controllers.chain(sensors).filter(|(_, delay_s)| *delay_s > 0.0);
+    let listed: Vec<String> = there.map(|(key, delay_s)| format!("{key} = {}", with_unit(delay_s, "s"))).collect();
+    if listed.is_empty() { String::new() } else { format!("; {}", listed.join(", ")) }
 }
 
 fn text(report: &Report) -> String {

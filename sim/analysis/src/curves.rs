@@ -14,6 +14,7 @@ use crate::gain_key::gain;
 use crate::late::LateResponse;
 use crate::linearise::OutputRow;
 use crate::locus::{Locus, follow};
+use crate::outer_force::commanded;
 use crate::report::{Report, Request};
 use crate::sampled_loop::SampledLoop;
 
@@ -55,12 +56,13 @@ pub struct Curves {
 /// # Errors
 /// As [`crate::analyze`].
 pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result<Curves, AnalysisError> {
+    let name = |text: &str| text.parse::<SignalName>().map_err(|_| AnalysisError::NotLinear { name: text.to_owned() });
+    let (scenario, input) = commanded(scenario, &name(&report.input)?);
+    let (scenario, output) = (scenario.as_ref(), name(&report.output)?);
     let whole = match &report.gain {
         Some(gain) => ControlLoop::varying(scenario, &request.view, &gain.key)?,
         None => ControlLoop::new(scenario, &request.view)?,
     };
-    let name = |text: &str| text.parse::<SignalName>().map_err(|_| AnalysisError::NotLinear { name: text.to_owned() });
-    let (input, output) = (name(&report.input)?, name(&report.output)?);
     let channel = whole.plant().channel(&input, &output)?;
     let drive = whole.plant().drive(&input)?;
     let looped = report.gain.as_ref().map(|g| whole.gain_of_key(&g.key)).transpose()?;
@@ -164,6 +166,8 @@ fn grid(roots: &[C64], nyquist_hz: Option<f64>) -> Vec<f64> {
     let low = if lowest.is_finite() { (0.1 * lowest).clamp(1e-2, 1.0) } else { 0.1 };
     let nyquist = nyquist_hz.unwrap_or(0.0);
     let high = (2.0 * highest.min(4.0 * nyquist.max(100.0))).max(nyquist).max(100.0 * low);
+    // Scales end at 1, 2 or 5 of a decade.
+    let (low, high) = (1.0 / round_above(1.0 / low), round_above(high));
     let mut all: Vec<f64> = (0..=POINTS).map(|i| low * (high / low).powf(f64::from(i) / f64::from(POINTS))).collect();
     for root in roots.iter().filter(|r| r.im > 0.0) {
         let width = root.re.abs().max(1e-5 * root.im) / TAU;
@@ -174,6 +178,14 @@ fn grid(roots: &[C64], nyquist_hz: Option<f64>) -> Vec<f64> {
     all.sort_by(f64::total_cmp);
     all.dedup();
     all
+}
+
+/// The next of 1, 2, 5, 10 ... from a number on.
+fn round_above(value: f64) -> f64 {
+    let decade = 10_f64.powf(value.log10().floor());
+    // A number that is round already stays, but for rounding.
+    let reaches = |round: &&f64| **round * decade >= value * (1.0 - 1e-9);
+    [1.0, 2.0, 5.0].iter().find(reaches).map_or(10.0 * decade, |round| round * decade)
 }
 
 fn at_late(response: &LateResponse) -> Response {

@@ -31,8 +31,8 @@ pub enum AnalysisError {
         /// The signal.
         name: String,
     },
-    /// The input of a linear analysis must be the command of an actuator.
-    #[error("`{name}` is no input: name an actuator's command, as in `drive.command`")]
+    /// The input of a linear analysis must be the command of an actuator or the force on a body.
+    #[error("`{name}` is no input: name an actuator's command, as in `drive.command`, or the force on a body, as in `tip.force`")]
     NotAnInput {
         /// The signal.
         name: String,
@@ -60,7 +60,7 @@ pub enum AnalysisError {
         known: String,
     },
     /// The periods of the controllers have no common multiple that is short enough to lift over.
-    #[error("the controllers' periods repeat together only after more than {limit} samples")]
+    #[error("the controllers' periods repeat together only after more than {limit} samples of the fastest")]
     Rates {
         /// The most samples a common period may hold.
         limit: usize,

@@ -30,6 +30,7 @@ mod locus;
 mod loop_pair;
 mod margins;
 mod modes;
+mod outer_force;
 mod prepare;
 mod report;
 mod sampled_loop;

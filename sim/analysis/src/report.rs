@@ -1,5 +1,7 @@
 //! Everything at once, in the shape that programs read (`feeler analyze --json`).
 
+use std::borrow::Cow;
+
 use feeler_engine::Scenario;
 use feeler_plant::assembly::Source;
 use feeler_plant::description::{Contact, Engagement, Quantity, SignalName};
@@ -14,6 +16,7 @@ use crate::limit_cycle::{LimitCycle, limit_cycles};
 use crate::loop_pair::{LoopReport, loop_pair};
 use crate::margins::MarginReport;
 use crate::modes::{BodyMotion, Mode, ModeClass, ModeInPair, classify, modes};
+use crate::outer_force::commanded;
 use crate::prepare::View;
 use crate::sensitivity::{RankedBy, Sensitivity, rank};
 use crate::stability::{Band, BelowZero, Edge, GainBands, nearest};
@@ -25,7 +28,7 @@ const UNDAMPED: f64 = 1e-9;
 /// What to analyse; what is absent is chosen from the scenario.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Request {
-    /// An actuator's command; else that of the actuator of the controller in question, or of the first actuator.
+    /// An actuator's command, or the force from outside on a body, as in `tip.force`; else that of the actuator of the controller in question, or of the first actuator.
     pub input: Option<SignalName>,
     /// A signal; else what the sensor of the controller in question reads, or the first contact's spring force.
     pub output: Option<SignalName>,
@@ -186,6 +189,8 @@ pub enum Untold {
         period_s: f64,
         /// The period with which all repeat together, s.
         common_s: f64,
+        /// The controller that has this period, at which the loop can be broken; absent where no period is a multiple of all others.
+        slowest: Option<String>,
     },
     /// The law's continuous form differentiates a signal that jumps with the command, so that there is no loop on paper.
     NoContinuousForm {
@@ -199,12 +204,20 @@ pub enum Untold {
 /// # Errors
 /// The mistakes of the scenario or the request; [`AnalysisError::Lti`].
 pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, AnalysisError> {
+    let (scenario, asked) = match &request.input {
+        Some(input) => {
+            let (scenario, command) = commanded(scenario, input);
+            (scenario, Some(command))
+        }
+        None => (Cow::Borrowed(scenario), None),
+    };
+    let scenario = scenario.as_ref();
     let whole = match &request.gain {
         Some(key) => ControlLoop::varying(scenario, &request.view, key)?,
         None => ControlLoop::new(scenario, &request.view)?,
     };
     let plant = whole.plant();
-    let (input, output) = request.signals(scenario, &whole)?;
+    let (input, output) = request.signals(asked, scenario, &whole)?;
     let channel = plant.channel(&input, &output)?;
     let pairs = |points: Vec<feeler_lti::C64>| points.into_iter().map(|p| [p.re, p.im]).collect::<Vec<_>>();
     let own = modes(plant)?;
@@ -229,7 +242,9 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
         margins = match whole.open_loop(controller) {
             Ok(open) => Some(MarginReport::new(&open.transfer()?)?),
             Err(AnalysisError::SlowerThanLoop { name, period_s, common_s }) => {
-                untold = Some(Untold::SlowerLoop { controller: name, period_s, common_s });
+                let slowest = whole.controllers().iter().find(|c| (common_s - c.spec.period_s).abs() <= 1e-9 * common_s);
+                let slowest = slowest.map(|controller| controller.name.clone());
+                untold = Some(Untold::SlowerLoop { controller: name, period_s, common_s, slowest });
                 None
             }
             Err(other) => return Err(other),
@@ -274,8 +289,9 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
             shape: mode.shape.clone(),
         }
     });
+    let named = request.input.as_ref().unwrap_or(&input);
     Ok(Report {
-        input: input.to_string(),
+        input: named.to_string(),
         output: output.to_string(),
         preload_n: Some(request.view.preload_n()).filter(|force| *force > 0.0),
         delay_s: channel.delay_s,
@@ -284,7 +300,7 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
         poles_hz: channel.poles_hz()?,
         zeros_hz: channel.zeros_hz()?,
         zero_pole_gain: channel.zero_pole_gain()?.map(|form| form.leading_coefficient),
-        state_space: StateSpaceReport::new(&channel, &input, &output),
+        state_space: StateSpaceReport::new(&channel, named, &output),
         modes: described.collect(),
         of_loop: pair.map(|(report, _)| report),
         gain,
@@ -307,7 +323,13 @@ pub(crate) fn undamped_hz(modes: &[Mode], pairs: &[ModeInPair]) -> Vec<f64> {
 }
 
 impl Request {
-    fn signals(&self, scenario: &Scenario, whole: &ControlLoop) -> Result<(SignalName, SignalName), AnalysisError> {
+    /// Input, where none is `asked` for that of the loop, and output.
+    fn signals(
+        &self,
+        asked_input: Option<SignalName>,
+        scenario: &Scenario,
+        whole: &ControlLoop,
+    ) -> Result<(SignalName, SignalName), AnalysisError> {
         let machine = &scenario.machine;
         // The controller whose gain is asked for, if it reads something.
         let key = self.gain.clone().or_else(|| whole.default_gain_key());
@@ -316,8 +338,7 @@ impl Request {
         let reads_something = || whole.controllers().iter().find_map(|c| Some((c, c.fed_back()?)));
         let (first, sensor) = asked.or_else(reads_something).map_or((whole.controllers().first(), None), |(c, i)| (Some(c), Some(i)));
         let drive = first.map_or(0, |c| c.drive);
-        let input =
-            self.input.clone().or_else(|| machine.actuators.get_index(drive).map(|(name, _)| SignalName::new(name, Quantity::Command)));
+        let input = asked_input.or_else(|| machine.actuators.get_index(drive).map(|(name, _)| SignalName::new(name, Quantity::Command)));
         let input = input.ok_or_else(|| AnalysisError::NotAnInput { name: "(no actuator)".into() })?;
         let read = sensor.and_then(|i| machine.sensors.get_index(i)).map(|(_, sensor)| sensor.reads.clone());
         // A contact that is absent feels nothing: what moves then is the body that would touch.

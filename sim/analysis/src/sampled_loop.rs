@@ -172,16 +172,21 @@ impl<'a> SampledLoop<'a> {
     }
 
     fn closed_with(&self, specs: &[ControllerSpec]) -> Result<DMatrix<f64>, AnalysisError> {
-        let stored = self.schedule.pending.iter().sum::<usize>() + self.schedule.taken.iter().flatten().sum::<usize>();
-        if stored > MOST_STORED {
-            return Err(AnalysisError::LongDelay { stored, most: MOST_STORED, common_s: self.schedule.common_s });
-        }
         Ok(self.walk(specs, None)?.0)
+    }
+
+    /// Samples under way when a common period begins.
+    fn stored(&self) -> usize {
+        self.schedule.pending.iter().sum::<usize>() + self.schedule.taken.iter().flatten().sum::<usize>()
     }
 
     /// One common period: what every entry of the lifted vector has become, as rows over the vector (and, where the loop is broken, over the
     /// output that enters instead, as the last column); and the broken controller's answer.
     fn walk(&self, specs: &[ControllerSpec], broken: Option<(usize, Probe)>) -> Result<(DMatrix<f64>, RowDVector<f64>), AnalysisError> {
+        let stored = self.stored();
+        if stored > MOST_STORED {
+            return Err(AnalysisError::LongDelay { stored, most: MOST_STORED, common_s: self.schedule.common_s });
+        }
         let motion_is_velocity = self.whole.controllers().iter().map(|c| c.motion_is_velocity);
         let laws = specs.iter().zip(motion_is_velocity).map(|(spec, v)| spec.linear(v)).collect::<Result<Vec<_>, _>>()?;
         let mut walk = self.start(&laws, broken.is_some());
@@ -231,8 +236,7 @@ impl<'a> SampledLoop<'a> {
     fn start(&self, laws: &[LinearLaw], broken: bool) -> Walk {
         let n = self.plant.reduced.a.nrows();
         let controllers = laws.len();
-        let stored: usize = self.schedule.pending.iter().sum::<usize>() + self.schedule.taken.iter().flatten().sum::<usize>();
-        let order = n + controllers + stored + laws.iter().map(|law| law.c.len()).sum::<usize>();
+        let order = n + controllers + self.stored() + laws.iter().map(|law| law.c.len()).sum::<usize>();
         let width = order + usize::from(broken);
         let mut next = n;
         let mut take = || {

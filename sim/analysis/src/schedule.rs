@@ -4,8 +4,8 @@ use crate::error::AnalysisError;
 
 /// Instants closer than this are one, s, as in the engine's clock.
 const SAME_INSTANT_S: f64 = 1e-12;
-/// The most samples of the slowest controller in a common period.
-const MOST_SAMPLES: usize = 4096;
+/// The most samples of the fastest controller in a common period: a search for stable gains walks through them some hundred times.
+const MOST_SAMPLES: usize = 1000;
 /// Ratios of periods this close to a fraction are that fraction.
 const COMMENSURATE: f64 = 1e-9;
 
@@ -94,13 +94,15 @@ impl Schedule {
 /// The shortest time that holds a whole number of each period.
 fn common_period_s(timings: &[Timing]) -> Result<f64, AnalysisError> {
     let slowest = timings.iter().map(|t| t.period_s).fold(0.0, f64::max);
+    let fastest = timings.iter().map(|t| t.period_s).fold(f64::INFINITY, f64::min);
+    let most = (MOST_SAMPLES as f64 * fastest / slowest).max(1.0) as usize;
     let whole = |samples: usize| {
         timings.iter().all(|t| {
             let ratio = samples as f64 * slowest / t.period_s;
             (ratio - ratio.round()).abs() <= COMMENSURATE * ratio
         })
     };
-    let samples = (1..=MOST_SAMPLES).find(|&samples| whole(samples)).ok_or(AnalysisError::Rates { limit: MOST_SAMPLES })?;
+    let samples = (1..=most).find(|&samples| whole(samples)).ok_or(AnalysisError::Rates { limit: MOST_SAMPLES })?;
     Ok(samples as f64 * slowest)
 }
 

@@ -191,11 +191,17 @@ impl ControlLoop {
             Err(AnalysisError::Control(_)) => GainBands::default(),
             other => other?,
         };
-        Ok(BelowZero::mirrored(mirrored, self.at_zero(domain, matrix(0.0).ok(), expand)?))
+        Ok(BelowZero::mirrored(mirrored, self.at_zero(domain, matrix(0.0).ok(), expand, alias_s)?))
     }
 
     /// The motion next to the limit of stability at gain zero.
-    fn at_zero<T: TimeDomain>(&self, domain: T, matrix: Option<DMatrix<f64>>, expand: &DMatrix<f64>) -> Result<Edge, AnalysisError> {
+    fn at_zero<T: TimeDomain>(
+        &self,
+        domain: T,
+        matrix: Option<DMatrix<f64>>,
+        expand: &DMatrix<f64>,
+        alias_s: Option<f64>,
+    ) -> Result<Edge, AnalysisError> {
         let none = Edge { gain: 0.0, frequency_hz: 0.0, mode: None };
         let Some(matrix) = matrix.filter(|m| m.iter().all(|v| v.is_finite())) else { return Ok(none) };
         let found = eigen(&matrix)?;
@@ -203,8 +209,8 @@ impl ControlLoop {
         let upper = (0..found.values.len()).filter(|&i| found.values[i].im >= 0.0);
         let nearest = upper.min_by(|&i, &j| distance(found.values[i]).total_cmp(&distance(found.values[j])));
         let Some(i) = nearest else { return Ok(none) };
-        let frequency_hz = domain.s_of_point(found.values[i]).im.abs() / TAU;
-        Ok(Edge { frequency_hz, mode: self.most_alike(&modes(self.plant())?, &found.vectors[i], expand), ..none })
+        let mode = self.most_alike(&modes(self.plant())?, &found.vectors[i], expand);
+        Ok(Edge { frequency_hz: self.frequency_hz(domain, found.values[i], &found.vectors[i], expand, alias_s), mode, ..none })
     }
 
     fn bands<T: TimeDomain>(
@@ -215,10 +221,11 @@ impl ControlLoop {
         alias_s: Option<f64>,
     ) -> Result<GainBands, AnalysisError> {
         // Errors do not depend on the gain's value, so these calls tell of them all. Not at one: there the force gain -1 of an impedance makes it feel no motion.
-        let (low, middle, high) = (matrix(2.0)?, matrix(4.0)?, matrix(6.0)?);
-        let slope = (&middle - &low) * 0.5;
-        let zero = &low - &slope * 2.0;
-        let affine = (&zero + &slope * 6.0 - &high).amax() <= AFFINE * high.amax();
+        let unit = finite_unit(&matrix)?;
+        let (low, middle, high) = (matrix(2.0 * unit)?, matrix(4.0 * unit)?, matrix(6.0 * unit)?);
+        let slope = (&middle - &low) / (2.0 * unit);
+        let zero = &low - &slope * (2.0 * unit);
+        let affine = (&zero + &slope * (6.0 * unit) - &high).amax() <= AFFINE * high.amax();
         let (zero, slope) = if affine { without_idle(&zero, &slope, expand.ncols()) } else { (zero, slope) };
         let rest = affine.then(|| WithoutDrift::new(zero.clone(), slope.clone(), domain.point_of_s(C64::new(0.0, 0.0)).re));
         let (zero, slope) = rest.as_ref().map_or((&zero, &slope), |rest| (&rest.zero, &rest.slope));
@@ -232,12 +239,25 @@ impl ControlLoop {
             let vector = rest.as_ref().map(|rest| rest.whole(edge.gain, edge.eigenvalue, &edge.eigenvector));
             let vector = vector.as_ref().unwrap_or(&edge.eigenvector);
             let mode = self.most_alike(&own, vector, expand);
-            let frequency_hz =
-                alias_s.map_or(edge.frequency_hz, |period_s| self.unfolded_hz(edge.eigenvalue.arg() / TAU, vector, expand, period_s));
-            Edge { gain: edge.gain, frequency_hz, mode }
+            Edge { gain: edge.gain, frequency_hz: self.frequency_hz(domain, edge.eigenvalue, vector, expand, alias_s), mode }
         };
         let bands = stable.intervals.into_iter().map(|i| Band { lower: i.lower.map(edge), upper: i.upper.map(edge) });
         Ok(GainBands { bands: bands.collect() })
+    }
+
+    /// Frequency of a motion of the loop, Hz; where several rates repeat together, every `alias_s`, that of the bodies.
+    fn frequency_hz<T: TimeDomain>(
+        &self,
+        domain: T,
+        value: C64,
+        vector: &DVector<C64>,
+        expand: &DMatrix<f64>,
+        alias_s: Option<f64>,
+    ) -> f64 {
+        match alias_s {
+            Some(period_s) => self.unfolded_hz(value.arg() / TAU, vector, expand, period_s),
+            None => domain.s_of_point(value).im.abs() / TAU,
+        }
     }
 
     /// Of all frequencies that turn by a share of a turn in a period, the one at which the bodies move: what their speeds are to their places in a motion
@@ -282,12 +302,29 @@ fn of_machine(vector: &DVector<C64>, expand: &DMatrix<f64>) -> DVector<C64> {
     expand.map(|v| C64::new(v, 0.0)) * vector.rows(0, expand.ncols())
 }
 
+/// The largest power of ten up to one of which a few times makes a finite matrix: an unstable loop lifted over thousands of periods grows beyond all
+/// numbers.
+fn finite_unit(matrix: &impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>) -> Result<f64, AnalysisError> {
+    let decades = i32::try_from(DECADES).unwrap_or(i32::MAX);
+    for decade in 0..=decades {
+        let unit = 10_f64.powi(-decade);
+        if matrix(6.0 * unit)?.iter().all(|v| v.is_finite()) {
+            return Ok(unit);
+        }
+    }
+    Ok(1.0)
+}
+
 /// The smallest gain of the search at which stability can be told; zero where it never can.
 fn smallest_telling<T: TimeDomain>(domain: T, at: &impl Fn(f64) -> DMatrix<f64>, scale: f64) -> Result<f64, AnalysisError> {
     let decades = i32::try_from(DECADES).unwrap_or(i32::MAX);
     for decade in -decades..=decades {
         let gain = scale * 10_f64.powi(decade);
-        let growth = eigenvalues(&at(gain))?.into_iter().map(|p| domain.growth_per_s(p)).fold(f64::NEG_INFINITY, f64::max);
+        let matrix = at(gain);
+        if matrix.iter().any(|v| !v.is_finite()) {
+            return Ok(0.0);
+        }
+        let growth = eigenvalues(&matrix)?.into_iter().map(|p| domain.growth_per_s(p)).fold(f64::NEG_INFINITY, f64::max);
         if growth.abs() > TELLING_GROWTH_PER_S {
             return Ok(gain);
         }

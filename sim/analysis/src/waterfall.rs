@@ -38,6 +38,8 @@ pub enum Limit {
     Saturation,
     /// A mode that nothing damps: no gain is stable.
     UndampedMode,
+    /// Nothing: no gain is too large.
+    Nothing,
 }
 
 /// One step down.
@@ -235,6 +237,7 @@ impl ControlLoop {
             _ if saturates => Limit::Saturation,
             Some(candidate) => candidate.1,
             None if undamped => Limit::UndampedMode,
+            None if limit_gain.is_infinite() => Limit::Nothing,
             None => Limit::RigidBody,
         };
         let without = candidates.into_iter().map(|(name, _, relief)| (name, relief)).collect();

@@ -193,6 +193,8 @@ impl Sample {
 
 /// Every interval of stable gains of a loop given by its state matrix as a function of the gain.
 ///
+/// A gain at which the matrix is not finite counts as unstable.
+///
 /// # Errors
 /// [`LtiError::OutOfRange`] for a search without extent; the errors of [`eigenvalues`](crate::eigenvalues) for the matrices.
 ///
@@ -213,7 +215,15 @@ pub fn stable_gains<T: TimeDomain>(
     closed_loop: impl Fn(f64) -> DMatrix<f64>,
     search: &GainSearch,
 ) -> Result<StableGains, LtiError> {
-    let sample = |gain: f64| sample_growth(domain, &closed_loop(gain), gain, search.growth_limit_per_s);
+    let sample = |gain: f64| {
+        let a = closed_loop(gain);
+        // Over many periods lifted into one, an unstable loop grows beyond all numbers.
+        if a.iter().all(|v| v.is_finite()) {
+            sample_growth(domain, &a, gain, search.growth_limit_per_s)
+        } else {
+            Ok(Sample { gain, excess: vec![f64::INFINITY] })
+        }
+    };
     let grid = search.grid()?;
     let mut samples = vec![sample(grid[0])?];
     for &gain in &grid[1..] {
@@ -312,4 +322,37 @@ fn describe_edge<T: TimeDomain>(domain: T, a: &DMatrix<f64>, gain: f64, limit: f
         candidates.min_by(|a, b| distance(a.0).total_cmp(&distance(b.0))).ok_or(LtiError::EigenvaluesNotConverged { order: a.nrows() })?;
     let frequency_hz = domain.s_of_point(*value).im.abs() / std::f64::consts::TAU;
     Ok(GainEdge { gain, frequency_hz, eigenvalue: *value, eigenvector: vector.clone() })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use nalgebra::dmatrix;
+
+    use super::*;
+    use crate::domain::Discrete;
+
+    #[test]
+    fn regress_a_loop_lifted_over_many_periods_is_not_searched_for_what_rounding_makes_of_it() {
+        // Forty samples of x' = (1 - k) x beside a lag: eigenvalues grow with the fortieth power of the gain and drown the others in their rounding.
+        let count = Cell::new(0);
+        let lifted = |k: f64| {
+            count.set(count.get() + 1);
+            dmatrix![1.0 - k, 0.3, 0.0; 0.0, 0.9, 0.2 * k; 0.1, 0.0, 0.8].pow(40)
+        };
+        let one = |k: f64| dmatrix![1.0 - k, 0.3, 0.0; 0.0, 0.9, 0.2 * k; 0.1, 0.0, 0.8];
+        let search = GainSearch::non_negative(1.0).unwrap();
+        let found = stable_gains(Discrete::new(0.04).unwrap(), lifted, &search).unwrap();
+        let grid = search.grid().unwrap().len();
+        assert!(count.get() < 4 * grid, "{} for {grid}", count.get());
+        let edges = |gains: &StableGains| -> Vec<f64> {
+            gains.intervals.iter().flat_map(|i| [&i.lower, &i.upper]).flatten().map(|edge| edge.gain).collect()
+        };
+        let plain = stable_gains(Discrete::new(0.001).unwrap(), one, &search).unwrap();
+        let (found, plain) = (edges(&found), edges(&plain));
+        assert_eq!(found.len(), plain.len(), "{found:?} {plain:?}");
+        // Rounding of an eigenvalue of the fortieth power, as a share of the gain.
+        assert!(found.iter().zip(&plain).all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs()), "{found:?} {plain:?}");
+    }
 }

@@ -23,9 +23,10 @@ const RMS_VELOCITY: f64 = 0.01;
 const TIMES_FRICTION: f64 = 5.0;
 /// And as a share of the drive's limit, which noise reaches at three to four times its root mean square.
 const SHARE_OF_LIMIT: f64 = 0.1;
-/// Time constants after which a transient is below 1e-6, and the bounds within which it is waited for, s.
-const TIME_CONSTANTS: f64 = 14.0;
-const WAIT_S: (f64, f64) = (0.5, 30.0);
+/// Time constants after which a transient is below rounding, exp(-36) = 2e-16, so that none is taken for distortion far below a resonance; and the
+/// bounds within which it is waited for, s.
+const TIME_CONSTANTS: f64 = 36.0;
+const WAIT_S: (f64, f64) = (0.5, 120.0);
 /// Samples of an excitation at most; each takes some tens of bytes and half a microsecond or more.
 const MOST_SAMPLES: f64 = 1e8;
 /// Records without a stated length, s.
@@ -52,7 +53,14 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     let (low, high) = band(arguments, experiment.hold_s, 1.0, None)?;
     let rms = arguments.rms.unwrap_or_else(|| usual_rms(&experiment.machine, &experiment.actuator));
     require(rms > 0.0 && rms.is_finite(), || format!("an excitation of {rms} excites nothing"), "give a size above zero with --rms")?;
-    let wait_s = wait_s(&experiment).map_err(|error| refused(arguments, &error))?;
+    let dies_in_s = dies_in_s(&experiment).map_err(|error| refused(arguments, &error))?;
+    let wait_s = dies_in_s.clamp(WAIT_S.0, WAIT_S.1);
+    if dies_in_s > wait_s && kind != ExcitationKind::WhiteNoise {
+        let (left, waited) = (with_unit(dies_in_s, "s"), with_unit(wait_s, "s"));
+        notes.push(format!(
+            "transients take {left} to die away and {waited} are waited for: what is left of them reads as distortion, and no band knows of it"
+        ));
+    }
     let excitation = excitation(arguments, kind, &experiment, wait_s, low)?;
     let input = SignalName::new(&experiment.actuator, Quantity::Command).to_string();
     require_path(arguments, &experiment, (low, high), &input)?;
@@ -128,7 +136,7 @@ fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> 
     }
     let controller = scenario.controllers.values().find(|c| c.reads.is_some()).or_else(|| scenario.controllers.values().next());
     let actuator = match &arguments.input {
-        Some(input) => signals::input(&machine, input)?.element,
+        Some(input) => signals::command(&machine, input)?.element,
         None => match controller.map(|c| c.drives.clone()).or_else(|| machine.actuators.keys().next().cloned()) {
             Some(actuator) => actuator,
             None => {
@@ -189,12 +197,12 @@ fn usual_rms(machine: &Machine, actuator: &str) -> f64 {
     }
 }
 
-/// Time in which transients die away.
-fn wait_s(experiment: &Experiment) -> Result<f64, feeler_analysis::AnalysisError> {
+/// Time in which transients die away; none where no motion decays.
+fn dies_in_s(experiment: &Experiment) -> Result<f64, feeler_analysis::AnalysisError> {
     let plant = LinearMachine::new(&experiment.machine, &experiment.view())?;
     let channel = plant.channel(&SignalName::new(&experiment.actuator, Quantity::Command), &experiment.output)?;
     let slowest = channel.poles()?.iter().map(|p| -p.re).filter(|rate| *rate > 1e-6).fold(f64::INFINITY, f64::min);
-    Ok((TIME_CONSTANTS / slowest).clamp(WAIT_S.0, WAIT_S.1))
+    Ok(TIME_CONSTANTS / slowest)
 }
 
 fn excitation(arguments: &Frf, kind: ExcitationKind, experiment: &Experiment, wait_s: f64, low_hz: f64) -> anyhow::Result<Excitation> {

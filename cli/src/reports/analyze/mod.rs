@@ -213,8 +213,9 @@ fn modes(page: &mut Page, report: &Report) {
     page.heading("Modes");
     page.paragraph(
         "Colocated: actuator and sensor move in the phase relation of rigid-body motion. Noncolocated: against it. Uninvolved: one of them does not \
-         take part. Where the class changes from one mode to the next there are no zeros between them, and 180° are lost for good; between modes of \
-         one class lies a pair of zeros, so that the upper one takes no more than these gave.",
+         take part. Where the class changes from one mode to the next there are no zeros between them, and 180° are lost for good unless a pair of zeros farther up \
+         gives them back; between modes of one class lies a pair of zeros, so that the upper one takes no more than these gave. The table says what each \
+         mode takes with the zeros that go with it.",
     );
     let edge = report.gain.as_ref().and_then(|gain| gain.sampled.edge_mode);
     let row = |(i, mode): (usize, &ModeReport)| {

@@ -90,13 +90,18 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
 /// Why no problem is named.
 fn untold(report: &Report) -> String {
     match &report.untold {
-        Some(Untold::SlowerLoop { controller, period_s, common_s }) => format!(
-            "Which problem limits this loop is not told: controllers.{controller} samples every {}, another controller more slowly, and all repeat together only every {}. \
-             Broken at the faster one, the loop varies in time: it has no frequency response, so that there are no margins and no bandwidth. Its stable gains \
-             are exact. --gain with a gain of the slowest controller tells all.",
-            with_unit(*period_s, "s"),
-            with_unit(*common_s, "s")
-        ),
+        Some(Untold::SlowerLoop { controller, period_s, common_s, slowest }) => {
+            let remedy = slowest.as_ref().map_or_else(
+                || "No controller has that period: make the slowest one's a multiple of all others, and --gain with a gain of it tells all.".to_owned(),
+                |slowest| format!("--gain with a gain of controllers.{slowest} tells all."),
+            );
+            format!(
+                "Which problem limits this loop is not told: controllers.{controller} samples every {}, and all controllers repeat together only every {}. Broken at this \
+                 one, the loop varies in time: it has no frequency response, so that there are no margins and no bandwidth. Its stable gains are exact. {remedy}",
+                with_unit(*period_s, "s"),
+                with_unit(*common_s, "s")
+            )
+        }
         Some(Untold::NoContinuousForm { controller }) => format!(
             "Which problem limits this loop is not told: on paper, controllers.{controller} would differentiate a signal that follows its command at once, so that there is \
              no continuous loop to begin from. Stable gains and margins are those of the sampled loop."
@@ -129,7 +134,15 @@ fn advice(report: &Report) -> Vec<String> {
     let gives = |s: &Sensitivity| {
         let (bandwidth, gain) = (s.bandwidth_relative * s.worth(by).signum(), s.largest_gain_relative * s.worth(by).signum());
         match by {
-            RankedBy::BandwidthAndGain => format!("{} % of bandwidth and {} % of the largest gain", plain(bandwidth), plain(gain)),
+            RankedBy::BandwidthAndGain => {
+                let of = |share: f64, what: &str| format!("{} % of {what}", plain(share.abs()));
+                let (bandwidth, gain) = ((bandwidth, of(bandwidth, "bandwidth")), (gain, of(gain, "the largest gain")));
+                match (bandwidth.0 < 0.0, gain.0 < 0.0) {
+                    (true, _) => format!("{} and costs {}", gain.1, bandwidth.1),
+                    (_, true) => format!("{} and costs {}", bandwidth.1, gain.1),
+                    _ => format!("{} and {}", bandwidth.1, gain.1),
+                }
+            }
             RankedBy::LargestGain => format!("{} %", plain(gain)),
             RankedBy::Saturation => format!("{} %", plain(bandwidth)),
         }
@@ -153,16 +166,26 @@ fn advice(report: &Report) -> Vec<String> {
             gives(most)
         ));
     }
-    let trade = report.sensitivities.iter().filter(telling).find(|s| s.is_trade(by));
-    said.extend(trade.map(|s| {
+    let trades = report.sensitivities.iter().filter(telling).filter(|s| s.is_trade(by)).take(NAMED).map(|s| {
         let [bandwidth, gain] = [s.bandwidth_relative, s.largest_gain_relative].map(f64::abs).map(plain);
         let (won, lost) = if s.bandwidth_relative > 0.0 { ("raises", "lowers") } else { ("lowers", "raises") };
-        format!(
-            "{} trades one for the other: 1 % more {won} the bandwidth by {bandwidth} % and {lost} the largest gain by {gain} %.",
-            s.key
-        )
-    }));
+        format!("1 % more {} {won} the bandwidth by {bandwidth} % and {lost} the largest gain by {gain} %", s.key)
+    });
+    let trades = trades.collect::<Vec<_>>().join("; ");
+    if !trades.is_empty() {
+        said.push(format!("What trades one for the other: {trades}."));
+    }
     said
+}
+
+/// Why no gain is too large.
+fn unlimited(report: &Report) -> String {
+    let Some(gain) = &report.gain else { return String::new() };
+    if report.margins.as_ref().is_some_and(|margins| margins.complementary_sensitivity_peak <= 0.0) {
+        let reads = report.of_loop.as_ref().map_or(&report.output, |of| &of.output);
+        return format!("Nothing limits the bandwidth: {reads} does not answer {} here, so that no loop is closed.", report.input);
+    }
+    format!("Nothing limits the bandwidth: no {} is too large.", gain.key)
 }
 
 fn limited(report: &Report, limit: Limit) -> String {
@@ -182,6 +205,7 @@ fn limited(report: &Report, limit: Limit) -> String {
             return "The limit of the drive's force or command is below what the reference asks for at rest: it is never reached."
                 .to_owned();
         }
+        Limit::Nothing => return unlimited(report),
         Limit::UndampedMode => return "An undamped mode makes every gain unstable.".to_owned(),
         Limit::Saturation => "The limit of the drive's force or command, rather than stability, limits".to_owned(),
     };

@@ -84,11 +84,29 @@ fn regress_a_slower_controller_is_named_as_why_nothing_is_told() {
     let damper = control(Law::ExplicitForce(ForceGains { kp: 0.1, ..ForceGains::default() }), "force", 0.25e-3, 0.0);
     scenario.controllers.insert("fast".into(), damper);
     let report = clamped(&scenario, Some("fast.kp"));
-    let Some(Untold::SlowerLoop { controller, period_s, common_s }) = report.untold else { panic!("{:?}", report.untold) };
-    assert_eq!(controller, "fast");
+    let Some(Untold::SlowerLoop { controller, period_s, common_s, slowest }) = report.untold else { panic!("{:?}", report.untold) };
+    assert_eq!((controller.as_str(), slowest.as_deref()), ("fast", Some("force")));
     assert!((period_s - 0.25e-3).abs() < 1e-12 && (common_s - 1e-3).abs() < 1e-12);
     assert!(report.waterfall.is_none() && report.gain.unwrap().sampled.stable[1].is_some());
     assert_eq!(clamped(&scenario, Some("force.kp")).untold, None);
+}
+
+#[test]
+fn regress_where_no_period_is_a_multiple_of_the_others_no_controller_tells_all() {
+    let mut scenario = force_loop(0.2, 0.0);
+    let other = control(Law::ExplicitForce(ForceGains { kp: 0.1, ..ForceGains::default() }), "force", 1.5e-3, 0.0);
+    scenario.controllers.insert("other".into(), other);
+    for gain in ["force.kp", "other.kp"] {
+        let untold = clamped(&scenario, Some(gain)).untold;
+        assert!(matches!(&untold, Some(Untold::SlowerLoop { slowest: None, .. })), "{gain}: {untold:?}");
+    }
+}
+
+#[test]
+fn truth_nothing_limits_a_loop_whose_reading_does_not_answer_the_drive() {
+    let request = Request { view: View::FREE, ..Request::default() };
+    let report = analyze(&force_loop(0.2, 0.0), &request).unwrap();
+    assert_eq!(report.limit, Some(Limit::Nothing));
 }
 
 /// An axis under impedance control that may feel its force as well.
@@ -114,4 +132,19 @@ fn regress_an_impedance_controls_motion_and_its_force_gain_closes_a_loop_of_forc
         assert_eq!(report.output, through);
         assert!(report.gain.unwrap().sampled.stable[1].is_some(), "{force_gain} {key}");
     }
+}
+
+#[test]
+fn truth_a_force_on_a_body_is_an_input() {
+    // An ideal drive on a body that reacts on the ground and a force from outside on that body do the same.
+    let scenario = force_loop(0.2, 0.0);
+    let of = |input: &str| analyze(&scenario, &Request { input: Some(input.parse().unwrap()), view: View::CLAMPED, ..Request::default() });
+    let (drive, outer) = (of("drive.command").unwrap(), of("motor.force").unwrap());
+    assert_eq!(outer.input, "motor.force");
+    assert_eq!((&drive.poles, &drive.zeros, &drive.gain), (&outer.poles, &outer.zeros, &outer.gain));
+    // Elsewhere the poles are the same and the zeros are not.
+    let tip = of("tip.force").unwrap();
+    assert_eq!(drive.poles.len(), tip.poles.len());
+    assert_ne!(drive.zeros.len(), tip.zeros.len());
+    assert!(of("motor.position").is_err());
 }

@@ -2,7 +2,9 @@
 
 use crate::common::machine;
 use feeler_analysis::frf::{Excitation, Experiment, MeasuredResponse, NoiseMethod};
+use feeler_lti::C64;
 use feeler_lti::spectral::{Estimator, LocalPolynomialSettings};
+use feeler_plant::description::ActuatorKind;
 use feeler_plant::effects::{EffectUse, find};
 
 /// Periodic excitation of a linear machine at rest leaves no leakage: what remains after the transient's decay (at 7/s over seconds).
@@ -67,4 +69,25 @@ fn truth_friction_shows_as_distortion_and_sensor_noise_does_not() {
     let (noise, friction) = (distortion_over_noise(&noisy), distortion_over_noise(&rubbing));
     // With four realisations distortion alone gives four times the variance of their mean; noise alone leaves the excess of its own spread.
     assert!(friction > 3.0 && noise < 0.5 * friction, "{friction} with friction, {noise} with noise alone");
+}
+
+#[test]
+fn regress_far_below_a_resonance_a_linear_machine_has_no_distortion() {
+    // A slow filter makes the response fall by 120 dB from its resonance to the end of the band: there rounding of the whole outweighs the line.
+    let mut falling = experiment();
+    falling.machine.actuators["drive"].kind = ActuatorKind::Force { bandwidth_hz: Some(2.0) };
+    falling.output = "tip.position".parse().unwrap();
+    let excitation = Excitation::Multisine { period_s: 1.0, periods: 4, transient_periods: 6, realisations: 4 };
+    let measured = falling.measure(&excitation, 1.0, (1.0, 450.0)).unwrap();
+    let size = |g: &C64| 20.0 * g.norm().log10();
+    let (largest, smallest) = measured.linear.iter().map(size).fold((f64::MIN, f64::MAX), |(a, b), g| (a.max(g), b.min(g)));
+    assert!(largest - smallest > 120.0, "{largest} {smallest}");
+    assert!(!measured.evidence.unwrap().is_beyond_noise);
+    // And every band that knows no noise still knows of rounding.
+    let bands = measured.estimate.confidence(0.95);
+    let inside = (0..bands.len()).filter(|&i| {
+        let radius = bands[i].magnitude_high - measured.estimate.response[i].norm();
+        (measured.estimate.response[i] - measured.linear[i]).norm() <= radius
+    });
+    assert!(inside.count() * 10 >= 9 * bands.len());
 }

@@ -5,7 +5,7 @@
 
 use super::estimate::ResponseEstimate;
 use super::evidence::{ComplexDegrees, Evidence, evidence_beyond};
-use super::periodic::PeriodicRecord;
+use super::periodic::{PeriodMeans, PeriodicRecord};
 use crate::domain::C64;
 use crate::error::LtiError;
 
@@ -26,8 +26,16 @@ pub struct BestLinearApproximation {
     pub evidence: Evidence,
 }
 
-/// Variance, as a share of the response's square, that rounding of long simulations may leave: what differs by less is the same.
+/// Power, as a share of the line's own, that rounding of long simulations may leave: what differs by less is the same.
 const ROUNDING: f64 = 1e-18;
+/// The same as a share of the strongest line's: rounding of the whole output shows at every line, however weak.
+const ROUNDING_OF_STRONGEST: f64 = 1e-24;
+
+/// Power of the output at each line that may be rounding.
+fn rounding(means: &PeriodMeans) -> impl Fn(usize) -> f64 {
+    let strongest = means.output.iter().map(C64::norm_sqr).fold(0.0, f64::max);
+    move |k| ROUNDING * means.output[k].norm_sqr() + ROUNDING_OF_STRONGEST * strongest
+}
 
 /// Best linear approximation from several realisations: what differs from period to period is noise, what differs from realisation to
 /// realisation beyond it is nonlinear distortion.
@@ -40,6 +48,7 @@ pub fn best_linear_approximation(realisations: &[Realisation<'_>], lines: &[usiz
         return Err(LtiError::RecordTooShort { needed: 2, found: count });
     }
     let means = realisations.iter().map(|r| r.means(lines)).collect::<Result<Vec<_>, _>>()?;
+    let roundings: Vec<_> = means.iter().map(rounding).collect();
     let mut estimate = ResponseEstimate::default();
     let (mut noise_variance, mut distortion_variance, mut explained) = (Vec::new(), Vec::new(), Vec::new());
     for (k, &line) in lines.iter().enumerate() {
@@ -55,7 +64,8 @@ pub fn best_linear_approximation(realisations: &[Realisation<'_>], lines: &[usiz
         estimate.degrees_of_freedom.push(2.0 * (m - 1.0));
         noise_variance.push(noise);
         distortion_variance.push(m * (total - noise));
-        explained.push(noise + ROUNDING * mean.norm_sqr());
+        let rounded = means.iter().zip(&roundings).map(|(of, rounding)| rounding(k) / of.input[k].norm_sqr());
+        explained.push(noise + rounded.sum::<f64>() / (m * m));
     }
     let degrees = ComplexDegrees { total: count - 1, noise: means.iter().map(|m| m.periods - 1).sum() };
     let evidence = evidence_beyond(&estimate.variance, &explained, degrees)?;
@@ -98,13 +108,14 @@ pub fn distortion_beside(record: &PeriodicRecord<'_>, excited: &[usize]) -> Resu
         Ok(power / beside.len() as f64 / means.input[k].norm_sqr())
     };
     let variance = excited.iter().map(variance).collect::<Result<Vec<f64>, LtiError>>()?;
+    let rounding = rounding(&means);
     let mut powers = [Vec::new(), Vec::new()];
     for line in silent {
         let nearest = excited[excited.partition_point(|l| *l < line).min(excited.len() - 1)] - first;
         let (response, _) = means.response(nearest, record.frequency_hz(first + nearest))?;
         let [total, noise] = means.left_and_noise(line - first, response);
         powers[0].push(total);
-        powers[1].push(noise + ROUNDING * means.output[nearest].norm_sqr());
+        powers[1].push(noise + rounding(nearest));
     }
     let evidence = evidence_beyond(&powers[0], &powers[1], ComplexDegrees { total: 1, noise: means.periods - 1 })?;
     Ok(Some(DistortionBeside { variance, evidence }))

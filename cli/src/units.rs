@@ -31,8 +31,10 @@ impl Units {
     /// The unit of a quantity; empty where it depends on more.
     pub(crate) fn unit(self, quantity: Quantity) -> &'static str {
         match quantity {
-            Quantity::Position | Quantity::Compression => self.position,
-            Quantity::Velocity => self.velocity,
+            Quantity::Position | Quantity::Compression | Quantity::Gap | Quantity::PointX | Quantity::PointY | Quantity::PointZ => {
+                self.position
+            }
+            Quantity::Velocity | Quantity::GapRate => self.velocity,
             Quantity::Acceleration => self.acceleration,
             Quantity::Force | Quantity::SpringForce => self.force,
             _ => "",

@@ -140,3 +140,44 @@ fn truth_bad_surfaces_are_one_clear_error_each() {
     let error = Document::parse(&rotary, "rotary.toml").unwrap_err().to_string();
     assert!(error.contains("this axis is rotational"), "{error}");
 }
+
+/// Straight lines between knots that are 0.6 mm apart on a ball of 53 mm: (0.6 / 53)^2 / 8 of the normal.
+const STRAIGHT: f64 = 2e-5;
+
+#[test]
+fn truth_gap_rate_point_and_normal_are_recorded() {
+    let (r, radius, ahead, back, speed) = (3e-3, 50e-3, 60e-3, -20e-3, 40e-3);
+    let signals = ["gap", "gap_rate", "compression", "point_x", "point_y", "point_z", "normal_x", "normal_y", "normal_z"];
+    let record: Vec<String> = signals.iter().map(|signal| format!("\"tool.{signal}\"")).collect();
+    let text = |surface: &str, record: &str| {
+        format!(
+            "[bodies.tip]\nmass = 1.0\n[springs.guide]\nbetween = [\"ground\", \"tip\"]\nstiffness = 1.0\n[contacts.tool]\nbetween = [\"tip\", \"ground\"]\n\
+             stiffness = 1e4\n{surface}\n[run]\nduration = 1.0\nrecord = [{record}]\nrecord_rate = 1000.0\n"
+        )
+    };
+    let surface = format!(
+        "[contacts.tool.surface]\ntip = {{ shape = \"ball\", radius = {r} }}\nworkpiece = {{ shape = \"ball\", radius = {radius}, x = {ahead} }}\n\
+         feed = {{ y = {back}, velocity_y = {speed}, duration = 1.0 }}"
+    );
+    let document = Document::parse(&text(&surface, &record.join(", ")), "axis.toml").unwrap_or_else(|error| panic!("{error}"));
+    let found = run(&document.scenario, &mut |_| {}).unwrap().record;
+    let column = |signal: &str| found.column(&format!("tool.{signal}")).unwrap().to_vec();
+    let columns = signals.map(column);
+    for (i, t) in found.t_s.iter().enumerate() {
+        let y = back + speed * t;
+        let (sine, cosine) = (y / (r + radius), f64::sqrt(1.0 - (y / (r + radius)).powi(2)));
+        let gap = ahead - (r + radius) * cosine;
+        let expected = [gap, speed * sine / cosine, -gap, ahead - radius * cosine, radius * sine, 0.0, cosine, -sine, 0.0];
+        for ((signal, column), expected) in signals.iter().zip(&columns).zip(expected) {
+            // After the last knot the gap holds still.
+            let ends = *signal == "gap_rate" && *t >= 1.0;
+            assert!(ends || (column[i] - expected).abs() < STRAIGHT, "{t} {signal}: {} {expected}", column[i]);
+        }
+    }
+    // A contact with a wall has a gap, and no point.
+    let plain = Document::parse(&text("gap = 1e-3", "\"tool.gap\", \"tool.gap_rate\""), "axis.toml").unwrap();
+    let found = run(&plain.scenario, &mut |_| {}).unwrap().record;
+    assert!(found.column("tool.gap").unwrap().iter().all(|gap| (gap - 1e-3).abs() < 1e-12));
+    let error = Document::parse(&text("gap = 1e-3", "\"tool.point_y\""), "axis.toml").map_err(|error| error.to_string()).unwrap_err();
+    assert!(error.contains("no shapes") && error.contains("run.record"), "{error}");
+}

@@ -12,9 +12,10 @@ use clap::{ArgGroup, Args, ValueHint};
     feeler analyze axis.toml --out out/axis        what linear theory says of the arm along that normal\n  \
     feeler reduce arm.toml --pose '0,-40 deg,95 deg,35 deg,0,0' --normal 0,0,-1 --hold\n  \
     feeler reduce arm.toml --at 0.6,0,0.1 --normal 0,0,-1 --map 0.4,0.9,6,-0.4,0.4,5 --map-out map.html\n\n\
-    The axis has two masses with a spring between them, and agrees with the arm in mass and in how slow forces bend it. Where its phase\n\
-    crossover in contact is more than 1 % off the whole arm's, as where several modes share the bending, further bodies on springs stand\n\
-    beside the motor, as few as do. What is printed with it holds it against the whole arm in contact, so that it shows how good it is.\n\
+    The axis has two masses with a spring between them, and agrees with the arm in mass and in how slow forces bend it. Where its mode or\n\
+    phase crossover in contact is more than 1 % off the whole arm's, as where several modes share the bending, further bodies on springs\n\
+    stand beside the motor, or between motor and tool, as few as do. What is printed with it holds it against the whole arm in contact,\n\
+    and warns where either is more than 5 % off.\n\
     Gravity is taken as compensated. The force bandwidth is that of\n\
     integral control with a gain margin of 2, sampled at 1 kHz, the motors damped so that the contact mode has a damping ratio of 0.7."
 )]
@@ -34,6 +35,9 @@ pub(crate) struct Reduce {
     /// Position control holds the tool's other directions (else nothing does)
     #[arg(long)]
     pub(crate) hold: bool,
+    /// Measure the whole arm as well: simulate it with a multisine on the drive, and hold the axis against what is found
+    #[arg(long)]
+    pub(crate) measure: bool,
     /// Stiffness of force sensor and workpiece, N/m
     #[arg(long, value_name = "N/M", default_value_t = 2e4)]
     pub(crate) contact_stiffness: f64,

@@ -2,8 +2,10 @@
 
 use std::fmt::Write as _;
 
-use feeler_arm::{ArmError, Others, inverse_kinematics, usual_starts};
-use feeler_scenarios::arm::{ArmFileError, AxisFile, Grid, MapPoint, ToolContact, axis_file, bandwidth_map, force_bandwidth, tool_target};
+use feeler_arm::{Agreement, ArmError, Measured, Others, inverse_kinematics, usual_starts};
+use feeler_scenarios::arm::{
+    ArmFileError, AxisFile, Grid, MapPoint, MapValues, ToolContact, axis_file, bandwidth_map, distrust, force_bandwidth, tool_target,
+};
 use feeler_scenarios::format::ArmFile;
 use serde_json::{Value, json};
 
@@ -26,6 +28,12 @@ pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
     let pose = at.map_or_else(|| Ok(arguments.pose.clone()), |at| pose_at(&file, at, normal))?;
     let axis = axis_file(&file, &pose, normal, others, contact).map_err(refused)?;
     let bandwidth = force_bandwidth(&axis.reduction, contact).map_err(refused)?;
+    let measured = (arguments.measure)
+        .then(|| {
+            let touch = [contact.stiffness_n_per_m, contact.damping_n_s_per_m];
+            file.arm.measure_in_contact(&axis.reduction, &pose, normal, others, touch).map_err(|error| refused(error.into()))
+        })
+        .transpose()?;
     let map = if arguments.map.is_empty() {
         None
     } else {
@@ -43,18 +51,31 @@ pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
     if arguments.json {
         let mut all = as_json(&axis, &pose);
         all["force_bandwidth_hz"] = number(bandwidth.crossover_hz);
+        if let Some(found) = &measured {
+            all["measured"] = measured_as_json(found);
+        }
         if let Some(map) = &map {
             all["map"] = map.iter().map(place_as_json).collect();
         }
         return terminal::print(&serde_json::to_string_pretty(&all)?);
     }
     let mut text = figures(&axis, &pose, bandwidth.crossover_hz, contact);
+    if let Some(found) = &measured {
+        text.push_str(&measured_text(found));
+    }
     if let Some(map) = &map {
         let _ = write!(
             text,
             "\n\nForce bandwidth (Hz) of integral control with a gain margin of 2, by x (rows) and y of the tool in m:\n{}",
             chart(map)
         );
+        let doubtful = map.iter().filter_map(|point| point.found.as_ref()).filter(|found| !found.agreement.is_trusted()).count();
+        if doubtful > 0 {
+            let _ = write!(
+                text,
+                "\nwarning: at {doubtful} places, marked *, the axis is more than 5 % off the arm in contact mode or phase crossover"
+            );
+        }
     }
     terminal::print(&text)
 }
@@ -130,30 +151,58 @@ fn figures(axis: &AxisFile, pose: &[f64], bandwidth_hz: f64, contact: ToolContac
     ];
     for (number, branch) in (1..).zip(&one.branches) {
         let [mass, frequency] = [with_unit(branch.mass_kg, "kg"), with_unit(branch.frequency_hz(), "Hz")];
-        rows.push(row(&format!("body {number} beside the motor"), format!("{mass} at {frequency}")));
+        let place = if branch.is_linked() { "between motor and tool" } else { "beside the motor" };
+        rows.push(row(&format!("body {number} {place}"), format!("{mass} at {frequency}")));
     }
     let bodies = if one.branches.is_empty() {
         ""
     } else {
-        "\nbeside the motor stand modes that load the drive as well: with two masses alone the phase crossover would be farther off"
+        "\nfurther bodies stand for modes that load the drive as well: with two masses alone these would be farther off"
     };
     let modes = one
         .modes
         .iter()
         .map(|mode| vec![plain(mode.frequency_hz), plain(mode.damping_ratio), plain(mode.drive_share), plain(mode.tip_share)]);
-    let both = |[whole, own]: [f64; 2]| vec![plain(whole), plain(own), plain(100.0 * (own / whole - 1.0))];
-    let named = |name: &str, pair: [f64; 2]| [vec![name.to_owned()], both(pair)].concat();
-    let landmarks =
-        [named("contact mode (Hz)", axis.agreement.contact_mode_hz), named("phase crossover (Hz)", axis.agreement.phase_crossover_hz)];
+    let landmarks = [
+        landmark("contact mode (Hz)", axis.agreement.contact_mode_hz),
+        landmark("phase crossover (Hz)", axis.agreement.phase_crossover_hz),
+    ];
     let pose: Vec<String> = pose.iter().map(|x| format!("{x:.4}")).collect();
+    let warning = distrust(one, &axis.agreement).map_or_else(String::new, |why| format!("\nwarning: {why}"));
     format!(
-        "pose {}\n\n{}\n\nmodes that bend joints, the tool free:\n{}\n\nwhole arm and this axis on {} N/m:\n{}{bodies}",
+        "pose {}\n\n{}\n\nmodes that bend joints, the tool free:\n{}\n\nwhole arm and this axis on {} N/m:\n{}{bodies}{warning}",
         pose.join(", "),
         table(&["along the normal", ""], &[1], rows),
         table(&["frequency (Hz)", "damping ratio", "share drive to tool", "share at tool"], &[0, 1, 2, 3], modes.collect::<Vec<_>>()),
         plain(contact.stiffness_n_per_m),
         table(&["landmark", "arm", "axis", "off by (%)"], &[1, 2, 3], landmarks),
     )
+}
+
+fn landmark(name: &str, [whole, own]: [f64; 2]) -> Vec<String> {
+    vec![name.to_owned(), plain(whole), plain(own), plain(100.0 * (own / whole - 1.0))]
+}
+
+fn measured_text(found: &Measured) -> String {
+    let rows =
+        [landmark("phase at -90 degrees (Hz)", found.contact_mode_hz), landmark("phase at -180 degrees (Hz)", found.phase_crossover_hz)];
+    format!(
+        "\n\nmeasured in simulation, {} lines of a multisine on the drive over {}:\n{}",
+        found.frequencies_hz.len(),
+        with_unit(found.simulated_s, "s"),
+        table(&["landmark", "arm", "axis", "off by (%)"], &[1, 2, 3], rows)
+    )
+}
+
+fn measured_as_json(found: &Measured) -> Value {
+    let pair = |[arm, axis]: [f64; 2]| json!({ "arm": number(arm), "axis": number(axis) });
+    json!({
+        "contact_mode_hz": pair(found.contact_mode_hz), "phase_crossover_hz": pair(found.phase_crossover_hz),
+        "frequencies_hz": found.frequencies_hz,
+        "real": found.response.iter().map(|z| number(z.re)).collect::<Vec<_>>(),
+        "imaginary": found.response.iter().map(|z| number(z.im)).collect::<Vec<_>>(),
+        "simulated_s": found.simulated_s,
+    })
 }
 
 /// JSON has no infinities.
@@ -172,7 +221,7 @@ fn as_json(axis: &AxisFile, pose: &[f64]) -> Value {
     let branches = one.branches.iter().map(|branch| {
         json!({
             "mass_kg": branch.mass_kg, "stiffness_n_per_m": branch.stiffness_n_per_m, "damping_n_s_per_m": branch.damping_n_s_per_m,
-            "frequency_hz": branch.frequency_hz(),
+            "to_tool_n_per_m": branch.to_tool_n_per_m, "to_tool_n_s_per_m": branch.to_tool_n_s_per_m, "frequency_hz": branch.frequency_hz(),
         })
     });
     json!({
@@ -185,8 +234,15 @@ fn as_json(axis: &AxisFile, pose: &[f64]) -> Value {
         "direction": one.direction, "modes": modes.collect::<Vec<_>>(),
         "contact_mode_hz": { "arm": number(axis.agreement.contact_mode_hz[0]), "axis": number(axis.agreement.contact_mode_hz[1]) },
         "phase_crossover_hz": { "arm": number(axis.agreement.phase_crossover_hz[0]), "axis": number(axis.agreement.phase_crossover_hz[1]) },
+        "misfit": misfit_as_json(&axis.agreement), "warning": distrust(one, &axis.agreement),
         "largest_stable_kp": number(axis.largest_gain),
     })
+}
+
+/// What the axis is off the arm, over the arm's; null where only one of them has the landmark.
+fn misfit_as_json(agreement: &Agreement) -> Value {
+    let [mode, crossover] = agreement.misfits();
+    json!({ "contact_mode": number(mode), "phase_crossover": number(crossover), "trusted": agreement.is_trusted() })
 }
 
 fn place_as_json(point: &MapPoint) -> Value {
@@ -194,6 +250,7 @@ fn place_as_json(point: &MapPoint) -> Value {
         json!({
             "pose": found.pose, "mass_kg": found.mass_kg, "stiffness_n_per_m": found.stiffness_n_per_m,
             "largest_ki_per_s": number(found.bandwidth.largest_gain_per_s), "force_bandwidth_hz": number(found.bandwidth.crossover_hz),
+            "misfit": misfit_as_json(&found.agreement),
         })
     });
     json!({ "place_m": point.place_m, "found": found })
@@ -209,12 +266,18 @@ fn page(arguments: &Reduce, name: &str, map: &[MapPoint]) -> String {
 }
 
 fn csv(map: &[MapPoint]) -> String {
-    let mut text = String::from("x_m,y_m,z_m,mass_kg,stiffness_n_per_m,largest_ki_per_s,force_bandwidth_hz\n");
+    let mut text = String::from(
+        "x_m,y_m,z_m,mass_kg,stiffness_n_per_m,largest_ki_per_s,force_bandwidth_hz,contact_mode_misfit,phase_crossover_misfit,within_5_percent\n",
+    );
     for point in map {
         let [x, y, z] = point.place_m;
         let values = point.found.as_ref().map_or_else(
-            || ",,,".to_owned(),
-            |v| format!("{},{},{},{}", v.mass_kg, v.stiffness_n_per_m, v.bandwidth.largest_gain_per_s, v.bandwidth.crossover_hz),
+            || ",,,,,,".to_owned(),
+            |v| {
+                let ([mode, crossover], trusted) = (v.agreement.misfits(), v.agreement.is_trusted());
+                let reached = format!("{},{}", v.bandwidth.largest_gain_per_s, v.bandwidth.crossover_hz);
+                format!("{},{},{reached},{mode:.5},{crossover:.5},{trusted}", v.mass_kg, v.stiffness_n_per_m)
+            },
         );
         let _ = writeln!(text, "{x},{y},{z},{values}");
     }
@@ -231,7 +294,8 @@ fn chart(map: &[MapPoint]) -> String {
     let rows: Vec<Vec<String>> = (map.chunks(columns.len()))
         .map(|row| {
             let value = |point: &MapPoint| {
-                point.found.as_ref().map_or_else(|| "-".to_owned(), |found| format!("{:.2}", found.bandwidth.crossover_hz))
+                let mark = |found: &MapValues| if found.agreement.is_trusted() { "" } else { "*" };
+                point.found.as_ref().map_or_else(|| "-".to_owned(), |found| format!("{:.2}{}", found.bandwidth.crossover_hz, mark(found)))
             };
             std::iter::once(plain(row[0].place_m[0])).chain(row.iter().map(value)).collect()
         })

@@ -35,7 +35,7 @@ pub(crate) fn run(arguments: &Run, draft: Draft) -> anyhow::Result<()> {
     }
     let files = written.iter().map(|path| format!("  {}", path.display())).collect::<Vec<_>>().join("\n");
     let units = Units::of(&file.cell.scenario.machine);
-    let said = words::outcome(&result.summary.figures, units);
+    let said = format!("{}{}", words::outcome(&result.summary.figures, units), reports::arm_run::limits(&result.summary));
     terminal::print(&format!("{}: {said}\n\n{}\n\nwrote\n{files}", file.name, figures(&result, units)))
 }
 

@@ -13,6 +13,8 @@ const PLOT: Place = Place { x: 90.0, y: 40.0, width: 540.0, height: 400.0 };
 const WIDTH: f64 = 830.0;
 /// Where the arm does not reach.
 const NOTHING: &str = "#f2f2f2";
+/// Strokes through a place whose axis is not trusted.
+const CROSS: &str = "stroke=\"#000000\" stroke-width=\"1.2\" fill=\"none\"";
 /// Side of the cell of a grid that has one place along an axis, m.
 const ONLY_CELL_M: f64 = 0.05;
 /// Steps of colour in the legend.
@@ -26,7 +28,7 @@ struct Field {
     of: fn(&MapValues) -> f64,
 }
 
-const FIELDS: [Field; 3] = [
+const FIELDS: [Field; 4] = [
     Field {
         title: "Force bandwidth.",
         caption: "Crossover of integral force control sampled at 1 kHz, at half its largest stable gain.",
@@ -36,9 +38,15 @@ const FIELDS: [Field; 3] = [
     Field { title: "Effective mass.", caption: "What moves along the normal, motors included.", unit: "kg", of: |found| found.mass_kg },
     Field {
         title: "Stiffness.",
-        caption: "The joints' flexibility as one spring along the normal.",
+        caption: "All joints in series along the normal, the motors locked.",
         unit: "N/m",
         of: |found| found.stiffness_n_per_m,
+    },
+    Field {
+        title: "How far the axis is off the arm.",
+        caption: "The larger misfit of contact mode and phase crossover; places beyond 5 % are crossed out in every map.",
+        unit: "%",
+        of: |found| 100.0 * found.agreement.worst(),
     },
 ];
 
@@ -76,7 +84,12 @@ fn sentence(places: usize, reached: &[(&MapPoint, &MapValues)]) -> String {
         let [x, y, _] = point.place_m;
         format!("{} at x = {} m, y = {} m", with_unit(found.bandwidth.crossover_hz, "Hz"), plain(x), plain(y))
     };
-    format!("The arm reaches {} of {places} places; its force bandwidth goes from {} to {}.", reached.len(), at(worst), at(best))
+    let doubtful = reached.iter().filter(|(_, found)| !found.agreement.is_trusted()).count();
+    let doubts = match doubtful {
+        0 => " Everywhere the axis is within 5 % of the whole arm in contact mode and phase crossover.".to_owned(),
+        count => format!(" At {count} of them the axis is more than 5 % off the whole arm in contact mode or phase crossover."),
+    };
+    format!("The arm reaches {} of {places} places; its force bandwidth goes from {} to {}.{doubts}", reached.len(), at(worst), at(best))
 }
 
 /// What is said of a place under the pointer.
@@ -86,7 +99,7 @@ fn columns(map: &[MapPoint]) -> Vec<Value> {
         let values: Vec<Option<f64>> = map.iter().map(|point| point.found.as_ref().map(field.of)).collect();
         json!([name, values, field.unit])
     };
-    let [bandwidth, mass, stiffness] = &FIELDS;
+    let [bandwidth, mass, stiffness, misfit] = &FIELDS;
     vec![
         place("x", 0),
         place("y", 1),
@@ -94,6 +107,7 @@ fn columns(map: &[MapPoint]) -> Vec<Value> {
         field("force bandwidth", bandwidth),
         field("mass", mass),
         field("stiffness", stiffness),
+        field("axis off by", misfit),
     ]
 }
 
@@ -141,6 +155,10 @@ impl Grid {
                 body,
                 "<rect x=\"{x}\" y=\"{y}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"{colour}\" shape-rendering=\"crispEdges\"/>"
             );
+            if point.found.as_ref().is_some_and(|found| !found.agreement.is_trusted()) {
+                let (right, bottom) = (x + width, y + height);
+                let _ = write!(body, "<path d=\"M{x} {y}L{right:.2} {bottom:.2}M{right:.2} {y}L{x} {bottom:.2}\" {CROSS}/>");
+            }
         }
         self.frame.draw(&mut body, "");
         let swatch = |colour: &str| format!("<rect width=\"24\" height=\"14\" fill=\"{colour}\" stroke=\"#5a646c\" stroke-width=\"0.5\"/>");
@@ -155,6 +173,9 @@ impl Grid {
         };
         if map.iter().any(|point| point.found.is_none()) {
             entries.push((swatch(NOTHING), "out of reach".into()));
+        }
+        if map.iter().filter_map(|point| point.found.as_ref()).any(|found| !found.agreement.is_trusted()) {
+            entries.push((format!("{}<path d=\"M0 0L24 14M24 0L0 14\" {CROSS}/>", swatch("#ffffff")), "axis off by over 5 %".into()));
         }
         legend(&mut body, [PLOT.x + PLOT.width + 24.0, PLOT.y + 4.0], &entries);
         image(WIDTH, PLOT.y + PLOT.height + 56.0, &body)

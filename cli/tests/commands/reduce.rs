@@ -33,7 +33,10 @@ fn truth_an_arm_becomes_a_machine_that_other_commands_take() {
         (crossover("axis") / crossover("arm") - 1.0).abs() < HELD_CROSSOVER && !found["branches"].as_array().unwrap().is_empty(),
         "{found}"
     );
-    assert!(bench.read("axis.toml").contains("[bodies.branch-1]"));
+    assert!(bench.read("axis.toml").contains("[bodies.branch-1]") && bench.read("axis.toml").contains("the axis is off by"));
+    assert!(found["misfit"]["trusted"].as_bool().unwrap() && found["warning"].is_null(), "{found}");
+    assert!(bench.read("map.csv").lines().next().unwrap().ends_with("contact_mode_misfit,phase_crossover_misfit,within_5_percent"));
+    assert!(bench.read("map.csv").lines().skip(1).all(|line| line.ends_with(",true")), "{}", bench.read("map.csv"));
     for command in ["check", "analyze", "run"] {
         assert_eq!(bench.feeler(&[command, "axis.toml"]).code, DONE, "{command}");
     }
@@ -47,5 +50,32 @@ fn truth_an_arm_becomes_a_machine_that_other_commands_take() {
         let said = bench.feeler(&[&["reduce", arm], &asked[..]].concat());
         assert_eq!(said.code, BAD_INPUT, "{asked:?}: {}", said.out);
         assert!(said.err.contains(message) && said.err.contains("help: "), "{asked:?}: {}", said.err);
+    }
+}
+
+/// The axis's crossover where two modes share the tool: 36 % off the arm's when one of them was the tool.
+const SHARED_CROSSOVER: f64 = 0.05;
+
+#[test]
+fn regress_bodies_join_motor_and_tool_where_modes_share_it() {
+    let bench = Bench::new();
+    let arm = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/arms/six-joint.toml");
+    let asked = ["reduce", arm.to_str().unwrap(), "--at", "0.4,0,0.1", "--normal", "0,0,-1", "--hold", "--measure", "--out", "axis.toml"];
+    let said = bench.feeler(&asked);
+    assert!(
+        said.code == DONE && said.out.contains("between motor and tool") && said.out.contains("measured in simulation"),
+        "{}",
+        said.out
+    );
+    assert!(!said.out.contains("warning"), "{}", said.out);
+    assert!(bench.read("axis.toml").contains("between = [\"branch-1\", \"tip\"]"));
+    let json = bench.feeler(&[&asked[..], &["--json"]].concat());
+    let found: serde_json::Value = serde_json::from_str(&json.out).unwrap();
+    for of in [&found["phase_crossover_hz"], &found["measured"]["phase_crossover_hz"]] {
+        let crossover = |side: &str| of[side].as_f64().unwrap();
+        assert!((crossover("axis") / crossover("arm") - 1.0).abs() < SHARED_CROSSOVER, "{of}");
+    }
+    for command in ["check", "analyze", "run"] {
+        assert_eq!(bench.feeler(&[command, "axis.toml"]).code, DONE, "{command}");
     }
 }

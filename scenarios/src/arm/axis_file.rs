@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use feeler_analysis::{Request, analyze};
-use feeler_arm::{Agreement, Others, Reduction};
+use feeler_arm::{Agreement, Branch, Others, Reduction};
 
 use super::error::ArmFileError;
 use crate::format::{ArmFile, Document};
@@ -14,6 +14,9 @@ const GAIN_SHARE: f64 = 0.25;
 const TRIED_GAIN: f64 = 0.1;
 /// Largest gain that a file starts with.
 const LARGEST_GAIN: f64 = 2.0;
+
+/// Part of the way from drive to tool from which on a mode is named among those that share it.
+const SHARES: f64 = 0.1;
 
 /// What the tool touches: the force sensor in series with the workpiece.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,11 +53,31 @@ pub fn axis_file(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others,
     let gain = (GAIN_SHARE * edge).min(LARGEST_GAIN);
     let mut text = header(file, pose, normal, others, &agreement, touch[0]);
     text.push_str(&bodies_note(&reduction));
+    if let Some(why) = distrust(&reduction, &agreement) {
+        let _ = writeln!(text, "# Warning: {why}.");
+    }
     let name = format!("{}-axis", file.name);
     let held = if others == Others::Held { "the other directions held" } else { "the other directions free" };
     let about = format!("The single axis that {} is at one pose along one normal, {held}", file.name);
     let _ = write!(text, "name  = {}\nabout = {}\n\n{}", quoted(&name), quoted(&about), axis_text(&reduction, contact, gain));
     Ok(AxisFile { text, reduction, agreement, largest_gain: edge })
+}
+
+/// Why an axis should not be trusted, where it is more than 5 % off the whole arm in one of the two landmarks.
+pub fn distrust(axis: &Reduction, agreement: &Agreement) -> Option<String> {
+    if agreement.is_trusted() {
+        return None;
+    }
+    let off = |misfit: f64| if misfit.is_finite() { format!("{:.1} %", 100.0 * misfit) } else { "without bound".into() };
+    let [mode, crossover] = agreement.misfits().map(off);
+    let sharing: Vec<String> =
+        axis.modes.iter().filter(|mode| mode.drive_share.abs() > SHARES).map(|mode| format!("{:.1}", mode.frequency_hz)).collect();
+    Some(format!(
+        "this axis is off the arm by {mode} in the contact mode and {crossover} in the phase crossover, more than {:.0} %: modes of the arm at {} Hz share the way \
+         from drive to tool, which no few masses on springs show; choose another pose, or do not rely on what the axis says near the crossover",
+        100.0 * Agreement::TRUSTED,
+        sharing.join(", ")
+    ))
 }
 
 fn quoted(text: &str) -> String {
@@ -68,27 +91,33 @@ fn header(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, agreem
     format!(
         "# The axis that {} is at the pose {} (rad) along [{nx}, {ny}, {nz}], the tool's other directions {}; made by `feeler reduce`.\n\
          # Whole arm and this axis on a contact of {stiffness:.4e} N/m: contact mode {mode:.3} and {own_mode:.3} Hz, phase crossover {crossover:.3} and \
-         {own_crossover:.3} Hz.\n",
+         {own_crossover:.3} Hz: the axis is off by {} % and {} %.\n",
         file.name,
         pose.join(", "),
         if others == Others::Held { "held" } else { "free" },
+        percent(agreement.misfits()[0]),
+        percent(agreement.misfits()[1]),
     )
+}
+
+fn percent(misfit: f64) -> String {
+    format!("{:.2}", 100.0 * misfit)
 }
 
 /// How many bodies there are beside motor and tool, and why.
 fn bodies_note(axis: &Reduction) -> String {
     let frequencies: Vec<String> = axis.branches.iter().map(|branch| format!("{:.2}", branch.frequency_hz())).collect();
-    match frequencies.len() {
-        0 => String::new(),
-        1 => format!(
-            "# Two masses alone miss that crossover: a body beside the motor stands for a mode at {} Hz (motors held) that loads the drive as well.\n",
-            frequencies[0]
-        ),
-        count => format!(
-            "# Two masses alone miss that crossover: {count} bodies beside the motor stand for modes at {} Hz (motors held) that load the drive as well.\n",
-            frequencies.join(", ")
-        ),
+    let (bodies, verb) = if frequencies.len() == 1 { ("a body", "stands") } else { ("bodies", "stand") };
+    let linked = axis.branches.iter().any(Branch::is_linked);
+    let (place, held) =
+        if linked { ("beside motor and tool, fitted to the arm's response,", "motor and tool") } else { ("beside the motor", "motors") };
+    if frequencies.is_empty() {
+        return String::new();
     }
+    format!(
+        "# Two masses alone miss these: {bodies} {place} {verb} for modes at {} Hz ({held} held) that load the drive as well.\n",
+        frequencies.join(", ")
+    )
 }
 
 /// The machine and its force loop, unnamed.
@@ -113,6 +142,12 @@ pub(super) fn axis_text(axis: &Reduction, contact: ToolContact, gain: f64) -> St
             "[springs.branch-{number}]\nbetween = [\"motor\", \"branch-{number}\"]\nstiffness = {:?}\ndamping = {:?}\n",
             branch.stiffness_n_per_m, branch.damping_n_s_per_m
         ));
+        if branch.is_linked() {
+            line(format!(
+                "[springs.branch-{number}-tool]\nbetween = [\"branch-{number}\", \"tip\"]\nstiffness = {:?}\ndamping = {:?}\n",
+                branch.to_tool_n_per_m, branch.to_tool_n_s_per_m
+            ));
+        }
     }
     line(format!(
         "[contacts.tool]\nbetween = [\"tip\", \"ground\"]\nstiffness = {:?}\ndamping = {:?}\ngap = \"1 mm\"\n",

@@ -45,8 +45,7 @@ pub struct ForceBandwidth {
 pub fn force_bandwidth(axis: &Reduction, contact: ToolContact) -> Result<ForceBandwidth, ArmFileError> {
     let smooth = Reduction { dry_friction_n: 0.0, ..axis.clone() };
     let mut scenario = Document::parse(&axis_text(&smooth, contact, 1.0), "axis.toml")?.scenario;
-    let springs = 1.0 / (1.0 / axis.stiffness_n_per_m + 1.0 / contact.stiffness_n_per_m);
-    let damping = 2.0 * DAMPING_RATIO * (springs * axis.mass_kg).sqrt();
+    let damping = 2.0 * DAMPING_RATIO * TAU * axis.contact_mode_hz(contact.stiffness_n_per_m) * axis.mass_kg;
     for used in scenario.controllers.values_mut() {
         used.spec.law = Law::ExplicitForce(ForceGains { ki: TRIED_GAIN, damping, ..ForceGains::default() });
     }

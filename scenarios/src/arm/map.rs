@@ -1,6 +1,6 @@
 //! The force bandwidth over a workspace.
 
-use feeler_arm::{ArmError, Others, Target, inverse_kinematics};
+use feeler_arm::{Agreement, ArmError, Others, Target, inverse_kinematics};
 use nalgebra::Vector3;
 
 use super::axis_file::ToolContact;
@@ -35,8 +35,10 @@ pub struct MapValues {
     pub pose: Vec<f64>,
     /// Mass along the normal.
     pub mass_kg: f64,
-    /// Equivalent stiffness of the joints.
+    /// Stiffness of all joints in series along the normal, the motors locked.
     pub stiffness_n_per_m: f64,
+    /// How well the axis stands for the whole arm in contact.
+    pub agreement: Agreement,
     /// What integral force control reaches.
     pub bandwidth: ForceBandwidth,
 }
@@ -91,11 +93,12 @@ pub fn tool_target(file: &ArmFile, place_m: [f64; 3], normal: [f64; 3]) -> Resul
 
 fn values(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, contact: ToolContact) -> Result<Option<MapValues>, ArmFileError> {
     let touch = [contact.stiffness_n_per_m, contact.damping_n_s_per_m];
-    let axis = match file.arm.reduce_in_contact(pose, normal, others, touch) {
-        Ok((axis, _)) => axis,
+    let (axis, agreement) = match file.arm.reduce_in_contact(pose, normal, others, touch) {
+        Ok(found) => found,
         Err(ArmError::Singular { .. }) => return Ok(None),
         Err(error) => return Err(error.into()),
     };
     let bandwidth = force_bandwidth(&axis, contact)?;
-    Ok(Some(MapValues { pose: pose.to_vec(), mass_kg: axis.mass_kg, stiffness_n_per_m: axis.stiffness_n_per_m, bandwidth }))
+    let stiffness_n_per_m = axis.static_stiffness_n_per_m;
+    Ok(Some(MapValues { pose: pose.to_vec(), mass_kg: axis.mass_kg, stiffness_n_per_m, agreement, bandwidth }))
 }

@@ -70,7 +70,9 @@ products of g, m, s, min, Hz, N, J, W, rad, deg, rpm with the prefixes n, u, m, 
 parentheses is that of a rotational axis.
 
 Signals are named `element.quantity`: `motor.position`, `velocity`, `acceleration` of a body; `tool.force` (the total that acts), `spring_force` (its elastic
-part), `compression`, `contact` (1 or 0) of a contact; `force` and `spring_force` of a spring; `command` and `force` of an actuator; `reading` of a sensor;
+part), `compression`, `gap` and `gap_rate` (how far the two are apart along the axis, below zero where they press, and its rate), `contact` (1 or 0) of a contact;
+of a contact with a `surface` also `point_x`, `point_y`, `point_z`, where on the workpiece the tip meets it when it goes along the axis, and `normal_x`,
+`normal_y`, `normal_z`, the unit vector from the tip into the workpiece there, in the frame in which `surface` places the shapes; `force` and `spring_force` of a spring; `command` and `force` of an actuator; `reading` of a sensor;
 `output` and `reference` of a controller.
 
 A number that must obey a rule has it beside its unit. A dash in the column `default` means that there is no such thing unless it is given.

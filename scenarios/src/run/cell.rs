@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use feeler_engine::{Event, EventKind, RunEnd, Trace};
-use feeler_manipulator::{JointEvent, Simulation};
+use feeler_manipulator::{JointEvent, LOWER, Simulation, UPPER};
 use feeler_plant::motion::Switch;
 use serde::Serialize;
 
@@ -40,6 +40,19 @@ pub struct CellRun {
     pub summary: CellSummary,
 }
 
+/// A joint that came to the end of its travel, where a stop as stiff as its gear holds it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LimitMet {
+    /// Which joint.
+    pub joint: String,
+    /// `upper limit` or `lower limit`.
+    pub what: &'static str,
+    /// The limit, rad or m.
+    pub position: f64,
+    /// When it was first met, s.
+    pub t_s: f64,
+}
+
 /// What a run of a whole arm came to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CellSummary {
@@ -51,8 +64,10 @@ pub struct CellSummary {
     pub final_force_n: f64,
     /// How far the tool got off the line along the normal through its start.
     pub sideways_m: f64,
-    /// How often a joint stuck or broke loose, or a flank of its play met or parted.
+    /// How often a joint stuck or broke loose, a flank of its play met or parted, or it met the end of its travel.
     pub joint_events: usize,
+    /// Joints that met an end of their travel, with the first time of each.
+    pub limits: Vec<LimitMet>,
     /// Longest step, s.
     pub step_s: f64,
     /// Time that preparing, running and measuring took, s, per simulated second.
@@ -120,6 +135,7 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
         final_force_n: last.iter().sum::<f64>() / last.len().max(1) as f64,
         sideways_m: sideways_m(file, &found.motion),
         joint_events: found.joint_events.len(),
+        limits: limits_met(&found.joint_events, file),
         step_s,
         wall_s_per_simulated_s: if figures.simulated_s > 0.0 { figures.wall_s / figures.simulated_s } else { 0.0 },
         figures,
@@ -152,6 +168,18 @@ fn events(of_axis: &[EventRecord], joints: &[JointEvent], file: &CellFile) -> Ve
     }));
     events.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
     events
+}
+
+fn limits_met(joints: &[JointEvent], file: &CellFile) -> Vec<LimitMet> {
+    let mut met: Vec<LimitMet> = Vec::new();
+    for event in joints.iter().filter(|event| [LOWER, UPPER].contains(&event.what)) {
+        let joint = &file.cell.arm.chain().joints[event.joint];
+        if !met.iter().any(|known| known.joint == joint.name && known.what == event.what) {
+            let position = joint.limits[usize::from(event.what == UPPER)];
+            met.push(LimitMet { joint: joint.name.clone(), what: event.what, position, t_s: event.t_s });
+        }
+    }
+    met
 }
 
 /// The farthest that the tool was from the line along the normal through its start.

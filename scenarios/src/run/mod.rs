@@ -65,7 +65,7 @@ use feeler_lti::spectral::{AmplitudeSpectrum, Window, amplitude_spectrum};
 use feeler_plant::assembly::Assembly;
 
 pub use as_swept::run_as_swept;
-pub use cell::{CellRun, CellSummary, run_cell};
+pub use cell::{CellRun, CellSummary, LimitMet, run_cell};
 pub use chatter::Oscillation;
 pub use contact::{ContactRun, Interval};
 pub use energy::{EnergyItem, EnergyTable};

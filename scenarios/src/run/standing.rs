@@ -22,7 +22,10 @@ impl Standing {
 
     /// Of a whole arm, which has one contact; apart by more than can be measured, only an approach brings it near.
     pub(super) fn of_arm(simulation: &feeler_manipulator::Simulation) -> Self {
-        Self { is_approaching: simulation.is_approaching(), compressions: simulation.compression().into_iter().collect() }
+        Self {
+            is_approaching: simulation.is_approaching() && simulation.has_a_way(),
+            compressions: simulation.compression().into_iter().collect(),
+        }
     }
 
     /// Whether the tool may yet touch: a controller approaches, or some gap closes within `horizon_s` at its present rate and acceleration.

@@ -5,20 +5,29 @@ use std::f64::consts::TAU;
 
 use nalgebra::DMatrix;
 
-use crate::agreement::{Agreement, WholeArm};
+use crate::agreement::{Agreement, WholeArm, apart};
+use crate::between::{between, linked, without_fast};
 use crate::error::ArmError;
+use crate::fit::Wanted;
 use crate::flexible::{Arm, LinearArm, Others};
 use crate::linear_system::{BENDS_NOTHING, eigen};
 use crate::reduce::Reduction;
 
-/// How far the phase crossover of two masses may be from the whole arm's before further bodies are asked for.
+/// How far contact mode and phase crossover of an axis may be from the whole arm's before further bodies are asked for.
 const CLOSE: f64 = 0.01;
+/// Most bodies of an axis that is fitted: with more, nothing is gained.
+const MOST_FITTED: usize = 3;
+/// Weights of the phase at a crossover that a fit has missed, one after the other, and how many of the best axes are fitted again.
+const FACTORS: [f64; 3] = [50.0, 500.0, 5e3];
+const KEPT: usize = 6;
+/// Frequency of a body, over the phase crossover, from which on it does nothing there.
+const FAST: f64 = 12.0;
 /// How far leaving bodies out may move the crossover.
 const MOVED: f64 = 5e-3;
 /// Part of the arm's mass below which a mode takes no part.
 const NO_PART: f64 = 1e-9;
 
-/// A body on a spring beside the motor: bending that loads the drive and hardly moves the tool.
+/// A body on a spring beside the motor: bending that loads the drive. Where it moves the tool as well, a second spring joins the two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Branch {
     /// Its mass.
@@ -27,12 +36,26 @@ pub struct Branch {
     pub stiffness_n_per_m: f64,
     /// The damping of that spring.
     pub damping_n_s_per_m: f64,
+    /// Its spring to the tool; zero where it has none.
+    pub to_tool_n_per_m: f64,
+    /// The damping of that one.
+    pub to_tool_n_s_per_m: f64,
 }
 
 impl Branch {
-    /// Its undamped frequency, the motor held.
+    /// Its undamped frequency, motor and tool held.
     pub fn frequency_hz(&self) -> f64 {
-        (self.stiffness_n_per_m / self.mass_kg).sqrt() / TAU
+        ((self.stiffness_n_per_m + self.to_tool_n_per_m) / self.mass_kg).sqrt() / TAU
+    }
+
+    /// One that the tool does not feel.
+    fn beside(mass_kg: f64, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
+        Self { mass_kg, stiffness_n_per_m, damping_n_s_per_m, to_tool_n_per_m: 0.0, to_tool_n_s_per_m: 0.0 }
+    }
+
+    /// Whether a spring joins it to the tool.
+    pub fn is_linked(&self) -> bool {
+        self.to_tool_n_per_m > 0.0 || self.to_tool_n_s_per_m > 0.0
     }
 
     /// How far it trails behind a motor that accelerates, weighted by its mass, kg s².
@@ -65,8 +88,7 @@ fn parts(linear: &LinearArm) -> Vec<Part> {
         .filter_map(|(square, shape)| {
             let share = shape.dot(&carried);
             let mass_kg = share * share;
-            let branch =
-                Branch { mass_kg, stiffness_n_per_m: square * mass_kg, damping_n_s_per_m: (&system.damping * shape).dot(&shape) * mass_kg };
+            let branch = Branch::beside(mass_kg, square * mass_kg, (&system.damping * shape).dot(&shape) * mass_kg);
             let takes_part = *square > BENDS_NOTHING * largest && mass_kg > NO_PART * system.mass_kg;
             takes_part.then(|| Part { branch, way: share * system.tip.dot(&shape) })
         })
@@ -116,11 +138,13 @@ impl Arm {
         })
     }
 
-    /// The axis whose phase crossover (-180 degrees from drive force to contact force) is the arm's, on a contact of so much stiffness (N/m) and damping (N s/m),
-    /// and how well it agrees.
+    /// The axis whose contact mode and phase crossover (-180 degrees from drive force to contact force) are the arm's, on a contact of so much stiffness (N/m) and
+    /// damping (N s/m), and how well it agrees.
     ///
-    /// That is the pair of masses of [`Self::reduce`] where its crossover is within 1 % of the whole arm's; else the axis of
-    /// [`Self::reduce_with_branches`] with as few branches as leave the crossover within 0.5 % of where all of them put it, if that is closer.
+    /// That is the pair of masses of [`Self::reduce`] where both are within 1 % of the whole arm's; else the axis of [`Self::reduce_with_branches`] with as few
+    /// branches as leave the crossover within 0.5 % of where all of them put it. Where the tool's way is shared by several modes, so that this is no closer than
+    /// 1 % either, bodies are joined to the tool as well, and all numbers but mass and friction are fitted to the arm's response: one body first, then two, then
+    /// three. The axis that is nearest is given, whatever is left: [`Agreement::is_trusted`] tells whether that is more than 5 %.
     ///
     /// # Errors
     /// Those of [`Self::reduce`].
@@ -135,24 +159,37 @@ impl Arm {
         let pair = self.pair(&linear)?;
         let whole = WholeArm::new(&linear, &pair, contact);
         let of_pair = whole.agreement(&pair);
-        let off = |agreement: &Agreement| apart(agreement.phase_crossover_hz);
-        let Some((tool, others)) = tool_and_others(&linear).filter(|_| off(&of_pair) > CLOSE) else { return Ok((pair, of_pair)) };
-        let mut tried: Vec<(Reduction, Agreement)> = (0..=others.len())
-            .map(|count| {
-                let axis = branched(&pair, tool, &others[..count]);
-                let agreement = whole.agreement(&axis);
-                (axis, agreement)
-            })
-            .collect();
-        let [_, of_all] = tried[others.len()].1.phase_crossover_hz;
-        let enough = tried.iter().rposition(|(_, one)| apart([of_all, one.phase_crossover_hz[1]]) > MOVED).map_or(0, |last| last + 1);
-        let found = tried.swap_remove(enough.min(others.len()));
-        Ok(if off(&found.1) < off(&of_pair) { found } else { (pair, of_pair) })
+        if of_pair.worst() <= CLOSE {
+            return Ok((pair, of_pair));
+        }
+        let mut found = vec![(pair.clone(), of_pair)];
+        let beside = tool_and_others(&linear);
+        if let Some((tool, others)) = &beside {
+            let mut tried: Vec<(Reduction, Agreement)> =
+                (0..=others.len()).map(|count| whole.judged(branched(&pair, *tool, &others[..count]))).collect();
+            let [_, of_all] = tried[others.len()].1.phase_crossover_hz;
+            let enough = tried.iter().rposition(|(_, one)| apart([of_all, one.phase_crossover_hz[1]]) > MOVED).map_or(0, |last| last + 1);
+            found.push(tried.swap_remove(enough.min(others.len())));
+        }
+        let wanted = Wanted::new(&linear, &pair, contact, [of_pair.contact_mode_hz[0], of_pair.phase_crossover_hz[0]]);
+        let fitted = |wanted: &Wanted, start: &Reduction| whole.judged(without_fast(wanted.fit(start), FAST * wanted.crossover_hz()));
+        for count in 1..=MOST_FITTED {
+            let Some(wanted) = wanted.as_ref().filter(|_| found.iter().all(|(_, one)| one.worst() > CLOSE)) else { break };
+            let held = between(&linear, &pair, count);
+            let own = beside.iter().map(|(tool, others)| linked(&branched(&pair, *tool, &others[..count.min(others.len())])));
+            found.extend(own.chain(held).map(|start| fitted(wanted, &start)));
+        }
+        for factor in FACTORS {
+            let Some(wanted) = wanted.as_ref().filter(|_| found.iter().all(|(_, one)| one.worst() > CLOSE)) else { break };
+            let closer = wanted.at_the_crossover(factor);
+            let again: Vec<_> = (found.iter().filter(|(axis, _)| axis.branches.iter().any(Branch::is_linked)))
+                .map(|(axis, _)| fitted(&closer, axis))
+                .collect();
+            found.extend(again);
+            found.sort_by(|(_, a), (_, b)| a.worst().total_cmp(&b.worst()));
+            found.truncate(KEPT);
+        }
+        let best = found.into_iter().min_by(|(_, a), (_, b)| a.worst().total_cmp(&b.worst()));
+        Ok(best.unwrap_or((pair, of_pair)))
     }
-}
-
-/// How far the second is from the first, over the first; infinite where either is no number.
-fn apart([one, other]: [f64; 2]) -> f64 {
-    let off = (other / one - 1.0).abs();
-    if off.is_nan() { f64::INFINITY } else { off }
 }

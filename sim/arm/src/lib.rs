@@ -25,14 +25,17 @@
 //! ```
 
 mod agreement;
+mod between;
 mod branches;
 mod chain;
 mod collision;
 mod dynamics;
 mod error;
+mod fit;
 mod flexible;
 mod inverse_kinematics;
 mod linear_system;
+mod measure;
 mod posture;
 mod reduce;
 mod swing;
@@ -45,6 +48,7 @@ pub use collision::{Collision, CollisionShape};
 pub use error::ArmError;
 pub use flexible::{Arm, JointDrive, Others, VibrationMode};
 pub use inverse_kinematics::{Target, inverse_kinematics, usual_starts};
+pub use measure::Measured;
 pub use posture::Posture;
 pub use reduce::Reduction;
 pub use swing::{FlexibleArm, SwingState, Wall, free_swing};

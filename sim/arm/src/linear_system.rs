@@ -56,6 +56,12 @@ impl LinearSystem {
 
     /// Force of a spring (N/m) and damper (N s/m) under the tool per drive force, at frequencies in Hz.
     pub(crate) fn response_in_contact(&self, contact: [f64; 2], frequencies_hz: &[f64]) -> Vec<Complex<f64>> {
+        let force = |f: &f64, [tool, _]: [Complex<f64>; 2]| (contact[0] + contact[1] * Complex::new(0.0, TAU * f)) * tool;
+        frequencies_hz.iter().zip(self.moved(contact, frequencies_hz)).map(|(f, moved)| force(f, moved)).collect()
+    }
+
+    /// Way of the tool and of the drive per drive force, the tool on a spring and damper.
+    pub(crate) fn moved(&self, contact: [f64; 2], frequencies_hz: &[f64]) -> Vec<[Complex<f64>; 2]> {
         let [k, c] = contact;
         let touch = &self.tip * self.tip.transpose();
         let stiffness = &self.stiffness + k * &touch;
@@ -67,8 +73,7 @@ impl LinearSystem {
             .map(|frequency_hz| {
                 let s = Complex::new(0.0, TAU * frequency_hz);
                 let dynamic = complex(&self.mass, s * s) + complex(&damping, s) + complex(&stiffness, one);
-                let moved = dynamic.lu().solve(&drive).map_or(Complex::new(f64::NAN, 0.0), |x| x.dot(&tip));
-                (k + c * s) * moved
+                dynamic.lu().solve(&drive).map_or([Complex::new(f64::NAN, 0.0); 2], |x| [x.dot(&tip), x.dot(&drive)])
             })
             .collect()
     }

@@ -15,9 +15,9 @@ pub struct Reduction {
     pub motor_mass_kg: f64,
     /// Its part on the tool's side.
     pub tip_mass_kg: f64,
-    /// Further bodies, each on a spring of its own beside the motor; none where two masses do.
+    /// Further bodies, each on a spring of its own beside the motor, some joined to the tool as well; none where two masses do.
     pub branches: Vec<Branch>,
-    /// The equivalent spring between the two.
+    /// The spring between the two; the equivalent one of all joints where there are no branches.
     pub stiffness_n_per_m: f64,
     /// Its damping.
     pub damping_n_s_per_m: f64,

@@ -74,6 +74,7 @@ pub struct FlexibleArm<'a> {
     basis: DMatrix<f64>,
     motor_mass: DMatrix<f64>,
     along: DVector<f64>,
+    rigid: DVector<f64>,
     /// Motors, links, and their speeds.
     state: DVector<f64>,
     wall: Wall,
@@ -94,7 +95,19 @@ impl<'a> FlexibleArm<'a> {
         state.rows_mut(p, n).copy_from(&home);
         let motor_mass = linear.system.mass.view((0, 0), (p, p)).into_owned();
         let origin_m = unit.dot(&arm.chain.tool_place(q).translation.vector);
-        Ok(Self { arm, home, normal: unit, origin_m, basis: linear.basis, motor_mass, along: linear.along, state, wall, t_s: 0.0 })
+        Ok(Self {
+            arm,
+            home,
+            normal: unit,
+            origin_m,
+            basis: linear.basis,
+            motor_mass,
+            along: linear.along,
+            rigid: linear.rigid,
+            state,
+            wall,
+            t_s: 0.0,
+        })
     }
 
     /// Throws it along the normal: motors and links move as if nothing bent.
@@ -109,6 +122,19 @@ impl<'a> FlexibleArm<'a> {
         self.state.rows_mut(p + n, p).copy_from(&motors);
         self.state.rows_mut(p + n + p, n).copy_from(&rigid);
         Ok(())
+    }
+
+    /// Puts it where a force along the normal holds it on the wall, as far as nothing but wall and springs give way.
+    pub(crate) fn press(&mut self, wall_n_per_m: f64, force_n: f64) {
+        let (p, n) = (self.basis.ncols(), self.home.len());
+        let depth_m = force_n / wall_n_per_m;
+        let bent = self.along.component_div(&self.arm.per_joint(|d| d.stiffness_n_m_per_rad)) * force_n;
+        let beyond = self.along.dot(&bent);
+        // The motors go as far as the tool goes, and what the joints bend back.
+        let motors = &self.rigid * (depth_m + beyond);
+        self.state.rows_mut(0, p).copy_from(&if p == n { motors.clone() } else { DVector::from_element(1, depth_m + beyond) });
+        let links = &self.home + motors - bent;
+        self.state.rows_mut(p, n).copy_from(&links);
     }
 
     /// Moves on by one step under a drive force along the normal.

@@ -224,6 +224,10 @@ impl<L: Lane> Simulation<L> {
             self.record[i] = match self.programs[0].recorded[i] {
                 Recorded::Plant(signal) => self.signals[signal],
                 Recorded::Reading(sensor, signal) => self.read(Tapped { sensor, signal }, self.record_taps[i]),
+                Recorded::Touch(contact, which) => L::from_fn(|l| {
+                    let profile = self.lanes[l].motion.assembly().contacts[contact].profile.as_ref();
+                    profile.and_then(|profile| profile.touch_at(self.t_s)).map_or(f64::NAN, |touch| touch[which])
+                }),
                 Recorded::Touching(contact) => L::from_fn(|l| {
                     f64::from(u8::from({
                         let lane = &self.lanes[l];

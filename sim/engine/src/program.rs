@@ -18,6 +18,8 @@ use crate::scenario::{ControllerUse, RunSettings, Scenario};
 pub(crate) enum Recorded {
     /// A row of the plant: index into the wanted signals.
     Plant(usize),
+    /// One of the six numbers of where the shapes of contact `i` touch.
+    Touch(usize, usize),
     /// 1 while contact `i` pushes.
     Touching(usize),
     /// The command of drive `i` as issued.
@@ -285,6 +287,7 @@ fn record(scenario: &Scenario, signal: &SignalName, wanted: &mut Wanted) -> Resu
     }
     Ok(match resolve(&scenario.machine, signal)? {
         Source::Contact(i, Quantity::Contact) => Recorded::Touching(i),
+        Source::Contact(i, quantity) if let Some(which) = quantity.of_touch() => Recorded::Touch(i, which),
         Source::Drive(i, Quantity::Command) => Recorded::Command(i),
         Source::Sensor(i) => Recorded::Reading(i, wanted.tap(i).signal),
         source => Recorded::Plant(wanted.index(source)),

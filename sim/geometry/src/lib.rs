@@ -19,6 +19,7 @@
 //! # Ok::<(), feeler_geometry::GeometryError>(())
 //! ```
 
+mod capsule;
 mod error;
 mod feed;
 mod field;

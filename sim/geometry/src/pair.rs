@@ -3,8 +3,9 @@
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Pose, Rotation, Vector};
 use parry3d_f64::query::{Ray, RayCast, ShapeCastOptions, cast_shapes, contact};
-use parry3d_f64::shape::SharedShape;
+use parry3d_f64::shape::{Segment, SharedShape};
 
+use crate::capsule::{self, Near};
 use crate::error::GeometryError;
 use crate::shape::{Place, Shape};
 use crate::swept_ball::{SweptBall, is_triangles};
@@ -76,7 +77,8 @@ impl Pair {
 
     /// Where the two are nearest with the tool at a position, m, and orientation, a unit quaternion `[x, y, z, w]`; none where they are far apart.
     ///
-    /// Of a ball it is the projection of its centre, exact to rounding as long as the centre is outside; of other tips what Parry iterates to. Of shapes that
+    /// Of a ball it is the projection of its centre, and of a capsule on triangles that of its axis, exact to rounding as long as centre or axis is outside; of
+    /// other tips what Parry iterates to. Of shapes that
     /// touch in several places it is the deepest.
     ///
     /// # Errors
@@ -88,6 +90,13 @@ impl Pair {
             && let Some(nearest) = self.nearest_to_ball(at.translation, ball.radius)
         {
             return Ok(Some(nearest));
+        }
+        if let Some(capsule) = self.tip.as_capsule().filter(|_| is_triangles(&self.workpiece)) {
+            let axis = Segment::new(at.transform_point(capsule.segment.a), at.transform_point(capsule.segment.b));
+            // An axis that crosses the surface has no direction to it, either.
+            if let Ok(near) = capsule::nearest(&axis, &self.workpiece, &self.workpiece_pose, capsule.radius + self.reach_m) {
+                return Ok(near.map(|near| of_axis(&near, capsule.radius)));
+            }
         }
         let found =
             contact(&at, self.tip.as_ref(), &self.workpiece_pose, self.workpiece.as_ref(), self.reach_m).map_err(|_| self.unsupported())?;
@@ -144,6 +153,12 @@ impl Pair {
         let hit = cast_shapes(&at, along, self.tip.as_ref(), &self.workpiece_pose, Vector::ZERO, self.workpiece.as_ref(), options);
         Ok(hit.map_err(|_| self.unsupported())?.map(|hit| hit.time_of_impact))
     }
+}
+
+/// Where a capsule is nearest of whose axis this is known.
+fn of_axis(near: &Near, radius: f64) -> Nearest {
+    let normal = (near.on_surface - near.on_axis) / near.distance_m;
+    Nearest { distance_m: near.distance_m - radius, point_m: near.on_surface.to_array(), normal: normal.to_array() }
 }
 
 /// Depth, m, to which a shape at a pose and another at its own overlap; zero or below where they do not.

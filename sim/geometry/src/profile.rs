@@ -1,6 +1,6 @@
 //! The gap along a feed as a profile over time.
 
-use feeler_plant::description::{Knot, Profile};
+use feeler_plant::description::{Knot, Profile, Touched};
 
 use crate::error::GeometryError;
 use crate::feed::Feed;
@@ -45,8 +45,8 @@ struct Probe<'a> {
 }
 
 impl Probe<'_> {
-    /// The gap and its rate.
-    fn knot(&mut self, t_s: f64) -> Result<Knot, GeometryError> {
+    /// The gap and its rate, and where the shapes touch.
+    fn knot(&mut self, t_s: f64) -> Result<(Knot, Touched), GeometryError> {
         self.queries += 1;
         let (lateral_m, velocity) = self.feed.at(t_s);
         let touch = self.touching.at(lateral_m).map_err(|error| match error {
@@ -55,7 +55,8 @@ impl Probe<'_> {
         })?;
         // A lateral velocity of zero has no part in the rate, however steep the surface.
         let rate = touch.slope.iter().zip(velocity).filter(|(_, v)| *v != 0.0).map(|(s, v)| s * v).sum();
-        Ok(Knot { t_s, offset_m: touch.travel_m, rate_m_per_s: rate })
+        let ([px, py, pz], [nx, ny, nz]) = (touch.point_m, touch.normal);
+        Ok((Knot { t_s, offset_m: touch.travel_m, rate_m_per_s: rate }, [px, py, pz, nx, ny, nz]))
     }
 
     /// Largest difference of the cubic between two knots from the shapes' own gap, over the probes.
@@ -64,7 +65,7 @@ impl Probe<'_> {
         for share in PROBES {
             let t_s = a.t_s + share * (b.t_s - a.t_s);
             let found_m = Profile::between(a, b, t_s).0;
-            let true_m = self.knot(t_s)?.offset_m;
+            let true_m = self.knot(t_s)?.0.offset_m;
             // An infinite rate leaves no number here, which is as far apart as can be.
             apart_m = apart_m.max(if found_m.is_finite() { (found_m - true_m).abs() } else { f64::INFINITY });
         }
@@ -74,6 +75,9 @@ impl Probe<'_> {
 
 impl Touching {
     /// The gap along a feed, from zero to `duration_s`, to within `error_m`: pieces are halved until they keep it.
+    ///
+    /// A jump of the gap within `error_m` is a ramp of 0.1 us. So is one within 3e-5 of the size of both shapes, where their distance comes from Parry's iteration,
+    /// which jumps by as much (a ball on triangles or on a hull does not need it); [`Compiled::error_m`] tells then what is kept.
     ///
     /// # Errors
     /// [`GeometryError::Jump`] where the gap jumps, [`GeometryError::Knots`] for an error that takes too many pieces, and those of [`Self::at`].
@@ -90,24 +94,29 @@ impl Touching {
             // Ends of pieces ahead, the next one last.
             let mut ahead = vec![probe.knot(end_s)?];
             while let Some(b) = ahead.pop() {
-                let apart_m = probe.apart_m(&a, &b)?;
-                if apart_m <= error_m {
+                let apart_m = probe.apart_m(&a.0, &b.0)?;
+                let is_shortest = b.0.t_s - a.0.t_s < 2.0 * SHORTEST_S;
+                let jump_m = (b.0.offset_m - a.0.offset_m).abs();
+                // A step that small is a ramp.
+                let is_ramp = is_shortest && jump_m <= error_m.max(self.roughness_m()) && apart_m.is_finite();
+                if apart_m <= error_m || is_ramp {
                     worst_m = worst_m.max(apart_m);
                     knots.push(b);
                     a = b;
                     if knots.len() > MOST_KNOTS {
                         return Err(GeometryError::Knots { most: MOST_KNOTS, error_m });
                     }
-                } else if b.t_s - a.t_s < 2.0 * SHORTEST_S {
-                    return Err(GeometryError::Jump { t_s: a.t_s, jump_m: (b.offset_m - a.offset_m).abs() });
+                } else if is_shortest {
+                    return Err(GeometryError::Jump { t_s: a.0.t_s, jump_m });
                 } else {
-                    let middle = probe.knot(0.5 * (a.t_s + b.t_s))?;
+                    let middle = probe.knot(0.5 * (a.0.t_s + b.0.t_s))?;
                     ahead.push(b);
                     ahead.push(middle);
                 }
             }
         }
-        let profile = Profile::new(&knots).map_err(|problem| GeometryError::Mesh { what: problem.message })?;
+        let (knots, touches): (Vec<Knot>, Vec<Touched>) = knots.into_iter().unzip();
+        let profile = Profile::new(&knots).map_err(|problem| GeometryError::Mesh { what: problem.message })?.with_touches(touches);
         Ok(Compiled { profile, error_m: worst_m, queries: probe.queries })
     }
 }

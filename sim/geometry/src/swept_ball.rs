@@ -29,6 +29,13 @@ pub(crate) fn is_triangles(shape: &SharedShape) -> bool {
     shape.as_trimesh().is_some() || shape.as_heightfield().is_some()
 }
 
+/// The faces of a convex hull as triangles; other shapes as they are. Parry's iteration on hulls of thin faces jumps by up to some 1e-5 of their size.
+pub(crate) fn with_faces(shape: SharedShape) -> SharedShape {
+    let Some(hull) = shape.as_convex_polyhedron() else { return shape };
+    let (corners, triangles) = hull.to_trimesh();
+    SharedShape::trimesh(corners, triangles).unwrap_or(shape)
+}
+
 impl SweptBall {
     /// The first touch with the triangles of a mesh or height field at a pose, within `reach_m`.
     pub(crate) fn first_touch(&self, shape: &SharedShape, pose: &Pose, reach_m: f64) -> Option<BallTouch> {

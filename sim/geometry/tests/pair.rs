@@ -1,5 +1,7 @@
 //! Distances in space against closed forms.
 
+use std::f64::consts::PI;
+
 use feeler_geometry::{Mesh, Pair, Place, Shape, overlap_m};
 
 /// A projection and a norm of lengths below 1 m, each rounded a few times.
@@ -62,4 +64,55 @@ fn truth_the_inside_of_a_closed_mesh_is_known_and_a_sheet_has_none() {
     assert!((depth - 0.03).abs() < ROUNDING, "{depth}");
     assert_eq!(pair(6).buried_m([1.0, 0.0, 0.2], UPRIGHT), None);
     assert_eq!(pair(1).buried_m([1.0, 0.0, 0.0], UPRIGHT), None);
+}
+
+/// A sphere of triangles, and how far its faces lie within it, m.
+fn globe(radius_m: f64, count: u32) -> (Mesh, f64) {
+    let mut mesh = Mesh::default();
+    let around = 2 * count;
+    for i in 0..=count {
+        for k in 0..around {
+            let (tilt, turn) = (PI * f64::from(i) / f64::from(count), PI * f64::from(k) / f64::from(count));
+            mesh.vertices_m.push([tilt.cos(), tilt.sin() * turn.cos(), tilt.sin() * turn.sin()].map(|x| radius_m * x));
+        }
+    }
+    for i in 0..count {
+        for k in 0..around {
+            let corner = |i: u32, k: u32| i * around + k % around;
+            mesh.triangles
+                .extend([[corner(i, k), corner(i + 1, k), corner(i + 1, k + 1)], [corner(i, k), corner(i + 1, k + 1), corner(i, k + 1)]]);
+        }
+    }
+    mesh.triangles.retain(|t| {
+        let [a, b, c] = t.map(|i| mesh.vertices_m[i as usize]);
+        let far = |p: [f64; 3], q: [f64; 3]| (0..3).map(|j| (p[j] - q[j]).powi(2)).sum::<f64>() > 1e-20;
+        far(a, b) && far(b, c) && far(c, a)
+    });
+    (mesh, 2.0 * radius_m * (1.0 - (0.5 * PI / f64::from(count)).cos()))
+}
+
+#[test]
+fn truth_a_capsule_over_triangles_has_the_distance_of_its_axis_less_its_radius() {
+    let (radius, half, r) = (50e-3, 10e-3, 3e-3);
+    let capsule = Shape::Capsule { half_length_m: half, radius_m: r };
+    // Flat: every point of the axis is as near as the others, and the lowest end where it is tilted.
+    let flat = Shape::HeightField { heights_m: vec![vec![0.0; 9]; 9], extents_m: [0.2; 2] };
+    let pair = Pair::new(&capsule, &Place::default(), &flat, &Place::at([20e-3, 0.0, 0.0])).unwrap();
+    let tilt = 0.3_f64;
+    let turned = [0.0, 0.0, (0.5 * tilt).sin(), (0.5 * tilt).cos()];
+    let over = pair.nearest([0.0162, 0.01, 0.02], UPRIGHT).unwrap().unwrap();
+    assert!((over.distance_m - 0.8e-3).abs() < ROUNDING && (over.normal[0] - 1.0).abs() < ROUNDING, "{over:?}");
+    let leaning = pair.nearest([0.0132, 0.01, 0.02], turned).unwrap().unwrap();
+    assert!((leaning.distance_m - (6.8e-3 - half * tilt.sin() - r)).abs() < ROUNDING, "{leaning:?}");
+    // Through it, there is still an answer.
+    assert!(pair.nearest([0.02, 0.0, 0.0], turned).unwrap().unwrap().distance_m < 0.0);
+    let (mesh, sag) = globe(radius, 64);
+    let pair = Pair::new(&capsule, &Place::default(), &Shape::Mesh(mesh), &Place::default()).unwrap();
+    for [x, y, z] in [[53.5e-3, 0.0, 0.0], [0.0, 5e-3, 53.2e-3], [31e-3, 20e-3, 43.3e-3]] {
+        let below = (f64::abs(y) - half).max(0.0);
+        let own = f64::sqrt(x * x + z * z + below * below) - radius - r;
+        let found = pair.nearest([x, y, z], UPRIGHT).unwrap().unwrap();
+        assert!((-ROUNDING..sag).contains(&(found.distance_m - own)), "{found:?} {own}");
+    }
+    assert_eq!(pair.nearest([0.1, 0.0, 0.0], UPRIGHT).unwrap(), None);
 }

@@ -1,6 +1,6 @@
 //! Gap, slope and profile against closed forms.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write as _;
 
 use feeler_geometry::{Feed, GeometryError, Mesh, Place, Shape, Touching, read_height_field, read_obj, read_stl};
@@ -10,6 +10,9 @@ const ROUNDING_M: f64 = 1e-12;
 /// Parry's distances between a capsule and a triangle come from an iteration that ends at about the square root of the rounding, relative to the sizes
 /// of some centimetres.
 const ITERATED_M: f64 = 1e-9;
+
+/// Where shapes touch, m, and the normal: straight between knots that are 0.6 mm apart on a ball of 53 mm, (0.6 / 53)^2 / 8 of a normal.
+const STRAIGHT: f64 = 2e-5;
 
 fn origin() -> Place {
     Place::at([0.0; 3])
@@ -241,4 +244,74 @@ fn truth_a_hull_touches_where_its_corner_is() {
     assert!(found.check_start(13e-3).is_ok());
     let inside = found.check_start(15e-3).unwrap_err();
     assert!(matches!(inside, GeometryError::Overlap { depth_m } if (depth_m - 1e-3).abs() < 1e-8), "{inside}");
+}
+
+/// Points of a ball in rings about x, or about y.
+fn rings(count: u32, radius_m: f64, about_x: bool) -> Vec<[f64; 3]> {
+    let point = |i: u32, k: u32| {
+        let (tilt, turn) = (PI * f64::from(i) / f64::from(count), TAU * f64::from(k) / f64::from(count));
+        let p = [tilt.cos(), tilt.sin() * turn.cos(), tilt.sin() * turn.sin()].map(|x| radius_m * x);
+        if about_x { p } else { [p[1], p[2], p[0]] }
+    };
+    (0..=count).flat_map(|i| (0..count).map(move |k| point(i, k))).collect()
+}
+
+#[test]
+fn regress_a_hull_of_many_points_is_travelled_over() {
+    let (r, radius_m, ahead_m, asked_m) = (3e-3, 50e-3, 60e-3, 1e-8);
+    for (count, about_x) in [(24, true), (64, true), (64, false), (96, true)] {
+        let work = Shape::Hull { points_m: rings(count, radius_m, about_x) };
+        for z in [0.0, 1e-3, 2.7e-3] {
+            let touching = Touching::new(&Shape::Ball { radius_m: r }, &origin(), &work, &Place::at([ahead_m, 0.0, z])).unwrap();
+            let found = touching.profile(&Feed::line([-20e-3, 0.0], [40e-3, 0.0]), 1.0, asked_m).unwrap();
+            assert!(found.error_m <= asked_m, "{count} {about_x} {z}: {}", found.error_m);
+            // The facets lie within the ball by no more than the sag of their edges, in both directions.
+            let sag_m = 2.0 * radius_m * (1.0 - (PI / f64::from(count)).cos());
+            for i in 0..=200 {
+                let t = f64::from(i) / 200.0;
+                let y = -20e-3 + 40e-3 * t;
+                let own = ahead_m - f64::sqrt((r + radius_m).powi(2) - y * y - z * z);
+                let beyond = found.profile.at(t).0 - own;
+                assert!((-2.0 * asked_m..sag_m).contains(&beyond), "{count} {about_x} {z} at {y}: {beyond}");
+            }
+        }
+    }
+}
+
+#[test]
+fn regress_steps_below_the_error_asked_for_are_no_walls() {
+    // Two terraces, the second 5 um higher.
+    let terrace = |y: f64, x: f64| [[x, y, -1.0], [x, y + 1.0, -1.0], [x, y + 1.0, 1.0], [x, y, 1.0]];
+    let vertices_m = [terrace(-1.0, 0.0), terrace(0.0, -5e-6)].concat();
+    let step = Shape::Mesh(Mesh { vertices_m, triangles: vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]] });
+    let tip = Shape::Ball { radius_m: 1e-3 };
+    let touching = Touching::new(&tip, &origin(), &step, &Place::at([0.1, 0.0, 0.0])).unwrap();
+    let feed = Feed::line([-0.01, 0.0], [0.02, 0.0]);
+    for asked_m in [1e-4, 1e-5, 1e-8] {
+        let found = touching.profile(&feed, 1.0, asked_m).unwrap();
+        assert!(found.error_m <= asked_m && (found.profile.at(0.9).0 - (0.1 - 1e-3 - 5e-6)).abs() < 2.0 * asked_m, "{asked_m}");
+    }
+    let flat = Shape::Cuboid { half_extents_m: [1e-3; 3] };
+    let touching = Touching::new(&flat, &origin(), &step, &Place::at([0.1, 0.0, 0.0])).unwrap();
+    let found = touching.profile(&feed, 1.0, 1e-5).unwrap();
+    assert!((found.profile.at(0.9).0 - found.profile.at(0.1).0 + 5e-6).abs() < 1e-9, "{:?}", found.profile.at(0.9));
+}
+
+#[test]
+fn truth_a_profile_knows_where_the_shapes_touch() {
+    let (r, radius_m, ahead_m) = (3e-3, 50e-3, 60e-3);
+    let touching =
+        Touching::new(&Shape::Ball { radius_m: r }, &origin(), &Shape::Ball { radius_m }, &Place::at([ahead_m, 0.0, 0.0])).unwrap();
+    let found = touching.profile(&Feed::line([-20e-3, 0.0], [40e-3, 0.0]), 1.0, 1e-8).unwrap();
+    for i in 0..=100 {
+        let t = f64::from(i) / 100.0;
+        let y = -20e-3 + 40e-3 * t;
+        let [px, py, pz, nx, ny, nz] = found.profile.touch_at(t).unwrap();
+        let sine = y / (r + radius_m);
+        let cosine = f64::sqrt(1.0 - sine * sine);
+        let expected = [ahead_m - radius_m * cosine, radius_m * sine, 0.0, cosine, -sine, 0.0];
+        for (found, expected) in [px, py, pz, nx, ny, nz].into_iter().zip(expected) {
+            assert!((found - expected).abs() < STRAIGHT, "{t}: {found} {expected}");
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! What is to be simulated.
 
-use feeler_arm::{Arm, Others, Reduction, Target, inverse_kinematics};
+use feeler_arm::{Arm, Chain, Others, Reduction, Target, inverse_kinematics};
 use feeler_engine::Scenario;
 use feeler_geometry::{Pair, Place, Shape};
 use nalgebra::{Isometry3, Vector3};
@@ -118,8 +118,7 @@ impl Cell {
             return Err(ManipulatorError::Penetrates { depth_m });
         }
         let normal = self.unit_normal();
-        let places = chain.joints.iter().map(|joint| &joint.place).chain([&chain.tool]);
-        let reach_m = REACHES * places.map(|place| place.translation.vector.norm()).sum::<f64>();
+        let reach_m = farthest_m(chain);
         let touching =
             nearest.is_some_and(|nearest| nearest.distance_m.abs() <= TOUCHING && Vector3::from(nearest.normal).dot(&normal) > 0.0);
         let travel_m = match pair.travel_m(position, turn, normal.into(), reach_m)? {
@@ -138,6 +137,12 @@ impl Cell {
             Err(error) => Err(error.into()),
         }
     }
+}
+
+/// How far a way along the normal is followed, m.
+pub(crate) fn farthest_m(chain: &Chain) -> f64 {
+    let places = chain.joints.iter().map(|joint| &joint.place).chain([&chain.tool]);
+    REACHES * places.map(|place| place.translation.vector.norm()).sum::<f64>()
 }
 
 /// Position and unit quaternion of a place.

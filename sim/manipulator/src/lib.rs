@@ -26,5 +26,5 @@ pub use bodies::{BodyShapes, link_capsules};
 pub use cell::{Cell, Hold, Part, Start};
 pub use error::ManipulatorError;
 pub use joint::{JointPart, joint_effect_host, joint_effects};
-pub use record::{JointEvent, Record};
+pub use record::{JointEvent, LOWER, Record, UPPER};
 pub use simulation::{Finished, Simulation};

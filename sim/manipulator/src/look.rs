@@ -139,6 +139,9 @@ impl Plant {
         }
         let speeds = layout.link_speeds(x);
         let mut efforts = DVector::from_column_slice(&look.gear) - look.posture.coriolis_efforts(speeds);
+        for (i, (position, speed)) in layout.links(x).iter().zip(speeds).enumerate() {
+            efforts[i] += self.stop(i, *position, *speed);
+        }
         if let Some(touch) = look.touch.as_ref().filter(|_| mode.touching) {
             efforts.axpy(-look.force_n, &touch.along, 1.0);
         }
@@ -151,6 +154,19 @@ impl Plant {
             }
         }
         Some(slope)
+    }
+
+    /// Which limits of their positions links are beyond: -1 the lower, 1 the upper, 0 none.
+    pub(crate) fn beyond(&self, x: &DVector<f64>) -> Vec<i8> {
+        let side = |(position, [lower, upper]): (&f64, [f64; 2])| i8::from(*position > upper) - i8::from(*position < lower);
+        self.layout.links(x).iter().zip(self.arm.chain().joints.iter().map(|joint| joint.limits)).map(side).collect()
+    }
+
+    /// What the stop at the end of a joint's travel puts on its link: a buffer as stiff and as damped as the joint's gear, which only pushes back.
+    fn stop(&self, joint: usize, position: f64, speed: f64) -> f64 {
+        let ([lower, upper], gear) = (self.arm.chain().joints[joint].limits, &self.joints[joint].gear);
+        let push = |depth: f64, rate: f64| if depth > 0.0 { (gear.stiffness * depth + gear.damping * rate).max(0.0) } else { 0.0 };
+        push(lower - position, -speed) - push(position - upper, speed)
     }
 
     /// Depth of the contact, m (below zero apart), its rate, m/s, and how fast that grows, m/s2, but for the turning of normal and arm; none where the two

@@ -10,14 +10,19 @@ use crate::mode::{Change, Mode, Slide};
 /// Joint events that are kept.
 const MOST_EVENTS: usize = 1_000_000;
 
-/// A joint that stuck or broke loose, or whose play met a flank or left it.
+/// A joint that met the upper limit of its position.
+pub const UPPER: &str = "upper limit";
+/// The lower one.
+pub const LOWER: &str = "lower limit";
+
+/// A joint that stuck or broke loose, whose play met a flank or left it, or that met the end of its travel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointEvent {
     /// When, s.
     pub t_s: f64,
     /// Which joint.
     pub joint: usize,
-    /// `stick`, `slip`, `touch` or `lift`.
+    /// `stick`, `slip`, `touch`, `lift`, or [`UPPER`] or [`LOWER`].
     pub what: &'static str,
 }
 
@@ -60,6 +65,15 @@ pub(crate) fn names(cell: &Cell, assembly: &Assembly) -> [Vec<String>; 2] {
     let points = ["point.x", "point.y", "point.z", "normal.x", "normal.y", "normal.z"].map(str::to_owned);
     motion.extend(turns.into_iter().chain(points));
     [measures, motion]
+}
+
+/// Notes joints that have come to the end of their travel.
+pub(crate) fn note_limits(record: &mut Record, t_s: f64, before: &[i8], now: &[i8]) {
+    for (joint, (was, is)) in before.iter().zip(now).enumerate() {
+        if was != is && *is != 0 && record.joint_events.len() < MOST_EVENTS {
+            record.joint_events.push(JointEvent { t_s, joint, what: if *is > 0 { UPPER } else { LOWER } });
+        }
+    }
 }
 
 /// Notes a change of mode as the event that it is.

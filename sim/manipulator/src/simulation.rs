@@ -7,11 +7,11 @@ use feeler_plant::assembly::{Assembly, Source};
 use feeler_plant::description::Quantity;
 use nalgebra::{DVector, Vector3};
 
-use crate::cell::Cell;
+use crate::cell::{Cell, farthest_m, numbers};
 use crate::error::ManipulatorError;
 use crate::look::Plant;
 use crate::mode::Mode;
-use crate::record::{Record, names, note, put};
+use crate::record::{Record, names, note, note_limits, put};
 use crate::sampling::{Control, Drives};
 use crate::state::{Layout, filtered};
 use crate::stepping::{advance, settle};
@@ -57,6 +57,8 @@ pub struct Simulation {
     every: u64,
     rows: u64,
     record: Record,
+    /// Which limits links are beyond.
+    beyond: Vec<i8>,
 }
 
 impl Simulation {
@@ -118,6 +120,7 @@ impl Simulation {
             rate_hz,
             every: every.max(1),
             rows: 0,
+            beyond: vec![0; n],
         })
     }
 
@@ -144,6 +147,14 @@ impl Simulation {
     /// Whether the controller is still in its approach: it waits for a force that it has not met.
     pub fn is_approaching(&self) -> bool {
         self.control.is_approaching()
+    }
+
+    /// Whether the tool may come to the workpiece by going on along the normal: the workpiece is on its way, and no joint is at the end of its travel.
+    pub fn has_a_way(&self) -> bool {
+        let tool = self.plant.arm.chain().tool_place(self.plant.layout.links(&self.x));
+        let (position, turn) = numbers(&tool);
+        let ahead = self.plant.pair.travel_m(position, turn, self.plant.normal.into(), farthest_m(self.plant.arm.chain()));
+        matches!(ahead, Ok(Some(_))) && self.beyond.iter().all(|side| *side == 0)
     }
 
     /// How deep tip and workpiece are in one another at the present time, m (negative across a gap), how fast that grows, m/s, and how fast this does, m/s2
@@ -191,11 +202,14 @@ impl Simulation {
     fn span(&mut self, span_s: f64) -> Option<()> {
         let count = (span_s / self.step_s - 1e-9).ceil().max(1.0) as u64;
         let h = span_s / count as f64;
-        let Self { plant, x, mode, inputs, record, t_s, .. } = self;
+        let Self { plant, x, mode, inputs, record, t_s, beyond, .. } = self;
         settle(plant, x, mode, inputs, |change, mode| note(record, *t_s, change, mode));
         for i in 0..count {
             let begins_s = *t_s + i as f64 * h;
             advance(plant, x, h, mode, inputs, |after, change, mode| note(record, begins_s + after, change, mode))?;
+            let now = plant.beyond(x);
+            note_limits(record, begins_s + h, beyond, &now);
+            *beyond = now;
         }
         self.steps += count;
         let bounded = self.plant.layout.motors(&self.x).iter().chain(self.plant.layout.links(&self.x)).all(|q| q.abs() < BOUND);

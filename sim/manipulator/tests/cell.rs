@@ -245,3 +245,36 @@ fn truth_a_delayed_sensor_reads_the_force_as_it_was() {
         assert!((reading[row + 2] - was).abs() < ROW * (1.0 + was), "row {row}: {} {was}", reading[row + 2]);
     }
 }
+
+/// The time is told at the end of a step, of at most 0.2 ms here; on the way the joint's speed changes by some percent.
+const MET_S: f64 = 0.1;
+
+#[test]
+fn truth_a_joint_is_stopped_at_the_end_of_its_travel_and_named() {
+    let arm = six_joint(0.0);
+    let home = pose(&arm, [0.65, 0.1, TOOL_M]);
+    let (speed, room) = (0.1, 2e-3);
+    let direction = arm.reduce(&home, DOWN, Others::Free).unwrap().direction;
+    let joint = 1;
+    let side = usize::from(direction[joint] > 0.0);
+    let mut chain = arm.chain().clone();
+    chain.joints[joint].limits[side] = home[joint] + room * direction[joint].signum();
+    let limited = Arm::new(chain, arm.drives().to_vec()).unwrap();
+    let cell = cell(limited, [0.65, 0.1], 0.2, speed, axis(ForceGains::default(), 0.0, contact(2e4, 40.0)));
+    let mut simulation = Simulation::new(&Cell { step_s: Some(2e-4), ..cell }, 1000.0, 1).unwrap();
+    assert!(simulation.has_a_way());
+    let limit = home[joint] + room * direction[joint].signum();
+    let mut farthest = 0.0_f64;
+    for i in 1..=400 {
+        assert_eq!(simulation.run_to(1e-3 * f64::from(i)).end, RunEnd::Completed);
+        farthest = farthest.max((simulation.links()[joint] - limit) * direction[joint].signum());
+    }
+    let record = simulation.into_record();
+    let met = record.joint_events.iter().find(|event| event.joint == joint).unwrap();
+    assert_eq!(met.what, if side == 1 { feeler_manipulator::UPPER } else { feeler_manipulator::LOWER });
+    let expected_s = room / (speed * direction[joint].abs());
+    println!("met at {:.4} s, {expected_s:.4} s at constant speed; {farthest:.2e} rad into the stop", met.t_s);
+    assert!((met.t_s / expected_s - 1.0).abs() < MET_S, "{} {expected_s}", met.t_s);
+    // Half the kinetic energy of 14 kg at 0.1 m/s in the spring of the stop.
+    assert!(farthest > 0.0 && farthest < 4e-3, "{farthest}");
+}

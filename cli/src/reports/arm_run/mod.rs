@@ -4,7 +4,7 @@ mod charts;
 mod scene;
 
 use feeler_scenarios::format::CellFile;
-use feeler_scenarios::run::CellRun;
+use feeler_scenarios::run::{CellRun, CellSummary};
 
 use crate::numbers::{count, percent, plain, with_unit};
 use crate::page::{Page, Tile};
@@ -18,7 +18,7 @@ const MOST_EVENTS: usize = 400;
 pub(crate) fn page(file: &CellFile, settings: &[String], result: &CellRun) -> anyhow::Result<String> {
     let units = Units::of(&file.cell.scenario.machine);
     let mut page = Page::new(&file.name, &file.about);
-    page.lead(&words::outcome(&result.summary.figures, units));
+    page.lead(&format!("{}{}", words::outcome(&result.summary.figures, units), limits(&result.summary)));
     page.tiles(&tiles(result));
     page.heading("The arm");
     page.scene(
@@ -40,6 +40,20 @@ pub(crate) fn page(file: &CellFile, settings: &[String], result: &CellRun) -> an
     );
     page.verbatim("the file as it was run", file.text());
     Ok(page.render())
+}
+
+/// What is said of joints that met the end of their travel; nothing where none did.
+pub(crate) fn limits(summary: &CellSummary) -> String {
+    let met = summary.limits.iter().map(|met| {
+        let at = with_unit(met.t_s, "s");
+        format!(
+            " Warning: joint `{}` met its {} of {} at {at}; a stop as stiff as its gear held it there.",
+            met.joint,
+            met.what,
+            plain(met.position)
+        )
+    });
+    met.collect()
 }
 
 fn tiles(result: &CellRun) -> Vec<Tile> {

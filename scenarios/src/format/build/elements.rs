@@ -146,7 +146,12 @@ impl Builder<'_> {
         }
         let host = match reads.quantity {
             Quantity::Force | Quantity::SpringForce => HostKind::ForceSensor,
-            Quantity::Position | Quantity::Velocity | Quantity::Acceleration | Quantity::Compression => HostKind::MotionSensor,
+            Quantity::Position
+            | Quantity::Velocity
+            | Quantity::Acceleration
+            | Quantity::Compression
+            | Quantity::Gap
+            | Quantity::GapRate => HostKind::MotionSensor,
             _ => HostKind::OtherSensor,
         };
         Sensor {
@@ -165,12 +170,20 @@ impl Builder<'_> {
     /// Dimension of a signal of the plant.
     pub(super) fn signal_dim(&self, signal: &SignalName) -> Dim {
         match signal.quantity {
-            Quantity::Position | Quantity::Compression => Dimension::LENGTH.into(),
-            Quantity::Velocity => Dimension::VELOCITY.into(),
+            Quantity::Position | Quantity::Compression | Quantity::Gap | Quantity::PointX | Quantity::PointY | Quantity::PointZ => {
+                Dimension::LENGTH.into()
+            }
+            Quantity::Velocity | Quantity::GapRate => Dimension::VELOCITY.into(),
             Quantity::Acceleration => Dimension::ACCELERATION.into(),
             Quantity::Force | Quantity::SpringForce => Dimension::FORCE.into(),
             Quantity::Command => self.command_dim(&signal.element),
-            Quantity::Contact | Quantity::Reading | Quantity::Output | Quantity::Reference => Dimension::NONE.into(),
+            Quantity::Contact
+            | Quantity::NormalX
+            | Quantity::NormalY
+            | Quantity::NormalZ
+            | Quantity::Reading
+            | Quantity::Output
+            | Quantity::Reference => Dimension::NONE.into(),
         }
     }
 

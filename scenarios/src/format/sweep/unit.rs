@@ -71,8 +71,8 @@ fn dimension(unit: Unit, name: &str, scenario: &Scenario) -> Option<Dim> {
             _ => output(),
         },
         Unit::Signal => match machine.sensors.get(name)?.reads.quantity {
-            Quantity::Position | Quantity::Compression => Some(Dimension::LENGTH.into()),
-            Quantity::Velocity => Some(Dimension::VELOCITY.into()),
+            Quantity::Position | Quantity::Compression | Quantity::Gap => Some(Dimension::LENGTH.into()),
+            Quantity::Velocity | Quantity::GapRate => Some(Dimension::VELOCITY.into()),
             Quantity::Acceleration => Some(Dimension::ACCELERATION.into()),
             Quantity::Force | Quantity::SpringForce => Some(Dimension::FORCE.into()),
             _ => None,

@@ -33,8 +33,8 @@ impl Units {
 
     fn quantity(self, quantity: Quantity) -> f64 {
         match quantity {
-            Quantity::Position | Quantity::Compression => self.of(Dimension::LENGTH),
-            Quantity::Velocity => self.of(Dimension::VELOCITY),
+            Quantity::Position | Quantity::Compression | Quantity::Gap => self.of(Dimension::LENGTH),
+            Quantity::Velocity | Quantity::GapRate => self.of(Dimension::VELOCITY),
             Quantity::Acceleration => self.of(Dimension::ACCELERATION),
             Quantity::Contact => 1.0,
             _ => self.of(Dimension::FORCE),

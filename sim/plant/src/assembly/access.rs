@@ -144,7 +144,7 @@ impl Source {
             Self::Contact(_, Quantity::Force | Quantity::SpringForce) | Self::Link(..) | Self::Drive(_, Quantity::Force) => {
                 HostKind::ForceSensor
             }
-            Self::Node(..) | Self::Contact(_, Quantity::Compression) => HostKind::MotionSensor,
+            Self::Node(..) | Self::Contact(_, Quantity::Compression | Quantity::Gap | Quantity::GapRate) => HostKind::MotionSensor,
             Self::Contact(..) | Self::Drive(..) | Self::Sensor(_) => HostKind::OtherSensor,
         }
     }

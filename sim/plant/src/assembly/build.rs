@@ -142,6 +142,11 @@ impl<'a> Build<'a> {
                 self.problems.push(Problem::new(key, "a sensor cannot read another sensor", "name a body, contact, spring or actuator"));
                 None
             }
+            Ok(Source::Contact(_, quantity)) if quantity.of_touch().is_some() => {
+                let message = format!("a sensor cannot read `{signal}`, which follows from the feed alone");
+                self.problems.push(Problem::new(key, message, "record it with `run.record`"));
+                None
+            }
             Ok(source) => Some(source),
             Err(problem) => {
                 self.problems.push(Problem { key: key.into(), ..problem });
@@ -198,6 +203,10 @@ pub fn resolve(machine: &Machine, signal: &SignalName) -> Result<Source, Problem
     ];
     let named = candidates.iter().filter_map(|(index, has, source)| index.map(|i| (i, *has, source)));
     if let Some((i, _, source)) = named.clone().find(|(_, has, _)| has.contains(&quantity)) {
+        if quantity.of_touch().is_some() && !machine.profiles.get(name).is_some_and(|profile| profile.has_touches()) {
+            let message = format!("the contact `{name}` has no shapes, so that it has no `{}`", quantity.name());
+            return Err(Problem::new("", message, format!("give it a `surface`, or leave `{name}.{}` out", quantity.name())));
+        }
         return Ok(source(i, quantity));
     }
     if let Some((_, has, _)) = named.clone().next() {
@@ -224,7 +233,20 @@ pub fn resolve(machine: &Machine, signal: &SignalName) -> Result<Source, Problem
 
 /// Quantities of each kind of element.
 const BODY: &[Quantity] = &[Quantity::Position, Quantity::Velocity, Quantity::Acceleration];
-const CONTACT: &[Quantity] = &[Quantity::Force, Quantity::SpringForce, Quantity::Compression, Quantity::Contact];
+const CONTACT: &[Quantity] = &[
+    Quantity::Force,
+    Quantity::SpringForce,
+    Quantity::Compression,
+    Quantity::Gap,
+    Quantity::GapRate,
+    Quantity::PointX,
+    Quantity::PointY,
+    Quantity::PointZ,
+    Quantity::NormalX,
+    Quantity::NormalY,
+    Quantity::NormalZ,
+    Quantity::Contact,
+];
 const ACTUATOR: &[Quantity] = &[Quantity::Command, Quantity::Force];
 const SPRING: &[Quantity] = &[Quantity::Force, Quantity::SpringForce];
 const SENSOR: &[Quantity] = &[Quantity::Reading];

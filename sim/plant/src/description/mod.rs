@@ -10,7 +10,7 @@ mod signal;
 
 pub use actuator::{Actuator, ActuatorKind};
 pub use contact::{Contact, ContactLaw, Engagement};
-pub use profile::{Knot, Piece, Profile};
+pub use profile::{Knot, Piece, Profile, Touched};
 pub use sensor::{LowPass, Sensor};
 pub use signal::{ParseSignalError, Quantity, SignalName};
 

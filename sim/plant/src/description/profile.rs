@@ -9,7 +9,12 @@ use crate::problem::Problem;
 pub struct Profile {
     knots: Vec<Knot>,
     pieces: Vec<Piece>,
+    /// Where shapes touch at the knots; empty where the gap is not one between shapes.
+    touches: Vec<Touched>,
 }
+
+/// Where shapes touch: the point of the workpiece, m, and the unit vector from the tip into it.
+pub type Touched = [f64; 6];
 
 /// Offset and rate at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,7 +85,43 @@ impl Profile {
         }
         let last = &knots[knots.len() - 1];
         let held = Piece::held(last.t_s, last.offset_m);
-        Ok(Self { knots: knots.to_vec(), pieces: knots.windows(2).map(|pair| Piece::hermite(&pair[0], &pair[1])).chain([held]).collect() })
+        Ok(Self {
+            knots: knots.to_vec(),
+            pieces: knots.windows(2).map(|pair| Piece::hermite(&pair[0], &pair[1])).chain([held]).collect(),
+            touches: Vec::new(),
+        })
+    }
+
+    /// The same profile with the places where shapes touch at its knots, one each.
+    ///
+    /// # Panics
+    /// Where there are not as many as knots.
+    #[must_use]
+    pub fn with_touches(mut self, touches: Vec<Touched>) -> Self {
+        assert_eq!(touches.len(), self.knots.len(), "one touch for every knot");
+        self.touches = touches;
+        self
+    }
+
+    /// Whether it knows where shapes touch.
+    pub fn has_touches(&self) -> bool {
+        !self.touches.is_empty()
+    }
+
+    /// Where shapes touch at an instant, straight between knots; none where the profile does not know.
+    pub fn touch_at(&self, t_s: f64) -> Option<Touched> {
+        let (first, last) = (self.touches.first()?, self.touches.last()?);
+        let next = self.knots.partition_point(|knot| knot.t_s <= t_s);
+        let Some(before) = next.checked_sub(1) else { return Some(*first) };
+        let Some(to) = self.touches.get(next) else { return Some(*last) };
+        let (from, [a, b]) = (self.touches[before], [self.knots[before].t_s, self.knots[next].t_s]);
+        let share = (t_s - a) / (b - a);
+        let mut found: Touched = std::array::from_fn(|i| from[i] + share * (to[i] - from[i]));
+        let length = found[3..].iter().map(|x| x * x).sum::<f64>().sqrt();
+        if length > 0.0 {
+            found[3..].iter_mut().for_each(|x| *x /= length);
+        }
+        Some(found)
     }
 
     /// A smooth profile through points `(time in s, offset in m)`: the rate at each is that from the one before to the one after, and zero at both ends.
@@ -155,6 +196,18 @@ mod tests {
         assert!((p - 2.8).abs() < 1e-14 && (v - 2.0).abs() < 1e-14, "{p} {v}");
         assert_eq!(profile.at(0.0), (0.0, 0.0));
         assert_eq!(profile.at(3.0), (6.0, 0.0));
+    }
+
+    #[test]
+    fn truth_touches_are_straight_between_knots_and_held_outside() {
+        let profile = Profile::smooth(&[(0.0, 0.0), (1.0, 0.0)]).unwrap();
+        assert_eq!(profile.touch_at(0.5), None);
+        let profile = profile.with_touches(vec![[1.0, 0.0, 0.0, 1.0, 0.0, 0.0], [3.0, 2.0, 0.0, 0.0, 1.0, 0.0]]);
+        let middle = profile.touch_at(0.5).unwrap();
+        let expected = [2.0, 1.0, 0.0, 0.5_f64.sqrt(), 0.5_f64.sqrt(), 0.0];
+        assert!(middle.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-14), "{middle:?}");
+        assert_eq!(profile.touch_at(-1.0).unwrap()[0].to_bits(), 1.0_f64.to_bits());
+        assert_eq!(profile.touch_at(9.0).unwrap()[0].to_bits(), 3.0_f64.to_bits());
     }
 
     #[test]

@@ -20,6 +20,22 @@ pub enum Quantity {
     SpringForce,
     /// Of a contact: `d`.
     Compression,
+    /// Of a contact: how far the two are apart along the axis, `-d`.
+    Gap,
+    /// Of a contact: its rate.
+    GapRate,
+    /// Of a contact between shapes: where on the workpiece the tip touches when it is sent along the axis, in the frame of the shapes.
+    PointX,
+    /// See [`Self::PointX`].
+    PointY,
+    /// See [`Self::PointX`].
+    PointZ,
+    /// Of a contact between shapes: unit vector from the tip into the workpiece there.
+    NormalX,
+    /// See [`Self::NormalX`].
+    NormalY,
+    /// See [`Self::NormalX`].
+    NormalZ,
     /// Of a contact: 1 while the force acts, else 0.
     Contact,
     /// Of a drive: the command as the controller issued it.
@@ -34,19 +50,32 @@ pub enum Quantity {
 
 impl Quantity {
     /// Every quantity with its name.
-    pub const ALL: [(Self, &'static str); 11] = [
+    pub const ALL: [(Self, &'static str); 19] = [
         (Self::Position, "position"),
         (Self::Velocity, "velocity"),
         (Self::Acceleration, "acceleration"),
         (Self::Force, "force"),
         (Self::SpringForce, "spring_force"),
         (Self::Compression, "compression"),
+        (Self::Gap, "gap"),
+        (Self::GapRate, "gap_rate"),
+        (Self::PointX, "point_x"),
+        (Self::PointY, "point_y"),
+        (Self::PointZ, "point_z"),
+        (Self::NormalX, "normal_x"),
+        (Self::NormalY, "normal_y"),
+        (Self::NormalZ, "normal_z"),
         (Self::Contact, "contact"),
         (Self::Command, "command"),
         (Self::Reading, "reading"),
         (Self::Output, "output"),
         (Self::Reference, "reference"),
     ];
+
+    /// Which of the six numbers of a [`super::Touched`] it is, if any.
+    pub fn of_touch(self) -> Option<usize> {
+        [Self::PointX, Self::PointY, Self::PointZ, Self::NormalX, Self::NormalY, Self::NormalZ].iter().position(|one| *one == self)
+    }
 
     /// Its name in files.
     pub fn name(self) -> &'static str {

@@ -42,7 +42,7 @@ impl Motion {
         names
     }
 
-    /// A signal of the plant as a row of the extended vector; `None` for what no row can tell: whether a contact touches, and what a drive was
+    /// A signal of the plant as a row of the extended vector; `None` for what no row can tell: whether a contact touches and where, and what a drive was
     /// commanded before delay and limits. A sensor's row ends with its filters; gain, bias, noise and quantisation come after.
     pub fn signal(&self, equations: &Equations, source: Source) -> Option<Row> {
         Some(match source {
@@ -51,6 +51,8 @@ impl Motion {
             Source::Contact(i, Quantity::Force) => equations.contact_force[i].clone(),
             Source::Contact(i, Quantity::SpringForce) => equations.contact_spring_force[i].clone(),
             Source::Contact(i, Quantity::Compression) => equations.compression[i][0].clone(),
+            Source::Contact(i, Quantity::Gap) => scaled(-1.0, &equations.compression[i][0]),
+            Source::Contact(i, Quantity::GapRate) => scaled(-1.0, &equations.compression[i][1]),
             Source::Link(i, Quantity::Force) => equations.link_force[i].clone(),
             Source::Link(i, Quantity::SpringForce) => equations.link_spring_force[i].clone(),
             Source::Drive(i, Quantity::Force) => equations.drive_force[i].clone(),
@@ -111,6 +113,8 @@ impl Motion {
             Source::Contact(i, Quantity::Force) => Some(forces.contact[i].clone()),
             Source::Contact(i, Quantity::SpringForce) => Some(forces.contact_spring[i].clone()),
             Source::Contact(i, Quantity::Compression) => Some(forces.compression[i][0].clone()),
+            Source::Contact(i, Quantity::Gap) => Some(scaled(-1.0, &forces.compression[i][0])),
+            Source::Contact(i, Quantity::GapRate) => Some(scaled(-1.0, &forces.compression[i][1])),
             Source::Link(i, Quantity::Force) => Some(forces.link[i].clone()),
             Source::Link(i, Quantity::SpringForce) => Some(forces.link_spring[i].clone()),
             Source::Drive(i, Quantity::Force) => Some(forces.drive[i].clone()),

@@ -5,6 +5,9 @@ use std::hash::{BuildHasher, RandomState};
 use std::io;
 use std::path::Path;
 
+/// Ends the names of files that are not whole yet.
+const UNFINISHED: &str = ".tmp";
+
 /// Writes a file whole or not at all, whenever the process or the machine stops, and so that several processes may write the same one: under another name
 /// beside it, synchronised, then renamed. What stands at `path` is replaced. `write` gives the file back when it is done with it; `told` is the error for
 /// what the system says.
@@ -14,7 +17,7 @@ use std::path::Path;
 pub fn write_whole<E>(path: &Path, told: &dyn Fn(io::Error) -> E, write: impl FnOnce(File) -> Result<File, E>) -> Result<(), E> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     // Processes of several machines may have the same number.
-    name.push(format!(".{:016x}.tmp", RandomState::new().hash_one(std::process::id())));
+    name.push(format!(".{:016x}{UNFINISHED}", RandomState::new().hash_one(std::process::id())));
     let temporary = path.with_file_name(name);
     let file = File::create(&temporary).map_err(told)?;
     let written = write(file).and_then(|file| file.sync_all().map_err(told)).and_then(|()| fs::rename(&temporary, path).map_err(told));
@@ -23,13 +26,35 @@ pub fn write_whole<E>(path: &Path, told: &dyn Fn(io::Error) -> E, write: impl Fn
         let _ = fs::remove_file(&temporary);
         return Err(error);
     }
-    sync_folder(path.parent().unwrap_or(Path::new(""))).map_err(told)
+    sync_folder(folder_of(path)).map_err(told)
+}
+
+/// Removes what calls of [`write_whole`] for `path` have left that were stopped from outside. A call that is still at work fails then.
+pub(crate) fn remove_unfinished(path: &Path) -> io::Result<()> {
+    let begins = path.file_name().unwrap_or_default().to_string_lossy().into_owned() + ".";
+    let is_left = |name: &str| {
+        let number = name.strip_prefix(&begins).and_then(|rest| rest.strip_suffix(UNFINISHED));
+        number.is_some_and(|number| number.len() == 16 && number.bytes().all(|byte| byte.is_ascii_hexdigit()))
+    };
+    for entry in fs::read_dir(folder_of(path))? {
+        let entry = entry?;
+        if entry.file_name().to_str().is_some_and(is_left) {
+            match fs::remove_file(entry.path()) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+                _ => {}
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The folder that a file is in; that of a bare name is the folder at work.
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 /// Makes a rename last. Windows cannot synchronise folders, and needs not.
 fn sync_folder(folder: &Path) -> io::Result<()> {
-    // The parent of a bare name is the folder at work.
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     if cfg!(unix) { File::open(folder).and_then(|file| file.sync_all()) } else { Ok(()) }
 }
 
@@ -37,6 +62,20 @@ fn sync_folder(folder: &Path) -> io::Result<()> {
 mod tests {
     use super::*;
     use std::io::Write;
+
+    #[test]
+    fn regress_what_a_killed_writer_left_is_removed_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let names =
+            ["results", "results.0123456789abcdef.tmp", "results.tmp", "other.0123456789abcdef.tmp", "results.0123456789abcdef.tmp.txt"];
+        for name in names {
+            fs::write(folder.path().join(name), "text").unwrap();
+        }
+        remove_unfinished(&folder.path().join("results")).unwrap();
+        for (i, name) in names.into_iter().enumerate() {
+            assert_eq!(folder.path().join(name).exists(), i != 1, "{name}");
+        }
+    }
 
     #[test]
     fn truth_a_file_is_replaced_whole_or_left_as_it_was() {

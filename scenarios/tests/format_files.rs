@@ -132,6 +132,52 @@ fn regress_a_value_that_needs_another_axis_is_refused_only_where_no_combination_
     assert!(own.contains("with -1") && !own.contains("missing"), "{own}");
 }
 
+/// A sweep of the complete scenario: its report, empty where there is no mistake.
+fn report_of(text: &str) -> String {
+    let folder = folder(&[("sweep.toml", &format!("scenario = \"chatter.toml\"\n{text}")), ("chatter.toml", COMPLETE)]);
+    SweepFile::load(&folder.path().join("sweep.toml")).map_or_else(|error| error.report(false), |_| String::new())
+}
+
+#[test]
+fn regress_a_distribution_the_wrong_way_round_is_refused() {
+    for kind in ["uniform", "log_uniform"] {
+        let report = |ends: &str| report_of(&format!("samples = 5\n[axes]\n\"controllers.force.kp\" = {{ {kind} = {ends} }}\n"));
+        assert_eq!(report("[1.0, 2.0]"), "");
+        let reversed = report("[2.0, 1.0]");
+        assert!(reversed.contains(&format!("axes.\"controllers.force.kp\".{kind}")) && reversed.contains("write [1, 2]"), "{reversed}");
+        assert!(report("[2.0, 2.0]").contains("nothing to draw from"));
+    }
+}
+
+#[test]
+fn regress_spaced_values_are_not_drawn_from() {
+    let report = |sampling: &str| {
+        let head = if sampling == "grid" { String::new() } else { format!("sampling = \"{sampling}\"\nsamples = 10\n") };
+        report_of(&format!("{head}[axes]\n\"controllers.force.kp\" = {{ linear = [0.1, 1.0], points = 10 }}\n\"run.seed\" = [1, 2]\n"))
+    };
+    assert_eq!(report("grid"), "");
+    for sampling in ["random", "latin-hypercube", "sobol"] {
+        let report = report(sampling);
+        assert!(report.contains("controllers.force.kp") && report.contains("uniform = [from, to]"), "{report}");
+    }
+}
+
+#[test]
+fn regress_an_element_is_no_axis() {
+    let report = report_of("[axes]\n\"controllers.force\" = [1.0, 2.0]\n");
+    assert!(report.contains("is a whole table") && report.contains("name one of its keys") && report.contains("1 mistake"), "{report}");
+}
+
+#[test]
+fn truth_diagrams_over_one_axis_of_numbers_keep_their_impacts_for_every_value_of_a_list() {
+    let tail = |axes: &str| {
+        let text = format!("scenario = \"chatter.toml\"\n[axes]\n\"controllers.force.kp\" = {{ linear = [0.1, 1.0], points = 3 }}\n{axes}");
+        let folder = folder(&[("sweep.toml", &text), ("chatter.toml", COMPLETE)]);
+        SweepFile::load(&folder.path().join("sweep.toml")).unwrap_or_else(|error| panic!("{error}")).keep.tail
+    };
+    assert_eq!((tail(""), tail("\"run.seed\" = [1, 2]\n"), tail("\"run.seed\" = { linear = [1, 2], points = 2 }\n")), (64, 64, 0));
+}
+
 #[test]
 fn regress_one_point_between_two_ends_is_refused() {
     for kind in ["linear", "log"] {

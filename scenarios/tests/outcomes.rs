@@ -66,3 +66,52 @@ fn regress_a_tool_that_is_pushed_back_is_waited_for() {
         assert!(summary.simulated_s > duration_s && summary.outcome != Outcome::NoContact, "{duration_s} s: {:?}", summary.verdict);
     }
 }
+
+/// By linear theory the loop is stable up to 1.18 times its gain: what the noise of its sensor keeps moving there does not grow, whatever its seed.
+#[test]
+fn regress_noise_on_a_stable_loop_near_its_limit_is_not_unstable() {
+    let place = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("chatter/sustained.toml");
+    let document = Document::load(&place).unwrap_or_else(|mistakes| panic!("{mistakes}"));
+    for seed in 1..9 {
+        let settings = [
+            ("contacts.tool.stiffness", 336_432.686_380_111_9),
+            ("controllers.force.kp", 5.0 / 11.0),
+            ("run.duration", 1.0),
+            ("run.seed", f64::from(seed)),
+        ];
+        let settings = settings.map(|(key, value)| (key, feeler_scenarios::format::Setting::Number(value)));
+        let scenario = document.with(settings).unwrap_or_else(|mistakes| panic!("{mistakes}")).scenario;
+        let summary = Candidate::new(scenario).and_then(|candidate| candidate.measure(0)).unwrap_or_else(|error| panic!("{error}")).summary;
+        assert_eq!(summary.outcome, Outcome::BouncesThenSettles, "seed {seed}: {:?}", summary.verdict);
+    }
+}
+
+/// Steps of 8 N hold no reading of 20 N, so that the integrator goes up and down for ever, by 3.9 N; those of 0.2 N keep the force within the settling band.
+#[test]
+fn regress_a_swing_within_the_steps_of_the_sensor_is_no_rest() {
+    let place = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("why/sensor-quantiser.toml");
+    let document = Document::load(&place).unwrap_or_else(|mistakes| panic!("{mistakes}"));
+    let outcome = |step: f64| {
+        let settings = [("sensors.force.resolution", feeler_scenarios::format::Setting::Number(step))];
+        let scenario = document.with(settings).unwrap_or_else(|mistakes| panic!("{mistakes}")).scenario;
+        Candidate::new(scenario).and_then(|candidate| candidate.measure(0)).unwrap_or_else(|error| panic!("{error}")).summary.outcome
+    };
+    assert_eq!((outcome(8.0), outcome(0.2)), (Outcome::Oscillates, Outcome::Settled));
+}
+
+/// Routh: `m s^3 + b s^2 + k (1 + kp) s + k ki` is stable up to `ki = b (1 + kp) / m = 30` 1/s. Far beyond, each bounce throws the tool off for so long that
+/// few fit into the longest run.
+#[test]
+fn regress_few_bounces_that_grow_are_unstable() {
+    let body = "[springs.guide]\nbetween = [\"ground\", \"m\"]\ndamping = 100\n[sensors.encoder]\nreads = \"m.position\"";
+    let outcome = |ki: f64| {
+        let controller =
+            format!("kp = 0.5\nki = {ki}\nperiod = 1e-3\nreference = 20.0\napproach = {{ speed = \"20 mm/s\", until = \"3 N\" }}");
+        outcome_of(body, "damping = 300\ngap = 0.002", "kind = \"force\"", &controller, 3.0)
+    };
+    assert_eq!(outcome(5.0).outcome, Outcome::Settled);
+    for ki in [200.0, 400.0] {
+        let summary = outcome(ki);
+        assert_eq!(summary.outcome, Outcome::Unstable, "{ki}: {:?} after {} bounces", summary.verdict, summary.bounces);
+    }
+}

@@ -43,7 +43,7 @@ fn prop_there_are_enough_of_them() {
     let causes: Vec<BTreeSet<String>> = files().iter().map(|path| known(path)).collect();
     assert!(causes.len() >= LEAST.0);
     assert!(causes.iter().filter(|causes| causes.len() > 1).count() >= LEAST.1);
-    assert_eq!(causes.into_iter().flatten().collect::<BTreeSet<_>>().len(), 8, "each cause is met");
+    assert_eq!(causes.into_iter().flatten().collect::<BTreeSet<_>>().len(), 9, "each cause is met");
 }
 
 /// What settles has nothing to explain.
@@ -78,6 +78,39 @@ fn regress_a_gain_below_zero_is_named_as_such() {
     let found = explain(&document.scenario, &|_| {}).unwrap();
     assert!(found.wrong_sign && found.verdict.contains("wrong sign") && !found.verdict.contains("too high"), "{}", found.verdict);
     assert!(found.remedies.iter().any(|remedy| remedy.what.contains("other sign")), "{:?}", found.remedies);
+}
+
+/// The same with a tool that may leave: it is pushed off, and `no-contact` is no rest.
+#[test]
+fn regress_a_gain_below_zero_is_named_where_the_tool_is_pushed_off() {
+    let document = Document::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("paper/rigid-contact.toml")).unwrap();
+    let document = document.with([("controllers.force.kp", Setting::Number(-2.0))]).unwrap();
+    let found = explain(&document.scenario, &|_| {}).unwrap();
+    assert!(found.wrong_sign && found.verdict.contains("wrong sign"), "{}", found.verdict);
+}
+
+/// Without damping anywhere: with feedback the hold makes it grow, without it nothing takes energy out of the bounces.
+#[test]
+fn regress_bouncing_that_nothing_damps_has_a_cause() {
+    let document = Document::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("paper/rigid-contact.toml")).unwrap();
+    let found = |kp: f64| {
+        let settings = [("springs.guide.damping", 0.0), ("contacts.tool.damping", 0.0), ("controllers.force.kp", kp)];
+        explain(&document.with(settings.map(|(key, value)| (key, Setting::Number(value)))).unwrap().scenario, &|_| {}).unwrap()
+    };
+    let held = found(0.5);
+    assert_eq!(held.causes.iter().map(|cause| cause.words()).collect::<Vec<_>>(), ["sampling and delay"], "{}", held.verdict);
+    let free = found(0.0);
+    assert!(free.undamped && free.verdict.contains("has no damping") && free.gain_margin.is_none(), "{}", free.verdict);
+}
+
+/// A loop at 97 % of its limit that settles without noise: the noise is named before all that would move the limit.
+#[test]
+fn regress_noise_is_told_from_what_it_excites() {
+    let document = Document::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("why/noise.toml")).unwrap();
+    let found = explain(&document.scenario, &|_| {}).unwrap();
+    assert!(found.linear_stable == Some(true) && found.verdict.contains("noise of its sensors"), "{}", found.verdict);
+    let slower = found.singles.iter().find(|trial| trial.changes == [feeler_scenarios::why::Change::SlowerApproach]).unwrap();
+    assert!(!slower.cured);
 }
 
 /// A wall that only the controller makes: nothing touches, and `no-contact` is its rest. Passive up to 2 b / T = 120 kN/m.

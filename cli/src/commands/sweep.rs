@@ -28,10 +28,11 @@ pub(crate) fn run(arguments: &Sweep) -> anyhow::Result<()> {
     let Some(path) = &result.table else {
         let shard = arguments.shard.map_or_else(String::new, |shard| format!(" of shard {shard}"));
         return terminal::print(&format!(
-            "{}{shard} done in {}\nwhen the other shards are done: feeler merge {}",
+            "{}{shard} done in {}\nwhen the other shards are done: feeler merge {folder}\nor, where each wrote into a folder of its own: feeler merge {folder} \
+             OTHERS... --out FOLDER",
             count(result.progress.total as usize, "variant", "variants"),
             with_unit(wall_s, "s"),
-            folder.display()
+            folder = terminal::quoted_path(&folder)
         ));
     };
     let tally = Tally::of(path)?;
@@ -58,9 +59,10 @@ fn told(sweep: &sweep::Sweep, result: &SweepResult, wall_s: f64) -> String {
         }
     };
     if let Some((grid, edges)) = sweep.runs_of_the_grid().zip(reports::sweep::located(sweep)) {
+        let noise = reports::sweep::about_noise(sweep).map_or_else(String::new, |words| format!("\n{words}"));
         let share = plain(100.0 * progress.total as f64 / grid as f64);
         let passes = result.passes.map_or_else(String::new, |passes| format!(" in {}", count(passes, "pass", "passes")));
-        return format!("{text}\nedges located to {edges}{passes}; a grid as fine takes {grid} runs, of which this is {share} %");
+        return format!("{text}\nedges located to {edges}{passes}; a grid as fine takes {grid} runs, of which this is {share} %{noise}");
     }
     text
 }

@@ -16,6 +16,10 @@ use crate::{reports, terminal, words};
 /// Sets as small as the chosen one that are listed.
 const MOST_OTHERS: usize = 8;
 
+/// What the last column of the table of runs is.
+const ABOUT_LIMIT: &str = " limit/gain: the sampled loop in contact is stable up to so many times its gain, by linear theory";
+const ABOUT_NO_LIMIT: &str = " -: up to 50 times it at least, or linear theory has no answer";
+
 pub(crate) fn run(arguments: &Why) -> anyhow::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
     let progress = Mutex::new(Progress::new(document.scenario.machine.name.clone()));
@@ -51,13 +55,16 @@ fn details(found: &Explanation, units: Units) -> String {
         rows if rows.is_empty() => String::new(),
         rows => format!("\n\n{}", table(&["as small, and removes it too", "takes away"], &[], rows)),
     };
+    let all = std::iter::once(&found.baseline).chain(&found.singles);
+    let unlimited =
+        if all.clone().any(|trial| trial.applies && trial.gain_margin.is_none()) { format!("\n{ABOUT_NO_LIMIT}") } else { String::new() };
     let remedies = remedy_rows(found);
     let remedies = if remedies.is_empty() {
         "no remedy tried settles".into()
     } else {
         table(&["remedies, cheapest first", "gain kept", "bandwidth", "cost"], &[1, 2, 3], remedies)
     };
-    format!("\n\n{trials}{others}\n\n{remedies}")
+    format!("\n\n{trials}\n{ABOUT_LIMIT}{unlimited}{others}\n\n{remedies}")
 }
 
 /// Sets that are as small as the chosen one and remove the chatter too, with what they take away: the first ones, and how many more there are.

@@ -1,5 +1,7 @@
 //! The axes of plots: where values lie, which are marked, and how their numbers are written: all with the same factor, which the title names.
 
+use feeler_scenarios::sweep::share_between;
+
 use crate::numbers::{PREFIXES, plain};
 
 /// Pixels between ticks of a linear axis, about.
@@ -35,8 +37,7 @@ enum Style {
 impl Scale {
     /// Where a value lies between the ends, 0 to 1.
     pub(crate) fn share(&self, value: f64) -> f64 {
-        let [from, to] = self.range;
-        if self.log { (value / from).ln() / (to / from).ln() } else { (value - from) / (to - from) }
+        share_between(self.range, self.log, value)
     }
 
     /// What it shows, with the unit of its numbers; a dash for a pure number.

@@ -18,7 +18,7 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
         page.heading("What was tried");
         page.paragraph(
             "Each row is the scenario run again with one thing made ideal (or several, where it takes them). The last column is the factor on the \
-             loop's gain up to which the sampled loop is stable in contact, by linear theory.",
+             loop's gain up to which the sampled loop is stable in contact, by linear theory: a dash where that is 50 or more, or not to be told.",
         );
         page.table(&["with", "ends as", "amplitude", "limit over gain"], &[2, 3], &trial_rows(found, units));
         let others = others(found);

@@ -81,7 +81,11 @@ fn prop_threads_shards_and_kills_leave_no_trace_in_the_bytes() {
         assert!(!killed.join("sweep.parquet").exists());
         kills += 1;
     }
+    // As one that is killed while it puts the results together leaves it.
+    fs::write(killed.join("sweep.parquet.0123456789abcdef.tmp"), "PAR1").unwrap();
     run(&["sweep", sweep, "--threads", "2", "--out", &text(&killed)]);
+    let names = fs::read_dir(&killed).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    assert_eq!(names.filter(|name| name.ends_with(".tmp")).collect::<Vec<_>>(), [""; 0]);
     assert!(bytes("killed") == expected, "a sweep that was killed five times gives other bytes");
 }
 
@@ -172,4 +176,28 @@ fn truth_limit_cycles_through_saturation_stand_beside_theory_and_nothing_empty_i
     assert!(page.contains("Theory beside it") && page.contains("Over the 2 variants"));
     assert!(!exists(bench.path("out/impacts.svg")), "no impacts, no drawing of them");
     assert!(bench.read("out/strobe.svg").contains("clip-path"), "the predicted cycle is drawn");
+}
+
+/// Of two gains one settles: its diagram is said to be empty, and not left out in silence; and over two axes of numbers it is said where diagrams are.
+#[test]
+fn regress_what_is_not_drawn_is_said() {
+    let bench = Bench::new();
+    bench.write("chatter.toml", &SCENARIO.replace("duration = \"4 s\"", "duration = \"0.5 s\""));
+    let sweep = |axes: &str| format!("scenario = \"chatter.toml\"\n[axes]\n{axes}\n");
+    bench.write(
+        "lists.toml",
+        &sweep("\"controllers.force.kp\" = [0.3, 1.2]\n\"contacts.tool.gap\" = { linear = [\"3 mm\", \"4 mm\"], points = 2 }"),
+    );
+    assert_eq!(bench.feeler(&["sweep", "lists.toml", "--out", "lists"]).code, DONE);
+    let page = bench.read("lists/report.html");
+    assert!(exists(bench.path("lists/amplitude-2.svg")) && !exists(bench.path("lists/amplitude-1.svg")));
+    assert!(exists(bench.path("lists/impacts-2.svg")), "a list beside the axis takes no diagram away");
+    assert!(page.contains("Size of the oscillation, controllers.force.kp = 0.3. No variant here has any"));
+    let two = "\"controllers.force.kp\" = { linear = [0.3, 1.2], points = 2, tolerance = 0.5 }\n\
+        \"contacts.tool.gap\" = { linear = [\"3 mm\", \"4 mm\"], points = 2, tolerance = \"1 mm\" }\n[refine]";
+    bench.write("two.toml", &sweep(two));
+    let said = bench.feeler(&["sweep", "two.toml", "--out", "two"]);
+    assert!(said.code == DONE && said.out.contains("as this seed puts it"), "{} {}", said.out, said.err);
+    let page = bench.read("two/report.html");
+    assert!(page.contains("Bifurcation diagrams") && page.contains("nearest") && page.contains("as this seed puts it"));
 }

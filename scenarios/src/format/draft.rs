@@ -205,6 +205,10 @@ impl Draft {
             _ => path.split('.').collect(),
         };
         self.check_path(path, &segments, at)?;
+        if segments.len() == 2 && ELEMENTS.iter().any(|element| element.table == segments[0]) && node.as_table().is_none() {
+            let message = format!("`{path}` is a whole table, not {}", node.value.kind());
+            return Err(self.refuse(at, path, message, format!("name one of its keys, as in `{path}.{}`", self.first_key(&segments))));
+        }
         let Some((last, way)) = segments.split_last() else { return Ok(()) };
         let mut table = &mut self.root;
         let mut walked = String::new();
@@ -223,6 +227,16 @@ impl Draft {
         let key = at.clone();
         table.insert((*last).to_owned(), Entry { key, node });
         Ok(())
+    }
+
+    /// The first key of a table that holds a single value.
+    fn first_key(&self, way: &[&str]) -> String {
+        let mut table = Some(&self.root);
+        for name in way {
+            table = table.and_then(|table| table.get(*name)).and_then(|entry| entry.node.as_table());
+        }
+        let keys = table.into_iter().flatten().filter(|(_, entry)| matches!(entry.node.value, Value::Float(_) | Value::Integer(_)));
+        keys.map(|(key, _)| key.clone()).next().unwrap_or_else(|| "KEY".into())
     }
 
     fn check_path(&self, path: &str, segments: &[&str], at: &Origin) -> Result<(), FormatError> {

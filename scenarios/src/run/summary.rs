@@ -8,10 +8,10 @@ use serde::Serialize;
 use super::chatter::{Oscillation, oscillation};
 use super::contact::ContactRun;
 use super::energy::EnergyTable;
-use super::force_loop::ForceLoop;
+use super::force_loop::{ForceLoop, sensor_noise_n};
 use super::outcome::Outcome;
 use super::saturation::{self, Limits};
-use super::settling::{Answer, Ending, Response};
+use super::settling::{Answer, Ending, Response, SETTLING_BAND};
 use super::standing::{self, Standing};
 use super::verdict::{Evidence, Verdict};
 use super::winding::Command;
@@ -198,6 +198,12 @@ impl<'a> Finished<'a> {
         Some(answer.response())
     }
 
+    /// Amplitude of the motion that counts as rest, N. A force may rest anywhere within a step of its sensor; but to swing there is no rest.
+    fn rest_n(&self, response: &Response) -> Option<f64> {
+        let hidden_n = self.force_loop?.hidden_by_noise_n(self.scenario);
+        Some((SETTLING_BAND * response.final_reference_n?.abs()).max(hidden_n))
+    }
+
     /// What the references of all controllers do at the end.
     fn endings(&self) -> Vec<Ending> {
         let references = self.scenario.controllers.keys().filter_map(|name| self.reference_n(name));
@@ -237,7 +243,8 @@ impl<'a> Finished<'a> {
             saturated: &self.limits.saturated,
             sticks_s: &sticks_s,
             commands: &commands,
-            band_n: response.map(|response| response.band_n).filter(|_| !moves),
+            band_n: response.and_then(|response| self.rest_n(response)),
+            noise_n: sensor_noise_n(self.scenario),
         };
         evidence.verdict()
     }

@@ -3,6 +3,9 @@
 //! The record is cut into windows of whole cycles and more. In each the amplitude is the root of the mean square about the mean, weighed by a Hann
 //! window so that parts of cycles at its ends and how rows fall on a peak do not show. A line through the logarithms of the amplitudes is the rate of
 //! growth; how far they scatter about it says how well it is known.
+//!
+//! That takes each window to scatter by itself. The swing of a loop that noise keeps moving wanders instead, from window to window, and a line fits a part of
+//! such a way well. How well its rate is known is then told by how much the rises from each window to the next differ.
 
 use std::f64::consts::TAU;
 
@@ -16,6 +19,8 @@ const WINDOWS: [usize; 2] = [4, 24];
 const SIGNIFICANT: f64 = 4.0;
 /// Growth or decay over the whole record that is below this is none.
 const LEAST: f64 = 0.005;
+/// Windows at least of a swing that may wander: three rises hardly tell how much they differ.
+const WINDOWS_IN_NOISE: usize = 8;
 /// A trend whose later half is steeper than this share of its earlier one does not come to an end.
 const GOES_ON: f64 = 0.5;
 
@@ -33,6 +38,16 @@ pub(super) struct Trend {
 impl Trend {
     /// The trend of evenly spaced values; none where there are too few cycles.
     pub(super) fn of(values: &[f64]) -> Option<Self> {
+        Self::by(values, &|_| 0.0)
+    }
+
+    /// The same of values that noise keeps moving: where there are few cycles, with an error without bound.
+    pub(super) fn in_noise(values: &[f64]) -> Option<Self> {
+        Self::by(values, &|logs| if logs.len() < WINDOWS_IN_NOISE { f64::INFINITY } else { wandering(logs) })
+    }
+
+    /// With an error of no less than `least_error` makes of the logarithms.
+    fn by(values: &[f64], least_error: &dyn Fn(&[f64]) -> f64) -> Option<Self> {
         let count = (turns(values) / 2 / CYCLES).min(WINDOWS[1]);
         if count < WINDOWS[0] {
             return None;
@@ -41,7 +56,7 @@ impl Trend {
             (0..count).map(|i| amplitude(&values[i * values.len() / count..(i + 1) * values.len() / count]).ln()).collect();
         let (change, error) = line(&logs, count)?;
         let [(earlier, _), (later, _)] = [line(&logs[..count / 2], count)?, line(&logs[count - count / 2..], count)?];
-        Some(Self { change, error, halves: [earlier, later] })
+        Some(Self { change, error: error.max(least_error(&logs)), halves: [earlier, later] })
     }
 
     /// Whether the amplitude falls.
@@ -76,6 +91,15 @@ fn amplitude(values: &[f64]) -> f64 {
     let mean_of = |of: &dyn Fn(f64) -> f64| weights().zip(values).map(|(w, v)| w * of(*v)).sum::<f64>() * 2.0 / values.len() as f64;
     let mean = mean_of(&|v| v);
     mean_of(&|v| (v - mean).powi(2)).sqrt()
+}
+
+/// The standard error of the change over all values if each comes from the one before by a random rise.
+fn wandering(values: &[f64]) -> f64 {
+    let rises: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let n = rises.len() as f64;
+    let mean = rises.iter().sum::<f64>() / n;
+    let variance = rises.iter().map(|rise| (rise - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (variance / n).sqrt() * values.len() as f64
 }
 
 /// Slope per `whole` values of the line through values at equal distances, and its standard error; none where some value is no number.

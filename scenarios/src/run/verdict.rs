@@ -6,11 +6,11 @@
 //!
 //! | outcome | when |
 //! |---|---|
-//! | unstable | the motion left all bounds; or it grows and never left the workpiece, or still grows at the end of the longest extension. It grows where `A3 > 1.5 A2` and `A2 > 1.5 A1` beyond what the sensor resolves, or where the force peaks of the last half of all contacts, 6 at least, rise from each to the next, above all before, and by more than 2.25 times in all |
+//! | unstable | the motion left all bounds; or it grows ([`growth`]) and never left the workpiece, or still grows at the end of the longest extension |
 //! | no-contact | the tool never touched, or left for good before the tail, and is not on its way: no controller approaches, and no gap would close at its present rate and acceleration within the longest extension |
 //! | chatter | at least 3 lift-offs in the tail, 2 of them in its last part, and `A3 >= 0.7 A1` with no fall by 3 % that goes on to the end, and impacts of which the last ones do not each fall short of the one before by 1 % |
 //! | driven | a reference moves to the end, in even steps too, so that there is nothing to settle at |
-//! | settled, bounces-then-settles | `A3` within the settling band, no lift-off in the last part, no controller in its approach, no command that moves on while the force rests, and no growth from part to part that goes on; by whether the tool had left the workpiece |
+//! | settled, bounces-then-settles | `A3` within the settling band (2 % of the force wanted, or four sigma of the sensor's noise where that is more; steps of the sensor do not widen it), no lift-off in the last part, no controller in its approach, no command that moves on while the force rests, and no growth from part to part that goes on; by whether the tool had left the workpiece |
 //! | limit-cycle | the force oscillates and does not decay, and a drive or controller is at its limit for over 1 % of the tail |
 //! | hunting | the same, no limit is reached, and a guide sticks or breaks loose at least twice |
 //! | oscillates | the same with neither, over 12 cycles at least or to the end of the longest extension |
@@ -21,6 +21,7 @@
 //!
 //! A longer run decides most of what a short one leaves undecided: [`super::measure()`] extends the run until it is.
 
+mod growth;
 mod rendered;
 
 use feeler_engine::RunEnd;
@@ -31,23 +32,12 @@ use super::swings::turns;
 use super::trend::Trend;
 use super::winding::Command;
 
-/// Growth from one part of the tail to the next that counts as such.
-const GROWS: f64 = 1.5;
 /// Growth (or decay) from one part of the tail to the next that is more than the fluctuation of a steady oscillation of too few cycles for a trend.
 const CREEPS: f64 = 1.05;
 /// The last part's amplitude over the first part's, below which the oscillation dies out.
 const LASTS: f64 = 0.7;
-/// Fall of bouncing over the whole tail that is more than a cycle's own fluctuation.
-const FADES: f64 = 0.03;
 /// Share of the tail at a limit that makes an oscillation one of saturation.
 const SATURATES: f64 = 0.01;
-/// Contacts at the end of the run whose peaks must rise to call the bouncing unstable: by chance, aperiodic ones do so in one run of 720, and above
-/// all that came before far more seldom.
-const LEAST_RISING: usize = 6;
-/// The same for impacts that become weaker, the last of which may be cut off ...
-const LEAST_WEAKER: usize = 4;
-/// ... each by this part of the fading that counts over a tail.
-const WEAKER_SHARE: f64 = 3.0;
 /// From part to part a swing within the settling band grows by more than this, where it has too few cycles for a trend.
 const FEW_CYCLES: f64 = 1.01;
 /// Share of the settling band below which growth may be that of rounding and noise.
@@ -120,8 +110,10 @@ pub(super) struct Evidence<'a> {
     pub(super) sticks_s: &'a [f64],
     /// What the drives are commanded that hold the force.
     pub(super) commands: &'a [Command<'a>],
-    /// Half-width of the settling band, N; none where no force is wanted: then 2 % of the mean force is taken.
+    /// Amplitude of the motion that counts as rest, N; none where no force is wanted: then 2 % of the mean force is taken.
     pub(super) band_n: Option<f64>,
+    /// One sigma of what the sensors' noise makes of the readings, N; zero where there is none.
+    pub(super) noise_n: f64,
 }
 
 impl Evidence<'_> {
@@ -154,7 +146,7 @@ impl Evidence<'_> {
             growth_per_s: Some(rate_per_s).filter(|rate| rate.is_finite()),
             ..if growth_lasts { say(Outcome::Unstable) } else { unsure(Undecided::StillGrowing) }
         };
-        if let Some(rate_per_s) = self.impact_growth_per_s() {
+        if let Some(rate_per_s) = self.impact_growth_per_s(tail_s[0]) {
             return grows(rate_per_s);
         }
         if self.starts_at_s.is_none() || self.lost_at_s.is_some_and(|lost| lost < tail_s[0]) {
@@ -167,14 +159,16 @@ impl Evidence<'_> {
         let mean = force.iter().sum::<f64>() / force.len() as f64;
         let band_n = self.band_n.unwrap_or(super::settling::SETTLING_BAND * mean.abs());
         let [a1, a2, a3] = amplitudes_n;
-        if a3 > GROWS * a2 && a2 > GROWS * a1 && a3 > 0.1 * band_n {
+        let noisy = self.may_be_noise(a3);
+        let trend = self.trend(force, a3);
+        if growth::soars(amplitudes_n) && a3 > 0.1 * band_n && (!noisy || trend.is_some_and(Trend::rises_on)) {
             return grows(growth_per_s);
         }
         let last_part_s = tail_s[1] - (tail_s[1] - tail_s[0]) / 3.0;
         let lifts = (self.lifts_after(tail_s[0]), self.lifts_after(last_part_s));
         let lasts = a3 >= LASTS * a1;
         if lifts.0 >= LEAST_LIFTS.0 && lifts.1 >= LEAST_LIFTS.1 {
-            return if lasts && !self.impacts_weaken() && !self.dies_out(force, amplitudes_n) {
+            return if lasts && !self.impacts_weaken() && !self.dies_out(trend, amplitudes_n) {
                 say(Outcome::Chatter)
             } else {
                 unsure(Undecided::StillDecaying)
@@ -186,13 +180,12 @@ impl Evidence<'_> {
         if self.driven {
             return say(Outcome::Driven);
         }
-        let trend = Trend::of(force);
         // An unstable loop that has not left the band yet: what grows there is more than noise, and goes on to grow.
         if a3 <= band_n && a3 > LEAST_GROWTH * band_n && a3 > a2 && a2 > a1 {
             if let Some(trend) = trend.filter(|trend| trend.rises_on()) {
                 return grows(trend.change / (tail_s[1] - tail_s[0]));
             }
-            if trend.is_none() && !self.is_longest && a3 > FEW_CYCLES * a2 && a2 > FEW_CYCLES * a1 {
+            if trend.is_none() && !noisy && !self.is_longest && a3 > FEW_CYCLES * a2 && a2 > FEW_CYCLES * a1 {
                 return unsure(Undecided::StillGrowing);
             }
         }
@@ -208,10 +201,12 @@ impl Evidence<'_> {
         }
         let saturates = super::saturation::share(&self.saturated[first..]) > SATURATES;
         let sticks = self.sticks_s.iter().filter(|&&t| t >= tail_s[0]).count() >= LEAST_STICKS;
-        if !lasts || trend.map_or(a2 > CREEPS * a3 && a1 > CREEPS * a2, Trend::falls) {
+        // Noise makes of a few cycles what it likes.
+        let falls = trend.map_or(!noisy && a2 > CREEPS * a3 && a1 > CREEPS * a2, Trend::falls);
+        if falls || (!lasts && !noisy) {
             return unsure(Undecided::StillDecaying);
         }
-        if trend.map_or(a3 > CREEPS * a2 && a2 > CREEPS * a1, Trend::rises) {
+        if trend.map_or(!noisy && a3 > CREEPS * a2 && a2 > CREEPS * a1, Trend::rises) {
             let rate_per_s = trend.map_or(growth_per_s, |trend| trend.change / (tail_s[1] - tail_s[0]));
             // In contact a linear machine has no other end.
             if self.is_longest && !saturates && !sticks && trend.is_some_and(Trend::rises_on) {
@@ -233,39 +228,6 @@ impl Evidence<'_> {
             return unsure(Undecided::TooShort);
         }
         say(Outcome::Oscillates)
-    }
-
-    /// The last half of all impacts, but `least` where there are so many.
-    fn last_impacts(&self, least: usize) -> &[(f64, f64)] {
-        let all = self.impacts.len();
-        &self.impacts[all - all.div_ceil(2).max(least).min(all)..]
-    }
-
-    /// Whether each of the last impacts is weaker than the one before: bouncing that dies out.
-    fn impacts_weaken(&self) -> bool {
-        let last = self.last_impacts(LEAST_WEAKER);
-        let weaker = |pair: &[(f64, f64)]| pair[1].1 < pair[0].1 * (1.0 - FADES / WEAKER_SHARE);
-        // The end of the run may cut off the last one.
-        let whole = &last[..last.len().saturating_sub(1)];
-        last.len() >= LEAST_WEAKER && whole.windows(2).all(weaker)
-    }
-
-    /// Whether bouncing that is nearly steady dies out all the same: whether it falls as fast in the end as before, where a fall to a cycle comes to an
-    /// end.
-    fn dies_out(&self, force_n: &[f64], [a1, a2, a3]: [f64; 3]) -> bool {
-        match Trend::of(force_n) {
-            Some(trend) => trend.falls_on() && trend.change < -FADES,
-            None => !self.is_longest && a1 > (1.0 + FADES) * a3 && a2 - a3 > 0.5 * (a1 - a2),
-        }
-    }
-
-    /// Rate at which the peaks of the last contacts rise, where they do.
-    fn impact_growth_per_s(&self) -> Option<f64> {
-        let last = self.last_impacts(LEAST_RISING);
-        let [(from_s, first_n), .., (to_s, last_n)] = last else { return None };
-        let before = self.impacts[..self.impacts.len() - last.len()].iter().map(|impact| impact.1).fold(0.0, f64::max);
-        let rises = last.len() >= LEAST_RISING && *last_n > before && last.windows(2).all(|pair| pair[1].1 > pair[0].1);
-        (rises && *last_n > GROWS * GROWS * first_n).then(|| (last_n / first_n).ln() / (to_s - from_s))
     }
 
     /// Whether the tail, from row `first` on, has cycles enough to tell a swing from a slow move.
@@ -298,12 +260,12 @@ pub(super) mod tests {
 
     pub(super) const ROWS: usize = 20_000;
 
-    fn times() -> Vec<f64> {
+    pub(super) fn times() -> Vec<f64> {
         (0..ROWS).map(|i| i as f64 * 1e-4).collect()
     }
 
     /// A run in which nothing happens after a touch at 0.2 s.
-    fn still() -> Evidence<'static> {
+    pub(super) fn still() -> Evidence<'static> {
         Evidence {
             end: RunEnd::Completed,
             is_longest: false,
@@ -323,6 +285,7 @@ pub(super) mod tests {
             sticks_s: &[],
             commands: &[],
             band_n: Some(0.4),
+            noise_n: 0.0,
         }
     }
 
@@ -402,24 +365,6 @@ pub(super) mod tests {
         assert_eq!(of(&bounces).outcome, Outcome::Chatter);
         let dying = of(&|t| bounces(t) * (-t).exp());
         assert_eq!((dying.outcome, dying.undecided), (Outcome::Undecided, Some(Undecided::StillDecaying)));
-    }
-
-    #[test]
-    fn truth_impacts_that_rise_to_the_end_of_the_longest_run_are_unstable_even_where_the_tool_is_away() {
-        let impacts: Vec<(f64, f64)> = (0..8).map(|i| (0.1 * f64::from(i), 10.0 * (0.4 * f64::from(i)).exp())).collect();
-        let away = |impacts: &[(f64, f64)], is_longest| {
-            let t_s = times();
-            let evidence = Evidence { lost_at_s: Some(0.75), impacts, lifts_s: &[0.05, 0.75], is_longest, t_s: &t_s, ..still() };
-            evidence.verdict()
-        };
-        let verdict = away(&impacts, true);
-        assert_eq!(verdict.outcome, Outcome::Unstable);
-        assert!((verdict.growth_per_s.unwrap() - 4.0).abs() < 1e-9);
-        let sooner = away(&impacts, false);
-        assert_eq!((sooner.outcome, sooner.undecided), (Outcome::Undecided, Some(Undecided::StillGrowing)));
-        assert_eq!(sooner.growth_per_s, verdict.growth_per_s);
-        let falling: Vec<(f64, f64)> = impacts.iter().map(|(t, f)| (*t, 1.0 / f)).collect();
-        assert_eq!(away(&falling, true).outcome, Outcome::NoContact);
     }
 
     #[test]

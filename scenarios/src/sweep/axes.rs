@@ -37,8 +37,7 @@ impl DrawnAxis {
 
     /// Where a value lies between the ends, 0 to 1.
     pub fn share(&self, value: f64) -> f64 {
-        let [from, to] = self.range;
-        if self.log { (value / from).ln() / (to / from).ln() } else { (value - from) / (to - from) }
+        share_between(self.range, self.log, value)
     }
 
     /// The value at a share of the way.
@@ -51,6 +50,11 @@ impl DrawnAxis {
     pub fn values(&self, count: usize) -> Vec<f64> {
         (0..count).map(|i| self.value(i as f64 / count.saturating_sub(1).max(1) as f64)).collect()
     }
+}
+
+/// Where a value lies between the ends of a range, 0 to 1: by ratio where `log` says so.
+pub fn share_between([from, to]: [f64; 2], log: bool, value: f64) -> f64 {
+    if log { (value / from).ln() / (to / from).ln() } else { (value - from) / (to - from) }
 }
 
 /// Combinations of values that each have a map or diagram of their own: of the axes that are lists, and of what a grid has beyond two axes of numbers.

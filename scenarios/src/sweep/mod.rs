@@ -25,7 +25,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use serde_json::json;
 
 pub(crate) use axes::unit_of_effect;
-pub use axes::{DrawnAxis, Panels};
+pub use axes::{DrawnAxis, Panels, share_between};
 pub use boundary::{Line, LinearLimits, linear_limits, sampled_growth_per_s};
 pub use cycles::predicted_cycles;
 pub use error::SweepError;
@@ -42,7 +42,7 @@ const CHUNKS: u64 = 64;
 /// Variants of a chunk at least, and at most.
 const CHUNK: [u64; 2] = [crate::run::LANES as u64, 1024];
 /// Changes whenever the same files would give other bytes.
-const RESULTS_VERSION: u32 = 8;
+const RESULTS_VERSION: u32 = 9;
 
 /// A sweep ready to run.
 #[derive(Clone, Debug)]
@@ -124,7 +124,7 @@ impl Sweep {
         let store = Store::open(folder, &self.plan)?;
         if store.is_complete() {
             // Whoever put the results together may not have come to remove what they were made of.
-            store.remove_chunks()?;
+            store.tidy()?;
             let found = Table::count_rows(&store.table())? as u64;
             let progress = SweepProgress { done: 0, found, total: found };
             return Ok(SweepResult { table: Some(store.table()), progress, passes: None });
@@ -145,7 +145,7 @@ impl Sweep {
         // Of several shards at work in one folder none knows when the others are done reading: [`merge`] puts their chunks together.
         let is_part = options.shard.is_some_and(Shard::is_part);
         let table = if store.is_complete() {
-            store.remove_chunks()?;
+            store.tidy()?;
             Some(store.table())
         } else if !is_part && ids.iter().all(|id| store.has(*id)) {
             store.assemble(&ids.iter().map(|id| (&store, *id)).collect::<Vec<_>>())?;

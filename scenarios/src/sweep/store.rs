@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::SweepError;
 use super::table::{Table, TableWriter};
-use crate::write_whole;
+use crate::whole_file::{remove_unfinished, write_whole};
 
 /// What the results in a folder belong to.
 const PLAN: &str = "plan.json";
@@ -95,21 +95,34 @@ impl Store {
             Err(_) if self.is_complete() => {}
             put => put?,
         }
-        self.remove_chunks()
+        self.tidy()
     }
 
     /// Takes the results of another folder of the same sweep.
     pub(super) fn take_results(&self, other: &Self) -> Result<(), SweepError> {
         let source = other.table();
-        put(&self.table(), |mut file| {
+        let taken = put(&self.table(), |mut file| {
             let mut results = File::open(&source).map_err(SweepError::io(&source))?;
             std::io::copy(&mut results, &mut file).map_err(SweepError::io(&source))?;
             Ok(file)
-        })
+        });
+        match taken {
+            Err(_) if self.is_complete() => {}
+            taken => taken?,
+        }
+        self.tidy()
     }
 
-    /// Removes the chunks, which the results have made superfluous.
-    pub(super) fn remove_chunks(&self) -> Result<(), SweepError> {
+    /// Removes what the results have made superfluous: the chunks, and what was begun of results and plan by a call that was killed. Whoever else puts the
+    /// results together at this time finds them complete.
+    pub(super) fn tidy(&self) -> Result<(), SweepError> {
+        for name in [TABLE, PLAN] {
+            remove_unfinished(&self.folder.join(name)).map_err(SweepError::io(&self.folder))?;
+        }
+        self.remove_chunks()
+    }
+
+    fn remove_chunks(&self) -> Result<(), SweepError> {
         let folder = self.folder.join(CHUNKS);
         match fs::remove_dir_all(&folder) {
             // Others remove them, or write one that comes too late, at the same time.

@@ -47,6 +47,8 @@ pub enum Change {
     NoFriction,
     /// A quarter of the speed before contact.
     SlowerApproach,
+    /// Sensors without noise.
+    NoNoise,
 }
 
 /// What a cause is called.
@@ -70,6 +72,8 @@ pub enum Cause {
     Saturation,
     /// Dry friction, or the steps of sensors and outputs.
     StictionOrQuantiser,
+    /// What sensors add of their own, in a loop that is at rest without it.
+    SensorNoise,
 }
 
 impl Cause {
@@ -84,13 +88,14 @@ impl Cause {
             Self::LossOfContact => "loss of contact",
             Self::Saturation => "saturation",
             Self::StictionOrQuantiser => "stiction or quantiser",
+            Self::SensorNoise => "sensor noise",
         }
     }
 }
 
 impl Change {
     /// Every change, in the order in which they are tried.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::HalveStep,
         Self::FineStep,
         Self::ContinuousController,
@@ -104,6 +109,7 @@ impl Change {
         Self::NoQuantiser,
         Self::NoFriction,
         Self::SlowerApproach,
+        Self::NoNoise,
     ];
 
     /// What it takes away.
@@ -117,6 +123,7 @@ impl Change {
             Self::BilateralContact | Self::SlowerApproach => Cause::LossOfContact,
             Self::NoSaturation => Cause::Saturation,
             Self::NoQuantiser | Self::NoFriction => Cause::StictionOrQuantiser,
+            Self::NoNoise => Cause::SensorNoise,
         }
     }
 
@@ -136,6 +143,7 @@ impl Change {
             Self::NoQuantiser => "no quantiser",
             Self::NoFriction => "no friction",
             Self::SlowerApproach => "a slower approach",
+            Self::NoNoise => "no sensor noise",
         }
     }
 
@@ -188,6 +196,7 @@ impl Change {
                 approaches.for_each(|approach| approach.speed /= SLOWER);
                 changed.machine.bodies.values_mut().for_each(|body| body.velocity_m_per_s /= SLOWER);
             }
+            Self::NoNoise => changed.machine.sensors.values_mut().for_each(|sensor| sensor.noise = 0.0),
         }
         changed
     }

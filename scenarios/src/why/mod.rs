@@ -6,10 +6,14 @@
 //! A controller cannot be run in continuous time, only at a short period: where the force grows even then, but by linear theory the less the shorter the
 //! period, down to none, a continuous controller counts as a cure.
 //!
+//! Noise belongs to a sensor and an instant, so that all runs meet the same. What swings by it falls within the settling band now and then: with noise, a
+//! change cures only where it leaves half the amplitude at most.
+//!
 //! 1. what vanishes with the step is a numerical artefact;
-//! 2. where the sampled loop is stable in contact by linear theory, what keeps the motion going is what linear theory leaves out: dry friction or
+//! 2. what swings in contact, in a loop that linear theory does not call unstable, and rests without the sensors' noise is excited by that;
+//! 3. where the sampled loop is stable in contact by linear theory, what keeps the motion going is what linear theory leaves out: dry friction or
 //!    quantisation, then saturation, then the loss of contact, of those that cure;
-//! 3. where it is unstable, the cause is the ingredient whose absence raises the largest stable gain most, of those that cure.
+//! 4. where it is unstable, the cause is the ingredient whose absence raises the largest stable gain most, of those that cure.
 
 mod change;
 mod linear;
@@ -39,6 +43,8 @@ pub struct Explanation {
     pub linear_stable: Option<bool>,
     /// Whether the force is fed back with the wrong sign: the loop in contact pushes itself away without swinging, and reversed it would not.
     pub wrong_sign: bool,
+    /// Whether a mode of the machine in contact has no damping.
+    pub undamped: bool,
     /// Each change by itself.
     pub singles: Vec<Trial>,
     /// Every smallest set of changes that removes the chatter, the chosen one first.

@@ -129,6 +129,9 @@ fn candidates(scenario: &Scenario, found: &Explanation) -> Vec<(String, Scenario
         add("friction compensated, or a guide without it", &|s| *s = super::Change::NoFriction.applied(s));
         add("sensors and outputs with a fine resolution", &|s| *s = super::Change::NoQuantiser.applied(s));
     }
+    if has(Cause::SensorNoise) {
+        add("sensors with a quarter of the noise", &|s| s.machine.sensors.values_mut().for_each(|sensor| sensor.noise /= MORE));
+    }
     if has(Cause::LossOfContact) {
         add("approach at a quarter of the speed", &|s| *s = super::Change::SlowerApproach.applied(s));
     }

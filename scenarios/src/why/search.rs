@@ -13,6 +13,9 @@ use crate::run::{Candidate, Measured, Outcome, RunError};
 /// Sets larger than this are not tried.
 const LARGEST_SET: usize = 3;
 
+/// With noise, the largest part of the amplitude that a cure leaves: from one part of a run to another the swing of a loop near its limit changes by less.
+const LEFT_BY_CURE: f64 = 0.5;
+
 /// A run with some changes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trial {
@@ -54,13 +57,18 @@ impl<'a> Search<'a> {
     pub(super) fn explain(&self) -> Explanation {
         let baseline = trial_of(&self.scenario, &[], true, &Ok(self.baseline.clone()), linear::gain_margin(&self.scenario));
         let linear_stable = linear::is_stable_in_contact(&self.scenario);
-        let chatters = is_troubled(&self.baseline);
+        // What pushes itself away from the workpiece has no chatter, and a cause all the same.
+        let is_pushed_away = self.baseline.summary.outcome == Outcome::NoContact && self.baseline.summary.contact_time_s > 0.0;
+        let wrong_sign =
+            (is_troubled(&self.baseline) || is_pushed_away) && linear_stable == Some(false) && linear::has_wrong_sign(&self.scenario);
+        let chatters = is_troubled(&self.baseline) || wrong_sign;
         let mut explanation = Explanation {
             gain_margin: baseline.gain_margin,
             baseline,
             chatters,
             linear_stable,
-            wrong_sign: chatters && linear_stable == Some(false) && linear::has_wrong_sign(&self.scenario),
+            wrong_sign,
+            undamped: chatters && linear::is_undamped(&self.scenario),
             singles: Vec::new(),
             smallest: Vec::new(),
             contributions: Vec::new(),
@@ -129,17 +137,32 @@ impl<'a> Search<'a> {
             let contact = self.baseline.summary.contacts.iter().filter_map(|contact| contact.first_contact_s).fold(0.0, f64::max);
             changed.run.duration_s += 3.0 * contact;
         }
-        let slower = changes.contains(&Change::SlowerApproach);
-        let margin = if with_theory || slower { linear::gain_margin(&changed) } else { None };
+        let set_off_otherwise = changes.contains(&Change::SlowerApproach) || changes.contains(&Change::NoNoise);
+        let margin = if with_theory || set_off_otherwise { linear::gain_margin(&changed) } else { None };
         let result = Candidate::new(changed.clone()).and_then(|candidate| candidate.measure(0));
         (self.progress)(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
         let trial = trial_of(&self.scenario, changes, true, &result, margin);
-        // The speed of arrival changes nothing in contact: what is unstable there has only not yet begun to grow.
-        let only_later = slower && margin.is_some_and(|margin| margin < 1.0);
-        let grows = trial.outcome == Some(Outcome::Unstable) && self.baseline.summary.outcome == Outcome::Unstable;
+        // The speed of arrival and noise change nothing in contact: what is unstable there has only not yet begun to grow.
+        let only_later = set_off_otherwise && margin.is_some_and(|margin| margin < 1.0);
+        // The loss of contact bounds growth, and is not what makes it.
+        let lasts = |outcome: Outcome| matches!(outcome, Outcome::Unstable | Outcome::Chatter);
+        let grows = trial.outcome.is_some_and(lasts) && lasts(self.baseline.summary.outcome);
         let only_by_period =
             grows && changes.contains(&Change::ContinuousController) && linear::grows_only_by_period(&self.scenario, &changed);
-        Trial { cured: (trial.cured && !only_later) || only_by_period, only_by_period, ..trial }
+        let cured = trial.cured && !only_later && !(self.swings_in_noise() && self.is_as_large(&result));
+        Trial { cured: cured || only_by_period, only_by_period, ..trial }
+    }
+
+    /// Whether the scenario swings in contact with noise.
+    fn swings_in_noise(&self) -> bool {
+        let noisy = self.scenario.machine.sensors.values().any(|sensor| sensor.noise > 0.0);
+        noisy && self.baseline.summary.outcome == Outcome::Oscillates
+    }
+
+    /// Whether a run swings by about as much as the scenario does.
+    fn is_as_large(&self, result: &Result<Measured, RunError>) -> bool {
+        let size = |measured: &Measured| measured.summary.verdict.amplitudes_n.into_iter().fold(0.0, f64::max);
+        result.as_ref().is_ok_and(|measured| size(measured) > LEFT_BY_CURE * size(&self.baseline))
     }
 }
 
@@ -180,6 +203,9 @@ fn weight(change: Change, found: &Explanation) -> f64 {
     let linear_stable = found.linear_stable.unwrap_or(false);
     let own = |cause: Cause| match cause {
         Cause::NumericalArtefact => 100.0,
+        Cause::SensorNoise if found.baseline.outcome == Some(Outcome::Oscillates) && found.linear_stable != Some(false) => 60.0,
+        // Noise may set off what something else keeps going.
+        Cause::SensorNoise => 10.0,
         Cause::StictionOrQuantiser => 50.0,
         Cause::Saturation => 40.0,
         Cause::LossOfContact => 20.0,
@@ -207,10 +233,21 @@ fn sentence(found: &Explanation) -> String {
     let Some(chosen) = found.smallest.first() else {
         let tried = format!("No change or set of up to {LARGEST_SET} changes removes the chatter");
         let upto = found.gain_margin.map_or_else(String::new, |margin| format!(" beyond {margin:.2} of its gain"));
+        if found.wrong_sign && found.baseline.outcome == Some(Outcome::NoContact) {
+            return "The tool is pushed away from the workpiece: the force is fed back with the wrong sign, so that what it touches drives it off; reverse a \
+                 sign, of the gain or of the drive."
+                .into();
+        }
         if found.wrong_sign {
             return format!(
                 "{tried}: the force is fed back with the wrong sign, so that the loop in contact{upto} pushes itself away without swinging; reverse a \
                  sign, of the gain or of the drive."
+            );
+        }
+        if found.undamped {
+            return format!(
+                "{tried}: a mode of the machine in contact has no damping, so that nothing takes out of it what approach and feedback put in; give a \
+                 damping to contact, guide or control."
             );
         }
         return match (found.linear_stable, found.gain_margin) {
@@ -234,7 +271,11 @@ fn sentence(found: &Explanation) -> String {
         (Some(false), Some(_)) => "; by linear theory the sampled loop in contact is unstable at every gain".into(),
         _ => String::new(),
     };
-    if found.causes.len() > 1 {
+    if found.causes == [Cause::SensorNoise] && found.linear_stable != Some(false) {
+        format!(
+            "What lasts is the answer of a loop that is at rest by itself to the noise of its sensors: with {changes} it is gone{theory}."
+        )
+    } else if found.causes.len() > 1 {
         format!("The chatter has {} causes, {causes}: it takes {changes} together to remove it{theory}.", found.causes.len())
     } else if found.contributions.first().is_some_and(|trial| trial.only_by_period) {
         format!("The growth is due to {causes}: it falls with the controller's period, and with {changes} it is gone{theory}.")
@@ -249,8 +290,8 @@ mod tests {
 
     #[test]
     fn truth_combinations_are_counted() {
-        assert_eq!(combinations(&Change::ALL, 1).len(), 13);
-        assert_eq!(combinations(&Change::ALL, 2).len(), 78);
-        assert_eq!(combinations(&Change::ALL, 3).len(), 286);
+        assert_eq!(combinations(&Change::ALL, 1).len(), 14);
+        assert_eq!(combinations(&Change::ALL, 2).len(), 91);
+        assert_eq!(combinations(&Change::ALL, 3).len(), 364);
     }
 }

@@ -1,6 +1,5 @@
 //! Maps over two axes: each variant a cell, coloured by its outcome or by a measure, with the limits of linear theory over them.
 
-use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
@@ -9,6 +8,7 @@ use feeler_scenarios::run::Outcome;
 use feeler_scenarios::sweep::{Column, DrawnAxis, LinearLimits, Panels, Sweep, Table, linear_limits};
 
 use super::drawn::Drawn;
+use super::nearest::{Tile, tiles};
 use super::palette::of_outcome;
 use crate::numbers::with_unit;
 use crate::page::of_share;
@@ -48,6 +48,8 @@ pub(super) struct Map<'a> {
     axes: [&'a DrawnAxis; 2],
     pub(super) title: String,
     cells: Vec<Cell>,
+    /// Whether variants lie closer along boundaries, and what lies between them has the colour of the nearest.
+    is_refined: bool,
     limits: LinearLimits,
     /// From the outermost values to the ends of the plot, as shares of the axes: half a cell of the finest.
     margins: [f64; 2],
@@ -69,25 +71,26 @@ pub(super) enum Colouring<'a> {
 impl<'a> Map<'a> {
     pub(super) fn new(sweep: &Sweep, table: &Table, drawn: &Drawn, axes: [&'a DrawnAxis; 2], panel: &Panel) -> Self {
         let values = axes.map(|axis| table.reals(&axis.key).unwrap_or_default());
-        let rows = rows_of(table, panel);
+        let place = |row: usize| Some(([axes[0].share(values[0][row]?), axes[1].share(values[1][row]?)], row));
+        let places: Vec<([f64; 2], usize)> = rows_of(table, panel).into_iter().filter_map(place).collect();
         let lattice = axes.map(|axis| {
             axis.points.map(|points| {
                 let index = sweep.file.axes.get_index_of(&axis.key).unwrap_or_default();
                 let stride = sweep.file.refine.map_or(1, |refine| refine.stride(index));
-                let last = (points - 1) * stride;
-                Lattice { last, stride, every: drawn.every(&axis.key).unwrap_or_else(|| points.div_ceil(MOST_CELLS)) }
+                let every = drawn.every(&axis.key).unwrap_or_else(|| points.div_ceil(MOST_CELLS));
+                Lattice { last: (points - 1) * stride, stride, every }
             })
         });
-        let mut cells: Vec<Cell> = Vec::new();
-        for row in rows {
-            let (Some(x), Some(y)) = (values[0][row], values[1][row]) else { continue };
-            let share = [axes[0].share(x), axes[1].share(y)];
-            let Some(sides) = sides(share, lattice) else { continue };
-            let [[left, width], [low, height]] = sides;
-            cells.push(Cell { left, low, width, height, row });
-        }
-        // Coarse cells lie under fine ones.
-        cells.sort_by(|a, b| b.width.total_cmp(&a.width));
+        let cells = match (sweep.file.refine, lattice) {
+            (Some(_), [Some(x), Some(y)]) => refined(&places, [x, y]),
+            _ => places
+                .iter()
+                .filter_map(|(share, row)| {
+                    let [[left, width], [low, height]] = sides(*share, lattice)?;
+                    Some(Cell { left, low, width, height, row: *row })
+                })
+                .collect(),
+        };
         let panels = Panels::of(&sweep.file);
         // How long a run is and what its noise is do not move the limit.
         let others = sweep.file.axes.keys().filter(|key| !axes.iter().any(|axis| axis.key == **key) && !key.starts_with("run."));
@@ -100,12 +103,18 @@ impl<'a> Map<'a> {
         } else {
             LinearLimits::default()
         };
-        let mut map = Self { axes, title: words(panel), cells, limits, margins, varied };
+        let is_refined = sweep.file.refine.is_some();
+        let mut map = Self { axes, title: words(panel), cells, is_refined, limits, margins, varied };
         let frame = map.frame();
         for lines in [&mut map.limits.sampled, &mut map.limits.continuous] {
             lines.retain(|line| crosses(&frame, line));
         }
         map
+    }
+
+    /// What a cell is.
+    pub(super) fn about_cells(&self) -> &'static str {
+        if self.is_refined { "Each place has the colour of the variant that is nearest." } else { "Each cell is a variant." }
     }
 
     /// What the lines are, or why there are none.
@@ -161,15 +170,14 @@ impl<'a> Map<'a> {
     pub(super) fn svg(&self, colouring: &Colouring<'_>) -> String {
         let mut body = String::new();
         let (colours, entries) = self.colours(colouring);
-        // One path per colour and size, so that coarse cells stay under fine ones.
-        let mut paths: BTreeMap<(Reverse<u64>, String), String> = BTreeMap::new();
+        let mut paths: BTreeMap<String, String> = BTreeMap::new();
         for (cell, colour) in self.cells.iter().zip(&colours) {
             let Place { x, y, width, height } = cell.place();
-            let path = paths.entry((Reverse(cell.width.to_bits()), colour.clone())).or_default();
+            let path = paths.entry(colour.clone()).or_default();
             // A little wider, so that no seams show between cells.
             let _ = write!(path, "M{x:.2} {y:.2}h{:.2}v{:.2}h-{:.2}z", width + 0.15, height + 0.15, width + 0.15);
         }
-        for ((_, colour), path) in &paths {
+        for (colour, path) in &paths {
             let _ = write!(body, "<path d=\"{path}\" fill=\"{colour}\" shape-rendering=\"crispEdges\"/>");
         }
         let frame = self.frame();
@@ -268,20 +276,33 @@ fn sides(share: [f64; 2], lattice: [Option<Lattice>; 2]) -> Option<[[f64; 2]; 2]
     let [Some(x), Some(y)] = lattice else {
         return Some(share.map(|at| [at - DOT, 2.0 * DOT]));
     };
-    let index = [(share[0] * x.last as f64).round() as u64, (share[1] * y.last as f64).round() as u64];
-    // The halvings after which the lattice has this place on both axes.
-    let halvings =
-        |index: u64, stride: u64| stride.trailing_zeros().saturating_sub(if index == 0 { u32::MAX } else { index.trailing_zeros() });
-    let level = halvings(index[0], x.stride).max(halvings(index[1], y.stride));
-    let of = |index: u64, Lattice { last, every, stride }: Lattice| {
-        let step = (stride >> level).max(1);
-        // The plot reaches half a cell of the finest beyond the outermost values, and cells are cut off there.
+    let of = |share: f64, Lattice { last, every, .. }: Lattice| {
+        let index = (share * last as f64).round() as u64;
+        // The plot reaches half a cell beyond the outermost values, and wider cells are cut off there.
         let cells = (last + 1) as f64;
-        let half = 0.5 * step.max(every) as f64;
+        let half = 0.5 * every as f64;
         let [from, to] = [-half, half].map(|side| (index as f64 + 0.5 + side).clamp(0.0, cells));
         (index.is_multiple_of(every)).then(|| [from / cells, (to - from) / cells])
     };
-    Some([of(index[0], x)?, of(index[1], y)?])
+    Some([of(share[0], x)?, of(share[1], y)?])
+}
+
+/// The cells of a map whose variants, at shares of the axes, lie closer along boundaries.
+fn refined(places: &[([f64; 2], usize)], lattice: [Lattice; 2]) -> Vec<Cell> {
+    // From shares between the outermost values to shares of the plot, which reaches half a cell of the finest beyond.
+    let of_plot = |share: f64, Lattice { last, .. }: Lattice| (share * last as f64 + 0.5) / (last + 1) as f64;
+    let shares: Vec<[f64; 2]> = places.iter().map(|([x, y], _)| [of_plot(*x, lattice[0]), of_plot(*y, lattice[1])]).collect();
+    let counts = lattice.map(|lattice| (lattice.last + 1).min(MOST_CELLS));
+    let coarse = [0, 1].map(|i| lattice[i].stride as f64 * counts[i] as f64 / (lattice[i].last + 1) as f64);
+    let [columns, rows] = counts.map(|count| count as f64);
+    let cell = |tile: Tile| Cell {
+        left: tile.columns[0] as f64 / columns,
+        width: tile.columns[1] as f64 / columns,
+        low: tile.rows[0] as f64 / rows,
+        height: tile.rows[1] as f64 / rows,
+        row: places[tile.of].1,
+    };
+    tiles(&shares, counts.map(|count| count as usize), coarse).into_iter().map(cell).collect()
 }
 
 /// The rows of a panel.
@@ -324,20 +345,27 @@ mod tests {
         assert!(!crosses(&frame(), &[[1.0, 2.0], [9.0, 3.0]]) && !crosses(&frame(), &[]));
     }
 
-    /// Two levels of halving between three values: the plot ends half a finest cell beyond the outermost, and coarse cells are cut off there.
+    /// Two levels of halving between three values, known at the coarse ones and once between: the plot ends half a finest cell beyond the outermost.
     #[test]
-    fn regress_cells_of_a_refined_map_end_with_the_plot() {
-        let lattice = Some(Lattice { last: 8, stride: 4, every: 1 });
-        let coarse = Some(Lattice { last: 4, stride: 2, every: 1 });
-        // Halved once along one axis and twice along the other: places of the second halving are no finer along the first.
-        let narrow = super::sides([0.25, 0.125], [coarse, lattice]).unwrap();
-        assert!((narrow[0][1] - 0.2).abs() < 1e-12 && (narrow[1][1] - 1.0 / 9.0).abs() < 1e-12, "{narrow:?}");
-        let sides = |x: f64, y: f64| sides([x, y], [lattice; 2]).unwrap();
-        let near = |found: [[f64; 2]; 2], expected: [[f64; 2]; 2]| {
-            found.iter().flatten().zip(expected.iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-12)
+    fn regress_a_refined_map_is_painted_by_the_nearest_variant_up_to_its_ends() {
+        let lattice = Lattice { last: 8, stride: 4, every: 1 };
+        let coarse = (0..3).flat_map(|x| (0..3).map(move |y| [0.5 * f64::from(x), 0.5 * f64::from(y)]));
+        let places: Vec<([f64; 2], usize)> = coarse.chain([[0.25, 0.25]]).enumerate().map(|(row, share)| (share, row)).collect();
+        let cells = refined(&places, [lattice; 2]);
+        let area = |row: usize| cells.iter().filter(|cell| cell.row == row).map(|cell| 81.0 * cell.width * cell.height).sum::<f64>();
+        assert!((cells.iter().map(|cell| cell.width * cell.height).sum::<f64>() - 1.0).abs() < 1e-12);
+        // Corner (0, 0): of the 3 x 3 places nearer to it than to the other coarse ones, (2, 2), (1, 2) and (2, 1) are the middle one's.
+        assert!((area(0) - 6.0).abs() < 1e-9, "{}", area(0));
+        let holds = |cell: &Cell, x: f64, y: f64| {
+            (cell.left..cell.left + cell.width).contains(&x) && (cell.low..cell.low + cell.height).contains(&y)
         };
-        assert!(near(sides(0.0, 0.5), [[0.0, 2.5 / 9.0], [2.5 / 9.0, 4.0 / 9.0]]));
-        assert!(near(sides(1.0, 1.0), [[6.5 / 9.0, 2.5 / 9.0]; 2]));
-        assert!(near(sides(0.125, 0.5), [[1.0 / 9.0, 1.0 / 9.0], [4.0 / 9.0, 1.0 / 9.0]]));
+        let at = |x: f64, y: f64| cells.iter().find(|cell| holds(cell, x / 9.0, y / 9.0)).unwrap().row;
+        assert_eq!((at(0.5, 0.5), at(2.5, 2.5), at(8.5, 8.5)), (0, 9, 8));
+    }
+
+    #[test]
+    fn truth_cells_of_a_grid_stand_about_their_values() {
+        let [[left, width], [low, height]] = sides([0.0, 0.5], [Some(Lattice { last: 4, stride: 1, every: 1 }); 2]).unwrap();
+        assert!(left.abs() < 1e-12 && (width - 0.2).abs() < 1e-12 && (low - 0.4).abs() < 1e-12 && (height - 0.2).abs() < 1e-12);
     }
 }

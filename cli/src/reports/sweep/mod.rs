@@ -6,6 +6,7 @@ mod drawn;
 mod hover;
 mod located;
 mod map;
+mod nearest;
 mod palette;
 mod png;
 mod tally;
@@ -20,7 +21,7 @@ use feeler_scenarios::sweep::{DrawnAxis, Panels, Sweep, Table};
 use bifurcation::{Diagram, Prediction};
 use cycles::Theory;
 use drawn::Drawn;
-pub(crate) use located::located;
+pub(crate) use located::{about_noise, located};
 use map::{Colouring, Map};
 pub(crate) use tally::Tally;
 
@@ -111,7 +112,8 @@ impl Report<'_> {
         let words = |(count, words): (usize, &str)| format!("{} % {words}", share(count));
         let said: Vec<String> = std::iter::once((stable, "settle")).chain(others).map(words).collect();
         let edges = located(self.sweep).map_or_else(String::new, |found| format!(" Edges are located to {found}."));
-        format!("Of {rows} variants {}.{edges}{thinned}", said.join(", "))
+        let noise = about_noise(self.sweep).map_or_else(String::new, |words| format!(" {words}"));
+        format!("Of {rows} variants {}.{edges}{noise}{thinned}", said.join(", "))
     }
 
     fn tiles(&self) -> Vec<Tile> {
@@ -146,7 +148,8 @@ impl Report<'_> {
         for (panel, suffix) in self.panels(page) {
             let map = Map::new(self.sweep, self.table, &self.drawn, axes, &panel);
             let caption = format!(
-                "Each cell is a variant. {} Hover to see a variant and the command that runs it; click to copy it.",
+                "{} {} Hover to see a variant and the command that runs it; click to copy it.",
+                map.about_cells(),
                 map.about_limits()
             );
             let svg = map.svg(&Colouring::Outcome(&self.outcomes));
@@ -170,6 +173,12 @@ impl Report<'_> {
                 drawings.push((format!("size{suffix}"), svg));
             }
         }
+        if self.sweep.file.keep.outcome && Outcome::ALL.iter().any(|(outcome, name)| outcome.is_sustained() && self.tally.count(name) > 0) {
+            page.paragraph(
+                "Bifurcation diagrams (the peaks of impacts, and the force once per cycle) are drawn over one axis of numbers: leave the other out, or \
+                 give it as a list of values, each of which then has diagrams of its own.",
+            );
+        }
     }
 
     fn diagrams(&self, axis: &DrawnAxis, page: &mut Page, drawings: &mut Vec<(String, String)>) {
@@ -185,6 +194,7 @@ impl Report<'_> {
                 // Of what no variant has, an empty plot would say nothing.
                 let is_empty = |row: &usize| lists[*row].iter().all(|value| value.abs() <= 0.0);
                 if predictions.is_empty() && diagram.rows.iter().all(is_empty) {
+                    page.paragraph(&format!("{} No variant here has any, so that nothing is drawn.", titled(title, &of_panel)));
                     return;
                 }
                 let svg = diagram.svg(lists, &self.outcomes, [label, unit], predictions);

@@ -95,7 +95,7 @@ pub(crate) static KEEP: Shape = Shape {
         optional(
             "tail",
             Kind::Count(0, 1000),
-            "how many of the last impacts and strobes of each run, for bifurcation diagrams; where absent, 64 with one axis and none with more",
+            "how many of the last impacts and strobes of each run, for bifurcation diagrams; where absent, 64 with one axis of numbers and none with more",
         ),
         Key { name: "traces", kind: Kind::Flag, absent: Absent::Flag(false), text: "the recorded signals of every run" },
     ],

@@ -141,6 +141,12 @@ fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAx
         reader.problems.add(&node.origin, path, format!("from {from} to {to} there is no ratio"), remedy);
         return None;
     }
+    if variant.ends_with("uniform") && from >= to {
+        let remedy =
+            if from > to { format!("write [{to}, {from}]") } else { format!("write a list of the value that is meant, as in [{from}]") };
+        reader.problems.add(&node.origin, join(&path, variant), format!("from {from} to {to} there is nothing to draw from"), remedy);
+        return None;
+    }
     let tolerance = table.get("tolerance").map(|entry| &entry.node).zip(fields.optional("tolerance"));
     let tolerance = tolerance.and_then(|(written, tolerance)| {
         if !alike(written, if ratio { None } else { first_end(table, variant) }) {

@@ -26,7 +26,7 @@ use ends::try_ends;
 /// Most runs of a sweep; more is refused with the arithmetic.
 const MOST_RUNS: f64 = 1e8;
 
-/// Impacts and strobes that a bifurcation diagram shows of each run unless the file says otherwise.
+/// Impacts and strobes that a bifurcation diagram over the only axis of numbers shows of each run unless the file says otherwise.
 const TAIL_OF_ONE_AXIS: usize = 64;
 
 /// A sweep file that has been checked.
@@ -129,7 +129,9 @@ impl SweepFile {
             _ => Sampling::Grid,
         };
         let runs: f64 = axes.values().filter_map(Axis::count).map(|count| count as f64).product();
-        let tail = keep.count("tail").map_or(if axes.len() == 1 { TAIL_OF_ONE_AXIS } else { 0 }, |tail| tail as usize);
+        // A diagram for each value of a list.
+        let drawn_over_one = axes.values().filter(|axis| !matches!(axis, Axis::List(_))).count() == 1;
+        let tail = keep.count("tail").map_or(if drawn_over_one { TAIL_OF_ONE_AXIS } else { 0 }, |tail| tail as usize);
         let file = Self {
             name: fields.text("name").unwrap_or_default().into(),
             about: fields.text("about").unwrap_or_default().into(),
@@ -153,6 +155,17 @@ impl SweepFile {
         if self.sampling != Sampling::Grid {
             if !samples {
                 add("samples", "`samples` is missing", "add `samples = 1000`: how many points to draw");
+            }
+            // Lists are drawn from; a spacing is not.
+            let spaced = |axis: &Axis| matches!(axis, Axis::Linear { .. } | Axis::Log { .. });
+            for (key, axis) in self.axes.iter().filter(|(_, axis)| spaced(axis)) {
+                let way = if matches!(axis, Axis::Log { .. }) { "log_uniform" } else { "uniform" };
+                let message = format!("points are drawn here, and the values of \"{key}\" are spaced");
+                add(
+                    "axes",
+                    &message,
+                    &format!("write {{ {way} = [from, to] }} without `points`, or `sampling = \"grid\"` without `samples`"),
+                );
             }
             if self.sampling == Sampling::Sobol && self.axes.len() > MOST_DIMENSIONS {
                 let message = format!("the Sobol sequence has {MOST_DIMENSIONS} dimensions here, and there are {} axes", self.axes.len());

@@ -3,7 +3,8 @@
 use super::super::outcome::{Outcome, Undecided};
 use super::super::saturation;
 use super::super::trend::Trend;
-use super::{Evidence, GROWS, LASTS, LEAST_ROWS, SATURATES, Verdict};
+use super::growth::soars;
+use super::{Evidence, LASTS, LEAST_ROWS, SATURATES, Verdict};
 
 /// Growth of a command below this share of the largest one is rounding.
 const ROUNDING: f64 = 1e-9;
@@ -20,11 +21,12 @@ impl Evidence<'_> {
         let unstable =
             |rate: f64| Verdict { outcome: Outcome::Unstable, growth_per_s: Some(rate).filter(|rate| rate.is_finite()), ..otherwise };
         let open = |verdict, why| Verdict { outcome: Outcome::Undecided, undecided: Some(why), ..verdict };
-        if a3 > GROWS * a2 && a2 > GROWS * a1 {
+        let trend = if self.noise_n > 0.0 { Trend::in_noise(command) } else { Trend::of(command) };
+        if soars([a1, a2, a3]) && (self.noise_n <= 0.0 || trend.is_some_and(Trend::rises_on)) {
             return unstable(growth_per_s);
         }
         let saturates = saturation::share(&self.saturated[first..]) > SATURATES;
-        if let Some(trend) = Trend::of(command).filter(|trend| trend.rises()) {
+        if let Some(trend) = trend.filter(|trend| trend.rises()) {
             let grows = unstable(trend.change / (tail_s[1] - tail_s[0]));
             return if self.is_longest && !saturates { grows } else { open(grows, Undecided::StillGrowing) };
         }

@@ -1,9 +1,8 @@
 //! What linear theory adds: how far the loop is from its limit, and how fast it is.
 
-use feeler_analysis::{ControlLoop, SampledLoop};
+use feeler_analysis::{ControlLoop, SampledLoop, modes};
 use feeler_engine::Scenario;
 use feeler_lti::TimeDomain;
-use nalgebra::Complex;
 
 use super::change::sampled_faster;
 use crate::operating_point::contact_view;
@@ -25,19 +24,6 @@ fn is_stable(whole: &ControlLoop, factor: f64) -> Option<bool> {
     sampled_growth_per_s(&scaled(whole, factor)?).ok().map(|rate| rate < 0.0)
 }
 
-/// Sampled poles that differ by less are one ...
-const ROUNDING: f64 = 1e-6;
-/// ... of those that are farther from zero than this: the samples of a delay are a multiple pole there, which rounding spreads.
-const DELAYS: f64 = 0.5;
-
-/// Whether the gain changes anything: a controller whose gains are zero feeds nothing back.
-fn feeds_back(whole: &ControlLoop) -> Option<bool> {
-    let poles = |factor: f64| SampledLoop::new(&scaled(whole, factor)?).ok()?.eigenvalues().ok();
-    let (open, closed) = (poles(0.0)?, poles(1.0)?);
-    let is_moved = |pole: &Complex<f64>| open.iter().all(|other| (other - pole).norm() > ROUNDING);
-    Some(closed.iter().filter(|pole| pole.norm() > DELAYS).any(is_moved))
-}
-
 /// Whether the sampled loop in contact is stable; none where linear theory has no answer.
 pub(super) fn is_stable_in_contact(scenario: &Scenario) -> Option<bool> {
     let whole = ControlLoop::new(scenario, &contact_view(scenario)).ok()?;
@@ -45,12 +31,9 @@ pub(super) fn is_stable_in_contact(scenario: &Scenario) -> Option<bool> {
 }
 
 /// The largest factor on the loop's gain up to which it is stable in contact: below one where it is unstable as it is, infinite where none within
-/// reason destabilises it or there is none, zero where no smaller gain helps.
+/// reason destabilises it, zero where no smaller gain helps.
 pub(super) fn gain_margin(scenario: &Scenario) -> Option<f64> {
     let whole = ControlLoop::new(scenario, &contact_view(scenario)).ok()?;
-    if !feeds_back(&whole)? {
-        return is_stable(&whole, 1.0)?.then_some(f64::INFINITY);
-    }
     let factor = |i: u32| SMALLEST_FACTOR * SMALLEST_FACTOR.powf(-2.0 * f64::from(i) / f64::from(FACTORS));
     let mut stable: Option<f64> = None;
     for i in 0..=FACTORS {
@@ -72,20 +55,19 @@ pub(super) fn gain_margin(scenario: &Scenario) -> Option<f64> {
     Some(if stable.is_some() { f64::INFINITY } else { 0.0 })
 }
 
+/// Growth within a period that rounding makes of none.
+const ROUNDING: f64 = 1e-9;
 /// Growth that is left, as a share of that of the loop as it is, when it is no more than what extrapolation errs by.
 const GROWTH_LEFT: f64 = 0.01;
 
 /// Whether a loop that grows in contact does so only because of its period: `faster` is the same loop at a much shorter one. By the line through its
 /// growth at that period and at half of it, none is left at none. A loop may be unstable at every gain and period, and yet stable in continuous time.
 pub(super) fn grows_only_by_period(scenario: &Scenario, faster: &Scenario) -> bool {
-    let looped = |scenario: &Scenario| ControlLoop::new(scenario, &contact_view(scenario)).ok();
-    if looped(scenario).and_then(|whole| feeds_back(&whole)) != Some(true) {
-        return false;
-    }
-    let growth = |scenario: &Scenario| sampled_growth_per_s(&looped(scenario)?).ok();
+    let growth = |scenario: &Scenario| sampled_growth_per_s(&ControlLoop::new(scenario, &contact_view(scenario)).ok()?).ok();
     let [as_it_is, short, shorter] = [scenario, faster, &sampled_faster(faster, 2.0)].map(growth);
     let Some(((as_it_is, short), shorter)) = as_it_is.zip(short).zip(shorter) else { return false };
-    short > 0.0 && 2.0 * shorter - short < GROWTH_LEFT * as_it_is
+    let period_s = scenario.controllers.values().map(|used| used.spec.period_s).fold(f64::INFINITY, f64::min);
+    as_it_is * period_s > ROUNDING && short > 0.0 && 2.0 * shorter - short < GROWTH_LEFT * as_it_is
 }
 
 /// Whether the loop in contact pushes itself away as a feedback of the wrong sign does: its fastest motion grows without swinging, and with the sign
@@ -95,16 +77,13 @@ pub(super) fn has_wrong_sign(scenario: &Scenario) -> bool {
     swings_as_it_grows(&whole) == Some(false) && scaled(&whole, -1.0).is_some_and(|reversed| swings_as_it_grows(&reversed) != Some(false))
 }
 
-/// Damping below this share of a mode's frequency is rounding.
-const NO_DAMPING: f64 = 1e-6;
+/// Damping ratios below this are rounding.
+const NO_DAMPING: f64 = 1e-9;
 
-/// Whether the machine in contact, without its feedback, has a mode that nothing damps: bouncing on it loses nothing either.
+/// Whether the machine in contact has a mode that nothing damps: bouncing on it loses nothing either.
 pub(super) fn is_undamped(scenario: &Scenario) -> bool {
-    let open = ControlLoop::new(scenario, &contact_view(scenario)).ok().and_then(|whole| scaled(&whole, 0.0));
-    let sampled = open.as_ref().and_then(|open| SampledLoop::new(open).ok());
-    let Some((domain, poles)) = sampled.and_then(|sampled| sampled.domain().ok().zip(sampled.eigenvalues().ok())) else { return false };
-    let swings_on = |pole: Complex<f64>| pole.im.abs() > 0.5 * pole.norm() && pole.re > -NO_DAMPING * pole.norm();
-    poles.into_iter().map(|pole| domain.s_of_point(pole)).any(swings_on)
+    let found = ControlLoop::new(scenario, &contact_view(scenario)).and_then(|whole| modes(whole.plant()));
+    found.is_ok_and(|found| found.iter().any(|mode| mode.frequency_hz() > 0.0 && mode.damping_ratio().abs() < NO_DAMPING))
 }
 
 /// Whether the fastest growing motion of a loop swings; none where none grows.

@@ -84,8 +84,9 @@ fn prop_threads_shards_and_kills_leave_no_trace_in_the_bytes() {
     // As one that is killed while it puts the results together leaves it.
     fs::write(killed.join("sweep.parquet.0123456789abcdef.tmp"), "PAR1").unwrap();
     run(&["sweep", sweep, "--threads", "2", "--out", &text(&killed)]);
-    let names = fs::read_dir(&killed).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    assert_eq!(names.filter(|name| name.ends_with(".tmp")).collect::<Vec<_>>(), [""; 0]);
+    let names = fs::read_dir(&killed).unwrap().map(|entry| entry.unwrap().path());
+    let left: Vec<PathBuf> = names.filter(|path| path.extension().is_some_and(|extension| extension == "tmp")).collect();
+    assert!(left.is_empty(), "{left:?}");
     assert!(bytes("killed") == expected, "a sweep that was killed five times gives other bytes");
 }
 

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use feeler_engine::{EngineError, Integrator};
-use feeler_scenarios::format::{Document, Draft};
+use feeler_scenarios::format::{Document, Draft, EXACT_PAYS_UP_TO_BODIES, longest_step_s};
 use feeler_scenarios::run::{self, RunError, RunResult, Summary, write_csv, write_parquet};
 
 use super::run_arm;
@@ -44,17 +44,26 @@ pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
     terminal::print(&format!("{}: {}\n\n{}\n{cost}\nwrote\n{files}", summary.name, words::outcome(summary, units), figures(summary, units)))
 }
 
-/// Bodies beyond which ten steps of RK4 take less time than one product of the exact integrator (docs/performance.md).
-const EXACT_PAYS_UP_TO_BODIES: usize = 32;
-
-/// What to try where the exact integrator no longer pays. It is not left by itself: a step that is fast enough may be too long for a stiff machine.
+/// Which integrator was taken, and why, where the file names none and the exact one no longer pays.
 fn word_on_cost(document: &Document) -> Option<String> {
-    let (run, bodies) = (&document.scenario.run, document.scenario.machine.bodies.len());
-    (run.integrator == Integrator::Exact && bodies > EXACT_PAYS_UP_TO_BODIES).then(|| {
-        format!(
-            "\nWith {bodies} bodies RK4 takes less time than the exact integrator: try `--integrator rk4`, and a shorter `step` where its figures differ from these.\n"
-        )
-    })
+    let (run, machine) = (&document.scenario.run, &document.scenario.machine);
+    let bodies = machine.bodies.len();
+    if bodies <= EXACT_PAYS_UP_TO_BODIES || document.place("run.integrator").is_some() {
+        return None;
+    }
+    let less = "RK4 takes less time than the exact integrator";
+    match (run.integrator, longest_step_s(machine)) {
+        (Integrator::Rk4, _) => Some(format!(
+            "\nWith {bodies} bodies {less}, and stepped this run, {} at a time; `--integrator exact` steps it to rounding.\n",
+            with_unit(run.step_s, "s")
+        )),
+        (Integrator::Exact, Some(longest)) => Some(format!(
+            "\nWith {bodies} bodies {less}, but not at steps of {}: the fastest motion asks for `run.step` of {} or less.\n",
+            with_unit(run.step_s, "s"),
+            with_unit(longest, "s")
+        )),
+        _ => None,
+    }
 }
 
 fn read(arguments: &Run) -> anyhow::Result<Draft> {

@@ -208,20 +208,25 @@ fn truth_another_engine_moves_the_bodies_and_agrees() {
 }
 
 #[test]
-fn truth_a_long_chain_is_told_which_integrator_takes_less_time() {
+fn truth_a_long_chain_is_stepped_by_what_takes_less_time_and_told_so() {
     let bench = Bench::new();
-    let chain = |bodies: usize| {
+    let chain = |bodies: usize, stiffness: f64| {
         let body = |i: usize| format!("[bodies.b{i}]\nmass = 1.0\n");
-        let spring = |i: usize| format!("[springs.s{i}]\nbetween = [\"b{i}\", \"b{}\"]\nstiffness = 1000.0\n", i + 1);
+        let spring = |i: usize| format!("[springs.s{i}]\nbetween = [\"b{i}\", \"b{}\"]\nstiffness = {stiffness:?}\n", i + 1);
         let bodies_text: String = (0..bodies).map(body).collect();
         let springs: String = (0..bodies - 1).map(spring).collect();
         format!("{bodies_text}{springs}[run]\nduration = \"1 ms\"\n")
     };
-    bench.write("long.toml", &chain(33));
-    bench.write("short.toml", &chain(32));
-    let word = "With 33 bodies RK4 takes less time than the exact integrator: try `--integrator rk4`";
-    assert!(bench.feeler(&["run", "long.toml"]).out.contains(word));
-    for arguments in [["run", "short.toml", "--out", "a"].as_slice(), &["run", "long.toml", "--integrator", "rk4"]] {
+    bench.write("long.toml", &chain(33, 1e3));
+    bench.write("stiff.toml", &chain(33, 1e9));
+    bench.write("short.toml", &chain(32, 1e3));
+    let less = "With 33 bodies RK4 takes less time than the exact integrator";
+    let long = bench.feeler(&["run", "long.toml"]).out;
+    assert!(long.contains(&format!("{less}, and stepped this run")), "{long}");
+    // Two springs at each body: |s|^2 <= 2 * 2e9 / 1, and a step is at most one over that.
+    let stiff = bench.feeler(&["run", "stiff.toml"]).out;
+    assert!(stiff.contains(&format!("{less}, but not at steps of 100 µs")) && stiff.contains("15.81 µs"), "{stiff}");
+    for arguments in [["run", "short.toml", "--out", "a"].as_slice(), &["run", "long.toml", "--integrator", "exact"]] {
         let said = bench.feeler(arguments);
         assert_eq!(said.code, DONE, "{}", said.err);
         assert!(!said.out.contains("takes less time"), "{}", said.out);

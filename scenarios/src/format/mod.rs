@@ -42,6 +42,7 @@ mod units;
 mod write;
 
 pub use arm::ArmFile;
+pub use build::{EXACT_PAYS_UP_TO_BODIES, longest_step_s};
 pub use cell::CellFile;
 pub use dataset::{Column, DatasetFile, Experiment, Role};
 pub use document::{Document, Place};

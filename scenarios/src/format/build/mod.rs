@@ -3,6 +3,7 @@
 mod controllers;
 mod effects;
 mod elements;
+mod integrator;
 pub(crate) mod names;
 mod references;
 mod run;
@@ -11,6 +12,7 @@ mod surface;
 
 pub(crate) use effects::bound_of;
 pub(crate) use elements::engagement;
+pub use integrator::{EXACT_PAYS_UP_TO_BODIES, longest_step_s};
 
 use feeler_plant::description::{Axis, Elements};
 

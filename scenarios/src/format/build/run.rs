@@ -8,7 +8,7 @@ use feeler_plant::assembly::resolve;
 use feeler_plant::description::{Contact, ContactLaw, Elements, Machine, Quantity, SignalName};
 use feeler_plant::names::did_you_mean;
 
-use super::Builder;
+use super::{Builder, integrator};
 use crate::format::document::locate;
 use crate::format::keys::{RAPIER, RUN};
 use crate::format::read::{Field, Fields, Reader};
@@ -52,7 +52,12 @@ impl Builder<'_> {
         let fields = Reader { problems: self.problems, scope }.fields(&RUN, &[], table, at, "run");
         let sound = self.problems.count() == before;
         let named = Integrator::ALL.iter().find(|(_, name)| fields.text("integrator") == Some(name)).map(|(i, _)| *i);
-        let integrator = if fields.text("engine") == Some(RAPIER) { Integrator::External } else { named.unwrap_or_default() };
+        let step_s = fields.number("step");
+        let integrator = if fields.text("engine") == Some(RAPIER) {
+            Integrator::External
+        } else {
+            named.filter(|_| table.contains_key("integrator")).unwrap_or_else(|| integrator::by_default(machine, step_s))
+        };
         let record = match fields.get("record") {
             Some(Field::Signals(signals)) => signals.clone(),
             _ => default_record(machine),
@@ -60,7 +65,7 @@ impl Builder<'_> {
         self.signals(table, machine, controllers);
         let run = RunSettings {
             duration_s: fields.number("duration"),
-            step_s: fields.number("step"),
+            step_s,
             integrator,
             seed: fields.count("seed").unwrap_or(1),
             record,

@@ -36,7 +36,8 @@ pub(crate) static RUN: Shape = Shape {
             name: "integrator",
             kind: Kind::Word(INTEGRATORS),
             absent: Absent::Word("exact"),
-            text: "how to step; of no account where another engine moves the bodies",
+            text: "how to step; of no account where another engine moves the bodies; where absent, more than 32 bodies are stepped by rk4 if the step is short \
+                   enough for the fastest motion",
         },
         Key { name: "seed", kind: Kind::Count(0, u64::MAX), absent: Absent::Count(1), text: "seed of every random stream" },
         optional(

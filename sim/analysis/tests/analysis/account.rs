@@ -3,9 +3,11 @@
 use std::f64::consts::TAU;
 
 use crate::common::{control, force_loop, machine};
-use feeler_analysis::{Limit, Report, Request, Untold, View, analyze};
+use feeler_analysis::{Limit, LinearMachine, Report, Request, Untold, View, analyze};
 use feeler_control::{ControllerSpec, ForceGains, ImpedanceGains, Law};
 use feeler_engine::{ControllerUse, Scenario};
+use feeler_plant::assembly::assemble;
+use feeler_plant::description::{ContactLaw, LowPass, Machine};
 
 fn clamped(scenario: &Scenario, gain: Option<&str>) -> Report {
     let request = Request { view: View::CLAMPED, gain: gain.map(Into::into), sensitivities: true, ..Request::default() };
@@ -147,4 +149,26 @@ fn truth_a_force_on_a_body_is_an_input() {
     assert_eq!(drive.poles.len(), tip.poles.len());
     assert_ne!(drive.zeros.len(), tip.zeros.len());
     assert!(of("motor.position").is_err());
+}
+
+#[test]
+fn truth_no_eigenvalue_is_beyond_the_bound_on_rates() {
+    let mut machine = machine();
+    machine.sensors["force"].low_pass = Some(LowPass::SecondOrder { corner_hz: 40.0, damping_ratio: 0.7 });
+    let largest = |machine: &Machine| {
+        let plant = LinearMachine::new(machine, &View::CLAMPED).unwrap();
+        let channel = plant.channel(&"drive.command".parse().unwrap(), &"force.reading".parse().unwrap()).unwrap();
+        let rates: Vec<f64> = channel.poles().unwrap().iter().map(|p| p.norm()).collect();
+        rates.into_iter().fold(0.0, f64::max)
+    };
+    let bound = |machine: &Machine| assemble(machine).unwrap().fastest_rate_per_s();
+    // Gershgorin is off by less than a factor of two in a chain, whose middle bodies reach it.
+    assert!((largest(&machine)..2.0 * largest(&machine)).contains(&bound(&machine)), "{} {}", largest(&machine), bound(&machine));
+    // A filter, and a guide, faster than everything else.
+    machine.sensors["force"].low_pass = Some(LowPass::FirstOrder { corner_hz: 1e4 });
+    assert!((bound(&machine) / (TAU * 1e4) - 1.0).abs() < 1e-12);
+    machine.springs["guide"].damping_n_s_per_m = 1e7;
+    assert!((largest(&machine)..2.5 * largest(&machine)).contains(&bound(&machine)), "{} {}", largest(&machine), bound(&machine));
+    machine.contacts["tool"].law = ContactLaw::Hertz;
+    assert!(bound(&machine).is_infinite());
 }

@@ -1,13 +1,28 @@
 //! Transform of a real record.
 
-use realfft::RealFftPlanner;
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use realfft::{RealFftPlanner, RealToComplex};
 
 use crate::domain::C64;
 use crate::error::{LtiError, require_finite, require_positive};
 
+thread_local! {
+    /// The plan of the last transform: records of one length follow each other, and a plan costs as much as several transforms.
+    static LAST_PLAN: RefCell<Option<Arc<dyn RealToComplex<f64>>>> = const { RefCell::new(None) };
+}
+
+fn plan(samples: usize) -> Arc<dyn RealToComplex<f64>> {
+    LAST_PLAN.with_borrow_mut(|last| {
+        let fits = last.take().filter(|plan| plan.len() == samples);
+        Arc::clone(last.insert(fits.unwrap_or_else(|| RealFftPlanner::new().plan_fft_forward(samples))))
+    })
+}
+
 /// Unscaled discrete Fourier transform: lines 0 to n / 2 of a record of n samples.
 pub(crate) fn transform(record: &[f64]) -> Vec<C64> {
-    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(record.len());
+    let plan = plan(record.len());
     let mut input = record.to_vec();
     let mut output = plan.make_output_vec();
     if plan.process(&mut input, &mut output).is_err() {

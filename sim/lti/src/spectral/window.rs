@@ -28,7 +28,26 @@ impl Window {
             Self::Blackman => &[0.42, -0.5, 0.08],
             Self::FlatTop => &[1.0, -1.90796, 1.07349, -0.18199],
         };
-        let weight = |i: usize| cosines.iter().enumerate().map(|(k, a)| a * (TAU * (k * i) as f64 / n as f64).cos()).sum();
-        (0..n).map(weight).collect()
+        let cosine = |k: usize, i: usize| if k == 0 { 1.0 } else { (TAU * (k * i) as f64 / n as f64).cos() };
+        let weight = |i: usize| cosines.iter().enumerate().map(|(k, a)| a * cosine(k, i)).sum();
+        // The second half is the first one in the mirror.
+        let half: Vec<f64> = (0..=n / 2).map(weight).collect();
+        (0..n).map(|i| half[i.min(n - i)]).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_weights_are_their_sums_of_cosines() {
+        for n in 0..12 {
+            let hann = |i: usize| 0.5 - 0.5 * (TAU * i as f64 / n as f64).cos();
+            let weights = Window::Hann.weights(n);
+            assert_eq!(weights.len(), n);
+            assert!(weights.iter().enumerate().all(|(i, w)| (w - hann(i)).abs() < 1e-15), "{n}: {weights:?}");
+            assert!(Window::Rectangular.weights(n).iter().all(|w| w.to_bits() == 1.0_f64.to_bits()));
+        }
     }
 }

@@ -5,6 +5,7 @@
 mod access;
 mod build;
 mod friction;
+mod rates;
 
 pub use build::{assemble, resolve};
 pub use friction::Friction;

@@ -130,7 +130,7 @@ fn of_diagnosis(error: &DiagnosisError) -> (String, u8) {
         DiagnosisError::Read { .. } => with("check the file's name in dataset.toml, and that it is a table with a header row"),
         // Each fault says its own remedy.
         DiagnosisError::Data { .. } => (format!("error: these records cannot be used\n{error}"), BAD_INPUT),
-        DiagnosisError::Unreadable { .. } => with("experiments are CSV, Parquet or MCAP (JSON messages), told apart by the file's ending"),
+        DiagnosisError::Unreadable { remedy, .. } => with(remedy),
         DiagnosisError::Signal { .. } => with("replay a machine with the elements that the dataset names, or change [columns]"),
         DiagnosisError::Machine { .. } => with("`feeler check` on the machine file says more"),
         _ => (format!("error: {error}"), INTERNAL),

@@ -48,6 +48,9 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
             rate(oscillation.frequency_hz),
             with_unit(oscillation.amplitude_n, units.force)
         ),
+        Outcome::Driven if summary.response.is_none() => {
+            "The drive is commanded from a series to the end of the run, and nothing regulates the force.".to_owned()
+        }
         Outcome::Driven => "The reference moves to the end of the run, and contact is kept while the force follows it.".to_owned(),
         Outcome::NoContact if summary.bounces > 0 => {
             format!(
@@ -65,6 +68,7 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
 pub(crate) fn label(summary: &Summary) -> &'static str {
     match summary.outcome {
         Outcome::NoContact if summary.bounces > 0 => "contact lost",
+        Outcome::Driven if summary.response.is_none() => "follows its commands",
         outcome => outcome_label(outcome),
     }
 }

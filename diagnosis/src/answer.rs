@@ -3,9 +3,11 @@
 use feeler_plant::effects::Place;
 use indexmap::IndexMap;
 
-use crate::diagnose::{ACCEPT, Judge, LOOK_ALIKE, PARSIMONY};
+use crate::candidates::Candidate;
+use crate::diagnose::{ACCEPT, Attempts, Judge, LOOK_ALIKE, PARSIMONY};
 use crate::fit::Fitted;
 use crate::gap;
+use crate::intervals;
 use crate::ladder::{ladder, missing_force, what_is_left};
 use crate::locate::{heart, table};
 use crate::next::next_experiment;
@@ -36,7 +38,7 @@ fn is_split_of(pair: &Scored, rival: &Scored) -> bool {
 }
 
 impl Judge<'_> {
-    pub(crate) fn answer(&self, accepted: &Scored, rivals: &[Scored], attempts: &[Scored]) -> Diagnosis {
+    pub(crate) fn answer(&self, accepted: &Scored, rivals: &[Scored], attempts: &Attempts) -> Diagnosis {
         let task = &self.search.task;
         let checks = self.checks();
         let calibrated = &self.search.calibrated;
@@ -78,17 +80,20 @@ impl Judge<'_> {
                 effects.push(self.cause(rival, last, known * p, false));
             }
         }
-        self.credit(accepted, &refit, &after, &mut effects);
+        let removed: Vec<Scored> = match accepted.causes.len() {
+            1 => vec![calibrated.clone()],
+            n => (0..n).map(|i| self.without(accepted, i)).collect(),
+        };
+        self.credit(accepted, &removed, &refit, &after, &mut effects);
         let near: Vec<&Scored> = alike(accepted, &rivals, &evidence);
         let verdict = self.verdict(accepted, adequate, own, &near);
         let believed = calibrated.fitted.model.start();
         let at = |scored: &'_ Scored| (scored.fitted.model.clone(), scored.fitted.theta.clone());
         let (refitted, repaired) = (at(calibrated), at(accepted));
         let cells = table(task, [(&refitted.0, &believed), (&refitted.0, &refitted.1), (&repaired.0, &repaired.1)], &noise);
-        let places = self.places(accepted, &effects, verdict, &cells);
-        let mut tried: Vec<Attempt> = attempts.iter().map(|scored| self.attempt(scored, accepted)).collect();
-        tried.sort_by(|a, b| b.gain_all.total_cmp(&a.gain_all));
-        let mut portrait = unknown::portrait(task, calibrated, 8, None);
+        let places = self.places(accepted, &removed, &effects, verdict, &cells);
+        let tried = self.tried(attempts, accepted);
+        let mut portrait = unknown::portrait(task, calibrated, &task.fitted, 8, None);
         let thin = portrait.len().div_ceil(PORTRAIT_POINTS).max(1);
         portrait = portrait.into_iter().step_by(thin).collect();
         let next_experiment = near.first().and_then(|rival| next_experiment(self, accepted, rival));
@@ -100,6 +105,7 @@ impl Judge<'_> {
             look_alikes,
             attempts: tried,
             warnings: self.dataset.warnings.iter().map(ToString::to_string).collect(),
+            contradictions: (self.dataset.warnings.iter().filter(|fault| fault.kind.is_contradiction())).map(ToString::to_string).collect(),
             next_experiment,
             cells,
             ladder: ladder(task, calibrated),
@@ -113,7 +119,7 @@ impl Judge<'_> {
     }
 
     /// The answer where a force over position is missing that is no effect of the library.
-    pub(crate) fn position_force(&self, shape: &Scored, attempts: &[Scored]) -> Diagnosis {
+    pub(crate) fn position_force(&self, shape: &Scored, attempts: &Attempts) -> Diagnosis {
         let mut answer = self.answer(&self.search.calibrated, &[], attempts);
         answer.verdict = Verdict::UnknownCause;
         let values = shape.fitted.model.parameters(0, &shape.fitted.theta);
@@ -156,6 +162,21 @@ impl Judge<'_> {
             .any(|(scale, noise)| scale.iter().zip(noise).any(|(s, n)| s.is_finite() && *s > ENOUGH_EXCITATION * n))
     }
 
+    /// Everything that was tried, the best first, and what became of it.
+    fn tried(&self, attempts: &Attempts, accepted: &Scored) -> Vec<Attempt> {
+        let mut tried: Vec<Attempt> = attempts.fitted.iter().map(|scored| self.attempt(scored, accepted)).collect();
+        tried.extend(attempts.screened.iter().map(|scored| {
+            let attempt = self.attempt(scored, accepted);
+            let others = "left after a few steps, in which others gained more";
+            Attempt { why: if attempt.why.contains("what was accepted") { others.into() } else { attempt.why }, ..attempt }
+        }));
+        tried.sort_by(|a, b| b.gain_all.unwrap_or(f64::NEG_INFINITY).total_cmp(&a.gain_all.unwrap_or(f64::NEG_INFINITY)));
+        let why = "nothing in the records leads to it, or no machine with it moves";
+        let silent = |causes: &Vec<Candidate>| Attempt { causes: self.named(causes), gain_check: None, gain_all: None, why: why.into() };
+        tried.extend(attempts.silent.iter().map(silent));
+        tried
+    }
+
     fn attempt(&self, scored: &Scored, accepted: &Scored) -> Attempt {
         let (gain_check, gain_all) = (self.check(&self.search.calibrated, scored), self.all(scored));
         let best = self.all(accepted);
@@ -170,12 +191,12 @@ impl Judge<'_> {
         } else {
             format!("explains {:.0} nats more than what was accepted, too little for what it adds", gain_all - best)
         };
-        Attempt { causes: self.names(scored), gain_check, gain_all, why }
+        Attempt { causes: self.named(&scored.causes), gain_check: Some(gain_check), gain_all: Some(gain_all), why }
     }
 
-    fn names(&self, scored: &Scored) -> String {
-        let name = |cause: &crate::candidates::Candidate| format!("{}@{}", cause.definition.kind, cause.site.key(&self.dataset.machine));
-        scored.causes.iter().map(name).collect::<Vec<_>>().join("+")
+    fn named(&self, causes: &[Candidate]) -> String {
+        let name = |cause: &Candidate| format!("{}@{}", cause.definition.kind, cause.site.key(&self.dataset.machine));
+        causes.iter().map(name).collect::<Vec<_>>().join("+")
     }
 
     fn cause(&self, scored: &Scored, i: usize, probability: f64, accepted: bool) -> Cause {
@@ -190,7 +211,8 @@ impl Judge<'_> {
                 .unknowns
                 .iter()
                 .position(|unknown| unknown.parameter_of(i) == Some(k))
-                .map_or(0.0, |u| NINETY_PERCENT * fitted.model.unknowns[u].spread(fitted.theta[u], fitted.sigma[u]));
+                .map_or(0.0, |u| fitted.model.unknowns[u].spread(fitted.theta[u], fitted.sigma[u]));
+            let spread = NINETY_PERCENT * intervals::widened(&scored.causes, i, parameter.name, values[k], spread);
             let unit = parameter.dimension.si_unit(rotational).to_owned();
             parameters.insert(parameter.name, Estimate { value: values[k], ci90: [values[k] - spread, values[k] + spread], unit });
         }
@@ -206,7 +228,8 @@ impl Judge<'_> {
     }
 
     /// Shapley's share of each accepted effect in what all of them close: its gain averaged over all orders of adding them.
-    fn credit(&self, accepted: &Scored, refit: &[f64], after: &[f64], effects: &mut [Cause]) {
+    /// `removed` are the accepted effects without each in turn.
+    fn credit(&self, accepted: &Scored, removed: &[Scored], refit: &[f64], after: &[f64], effects: &mut [Cause]) {
         let n = accepted.causes.len();
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
         let checks = self.checks();
@@ -221,7 +244,9 @@ impl Judge<'_> {
                 if subset == 0 {
                     return 0.0;
                 }
-                let kept = (0..n).rev().filter(|i| subset & (1 << i) == 0).fold(accepted.clone(), |scored, i| self.without(&scored, i));
+                let mut out = (0..n).rev().filter(|i| subset & (1 << i) == 0);
+                let Some(first) = out.next() else { return none - all };
+                let kept = out.fold(removed[first].clone(), |scored, i| self.without(&scored, i));
                 let errors = gap::square_errors(&self.search.task, &kept.fitted.model, &kept.fitted.theta, &checks);
                 errors.map_or(0.0, |errors| none - mean(&errors))
             })
@@ -239,7 +264,8 @@ impl Judge<'_> {
         }
     }
 
-    fn places(&self, accepted: &Scored, effects: &[Cause], verdict: Verdict, cells: &[Cell]) -> Vec<Where> {
+    /// Where, each place with what speaks for it: what is worse without its effect, or where the residual points.
+    fn places(&self, accepted: &Scored, removed: &[Scored], effects: &[Cause], verdict: Verdict, cells: &[Cell]) -> Vec<Where> {
         let pointer = unknown::point(
             &self.search.task,
             if accepted.causes.is_empty() || verdict == Verdict::UnknownCause { accepted } else { &self.search.calibrated },
@@ -254,22 +280,41 @@ impl Judge<'_> {
             let chance = chances.entry(pointer.place.name()).or_insert(0.0);
             *chance = chance.max(rest);
         }
-        let channel = self.dataset.channels.get(pointer.channel).map_or_else(String::new, |channel| channel.column.clone());
         let whole = ([0.0, 0.5 / self.dataset.records[0].spacing_s], if pointer.is_contact { "contact" } else { "free" });
-        let (band_hz, phase) = heart(cells, &channel).unwrap_or(whole);
+        let with = unknown::channel_misfits(accepted);
+        let of_effect = |i: usize| {
+            let taken = unknown::channel_misfits(&removed[i]);
+            let rise = |c: usize| taken[c] / with[c].max(1.0);
+            let worst = (0..taken.len()).max_by(|&a, &b| rise(a).total_cmp(&rise(b))).unwrap_or(0);
+            let kind = accepted.causes[i].definition.kind;
+            let sigmas = [taken[worst], with[worst]].map(f64::sqrt);
+            (worst, format!("without {kind} `{}` departs {:.1} sigma, with it {:.1}", self.column(worst), sigmas[0], sigmas[1]))
+        };
         let mut places: Vec<Where> = chances
             .into_iter()
-            .map(|(place, probability)| Where {
-                place,
-                probability,
-                channel: channel.clone(),
-                band_hz,
-                phase,
-                evidence: pointer.evidence.clone(),
+            .map(|(place, probability)| {
+                let own = accepted.causes.iter().position(|cause| cause.place.name() == place);
+                let rival = effects.iter().find(|effect| effect.place == place);
+                let (channel, evidence) = match (own, rival) {
+                    (Some(i), _) => of_effect(i),
+                    (None, Some(rival)) if place != pointer.place.name() => {
+                        (pointer.channel, format!("{} there would explain about as much", rival.kind))
+                    }
+                    _ => (pointer.channel, pointer.evidence.clone()),
+                };
+                let channel = self.column(channel);
+                let (band_hz, phase) = heart(cells, &channel).unwrap_or(whole);
+                Where { place, probability, channel, band_hz, phase, evidence }
             })
             .collect();
         places.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         places
+    }
+}
+
+impl Judge<'_> {
+    fn column(&self, channel: usize) -> String {
+        self.dataset.channels.get(channel).map_or_else(String::new, |channel| channel.column.clone())
     }
 }
 

@@ -1,13 +1,14 @@
 //! The diagnosis: calibrate, try causes, compose, judge.
 
-use crate::candidates::candidates;
+use crate::candidates::{Candidate, candidates};
 use crate::dataset::Dataset;
 use crate::error::DiagnosisError;
 use crate::gap::noise;
 use crate::nested;
 use crate::odds::gain;
+use crate::rattle::rattles;
 use crate::report::Diagnosis;
-use crate::search::{Scored, Search, extensions, glance, score, search};
+use crate::search::{Extended, Scored, Search, extensions, finished, glance, score, search};
 use crate::tolerance::is_within;
 use crate::unknown;
 
@@ -55,7 +56,8 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
     let mut ranked: Vec<&Scored> = found.singles.iter().filter(|scored| judge.is_finding(scored) && judge.is_acceptable(scored)).collect();
     ranked.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
     prefer_simple(&mut ranked, PARSIMONY, |scored| judge.all(scored));
-    let mut attempts: Vec<Scored> = found.singles.clone();
+    let mut attempts = Attempts { fitted: found.singles.clone(), screened: found.others.clone(), silent: Vec::new() };
+    attempts.silent.extend(found.silent.iter().map(|candidate| vec![*candidate]));
     let mut accepted = found.calibrated.clone();
     let mut rivals: Vec<Scored> = Vec::new();
     if let Some(best) = ranked.first() {
@@ -63,7 +65,7 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
         rivals = ranked.iter().map(|scored| (*scored).clone()).collect();
         if let Some(pair) = judge.as_level_and_load(&accepted) {
             rivals.insert(0, pair.clone());
-            attempts.push(pair.clone());
+            attempts.fitted.push(pair.clone());
             accepted = pair;
         }
     }
@@ -73,6 +75,19 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
     if let Some(shape) = shape.filter(|shape| judge.gain(&accepted, shape, &judge.everything()) > ACCEPT_FURTHER) {
         return Ok(judge.position_force(shape, &attempts));
     }
+    if let Some((loose, evidence)) = judge.as_play(&accepted) {
+        if !attempts.fitted.iter().any(|tried| tried.causes.len() == 1 && tried.causes[0].is(&loose.causes[0])) {
+            attempts.fitted.push(loose.clone());
+        }
+        // What is left after impacts that nobody can predict tells of no further cause.
+        let mut answer = judge.answer(&loose, std::slice::from_ref(&loose), &attempts);
+        answer
+            .places
+            .iter_mut()
+            .filter(|place| place.place == loose.causes[0].place.name())
+            .for_each(|place| place.evidence.clone_from(&evidence));
+        return Ok(answer);
+    }
     let glimpse = glance(&found.task, &accepted);
     while !accepted.causes.is_empty() && accepted.causes.len() < MOST_CAUSES && !judge.is_quiet(&accepted) {
         progress("trying a further cause");
@@ -80,8 +95,10 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
             .into_iter()
             .filter(|c| !accepted.causes.iter().any(|a| a.site == c.site && overlaps(a.definition.kind, c.definition.kind)))
             .collect();
-        let mut further: Vec<Scored> = extensions(&found.task, &accepted, &left, &glimpse);
-        attempts.extend(further.iter().cloned());
+        let Extended { fits: mut further, others, silent } = extensions(&found.task, &accepted, &left, &glimpse);
+        attempts.fitted.extend(further.iter().cloned());
+        attempts.screened.extend(others);
+        attempts.silent.extend(silent.into_iter().map(|candidate| accepted.causes.iter().copied().chain([candidate]).collect()));
         let asked = Asked::beside(&accepted);
         let enough = |scored: &Scored| {
             judge.check(&accepted, scored) >= asked.check && judge.gain(&accepted, scored, &judge.everything()) >= asked.all
@@ -110,6 +127,16 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
     } else {
         Err(DiagnosisError::Unbounded { spacing_s: dataset.records.iter().map(|record| record.spacing_s).fold(0.0, f64::max) })
     }
+}
+
+/// All that was tried.
+pub(crate) struct Attempts {
+    /// To the end.
+    pub(crate) fitted: Vec<Scored>,
+    /// For a few steps.
+    pub(crate) screened: Vec<Scored>,
+    /// Not at all: nothing in the records leads to the last of these causes.
+    pub(crate) silent: Vec<Vec<Candidate>>,
 }
 
 /// Evidence asked of a further cause, nats.
@@ -212,8 +239,22 @@ impl Judge<'_> {
             .iter()
             .find(|single| single.causes[0].site == cause.site && single.causes[0].definition.kind == "coulomb-friction")?;
         let load = candidates(&self.dataset.machine).into_iter().find(|c| c.site == cause.site && c.definition.kind == "constant-load")?;
-        let pair = extensions(&self.search.task, level, &[load], &glance(&self.search.task, level)).pop()?;
+        let pair = extensions(&self.search.task, level, &[load], &glance(&self.search.task, level)).fits.pop()?;
         (self.is_finding(&pair) && self.all(accepted) - self.all(&pair) < LOOK_ALIKE).then_some(pair)
+    }
+
+    /// Free play, where a joint was told of as bending though its bodies hit each other, with what says so. A joint with play bends too, on the
+    /// mean, and predicts that more safely than impacts whose instants hang on where in the play a body stands.
+    fn as_play(&self, accepted: &Scored) -> Option<(Scored, String)> {
+        let [cause] = accepted.causes[..] else { return None };
+        if cause.definition.kind != "transmission-flexibility" || unknown::explains(&self.search.calibrated, accepted) {
+            return None;
+        }
+        let has_play = |scored: &&Scored| scored.causes[0].definition.kind == "backlash" && scored.causes[0].place == cause.place;
+        let evidence = rattles(self.dataset)?;
+        let loose = self.search.singles.iter().find(has_play).cloned();
+        let loose = loose.or_else(|| Some(finished(&self.search.task, self.search.others.iter().find(has_play)?)))?;
+        self.is_finding(&loose).then_some((loose, evidence))
     }
 
     /// Takes out effects whose removal costs nothing.

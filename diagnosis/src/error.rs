@@ -29,6 +29,8 @@ pub enum DiagnosisError {
         file: PathBuf,
         /// What is wrong with it.
         reason: String,
+        /// What to do.
+        remedy: &'static str,
     },
     /// A fault of the measured series that no assumption can repair.
     #[error("{}", list_faults(.faults))]

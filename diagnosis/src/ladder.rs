@@ -1,6 +1,8 @@
 //! The disturbance ladder: an unknown force (or an unknown error of a reading) allowed at one place after the other, what it would explain, and
 //! what it goes with. Its shape against position, speed, drive force and time is the portrait of what the machine lacks.
 
+use std::f64::consts::TAU;
+
 use feeler_plant::description::Quantity;
 use feeler_plant::effects::Place;
 
@@ -16,8 +18,10 @@ use crate::unknown::{explained, portrait};
 const AVERAGE: usize = 8;
 /// Points handed on for drawing.
 const POINTS: usize = 800;
-/// Share of the missing force's variance from which a wave over position is named.
-const LEAST_WAVE: f64 = 0.01;
+/// Share of the missing force's variance from which a wave over position is named, on fitted and on check experiments alike.
+const LEAST_WAVE: f64 = 0.02;
+/// Periods of a wave that the travel must show.
+const LEAST_PERIODS: f64 = 2.0;
 /// Mean square residuals below this are noise.
 const QUIET: f64 = 1.0;
 
@@ -36,27 +40,42 @@ pub(crate) fn ladder(task: &Task<'_>, scored: &Scored) -> Vec<Rung> {
         records[r].series[c].iter().zip(&prediction.series[c]).map(|(m, p)| m - p).collect()
     };
     let mut rungs = Vec::new();
-    let mut add = |place: Place, only: Option<bool>, channels: &[usize], freed: &dyn Fn(usize, &Prediction) -> Vec<f64>| {
+    let mut add = |place: Place, only: Option<bool>, channels: &[usize], freed: &Freed<'_>, left: &Left<'_>| {
         if !channels.is_empty() {
-            rungs.push(rung(task, scored, place, only, channels, freed));
+            rungs.push(rung(task, scored, place, only, channels, freed, left));
         }
     };
     let common = |r: usize, p: &Prediction| missing_acceleration(dataset, r, p).iter().map(|a| mass * a).collect();
+    let nothing = |r: usize, _: &Prediction, _: usize| vec![0.0; records[r].len()];
+    // A force on all that moves takes away what accelerometers have in common, one between them what they have not.
+    let apart = |r: usize, p: &Prediction, c: usize| -> Vec<f64> {
+        residual(r, p, c).iter().zip(missing_acceleration(dataset, r, p)).map(|(own, common)| own - common).collect()
+    };
+    let together = |r: usize, p: &Prediction, _: usize| missing_acceleration(dataset, r, p);
     let carriers = if accelerations.is_empty() { &positions } else { &accelerations };
-    add(Place::Guide, Some(false), carriers, &common);
-    add(Place::Contact, Some(true), carriers, &common);
+    let of_carriers: &Left<'_> = if accelerations.is_empty() { &nothing } else { &apart };
+    add(Place::Guide, Some(false), carriers, &common, of_carriers);
+    add(Place::Contact, Some(true), carriers, &common, of_carriers);
     if let [first, .., last] = accelerations[..] {
-        add(Place::Transmission, None, &[first, last], &|r, p| {
-            residual(r, p, last).iter().zip(residual(r, p, first)).map(|(a, b)| 0.25 * mass * (a - b)).collect()
-        });
+        let between =
+            |r: usize, p: &Prediction| residual(r, p, last).iter().zip(residual(r, p, first)).map(|(a, b)| 0.25 * mass * (a - b)).collect();
+        add(Place::Transmission, None, &[first, last], &between, &together);
     }
     if !accelerations.is_empty() {
-        add(Place::Base, None, &positions, &|r, p| residual(r, p, positions[0]).iter().map(|x| mass * p.omega.powi(2) * x).collect());
+        let under = |r: usize, p: &Prediction| residual(r, p, positions[0]).iter().map(|x| mass * p.omega.powi(2) * x).collect();
+        add(Place::Base, None, &positions, &under, &nothing);
     }
-    add(Place::ForceSensor, None, &forces, &|r, p| residual(r, p, forces[0]));
+    add(Place::ForceSensor, None, &forces, &|r, p| residual(r, p, forces[0]), &nothing);
+    // A place of which the records show nothing has no rung.
+    rungs.retain(|rung| !rung.portrait.is_empty());
     rungs.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     rungs
 }
+
+/// The force, or error, that is let in along a record.
+type Freed<'a> = dyn Fn(usize, &Prediction) -> Vec<f64> + 'a;
+/// What it leaves of the residual of a channel.
+type Left<'a> = dyn Fn(usize, &Prediction, usize) -> Vec<f64> + 'a;
 
 fn rung(
     task: &Task<'_>,
@@ -64,7 +83,8 @@ fn rung(
     place: Place,
     only: Option<bool>,
     channels: &[usize],
-    freed: &dyn Fn(usize, &Prediction) -> Vec<f64>,
+    freed: &Freed<'_>,
+    left: &Left<'_>,
 ) -> Rung {
     let mut points: Vec<PortraitPoint> = Vec::new();
     let mut evidence = 0.0;
@@ -73,7 +93,11 @@ fn rung(
         let chosen = |k: usize| only.is_none_or(|wanted| prediction.touching[k] == wanted);
         let share = (0..record.len()).filter(|&k| chosen(k)).count() as f64 / record.len() as f64;
         for &c in channels {
-            evidence += 0.5 * share * looks(record) * ((scored.misfits[r][c] + QUIET) / (2.0 * QUIET)).ln();
+            let before: f64 = record.series[c].iter().zip(&prediction.series[c]).map(|(m, p)| (m - p).powi(2)).sum();
+            let after: f64 = left(r, &prediction, c).iter().map(|x| x * x).sum();
+            let misfit = scored.misfits[r][c];
+            let rest = misfit * (after / before.max(f64::MIN_POSITIVE)).min(1.0);
+            evidence += 0.5 * share * looks(record) * ((misfit + QUIET) / (rest.max(QUIET) + QUIET)).ln();
         }
         if record.is_check {
             continue;
@@ -107,19 +131,48 @@ pub(crate) fn missing_force(task: &Task<'_>, scored: &Scored, records: &[usize])
     if rows > 0.0 { (sum / rows).sqrt() } else { 0.0 }
 }
 
-/// Shapes in the force that is missing even with the accepted effects, said in words.
+/// Shapes in the force that is missing even with the accepted effects, said in words: waves over position of which the travel shows two periods, and which
+/// take as much out of the check experiments, where they were not looked for.
 pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
-    let points: Vec<[f64; 2]> = portrait(task, scored, 2, Some(false)).iter().map(|p| [p[0], p[3]]).collect();
-    let mean = points.iter().map(|p| p[1]).sum::<f64>() / points.len().max(1) as f64;
-    let variance = points.iter().map(|p| (p[1] - mean).powi(2)).sum::<f64>() / points.len().max(1) as f64;
-    let series: Vec<(f64, f64)> = points.iter().map(|p| (p[0], p[1])).collect();
-    let waves = ripples(&series).into_iter().filter(|wave| 0.5 * wave[0].powi(2) > LEAST_WAVE * variance);
-    waves
-        .map(|wave| {
-            let share = 50.0 * wave[0].powi(2) / variance;
-            format!("a force of {:.2} N periodic in position, pitch {:.3e} m, is left ({share:.0} % of what is missing)", wave[0], wave[1])
+    let checks: Vec<usize> = (0..task.dataset.records.len()).filter(|&r| task.dataset.records[r].is_check).collect();
+    let [seen, unseen] = [task.fitted.as_slice(), checks.as_slice()].map(|records| over_position(task, scored, records));
+    let (low, high) = seen.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
+    let is_whole = |wave: &Vec<f64>| wave[1] * LEAST_PERIODS <= high - low;
+    ripples(&seen)
+        .into_iter()
+        .filter(is_whole)
+        .filter_map(|wave| {
+            let wave: [f64; 3] = wave.try_into().ok()?;
+            let share = taken_out(&wave, &seen).min(taken_out(&wave, &unseen));
+            (share > LEAST_WAVE).then(|| {
+                let percent = 100.0 * share;
+                format!(
+                    "a force of {:.2} N periodic in position, pitch {:.3e} m, is left ({percent:.0} % of what is missing)",
+                    wave[0], wave[1]
+                )
+            })
         })
         .collect()
+}
+
+/// Missing force against position in free motion, less its mean.
+fn over_position(task: &Task<'_>, scored: &Scored, records: &[usize]) -> Vec<(f64, f64)> {
+    let mut points: Vec<(f64, f64)> = portrait(task, scored, records, 2, Some(false)).iter().map(|p| (p[0], p[3])).collect();
+    let mean = points.iter().map(|p| p.1).sum::<f64>() / points.len().max(1) as f64;
+    for point in &mut points {
+        point.1 -= mean;
+    }
+    points
+}
+
+/// Share of the variance of `points` that a wave as it is takes out.
+fn taken_out([amplitude, pitch, phase]: &[f64; 3], points: &[(f64, f64)]) -> f64 {
+    let (mut before, mut after) = (0.0, 0.0);
+    for (x, force) in points {
+        before += force * force;
+        after += (force - amplitude * (TAU * x / pitch + phase).sin()).powi(2);
+    }
+    if before > 0.0 { 1.0 - after / before } else { 0.0 }
 }
 
 /// Share of the missing force's variance that goes with position, velocity, drive force and time.

@@ -352,7 +352,7 @@ impl Model {
 }
 
 /// How far a step that was read off the values may move, as a logarithm.
-const STEP_SPREAD: f64 = 0.005;
+pub(crate) const STEP_SPREAD: f64 = 5e-4;
 /// A machine as an experiment with this engagement sees it.
 pub(crate) fn assemble_for(mut machine: Machine, engagement: Option<Engagement>) -> Result<Assembly, Vec<Problem>> {
     if engagement == Some(Engagement::Clamped) {
@@ -364,7 +364,7 @@ pub(crate) fn assemble_for(mut machine: Machine, engagement: Option<Engagement>)
 }
 
 /// Effects that are dry friction.
-const DRY: [&str; 4] = ["coulomb-friction", "stribeck-friction", "load-friction", "asymmetric-friction"];
+pub(crate) const DRY: [&str; 4] = ["coulomb-friction", "stribeck-friction", "load-friction", "asymmetric-friction"];
 /// One sigma of what is known of pre-sliding, frequency and damping ratio, as logarithms.
 const PRESLIDING_SPREAD: [f64; 2] = [1.2, 1.0];
 

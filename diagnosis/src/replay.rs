@@ -21,7 +21,7 @@ pub struct ColumnError {
     pub scale: f64,
     /// Root mean square error of the free prediction from the first row, signal units.
     pub rms: f64,
-    /// The same over the scale.
+    /// The same over the scale; infinite (`null` in JSON) where the column never changes.
     pub relative: f64,
     /// Largest error of the free prediction, signal units.
     pub largest: f64,
@@ -80,8 +80,9 @@ fn column_error(dataset: &Dataset, record: &Record, c: usize, free: &[f64], wind
     let n = measured.len() as f64;
     let mean = measured.iter().sum::<f64>() / n;
     let rms = |predicted: &[f64]| (measured.iter().zip(predicted).map(|(m, p)| (m - p).powi(2)).sum::<f64>() / n).sqrt();
-    let scale = (measured.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / n).sqrt();
-    let over_scale = |error: f64| error / scale.max(f64::MIN_POSITIVE);
+    let is_constant = measured.iter().all(|m| m.to_bits() == measured[0].to_bits());
+    let scale = if is_constant { 0.0 } else { (measured.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / n).sqrt() };
+    let over_scale = |error: f64| if scale > 0.0 { error / scale } else { f64::INFINITY };
     ColumnError {
         column: dataset.channels[c].column.clone(),
         scale,

@@ -89,10 +89,10 @@ pub struct Cause {
 pub struct Attempt {
     /// Kinds and elements, joined by `+`.
     pub causes: String,
-    /// Gain of evidence over calibration alone on the check experiments, nats.
-    pub gain_check: f64,
+    /// Gain of evidence over calibration alone on the check experiments, nats; none where nothing in the records led to it.
+    pub gain_check: Option<f64>,
     /// The same over all experiments.
-    pub gain_all: f64,
+    pub gain_all: Option<f64>,
     /// Why it was accepted or not.
     pub why: String,
 }
@@ -198,6 +198,8 @@ pub struct Diagnosis {
     pub noise: IndexMap<String, f64>,
     /// What was noticed about the data.
     pub warnings: Vec<String>,
+    /// Those of the warnings by which the records contradict each other (units, clocks): what was found may be their doing.
+    pub contradictions: Vec<String>,
     /// Missing force of the calibrated machine against position, speed and drive force on fitted experiments: `[x, v, F_drive, F_missing]`.
     #[serde(skip)]
     pub portrait: Vec<[f64; 4]>,

@@ -22,6 +22,8 @@ const STEPS: usize = 10;
 const SCREENING_STEPS: usize = 6;
 /// Starts of a candidate that are fitted.
 const BEST_STARTS: usize = 3;
+/// Starts whose values all differ by less than this, as a fraction, are one.
+const NEIGHBOURS: f64 = 0.16;
 /// Gain of the cost in screening below which a candidate is not fitted: a fraction of the least evidence that is ever accepted, which takes about ten of
 /// cost per nat.
 const WORTH_FITTING: f64 = 25.0;
@@ -42,6 +44,9 @@ pub(crate) struct Search<'a> {
     pub(crate) task: Task<'a>,
     pub(crate) calibrated: Scored,
     pub(crate) singles: Vec<Scored>,
+    /// Singles that were not fitted to the end, and those that nothing in the records leads to.
+    pub(crate) others: Vec<Scored>,
+    pub(crate) silent: Vec<Candidate>,
     /// What the fitted records cover.
     pub(crate) seen: Seen,
 }
@@ -63,10 +68,20 @@ pub(crate) fn search(dataset: &Dataset) -> Result<Search<'_>, DiagnosisError> {
     let calibrated = score(&task, Vec::new(), task.fit(&model, &start, STEPS));
     let glance = glance(&task, &calibrated);
     let all = candidates(&dataset.machine);
-    let singles = extensions(&task, &calibrated, &all, &glance);
+    let Extended { fits: singles, others, silent } = extensions(&task, &calibrated, &all, &glance);
     let (low, high) = glance.missing.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
     let seen = Seen { stroke_m: high - low, command_n: glance.command };
-    Ok(Search { task, calibrated, singles, seen })
+    Ok(Search { task, calibrated, singles, others, silent, seen })
+}
+
+/// One more effect, for every candidate.
+pub(crate) struct Extended {
+    /// Fitted to the end.
+    pub(crate) fits: Vec<Scored>,
+    /// Left after a few steps.
+    pub(crate) others: Vec<Scored>,
+    /// Those that nothing in the records leads to, or that make no machine that moves.
+    pub(crate) silent: Vec<Candidate>,
 }
 
 pub(crate) fn score(task: &Task<'_>, causes: Vec<Candidate>, fitted: Fitted) -> Scored {
@@ -78,32 +93,38 @@ pub(crate) fn score(task: &Task<'_>, causes: Vec<Candidate>, fitted: Fitted) -> 
 }
 
 /// `base` with one more effect, for every candidate: all after a few steps, then the best and the best of every place to the end.
-pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glance: &Glance) -> Vec<Scored> {
-    let Some(linearised) = Linearised::new(task, &base.fitted) else { return Vec::new() };
-    let mut screened: Vec<(Candidate, Fitted)> =
-        all.par_iter().filter_map(|&candidate| Some((candidate, screen(task, &linearised, base, candidate, glance)?))).collect();
-    screened.retain(|(_, fitted)| base.fitted.cost - fitted.cost > WORTH_FITTING);
+pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glance: &Glance) -> Extended {
+    let Some(linearised) = Linearised::new(task, &base.fitted) else {
+        return Extended { fits: Vec::new(), others: Vec::new(), silent: all.to_vec() };
+    };
+    let screened: Vec<(Candidate, Option<Fitted>)> =
+        all.par_iter().map(|&candidate| (candidate, screen(task, &linearised, base, candidate, glance))).collect();
+    let silent = screened.iter().filter(|(_, fitted)| fitted.is_none()).map(|(candidate, _)| *candidate).collect();
+    let mut screened: Vec<(Candidate, Fitted)> = screened.into_iter().filter_map(|(c, fitted)| Some((c, fitted?))).collect();
     screened.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    let with = |candidate: Candidate, fitted: Fitted| score(task, base.causes.iter().copied().chain([candidate]).collect(), fitted);
     let mut places = Vec::new();
-    let chosen: Vec<(Candidate, Fitted)> = screened
-        .into_iter()
-        .enumerate()
-        .filter(|(i, (candidate, _))| {
-            let first = !places.contains(&candidate.place);
+    let mut taken = 0;
+    let (chosen, left): (Vec<_>, Vec<_>) = screened.into_iter().partition(|(candidate, fitted)| {
+        let is_worth = base.fitted.cost - fitted.cost > WORTH_FITTING;
+        let is_first = !places.contains(&candidate.place);
+        let is_taken = is_worth && (taken < FULLY || is_first);
+        if is_worth {
             places.push(candidate.place);
-            *i < FULLY || first
-        })
-        .map(|(_, pair)| pair)
-        .collect();
-    let mut fits: Vec<Scored> = chosen
-        .into_par_iter()
-        .map(|(candidate, fitted)| {
-            let refined = task.fit(&fitted.model, &fitted.theta, STEPS);
-            score(task, base.causes.iter().copied().chain([candidate]).collect(), refined)
-        })
-        .collect();
+            taken += 1;
+        }
+        is_taken
+    });
+    let others = left.into_par_iter().map(|(candidate, fitted)| with(candidate, fitted)).collect();
+    let mut fits: Vec<Scored> =
+        chosen.into_par_iter().map(|(candidate, fitted)| with(candidate, task.fit(&fitted.model, &fitted.theta, STEPS))).collect();
     nested::enforce(task, &mut fits, STEPS, |old, fitted| score(task, old.causes.clone(), fitted));
-    fits
+    Extended { fits, others, silent }
+}
+
+/// A model that was left after a few steps, fitted to the end.
+pub(crate) fn finished(task: &Task<'_>, scored: &Scored) -> Scored {
+    score(task, scored.causes.clone(), task.fit(&scored.fitted.model, &scored.fitted.theta, STEPS))
 }
 
 /// A few steps with one more effect than `base`.
@@ -119,11 +140,22 @@ fn screen(task: &Task<'_>, linearised: &Linearised<'_>, base: &Scored, candidate
         .filter(|(cost, ..)| cost.is_finite())
         .collect();
     begun.sort_by(|a, b| a.0.total_cmp(&b.0));
-    begun
-        .iter()
-        .take(BEST_STARTS)
+    let mut apart: Vec<&(f64, Model, Vec<f64>)> = Vec::new();
+    for begin in &begun {
+        if apart.len() < BEST_STARTS && apart.iter().all(|other| !are_neighbours(&begin.1, &other.1)) {
+            apart.push(begin);
+        }
+    }
+    apart
+        .into_iter()
         .filter_map(|(_, model, start)| linearised.screen(model, start, SCREENING_STEPS))
         .min_by(|a, b| a.cost.total_cmp(&b.cost))
+}
+
+/// Whether two starts of one candidate are so near that a fit from either ends at the same place.
+fn are_neighbours(a: &Model, b: &Model) -> bool {
+    let values = |model: &Model| model.tried.last().map(|tried| tried.effect.values.clone()).unwrap_or_default();
+    values(a).iter().zip(values(b)).all(|(a, b)| (a - b).abs() <= NEIGHBOURS * a.abs().max(b.abs()))
 }
 
 /// What the records show at a glance, with the force that the calibrated machine lacks.

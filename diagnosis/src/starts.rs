@@ -19,6 +19,14 @@ const BEST_PITCHES: usize = 4;
 /// Points of the missing force that are looked at per record.
 const POINTS: usize = 1500;
 
+/// Range in which the mode of a joint is looked for, and that of a base, Hz.
+const JOINT_HZ: (f64, f64) = (10.0, 400.0);
+const BASE_HZ: (f64, f64) = (4.0, 45.0);
+/// Damping ratio at which modes are started, and the ratio of one frequency to the next: a fit finds a resonance only from within its width, and the
+/// next start must be there.
+const NARROW: f64 = 0.05;
+const STEP: f64 = 1.08;
+
 /// What the records show at a glance.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Glance {
@@ -64,6 +72,11 @@ fn modes(mass: f64, fixed: &[f64], frequencies_hz: &[f64], ratio: f64) -> Vec<Ve
         .collect()
 }
 
+/// Frequencies across a range.
+fn every((low, high): (f64, f64)) -> Vec<f64> {
+    std::iter::successors(Some(low), |f| Some(STEP * f)).take_while(|f| *f <= high).collect()
+}
+
 /// Starting values of a candidate, in the order of its definition.
 pub(crate) fn starts(candidate: Candidate, machine: &Machine, glance: &Glance) -> Vec<Vec<f64>> {
     let definition = candidate.definition;
@@ -97,10 +110,14 @@ pub(crate) fn starts(candidate: Candidate, machine: &Machine, glance: &Glance) -
         "added-mass" => grid(&[scaled(machine.bodies[i].mass_kg, &[0.15, 0.5, 1.5])]),
         "transmission-flexibility" => {
             let Some(assembly) = &assembly else { return Vec::new() };
-            let link = &assembly.links[i];
-            let (a, b) = (mass_of(link.a), mass_of(link.b));
-            let reduced = a * b / (a + b);
-            modes(reduced, &[], &[15.0, 35.0, 70.0, 110.0, 170.0, 300.0], 0.03).into_iter().map(|m| vec![m[0], m[1], b]).collect()
+            // A body that is split hides how: a third or two thirds may hang on the spring.
+            let split: Vec<[f64; 2]> = match candidate.site.table {
+                Table::Springs => vec![[mass_of(assembly.links[i].a), mass_of(assembly.links[i].b)]],
+                _ => [1.0 / 3.0, 2.0 / 3.0].iter().map(|share| [(1.0 - share) * mass_of(i + 1), share * mass_of(i + 1)]).collect(),
+            };
+            let frequencies = every(JOINT_HZ);
+            let of = |[a, b]: [f64; 2]| modes(a * b / (a + b), &[], &frequencies, NARROW).into_iter().map(move |m| vec![m[0], m[1], b]);
+            split.into_iter().flat_map(of).collect()
         }
         "backlash" => {
             let Some(assembly) = &assembly else { return Vec::new() };
@@ -122,7 +139,7 @@ pub(crate) fn starts(candidate: Candidate, machine: &Machine, glance: &Glance) -
                 Some(link) if link.rigid => mass_of(if link.a == GROUND_NODE { link.b } else { link.a }),
                 _ => definition.parameters[0].typical,
             };
-            modes(mass, &[mass], &[5.0, 9.0, 15.0, 22.0, 32.0], 0.06)
+            modes(mass, &[mass], &every(BASE_HZ), NARROW)
         }
         "workpiece-dynamics" => {
             // How much softer the contact looks is known well, so that a wrong stiffness hides a right frequency: both are spread, and the mass follows.

@@ -83,11 +83,11 @@ pub(crate) fn explained(columns: &[Vec<f64>], y: &[f64]) -> f64 {
     if total > 0.0 { 1.0 - left / total } else { 0.0 }
 }
 
-/// Missing force of a fitted model on the fitted records, `[x, v, F_drive, F_missing]`, averaged over `average` rows.
-pub(crate) fn portrait(task: &Task<'_>, scored: &Scored, average: usize, touching: Option<bool>) -> Vec<[f64; 4]> {
+/// Missing force of a fitted model on some records, `[x, v, F_drive, F_missing]`, averaged over `average` rows.
+pub(crate) fn portrait(task: &Task<'_>, scored: &Scored, records: &[usize], average: usize, touching: Option<bool>) -> Vec<[f64; 4]> {
     let mass = moving_mass(task.dataset, scored);
     let mut points = Vec::new();
-    for &r in &task.fitted {
+    for &r in records {
         let Some(prediction) = task.predict(&scored.fitted.model, &scored.fitted.theta, r) else { continue };
         let missing = missing_acceleration(task.dataset, r, &prediction);
         for (k, block) in missing.chunks(average).enumerate() {
@@ -136,7 +136,7 @@ pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
             } else if is_contact {
                 (Place::Contact, says("a force is missing in contact only"))
             } else {
-                let points = portrait(task, scored, 8, Some(false));
+                let points = portrait(task, scored, &task.fitted, 8, Some(false));
                 let column = |f: &dyn Fn(&[f64; 4]) -> f64| points.iter().map(f).collect::<Vec<f64>>();
                 let y = column(&|p| p[3]);
                 let span = points.iter().map(|p| p[0].abs()).fold(1e-12, f64::max);

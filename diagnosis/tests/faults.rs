@@ -141,7 +141,7 @@ fn truth_faults_that_an_assumption_mends_are_warnings_that_state_it() {
 #[test]
 fn truth_units_and_clocks_that_disagree_are_stated() {
     let metres_as_millimetres = spoil(|_, row| row[3] *= 1e3);
-    warning_says(&metres_as_millimetres, &["`acceleration_mps2`", "`encoder_m`", "a thousand", "SI"]);
+    warning_says(&metres_as_millimetres, &["`acceleration_mps2`", "`encoder_m`", "about 1000", "SI"]);
     let rows = sound();
     let late = spoil(|k, row| row[3] = rows[k.saturating_sub(6)][3]);
     warning_says(&late, &["`acceleration_mps2`", "behind `encoder_m`", "6.0"]);
@@ -203,6 +203,11 @@ fn truth_parquet_tables_say_the_same_as_csv() {
     writer.close().unwrap();
     let folder = folder(&[("a.parquet", &bytes), ("b.csv", csv(&sound()).as_bytes())]);
     assert_same(folder.path());
+}
+
+#[test]
+fn truth_columns_between_semicolons_are_said_to_be() {
+    error_says(&csv(&sound()).replace(',', ";"), &["a.csv", "separated by ';'", "not by commas"]);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use feeler_diagnosis::DiagnosisError;
-use feeler_diagnosis::dataset::{Dataset, Fault, FaultKind};
+use feeler_diagnosis::dataset::{Dataset, Fault};
 use feeler_engine::{EngineError, Program};
 use feeler_scenarios::format::{ArmFile, CellFile, DatasetFile, Draft, FormatError, SweepFile, read_text};
 use serde_json::{Value, json};
@@ -23,6 +23,19 @@ enum Mistakes {
     Series(DiagnosisError),
 }
 
+/// What a file without mistakes holds.
+struct Sound {
+    about: String,
+    /// What of its records needs an assumption.
+    warnings: Vec<Fault>,
+}
+
+impl From<String> for Sound {
+    fn from(about: String) -> Self {
+        Self { about, warnings: Vec::new() }
+    }
+}
+
 pub(crate) fn run(arguments: &Check) -> anyhow::Result<()> {
     let mut sound = true;
     let mut results = Vec::new();
@@ -34,7 +47,10 @@ pub(crate) fn run(arguments: &Check) -> anyhow::Result<()> {
             continue;
         }
         match result {
-            Ok(about) => terminal::print(&format!("ok  {}: {about}", path.display()))?,
+            Ok(sound) => {
+                terminal::print(&format!("ok  {}: {}", path.display(), sound.about))?;
+                sound.warnings.iter().try_for_each(|warning| terminal::print(&format!("    warning: {warning}")))?;
+            }
             Err(Mistakes::Format(error)) => terminal::complain(&error.report(terminal::has_colours())),
             Err(Mistakes::Engine(error)) => terminal::complain(&format!("error: {}: this cannot be run\n{error}", path.display())),
             Err(Mistakes::Series(error)) => {
@@ -48,23 +64,24 @@ pub(crate) fn run(arguments: &Check) -> anyhow::Result<()> {
     if sound { Ok(()) } else { Err(Reported.into()) }
 }
 
-fn check(path: &Path) -> Result<String, Mistakes> {
+fn check(path: &Path) -> Result<Sound, Mistakes> {
     let folder = path.join(DATASET);
     if folder.is_file() || path.file_name().is_some_and(|name| name == DATASET) {
         let file = if folder.is_file() { &folder } else { path };
         let dataset = DatasetFile::load(file).map_err(Mistakes::Format)?;
-        check_series(file)?;
+        let warnings = check_series(file)?;
         let experiments = count(dataset.experiments.len(), "experiment", "experiments");
-        return Ok(format!("dataset of {experiments}, {}", count(dataset.columns.len(), "column", "columns")));
+        let about = format!("dataset of {experiments}, {}", count(dataset.columns.len(), "column", "columns"));
+        return Ok(Sound { about, warnings });
     }
     let text = read_text(path).map_err(Mistakes::Format)?;
     if has_line(&text, "urdf") {
         let arm = ArmFile::load(path).map_err(Mistakes::Format)?;
-        return Ok(format!("arm `{}` with {}", arm.name, count(arm.arm.drives().len(), "joint", "joints")));
+        return Ok(format!("arm `{}` with {}", arm.name, count(arm.arm.drives().len(), "joint", "joints")).into());
     }
     if has_line(&text, "[axes") {
         let sweep = SweepFile::load(path).map_err(Mistakes::Format)?;
-        return Ok(format!("sweep over {}", count(sweep.axes.len(), "axis", "axes")));
+        return Ok(format!("sweep over {}", count(sweep.axes.len(), "axis", "axes")).into());
     }
     let draft = Draft::load(path).map_err(Mistakes::Format)?;
     if draft.has_arm() {
@@ -74,7 +91,8 @@ fn check(path: &Path) -> Result<String, Mistakes> {
             "scenario `{}` of an arm with {} on a {workpiece}",
             file.name,
             count(file.cell.joints.len(), "joint", "joints")
-        ));
+        )
+        .into());
     }
     let document = draft.build().map_err(Mistakes::Format)?;
     Program::new(&document.scenario).map_err(|error| match error {
@@ -87,18 +105,16 @@ fn check(path: &Path) -> Result<String, Mistakes> {
         count(machine.contacts.len(), "contact", "contacts"),
         count(document.scenario.controllers.len(), "controller", "controllers"),
     ];
-    Ok(format!("scenario `{}` with {}", machine.name, parts.join(", ")))
+    Ok(format!("scenario `{}` with {}", machine.name, parts.join(", ")).into())
 }
 
-/// The series of a dataset: what no assumption can repair, else rows that are not evenly spaced, which a diagnosis would interpolate.
-fn check_series(file: &Path) -> Result<(), Mistakes> {
+/// The series of a dataset: what no assumption can repair is a mistake, what a diagnosis would assume a warning.
+fn check_series(file: &Path) -> Result<Vec<Fault>, Mistakes> {
     let dataset = Dataset::load(file).map_err(|error| match error {
         DiagnosisError::Format(error) => Mistakes::Format(error),
         other => Mistakes::Series(other),
     })?;
-    let uneven = |fault: &Fault| matches!(fault.kind, FaultKind::Uneven { .. });
-    let faults: Vec<Fault> = dataset.warnings.into_iter().filter(uneven).collect();
-    if faults.is_empty() { Ok(()) } else { Err(Mistakes::Series(DiagnosisError::Data { faults })) }
+    Ok(dataset.warnings)
 }
 
 /// A sweep is known by its table of axes, an arm by its URDF.
@@ -106,17 +122,23 @@ fn has_line(text: &str, beginning: &str) -> bool {
     text.lines().any(|line| line.trim_start().starts_with(beginning))
 }
 
-fn as_json(path: &Path, result: &Result<String, Mistakes>) -> Value {
+fn as_json(path: &Path, result: &Result<Sound, Mistakes>) -> Value {
     let file = path.display().to_string();
     match result {
-        Ok(about) => json!({ "file": file, "ok": true, "about": about, "problems": [] }),
+        Ok(Sound { about, warnings }) => {
+            let warnings: Vec<Value> = warnings.iter().map(problem).collect();
+            json!({ "file": file, "ok": true, "about": about, "problems": [], "warnings": warnings })
+        }
         Err(Mistakes::Format(error)) => json!({ "file": file, "ok": false, "problems": error.to_json()["problems"] }),
         Err(Mistakes::Series(DiagnosisError::Data { faults })) => {
-            let problems: Vec<Value> =
-                faults.iter().map(|fault| json!({ "file": fault.file, "line": fault.row, "message": fault.to_string() })).collect();
+            let problems: Vec<Value> = faults.iter().map(problem).collect();
             json!({ "file": file, "ok": false, "problems": problems })
         }
         Err(Mistakes::Series(error)) => json!({ "file": file, "ok": false, "problems": [{ "message": error.to_string() }] }),
         Err(Mistakes::Engine(error)) => json!({ "file": file, "ok": false, "problems": [{ "message": error.to_string() }] }),
     }
+}
+
+fn problem(fault: &Fault) -> Value {
+    json!({ "file": fault.file, "line": fault.row, "message": fault.to_string() })
 }

@@ -1,5 +1,6 @@
 //! `feeler replay`.
 
+use std::fmt::Write as _;
 use std::fs;
 
 use feeler_diagnosis::dataset::Dataset;
@@ -24,7 +25,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let replays = replay(&machine, &dataset);
     steps.done();
     let replays = replays?;
-    let json = json!({ "dataset": dataset.name, "machine": machine.name, "experiments": replays });
+    let warnings: Vec<String> = dataset.warnings.iter().map(ToString::to_string).collect();
+    let json = json!({ "dataset": dataset.name, "machine": machine.name, "warnings": warnings, "experiments": replays });
     let json = serde_json::to_string_pretty(&json)? + "\n";
     let mut files: Vec<(String, String)> = vec![("replay.json".into(), json.clone())];
     files.extend(replays.iter().map(|replay| (csv_name(&replay.experiment), series(&dataset, replay))));
@@ -39,13 +41,18 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         for (c, error) in replay.errors.iter().enumerate() {
             let unit = units.unit(dataset.channels[c].quantity(&machine));
             let experiment = if c == 0 { replay.experiment.clone() } else { String::new() };
-            let share = |share: f64| format!("{} %", percent(share));
+            // A column that never changes has no variation to be a share of.
+            let share = |share: f64| if error.scale > 0.0 { format!("{} %", percent(share)) } else { "-".into() };
             let row = [error.column.clone(), share(error.relative_in_windows), share(error.relative), with_unit(error.rms, unit)];
             rows.push(std::iter::once(experiment).chain(row).collect());
         }
     }
     let header = ["experiment", "column", "error in 50 ms windows", "error, free", "free, rms"];
-    terminal::print(&format!("{}{written}", table(&header, &[2, 3, 4], rows)))
+    let mut said = table(&header, &[2, 3, 4], rows);
+    for warning in &warnings {
+        let _ = write!(said, "\nwarning: {warning}");
+    }
+    terminal::print(&format!("{said}{written}"))
 }
 
 /// Predictions are CSV, whatever the experiment was.

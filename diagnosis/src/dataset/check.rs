@@ -65,6 +65,11 @@ pub enum FaultKind {
         /// Variation over noise.
         ratio: f64,
     },
+    /// The series varies less than noise alone would: its noise or its unit is another than stated.
+    BelowNoise {
+        /// Variation over noise.
+        ratio: f64,
+    },
     /// Two channels of the same motion differ by a factor between units.
     Units {
         /// The other column.
@@ -73,6 +78,8 @@ pub enum FaultKind {
         factor: f64,
         /// The factor in words.
         what: &'static str,
+        /// How many experiments show it.
+        experiments: usize,
     },
     /// Two channels that must move together do so with a shift in time.
     ClockOffset {
@@ -80,7 +87,11 @@ pub enum FaultKind {
         other: String,
         /// By how much this one is late, s.
         late_s: f64,
+        /// How many experiments show it.
+        experiments: usize,
     },
+    /// The experiment was to be fitted, as all others, so that none would have been left to score.
+    SetAside,
 }
 
 impl FaultKind {
@@ -97,6 +108,11 @@ impl FaultKind {
                 | Self::ConstantCommand
                 | Self::SlowRows { .. }
         )
+    }
+
+    /// Whether the records contradict each other, so that a diagnosis of them may find the fault in place of a cause.
+    pub fn is_contradiction(&self) -> bool {
+        matches!(self, Self::Units { .. } | Self::ClockOffset { .. } | Self::BelowNoise { .. })
     }
 
     fn message_and_remedy(&self) -> (String, &'static str) {
@@ -131,14 +147,40 @@ impl FaultKind {
             Self::WeakExcitation { ratio } => {
                 (format!("the series varies only {ratio:.1} times its noise"), "it can tell little; excite more strongly")
             }
-            Self::Units { other, factor, what } => {
-                (format!("reads {factor:.4} times what `{other}` says of the same motion, about {what}"), "bring both columns to SI")
+            Self::BelowNoise { ratio } => (
+                format!("the series varies only {ratio:.2} times its noise, less than noise alone would"),
+                "check the unit of the column, and the `noise` that is stated",
+            ),
+            Self::Units { other, factor, what, experiments } => (
+                format!("reads {} times what `{other}` says of the same motion, about {what}{}", short(*factor), as_in(*experiments)),
+                "bring both columns to SI",
+            ),
+            Self::ClockOffset { other, late_s, experiments } => {
+                let other = if other.contains(' ') { other.clone() } else { format!("`{other}`") };
+                let side = if *late_s > 0.0 { "behind" } else { "ahead of" };
+                (
+                    format!("runs {:.3} ms {side} {other}{}", 1e3 * late_s.abs(), as_in(*experiments)),
+                    "shift the column, or, where the sensor itself is late, set its `delay` in the machine file",
+                )
             }
-            Self::ClockOffset { other, late_s } => (
-                format!("runs {:.3} ms {} `{other}`", 1e3 * late_s.abs(), if *late_s > 0.0 { "behind" } else { "ahead of" }),
-                "set the sensor's `delay` in the machine file if that is believed",
+            Self::SetAside => (
+                "every experiment is to be fitted, so that none would be left to score: this one is set aside".into(),
+                "give one `role = \"check\"` to choose which",
             ),
         }
+    }
+}
+
+/// Four digits of a factor of any size.
+fn short(factor: f64) -> String {
+    if (0.1..1e4).contains(&factor.abs()) { format!("{factor:.3}") } else { format!("{factor:.3e}") }
+}
+
+fn as_in(experiments: usize) -> String {
+    match experiments {
+        0 | 1 => String::new(),
+        2 => ", as in another experiment".into(),
+        n => format!(", as in {} other experiments", n - 1),
     }
 }
 
@@ -181,6 +223,8 @@ const UNEVEN_SHARE: f64 = 0.01;
 const CLIPPED_RUN: usize = 8;
 /// Variation over noise below which a series can tell little.
 const WEAK_RATIO: f64 = 3.0;
+/// The same below which not even the stated noise is in it.
+const BELOW_NOISE: f64 = 0.8;
 /// First row of data in a file with a header.
 const FIRST_ROW: usize = 2;
 
@@ -309,8 +353,11 @@ fn series_faults(column: &[f64], noise: f64, resolution: f64, note: &mut impl Fn
     }
     let mean = column.iter().sum::<f64>() / column.len() as f64;
     let spread = (column.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / column.len() as f64).sqrt();
-    if noise > 0.0 && spread < WEAK_RATIO * noise {
-        note(None, FaultKind::WeakExcitation { ratio: spread / noise });
+    let ratio = spread / noise;
+    if noise > 0.0 && ratio < BELOW_NOISE {
+        note(None, FaultKind::BelowNoise { ratio });
+    } else if noise > 0.0 && ratio < WEAK_RATIO {
+        note(None, FaultKind::WeakExcitation { ratio });
     }
 }
 

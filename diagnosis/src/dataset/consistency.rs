@@ -1,57 +1,124 @@
-//! Position against acceleration of bodies that move as one: they tell of a clock that runs behind, and of units.
+//! Columns that tell of one motion, held against each other: units that were mixed up, and clocks that differ.
+//!
+//! Bodies that are believed rigid together move as one far below any resonance, so that every encoder and accelerometer on them tells of one
+//! acceleration; in free motion the command over the mass does too, if roughly; and in contact the command less what accelerates the mass is the contact
+//! force. In every experiment the column that most others agree with is the yardstick, and who departs from it by a factor between units, or by a shift
+//! in time, is named.
 
 use feeler_plant::assembly::{Assembly, GROUND_NODE, Source, assemble};
-use feeler_plant::description::{Machine, Quantity};
+use feeler_plant::description::{Engagement, Machine, Quantity};
 
+use super::compare::{Comparison, compare, second_difference, smoothed};
+use super::units::mixed_up;
 use super::{Channel, Dataset, Fault, FaultKind, Record};
 
 /// Span of the second difference, s: long enough for an encoder's noise, short enough to follow the motion.
 const SPAN_S: f64 = 4e-3;
 /// Largest shift that is looked for, s.
 const MOST_SHIFT_S: f64 = 0.05;
-/// Correlation from which on two series are the same motion.
-const SAME_MOTION: f64 = 0.85;
-/// Shift in rows from which on it is stated.
+/// Shift in rows from which on it is stated between columns of one body.
 const STATED_ROWS: f64 = 1.0;
-/// Factors between units that are mixed up: millimetres, micrometres, degrees, g.
-const FACTORS: [(f64, &str); 5] = [
-    (1e3, "a thousand (mm for m?)"),
-    (1e6, "a million (µm for m?)"),
-    (57.295_779_5, "57.3 (degrees for radians?)"),
-    (9.806_65, "9.81 (g for m/s²?)"),
-    (1e2, "a hundred (cm for m?)"),
-];
-/// How near the factor must be, as a fraction.
-const NEAR: f64 = 0.1;
+/// The same between bodies that may give way a little.
+const STATED_ROWS_ACROSS: f64 = 3.0;
+/// Shift from which on it is stated of a force between experiments, s: friction and a late command shift it against what pushes by some milliseconds.
+const STATED_OF_FORCE_S: f64 = 4e-3;
+/// Correlation from which on two readings are of the same motion, and from which on a push makes a motion or a force.
+const SAME_MOTION: f64 = 0.85;
+const SAME_PUSH: f64 = 0.7;
+/// Correlation from which on a shift between different bodies is believed: a joint that bends changes the shape of a motion as well.
+const SAME_SHAPE: f64 = 0.95;
+/// How near a factor between units must be between readings of one motion, as a fraction.
+const NEAR: f64 = 0.15;
+/// The same where a mass and friction stand between.
+const NEAR_FORCE: f64 = 0.3;
+/// A motion is what the command makes of the believed mass if it is within this factor.
+const PLAUSIBLE: f64 = 3.0;
 
-/// States a shift or a factor between a position and an acceleration of the same motion, in the first record that shows it.
+/// What one column says of the acceleration of a group of bodies.
+struct Stick {
+    channel: usize,
+    node: usize,
+    quantity: Quantity,
+    values: Vec<f64>,
+}
+
+/// A column that departs in one experiment.
+struct Odd {
+    record: usize,
+    column: String,
+    kind: FaultKind,
+}
+
+/// The machine as far as motions are shared in it.
+struct Body<'a> {
+    dataset: &'a Dataset,
+    assembly: Assembly,
+    /// By node, the lowest node that it is rigidly joined to.
+    groups: Vec<usize>,
+}
+
+/// States factors between units and shifts of time, each with the first experiment that shows it and how many do.
 pub(super) fn check(dataset: &Dataset) -> Vec<Fault> {
     let Ok(assembly) = assemble(&dataset.machine) else { return Vec::new() };
-    let node = |channel: &Channel| node_of(&dataset.machine, &assembly, channel);
-    let mut faults = Vec::new();
-    for (p, position) in dataset.channels.iter().enumerate() {
-        let Some(x) = node(position).filter(|_| position.quantity(&dataset.machine) == Quantity::Position) else { continue };
-        for (a, acceleration) in dataset.channels.iter().enumerate() {
-            let Some(y) = node(acceleration).filter(|_| acceleration.quantity(&dataset.machine) == Quantity::Acceleration) else {
-                continue;
-            };
-            if x != y {
-                continue;
-            }
-            let found = dataset.records.iter().find_map(|record| Some((record, compare(record, p, a)?)));
-            let Some((record, comparison)) = found else { continue };
-            let mut note = |kind| {
-                faults.push(Fault { file: record.name.clone(), column: Some(acceleration.column.clone()), row: None, kind });
-            };
-            if comparison.late_s.abs() > STATED_ROWS * record.spacing_s {
-                note(FaultKind::ClockOffset { other: position.column.clone(), late_s: comparison.late_s });
-            }
-            if let Some(what) = mixed_up(comparison.factor) {
-                note(FaultKind::Units { other: position.column.clone(), factor: comparison.factor, what });
+    let groups = groups(&assembly);
+    let body = Body { dataset, assembly, groups };
+    let sticks: Vec<Vec<Stick>> = dataset.records.iter().map(|record| body.sticks(record)).collect();
+    // How often a column agrees with another one, over all experiments: the better witness where one experiment leaves it open.
+    let mut agreements = vec![0_usize; dataset.channels.len()];
+    let pairs: Vec<Vec<(usize, usize, Comparison)>> = (0..dataset.records.len()).map(|r| body.pairs(r, &sticks[r])).collect();
+    for (sticks, pairs) in sticks.iter().zip(&pairs) {
+        for (i, j, comparison) in pairs {
+            if agrees(comparison.factor) {
+                agreements[sticks[*i].channel] += 1;
+                agreements[sticks[*j].channel] += 1;
             }
         }
     }
+    let mut odd = Vec::new();
+    let mut forces = Vec::new();
+    for r in 0..dataset.records.len() {
+        let references = body.motion(r, &sticks[r], &pairs[r], &agreements, &mut odd);
+        forces.extend(body.forces(r, &sticks[r], &references, &mut odd));
+    }
+    body.force_clocks(&forces, &mut odd);
+    merge(dataset, odd)
+}
+
+fn agrees(factor: f64) -> bool {
+    factor > 0.0 && factor.ln().abs() < 2.0 * NEAR.ln_1p()
+}
+
+/// One fault per column and cause, with the first experiment that shows it.
+fn merge(dataset: &Dataset, odd: Vec<Odd>) -> Vec<Fault> {
+    let alike = |a: &FaultKind, b: &FaultKind| match (a, b) {
+        (FaultKind::Units { what: a, other: x, .. }, FaultKind::Units { what: b, other: y, .. }) => a == b && x == y,
+        (FaultKind::ClockOffset { late_s: a, other: x, .. }, FaultKind::ClockOffset { late_s: b, other: y, .. }) => {
+            x == y && (a - b).abs() < 2.0 * dataset.records[0].spacing_s
+        }
+        _ => false,
+    };
+    let mut faults: Vec<Fault> = Vec::new();
+    for Odd { record, column, kind } in odd {
+        let known = faults.iter_mut().find(|fault| fault.column.as_ref() == Some(&column) && alike(&fault.kind, &kind));
+        match known.map(|fault| &mut fault.kind) {
+            Some(FaultKind::Units { experiments, .. } | FaultKind::ClockOffset { experiments, .. }) => *experiments += 1,
+            _ => faults.push(Fault { file: dataset.records[record].name.clone(), column: Some(column), row: None, kind }),
+        }
+    }
     faults
+}
+
+/// By node, the lowest node that it is rigidly joined to.
+fn groups(assembly: &Assembly) -> Vec<usize> {
+    let mut groups: Vec<usize> = (0..assembly.nodes.len()).collect();
+    for _ in 0..assembly.links.len() {
+        for link in assembly.links.iter().filter(|link| link.rigid) {
+            let lower = groups[link.a].min(groups[link.b]);
+            groups[link.a] = lower;
+            groups[link.b] = lower;
+        }
+    }
+    groups
 }
 
 /// The body that a channel reads.
@@ -61,61 +128,216 @@ fn node_of(machine: &Machine, assembly: &Assembly, channel: &Channel) -> Option<
         source => source,
     };
     match source {
-        // Bodies that are believed rigid are compared as well only where they are the same one: a joint may give way.
         Source::Node(node, _) if node != GROUND_NODE && node <= machine.bodies.len() => Some(node),
         _ => None,
     }
 }
 
-fn mixed_up(factor: f64) -> Option<&'static str> {
-    let near = |wanted: f64| (factor / wanted - 1.0).abs() < NEAR || (factor * wanted - 1.0).abs() < NEAR;
-    FACTORS.iter().find(|(wanted, _)| near(*wanted)).map(|(_, what)| *what)
-}
-
-struct Comparison {
-    /// By how much the acceleration is behind the position.
-    late_s: f64,
-    /// Acceleration read over that of the position.
-    factor: f64,
-}
-
-/// Compares where both show the same motion.
-fn compare(record: &Record, position: usize, acceleration: usize) -> Option<Comparison> {
-    let m = ((SPAN_S / record.spacing_s).round() as usize).max(1);
-    let most = (MOST_SHIFT_S / record.spacing_s) as usize;
-    let (x, y) = (&record.series[position], &record.series[acceleration]);
-    let rows = x.len();
-    if rows < 4 * (m + most) {
-        return None;
+impl Body<'_> {
+    fn span(record: &Record) -> usize {
+        ((SPAN_S / record.spacing_s).round() as usize).max(1)
     }
-    // A second difference over a span is the acceleration under a triangle of that span; the accelerometer goes under the same triangle.
-    let scale = (m as f64 * record.spacing_s).powi(2);
-    let moved: Vec<f64> = (m..rows - m).map(|k| (x[k + m] - 2.0 * x[k] + x[k - m]) / scale).collect();
-    let weight = |j: usize| 1.0 - (j as f64 - m as f64).abs() / m as f64;
-    let read: Vec<f64> = (m..rows - m).map(|k| (0..=2 * m).map(|j| weight(j) * y[k + j - m]).sum::<f64>() / m as f64).collect();
-    let inner = most..moved.len() - most;
-    let correlation = |shift: isize| {
-        let (mut xy, mut xx, mut yy) = (0.0, 0.0, 0.0);
-        for k in inner.clone() {
-            let (a, b) = (moved[k], read[k.checked_add_signed(shift).unwrap_or(0)]);
-            xy += a * b;
-            xx += a * a;
-            yy += b * b;
+
+    fn most(record: &Record) -> usize {
+        (MOST_SHIFT_S / record.spacing_s) as usize
+    }
+
+    /// Every column of motion as an acceleration, averaged alike.
+    fn sticks(&self, record: &Record) -> Vec<Stick> {
+        let span = Self::span(record);
+        if record.len() < 4 * (span + Self::most(record)) {
+            return Vec::new();
         }
-        (xy / (xx * yy).sqrt().max(f64::MIN_POSITIVE), xy / xx.max(f64::MIN_POSITIVE))
-    };
-    let reach = most.cast_signed();
-    let best = (-reach..=reach).max_by(|&i, &j| correlation(i).0.total_cmp(&correlation(j).0))?;
-    let (height, factor) = correlation(best);
-    if height < SAME_MOTION {
-        return None;
+        let of = |(channel, (described, series)): (usize, (&Channel, &Vec<f64>))| {
+            let node = node_of(&self.dataset.machine, &self.assembly, described)?;
+            let quantity = described.quantity(&self.dataset.machine);
+            let values = match quantity {
+                Quantity::Position => second_difference(series, span, record.spacing_s),
+                Quantity::Acceleration => smoothed(series, span),
+                _ => return None,
+            };
+            Some(Stick { channel, node, quantity, values })
+        };
+        self.dataset.channels.iter().zip(&record.series).enumerate().filter_map(of).collect()
     }
-    // The top of a parabola through the best shift and its neighbours.
-    let part = if best.abs() < reach {
-        let (before, after) = (correlation(best - 1).0, correlation(best + 1).0);
-        0.5 * (before - after) / (before - 2.0 * height + after)
-    } else {
-        0.0
-    };
-    Some(Comparison { late_s: (best as f64 + part) * record.spacing_s, factor })
+
+    /// Sticks of one group that show the same motion.
+    fn pairs(&self, r: usize, sticks: &[Stick]) -> Vec<(usize, usize, Comparison)> {
+        let most = Self::most(&self.dataset.records[r]);
+        let mut pairs = Vec::new();
+        for i in 0..sticks.len() {
+            for j in 0..i {
+                if self.groups[sticks[i].node] == self.groups[sticks[j].node]
+                    && let Some(comparison) = compare(&sticks[j].values, &sticks[i].values, most, SAME_MOTION)
+                {
+                    pairs.push((i, j, comparison));
+                }
+            }
+        }
+        pairs
+    }
+
+    /// Names the columns of motion that depart, and gives the yardstick of every group.
+    fn motion(
+        &self,
+        r: usize,
+        sticks: &[Stick],
+        pairs: &[(usize, usize, Comparison)],
+        agreements: &[usize],
+        odd: &mut Vec<Odd>,
+    ) -> Vec<usize> {
+        let record = &self.dataset.records[r];
+        let name = |stick: usize| self.dataset.channels[sticks[stick].channel].column.clone();
+        let mut done: Vec<usize> = sticks.iter().map(|stick| self.groups[stick.node]).collect();
+        done.sort_unstable();
+        done.dedup();
+        let mut references = Vec::new();
+        for group in done {
+            let members: Vec<usize> = (0..sticks.len()).filter(|&i| self.groups[sticks[i].node] == group).collect();
+            let between = |i: usize, j: usize| {
+                pairs.iter().find_map(|(a, b, comparison)| match (*a == i && *b == j, *a == j && *b == i) {
+                    (true, _) => Some(*comparison),
+                    (_, true) => Some(comparison.turned()),
+                    _ => None,
+                })
+            };
+            let driven = self.driven_by(record, group);
+            let of_command =
+                |i: usize| driven.as_ref().and_then(|(_, makes)| compare(makes, &sticks[i].values, Self::most(record), SAME_PUSH));
+            let plausible = |i: usize| of_command(i).is_some_and(|c| (1.0 / PLAUSIBLE..PLAUSIBLE).contains(&c.factor));
+            let count = |i: usize, holds: &dyn Fn(Comparison) -> bool| {
+                members.iter().filter(|&&j| j != i && between(i, j).is_some_and(holds)).count()
+            };
+            let is_position = |i: usize| sticks[i].quantity == Quantity::Position;
+            let by_factor = |i: usize| (count(i, &|c| agrees(c.factor)), plausible(i), agreements[sticks[i].channel], is_position(i));
+            let Some(&reference) = members.iter().max_by_key(|&&i| by_factor(i)) else { continue };
+            references.push(reference);
+            for &i in members.iter().filter(|&&i| i != reference) {
+                let Some(comparison) = between(i, reference) else { continue };
+                if let Some(what) = mixed_up(comparison.factor, sticks[i].quantity, NEAR) {
+                    let kind = FaultKind::Units { other: name(reference), factor: comparison.factor, what, experiments: 1 };
+                    odd.push(Odd { record: r, column: name(i), kind });
+                }
+            }
+            // A clock is judged by the columns of its own body first: between bodies a joint may bend.
+            let stated = |i: usize, j: usize, c: &Comparison| {
+                let rows = if sticks[i].node == sticks[j].node { STATED_ROWS } else { STATED_ROWS_ACROSS };
+                c.late_rows.abs() > rows && (sticks[i].node == sticks[j].node || c.correlation > SAME_SHAPE)
+            };
+            let in_time = |i: usize| members.iter().filter(|&&j| j != i && between(i, j).is_some_and(|c| !stated(i, j, &c))).count();
+            let Some(&clock) = members.iter().max_by_key(|&&i| (in_time(i), is_position(i))) else { continue };
+            for &i in members.iter().filter(|&&i| i != clock) {
+                if let Some(comparison) = between(i, clock).filter(|c| stated(i, clock, c)) {
+                    let late_s = comparison.late_rows * record.spacing_s;
+                    let kind = FaultKind::ClockOffset { other: name(clock), late_s, experiments: 1 };
+                    odd.push(Odd { record: r, column: name(i), kind });
+                }
+            }
+            self.against_command(r, sticks, reference, members.len(), driven.as_ref().zip(of_command(reference)), odd);
+        }
+        references
+    }
+
+    /// All columns of a motion against the command: of two that agree the command is the odd one, one alone is odd itself.
+    fn against_command(
+        &self,
+        r: usize,
+        sticks: &[Stick],
+        reference: usize,
+        members: usize,
+        found: Option<(&(String, Vec<f64>), Comparison)>,
+        odd: &mut Vec<Odd>,
+    ) {
+        let Some(((command, _), comparison)) = found else { return };
+        let column = self.dataset.channels[sticks[reference].channel].column.clone();
+        let (column, other, factor, quantity) = if members > 1 {
+            (command.clone(), column, 1.0 / comparison.factor, Quantity::Command)
+        } else {
+            (column, command.clone(), comparison.factor, sticks[reference].quantity)
+        };
+        if let Some(what) = mixed_up(factor, quantity, NEAR_FORCE) {
+            odd.push(Odd { record: r, column, kind: FaultKind::Units { other, factor, what, experiments: 1 } });
+        }
+    }
+
+    /// The command of the drive that pushes a group, and the acceleration that it makes of the group's mass in free motion.
+    fn driven_by(&self, record: &Record, group: usize) -> Option<(String, Vec<f64>)> {
+        let is_free = record.engagement.map_or(self.assembly.contacts.is_empty(), |engagement| engagement == Engagement::Free);
+        let held = self
+            .assembly
+            .links
+            .iter()
+            .any(|link| !link.rigid && link.stiffness > 0.0 && (self.groups[link.a] == group || self.groups[link.b] == group));
+        let (command, column, mass) = self.drive_of(record, group)?;
+        let span = Self::span(record);
+        (is_free && !held).then(|| (column, smoothed(command, span).into_iter().map(|u| u / mass).collect()))
+    }
+
+    /// The command of the one force drive of a group, its column, and the group's mass.
+    fn drive_of<'r>(&self, record: &'r Record, group: usize) -> Option<(&'r Vec<f64>, String, f64)> {
+        let mut drives = self.dataset.drives.iter().zip(&record.commands).filter(|((drive, _), _)| {
+            let drive = &self.assembly.drives[*drive];
+            drive.velocity_source.is_none() && self.groups[drive.on] == group
+        });
+        let ((drive, column), command) = drives.next().filter(|_| self.dataset.drives.len() == 1)?;
+        let mass = self.assembly.rigid_mass_kg(self.assembly.drives[*drive].on);
+        (mass.is_finite() && mass > 0.0).then(|| (command, column.clone(), mass))
+    }
+
+    /// Names forces in other units, and gives by how many rows each is late.
+    fn forces(&self, r: usize, sticks: &[Stick], references: &[usize], odd: &mut Vec<Odd>) -> Vec<(usize, usize, f64)> {
+        let record = &self.dataset.records[r];
+        if record.engagement.is_none_or(|engagement| engagement == Engagement::Free) {
+            return Vec::new();
+        }
+        let mut late = Vec::new();
+        for (c, channel) in self.dataset.channels.iter().enumerate() {
+            let Some(group) = self.pushed_by(channel) else { continue };
+            let Some(&reference) = references.iter().find(|&&i| self.groups[sticks[i].node] == group) else { continue };
+            let Some((command, other, mass)) = self.drive_of(record, group) else { continue };
+            let is_constant = record.series[c].iter().all(|x| x.to_bits() == record.series[c][0].to_bits());
+            if is_constant {
+                continue;
+            }
+            let span = Self::span(record);
+            let pushed: Vec<f64> = smoothed(command, span).iter().zip(&sticks[reference].values).map(|(u, a)| u - mass * a).collect();
+            let Some(comparison) = compare(&pushed, &smoothed(&record.series[c], span), Self::most(record), SAME_PUSH) else { continue };
+            let column = channel.column.clone();
+            if let Some(what) = mixed_up(comparison.factor, Quantity::Force, NEAR_FORCE) {
+                let kind = FaultKind::Units { other, factor: comparison.factor, what, experiments: 1 };
+                odd.push(Odd { record: r, column, kind });
+            }
+            late.push((r, c, comparison.late_rows));
+        }
+        late
+    }
+
+    /// The group of bodies that presses where a channel reads a contact force.
+    fn pushed_by(&self, channel: &Channel) -> Option<usize> {
+        let source = match channel.source {
+            Source::Sensor(i) => self.assembly.sensors.get(i)?.source,
+            source => source,
+        };
+        match source {
+            Source::Contact(contact, Quantity::Force | Quantity::SpringForce) => Some(self.groups[self.assembly.contacts.get(contact)?.a]),
+            _ => None,
+        }
+    }
+
+    /// A force that is late in every experiment may be an effect of the machine; in some alone it is a clock.
+    fn force_clocks(&self, forces: &[(usize, usize, f64)], odd: &mut Vec<Odd>) {
+        for c in 0..self.dataset.channels.len() {
+            let of_channel: Vec<_> = forces.iter().filter(|(_, channel, _)| *channel == c).collect();
+            let Some((best, _, least)) = of_channel.iter().min_by(|a, b| a.2.abs().total_cmp(&b.2.abs())) else { continue };
+            for (r, _, late) in &of_channel {
+                let late_s = (late - least) * self.dataset.records[*r].spacing_s;
+                if late_s.abs() < STATED_OF_FORCE_S {
+                    continue;
+                }
+                let other = format!("itself in {}", self.dataset.records[*best].name);
+                let kind = FaultKind::ClockOffset { other, late_s, experiments: 1 };
+                odd.push(Odd { record: *r, column: self.dataset.channels[c].column.clone(), kind });
+            }
+        }
+    }
 }

@@ -10,6 +10,7 @@ use indexmap::IndexMap;
 use serde_json::Value;
 
 use super::Table;
+use super::read::NOT_THERE;
 use crate::error::DiagnosisError;
 
 /// Nanoseconds in a second.
@@ -25,18 +26,20 @@ struct Series {
 }
 
 pub(super) fn table(path: &Path, held: &[&str]) -> Result<Table, DiagnosisError> {
-    let fail = |reason: String| DiagnosisError::Unreadable { file: path.to_owned(), reason };
-    let bytes = std::fs::read(path).map_err(|error| fail(error.to_string()))?;
+    let damaged = "the log is damaged or cut off: `mcap recover` may save what is whole, else record it again";
+    let fail = |reason: String, remedy| DiagnosisError::Unreadable { file: path.to_owned(), reason, remedy };
+    let bytes = std::fs::read(path).map_err(|error| fail(error.to_string(), NOT_THERE))?;
     let mut columns: IndexMap<String, Series> = IndexMap::new();
     let mut other = None;
-    for message in mcap::MessageStream::new(&bytes).map_err(|error| fail(error.to_string()))? {
-        let message = message.map_err(|error| fail(error.to_string()))?;
+    for message in mcap::MessageStream::new(&bytes).map_err(|error| fail(error.to_string(), damaged))? {
+        let message = message.map_err(|error| fail(error.to_string(), damaged))?;
         if message.channel.message_encoding != "json" {
             other = Some(message.channel.message_encoding.clone());
             continue;
         }
         let topic = message.channel.topic.trim_start_matches('/').replace('/', ".");
-        let value: Value = serde_json::from_slice(&message.data).map_err(|error| fail(format!("topic {topic}: {error}")))?;
+        let value: Value = serde_json::from_slice(&message.data)
+            .map_err(|error| fail(format!("topic {topic}: {error}"), "write each message as one JSON value"))?;
         let mut numbers = Vec::new();
         flatten(&value, String::new(), &mut numbers);
         let alone = numbers.len() == 1;
@@ -53,7 +56,7 @@ pub(super) fn table(path: &Path, held: &[&str]) -> Result<Table, DiagnosisError>
     }
     let Some(longest) = columns.values().max_by_key(|series| series.values.len()) else {
         let what = other.map_or_else(|| "no messages".to_owned(), |encoding| format!("only messages encoded as `{encoding}`"));
-        return Err(fail(format!("it has {what}; channels of JSON messages are read")));
+        return Err(fail(format!("it has {what}"), "convert its channels to JSON messages, or the log to CSV or Parquet"));
     };
     let start = columns.values().filter_map(|series| series.times_ns.first()).min().copied().unwrap_or(0);
     let grid = longest.times_ns.clone();

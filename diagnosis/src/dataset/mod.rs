@@ -1,9 +1,11 @@
 //! What was measured: series read from files, checked, and tied to the signals of the believed machine.
 
 mod check;
+mod compare;
 mod consistency;
 mod mcap;
 mod read;
+mod units;
 
 pub(crate) use check::quantum;
 pub use check::{Fault, FaultKind};
@@ -160,13 +162,21 @@ impl Dataset {
             return Err(DiagnosisError::Data { faults: fatal });
         }
         dataset.warnings = warnings;
-        dataset.warnings.extend(consistency::check(&dataset));
-        dataset.split();
+        let contradictions = consistency::check(&dataset);
+        // Too little noise is no news where the unit that makes it so is named.
+        dataset.warnings.retain(|fault| {
+            let named = |other: &&Fault| other.column == fault.column && matches!(other.kind, FaultKind::Units { .. });
+            !(matches!(fault.kind, FaultKind::BelowNoise { .. }) && contradictions.iter().any(|other| named(&other)))
+        });
+        dataset.warnings.extend(contradictions);
+        let roles: Vec<Option<Role>> = file.experiments.iter().map(|experiment| experiment.role).collect();
+        dataset.split(&roles);
         Ok(dataset)
     }
 
-    /// Where no experiment is set aside for scoring, sets aside about every third, so that every kind of experiment is fitted and scored.
-    fn split(&mut self) {
+    /// Where no experiment is set aside for scoring, sets aside about every third, so that every kind of experiment is fitted and scored. Those
+    /// that were not to be are named.
+    fn split(&mut self, roles: &[Option<Role>]) {
         if self.records.iter().any(|record| record.is_check) || self.records.len() < 2 {
             return;
         }
@@ -185,6 +195,11 @@ impl Dataset {
             && let Some(last) = self.records.last_mut()
         {
             last.is_check = true;
+        }
+        for (record, role) in self.records.iter().zip(roles) {
+            if record.is_check && role.is_some() {
+                self.warnings.push(Fault { file: record.name.clone(), column: None, row: None, kind: FaultKind::SetAside });
+            }
         }
     }
 }

@@ -5,11 +5,15 @@ use std::path::Path;
 use super::{Table, mcap};
 use crate::error::DiagnosisError;
 
+/// What to do where a file cannot be opened.
+pub(super) const NOT_THERE: &str = "check the file's name in dataset.toml, and that it may be read";
+
 /// Reads a table; `held` names columns that keep their value between readings.
 pub(super) fn table(path: &Path, held: &[&str]) -> Result<Table, DiagnosisError> {
     // Devices and pipes have no end to wait for.
     if path.exists() && !path.is_file() {
-        return Err(DiagnosisError::Unreadable { file: path.to_owned(), reason: "it is not a regular file".into() });
+        let reason = "it is not a regular file".into();
+        return Err(DiagnosisError::Unreadable { file: path.to_owned(), reason, remedy: NOT_THERE });
     }
     match path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase).as_deref() {
         Some("parquet") => parquet_table(path),
@@ -22,6 +26,13 @@ fn csv_table(path: &Path) -> Result<Table, DiagnosisError> {
     let fail = |source| DiagnosisError::Read { file: path.to_owned(), source };
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).comment(Some(b'#')).from_path(path).map_err(fail)?;
     let header: Vec<String> = reader.headers().map_err(fail)?.iter().map(str::to_owned).collect();
+    if let [only] = header.as_slice()
+        && let Some(mark) = [';', '\t', '|'].into_iter().find(|mark| only.contains(*mark))
+    {
+        let reason = format!("its columns are separated by {mark:?}, not by commas");
+        let remedy = "write it with commas between columns and points in numbers (a spreadsheet's export has a choice for both)";
+        return Err(DiagnosisError::Unreadable { file: path.to_owned(), reason, remedy });
+    }
     let mut columns = vec![Vec::new(); header.len()];
     for row in reader.records() {
         let row = row.map_err(fail)?;
@@ -36,8 +47,13 @@ fn parquet_table(path: &Path) -> Result<Table, DiagnosisError> {
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
 
-    let fail = |reason: String| DiagnosisError::Unreadable { file: path.to_owned(), reason };
-    let file = std::fs::File::open(path).map_err(|error| fail(error.to_string()))?;
+    let remedy = "the table is damaged, cut off or no Parquet: write it again, or as CSV";
+    let fail = |reason: String| DiagnosisError::Unreadable { file: path.to_owned(), reason, remedy };
+    let file = std::fs::File::open(path).map_err(|error| DiagnosisError::Unreadable {
+        file: path.to_owned(),
+        reason: error.to_string(),
+        remedy: NOT_THERE,
+    })?;
     let reader = SerializedFileReader::new(file).map_err(|error| fail(error.to_string()))?;
     let schema = reader.metadata().file_metadata().schema();
     let header: Vec<String> = schema.get_fields().iter().map(|field| field.name().to_owned()).collect();

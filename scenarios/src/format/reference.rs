@@ -53,9 +53,15 @@ pub fn reference_markdown() -> String {
         "Where this table stands, a grid of one or two axes is made finer along boundaries, and only there.",
         &REFINE,
     );
-    section(&mut text, 2, "Dataset", "What was measured on the real machine: `dataset.toml` in a folder of CSV files.", &DATASET);
-    section(&mut text, 3, "`[columns.NAME]`", "A column of the CSV files, by its header.", &COLUMN);
-    section(&mut text, 3, "`[[experiments]]`", "One for each CSV file.", &EXPERIMENT);
+    section(
+        &mut text,
+        2,
+        "Dataset",
+        "What was measured on the real machine: `dataset.toml` in a folder of CSV, Parquet or MCAP files.",
+        &DATASET,
+    );
+    section(&mut text, 3, "`[columns.NAME]`", "A column of the files, by its header.", &COLUMN);
+    section(&mut text, 3, "`[[experiments]]`", "One for each file.", &EXPERIMENT);
     text
 }
 

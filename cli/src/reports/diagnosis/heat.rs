@@ -13,9 +13,11 @@ const ROW: f64 = 26.0;
 const HEAD: f64 = 52.0;
 /// Widest column.
 const WIDEST: f64 = 90.0;
-/// Below this the colour is white, and from `FULL` on the darkest; on a logarithmic scale between.
-const LEAST: f64 = 0.01;
-const FULL: f64 = 0.3;
+/// Up to this many noise floors the colour is white, and from `FULL` on the darkest; on a logarithmic scale between.
+pub(super) const LEAST: f64 = 1.5;
+pub(super) const FULL: f64 = 50.0;
+/// Floors below this share of the variation are none that a model would be held to.
+const LEAST_FLOOR: f64 = 1e-5;
 /// Where letters turn white.
 const DARK: f64 = 0.55;
 
@@ -97,8 +99,9 @@ fn grid(cells: &[Cell], columns: &[Column<'_>], axis: &str, label: &str) -> Stri
         let top = HEAD + ROW * j as f64;
         let _ = write!(svg, "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>", LEFT - 8.0, top + 17.0, escape(channel));
         for (i, column) in columns.iter().enumerate() {
-            let Some(value) = value(cells, channel, column) else { continue };
-            let share = ((value / LEAST).ln() / (FULL / LEAST).ln()).clamp(0.0, 1.0);
+            let Some([value, floor]) = value(cells, channel, column) else { continue };
+            let floors = value / floor.max(LEAST_FLOOR);
+            let share = ((floors / LEAST).ln() / (FULL / LEAST).ln()).clamp(0.0, 1.0);
             let ink = if share > DARK { "#ffffff" } else { "#1d2226" };
             let _ = write!(
                 svg,
@@ -120,8 +123,12 @@ fn grid(cells: &[Cell], columns: &[Column<'_>], axis: &str, label: &str) -> Stri
 
 /// A share as a percentage of two digits.
 fn shown(value: f64) -> String {
-    let percent = 100.0 * value;
-    if percent < 9.95 { format!("{percent:.1}") } else { format!("{percent:.0}") }
+    match 100.0 * value {
+        percent if percent < 0.0095 => "<.01".into(),
+        percent if percent < 0.095 => format!("{percent:.2}"),
+        percent if percent < 9.95 => format!("{percent:.1}"),
+        percent => format!("{percent:.0}"),
+    }
 }
 
 fn order(phase: &str) -> usize {
@@ -132,14 +139,15 @@ fn same(a: [f64; 2], b: [f64; 2]) -> bool {
     a.map(f64::to_bits) == b.map(f64::to_bits)
 }
 
-/// Root mean square over the cells of a column, weighted by time.
-fn value(cells: &[Cell], channel: &str, column: &Column<'_>) -> Option<f64> {
-    let (mut sum, mut time) = (0.0, 0.0);
+/// Root mean square over the cells of a column, weighted by time, and of their noise floors.
+fn value(cells: &[Cell], channel: &str, column: &Column<'_>) -> Option<[f64; 2]> {
+    let (mut sum, mut floor, mut time) = (0.0, 0.0, 0.0);
     for cell in cells.iter().filter(|cell| cell.channel == channel && (column.holds)(cell)) {
         sum += (column.of)(cell).powi(2) * cell.seconds;
+        floor += cell.floor.powi(2) * cell.seconds;
         time += cell.seconds;
     }
-    (time > 0.0).then(|| (sum / time).sqrt())
+    (time > 0.0).then(|| [sum, floor].map(|sum| (sum / time).sqrt()))
 }
 
 /// From white through blue to near black: told apart in grey too.

@@ -14,8 +14,6 @@ use crate::numbers::{percent, plain, with_unit};
 use crate::page::{Chart, ChartKind, Page, Series, Tile, by_extremes};
 use crate::units::Units;
 
-/// Rows of the table of what was tried.
-const MOST_ATTEMPTS: usize = 40;
 /// Rungs of the ladder that are listed.
 const MOST_RUNGS: usize = 8;
 
@@ -25,7 +23,7 @@ pub(crate) fn page(answer: &Answer) -> String {
     let units = Units::of(&answer.dataset.machine);
     let mut page = Page::new(&format!("{}: diagnosis", answer.dataset.name), &about(answer));
     page.lead(&words::sentence(&words::verdict(diagnosis)));
-    page.tiles(&tiles(diagnosis));
+    page.tiles(&tiles(diagnosis, units));
     page.paragraph(&words::closed(&diagnosis.gap));
     page.heading("What to do");
     for sentence in words::advice(diagnosis) {
@@ -67,15 +65,34 @@ fn about(answer: &Answer) -> String {
     )
 }
 
-fn tiles(diagnosis: &Diagnosis) -> Vec<Tile> {
+/// A share as a percentage of which at least one digit shows.
+fn small_percent(value: f64) -> String {
+    if value > 0.0 && value < 5e-4 { plain(round_to_two(100.0 * value)) } else { percent(value) }
+}
+
+/// Two digits.
+fn round_to_two(value: f64) -> f64 {
+    if value == 0.0 || !value.is_finite() {
+        return value;
+    }
+    let step = 10_f64.powf(value.abs().log10().floor() - 1.0);
+    (value / step).round() * step
+}
+
+fn tiles(diagnosis: &Diagnosis, units: Units) -> Vec<Tile> {
     let gap = &diagnosis.gap;
-    let share = |value: f64| format!("{} %", percent(value));
+    let share = |value: f64| format!("{} %", small_percent(value));
     let tile = |name, value: String, remark: &str| Tile { name, value, remark: remark.to_owned() };
+    // A gap that is small against the signal may be large against the noise: that is what tells.
+    let floors =
+        |value: f64| if gap.floor > 0.0 { format!("{} noise floors", plain(round_to_two(value / gap.floor))) } else { String::new() };
+    let [missing, left] = diagnosis.missing_force_n.map(|force| with_unit(force, units.force));
     let mut tiles = vec![
-        tile("gap, machine as given", share(gap.before), "of the signals' variation"),
-        tile("after calibration", share(gap.refit), "believed values refitted"),
-        tile("with what was found", share(gap.after), "on experiments never fitted"),
+        tile("gap, machine as given", share(gap.before), &floors(gap.before)),
+        tile("after calibration", share(gap.refit), &floors(gap.refit)),
+        tile("with what was found", share(gap.after), &floors(gap.after)),
         tile("noise floor", share(gap.floor), "no model gets below"),
+        tile("force that is missing", left, &format!("rms; {missing} after calibration")),
         tile("closed", share(gap.closed), "of what can be closed"),
     ];
     if let Some(place) = diagnosis.places.first() {
@@ -153,8 +170,12 @@ fn places(page: &mut Page, diagnosis: &Diagnosis) {
     if diagnosis.cells.is_empty() {
         return;
     }
-    let scale = "percent of the channel's variation; dark from 30 % on, white below 1 %.";
-    page.picture("Error of the calibrated machine,", scale, &heat::by_phase(&diagnosis.cells, |cell| cell.refit, "before"));
+    let scale = format!(
+        "percent of the channel's variation; the colour is how far that is above the noise: white up to {} noise floors, dark from {} on.",
+        plain(heat::LEAST),
+        plain(heat::FULL)
+    );
+    page.picture("Error of the calibrated machine,", &scale, &heat::by_phase(&diagnosis.cells, |cell| cell.refit, "before"));
     page.picture(
         "And with what was found,",
         "the same cells; what is still dark is not explained.",
@@ -193,27 +214,34 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
     page.drawings(&portrait::drawings(first, units));
 }
 
+/// `a@x+b@y` as a person would say it.
+fn said(causes: &str) -> String {
+    causes.replace('+', " and ").replace('@', " on ")
+}
+
 fn tried(page: &mut Page, diagnosis: &Diagnosis) {
     if diagnosis.attempts.is_empty() {
         return;
     }
     page.heading("What was tried");
-    let more = diagnosis.attempts.len().saturating_sub(MOST_ATTEMPTS);
-    let others = if more > 0 { format!(" The best {MOST_ATTEMPTS}; {more} more are in diagnosis.json.") } else { String::new() };
-    page.paragraph(&format!("Evidence gained over calibration alone, in nats (a nat is a factor of e in odds).{others}"));
-    let rows: Vec<Vec<String>> = diagnosis
-        .attempts
-        .iter()
-        .take(MOST_ATTEMPTS)
-        .map(|attempt| {
-            let nats = |gain: f64| format!("{gain:.0}");
-            vec![
-                attempt.causes.replace('+', " + ").replace('@', " on "),
-                nats(attempt.gain_check),
-                nats(attempt.gain_all),
-                attempt.why.clone(),
-            ]
-        })
-        .collect();
-    page.table(&["cause", "on check", "on all", "why (not)"], &[1, 2], &rows);
+    page.paragraph(
+        "Every effect that the machine can take, and the evidence gained over calibration alone, in nats (a nat is a factor of e in odds).",
+    );
+    let mut groups: Vec<(&str, Vec<Vec<String>>)> = Vec::new();
+    for attempt in &diagnosis.attempts {
+        let (beside, last) = attempt.causes.rsplit_once('+').unwrap_or(("", &attempt.causes));
+        let nats = |gain: Option<f64>| gain.map_or_else(|| "-".into(), |gain| format!("{gain:.0}"));
+        let row = vec![said(last), nats(attempt.gain_check), nats(attempt.gain_all), attempt.why.clone()];
+        match groups.iter_mut().find(|(known, _)| *known == beside) {
+            Some((_, rows)) => rows.push(row),
+            None => groups.push((beside, vec![row])),
+        }
+    }
+    groups.sort_by_key(|(beside, _)| beside.matches('@').count());
+    for (beside, rows) in groups {
+        if !beside.is_empty() {
+            page.paragraph(&format!("Beside {}:", said(beside)));
+        }
+        page.table(&["cause", "on check", "on all", "why (not)"], &[1, 2], &rows);
+    }
 }

@@ -9,6 +9,13 @@ const NEAR_FLOOR: f64 = 1.05;
 
 /// The sentence that matters most.
 pub(crate) fn verdict(diagnosis: &Diagnosis) -> String {
+    if diagnosis.contradictions.is_empty() {
+        return cause(diagnosis);
+    }
+    format!("these records contradict each other, which must be mended first; taken as they are, {}", cause(diagnosis))
+}
+
+fn cause(diagnosis: &Diagnosis) -> String {
     let found: Vec<String> =
         diagnosis.effects.iter().filter(|effect| effect.accepted).map(|effect| format!("{} on {}", effect.kind, effect.on)).collect();
     let found = found.join(" and ");
@@ -69,8 +76,11 @@ pub(crate) fn parameters(cause: &Cause) -> String {
 
 /// What follows from the answer, a sentence each.
 pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
-    let mut said = Vec::new();
+    let mut said: Vec<String> =
+        diagnosis.contradictions.iter().map(|fault| format!("Do first: mend the records. {}", sentence(fault))).collect();
     match diagnosis.verdict {
+        // What to do about the machine is known when the records agree.
+        _ if !said.is_empty() => {}
         Verdict::Explained => {
             said.push("Do: simulate with machine.toml from here on, and look at the part named above on the real machine.".into());
         }

@@ -35,7 +35,11 @@ pub(crate) static COLUMN: Shape = Shape {
 /// `[[experiments]]`
 pub(crate) static EXPERIMENT: Shape = Shape {
     keys: &[
-        required("file", Kind::Text, "the CSV file, relative to this one: a header row, `t_s` first, evenly sampled"),
+        required(
+            "file",
+            Kind::Text,
+            "a CSV (commas, a header row), Parquet or MCAP file (JSON messages), relative to this one: `t_s` first, evenly sampled",
+        ),
         optional("engagement", Kind::Word(ENGAGEMENTS), "overrides that of the machine's contacts"),
         optional("role", Kind::Word(ROLES), "where absent, the tool splits"),
         optional("repeat", Kind::Text, "experiments that share this name repeat each other"),

@@ -1,0 +1,69 @@
+//! Bodies that hit each other: free play shows in the accelerations on either side of a joint, whatever the model.
+//!
+//! Between flanks nothing acts, at a flank everything does: the difference of the two accelerations is small for most of the time and large for moments.
+//! Its kurtosis tells (3 for noise and for sums of many sines, less for few; far more for rare impacts), and a joint that bends linearly has that of what
+//! drives it.
+
+use feeler_plant::assembly::Source;
+use feeler_plant::description::{Engagement, Quantity};
+
+use crate::dataset::Dataset;
+
+/// Kurtosis from which on a difference of accelerations is one of impacts: more than twice that of noise.
+const IMPACTS: f64 = 7.0;
+/// Deviation of the difference, over that of its noise, below which it shows nothing.
+const OVER_NOISE: f64 = 5.0;
+
+/// What says that two bodies with accelerometers hit each other; none where they do not, or where nothing tells. Records in which a tool touches and
+/// leaves have impacts anyway, and are left aside.
+pub(crate) fn rattles(dataset: &Dataset) -> Option<String> {
+    let accelerations: Vec<usize> =
+        (0..dataset.channels.len()).filter(|&c| dataset.channels[c].quantity(&dataset.machine) == Quantity::Acceleration).collect();
+    let [first, .., last] = accelerations[..] else { return None };
+    let is_of_a_body = |c: usize| matches!(dataset.channels[c].source, Source::Sensor(_) | Source::Node(..));
+    if !(is_of_a_body(first) && is_of_a_body(last)) {
+        return None;
+    }
+    let noise = dataset.channels[first].noise.hypot(dataset.channels[last].noise);
+    let own = dataset.machine.contacts.values().next().map_or(Engagement::Free, |contact| contact.engagement);
+    let mut found: Vec<f64> = dataset
+        .records
+        .iter()
+        .filter(|record| record.engagement.unwrap_or(own) != Engagement::Unilateral)
+        .filter_map(|record| {
+            let difference: Vec<f64> = record.series[last].iter().zip(&record.series[first]).map(|(a, b)| a - b).collect();
+            let (deviation, kurtosis) = shape(&difference);
+            (deviation > OVER_NOISE * noise).then_some(kurtosis)
+        })
+        .collect();
+    found.sort_by(f64::total_cmp);
+    let middle = found.get(found.len() / 2).copied().filter(|middle| *middle > IMPACTS)?;
+    let [a, b] = [first, last].map(|c| &dataset.channels[c].column);
+    Some(format!(
+        "`{a}` and `{b}` differ in impacts (kurtosis {middle:.0}, 3 for a joint that bends): the bodies hit each other across a free play"
+    ))
+}
+
+/// Standard deviation and kurtosis.
+fn shape(series: &[f64]) -> (f64, f64) {
+    let n = series.len().max(1) as f64;
+    let mean = series.iter().sum::<f64>() / n;
+    let moment = |power: i32| series.iter().map(|x| (x - mean).powi(power)).sum::<f64>() / n;
+    let variance = moment(2);
+    (variance.sqrt(), moment(4) / variance.powi(2).max(f64::MIN_POSITIVE))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_a_sine_has_a_kurtosis_of_three_halves_and_rare_blows_a_large_one() {
+        let sine: Vec<f64> = (0..1000).map(|k| (std::f64::consts::TAU * f64::from(k) / 100.0).sin()).collect();
+        // Whole periods: the moments are exact to rounding.
+        assert!((shape(&sine).1 - 1.5).abs() < 1e-9);
+        let blows: Vec<f64> = (0..1000).map(|k| if k % 50 == 0 { 1.0 } else { 0.0 }).collect();
+        // p = 1/50: (1 - 3 p (1 - p)) / (p (1 - p)) = 48.02.
+        assert!((shape(&blows).1 - 48.02).abs() < 0.01);
+    }
+}

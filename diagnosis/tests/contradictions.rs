@@ -1,0 +1,102 @@
+//! Units and clocks that are wrong in a column of the example dataset, in some experiments or in all: who is named, and with what factor.
+
+use std::fs;
+use std::path::Path;
+
+use feeler_diagnosis::dataset::Dataset;
+use tempfile::TempDir;
+
+const FILES: [&str; 6] = ["free-sines-1.csv", "free-sines-2.csv", "press-1.csv", "press-3.csv", "strokes-1.csv", "strokes-2.csv"];
+const PRESSES: [&str; 2] = ["press-1.csv", "press-3.csv"];
+
+/// A fault: file, column, and what a reading becomes, from all readings of the column and its row.
+type Fault<'a> = (&'a str, &'a str, fn(&[f64], usize) -> f64);
+
+/// The example with faults, as far as `kept` goes, and what is said of it.
+fn said(kept: &[&str], faults: &[Fault<'_>]) -> Vec<String> {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/datasets/bench-axis");
+    let folder = TempDir::new().expect("the example is sound");
+    fs::copy(source.join("machine.toml"), folder.path().join("machine.toml")).expect("the example is sound");
+    let text = fs::read_to_string(source.join("dataset.toml")).expect("the example is sound");
+    let parts: Vec<&str> = text.split("[[experiments]]").collect();
+    let named = parts[1..].iter().filter(|part| kept.iter().any(|file| part.contains(file)));
+    let text: String = std::iter::once(parts[0].to_owned()).chain(named.map(|part| format!("[[experiments]]{part}"))).collect();
+    fs::write(folder.path().join("dataset.toml"), text).expect("the example is sound");
+    for file in kept {
+        let mut text = fs::read_to_string(source.join(file)).expect("the example is sound");
+        for (_, column, fault) in faults.iter().filter(|(of, ..)| of == file) {
+            text = spoilt(&text, column, *fault);
+        }
+        fs::write(folder.path().join(file), text).expect("the example is sound");
+    }
+    Dataset::load(folder.path()).expect("the example is sound").warnings.iter().map(ToString::to_string).collect()
+}
+
+fn spoilt(text: &str, column: &str, fault: fn(&[f64], usize) -> f64) -> String {
+    let mut rows: Vec<Vec<String>> = text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect();
+    let at = rows[0].iter().position(|name| name == column).expect("the example is sound");
+    let values: Vec<f64> = rows[1..].iter().map(|row| row[at].parse().expect("the example is sound")).collect();
+    for (k, row) in rows[1..].iter_mut().enumerate() {
+        row[at] = fault(&values, k).to_string();
+    }
+    rows.iter().map(|row| row.join(",") + "\n").collect()
+}
+
+fn late(values: &[f64], row: usize) -> f64 {
+    values[row.saturating_sub(12)]
+}
+
+/// That one of the sentences has all words.
+fn has(said: &[String], words: &[&str]) {
+    assert!(said.iter().any(|line| words.iter().all(|word| line.contains(word))), "{words:?} in {said:#?}");
+}
+
+#[test]
+fn truth_the_example_contradicts_itself_nowhere() {
+    let said = said(&FILES, &[]);
+    assert!(said.iter().all(|line| line.contains("excite more strongly")), "{said:#?}");
+}
+
+#[test]
+fn truth_accelerometers_on_one_rigid_body_tell_of_each_others_units_and_clocks() {
+    let faults: [Fault<'_>; 2] =
+        [("press-1.csv", "tip_acceleration_mps2", |v, k| v[k] / 9.81), ("press-3.csv", "tip_acceleration_mps2", late)];
+    let said = said(&PRESSES, &faults);
+    has(&said, &["press-1.csv: `tip_acceleration_mps2`: reads ", "1/9.81 (g for m/s²?)"]);
+    has(&said, &["press-3.csv: `tip_acceleration_mps2`: runs ", "behind"]);
+    assert!(!said.iter().any(|line| line.contains("tip_acceleration") && line.contains("excite")), "{said:#?}");
+}
+
+#[test]
+fn truth_the_column_that_stands_alone_is_the_suspect() {
+    let faults: [Fault<'_>; 2] =
+        [("free-sines-2.csv", "encoder_m", |v, k| 1e3 * v[k]), ("strokes-1.csv", "tip_acceleration_mps2", |v, k| 1e3 * v[k])];
+    let said = said(&["free-sines-2.csv", "strokes-1.csv"], &faults);
+    has(&said, &["free-sines-2.csv: `encoder_m`: reads ", "1000 (mm for m?)"]);
+    has(&said, &["strokes-1.csv: `tip_acceleration_mps2`: reads ", "1000 (mm/s² for m/s²?)"]);
+    assert!(!said.iter().any(|line| line.contains("`motor_acceleration_mps2`: reads")), "{said:#?}");
+}
+
+#[test]
+fn truth_a_force_is_held_against_what_pushes_it() {
+    let faults: [Fault<'_>; 2] = [("press-1.csv", "force_n", late), ("press-3.csv", "force_n", |v, k| 1e-3 * v[k])];
+    let said = said(&PRESSES, &faults);
+    has(&said, &["press-3.csv: `force_n`: reads ", "1/1000 (kN for N?)"]);
+    has(&said, &["press-1.csv: `force_n`: runs ", "behind itself in press-3.csv"]);
+}
+
+#[test]
+fn truth_a_clock_that_is_late_everywhere_is_counted() {
+    let faults: [Fault<'_>; 2] = [("press-1.csv", "motor_acceleration_mps2", late), ("press-3.csv", "motor_acceleration_mps2", late)];
+    let said = said(&PRESSES, &faults);
+    has(&said, &["press-1.csv: `motor_acceleration_mps2`: runs ", "behind", "as in another experiment"]);
+    assert!(!said.iter().any(|line| line.contains("`tip_acceleration_mps2`: runs") || line.contains("`encoder_m`: runs")), "{said:#?}");
+}
+
+#[test]
+fn truth_commands_in_kilonewtons_and_a_turned_encoder_are_named() {
+    let faults: [Fault<'_>; 2] = [("free-sines-1.csv", "command_n", |v, k| 1e-3 * v[k]), ("free-sines-2.csv", "encoder_m", |v, k| -v[k])];
+    let said = said(&["free-sines-1.csv", "free-sines-2.csv"], &faults);
+    has(&said, &["free-sines-1.csv: `command_n`: reads ", "1/1000 (kN for N?)"]);
+    has(&said, &["free-sines-2.csv: `encoder_m`: reads ", "a sign"]);
+}

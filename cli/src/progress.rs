@@ -44,6 +44,28 @@ impl Progress {
     }
 }
 
+/// A sign of life of work that cannot tell how far it is; silent when standard error is no terminal. Ends when it is dropped.
+pub(crate) struct Busy(Option<ProgressBar>);
+
+impl Busy {
+    pub(crate) fn new(label: impl Into<String>) -> Self {
+        let bar = io::stderr().is_terminal().then(|| {
+            let bar = ProgressBar::new_spinner().with_message(label.into());
+            bar.enable_steady_tick(Duration::from_millis(200));
+            bar
+        });
+        Self(bar)
+    }
+}
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.0 {
+            bar.finish_and_clear();
+        }
+    }
+}
+
 /// Lines of a log, where standard error is no terminal, come this far apart.
 const LOG_EVERY: Duration = Duration::from_secs(30);
 

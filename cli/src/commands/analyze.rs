@@ -9,6 +9,7 @@ use super::operating_point;
 use crate::arguments::Analyze;
 use crate::failure::BadInput;
 use crate::numbers::{plain, with_unit};
+use crate::progress::Busy;
 use crate::table::table;
 use crate::{reports, signals, terminal};
 
@@ -26,7 +27,9 @@ pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
         view: View { contact, ..View::default() },
         sensitivities: true,
     };
+    let busy = Busy::new("analysing, with every mass, stiffness and damping a little more and less");
     let report = analyze(&document.scenario, &request).map_err(|error| refused(arguments, &document, error))?;
+    drop(busy);
     let mut written = String::new();
     if let Some(folder) = &arguments.out {
         let curves = curves(&document.scenario, &request, &report).map_err(|error| refused(arguments, &document, error))?;
@@ -67,7 +70,7 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> an
         }
         AnalysisError::LongDelay { .. } => BadInput::error(
             format!("{}: {error}{}", arguments.file.display(), delays(&document.scenario)),
-            "each is a state of the loop: shorten the delay, or lengthen the period; a delay of any length is taken where it is that of a controller of one \
+            "each is a state of the loop: shorten the delay, or lengthen the period; up to 2000 samples are taken where they are those of a controller of one \
              rate, of its drive, or of the only sensor that it reads",
         ),
         _ => BadInput::error(format!("{}: {error}", arguments.file.display()), "see feeler analyze --help for what can be asked"),

@@ -20,6 +20,8 @@ use crate::stability::{Band, Edge, GainBands};
 
 /// From this many whole samples of delay on they stand beside the loop. Fewer cost less as states.
 const LATE: usize = 12;
+/// The most samples that stand beside a loop: the work grows with their square, and these take a minute.
+const MOST_LATE: usize = 2000;
 /// A delay within this share of a whole number of samples is that number.
 const WHOLE: f64 = 1e-9;
 /// Shares of half of the sampling rate at which a loop's size is looked at, and whether it is a straight line in the gain.
@@ -129,9 +131,12 @@ impl ControlLoop {
     }
 
     /// Stable values of a gain times a sign, from zero on, of a loop with much dead time; `None` where the dead time is no factor of the loop, or the
-    /// loop is no straight line in the gain.
+    /// loop is no straight line in the gain. A delay beyond [`MOST_LATE`] samples is refused.
     pub(crate) fn late_bands(&self, controller: usize, gain: &str, sign: f64) -> Result<Option<GainBands>, AnalysisError> {
         let (short, samples) = self.without_dead_time(controller, true)?;
+        if samples > MOST_LATE {
+            return Err(AnalysisError::LongDelay { stored: samples, most: MOST_LATE, common_s: own_period_s(&short, controller) });
+        }
         if samples == 0 || (SampledLoop::new(&short)?.common_period_s() / own_period_s(&short, controller) - 1.0).abs() > WHOLE {
             return Ok(None);
         }

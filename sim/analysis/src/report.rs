@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use feeler_engine::Scenario;
 use feeler_plant::assembly::Source;
-use feeler_plant::description::{Contact, Engagement, Quantity, SignalName};
+use feeler_plant::description::{Contact, Engagement, GROUND, Quantity, SignalName};
 use nalgebra::DMatrix;
 use serde::Serialize;
 
@@ -30,7 +30,8 @@ const UNDAMPED: f64 = 1e-9;
 pub struct Request {
     /// An actuator's command, or the force from outside on a body, as in `tip.force`; else that of the actuator of the controller in question, or of the first actuator.
     pub input: Option<SignalName>,
-    /// A signal; else what the sensor of the controller in question reads, or the first contact's spring force.
+    /// A signal; else what the sensor of the controller in question reads, the first contact's spring force, what the first sensor reads, or the
+    /// position of the driven body.
     pub output: Option<SignalName>,
     /// A gain; else the first controller's leading one.
     pub gain: Option<String>,
@@ -85,6 +86,8 @@ pub struct StableRange {
 pub struct GainReport {
     /// The gain's key.
     pub key: String,
+    /// Its value in the file.
+    pub present: f64,
     /// In the loop without sampling, delay and filters; absent where the law has no such form.
     pub continuous: Option<StableRange>,
     /// In the loop as built.
@@ -262,7 +265,7 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
             rank(&mut sensitivities, by);
             ranked_by = (!sensitivities.is_empty()).then_some(by);
         }
-        gain = Some(GainReport { key, continuous, sampled });
+        gain = Some(GainReport { key, present, continuous, sampled });
     }
     let pushes_only = scenario.machine.contacts.values().any(|contact| contact.engagement == Engagement::Unilateral);
     let limit_cycles = match pushes_only.then(|| limit_cycles(scenario)) {
@@ -350,12 +353,31 @@ impl Request {
             })
         };
         let pressed = || machine.contacts.iter().enumerate().find_map(felt);
-        let output = self.output.clone().or(read).or_else(pressed);
-        let output = output.ok_or_else(|| AnalysisError::NotLinear { name: "(no sensor and no contact)".into() })?;
+        let any_sensor = || machine.sensors.values().next().map(|sensor| sensor.reads.clone());
+        // Where nothing is sensed, the body that is driven tells what the drive does.
+        let driven = || {
+            let (_, actuator) = machine.actuators.get_index(drive)?;
+            let body = [&actuator.on, &actuator.reacts_on].into_iter().find(|end| *end != GROUND)?;
+            Some(SignalName::new(body, Quantity::Position))
+        };
+        let output = self.output.clone().or(read).or_else(pressed).or_else(any_sensor).or_else(driven);
+        let output = output.ok_or_else(|| AnalysisError::NotAnInput { name: "(no actuator)".into() })?;
         if let Source::Drive(_, Quantity::Command) = whole.plant().source(&output)? {
             return Err(AnalysisError::NotLinear { name: output.to_string() });
         }
         Ok((input, output))
+    }
+}
+
+impl GainReport {
+    /// Whether the file's own value lies beyond every stable interval of the loop as built.
+    pub fn is_unstable_as_set(&self) -> bool {
+        let holds = |band: &Band| {
+            let from = band.lower.as_ref().map_or(f64::NEG_INFINITY, |edge| edge.gain);
+            let to = band.upper.as_ref().map_or(f64::INFINITY, |edge| edge.gain);
+            (from..=to).contains(&self.present)
+        };
+        !self.sampled.intervals.iter().any(holds)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use feeler_plant::assembly::Assembly;
 use feeler_plant::description::Engagement;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::control_loop::{ControlLoop, LoopController};
@@ -82,11 +83,10 @@ impl ControlLoop {
         if saturates {
             numbers.extend(self.limits());
         }
-        let mut sensitivities = Vec::new();
-        for (name, slot) in numbers {
+        let answer = |(name, slot): (String, Slot)| -> Result<Option<Sensitivity>, AnalysisError> {
             let value = *slot.of(&mut assembly.clone(), &mut self.controllers().to_vec());
             if value == 0.0 {
-                continue;
+                return Ok(None);
             }
             // Largest gain, and bandwidth or what is left of it.
             let at = |factor: f64| -> Result<[Option<f64>; 2], AnalysisError> {
@@ -99,15 +99,17 @@ impl ControlLoop {
             let slope = |which: usize| low[which].zip(high[which]).map_or(f64::NAN, |(a, b)| (b - a) / (DIFFERENCE * (a + b)));
             let (largest_gain_relative, bandwidth_relative) = (slope(0), slope(1));
             let middle = low[1].zip(high[1]).map_or(f64::NAN, |(a, b)| 0.5 * (a + b));
-            sensitivities.push(Sensitivity {
+            Ok(Some(Sensitivity {
                 key: name,
                 value,
                 bandwidth_hz_per_unit: bandwidth_relative * middle / value,
                 bandwidth_relative,
                 largest_gain_relative,
                 trades: trades(bandwidth_relative, largest_gain_relative),
-            });
-        }
+            }))
+        };
+        let answers = numbers.into_par_iter().map(answer).collect::<Result<Vec<_>, _>>()?;
+        let mut sensitivities: Vec<Sensitivity> = answers.into_iter().flatten().collect();
         rank(&mut sensitivities, if saturates { RankedBy::Saturation } else { RankedBy::BandwidthAndGain });
         Ok(sensitivities)
     }

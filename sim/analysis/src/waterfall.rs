@@ -2,7 +2,7 @@
 
 use feeler_control::Law;
 use feeler_lti::C64;
-use feeler_plant::assembly::Assembly;
+use feeler_plant::assembly::{Assembly, NodeId};
 use serde::{Serialize, Serializer};
 
 use crate::closed_loop::{ClosedLoop, Shelf};
@@ -164,6 +164,11 @@ fn idealise_drives(assembly: &mut Assembly) {
     }
 }
 
+/// The same with two nodes moving as one.
+fn merged(joined: &[NodeId], a: NodeId, b: NodeId) -> Vec<NodeId> {
+    joined.iter().map(|&of| if of == joined[b] { joined[a] } else { of }).collect()
+}
+
 fn without_delay(assembly: &mut Assembly, controllers: &mut [LoopController]) {
     assembly.drives.iter_mut().for_each(|drive| drive.delay = 0.0);
     assembly.sensors.iter_mut().for_each(|sensor| sensor.delay = 0.0);
@@ -310,7 +315,7 @@ impl ControlLoop {
         Ok(half)
     }
 
-    /// Springs that can be taken for rigid, with the class of the mode that strains each most, by rising frequency of that mode.
+    /// Springs that can be taken for rigid while every drive can still move, with the class of the mode that strains each most, by rising frequency of that mode.
     fn flexible_links(&self, modes: &[Mode], pairs: &[ModeInPair]) -> Vec<(usize, ModeClass)> {
         let plant = self.plant();
         let layout = plant.motion().layout();
@@ -330,6 +335,28 @@ impl ControlLoop {
             }
         }
         links.sort_by(|a, b| a.0.total_cmp(&b.0));
-        links.into_iter().map(|(_, i, class)| (i, class)).collect()
+        let mut joined = self.joined_by_rigid_links();
+        // From the stiffest on: with all of them rigid, the drive has to be able to move.
+        let mut kept = vec![true; links.len()];
+        for (kept, (_, i, _)) in kept.iter_mut().zip(&links).rev() {
+            let link = &self.assembly().links[*i];
+            let after = merged(&joined, link.a, link.b);
+            *kept = self.controllers().iter().all(|c| self.drive_moves(c.drive, &after) || !self.drive_moves(c.drive, &joined));
+            if *kept {
+                joined = after;
+            }
+        }
+        links.into_iter().zip(kept).filter(|(_, kept)| *kept).map(|((_, i, class), _)| (i, class)).collect()
+    }
+
+    /// For each node the one that stands for all that move as one with it.
+    fn joined_by_rigid_links(&self) -> Vec<NodeId> {
+        let apart: Vec<NodeId> = (0..self.assembly().nodes.len()).collect();
+        self.assembly().links.iter().filter(|link| link.rigid).fold(apart, |joined, link| merged(&joined, link.a, link.b))
+    }
+
+    fn drive_moves(&self, drive: usize, joined: &[NodeId]) -> bool {
+        let drive = &self.assembly().drives[drive];
+        joined[drive.on] != joined[drive.reacts_on]
     }
 }

@@ -1,5 +1,6 @@
 //! `feeler frf`.
 
+mod distortion;
 mod evaluate;
 mod measured;
 mod simulated;
@@ -132,8 +133,14 @@ impl Response {
 }
 
 impl Response {
+    /// Where there is distortion; none where all of it may be noise.
+    fn distortion_bands(&self) -> Vec<distortion::DistortionBand> {
+        let beyond = self.told_apart.as_ref().filter(|levels| levels.evidence.is_beyond_noise);
+        beyond.map_or_else(Vec::new, |levels| distortion::bands(levels, &self.estimate.frequencies_hz, &self.estimate.response))
+    }
+
     /// How large noise and distortion are, and whether there is distortion.
-    fn levels(&self, ToldApart { noise, distortion, evidence }: &ToldApart) -> String {
+    fn levels(&self, ToldApart { noise, evidence, .. }: &ToldApart) -> String {
         let relative = |variances: &[f64]| -> Vec<f64> {
             let mut shares: Vec<f64> = variances.iter().zip(&self.estimate.response).map(|(v, g)| v / g.norm_sqr()).collect();
             shares.retain(|share| share.is_finite());
@@ -146,16 +153,17 @@ impl Response {
         let decibels =
             |share: f64| if share > 0.0 { format!("{} dB", plain((10.0 * share.log10()).round())) } else { "nothing".to_owned() };
         let noise = median(relative(noise));
-        let (middle, shows_from) = (median(relative(distortion)), noise * evidence.least_share);
+        let shows_from = noise * evidence.least_share;
+        let bands = self.distortion_bands();
         let distortion = if !evidence.is_beyond_noise {
             format!("none beyond the noise (it would show from {} on)", decibels(shows_from))
-        } else if middle > 0.0 {
-            decibels(middle)
+        } else if bands.is_empty() {
+            "at single frequencies only".to_owned()
         } else {
-            format!("at some frequencies only, {} at most", decibels(relative(distortion).into_iter().fold(0.0, f64::max)))
+            distortion::words(bands, decibels)
         };
         format!(
-            "Relative to the response (median over frequency): noise {}, nonlinear distortion {distortion}, each of one realisation.",
+            "Relative to the response: noise {} (median over frequency), nonlinear distortion {distortion}, each of one realisation.",
             decibels(noise)
         )
     }

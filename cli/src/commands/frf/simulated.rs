@@ -156,8 +156,9 @@ fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> 
     });
     let feels = |signal: &SignalName| machine.contacts.get(&signal.element).is_none_or(|contact| contact.engagement != Engagement::Free);
     let read = read.filter(|(_, sensor)| feels(&sensor.reads)).map(|(name, _)| SignalName::new(name, Quantity::Reading));
+    let any_sensor = || machine.sensors.keys().next().map(|name| SignalName::new(name, Quantity::Reading));
     let wanted = arguments.output.as_deref().map(|name| signals::named(&machine, name)).transpose()?;
-    let Some(output) = wanted.or(read).or(pressed) else {
+    let Some(output) = wanted.or(read).or(pressed).or_else(any_sensor) else {
         return Err(BadInput::error(
             "no sensor and no contact to look at",
             "name a signal with --output, as in --output motor.acceleration",

@@ -101,6 +101,7 @@ pub(super) fn json(response: &Response) -> Value {
         "linear": complex(&response.linear),
         "noise_variance": response.told_apart.as_ref().map(|t| &t.noise),
         "distortion_variance": response.told_apart.as_ref().map(|t| &t.distortion),
+        "distortion_bands": response.distortion_bands(),
         "distortion_beyond_noise": response.told_apart.as_ref().map(|t| t.evidence.is_beyond_noise),
         "agreement": {
             "frequencies_compared": agreement.compared,

@@ -73,7 +73,7 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
         let paper = if unbounded { "; on paper, without sampling, no gain is too large" } else { "" };
         said.push(format!("Sampled, the loop is stable{from} up to {} = {}{at}{paper}.", gain.key, plain(high)));
     }
-    if report.margins.as_ref().is_some_and(|margins| margins.unstable_poles > 0) {
+    if report.margins.as_ref().map_or_else(|| gain.is_unstable_as_set(), |margins| margins.unstable_poles > 0) {
         said.push("As set in the file, the loop is unstable.".to_owned());
     }
     if let Some(cycle) = report.limit_cycles.iter().find(|cycle| cycle.stable) {

@@ -172,3 +172,27 @@ fn truth_no_eigenvalue_is_beyond_the_bound_on_rates() {
     machine.contacts["tool"].law = ContactLaw::Hertz;
     assert!(bound(&machine).is_infinite());
 }
+
+#[test]
+fn regress_a_driven_body_on_a_spring_to_ground_keeps_its_account() {
+    let mut scenario = force_loop(0.05, 0.0);
+    let guide = &mut scenario.machine.springs["guide"];
+    guide.stiffness_n_per_m = 1e5;
+    let report = clamped(&scenario, None);
+    let stages: Vec<&str> = report.waterfall.as_ref().unwrap().stages.iter().map(|stage| stage.added.as_str()).collect();
+    // The transmission can be taken for rigid, the spring that holds the motor cannot: nothing could move.
+    assert!(stages.contains(&"springs.transmission") && !stages.contains(&"springs.guide"), "{stages:?}");
+    assert!(report.waterfall.unwrap().without.iter().all(|(name, _)| name != "springs.guide"));
+}
+
+#[test]
+fn truth_what_is_set_beyond_the_edge_is_told_without_margins() {
+    let mut scenario = force_loop(0.2, 0.0);
+    let fast = control(Law::ExplicitForce(ForceGains { kp: 0.1, ..ForceGains::default() }), "force", 0.25e-3, 0.0);
+    scenario.controllers.insert("fast".into(), fast);
+    let edge = clamped(&scenario, Some("fast.kp")).gain.unwrap().sampled.stable[1].unwrap();
+    for (kp, unstable) in [(0.99 * edge, false), (1.01 * edge, true)] {
+        scenario.controllers["fast"].spec.law = Law::ExplicitForce(ForceGains { kp, ..ForceGains::default() });
+        assert_eq!(clamped(&scenario, Some("fast.kp")).gain.unwrap().is_unstable_as_set(), unstable, "{kp}");
+    }
+}

@@ -23,6 +23,10 @@ pub struct Evidence {
     pub is_beyond_noise: bool,
     /// The excess over the noise, as a share of it, that would have shown had all lines had it.
     pub least_share: f64,
+    /// With what the variances are known.
+    pub degrees: ComplexDegrees,
+    /// Lines that were held against the noise.
+    pub lines: usize,
 }
 
 /// Tests whether variances exceed those of the noise, line by line independent of each other.
@@ -48,6 +52,8 @@ pub fn evidence_beyond(total: &[f64], noise: &[f64], degrees: ComplexDegrees) ->
     Ok(Evidence {
         is_beyond_noise: excess > DEVIATIONS * deviation || rarest * lines < CHANCE,
         least_share: (DEVIATIONS * deviation).exp_m1(),
+        degrees,
+        lines: total.len(),
     })
 }
 

@@ -25,6 +25,7 @@ fn main() -> Result<()> {
     println!("Peak of fused multiply-adds, one thread: {peak:.0} GFLOP/s (two operations each).\n");
     share_of_peak(peak)?;
     lanes_and_threads()?;
+    parts_of_a_batch()?;
     bodies()?;
     contacts()?;
     let million = std::env::args().any(|argument| argument == "million");
@@ -90,8 +91,10 @@ fn share_of_peak(peak_gflops: f64) -> Result<()> {
     Ok(())
 }
 
+/// Variants of a batch.
+const COUNT: usize = 4096;
+
 fn lanes_and_threads() -> Result<()> {
-    const COUNT: usize = 512;
     println!(
         "| {COUNT} variants of M2, 2 s | 4 lanes / 1 lane | 8 lanes / 1 lane | 2 threads / 1 thread | variants per second, 8 lanes, 2 threads |"
     );
@@ -110,6 +113,35 @@ fn lanes_and_threads() -> Result<()> {
         let over = |i: usize, j: usize| times[i] / times[j];
         println!("| {name} | {:.2} | {:.2} | {:.2} | {:.0} |", over(0, 1), over(0, 2), over(2, 3), COUNT as f64 / times[3]);
     }
+    println!();
+    Ok(())
+}
+
+/// What a batch of exact runs spends its time in: construction and the first sample, samples of a run that touches nothing, and what touching adds.
+fn parts_of_a_batch() -> Result<()> {
+    println!("| {COUNT} variants of M2, exact, 2 s, microseconds of one | 1 lane | 8 lanes | 1 lane / 8 lanes |\n|---|---|---|---|");
+    let whole = REFERENCES[1].unrecorded(Integrator::Exact, STEP_S)?;
+    let mut short = whole.clone();
+    short.run.duration_s = 1e-3;
+    let mut far = whole.clone();
+    far.machine.contacts.values_mut().for_each(|contact| contact.gap_m = 1e3);
+    let mut times = Vec::new();
+    for scenario in [&short, &far, &whole] {
+        let programs = variants(scenario, COUNT)?;
+        let of = medians(
+            3,
+            &mut [&mut || drop(on_threads(1, || run::<f64, Unobserved>(&programs))), &mut || {
+                drop(on_threads(1, || run::<Pack<8>, Unobserved>(&programs)))
+            }],
+        );
+        times.push([of[0], of[1]].map(|wall_s| 1e6 * wall_s / COUNT as f64));
+    }
+    let line = |part: &str, of: [f64; 2]| println!("| {part} | {:.1} | {:.1} | {:.1} |", of[0], of[1], of[0] / of[1]);
+    let less = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
+    line("construction, exponentials and the first sample", times[0]);
+    line("1999 samples that touch nothing", less(times[1], times[0]));
+    line("what touching adds: more exponentials, events located one by one", less(times[2], times[1]));
+    line("all", times[2]);
     println!();
     Ok(())
 }

@@ -1,12 +1,17 @@
 //! One run and nothing else, for instruction counters: `one_run M2 exact 8 2.0` steps M2 for two seconds in eight lanes;
-//! `one_run M2 hand-written-rk4-with-events 1 2.0` does the same with the loop written for it.
+//! `one_run M2 hand-written-rk4-with-events 1 2.0` does the same with the loop written for it; `chain-32` is a chain of as many bodies. Prints the wall time.
+
+#![expect(clippy::print_stdout, reason = "this program's output is its purpose")]
 
 use std::hint::black_box;
+use std::time::{Duration, Instant};
 
 use feeler_benches::hand_written::{Axis, FilteredLoop, FlexibleAxis, FlexibleCell, Method, run};
-use feeler_benches::machines::{FILTERED_LOOP, REFERENCES};
+use feeler_benches::machines::{FILTERED_LOOP, REFERENCES, chain};
 use feeler_engine::{Integrator, Program, Simulation, Unobserved};
 use feeler_lanes::{Lane, Pack};
+
+const STEP_S: f64 = 1e-4;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -22,12 +27,25 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn simulate<L: Lane>(machine: &str, method: &str, duration_s: f64) -> Result<(), Box<dyn std::error::Error>> {
-    let reference = REFERENCES.iter().chain([&FILTERED_LOOP]).find(|reference| reference.short == machine).ok_or("no such machine")?;
     let (integrator, _) = Integrator::ALL.into_iter().find(|(_, name)| *name == method).ok_or("no such integrator")?;
-    let mut scenario = reference.unrecorded(integrator, 1e-4)?;
-    scenario.run.duration_s = duration_s;
-    let mut simulation = Simulation::<L>::new(vec![Program::new(&scenario)?; L::WIDTH])?;
+    let mut scenario = if let Some(bodies) = machine.strip_prefix("chain-") {
+        chain(bodies.parse()?)?
+    } else {
+        let mut references = REFERENCES.iter().chain([&FILTERED_LOOP]);
+        references.find(|reference| reference.short == machine).ok_or("no such machine")?.unrecorded(integrator, STEP_S)?
+    };
+    (scenario.run.integrator, scenario.run.step_s, scenario.run.duration_s) = (integrator, STEP_S, duration_s);
+    scenario.run.record.clear();
+    let program = Program::new(&scenario)?;
+    let started = Instant::now();
+    let mut simulation = Simulation::<L>::new(vec![program; L::WIDTH])?;
+    let constructed = started.elapsed();
+    let begun = Instant::now();
     simulation.run(&mut Unobserved)?;
+    let stepped = begun.elapsed();
+    let per = |time: Duration, of: f64| 1e9 * time.as_secs_f64() / of / L::WIDTH as f64;
+    let stepping = per(stepped, 1e3 * duration_s);
+    println!("{:.0} ns of construction, {stepping:.1} ns per simulated millisecond, each of one variant", per(constructed, 1.0));
     black_box(simulation.steps());
     Ok(())
 }

@@ -1,12 +1,13 @@
 //! The flow of one mode: its equations as matrices, and its exponentials.
 
-use feeler_lti::{balance, eigenvalues, expm};
+use feeler_lti::{balance, eigenvalues};
 use feeler_plant::assembly::Source;
 use feeler_plant::description::Engagement;
 use feeler_plant::motion::{Equations, Guard, Ledger, Mode, Motion, Row, Switch, SwitchState, dot};
 use nalgebra::DMatrix;
 
 use crate::error::EngineError;
+use crate::exponentials::exponential;
 
 /// Largest angle of the fastest oscillation between two looks at the guards, rad: below a quarter turn, so that a guard has at most one
 /// minimum in between and its slopes at both ends betray it.
@@ -153,9 +154,7 @@ impl Flow {
             return Ok(&self.transitions[i].1);
         }
         let n = self.width;
-        let mut augmented = DMatrix::zeros(n, n);
-        augmented.rows_mut(0, self.states).copy_from(&DMatrix::from_row_slice(self.states, n, &self.derivative));
-        let exponential = expm(&(augmented * (span_fs as f64 * 1e-15)))?;
+        let exponential = exponential(&self.derivative, n, span_fs)?;
         let count = self.states + ROWS_PER_LINE * self.lines.len() + ROWS_PER_BEND * self.pushing.len() + self.signals.len();
         let mut rows = Vec::with_capacity(count * n);
         for i in 0..self.states {

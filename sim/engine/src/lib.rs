@@ -11,6 +11,7 @@ mod crossing;
 mod drive;
 mod error;
 mod event;
+mod exponentials;
 mod extrapolation;
 mod fixed_step;
 mod flow;

@@ -131,7 +131,7 @@ fn parts_of_a_batch() -> Result<()> {
         let of = medians(
             3,
             &mut [&mut || drop(on_threads(1, || run::<f64, Unobserved>(&programs))), &mut || {
-                drop(on_threads(1, || run::<Pack<8>, Unobserved>(&programs)))
+                drop(on_threads(1, || run::<Pack<8>, Unobserved>(&programs)));
             }],
         );
         times.push([of[0], of[1]].map(|wall_s| 1e6 * wall_s / COUNT as f64));

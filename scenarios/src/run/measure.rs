@@ -1,6 +1,6 @@
 //! Measures of many variants: no energy ledger, no more recorded than the measures need, variants of one structure side by side.
 
-use feeler_engine::{Integrator, Program, RunSettings, Scenario, Simulation, Trace};
+use feeler_engine::{Integrator, Program, RunSettings, Scenario, Simulation, Trace, sharing_exponentials};
 use feeler_lanes::{Lane, Pack};
 
 use super::contact::{ContactRun, Interval};
@@ -119,8 +119,10 @@ pub fn measure(candidates: &[Candidate], tail: usize) -> Vec<Result<Measured, Ru
 }
 
 fn side_by_side(block: &[&Candidate], lanes: &mut Lanes<Pack<LANES>>, tail: usize) -> Result<Vec<Measured>, RunError> {
-    let simulation = Simulation::new(block.iter().map(|candidate| candidate.program.clone()).collect())?;
-    measure_lanes(block, simulation, lanes, tail)
+    sharing_exponentials(|| {
+        let simulation = Simulation::new(block.iter().map(|candidate| candidate.program.clone()).collect())?;
+        measure_lanes(block, simulation, lanes, tail)
+    })
 }
 
 /// Runs the lanes for their duration, and those that do not tell their outcome for longer, by doubling.

@@ -1,6 +1,6 @@
 //! Matrix exponentials that variants share: those that differ in a controller's number alone have the same modes, and pay for each of them once.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use feeler_lti::expm;
@@ -20,11 +20,28 @@ struct Exponential {
 }
 
 thread_local! {
+    static SHARES: Cell<bool> = const { Cell::new(false) };
     static LAST: RefCell<Vec<Exponential>> = const { RefCell::new(Vec::new()) };
+}
+
+/// Does some work, in which variants that this thread steps, now and later, share the exponentials of modes that are the same to the bit: what batches do whose
+/// varied keys leave modes alone. Results do not depend on it.
+pub fn sharing_exponentials<T>(work: impl FnOnce() -> T) -> T {
+    struct Restore(bool);
+    impl Drop for Restore {
+        fn drop(&mut self) {
+            SHARES.set(self.0);
+        }
+    }
+    let _restore = Restore(SHARES.replace(true));
+    work()
 }
 
 /// `exp(span [derivative; 0])`, of rows of states over an extended vector of `width` entries whose others do not change.
 pub(crate) fn exponential(derivative: &[f64], width: usize, span_fs: u64) -> Result<Rc<DMatrix<f64>>, EngineError> {
+    if !SHARES.get() {
+        return compute(derivative, width, span_fs).map(Rc::new);
+    }
     // To the bit, so that no variant ever sees what another was computed from.
     let same = |known: &Exponential| {
         known.span_fs == span_fs
@@ -35,9 +52,7 @@ pub(crate) fn exponential(derivative: &[f64], width: usize, span_fs: u64) -> Res
     if let Some(value) = LAST.with_borrow(|last| last.iter().find(|known| same(known)).map(|known| Rc::clone(&known.value))) {
         return Ok(value);
     }
-    let mut augmented = DMatrix::zeros(width, width);
-    augmented.rows_mut(0, derivative.len() / width).copy_from(&DMatrix::from_row_slice(derivative.len() / width, width, derivative));
-    let value = Rc::new(expm(&(augmented * (span_fs as f64 * 1e-15)))?);
+    let value = Rc::new(compute(derivative, width, span_fs)?);
     if width <= LARGEST {
         LAST.with_borrow_mut(|last| {
             if last.len() == REMEMBERED {
@@ -49,6 +64,13 @@ pub(crate) fn exponential(derivative: &[f64], width: usize, span_fs: u64) -> Res
     Ok(value)
 }
 
+fn compute(derivative: &[f64], width: usize, span_fs: u64) -> Result<DMatrix<f64>, EngineError> {
+    let states = derivative.len() / width;
+    let mut augmented = DMatrix::zeros(width, width);
+    augmented.rows_mut(0, states).copy_from(&DMatrix::from_row_slice(states, width, derivative));
+    Ok(expm(&(augmented * (span_fs as f64 * 1e-15)))?)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,8 +80,9 @@ mod tests {
         // x' = -a x + u held for a second: exp(-a) and (1 - exp(-a)) / a; more of them than are remembered, twice.
         for i in (0..2 * REMEMBERED).chain(0..2 * REMEMBERED) {
             let a = 0.1 * (i + 1) as f64;
-            let [first, second] = [1, 1].map(|_| exponential(&[-a, 1.0], 2, 1_000_000_000_000_000).unwrap());
-            assert!(Rc::ptr_eq(&first, &second));
+            let of = || exponential(&[-a, 1.0], 2, 1_000_000_000_000_000).unwrap();
+            let (first, second) = sharing_exponentials(|| (of(), of()));
+            assert!(Rc::ptr_eq(&first, &second) && !Rc::ptr_eq(&first, &of()));
             assert!((first[(0, 0)] - (-a).exp()).abs() < 1e-15 && (first[(0, 1)] - (1.0 - (-a).exp()) / a).abs() < 1e-14);
         }
         // Another span, and zeros of another sign, are other matrices.

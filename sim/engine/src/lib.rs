@@ -43,6 +43,7 @@ pub mod parts {
 pub use bodies::BodyEngine;
 pub use error::{EngineError, RunEnd};
 pub use event::{Event, EventKind};
+pub use exponentials::sharing_exponentials;
 pub use ledger::EnergyBalance;
 pub use observer::{Observer, Trace, Unobserved};
 pub use peaks::Peak;

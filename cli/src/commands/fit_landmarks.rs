@@ -48,9 +48,10 @@ pub(crate) fn run(arguments: &FitLandmarks) -> anyhow::Result<()> {
     let landmarks = found.landmarks.against_paper().into_iter().zip(measured);
     let landmarks = landmarks.map(|((name, computed, paper), (_, measured, _))| vec![name, plain(paper), plain(computed), plain(measured)]);
     let landmarks = table(&["landmark (Hz)", "paper", "linear theory", "simulated white noise"], &[1, 2, 3], landmarks);
+    let written = arguments.out.as_ref().map_or_else(String::new, |path| format!("\n\nwrote\n  {}", path.display()));
     terminal::print(&format!(
         "A chain of masses with the paper's measured landmarks. These are not the robot's parameters, which were never published.\n\n\
-         {}\n\n{landmarks}{missed}\n\n{}\n\n{FREE}",
+         {}\n\n{landmarks}{missed}\n\n{}\n\n{FREE}{written}",
         attempts(&search, arguments.start.as_deref()),
         parameters(&search),
     ))
@@ -106,7 +107,7 @@ fn parameters(search: &Search) -> String {
             let ends = range.map_or_else(|| ["-".to_owned(), "-".to_owned()], |range| range.map(plain));
             [name.clone(), plain(value), unit.to_owned(), percent(*share)].into_iter().chain(ends).collect()
         });
-    let header = ["parameter", "value", "unit", "left free by the landmarks (%)", "least of all starts", "most"];
+    let header = ["parameter", "value", "unit", "share in free directions (%)", "least of all starts", "most"];
     let several = search.reached() > 1;
     let note =
         if several { "\nLeast and most: of the fits that reach every landmark, brought to the base mass of the one shown." } else { "" };

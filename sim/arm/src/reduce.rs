@@ -44,7 +44,8 @@ impl Arm {
     ///
     /// Kept are the mass of the whole, and how far slow forces bend it: the tool's lag behind the rigid motion per drive force, the tool's way beyond it per
     /// force on the tool; and what the joints lose while a force on the tool changes slowly. For an arm with one joint this is the arm; for one with more,
-    /// whose modes are spread, it is the pair of masses that agrees with all of them at low frequency (matching of moments, as in model reduction).
+    /// whose modes are spread, it is the pair of masses that agrees with all of them at low frequency (matching of moments, as in model reduction); where none
+    /// does, since the tool leads the drive, the pair has the slowest mode.
     ///
     /// # Errors
     /// [`ArmError::Pose`], [`ArmError::Limit`], [`ArmError::Normal`], [`ArmError::Singular`].
@@ -61,10 +62,9 @@ impl Arm {
         let over =
             |number: &dyn Fn(&VibrationMode) -> f64| modes.iter().map(|mode| number(mode) / (tau * mode.frequency_hz).powi(2)).sum::<f64>();
         let by_drive = -over(&|mode| mode.drive_share);
-        if modes.is_empty() || by_drive.is_nan() || by_drive <= 0.0 {
-            return Err(singular);
-        }
-        let omega = by_drive.recip().sqrt();
+        let Some(slowest) = modes.first().filter(|_| by_drive.is_finite()) else { return Err(singular) };
+        // Held in other directions, an arm may lead its drive where it is pushed slowly, as no two masses do: then they have its slowest mode.
+        let omega = if by_drive > 0.0 { by_drive.recip().sqrt() } else { tau * slowest.frequency_hz };
         let ratio = over(&|mode| mode.tip_share) * omega * omega;
         let tip_mass_kg = mass_kg / (1.0 + ratio);
         let motor_mass_kg = mass_kg - tip_mass_kg;

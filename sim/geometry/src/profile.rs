@@ -14,6 +14,8 @@ const SHORTEST_S: f64 = 1e-7;
 const MOST_KNOTS: usize = 1_000_000;
 /// Where each piece is held against the shapes: between them the largest errors of cubics through values and slopes lie in the middle.
 const PROBES: [f64; 3] = [0.25, 0.5, 0.75];
+/// What the probes may see of the error asked for: an edge that lies between two of them is off by up to twice as much there.
+const SEEN: f64 = 0.5;
 
 /// A gap over time.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,7 +101,7 @@ impl Touching {
                 let jump_m = (b.0.offset_m - a.0.offset_m).abs();
                 // A step that small is a ramp.
                 let is_ramp = is_shortest && jump_m <= error_m.max(self.roughness_m()) && apart_m.is_finite();
-                if apart_m <= error_m || is_ramp {
+                if apart_m <= SEEN * error_m || is_ramp {
                     worst_m = worst_m.max(apart_m);
                     knots.push(b);
                     a = b;

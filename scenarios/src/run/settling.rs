@@ -50,7 +50,8 @@ pub struct Response {
     pub final_reference_n: Option<f64>,
     /// The instant from which settling counts: the last change of the reference, or the first touch if that is later, s.
     pub starts_at_s: f64,
-    /// Half-width of the settling band, N: 2 % of the final reference, or what the sensor cannot resolve where that is more.
+    /// Half-width of the settling band, N: 2 % of the final reference (where that is zero, of the largest before it, else of the peak force), or what the sensor
+    /// cannot resolve where that is more.
     pub band_n: f64,
     /// How far the force passes the final reference after [`Self::starts_at_s`], as a share of it: above it where it came from below.
     pub overshoot: Option<f64>,
@@ -77,7 +78,7 @@ impl Answer<'_> {
         let rests = Ending::of(self.t_s, self.reference_n) != Ending::Moves;
         let reference = self.reference_n.last().copied().filter(|_| rests);
         let starts_at_s = if rests { changed.max(self.first_contact_s) } else { self.first_contact_s };
-        let band_n = (SETTLING_BAND * reference.unwrap_or(0.0).abs()).max(self.unresolved_n);
+        let band_n = (SETTLING_BAND * reference.map_or(0.0, |reference| self.scale_n(reference))).max(self.unresolved_n);
         Response {
             final_reference_n: reference,
             starts_at_s,
@@ -86,6 +87,12 @@ impl Answer<'_> {
             settling_time_s: reference.and_then(|r| self.settling_time_s(r, band_n, starts_at_s)),
             steady_error_n: reference.and_then(|r| self.steady_error_n(r)),
         }
+    }
+
+    /// What the band is a share of: a reference of zero tells no scale, so that it is that of the references before, or of the force.
+    fn scale_n(&self, reference: f64) -> f64 {
+        let before_n = self.reference_n.iter().filter(|r| r.is_finite()).fold(0.0_f64, |most, r| most.max(r.abs()));
+        [reference.abs(), before_n, self.peak_force_n].into_iter().find(|scale| *scale > 0.0).unwrap_or(0.0)
     }
 
     /// From short of the reference, the farthest force counts; from beyond it, the one that falls short of it most.
@@ -199,5 +206,21 @@ mod tests {
         assert_eq!(ending(&[0.15, 0.4, 0.65, 0.9]), Ending::Moves);
         let always: Vec<f64> = (1..1000).map(|i| f64::from(i) * 1e-3).collect();
         assert_eq!(ending(&always), Ending::Moves);
+    }
+
+    #[test]
+    fn truth_a_reference_of_zero_has_a_band_all_the_same() {
+        // 20 N, let go to nothing at 1 s: 20 exp(-t / 0.1) is within 2 % of 20 N after 0.1 ln 50.
+        let t_s: Vec<f64> = (0..3000).map(|i| f64::from(i) * 1e-3).collect();
+        let reference_n: Vec<f64> = t_s.iter().map(|&t| if t < 1.0 { 20.0 } else { 0.0 }).collect();
+        let force_n: Vec<f64> = t_s.iter().map(|&t| if t < 1.0 { 20.0 } else { 20.0 * (-(t - 1.0) / 0.1).exp() }).collect();
+        let answer =
+            Answer { t_s: &t_s, force_n: &force_n, reference_n: &reference_n, peak_force_n: 20.0, first_contact_s: 0.0, unresolved_n: 0.0 };
+        let found = answer.response();
+        assert!((found.band_n - 0.4).abs() < 1e-12);
+        // To a row.
+        assert!((found.settling_time_s.unwrap() - 0.1 * 50.0_f64.ln()).abs() < 2e-3, "{found:?}");
+        let nothing = vec![0.0; t_s.len()];
+        assert!((Answer { reference_n: &nothing, ..answer }.response().band_n - 0.4).abs() < 1e-12);
     }
 }

@@ -7,7 +7,7 @@
 //! period, down to none, a continuous controller counts as a cure.
 //!
 //! Noise belongs to a sensor and an instant, so that all runs meet the same. What swings by it falls within the settling band now and then: with noise, a
-//! change cures only where it leaves half the amplitude at most.
+//! change cures only where it leaves half the amplitude at most, or no noise.
 //!
 //! 1. what vanishes with the step is a numerical artefact;
 //! 2. what swings in contact, in a loop that linear theory does not call unstable, and rests without the sensors' noise is excited by that;
@@ -77,7 +77,5 @@ fn is_cured(scenario: &Scenario, measured: &Measured) -> bool {
 /// Whether a run leaves something to explain.
 fn is_troubled(measured: &Measured) -> bool {
     let verdict = &measured.summary.verdict;
-    verdict.outcome.is_sustained()
-        || verdict.outcome == Outcome::Unstable
-        || matches!(verdict.undecided, Some(crate::run::Undecided::StillGrowing | crate::run::Undecided::EventStorm))
+    verdict.outcome.is_sustained() || verdict.outcome == Outcome::Unstable || verdict.undecided == Some(crate::run::Undecided::StillGrowing)
 }

@@ -149,14 +149,14 @@ impl<'a> Search<'a> {
         let grows = trial.outcome.is_some_and(lasts) && lasts(self.baseline.summary.outcome);
         let only_by_period =
             grows && changes.contains(&Change::ContinuousController) && linear::grows_only_by_period(&self.scenario, &changed);
-        let cured = trial.cured && !only_later && !(self.swings_in_noise() && self.is_as_large(&result));
+        let by_chance = is_noisy(&changed) && self.swings_in_noise() && self.is_as_large(&result);
+        let cured = trial.cured && !only_later && !by_chance;
         Trial { cured: cured || only_by_period, only_by_period, ..trial }
     }
 
     /// Whether the scenario swings in contact with noise.
     fn swings_in_noise(&self) -> bool {
-        let noisy = self.scenario.machine.sensors.values().any(|sensor| sensor.noise > 0.0);
-        noisy && self.baseline.summary.outcome == Outcome::Oscillates
+        is_noisy(&self.scenario) && self.baseline.summary.outcome == Outcome::Oscillates
     }
 
     /// Whether a run swings by about as much as the scenario does.
@@ -164,6 +164,10 @@ impl<'a> Search<'a> {
         let size = |measured: &Measured| measured.summary.verdict.amplitudes_n.into_iter().fold(0.0, f64::max);
         result.as_ref().is_ok_and(|measured| size(measured) > LEFT_BY_CURE * size(&self.baseline))
     }
+}
+
+fn is_noisy(scenario: &Scenario) -> bool {
+    scenario.machine.sensors.values().any(|sensor| sensor.noise > 0.0)
 }
 
 fn trial_of(

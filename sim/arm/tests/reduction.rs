@@ -204,7 +204,11 @@ fn reference_the_axis_is_the_arm_s_all_over_the_workspace() {
     let touches = workspace();
     let all: Vec<f64> = touches.iter().filter_map(|touch| misfit(&arm, *touch)).collect();
     let worst = all.iter().copied().fold(0.0, f64::max);
-    println!("{} poses, worst {worst:.4}; {} are out of reach or do not let the tool move along the normal", all.len(), touches.len() - all.len());
+    println!(
+        "{} poses, worst {worst:.4}; {} are out of reach or do not let the tool move along the normal",
+        all.len(),
+        touches.len() - all.len()
+    );
     assert!(all.len() > 90 && worst < ANYWHERE, "{worst}");
 }
 

@@ -53,6 +53,9 @@ pub struct Response {
     /// Half-width of the settling band, N: 2 % of the final reference (where that is zero, of the largest before it, else of the peak force), or what the sensor
     /// cannot resolve where that is more.
     pub band_n: f64,
+    /// That without what the sensor cannot resolve, N.
+    #[serde(skip)]
+    pub(super) share_n: f64,
     /// How far the force passes the final reference after [`Self::starts_at_s`], as a share of it: above it where it came from below.
     pub overshoot: Option<f64>,
     /// From [`Self::starts_at_s`] until the force is within the band for good; none where it does not stay there.
@@ -78,11 +81,13 @@ impl Answer<'_> {
         let rests = Ending::of(self.t_s, self.reference_n) != Ending::Moves;
         let reference = self.reference_n.last().copied().filter(|_| rests);
         let starts_at_s = if rests { changed.max(self.first_contact_s) } else { self.first_contact_s };
-        let band_n = (SETTLING_BAND * reference.map_or(0.0, |reference| self.scale_n(reference))).max(self.unresolved_n);
+        let share_n = SETTLING_BAND * reference.map_or(0.0, |reference| self.scale_n(reference));
+        let band_n = share_n.max(self.unresolved_n);
         Response {
             final_reference_n: reference,
             starts_at_s,
             band_n,
+            share_n,
             overshoot: reference.filter(|r| *r != 0.0).map(|r| self.overshoot(r, starts_at_s)),
             settling_time_s: reference.and_then(|r| self.settling_time_s(r, band_n, starts_at_s)),
             steady_error_n: reference.and_then(|r| self.steady_error_n(r)),

@@ -11,7 +11,7 @@ use super::energy::EnergyTable;
 use super::force_loop::{ForceLoop, sensor_noise_n};
 use super::outcome::Outcome;
 use super::saturation::{self, Limits};
-use super::settling::{Answer, Ending, Response, SETTLING_BAND};
+use super::settling::{Answer, Ending, Response};
 use super::standing::{self, Standing};
 use super::verdict::{Evidence, Verdict};
 use super::winding::Command;
@@ -201,7 +201,7 @@ impl<'a> Finished<'a> {
     /// Amplitude of the motion that counts as rest, N. A force may rest anywhere within a step of its sensor; but to swing there is no rest.
     fn rest_n(&self, response: &Response) -> Option<f64> {
         let hidden_n = self.force_loop?.hidden_by_noise_n(self.scenario);
-        Some((SETTLING_BAND * response.final_reference_n?.abs()).max(hidden_n))
+        response.final_reference_n.map(|_| response.share_n.max(hidden_n))
     }
 
     /// What the references of all controllers do at the end.

@@ -216,6 +216,10 @@ impl<'a> Linearised<'a> {
         let n = self.base.theta.len();
         for (c, measured) in self.task.dataset.records[r].series.iter().enumerate() {
             let sigma = self.task.weights.sigma[r][c];
+            if sigma.is_infinite() {
+                // It never changes and says nothing.
+                continue;
+            }
             let factor = PIECES / measured.len() as f64;
             let rows = measured.iter().zip(&prediction.smooth[c]).zip(slopes[c].chunks_exact(n));
             for (k, ((m, p), slopes)) in rows.enumerate() {

@@ -84,7 +84,11 @@ fn folder(files: &[(&str, &[u8])]) -> TempDir {
 
 /// What is said of two experiments of which the first is spoilt: the error, or the warnings.
 fn said_of(spoilt: &str) -> Result<String, String> {
-    let folder = folder(&[("a.csv", spoilt.as_bytes()), ("b.csv", csv(&sound()).as_bytes())]);
+    said_of_both(spoilt, &csv(&sound()))
+}
+
+fn said_of_both(a: &str, b: &str) -> Result<String, String> {
+    let folder = folder(&[("a.csv", a.as_bytes()), ("b.csv", b.as_bytes())]);
     match Dataset::load(folder.path()) {
         Ok(dataset) => Ok(dataset.warnings.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")),
         Err(error) => Err(error.to_string()),
@@ -136,6 +140,16 @@ fn truth_faults_that_an_assumption_mends_are_warnings_that_state_it() {
     );
     warning_says(&spoil(|k, row| row[0] += if k % 2 == 0 { 1e-4 } else { 0.0 }), &["even spacing", "interpolation"]);
     warning_says(&spoil(|k, row| row[3] = 0.012 * (k as f64).sin()), &["`acceleration_mps2`", "times its noise", "excite more strongly"]);
+}
+
+#[test]
+fn truth_a_coarse_channel_at_rest_is_not_blamed_for_the_noise_that_it_rounds_away() {
+    let coarse = |x: f64| (x / 0.25).round() * 0.25;
+    let moving = spoil(|_, row| row[3] = coarse(row[3]));
+    // At rest within half a step all that is left is zeros of either sign.
+    let at_rest = spoil(|k, row| row[3] = if k % 3 == 0 { -0.0 } else { 0.0 });
+    let said = said_of_both(&moving, &at_rest).expect("a warning");
+    assert!(said.starts_with("a.csv") && said.contains("coarser than believed") && said.lines().count() == 1, "{said}");
 }
 
 #[test]
@@ -252,4 +266,13 @@ fn regress_a_channel_that_never_changes_does_not_score() {
     let found = diagnose(&Dataset::load(folder.path()).expect("it is loaded"), &|_| ()).expect("it is diagnosed");
     // Half the scored experiments hang: were they scored, they would be off by more than their own variation.
     assert!(found.gap.refit < 0.5, "{:?}", found.gap);
+}
+
+#[test]
+fn regress_causes_are_tried_beside_a_channel_that_never_changes() {
+    let (sound, hung) = (csv(&sound()), spoil(|_, row| row[3] = 0.0));
+    let folder = folder(&[("a.csv", hung.as_bytes()), ("b.csv", sound.as_bytes()), ("c.csv", sound.as_bytes())]);
+    let found = diagnose(&Dataset::load(folder.path()).expect("it is loaded"), &|_| ()).expect("it is diagnosed");
+    // The records were made with a load of 1 N and without the believed friction.
+    assert!(found.attempts.iter().any(|attempt| attempt.gain_all.is_some_and(|gain| gain > 0.0)), "{:?}", found.attempts);
 }

@@ -231,6 +231,7 @@ const FIRST_ROW: usize = 2;
 /// Turns tables into records and gives every fault found on the way.
 pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables: Vec<Table>, holds: &[Option<f64>]) -> Vec<Fault> {
     let mut faults = Vec::new();
+    let grains: Vec<f64> = dataset.channels.iter().map(|channel| grain(channel, &tables)).collect();
     if dataset.drives.is_empty() {
         faults.push(Fault { file: dataset.name.clone(), column: None, row: None, kind: FaultKind::NoCommand });
     }
@@ -245,7 +246,8 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
         let mut columns = Vec::new();
         for name in &names {
             match table.header.iter().position(|header| header == name) {
-                Some(i) => columns.push(table.columns[i].clone()),
+                // A converter that writes -0 means 0.
+                Some(i) => columns.push(table.columns[i].iter().map(|x| x + 0.0).collect::<Vec<f64>>()),
                 None => note(Some(name), None, FaultKind::MissingColumn),
             }
         }
@@ -270,6 +272,10 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
         }
         let drives = dataset.drives.len();
         for (i, (name, column)) in names.iter().zip(&columns).enumerate() {
+            // Noise and motion alike were rounded away: the step, which other experiments show, is the finding.
+            if i >= drives && grains[i - drives] > 0.0 && range(column) <= 2.0 * grains[i - drives] {
+                continue;
+            }
             let constant = column.iter().all(|x| x.to_bits() == column[0].to_bits());
             if constant && i < drives {
                 note(Some(name), None, FaultKind::ConstantCommand);
@@ -333,8 +339,32 @@ fn time_faults(time: &[f64], note: &mut impl FnMut(Option<usize>, FaultKind)) {
     }
 }
 
+/// The coarsest step, beyond what is believed, that a channel shows in any experiment; 0 if none.
+fn grain(channel: &super::Channel, tables: &[Table]) -> f64 {
+    let steps = tables.iter().filter_map(|table| {
+        let column = table.header.iter().position(|header| *header == channel.column)?;
+        let values = &table.columns[column];
+        let usable = values.len() >= FEWEST_ROWS && values.iter().all(|x| x.is_finite());
+        usable.then(|| quantum(values).filter(|step| is_coarse(*step, channel.noise, channel.resolution)))?
+    });
+    steps.fold(0.0, f64::max)
+}
+
+fn is_coarse(step: f64, noise: f64, resolution: f64) -> bool {
+    step > 1.5 * resolution && step > noise
+}
+
+fn range(column: &[f64]) -> f64 {
+    let (low, high) = extremes(column);
+    high - low
+}
+
+fn extremes(column: &[f64]) -> (f64, f64) {
+    column.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)))
+}
+
 fn series_faults(column: &[f64], noise: f64, resolution: f64, note: &mut impl FnMut(Option<usize>, FaultKind)) {
-    let (low, high) = column.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
+    let (low, high) = extremes(column);
     for extreme in [low, high] {
         let at = |x: f64| x.to_bits() == extreme.to_bits();
         let longest = column.chunk_by(|a, b| at(*a) == at(*b)).filter(|run| at(run[0])).map(<[f64]>::len).max().unwrap_or(0);
@@ -346,8 +376,7 @@ fn series_faults(column: &[f64], noise: f64, resolution: f64, note: &mut impl Fn
         }
     }
     if let Some(step) = quantum(column)
-        && step > 1.5 * resolution
-        && step > noise
+        && is_coarse(step, noise, resolution)
     {
         note(None, FaultKind::Quantised { step });
     }

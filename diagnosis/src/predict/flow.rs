@@ -1,6 +1,6 @@
 //! One mode of one machine: its rows, and how they carry the state over a span.
 
-use feeler_lanes::Blocks;
+use feeler_lanes::{Blocks, dispatch};
 use feeler_lti::expm;
 use feeler_plant::assembly::Source;
 use feeler_plant::motion::{Equations, Mode, Motion, Row};
@@ -12,6 +12,10 @@ use crate::error::DiagnosisError;
 const MOST_TERMS: usize = 60;
 /// Norm times span above which a span is cut before its Taylor series is taken.
 const TAYLOR_REACH: f64 = 4.0;
+/// Remainder of a Taylor series relative to every state.
+const REMAINDER: f64 = 1e-14;
+/// Rows whose sums run side by side.
+const BLOCK: usize = 8;
 /// Binary parts of a span whose exponentials are kept.
 const PARTS: i32 = 16;
 
@@ -24,6 +28,11 @@ pub(super) struct Flow {
     width: usize,
     /// Derivatives of the states, row by row.
     derivative: Vec<f64>,
+    /// The same in blocks of [`BLOCK`] rows, each column by column.
+    blocks: Vec<f64>,
+    /// Two terms of a Taylor series, and states on their way.
+    scratch: [Vec<f64>; 2],
+    moved: Vec<f64>,
     /// How fast the mode moves, 1/s.
     norm: f64,
     /// What is looked at in every row: the channels, then position, speed and force of the first drive, then the contacts' forces and compressions.
@@ -40,6 +49,14 @@ impl Flow {
         let layout = motion.layout();
         let (states, width) = (layout.states(), layout.width());
         let derivative: Vec<f64> = equations.derivative.iter().flat_map(|row| row.iter().copied()).collect();
+        let padded = states.next_multiple_of(BLOCK);
+        let mut blocks = vec![0.0; padded * width];
+        for (i, row) in derivative.chunks_exact(width).enumerate() {
+            for (j, &entry) in row.iter().enumerate() {
+                blocks[(i / BLOCK * width + j) * BLOCK + i % BLOCK] = entry;
+            }
+        }
+        let scratch = [(); 2].map(|()| vec![0.0; padded.max(width)]);
         let n = layout.coordinates();
         let sum = |entries: &[f64]| entries.iter().map(|a| a.abs()).sum::<f64>();
         // In coordinates scaled by the frequency itself a stiffness over a mass counts with its square root.
@@ -57,7 +74,9 @@ impl Flow {
         rows.extend(equations.compression.iter().map(|[depth, _]| depth.clone()));
         let mut looks = Blocks::zeros(rows.len(), width);
         rows.iter().enumerate().for_each(|(i, row)| looks.set_row(0, i, row));
-        Self { linear: equations.is_linear(), equations, states, width, derivative, norm, looks, spans: Vec::new(), longest_s }
+        let linear = equations.is_linear();
+        let (spans, moved) = (Vec::new(), Vec::new());
+        Self { equations, linear, states, width, derivative, blocks, scratch, moved, norm, looks, spans, longest_s }
     }
 
     /// What carries the states over `span_s` with everything else held.
@@ -103,7 +122,10 @@ impl Flow {
     /// Carries the extended vector over a span into `out`.
     pub(super) fn move_by(&mut self, span_s: f64, recurring: bool, xi: &[f64], out: &mut Vec<f64>) -> Result<(), DiagnosisError> {
         if recurring {
-            self.carry(span_s, xi, out)?;
+            dispatch(
+                #[inline(always)]
+                || self.carry(span_s, xi, out),
+            )?;
             out.truncate(self.states);
             out.extend_from_slice(&xi[self.states..]);
         } else {
@@ -120,11 +142,19 @@ impl Flow {
     /// Carries `xi` over any span, into `out`: over halves, quarters and so on of the longest span seen, whose exponentials are kept, then over the
     /// rest by its Taylor series. A stiff mode costs no more than a soft one.
     pub(super) fn carry_once(&mut self, span_s: f64, xi: &[f64], out: &mut Vec<f64>) -> Result<(), DiagnosisError> {
+        dispatch(
+            #[inline(always)]
+            || self.carry_once_by_blocks(span_s, xi, out),
+        )
+    }
+
+    #[inline(always)]
+    fn carry_once_by_blocks(&mut self, span_s: f64, xi: &[f64], out: &mut Vec<f64>) -> Result<(), DiagnosisError> {
         out.clear();
         out.extend_from_slice(xi);
         let mut left = span_s;
         if self.norm * span_s > TAYLOR_REACH {
-            let mut moved = Vec::new();
+            let mut moved = std::mem::take(&mut self.moved);
             for i in 0..PARTS {
                 let part = self.longest_s * 0.5_f64.powi(i);
                 if left >= part {
@@ -136,33 +166,41 @@ impl Flow {
                     break;
                 }
             }
+            self.moved = moved;
         }
         self.taylor(left, out);
         Ok(())
     }
 
     /// Carries `out` on by its Taylor series.
-    fn taylor(&self, span_s: f64, out: &mut [f64]) {
+    #[inline(always)]
+    fn taylor(&mut self, span_s: f64, out: &mut [f64]) {
         let parts = (self.norm * span_s / TAYLOR_REACH).ceil().max(1.0);
         let h = span_s / parts;
-        let mut term = vec![0.0; self.width];
-        let mut next = vec![0.0; self.width];
+        let [term, next] = &mut self.scratch;
         for _ in 0..parts as usize {
-            term.copy_from_slice(out);
+            term[..self.width].copy_from_slice(out);
+            // Inputs, the constant and held terms have no derivative: they count once.
+            let mut columns = self.width;
             for k in 1..MOST_TERMS {
-                let (mut size, mut whole) = (0.0_f64, 0.0_f64);
-                for (i, row) in self.derivative.chunks_exact(self.width).enumerate() {
-                    next[i] = dot(row, &term) * h / k as f64;
+                for (block, next) in self.blocks.chunks_exact(BLOCK * self.width).zip(next.chunks_exact_mut(BLOCK)) {
+                    let mut sums = [0.0; BLOCK];
+                    for (column, x) in block.chunks_exact(BLOCK).zip(&term[..columns]) {
+                        for (sum, a) in sums.iter_mut().zip(column) {
+                            *sum += a * x;
+                        }
+                    }
+                    next.copy_from_slice(&sums.map(|sum| sum * h / k as f64));
                 }
-                for i in 0..self.states {
-                    out[i] += next[i];
-                    size = size.max(next[i].abs() / (out[i].abs() + f64::MIN_POSITIVE));
-                    whole += next[i].abs();
+                columns = self.states;
+                let (mut is_settled, mut whole) = (true, 0.0_f64);
+                for (out, next) in out[..self.states].iter_mut().zip(&next[..self.states]) {
+                    *out += next;
+                    is_settled &= next.abs() < REMAINDER * (out.abs() + f64::MIN_POSITIVE);
+                    whole += next.abs();
                 }
-                // Inputs, the constant and held terms have no derivative.
-                next[self.states..].fill(0.0);
-                std::mem::swap(&mut term, &mut next);
-                if whole == 0.0 || (size < 1e-14 && k > self.states) {
+                std::mem::swap(term, next);
+                if whole == 0.0 || (is_settled && k > self.states) {
                     break;
                 }
             }

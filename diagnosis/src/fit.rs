@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::bounded::minimise;
+use crate::curvature::{add_curvature, add_gradient, times};
 use crate::dataset::Dataset;
 use crate::model::{Model, Unknown};
 use crate::predict::{Prediction, Predictor};
@@ -190,31 +191,18 @@ impl Task<'_> {
         let moved: Vec<Option<(Prediction, f64)>> = (0..n).map(|i| self.moved(model, theta, i, r)).collect();
         let mut a = DMatrix::zeros(n, n);
         let mut b = DVector::zeros(n);
-        let mut slope = vec![0.0; n];
         for (c, measured) in record.series.iter().enumerate() {
             let sigma = self.weights.sigma[r][c];
+            let slopes = slopes(&base, &moved, c, sigma);
+            let residual = |(value, predicted): (&f64, &f64)| beyond(value - predicted, base.dead_zone[c]) / sigma;
+            let residuals: Vec<f64> = measured.iter().zip(&base.smooth[c]).map(residual).collect();
+            // Within a dead zone a slope changes nothing.
+            let counts = |r: f64| r != 0.0 || base.dead_zone[c] == 0.0;
+            let weights: Vec<f64> = residuals.iter().map(|&r| if counts(r) { robust(r).1 } else { 0.0 }).collect();
             let factor = PIECES / measured.len() as f64;
-            for (k, &value) in measured.iter().enumerate() {
-                let residual = beyond(value - base.smooth[c][k], base.dead_zone[c]) / sigma;
-                if residual == 0.0 && base.dead_zone[c] > 0.0 {
-                    continue;
-                }
-                let (_, weight) = robust(residual);
-                for (slope, moved) in slope.iter_mut().zip(&moved) {
-                    *slope = moved.as_ref().map_or(0.0, |(m, step)| (m.smooth[c][k] - base.smooth[c][k]) / (step * sigma));
-                }
-                for i in 0..n {
-                    let s = factor * weight * slope[i];
-                    if s != 0.0 {
-                        b[i] += s * residual;
-                        for j in 0..=i {
-                            a[(i, j)] += s * slope[j];
-                        }
-                    }
-                }
-            }
+            add_curvature(&mut a, factor, &slopes, &weights);
+            add_gradient(&mut b, factor, &slopes, &times(&residuals, &weights));
         }
-        a.fill_upper_triangle_with_lower_triangle();
         Some((a, b))
     }
 
@@ -275,6 +263,16 @@ impl Task<'_> {
         }
         Fitted { model: model.clone(), theta, cost, sigma }
     }
+}
+
+/// Slopes of channel `c` of a prediction in sigmas, by unknown, from predictions that were moved; zero along what bears no move.
+pub(crate) fn slopes(base: &Prediction, moved: &[Option<(Prediction, f64)>], c: usize, sigma: f64) -> Vec<Vec<f64>> {
+    let base = &base.smooth[c];
+    let of = |moved: &Option<(Prediction, f64)>| match moved {
+        Some((moved, step)) => moved.smooth[c].iter().zip(base).map(|(m, b)| (m - b) / (step * sigma)).collect(),
+        None => vec![0.0; base.len()],
+    };
+    moved.iter().map(of).collect()
 }
 
 /// Longest step of one unknown: a factor of e, or its unit.

@@ -6,6 +6,7 @@ mod answer;
 pub mod blind;
 mod bounded;
 mod candidates;
+mod curvature;
 pub mod dataset;
 mod diagnose;
 pub mod difference;

@@ -7,7 +7,8 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::bounded::minimise;
-use crate::fit::{Fitted, PIECES, Task, beyond, deviations, reach, robust};
+use crate::curvature::{add_curvature, add_gradient, add_mixed, along, times};
+use crate::fit::{Fitted, PIECES, Task, beyond, deviations, reach, robust, slopes};
 use crate::model::Model;
 use crate::predict::Prediction;
 
@@ -21,8 +22,8 @@ const SETTLED_SHARE: f64 = 1e-3;
 pub(crate) struct Linearised<'a> {
     task: &'a Task<'a>,
     base: &'a Fitted,
-    /// Per fitted record and channel, row by row the slopes of the prediction in sigmas along every unknown.
-    slopes: Vec<Vec<Vec<f64>>>,
+    /// Per fitted record and channel, the slopes of the prediction in sigmas along every unknown.
+    slopes: Vec<Vec<Vec<Vec<f64>>>>,
     /// Curvature of the cost along the other unknowns, residuals weighted as at the base, and all alike.
     normal: DMatrix<f64>,
     plain: DMatrix<f64>,
@@ -53,28 +54,15 @@ impl<'a> Linearised<'a> {
                 let moved: Vec<Option<(Prediction, f64)>> = (0..n).map(|i| task.moved(&base.model, &base.theta, i, r)).collect();
                 let series = &task.dataset.records[r].series;
                 let (mut normal, mut plain) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
-                let slopes: Vec<Vec<f64>> = (0..series.len())
+                let slopes: Vec<Vec<Vec<f64>>> = (0..series.len())
                     .map(|c| {
                         let sigma = task.weights.sigma[r][c];
+                        let slopes = slopes(&here, &moved, c, sigma);
                         let rows = series[c].len();
-                        let mut slopes = vec![0.0; rows * n];
-                        for (i, moved) in moved.iter().enumerate() {
-                            let Some((moved, step)) = moved else { continue };
-                            for k in 0..rows {
-                                slopes[k * n + i] = (moved.smooth[c][k] - here.smooth[c][k]) / (step * sigma);
-                            }
-                        }
-                        for (k, slope) in slopes.chunks_exact(n).enumerate() {
-                            let residual = beyond(series[c][k] - here.smooth[c][k], here.dead_zone[c]) / sigma;
-                            let (factor, weight) = (PIECES / rows as f64, robust(residual).1);
-                            for i in 0..n {
-                                for j in 0..=i {
-                                    let square = factor * slope[i] * slope[j];
-                                    normal[(i, j)] += weight * square;
-                                    plain[(i, j)] += square;
-                                }
-                            }
-                        }
+                        let residual = |(value, predicted): (&f64, &f64)| beyond(value - predicted, here.dead_zone[c]) / sigma;
+                        let weights: Vec<f64> = series[c].iter().zip(&here.smooth[c]).map(|pair| robust(residual(pair)).1).collect();
+                        add_curvature(&mut normal, PIECES / rows as f64, &slopes, &weights);
+                        add_curvature(&mut plain, PIECES / rows as f64, &slopes, &vec![1.0; rows]);
                         slopes
                     })
                     .collect();
@@ -88,8 +76,6 @@ impl<'a> Linearised<'a> {
             plain += alike;
             slopes.push(part);
         }
-        normal.fill_upper_triangle_with_lower_triangle();
-        plain.fill_upper_triangle_with_lower_triangle();
         let mut pull = DVector::zeros(n);
         for (i, unknown) in base.model.unknowns.iter().enumerate() {
             for curvature in [&mut normal, &mut plain] {
@@ -182,15 +168,14 @@ impl<'a> Linearised<'a> {
         let parts: Vec<(f64, DVector<f64>, DVector<f64>)> = (self.task.fitted.par_iter().zip(self.slopes.par_iter().zip(predictions)))
             .map(|(&r, (slopes, prediction))| {
                 let (mut cost, mut weighted, mut alike) = (0.0, DVector::zeros(n), DVector::zeros(n));
-                self.for_rows(r, slopes, prediction, shift, |slopes, _, _, residual, factor| {
-                    let (loss, weight) = robust(residual);
-                    cost += factor * loss;
-                    for (i, slope) in slopes.iter().enumerate() {
-                        let product = factor * residual * slope;
-                        weighted[i] += weight * product;
-                        alike[i] += product;
-                    }
-                });
+                for (c, slopes) in slopes.iter().enumerate() {
+                    let Some(residuals) = self.residuals(r, c, slopes, prediction, shift) else { continue };
+                    let factor = PIECES / residuals.len() as f64;
+                    let (losses, weights): (Vec<f64>, Vec<f64>) = residuals.iter().map(|&residual| robust(residual)).unzip();
+                    cost += factor * losses.iter().sum::<f64>();
+                    add_gradient(&mut weighted, factor, slopes, &times(&residuals, &weights));
+                    add_gradient(&mut alike, factor, slopes, &residuals);
+                }
                 (cost, weighted, alike)
             })
             .collect();
@@ -204,29 +189,16 @@ impl<'a> Linearised<'a> {
         [(cost, weighted), (cost, alike)]
     }
 
-    /// Calls `f(slopes, channel, row, residual in sigmas, share)` for every reading of a record, the other unknowns shifted.
-    fn for_rows(
-        &self,
-        r: usize,
-        slopes: &[Vec<f64>],
-        prediction: &Prediction,
-        shift: &DVector<f64>,
-        mut f: impl FnMut(&[f64], usize, usize, f64, f64),
-    ) {
-        let n = self.base.theta.len();
-        for (c, measured) in self.task.dataset.records[r].series.iter().enumerate() {
-            let sigma = self.task.weights.sigma[r][c];
-            if sigma.is_infinite() {
-                // It never changes and says nothing.
-                continue;
-            }
-            let factor = PIECES / measured.len() as f64;
-            let rows = measured.iter().zip(&prediction.smooth[c]).zip(slopes[c].chunks_exact(n));
-            for (k, ((m, p), slopes)) in rows.enumerate() {
-                let moved: f64 = slopes.iter().zip(shift.iter()).map(|(slope, shift)| slope * shift).sum();
-                f(slopes, c, k, beyond(m - p - sigma * moved, prediction.dead_zone[c]) / sigma, factor);
-            }
+    /// Residuals of a channel in sigmas, the other unknowns shifted; none where it never changes, and so says nothing.
+    fn residuals(&self, r: usize, c: usize, slopes: &[Vec<f64>], prediction: &Prediction, shift: &DVector<f64>) -> Option<Vec<f64>> {
+        let sigma = self.task.weights.sigma[r][c];
+        if sigma.is_infinite() {
+            return None;
         }
+        let measured = &self.task.dataset.records[r].series[c];
+        let moved = along(slopes, shift, measured.len());
+        let rows = measured.iter().zip(&prediction.smooth[c]).zip(&moved);
+        Some(rows.map(|((m, p), moved)| beyond(m - p - sigma * moved, prediction.dead_zone[c]) / sigma).collect())
     }
 
     /// Normal equations of the effect's own parameters, what the other unknowns can take over being projected out.
@@ -238,31 +210,20 @@ impl<'a> Linearised<'a> {
             .fitted
             .par_iter()
             .zip(self.slopes.par_iter().zip(&here.predictions))
-            .map(|(&r, (slopes, prediction))| {
+            .map(|(&r, (others, prediction))| {
                 let moved: Vec<Option<(Prediction, f64)>> = (0..own).map(|i| self.task.moved(model, theta, n + i, r)).collect();
                 let mut a = DMatrix::zeros(own, own);
                 let mut mixed = DMatrix::zeros(n, own);
                 let mut b = DVector::zeros(own);
-                let mut slope = vec![0.0; own];
-                self.for_rows(r, slopes, prediction, &here.weighed_at, |slopes, c, k, residual, factor| {
-                    let sigma = self.task.weights.sigma[r][c];
-                    let factor = factor * robust(residual).1;
-                    for (slope, moved) in slope.iter_mut().zip(&moved) {
-                        *slope = moved.as_ref().map_or(0.0, |(m, step)| (m.smooth[c][k] - prediction.smooth[c][k]) / (step * sigma));
-                    }
-                    for i in 0..own {
-                        let s = factor * slope[i];
-                        if s != 0.0 {
-                            b[i] += s * residual;
-                            for j in 0..own {
-                                a[(i, j)] += s * slope[j];
-                            }
-                            for (sum, other) in mixed.column_mut(i).iter_mut().zip(slopes) {
-                                *sum += s * other;
-                            }
-                        }
-                    }
-                });
+                for (c, others) in others.iter().enumerate() {
+                    let Some(residuals) = self.residuals(r, c, others, prediction, &here.weighed_at) else { continue };
+                    let slopes = slopes(prediction, &moved, c, self.task.weights.sigma[r][c]);
+                    let factor = PIECES / residuals.len() as f64;
+                    let weights: Vec<f64> = residuals.iter().map(|&residual| robust(residual).1).collect();
+                    add_curvature(&mut a, factor, &slopes, &weights);
+                    add_mixed(&mut mixed, factor, others, &slopes, &weights);
+                    add_gradient(&mut b, factor, &slopes, &times(&residuals, &weights));
+                }
                 Some((a, mixed, b))
             })
             .collect();

@@ -81,6 +81,24 @@ pub(crate) fn percent(share: f64) -> String {
     if percent != 0.0 && percent.abs() < 0.05 { "< 0.1".into() } else { format!("{percent:.1}") }
 }
 
+/// A share as a percentage of which two digits show, however small.
+pub(crate) fn fine_percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent == 0.0 || !percent.is_finite() || percent.abs() >= 1.0 {
+        return self::percent(share);
+    }
+    plain(two_digits(percent))
+}
+
+/// A number rounded to two digits.
+pub(crate) fn two_digits(value: f64) -> f64 {
+    if value == 0.0 || !value.is_finite() {
+        return value;
+    }
+    let step = 10_f64.powf(value.abs().log10().floor() - 1.0);
+    (value / step).round() * step
+}
+
 /// A count with its noun.
 pub(crate) fn count(count: usize, one: &str, many: &str) -> String {
     if count == 1 { format!("1 {one}") } else { format!("{count} {many}") }
@@ -108,5 +126,9 @@ mod tests {
         assert_eq!(percent(0.1234), "12.3");
         assert_eq!(percent(1e-5), "< 0.1");
         assert_eq!(percent(-0.0), "0.0");
+        assert_eq!(fine_percent(4.96e-3), "0.5");
+        assert_eq!(fine_percent(1.234e-6), "0.00012");
+        assert_eq!(fine_percent(0.123_4), "12.3");
+        assert_eq!(fine_percent(-0.0), "0.0");
     }
 }

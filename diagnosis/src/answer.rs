@@ -4,6 +4,7 @@ use feeler_plant::effects::Place;
 use indexmap::IndexMap;
 
 use crate::candidates::Candidate;
+use crate::dataset::in_words;
 use crate::diagnose::{ACCEPT, Attempts, Judge, LOOK_ALIKE, PARSIMONY};
 use crate::fit::Fitted;
 use crate::gap;
@@ -104,7 +105,7 @@ impl Judge<'_> {
             effects,
             look_alikes,
             attempts: tried,
-            warnings: self.dataset.warnings.iter().map(ToString::to_string).collect(),
+            warnings: in_words(&self.dataset.warnings),
             contradictions: (self.dataset.warnings.iter().filter(|fault| fault.kind.is_contradiction())).map(ToString::to_string).collect(),
             next_experiment,
             cells,
@@ -186,6 +187,8 @@ impl Judge<'_> {
             "its fitted value is within what was believed, or makes it no instance of its kind".to_owned()
         } else if gain_check < ACCEPT {
             format!("gains {gain_check:.0} nats on the check experiments; {ACCEPT:.0} are needed")
+        } else if (best - gain_all).abs() < 1.0 {
+            "explains as much as what was accepted".to_owned()
         } else if gain_all < best {
             format!("explains {:.0} nats less than what was accepted", best - gain_all)
         } else {

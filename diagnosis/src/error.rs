@@ -78,7 +78,7 @@ pub enum DiagnosisError {
 }
 
 fn list_faults(faults: &[crate::dataset::Fault]) -> String {
-    faults.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+    crate::dataset::in_words(faults).join("\n")
 }
 
 fn list_problems(problems: &[Problem]) -> String {

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::dataset::{Channel, Dataset, Record};
 use crate::fit::{Task, Weights};
+use crate::laps::lap;
 use crate::model::Model;
 use crate::predict::{Anchoring, Predictor, Start};
 use crate::report::Gap;
@@ -22,13 +23,20 @@ fn window_rows(record: &Record) -> usize {
     ((WINDOW_S / record.spacing_s).round() as usize).max(1)
 }
 
-/// Errors of free windows, one series per channel; none where the model has no prediction.
-fn errors(task: &Task<'_>, model: &Model, theta: &[f64], r: usize) -> Option<Vec<Vec<f64>>> {
+/// The length nearest to that of a free window that a lap holds a whole number of times, so that windows of all laps begin alike; none where there is none
+/// between half and twice that length.
+fn rows_of_lap(record: &Record, lap: usize) -> Option<usize> {
+    let rows = window_rows(record);
+    (rows / 2..=2 * rows).filter(|&own| own > 0 && lap.is_multiple_of(own)).min_by_key(|own| own.abs_diff(rows))
+}
+
+/// Errors of free windows of some rows, one series per channel; none where the model has no prediction.
+fn errors(task: &Task<'_>, model: &Model, theta: &[f64], r: usize, rows: usize) -> Option<Vec<Vec<f64>>> {
     let record = &task.dataset.records[r];
     let assembly = model.assembly(theta, record.engagement)?;
     let prediction = Predictor::with(assembly, model.presliding(theta), task.dataset, record)
         .ok()?
-        .follow(Anchoring::Continuous, Start::Windows(window_rows(record)))
+        .follow(Anchoring::Continuous, Start::Windows(rows))
         .ok()?;
     let of = |(m, p): (&Vec<f64>, &Vec<f64>)| m.iter().zip(p).map(|(m, p)| m - p).collect();
     Some(record.series.iter().zip(&prediction.series).map(of).collect())
@@ -39,7 +47,7 @@ pub(crate) fn square_errors(task: &Task<'_>, model: &Model, theta: &[f64], recor
     records
         .par_iter()
         .map(|&r| {
-            let errors = errors(task, model, theta, r)?;
+            let errors = errors(task, model, theta, r, window_rows(&task.dataset.records[r]))?;
             let of = |(error, scale): (&Vec<f64>, &f64)| mean_square(error) / scale.powi(2).max(f64::MIN_POSITIVE);
             let mean = errors.iter().zip(&task.weights.scale[r]).map(of).sum::<f64>() / errors.len() as f64;
             mean.is_finite().then_some(mean)
@@ -53,22 +61,32 @@ fn mean_square(series: &[f64]) -> f64 {
 
 /// One sigma of every channel's noise: as stated, or more where experiments that repeat each other differ by more. What a model gets wrong is wrong
 /// in all of them alike and cancels in the difference of its errors; what does not repeat no model can explain. The middle stretch of motion counts,
-/// so that an impact that comes a row later in one of them does not.
+/// so that an impact that comes a row later in one of them does not. Where no noise is stated, laps within a record count as repeats.
 pub(crate) fn noise(task: &Task<'_>, model: &Model, theta: &[f64]) -> Vec<f64> {
     let stated = task.weights.noise.first().cloned().unwrap_or_default();
+    let records = &task.dataset.records;
     let mut groups: IndexMap<&str, Vec<usize>> = IndexMap::new();
-    for (r, record) in task.dataset.records.iter().enumerate() {
+    for (r, record) in records.iter().enumerate() {
         if let Some(name) = &record.repeat {
             groups.entry(name).or_default().push(r);
         }
     }
     let mut stretches: Vec<Vec<f64>> = vec![Vec::new(); stated.len()];
     for pair in groups.values().flat_map(|group| group.windows(2)) {
-        let [Some(a), Some(b)] = [0, 1].map(|i| errors(task, model, theta, pair[i])) else { continue };
-        let rows = window_rows(&task.dataset.records[pair[0]]);
+        let rows = window_rows(&records[pair[0]]);
+        let [Some(a), Some(b)] = [0, 1].map(|i| errors(task, model, theta, pair[i], window_rows(&records[pair[i]]))) else { continue };
         for (stretches, (a, b)) in stretches.iter_mut().zip(a.iter().zip(&b)) {
-            let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
-            stretches.extend(difference.chunks_exact(rows).map(|stretch| 0.5 * mean_square(stretch)));
+            stretches.extend(unrepeated(a, b, rows));
+        }
+    }
+    let is_stated: Vec<bool> = task.dataset.channels.iter().map(|channel| task.dataset.is_noise_stated(&channel.column)).collect();
+    if is_stated.contains(&false) {
+        for (r, record) in records.iter().enumerate() {
+            let Some((lap, rows)) = lap(record).and_then(|lap| Some((lap, rows_of_lap(record, lap)?))) else { continue };
+            let Some(errors) = errors(task, model, theta, r, rows) else { continue };
+            for (c, series) in errors.iter().enumerate().filter(|(c, _)| !is_stated[*c]) {
+                stretches[c].extend(unrepeated(series, &series[lap..], rows));
+            }
         }
     }
     let of = |(stated, stretches): (&f64, &mut Vec<f64>)| {
@@ -76,6 +94,12 @@ pub(crate) fn noise(task: &Task<'_>, model: &Model, theta: &[f64]) -> Vec<f64> {
         stretches.get(stretches.len() / 2).map_or(*stated, |middle| middle.sqrt().max(*stated))
     };
     stated.iter().zip(&mut stretches).map(of).collect()
+}
+
+/// Mean square, stretch by stretch, of what each of two repeats has for itself.
+fn unrepeated(a: &[f64], b: &[f64], rows: usize) -> Vec<f64> {
+    let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    difference.chunks_exact(rows).map(|stretch| 0.5 * mean_square(stretch)).collect()
 }
 
 /// Mean square of noise over scale, as [`square_errors`].

@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use feeler_plant::description::Quantity;
+use feeler_plant::description::{Axis, Quantity};
 use feeler_plant::effects::Place;
 
 use crate::fit::Task;
@@ -137,6 +137,7 @@ pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
     let checks: Vec<usize> = (0..task.dataset.records.len()).filter(|&r| task.dataset.records[r].is_check).collect();
     let [seen, unseen] = [task.fitted.as_slice(), checks.as_slice()].map(|records| over_position(task, scored, records));
     let (low, high) = seen.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
+    let is_rotational = task.dataset.machine.axis == Axis::Rotational;
     let is_whole = |wave: &Vec<f64>| wave[1] * LEAST_PERIODS <= high - low;
     ripples(&seen)
         .into_iter()
@@ -147,8 +148,9 @@ pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
             (share > LEAST_WAVE).then(|| {
                 let percent = 100.0 * share;
                 format!(
-                    "a force of {:.2} N periodic in position, pitch {:.3e} m, is left ({percent:.0} % of what is missing)",
-                    wave[0], wave[1]
+                    "a {} periodic in position, pitch {}, is left ({percent:.0} % of what is missing)",
+                    if is_rotational { format!("torque of {:.2} N m", wave[0]) } else { format!("force of {:.2} N", wave[0]) },
+                    if is_rotational { format!("{:.3} rad", wave[1]) } else { format!("{:.2} mm", 1e3 * wave[1]) },
                 )
             })
         })

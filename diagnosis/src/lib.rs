@@ -15,6 +15,7 @@ mod fit;
 mod gap;
 mod intervals;
 mod ladder;
+mod laps;
 mod locate;
 mod model;
 mod nested;

@@ -194,7 +194,8 @@ pub struct Diagnosis {
     pub missing_force_n: [f64; 2],
     /// What shape the force has that is missing even with the accepted effects.
     pub left: Vec<String>,
-    /// One sigma of every column's noise: as stated, or more where experiments that repeat each other show more.
+    /// One sigma of every column's noise: as stated, or more where experiments that repeat each other show more; where none is stated, from the scatter
+    /// of its readings and what differs from lap to lap.
     pub noise: IndexMap<String, f64>,
     /// What was noticed about the data.
     pub warnings: Vec<String>,

@@ -100,3 +100,46 @@ fn truth_commands_in_kilonewtons_and_a_turned_encoder_are_named() {
     has(&said, &["free-sines-1.csv: `command_n`: reads ", "1/1000 (kN for N?)"]);
     has(&said, &["free-sines-2.csv: `encoder_m`: reads ", "a sign"]);
 }
+
+/// 43 ms.
+fn very_late(values: &[f64], row: usize) -> f64 {
+    values[row.saturating_sub(86)]
+}
+
+#[test]
+fn regress_a_clock_that_is_far_off_among_other_faults_accuses_nobody_else() {
+    let faults: [Fault<'_>; 4] = [
+        ("press-1.csv", "tip_acceleration_mps2", very_late),
+        ("press-3.csv", "force_n", |v, k| 1e-3 * v[k]),
+        ("strokes-1.csv", "encoder_m", |v, k| (v[k] / 2e-5).round() * 2e-5),
+        ("free-sines-1.csv", "motor_acceleration_mps2", |v, k| v[k].clamp(-3.0, 3.0)),
+    ];
+    let said = said(&FILES, &faults);
+    has(&said, &["press-1.csv: `tip_acceleration_mps2`: runs 4", "behind `encoder_m`"]);
+    has(&said, &["press-3.csv: `force_n`: reads ", "1/1000 (kN for N?)"]);
+    has(&said, &["strokes-1.csv: `encoder_m`", "multiples of"]);
+    has(&said, &["free-sines-1.csv:", "`motor_acceleration_mps2`", "rows sit at 3 "]);
+    assert_eq!(said.iter().filter(|line| line.contains(": runs ")).count(), 1, "{said:#?}");
+}
+
+#[test]
+fn regress_a_force_is_not_accused_of_an_encoder_that_is_late() {
+    let said = said(&PRESSES, &[("press-1.csv", "encoder_m", very_late)]);
+    has(&said, &["press-1.csv: `encoder_m`: runs 4", "behind `tip_acceleration_mps2`"]);
+    assert!(!said.iter().any(|line| line.contains("`force_n`")), "{said:#?}");
+}
+
+#[test]
+fn truth_a_command_that_is_late_in_one_experiment_is_named() {
+    let said = said(&FILES, &[("free-sines-1.csv", "command_n", very_late)]);
+    has(&said, &["free-sines-1.csv: `command_n`: runs 4", "behind itself in free-sines-2.csv"]);
+    assert_eq!(said.iter().filter(|line| line.contains(": runs ")).count(), 1, "{said:#?}");
+}
+
+#[test]
+fn regress_a_command_that_is_late_in_contact_accuses_no_other_experiment() {
+    let said = said(&PRESSES, &[("press-1.csv", "command_n", very_late)]);
+    // A force cannot come before what pushes it. By how much is not told well, where an impact outweighs the steps of the command.
+    has(&said, &["press-1.csv: `command_n`: runs ", "behind `force_n`, held against press-3.csv"]);
+    assert_eq!(said.iter().filter(|line| line.contains(": runs ")).count(), 1, "{said:#?}");
+}

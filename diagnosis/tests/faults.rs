@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use feeler_diagnosis::dataset::Dataset;
+use feeler_diagnosis::dataset::{Dataset, in_words};
 use feeler_diagnosis::{DiagnosisError, diagnose};
 use tempfile::TempDir;
 
@@ -122,12 +122,18 @@ fn truth_faults_that_nothing_mends_are_errors_with_place_and_remedy() {
         &csv(&sound()).replacen("acceleration_mps2", "other", 1),
         &["a.csv", "`acceleration_mps2`", "missing", "take it out of [columns]"],
     );
+    error_says(&csv(&sound()).replacen("encoder_m", "encoder_m [m]", 1), &["a.csv: `encoder_m`", "there is one called `encoder_m [m]`"]);
+    error_says(
+        &csv(&sound()).replacen("t_s,command_n", "command_n,t_s", 1),
+        &["a.csv: the first column is `command_n`", "`t_s` comes later"],
+    );
     error_says(&spoil(|k, row| row[2] = if k == 100 { f64::NAN } else { row[2] }), &["a.csv:102", "`encoder_m`", "no number"]);
     error_says(&spoil(|k, row| row[0] -= if k == 50 { 5e-3 } else { 0.0 }), &["a.csv:52", "does not advance", "clock"]);
     error_says(&spoil(|k, row| row[0] += if k >= 500 { 0.3 } else { 0.0 }), &["a.csv:502", "0.3000 s are missing", "split the file"]);
     error_says(&spoil(|_, row| row[1] = 3.0), &["`command_n`", "never changes", "excite the drive"]);
     error_says(&csv(&sound()[..20].to_vec()), &["only 20 rows", "at least 50"]);
-    error_says("", &["a.csv"]);
+    error_says("", &["a.csv: it is empty"]);
+    error_says("\u{0}\u{1}not text", &["a.csv: it is no text"]);
 }
 
 #[test]
@@ -136,10 +142,39 @@ fn truth_faults_that_an_assumption_mends_are_warnings_that_state_it() {
     warning_says(&spoil(|_, row| row[3] = row[3].clamp(-1.0, 1.0)), &["`acceleration_mps2`", "rows sit at", "widen the range"]);
     warning_says(
         &spoil(|_, row| row[3] = (row[3] / 0.25).round() * 0.25),
-        &["`acceleration_mps2`", "multiples of 2.5", "coarser than believed"],
+        &["`acceleration_mps2`", "multiples of 0.250, coarser than believed"],
     );
+    // A converter's end that a fast motion touches for a few rows at a time.
+    warning_says(&spoil(|_, row| row[3] = row[3].clamp(-1e3, 7.5)), &["`acceleration_mps2`", "rows sit at 7.5"]);
+    warning_says(&spoil(|_, row| row[0] *= 1.01), &["a.csv: rows are 1.010 ms apart, in most experiments 1.000 ms"]);
     warning_says(&spoil(|k, row| row[0] += if k % 2 == 0 { 1e-4 } else { 0.0 }), &["even spacing", "interpolation"]);
     warning_says(&spoil(|k, row| row[3] = 0.012 * (k as f64).sin()), &["`acceleration_mps2`", "times its noise", "excite more strongly"]);
+}
+
+/// Without noise in the machine file, the scatter of the readings is taken for it: 0.01 m/s² over a motion of 8 m/s² and more.
+#[test]
+fn regress_noise_that_is_not_stated_comes_from_the_records() {
+    let text = csv(&sound());
+    let folder = folder(&[("a.csv", text.as_bytes()), ("b.csv", text.as_bytes())]);
+    fs::write(folder.path().join("machine.toml"), MACHINE.replace("noise = 0.01\n", "")).expect("it is written");
+    let dataset = Dataset::load(folder.path()).expect("it is sound");
+    let said = dataset.warnings.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let [only] = said.as_slice() else { panic!("{said:?}") };
+    assert!(only.contains("`acceleration_mps2`: no noise is stated") && only.contains("state `noise`"), "{only}");
+    assert!(!dataset.is_noise_stated("acceleration_mps2") && dataset.is_noise_stated("encoder_m"));
+    // Uniform between ±0.005: one sigma is 0.01 / sqrt(12), and a median of 2000 rows holds it within a tenth.
+    let sigma = 0.01 / 12.0_f64.sqrt();
+    assert!((dataset.channels[1].noise / sigma - 1.0).abs() < 0.1, "{}", dataset.channels[1].noise);
+}
+
+#[test]
+fn truth_what_experiments_share_is_told_once() {
+    let coarse = spoil(|_, row| row[3] = (row[3] / 0.25).round() * 0.25);
+    let folder = folder(&[("a.csv", coarse.as_bytes()), ("b.csv", coarse.as_bytes()), ("c.csv", coarse.as_bytes())]);
+    let dataset = Dataset::load(folder.path()).expect("it is loaded");
+    let said = in_words(&dataset.warnings);
+    let [only] = said.as_slice() else { panic!("{said:?}") };
+    assert!(only.starts_with("a.csv: `acceleration_mps2`") && only.ends_with("; the same in 2 other experiments"), "{only}");
 }
 
 #[test]

@@ -112,6 +112,7 @@ fn answer(arguments: &BlindRun, case: &Path, name: &str) -> Result<(Answered, Di
         accepted: effect.accepted,
         probability: effect.probability,
         parameters: effect.parameters.iter().map(|(name, estimate)| ((*name).to_owned(), estimate.value)).collect(),
+        intervals: effect.parameters.iter().map(|(name, estimate)| ((*name).to_owned(), estimate.ci90)).collect(),
     });
     let answered = Answered {
         case: name.to_owned(),

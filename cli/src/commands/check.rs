@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use feeler_diagnosis::DiagnosisError;
-use feeler_diagnosis::dataset::{Dataset, Fault};
+use feeler_diagnosis::dataset::{Dataset, Fault, in_words};
 use feeler_engine::{EngineError, Program};
 use feeler_scenarios::format::{ArmFile, CellFile, DatasetFile, Draft, FormatError, SweepFile, read_text};
 use serde_json::{Value, json};
@@ -49,12 +49,13 @@ pub(crate) fn run(arguments: &Check) -> anyhow::Result<()> {
         match result {
             Ok(sound) => {
                 terminal::print(&format!("ok  {}: {}", path.display(), sound.about))?;
-                sound.warnings.iter().try_for_each(|warning| terminal::print(&format!("    warning: {warning}")))?;
+                in_words(&sound.warnings).iter().try_for_each(|warning| terminal::print(&format!("    warning: {warning}")))?;
             }
             Err(Mistakes::Format(error)) => terminal::complain(&error.report(terminal::has_colours())),
             Err(Mistakes::Engine(error)) => terminal::complain(&format!("error: {}: this cannot be run\n{error}", path.display())),
             Err(Mistakes::Series(error)) => {
-                terminal::complain(&format!("error: {}: these records cannot be used as they are\n{error}", path.display()));
+                let help = if let DiagnosisError::Unreadable { remedy, .. } = &error { format!(" ({remedy})") } else { String::new() };
+                terminal::complain(&format!("error: {}: these records cannot be used as they are\n{error}{help}", path.display()));
             }
         }
     }

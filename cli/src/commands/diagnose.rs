@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::arguments::Diagnose;
 use crate::failure::BadInput;
-use crate::numbers::percent;
+use crate::numbers::{fine_percent, percent};
 use crate::progress::Steps;
 use crate::reports::diagnosis::{self, words};
 use crate::table::table;
@@ -74,7 +74,7 @@ fn summary(answer: &Answer) -> String {
     let diagnosis = &answer.diagnosis;
     let gap = &diagnosis.gap;
     let mut said = format!("{}: {}\n", answer.dataset.name, words::verdict(diagnosis));
-    let row = |name: &str, value: f64| vec![name.to_owned(), percent(value), "%".into()];
+    let row = |name: &str, value: f64| vec![name.to_owned(), fine_percent(value), "%".into()];
     let gaps = vec![
         row("gap, machine as given", gap.before),
         row("after calibration", gap.refit),

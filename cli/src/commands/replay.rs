@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::fs;
 
-use feeler_diagnosis::dataset::Dataset;
+use feeler_diagnosis::dataset::{Dataset, in_words};
 use feeler_diagnosis::replay::{Replay, replay};
 use feeler_scenarios::format::Document;
 use serde_json::json;
@@ -25,7 +25,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let replays = replay(&machine, &dataset);
     steps.done();
     let replays = replays?;
-    let warnings: Vec<String> = dataset.warnings.iter().map(ToString::to_string).collect();
+    let warnings = in_words(&dataset.warnings);
     let json = json!({ "dataset": dataset.name, "machine": machine.name, "warnings": warnings, "experiments": replays });
     let json = serde_json::to_string_pretty(&json)? + "\n";
     let mut files: Vec<(String, String)> = vec![("replay.json".into(), json.clone())];

@@ -39,6 +39,9 @@ pub struct AnsweredEffect {
     pub probability: f64,
     /// Values by name, SI.
     pub parameters: IndexMap<String, f64>,
+    /// Their stated 90 % intervals.
+    #[serde(default)]
+    pub intervals: IndexMap<String, [f64; 2]>,
 }
 
 /// One line of the table of measures.
@@ -93,8 +96,10 @@ pub struct Score {
     pub confusion: Vec<(String, String, usize)>,
     /// The reliability diagram.
     pub reliability: Vec<Calibration>,
-    /// Every case.
+    /// Every case that has an answer.
     pub cases: Vec<CaseScore>,
+    /// How many have none.
+    pub unanswered: usize,
 }
 
 /// Bins of stated probability.
@@ -131,7 +136,7 @@ impl Tally {
 
 /// Scores answers; hidden cases that have none are left out.
 pub fn score(truth: &[Case], answers: &[Answered]) -> Score {
-    let [mut place, mut first, mut top3, mut pair, mut outside, mut alarm] = <[Tally; 6]>::default();
+    let [mut place, mut first, mut top3, mut pair, mut outside, mut alarm, mut inside] = <[Tally; 7]>::default();
     let (mut errors, mut closed, mut claims, mut times) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut confusion: IndexMap<(String, String), usize> = IndexMap::new();
     let mut stated: Vec<(f64, bool)> = Vec::new();
@@ -170,6 +175,8 @@ pub fn score(truth: &[Case], answers: &[Answered]) -> Score {
                     }
                 });
                 top3.add(kinds.iter().take(3).any(|kind| *kind == one.kind));
+                // A cause that is named counts, also where more than noise is said to be left.
+                let said = accepted.first().map_or(said, |effect| effect.kind.as_str());
                 *confusion.entry((one.kind.clone(), said.into())).or_insert(0) += 1;
                 closed.push(answer.claimed);
                 right
@@ -192,6 +199,10 @@ pub fn score(truth: &[Case], answers: &[Answered]) -> Score {
             for (name, value) in hidden.parameters.iter().filter(|(name, _)| *name != UNSCORED) {
                 if let Some(fitted) = found.parameters.get(name) {
                     errors.push((fitted / value - 1.0).abs());
+                }
+                // A value that was not fitted has no interval.
+                if let Some([low, high]) = found.intervals.get(name).filter(|[low, high]| high > low) {
+                    inside.add((low..=high).contains(&value));
                 }
             }
         }
@@ -219,6 +230,7 @@ pub fn score(truth: &[Case], answers: &[Answered]) -> Score {
         outside.measure("effect of no library: refused, place right", "at least 80 %", |x| x >= 0.8),
         pair.measure("both of two effects found", "at least 75 %", |x| x >= 0.75),
         middle("parameter error, median", errors, "at most 5 %", |x| x <= 0.05),
+        inside.measure("true values inside their stated 90 % interval", "", |_| true),
         middle("share of the gap closed, median", closed, "at least 90 %", |x| x >= 0.9),
         middle("claimed against held-back closing, median difference", claims, "at most 10 %", |x| x <= 0.1),
         Measure {
@@ -232,7 +244,8 @@ pub fn score(truth: &[Case], answers: &[Answered]) -> Score {
     ];
     let mut confusion: Vec<(String, String, usize)> = confusion.into_iter().map(|((a, b), n)| (a, b, n)).collect();
     confusion.sort();
-    Score { measures, confusion, reliability, cases }
+    let unanswered = truth.len() - cases.len();
+    Score { measures, confusion, reliability, cases, unanswered }
 }
 
 /// The first kind with those declared to look like any that was accepted, where that makes no more than [`MOST_ALIKE`].
@@ -288,6 +301,7 @@ mod tests {
             accepted: true,
             probability: 0.9,
             parameters: IndexMap::from([("level".to_owned(), 10.4)]),
+            intervals: IndexMap::from([("level".to_owned(), if case == "e" { [10.2, 10.6] } else { [9.8, 11.0] })]),
         };
         Answered {
             case: case.into(),
@@ -331,7 +345,9 @@ mod tests {
         assert!(close(value(&score, "effect of no library"), 1.0));
         assert!(close(value(&score, "both of two"), 0.0));
         assert!(close(value(&score, "parameter error"), 0.04));
-        assert_eq!(score.cases.len(), 5);
+        // The level of 10 is found in two cases, in one of them inside its interval.
+        assert!(close(value(&score, "true values inside"), 0.5));
+        assert_eq!((score.cases.len(), score.unanswered), (5, 1));
         assert!(score.confusion.contains(&("nothing".into(), "backlash".into(), 1)));
         // Four causes stated with 0.9, of which two were hidden.
         let [bin] = score.reliability[..] else { panic!("one bin") };

@@ -1,216 +1,13 @@
-//! Faults of measured series: each with file, column, row and remedy; either fatal or a stated warning.
-
-use std::fmt;
+//! Looks for faults of measured series, and makes records of those that are sound.
 
 use feeler_plant::description::Engagement;
 use feeler_scenarios::format::Experiment;
 
+use super::fault::{Fault, FaultKind};
 use super::{Dataset, Record, Table, file_name, role_is_check};
 
-/// What is wrong with a series.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum FaultKind {
-    /// The file has no such column.
-    MissingColumn,
-    /// The dataset names no command of any drive.
-    NoCommand,
-    /// There are fewer rows than a prediction needs.
-    TooShort {
-        /// Rows there are.
-        rows: usize,
-    },
-    /// A cell is empty or no number.
-    NotANumber {
-        /// How many such cells the column has.
-        cells: usize,
-    },
-    /// The time stamp is not after the one before.
-    TimeGoesBack,
-    /// Rows are missing.
-    Gap {
-        /// Length, s.
-        seconds: f64,
-    },
-    /// Rows are not evenly spaced.
-    Uneven {
-        /// Largest departure from the mean spacing, as a fraction of it.
-        share: f64,
-    },
-    /// Rows are much further apart than commands are held.
-    SlowRows {
-        /// Spacing of the rows, s.
-        spacing_s: f64,
-        /// How long a command is held, s.
-        hold_s: f64,
-    },
-    /// Every row has the same value.
-    Constant,
-    /// The command never changes: nothing is excited.
-    ConstantCommand,
-    /// The largest or smallest value repeats in many consecutive rows, as a converter at its end does.
-    Clipped {
-        /// The value.
-        value: f64,
-        /// Share of rows there.
-        share: f64,
-    },
-    /// All values are multiples of a step coarser than believed.
-    Quantised {
-        /// The step, signal units.
-        step: f64,
-    },
-    /// The series varies hardly more than its noise.
-    WeakExcitation {
-        /// Variation over noise.
-        ratio: f64,
-    },
-    /// The series varies less than noise alone would: its noise or its unit is another than stated.
-    BelowNoise {
-        /// Variation over noise.
-        ratio: f64,
-    },
-    /// Two channels of the same motion differ by a factor between units.
-    Units {
-        /// The other column.
-        other: String,
-        /// This one over the other.
-        factor: f64,
-        /// The factor in words.
-        what: &'static str,
-        /// How many experiments show it.
-        experiments: usize,
-    },
-    /// Two channels that must move together do so with a shift in time.
-    ClockOffset {
-        /// The other column.
-        other: String,
-        /// By how much this one is late, s.
-        late_s: f64,
-        /// How many experiments show it.
-        experiments: usize,
-    },
-    /// The experiment was to be fitted, as all others, so that none would have been left to score.
-    SetAside,
-}
-
-impl FaultKind {
-    /// Whether no stated assumption can repair it.
-    pub fn is_fatal(&self) -> bool {
-        matches!(
-            self,
-            Self::MissingColumn
-                | Self::NoCommand
-                | Self::TooShort { .. }
-                | Self::NotANumber { .. }
-                | Self::TimeGoesBack
-                | Self::Gap { .. }
-                | Self::ConstantCommand
-                | Self::SlowRows { .. }
-        )
-    }
-
-    /// Whether the records contradict each other, so that a diagnosis of them may find the fault in place of a cause.
-    pub fn is_contradiction(&self) -> bool {
-        matches!(self, Self::Units { .. } | Self::ClockOffset { .. } | Self::BelowNoise { .. })
-    }
-
-    fn message_and_remedy(&self) -> (String, &'static str) {
-        match self {
-            Self::MissingColumn => ("the column is missing".into(), "record it, or take it out of [columns]"),
-            Self::NoCommand => (
-                "no column is the command of a drive".into(),
-                "add one with `signal = \"<actuator>.command\"`: without it nothing drives the prediction",
-            ),
-            Self::TooShort { rows } => (format!("only {rows} rows"), "record at least 50 rows"),
-            Self::NotANumber { cells } => {
-                (format!("no number here ({cells} such cells in the column)"), "cut the file there, or record again")
-            }
-            Self::TimeGoesBack => ("the time stamp does not advance".into(), "sort the rows, or repair the clock of the recorder"),
-            Self::Gap { seconds } => (format!("{seconds:.4} s are missing before this row"), "split the file here into two experiments"),
-            Self::Uneven { share } => (
-                format!("rows depart from even spacing by up to {:.0} %", 100.0 * share),
-                "series were brought to an even grid by interpolation",
-            ),
-            Self::SlowRows { spacing_s, hold_s } => (
-                format!("rows are {spacing_s:.4} s apart, though a command is held for {hold_s} s"),
-                "bring the time to seconds, or record every command",
-            ),
-            Self::Constant => ("the value never changes".into(), "the column is left out of this experiment's score; check the wiring"),
-            Self::ConstantCommand => ("the command never changes".into(), "excite the drive, or take the experiment out"),
-            Self::Clipped { value, share } => {
-                (format!("{:.1} % of rows sit at {value}", 100.0 * share), "these rows do not count; widen the range of the channel")
-            }
-            Self::Quantised { step } => {
-                (format!("values are multiples of {step:.4e}, coarser than believed"), "taken as a finding, not as noise")
-            }
-            Self::WeakExcitation { ratio } => {
-                (format!("the series varies only {ratio:.1} times its noise"), "it can tell little; excite more strongly")
-            }
-            Self::BelowNoise { ratio } => (
-                format!("the series varies only {ratio:.2} times its noise, less than noise alone would"),
-                "check the unit of the column, and the `noise` that is stated",
-            ),
-            Self::Units { other, factor, what, experiments } => (
-                format!("reads {} times what `{other}` says of the same motion, about {what}{}", short(*factor), as_in(*experiments)),
-                "bring both columns to SI",
-            ),
-            Self::ClockOffset { other, late_s, experiments } => {
-                let other = if other.contains(' ') { other.clone() } else { format!("`{other}`") };
-                let side = if *late_s > 0.0 { "behind" } else { "ahead of" };
-                (
-                    format!("runs {:.3} ms {side} {other}{}", 1e3 * late_s.abs(), as_in(*experiments)),
-                    "shift the column, or, where the sensor itself is late, set its `delay` in the machine file",
-                )
-            }
-            Self::SetAside => (
-                "every experiment is to be fitted, so that none would be left to score: this one is set aside".into(),
-                "give one `role = \"check\"` to choose which",
-            ),
-        }
-    }
-}
-
-/// Four digits of a factor of any size.
-fn short(factor: f64) -> String {
-    if (0.1..1e4).contains(&factor.abs()) { format!("{factor:.3}") } else { format!("{factor:.3e}") }
-}
-
-fn as_in(experiments: usize) -> String {
-    match experiments {
-        0 | 1 => String::new(),
-        2 => ", as in another experiment".into(),
-        n => format!(", as in {} other experiments", n - 1),
-    }
-}
-
-/// One fault, with its place.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Fault {
-    /// The file.
-    pub file: String,
-    /// The column, where one is meant.
-    pub column: Option<String>,
-    /// The row in the file (the header is row 1), where one is meant.
-    pub row: Option<usize>,
-    /// What is wrong.
-    pub kind: FaultKind,
-}
-
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (message, remedy) = self.kind.message_and_remedy();
-        write!(f, "{}", self.file)?;
-        if let Some(row) = self.row {
-            write!(f, ":{row}")?;
-        }
-        if let Some(column) = &self.column {
-            write!(f, ": `{column}`")?;
-        }
-        write!(f, ": {message} ({remedy})")
-    }
-}
-
+/// The column of time stamps.
+const TIME: &str = "t_s";
 /// Rows that a prediction needs.
 const FEWEST_ROWS: usize = 50;
 /// A spacing this many times the median is a gap.
@@ -219,8 +16,11 @@ const GAP_FACTOR: f64 = 4.0;
 const MOST_HOLDS: f64 = 100.0;
 /// Departure from even spacing, in fractions of it, above which series are interpolated.
 const UNEVEN_SHARE: f64 = 0.01;
-/// Consecutive rows at an extreme value that are taken for clipping.
-const CLIPPED_RUN: usize = 8;
+/// Rows at an extreme value, and how many of them one after the other, that are taken for clipping: noise hits the same value hardly twice.
+const CLIPPED_ROWS: usize = 8;
+const CLIPPED_RUN: usize = 3;
+/// Difference of spacings, as a fraction, that is taken for a clock that runs fast or slow: more is another rate, less is rounding.
+const OTHER_CLOCK: std::ops::Range<f64> = 1e-3..0.1;
 /// Variation over noise below which a series can tell little.
 const WEAK_RATIO: f64 = 3.0;
 /// The same below which not even the stated noise is in it.
@@ -245,13 +45,19 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
             .collect();
         let mut columns = Vec::new();
         for name in &names {
-            match table.header.iter().position(|header| header == name) {
+            if let Some(i) = table.header.iter().position(|header| header == name) {
                 // A converter that writes -0 means 0.
-                Some(i) => columns.push(table.columns[i].iter().map(|x| x + 0.0).collect::<Vec<f64>>()),
-                None => note(Some(name), None, FaultKind::MissingColumn),
+                columns.push(table.columns[i].iter().map(|x| x + 0.0).collect::<Vec<f64>>());
+            } else {
+                let near = table.header.iter().find(|header| header.contains(name)).cloned();
+                note(Some(name), None, FaultKind::MissingColumn { near });
             }
         }
         let mut time = table.columns.first().cloned().unwrap_or_default();
+        if let Some(first) = table.header.first().filter(|first| *first != TIME && table.header.iter().any(|header| header == TIME)) {
+            note(None, None, FaultKind::TimeNotFirst { first: first.clone() });
+            continue;
+        }
         if time.len() < FEWEST_ROWS {
             note(None, None, FaultKind::TooShort { rows: time.len() });
             continue;
@@ -315,7 +121,19 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
             series,
         });
     }
+    other_clocks(dataset, &mut faults);
     faults
+}
+
+/// Names experiments whose rows are spaced a little differently than those of most.
+fn other_clocks(dataset: &Dataset, faults: &mut Vec<Fault>) {
+    let mut spacings: Vec<f64> = dataset.records.iter().map(|record| record.spacing_s).collect();
+    spacings.sort_by(f64::total_cmp);
+    let Some(&usual_s) = spacings.get(spacings.len() / 2) else { return };
+    for record in dataset.records.iter().filter(|record| OTHER_CLOCK.contains(&(record.spacing_s / usual_s - 1.0).abs())) {
+        let kind = FaultKind::OtherSpacing { spacing_s: record.spacing_s, usual_s };
+        faults.push(Fault { file: record.name.clone(), column: None, row: None, kind });
+    }
 }
 
 fn time_faults(time: &[f64], note: &mut impl FnMut(Option<usize>, FaultKind)) {
@@ -369,8 +187,9 @@ fn series_faults(column: &[f64], noise: f64, resolution: f64, note: &mut impl Fn
         let at = |x: f64| x.to_bits() == extreme.to_bits();
         let longest = column.chunk_by(|a, b| at(*a) == at(*b)).filter(|run| at(run[0])).map(<[f64]>::len).max().unwrap_or(0);
         // A coarse channel at rest repeats its extreme as well; a clipped one has left its noise behind on one side only.
-        let share = column.iter().filter(|&&x| at(x)).count() as f64 / column.len() as f64;
-        if longest >= CLIPPED_RUN && noise > 0.0 && resolution < noise && quantum(column).is_none() {
+        let rows = column.iter().filter(|&&x| at(x)).count();
+        let share = rows as f64 / column.len() as f64;
+        if longest >= CLIPPED_RUN && rows >= CLIPPED_ROWS && noise > 0.0 && resolution < noise && quantum(column).is_none() {
             let row = column.iter().position(|&x| at(x)).unwrap_or(0);
             note(Some(row + FIRST_ROW), FaultKind::Clipped { value: extreme, share });
         }

@@ -20,7 +20,7 @@ const MOST_SHIFT_S: f64 = 0.05;
 const STATED_ROWS: f64 = 1.0;
 /// The same between bodies that may give way a little.
 const STATED_ROWS_ACROSS: f64 = 3.0;
-/// Shift from which on it is stated of a force between experiments, s: friction and a late command shift it against what pushes by some milliseconds.
+/// Shift from which on it is stated of a force or a command between experiments, s: friction and a late command shift it against what pushes by some milliseconds.
 const STATED_OF_FORCE_S: f64 = 4e-3;
 /// Correlation from which on two readings are of the same motion, and from which on a push makes a motion or a force.
 const SAME_MOTION: f64 = 0.85;
@@ -47,6 +47,15 @@ struct Odd {
     record: usize,
     column: String,
     kind: FaultKind,
+}
+
+/// By how many rows a force is behind what pushes it.
+struct LateForce {
+    record: usize,
+    channel: usize,
+    /// Column of the command that pushes.
+    command: String,
+    rows: f64,
 }
 
 /// The machine as far as motions are shared in it.
@@ -76,11 +85,14 @@ pub(super) fn check(dataset: &Dataset) -> Vec<Fault> {
     }
     let mut odd = Vec::new();
     let mut forces = Vec::new();
+    let mut commands = Vec::new();
     for r in 0..dataset.records.len() {
         let references = body.motion(r, &sticks[r], &pairs[r], &agreements, &mut odd);
+        commands.extend(body.commands(r, &sticks[r], &references));
         forces.extend(body.forces(r, &sticks[r], &references, &mut odd));
     }
     body.force_clocks(&forces, &mut odd);
+    body.command_clocks(&commands, &mut odd);
     merge(dataset, odd)
 }
 
@@ -211,7 +223,6 @@ impl Body<'_> {
             let is_position = |i: usize| sticks[i].quantity == Quantity::Position;
             let by_factor = |i: usize| (count(i, &|c| agrees(c.factor)), plausible(i), agreements[sticks[i].channel], is_position(i));
             let Some(&reference) = members.iter().max_by_key(|&&i| by_factor(i)) else { continue };
-            references.push(reference);
             for &i in members.iter().filter(|&&i| i != reference) {
                 let Some(comparison) = between(i, reference) else { continue };
                 if let Some(what) = mixed_up(comparison.factor, sticks[i].quantity, NEAR) {
@@ -226,6 +237,8 @@ impl Body<'_> {
             };
             let in_time = |i: usize| members.iter().filter(|&&j| j != i && between(i, j).is_some_and(|c| !stated(i, j, &c))).count();
             let Some(&clock) = members.iter().max_by_key(|&&i| (in_time(i), is_position(i))) else { continue };
+            // What is held against this motion needs a yardstick that is right in size and in time.
+            references.push(if between(clock, reference).is_some_and(|c| agrees(c.factor)) { clock } else { reference });
             for &i in members.iter().filter(|&&i| i != clock) {
                 if let Some(comparison) = between(i, clock).filter(|c| stated(i, clock, c)) {
                     let late_s = comparison.late_rows * record.spacing_s;
@@ -285,7 +298,7 @@ impl Body<'_> {
     }
 
     /// Names forces in other units, and gives by how many rows each is late.
-    fn forces(&self, r: usize, sticks: &[Stick], references: &[usize], odd: &mut Vec<Odd>) -> Vec<(usize, usize, f64)> {
+    fn forces(&self, r: usize, sticks: &[Stick], references: &[usize], odd: &mut Vec<Odd>) -> Vec<LateForce> {
         let record = &self.dataset.records[r];
         if record.engagement.is_none_or(|engagement| engagement == Engagement::Free) {
             return Vec::new();
@@ -304,12 +317,37 @@ impl Body<'_> {
             let Some(comparison) = compare(&pushed, &smoothed(&record.series[c], span), Self::most(record), SAME_PUSH) else { continue };
             let column = channel.column.clone();
             if let Some(what) = mixed_up(comparison.factor, Quantity::Force, NEAR_FORCE) {
-                let kind = FaultKind::Units { other, factor: comparison.factor, what, experiments: 1 };
+                let kind = FaultKind::Units { other: other.clone(), factor: comparison.factor, what, experiments: 1 };
                 odd.push(Odd { record: r, column, kind });
             }
-            late.push((r, c, comparison.late_rows));
+            late.push(LateForce { record: r, channel: c, command: other, rows: comparison.late_rows });
         }
         late
+    }
+
+    /// By how many rows each motion is behind the command that makes it.
+    fn commands(&self, r: usize, sticks: &[Stick], references: &[usize]) -> Vec<(usize, String, f64)> {
+        let record = &self.dataset.records[r];
+        let of = |&i: &usize| {
+            let (column, makes) = self.driven_by(record, self.groups[sticks[i].node])?;
+            let comparison = compare(&makes, &sticks[i].values, Self::most(record), SAME_PUSH)?;
+            Some((r, column, comparison.late_rows))
+        };
+        references.iter().filter_map(of).collect()
+    }
+
+    /// A motion that is late behind its command in every experiment may be an effect of the machine; in some alone it is the command's clock.
+    fn command_clocks(&self, commands: &[(usize, String, f64)], odd: &mut Vec<Odd>) {
+        let late_s = |(r, _, rows): &(usize, String, f64)| rows * self.dataset.records[*r].spacing_s;
+        let Some(best) = commands.iter().min_by(|a, b| late_s(a).abs().total_cmp(&late_s(b).abs())) else { return };
+        for command in commands {
+            let ahead_s = late_s(command) - late_s(best);
+            if ahead_s.abs() >= STATED_OF_FORCE_S {
+                let other = format!("itself in {}", self.dataset.records[best.0].name);
+                let kind = FaultKind::ClockOffset { other, late_s: -ahead_s, experiments: 1 };
+                odd.push(Odd { record: command.0, column: command.1.clone(), kind });
+            }
+        }
     }
 
     /// The group of bodies that presses where a channel reads a contact force.
@@ -324,19 +362,26 @@ impl Body<'_> {
         }
     }
 
-    /// A force that is late in every experiment may be an effect of the machine; in some alone it is a clock.
-    fn force_clocks(&self, forces: &[(usize, usize, f64)], odd: &mut Vec<Odd>) {
+    /// A force that is late in every experiment may be an effect of the machine; in some alone it is a clock. A force that comes before what pushes it
+    /// is no yardstick: there the command is late.
+    fn force_clocks(&self, forces: &[LateForce], odd: &mut Vec<Odd>) {
+        let late_s = |force: &LateForce| force.rows * self.dataset.records[force.record].spacing_s;
         for c in 0..self.dataset.channels.len() {
-            let of_channel: Vec<_> = forces.iter().filter(|(_, channel, _)| *channel == c).collect();
-            let Some((best, _, least)) = of_channel.iter().min_by(|a, b| a.2.abs().total_cmp(&b.2.abs())) else { continue };
-            for (r, _, late) in &of_channel {
-                let late_s = (late - least) * self.dataset.records[*r].spacing_s;
-                if late_s.abs() < STATED_OF_FORCE_S {
+            let of_channel = || forces.iter().filter(|force| force.channel == c);
+            let causal = of_channel().filter(|force| force.rows > -STATED_ROWS);
+            let Some(best) = causal.min_by(|a, b| late_s(a).abs().total_cmp(&late_s(b).abs())) else { continue };
+            for force in of_channel() {
+                let behind_s = late_s(force) - late_s(best);
+                if behind_s.abs() < STATED_OF_FORCE_S {
                     continue;
                 }
-                let other = format!("itself in {}", self.dataset.records[*best].name);
-                let kind = FaultKind::ClockOffset { other, late_s, experiments: 1 };
-                odd.push(Odd { record: *r, column: self.dataset.channels[c].column.clone(), kind });
+                let (column, yardstick) = (&self.dataset.channels[c].column, &self.dataset.records[best.record].name);
+                let (column, other, late_s) = if force.rows > -STATED_ROWS {
+                    (column.clone(), format!("itself in {yardstick}"), behind_s)
+                } else {
+                    (force.command.clone(), format!("`{column}`, held against {yardstick}"), -behind_s)
+                };
+                odd.push(Odd { record: force.record, column, kind: FaultKind::ClockOffset { other, late_s, experiments: 1 } });
             }
         }
     }

@@ -3,12 +3,14 @@
 mod check;
 mod compare;
 mod consistency;
+mod fault;
 mod mcap;
 mod read;
+mod scatter;
 mod units;
 
 pub(crate) use check::quantum;
-pub use check::{Fault, FaultKind};
+pub use fault::{Fault, FaultKind, in_words};
 
 use std::path::{Path, PathBuf};
 
@@ -26,7 +28,8 @@ pub struct Channel {
     pub column: String,
     /// The signal.
     pub source: Source,
-    /// One sigma of white noise, signal units: as stated, or that of the sensor.
+    /// One sigma of white noise, signal units: as stated, or that of the sensor, or else from the scatter of its own readings
+    /// ([`Dataset::is_noise_stated`]).
     pub noise: f64,
     /// Quantisation step believed, signal units; zero for none.
     pub resolution: f64,
@@ -162,16 +165,42 @@ impl Dataset {
             return Err(DiagnosisError::Data { faults: fatal });
         }
         dataset.warnings = warnings;
+        dataset.estimate_noise(file);
         let contradictions = consistency::check(&dataset);
-        // Too little noise is no news where the unit that makes it so is named.
+        // What a wrong unit makes of noise and resolution is no news where the unit is named.
         dataset.warnings.retain(|fault| {
             let named = |other: &&Fault| other.column == fault.column && matches!(other.kind, FaultKind::Units { .. });
-            !(matches!(fault.kind, FaultKind::BelowNoise { .. }) && contradictions.iter().any(|other| named(&other)))
+            let follows =
+                matches!(fault.kind, FaultKind::BelowNoise { .. } | FaultKind::WeakExcitation { .. } | FaultKind::Quantised { .. });
+            !(follows && contradictions.iter().any(|other| named(&other)))
         });
         dataset.warnings.extend(contradictions);
         let roles: Vec<Option<Role>> = file.experiments.iter().map(|experiment| experiment.role).collect();
         dataset.split(&roles);
         Ok(dataset)
+    }
+
+    /// Where neither a column nor its sensor states a noise, takes the scatter of the readings for it, and says so.
+    fn estimate_noise(&mut self, file: &DatasetFile) {
+        for c in 0..self.channels.len() {
+            let channel = &self.channels[c];
+            let is_stated = channel.noise > 0.0 || file.columns.get(&channel.column).is_some_and(|column| column.noise.is_some());
+            if is_stated || self.records.is_empty() {
+                continue;
+            }
+            let scatter = scatter::of_channel(self.records.iter().map(|record| &record.series[c]));
+            // Rounding to a stated resolution is part of the scatter, and counted by itself.
+            let noise = (scatter.powi(2) - channel.resolution.powi(2) / 12.0).max(0.0).sqrt();
+            self.channels[c].noise = noise;
+            let (file, column) = (self.name.clone(), Some(self.channels[c].column.clone()));
+            self.warnings.push(Fault { file, column, row: None, kind: FaultKind::NoiseNotStated { scatter } });
+        }
+    }
+
+    /// Whether the noise of a channel is stated, and not taken from the scatter of its readings.
+    pub fn is_noise_stated(&self, column: &str) -> bool {
+        let is_of = |fault: &Fault| matches!(fault.kind, FaultKind::NoiseNotStated { .. }) && fault.column.as_deref() == Some(column);
+        !self.warnings.iter().any(is_of)
     }
 
     /// Where no experiment is set aside for scoring, sets aside about every third, so that every kind of experiment is fitted and scored. Those

@@ -5,7 +5,7 @@ mod matrix;
 use feeler_diagnosis::blind::Score;
 
 use crate::commands::blind::measure_rows;
-use crate::numbers::percent;
+use crate::numbers::{count, percent};
 use crate::page::{Chart, ChartKind, Page, Series};
 
 /// The page.
@@ -15,13 +15,18 @@ pub(crate) fn page(score: &Score) -> String {
         "Datasets whose hidden effect the diagnosis never sees, from a bench that shares no code with it.",
     );
     let missed = score.measures.iter().filter(|measure| measure.value.is_some() && !measure.reached).count();
-    page.lead(&format!("{} cases; {missed} of {} measures are missed.", score.cases.len(), score.measures.len()));
+    let wanted = score.measures.iter().filter(|measure| measure.value.is_some() && !measure.wanted.is_empty()).count();
+    let answered = match score.unanswered {
+        0 => count(score.cases.len(), "case", "cases"),
+        none => format!("{}, {none} more without an answer", count(score.cases.len(), "case", "cases")),
+    };
+    page.lead(&format!("{answered}; {missed} of {} missed.", count(wanted, "goal is", "goals are")));
     page.table(&["measure", "value", "cases", "to reach", ""], &[1, 2], &measure_rows(score));
     page.heading("What was hidden, what was answered");
     page.paragraph("Single effects, effects of no library, and cases where nothing is hidden; how often each answer was given.");
     page.picture(
         "Confusion,",
-        "blue: right, or rightly refused; orange: wrong. The number is how often.",
+        "what was hidden down the side, the first cause named along the top; blue: right, or rightly refused; orange: wrong. The number is how often.",
         &matrix::drawing(&score.confusion),
     );
     page.heading("Stated probability against frequency");
@@ -30,7 +35,7 @@ pub(crate) fn page(score: &Score) -> String {
     chart.caption = "each point with as many causes as its row below says.".into();
     chart.x = std::iter::once(0.0).chain(score.reliability.iter().map(|bin| bin.mean_stated)).chain([1.0]).collect();
     let right = std::iter::once(f64::NAN).chain(score.reliability.iter().map(|bin| bin.frequency)).chain([f64::NAN]);
-    chart.series = vec![Series::new("found", "", right.collect()), Series::new("as stated", "", chart.x.clone()).dashed()];
+    chart.series = vec![Series::new("how often right", "", right.collect()).dots(), Series::new("as stated", "", chart.x.clone()).dashed()];
     page.chart(&chart);
     let share = |value: f64| format!("{} %", percent(value));
     let rows: Vec<Vec<String>> = score

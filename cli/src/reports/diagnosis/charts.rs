@@ -5,7 +5,7 @@ use feeler_diagnosis::replay::Replay;
 use feeler_plant::description::{Engagement, Quantity};
 
 use crate::commands::diagnose::Answer;
-use crate::numbers::{percent, prefix};
+use crate::numbers::{fine_percent, prefix};
 use crate::page::{Chart, ChartKind, Page, Series, by_extremes};
 use crate::units::Units;
 
@@ -86,13 +86,14 @@ fn chart(record: &Record, channel: &Channel, c: usize, [before, after]: [&Replay
     let measured = &record.series[c];
     let is_error = quantity == Quantity::Position;
     let off = |predicted: &[f64]| measured.iter().zip(predicted).map(|(m, p)| m - p).collect::<Vec<f64>>();
+    // The two machines come first, so that each has one colour in all charts.
     let columns: Vec<(&str, Vec<f64>, bool)> = if is_error {
         vec![("machine as given", off(&before.windows[c]), true), ("with what was found", off(&after.windows[c]), false)]
     } else {
         vec![
-            ("measured", measured.clone(), false),
             ("machine as given", before.windows[c].clone(), true),
             ("with what was found", after.windows[c].clone(), false),
+            ("measured", measured.clone(), false),
         ]
     };
     // Errors of position are micrometres: their axis takes a prefix.
@@ -101,7 +102,7 @@ fn chart(record: &Record, channel: &Channel, c: usize, [before, after]: [&Replay
     let unit = format!("{size}{unit}");
     let slices: Vec<&[f64]> = columns.iter().map(|(_, values, _)| values.as_slice()).collect();
     let kept = by_extremes(&slices, measured.len(), MOST_ROWS);
-    let share = |replay: &Replay| percent(replay.errors[c].relative_in_windows);
+    let share = |replay: &Replay| fine_percent(replay.errors[c].relative_in_windows);
     let title = if is_error { format!("{}, measured less predicted;", channel.column) } else { format!("{};", channel.column) };
     let mut chart =
         Chart::new(ChartKind::Line, title, "time (s)", format!("{} ({unit})", if is_error { "error" } else { quantity.name() }));

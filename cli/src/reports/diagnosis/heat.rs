@@ -13,6 +13,9 @@ const ROW: f64 = 26.0;
 const HEAD: f64 = 52.0;
 /// Widest column.
 const WIDEST: f64 = 90.0;
+/// Width of a letter of a group's name, and room between two names.
+const LETTER: f64 = 8.0;
+const GAP: f64 = 12.0;
 /// Up to this many noise floors the colour is white, and from `FULL` on the darkest; on a logarithmic scale between.
 pub(super) const LEAST: f64 = 1.5;
 pub(super) const FULL: f64 = 50.0;
@@ -77,7 +80,13 @@ fn grid(cells: &[Cell], columns: &[Column<'_>], axis: &str, label: &str) -> Stri
             channels.push(&cell.channel);
         }
     }
-    let wide = ((WIDTH - LEFT) / columns.len().max(1) as f64).min(WIDEST);
+    // A group is as wide as its name.
+    let share = |column: &Column<'_>| {
+        let members = columns.iter().filter(|other| other.group == column.group).count();
+        (LETTER * column.group.chars().count() as f64 + GAP) / members as f64
+    };
+    let asked = columns.iter().map(share).fold(WIDEST, f64::max);
+    let wide = ((WIDTH - LEFT) / columns.len().max(1) as f64).min(asked);
     let height = HEAD + ROW * channels.len() as f64 + 6.0;
     let mut svg = format!("<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{}\" font-size=\"12\">", escape(label));
     let mut from = 0;

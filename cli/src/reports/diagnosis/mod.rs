@@ -1,5 +1,6 @@
 //! The page of a diagnosis: what is wrong, where, how sure, what to do.
 
+mod apart;
 mod charts;
 mod heat;
 mod portrait;
@@ -10,7 +11,7 @@ use feeler_diagnosis::report::{Cause, Diagnosis};
 use feeler_scenarios::format::machine_to_toml;
 
 use crate::commands::diagnose::Answer;
-use crate::numbers::{percent, plain, with_unit};
+use crate::numbers::{count, fine_percent, percent, plain, two_digits, with_unit};
 use crate::page::{Chart, ChartKind, Page, Series, Tile, by_extremes};
 use crate::units::Units;
 
@@ -23,7 +24,7 @@ pub(crate) fn page(answer: &Answer) -> String {
     let units = Units::of(&answer.dataset.machine);
     let mut page = Page::new(&format!("{}: diagnosis", answer.dataset.name), &about(answer));
     page.lead(&words::sentence(&words::verdict(diagnosis)));
-    page.tiles(&tiles(diagnosis, units));
+    page.tiles(&tiles(answer, units));
     page.paragraph(&words::closed(&diagnosis.gap));
     page.heading("What to do");
     for sentence in words::advice(diagnosis) {
@@ -58,46 +59,47 @@ fn about(answer: &Answer) -> String {
     let checks = records.iter().filter(|record| record.is_check).count();
     let seconds: f64 = records.iter().map(|record| record.spacing_s * record.len() as f64).sum();
     format!(
-        "{} against {} experiments, {} of measurement; {checks} of them were set aside for scoring and never fitted.",
+        "Machine {} against {}, {} of measurement; {} set aside for scoring and never fitted.",
         answer.dataset.machine.name,
-        records.len(),
-        with_unit((10.0 * seconds).round() / 10.0, "s")
+        count(records.len(), "experiment", "experiments"),
+        with_unit((10.0 * seconds).round() / 10.0, "s"),
+        count(checks, "of them was", "of them were")
     )
 }
 
-/// A share as a percentage of which at least one digit shows.
-fn small_percent(value: f64) -> String {
-    if value > 0.0 && value < 5e-4 { plain(round_to_two(100.0 * value)) } else { percent(value) }
-}
+/// More noise floors than this are not counted: the noise is of no account beside such a gap.
+const MOST_FLOORS: f64 = 1000.0;
 
-/// Two digits.
-fn round_to_two(value: f64) -> f64 {
-    if value == 0.0 || !value.is_finite() {
-        return value;
-    }
-    let step = 10_f64.powf(value.abs().log10().floor() - 1.0);
-    (value / step).round() * step
-}
-
-fn tiles(diagnosis: &Diagnosis, units: Units) -> Vec<Tile> {
+/// Where, how far, and what is left: what an engineer looks for first.
+fn tiles(answer: &Answer, units: Units) -> Vec<Tile> {
+    let diagnosis = &answer.diagnosis;
     let gap = &diagnosis.gap;
-    let share = |value: f64| format!("{} %", small_percent(value));
+    let share = |value: f64| format!("{} %", fine_percent(value));
     let tile = |name, value: String, remark: &str| Tile { name, value, remark: remark.to_owned() };
-    // A gap that is small against the signal may be large against the noise: that is what tells.
-    let floors =
-        |value: f64| if gap.floor > 0.0 { format!("{} noise floors", plain(round_to_two(value / gap.floor))) } else { String::new() };
+    let is_stated = answer.dataset.channels.iter().all(|channel| answer.dataset.is_noise_stated(&channel.column));
+    // A gap that is small against the signal may be large against the noise, where that is known: that is what tells.
+    let beside = |value: f64| match value / gap.floor {
+        floors if is_stated && floors <= MOST_FLOORS => format!("{} noise floors", plain(two_digits(floors))),
+        _ if is_stated && gap.floor > 0.0 => format!("over {} noise floors", plain(MOST_FLOORS)),
+        _ if gap.before > 0.0 => format!("{} % of the machine as given", fine_percent(value / gap.before)),
+        _ => String::new(),
+    };
     let [missing, left] = diagnosis.missing_force_n.map(|force| with_unit(force, units.force));
-    let mut tiles = vec![
-        tile("gap, machine as given", share(gap.before), &floors(gap.before)),
-        tile("after calibration", share(gap.refit), &floors(gap.refit)),
-        tile("with what was found", share(gap.after), &floors(gap.after)),
-        tile("noise floor", share(gap.floor), "no model gets below"),
-        tile("force that is missing", left, &format!("rms; {missing} after calibration")),
-        tile("closed", share(gap.closed), "of what can be closed"),
-    ];
-    if let Some(place) = diagnosis.places.first() {
-        tiles.push(tile("place", place.place.to_owned(), &format!("probability {} %", percent(place.probability))));
+    let floor = if is_stated { "no model gets below" } else { "no noise is stated: from scatter and repeats" };
+    let of_given = if is_stated { beside(gap.before) } else { "error over variation, rms".into() };
+    let mut tiles = Vec::new();
+    if !diagnosis.places.is_empty() {
+        let (places, probability) = words::places(diagnosis);
+        tiles.push(tile("where", places, &format!("probability {} %", percent(probability))));
     }
+    tiles.extend([
+        tile("gap, machine as given", share(gap.before), &of_given),
+        tile("after calibration", share(gap.refit), &beside(gap.refit)),
+        tile("with what was found", share(gap.after), &beside(gap.after)),
+        tile("noise floor", share(gap.floor), floor),
+        tile("closed", share(gap.closed), "of what can be closed"),
+        tile("force that is missing", left, &format!("rms; {missing} after calibration")),
+    ]);
     tiles
 }
 

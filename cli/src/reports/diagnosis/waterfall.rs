@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use feeler_diagnosis::report::Diagnosis;
 
-use crate::numbers::percent;
+use crate::numbers::{fine_percent, plain};
 use crate::page::escape;
+use crate::page::svg::Scale;
 
 const WIDTH: f64 = 900.0;
 const HEIGHT: f64 = 320.0;
@@ -34,15 +35,14 @@ pub(super) fn drawing(diagnosis: &Diagnosis) -> String {
     let y = |value: f64| BOTTOM - (BOTTOM - TOP) * value / top;
     let step = (WIDTH - LEFT - 10.0) / bars.len() as f64;
     let mut svg = format!("<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"Gap, step by step\" font-size=\"13\">");
-    for i in 0..=4 {
-        let value = top / HEADROOM * f64::from(i) / 4.0;
+    for (value, text) in ticks(top) {
         let at = y(value);
         let _ = write!(
             svg,
             "<path d=\"M{LEFT} {at:.1}H{WIDTH}\" stroke=\"#d9dfe3\"/><text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{} %</text>",
             LEFT - 6.0,
             at + 4.0,
-            percent(value)
+            text
         );
     }
     let middle = f64::midpoint(TOP, BOTTOM);
@@ -61,9 +61,9 @@ pub(super) fn drawing(diagnosis: &Diagnosis) -> String {
             "#d55e00"
         };
         let text = if bar.is_level {
-            format!("{} %", percent(bar.to))
+            format!("{} %", fine_percent(bar.to))
         } else {
-            format!("{}{} %", sign(bar.to - bar.from), percent((bar.to - bar.from).abs()))
+            format!("{}{} %", sign(bar.to - bar.from), fine_percent((bar.to - bar.from).abs()))
         };
         let _ = write!(
             svg,
@@ -86,6 +86,12 @@ pub(super) fn drawing(diagnosis: &Diagnosis) -> String {
     }
     svg.push_str("</svg>");
     svg
+}
+
+/// Round shares up to the top, as percentages of as many decimals as their steps have.
+fn ticks(top: f64) -> Vec<(f64, String)> {
+    let scale = Scale { label: String::new(), unit: String::new(), range: [0.0, 100.0 * top], log: false };
+    scale.ticks(BOTTOM - TOP).into_iter().map(|(percent, _)| (percent / 100.0, plain(percent))).collect()
 }
 
 fn sign(change: f64) -> &'static str {

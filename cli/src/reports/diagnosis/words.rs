@@ -2,6 +2,7 @@
 
 use feeler_diagnosis::report::{Cause, Diagnosis, Estimate, Gap, Verdict};
 
+use super::apart::apart;
 use crate::numbers::{percent, plain, with_unit};
 
 /// Gaps below this many floors are nothing to close.
@@ -18,21 +19,46 @@ pub(crate) fn verdict(diagnosis: &Diagnosis) -> String {
 fn cause(diagnosis: &Diagnosis) -> String {
     let found: Vec<String> =
         diagnosis.effects.iter().filter(|effect| effect.accepted).map(|effect| format!("{} on {}", effect.kind, effect.on)).collect();
+    let s = if found.len() == 1 { "s" } else { "" };
+    let comes = if found.len() == 1 { "comes" } else { "come" };
+    let leaves = if found.len() == 1 { "leaves" } else { "leave" };
     let found = found.join(" and ");
     let place = diagnosis.places.first().map_or("machine", |place| place.place);
     match diagnosis.verdict {
         Verdict::Explained => format!("the gap is explained by {found}."),
-        Verdict::Ambiguous => format!("{found} explains the gap, but these records cannot tell it from its rivals."),
+        Verdict::Ambiguous => match diagnosis.look_alikes.first() {
+            Some([mine, other]) => format!("{found} explain{s} the gap, but these records cannot tell {mine} from {other}."),
+            None => format!("{found} explain{s} the gap, but these records cannot tell what they see from its rivals."),
+        },
         Verdict::UnknownCause if found.is_empty() => {
             format!("something is missing at the {place} that no effect of the library explains.")
         }
         Verdict::UnknownCause => {
-            format!("{found} comes nearest, but leaves more than noise at the {place}: the real cause is another, or one more.")
+            format!("{found} {comes} nearest, but {leaves} more than noise at the {place}: the real cause is another, or one more.")
         }
         Verdict::NoGap => "there is no gap: calibration within the stated tolerances explains the records.".into(),
         Verdict::NotIdentifiable if found.is_empty() => "the records excite the machine too little to tell.".into(),
         Verdict::NotIdentifiable => format!("{found} would do, but so would causes at other places: these records cannot tell."),
     }
+}
+
+/// Where the gap lies: the places of what was accepted, that of the largest credit first, or the most probable one; and how probable the least of them is.
+pub(crate) fn places(diagnosis: &Diagnosis) -> (String, f64) {
+    let mut accepted: Vec<&Cause> = diagnosis.effects.iter().filter(|effect| effect.accepted).collect();
+    accepted.sort_by(|a, b| b.credit.total_cmp(&a.credit));
+    let mut names: Vec<&str> = accepted.iter().map(|effect| effect.place).collect();
+    if diagnosis.verdict == Verdict::UnknownCause || names.is_empty() {
+        names = diagnosis.places.first().map(|place| place.place).into_iter().collect();
+    }
+    let mut seen: Vec<&str> = Vec::new();
+    names.retain(|name| {
+        !seen.contains(name) && {
+            seen.push(name);
+            true
+        }
+    });
+    let of = |name: &&str| diagnosis.places.iter().find(|place| place.place == *name).map_or(0.0, |place| place.probability);
+    (names.join(" and "), names.iter().map(of).fold(1.0, f64::min))
 }
 
 /// How far the gap closes.
@@ -84,10 +110,19 @@ pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
         Verdict::Explained => {
             said.push("Do: simulate with machine.toml from here on, and look at the part named above on the real machine.".into());
         }
-        Verdict::Ambiguous | Verdict::NotIdentifiable => {
-            let what = if diagnosis.next_experiment.is_some() { "make the experiment below" } else { "record with more excitation" };
-            said.push(format!("Do: {what} and diagnose again; until then treat machine.toml as one of several that fit."));
-        }
+        Verdict::Ambiguous | Verdict::NotIdentifiable => said.push(match (&diagnosis.next_experiment, diagnosis.look_alikes.is_empty()) {
+            (Some(_), _) => {
+                "Do: make the experiment below and diagnose again; until then treat machine.toml as one of several that fit.".to_owned()
+            }
+            (None, true) => {
+                "Do: record with more excitation and diagnose again; until then treat machine.toml as one of several that fit.".to_owned()
+            }
+            (None, false) => {
+                "Do: simulate with machine.toml; it predicts what these records show as well as its rivals would, but do not rely on \
+                              which of them is the cause before they are told apart."
+                    .to_owned()
+            }
+        }),
         Verdict::UnknownCause => {
             said.push(
                 "Do: look at the place named first and at the shape of the missing force there; no value in machine.toml mends it.".into(),
@@ -97,20 +132,24 @@ pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
     }
     for [a, b] in &diagnosis.look_alikes {
         said.push(format!("To these records {a} and {b} look alike."));
+        if diagnosis.next_experiment.is_none() {
+            said.push(match apart(a, b) {
+                Some(what) => format!("To tell {a} from {b}: {what}."),
+                None => format!("No command of those known would separate {a} from {b}."),
+            });
+        }
     }
     for left in &diagnosis.left {
         said.push(format!("Left even so: {left}."));
     }
-    match &diagnosis.next_experiment {
-        Some(next) => said.push(format!(
+    if let Some(next) = &diagnosis.next_experiment {
+        said.push(format!(
             "Next experiment: {} It separates {} from {}, with expected odds of {} to 1; the command is in next-experiment.csv.",
             sentence(&next.what),
             next.separates[0],
             next.separates[1],
             plain(next.expected_odds.min(1e6))
-        )),
-        None if !diagnosis.look_alikes.is_empty() => said.push("No further experiment of those known would separate them.".into()),
-        None => {}
+        ));
     }
     said
 }

@@ -1,0 +1,276 @@
+//! Faults of measured series: each with file, column, row and remedy; either fatal or a stated warning.
+
+use std::fmt;
+
+/// What is wrong with a series.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum FaultKind {
+    /// The file has no such column.
+    MissingColumn {
+        /// A header that has its name in it.
+        near: Option<String>,
+    },
+    /// The first column is another than the time.
+    TimeNotFirst {
+        /// What it is.
+        first: String,
+    },
+    /// The dataset names no command of any drive.
+    NoCommand,
+    /// There are fewer rows than a prediction needs.
+    TooShort {
+        /// Rows there are.
+        rows: usize,
+    },
+    /// A cell is empty or no number.
+    NotANumber {
+        /// How many such cells the column has.
+        cells: usize,
+    },
+    /// The time stamp is not after the one before.
+    TimeGoesBack,
+    /// Rows are missing.
+    Gap {
+        /// Length, s.
+        seconds: f64,
+    },
+    /// Rows are not evenly spaced.
+    Uneven {
+        /// Largest departure from the mean spacing, as a fraction of it.
+        share: f64,
+    },
+    /// Rows are much further apart than commands are held.
+    SlowRows {
+        /// Spacing of the rows, s.
+        spacing_s: f64,
+        /// How long a command is held, s.
+        hold_s: f64,
+    },
+    /// Rows are spaced a little differently than in other experiments, as by a clock that runs fast or slow.
+    OtherSpacing {
+        /// Spacing of the rows, s.
+        spacing_s: f64,
+        /// The same in most experiments, s.
+        usual_s: f64,
+    },
+    /// Every row has the same value.
+    Constant,
+    /// The command never changes: nothing is excited.
+    ConstantCommand,
+    /// The largest or smallest value repeats in many consecutive rows, as a converter at its end does.
+    Clipped {
+        /// The value.
+        value: f64,
+        /// Share of rows there.
+        share: f64,
+    },
+    /// All values are multiples of a step coarser than believed.
+    Quantised {
+        /// The step, signal units.
+        step: f64,
+    },
+    /// The series varies hardly more than its noise.
+    WeakExcitation {
+        /// Variation over noise.
+        ratio: f64,
+    },
+    /// The series varies less than noise alone would: its noise or its unit is another than stated.
+    BelowNoise {
+        /// Variation over noise.
+        ratio: f64,
+    },
+    /// Two channels of the same motion differ by a factor between units.
+    Units {
+        /// The other column.
+        other: String,
+        /// This one over the other.
+        factor: f64,
+        /// The factor in words.
+        what: &'static str,
+        /// How many experiments show it.
+        experiments: usize,
+    },
+    /// Two channels that must move together do so with a shift in time.
+    ClockOffset {
+        /// The other column.
+        other: String,
+        /// By how much this one is late, s.
+        late_s: f64,
+        /// How many experiments show it.
+        experiments: usize,
+    },
+    /// Neither the column nor its sensor states a noise.
+    NoiseNotStated {
+        /// One sigma of the scatter of its readings, which is taken for it; signal units.
+        scatter: f64,
+    },
+    /// The experiment was to be fitted, as all others, so that none would have been left to score.
+    SetAside,
+}
+
+impl FaultKind {
+    /// Whether no stated assumption can repair it.
+    pub fn is_fatal(&self) -> bool {
+        matches!(
+            self,
+            Self::MissingColumn { .. }
+                | Self::TimeNotFirst { .. }
+                | Self::NoCommand
+                | Self::TooShort { .. }
+                | Self::NotANumber { .. }
+                | Self::TimeGoesBack
+                | Self::Gap { .. }
+                | Self::ConstantCommand
+                | Self::SlowRows { .. }
+        )
+    }
+
+    /// Whether the records contradict each other, so that a diagnosis of them may find the fault in place of a cause.
+    pub fn is_contradiction(&self) -> bool {
+        matches!(self, Self::Units { .. } | Self::ClockOffset { .. } | Self::BelowNoise { .. })
+    }
+
+    fn message_and_remedy(&self) -> (String, &'static str) {
+        match self {
+            Self::MissingColumn { near: None } => ("the column is missing".into(), "record it, or take it out of [columns]"),
+            Self::MissingColumn { near: Some(near) } => {
+                (format!("the column is missing, though there is one called `{near}`"), "write one name in the file and in [columns]")
+            }
+            Self::TimeNotFirst { first } => {
+                (format!("the first column is `{first}`, and the time `t_s` comes later"), "put the time into the first column")
+            }
+            Self::NoCommand => (
+                "no column is the command of a drive".into(),
+                "add one with `signal = \"<actuator>.command\"`: without it nothing drives the prediction",
+            ),
+            Self::TooShort { rows } => (format!("only {rows} rows"), "record at least 50 rows"),
+            Self::NotANumber { cells } => {
+                (format!("no number here ({cells} such cells in the column)"), "cut the file there, or record again")
+            }
+            Self::TimeGoesBack => ("the time stamp does not advance".into(), "sort the rows, or repair the clock of the recorder"),
+            Self::Gap { seconds } => (format!("{seconds:.4} s are missing before this row"), "split the file here into two experiments"),
+            Self::Uneven { share } => (
+                format!("rows depart from even spacing by up to {:.0} %", 100.0 * share),
+                "series were brought to an even grid by interpolation",
+            ),
+            Self::SlowRows { spacing_s, hold_s } => (
+                format!("rows are {spacing_s:.4} s apart, though a command is held for {hold_s} s"),
+                "bring the time to seconds, or record every command",
+            ),
+            Self::OtherSpacing { spacing_s, usual_s } => (
+                format!("rows are {} ms apart, in most experiments {} ms", short(1e3 * spacing_s), short(1e3 * usual_s)),
+                "taken as it is; if the recorder's rate was the same, mend its time stamps",
+            ),
+            Self::Constant => ("the value never changes".into(), "the column is left out of this experiment's score; check the wiring"),
+            Self::ConstantCommand => ("the command never changes".into(), "excite the drive, or take the experiment out"),
+            Self::Clipped { value, share } => {
+                (format!("{:.1} % of rows sit at {value}", 100.0 * share), "these rows do not count; widen the range of the channel")
+            }
+            Self::Quantised { step } => {
+                (format!("values are multiples of {}, coarser than believed", short(*step)), "taken as a finding, not as noise")
+            }
+            Self::WeakExcitation { ratio } => {
+                (format!("the series varies only {ratio:.1} times its noise"), "it can tell little; excite more strongly")
+            }
+            Self::BelowNoise { ratio } => (
+                format!("the series varies only {ratio:.2} times its noise, less than noise alone would"),
+                "check the unit of the column, and the `noise` that is stated",
+            ),
+            Self::Units { other, factor, what, experiments } => (
+                format!("reads {} times what `{other}` says of the same motion, about {what}{}", short(*factor), as_in(*experiments)),
+                "bring both columns to SI",
+            ),
+            Self::ClockOffset { other, late_s, experiments } => {
+                let other = if other.contains(' ') { other.clone() } else { format!("`{other}`") };
+                let side = if *late_s > 0.0 { "behind" } else { "ahead of" };
+                (
+                    format!("runs {:.3} ms {side} {other}{}", 1e3 * late_s.abs(), as_in(*experiments)),
+                    "shift the column, or, where the sensor itself is late, set its `delay` in the machine file",
+                )
+            }
+            Self::NoiseNotStated { scatter } => (
+                format!("no noise is stated: taken from the scatter of its readings, {scatter:.1e} (one sigma, SI)"),
+                "state `noise` under its column or sensor, from a record at rest, for a floor that is known",
+            ),
+            Self::SetAside => (
+                "every experiment is to be fitted, so that none would be left to score: this one is set aside".into(),
+                "give one `role = \"check\"` to choose which",
+            ),
+        }
+    }
+}
+
+/// Four digits of a number of any size.
+fn short(factor: f64) -> String {
+    if (0.1..1e4).contains(&factor.abs()) { format!("{factor:.3}") } else { format!("{factor:.3e}") }
+}
+
+fn as_in(experiments: usize) -> String {
+    match experiments {
+        0 | 1 => String::new(),
+        2 => ", as in another experiment".into(),
+        n => format!(", as in {} other experiments", n - 1),
+    }
+}
+
+/// One fault, with its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fault {
+    /// The file.
+    pub file: String,
+    /// The column, where one is meant.
+    pub column: Option<String>,
+    /// The row in the file (the header is row 1), where one is meant.
+    pub row: Option<usize>,
+    /// What is wrong.
+    pub kind: FaultKind,
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (message, remedy) = self.kind.message_and_remedy();
+        write!(f, "{}", self.file)?;
+        if let Some(row) = self.row {
+            write!(f, ":{row}")?;
+        }
+        if let Some(column) = &self.column {
+            write!(f, ": `{column}`")?;
+        }
+        write!(f, ": {message} ({remedy})")
+    }
+}
+
+/// Faults in words, a sentence each: one that columns of several experiments share is told once, of the first of them.
+pub fn in_words(faults: &[Fault]) -> Vec<String> {
+    let mut told: Vec<(&Fault, usize)> = Vec::new();
+    for fault in faults {
+        match told.iter_mut().find(|(known, _)| known.is_shared_by(fault)) {
+            Some((_, others)) => *others += 1,
+            None => told.push((fault, 0)),
+        }
+    }
+    let of = |(fault, others): (&Fault, usize)| match others {
+        0 => fault.to_string(),
+        1 => format!("{fault}; the same in another experiment"),
+        n => format!("{fault}; the same in {n} other experiments"),
+    };
+    told.into_iter().map(of).collect()
+}
+
+impl Fault {
+    /// Whether another experiment has the same fault in the same column, by more or less the same amount.
+    fn is_shared_by(&self, other: &Self) -> bool {
+        let is_alike = match (&self.kind, &other.kind) {
+            (FaultKind::MissingColumn { near: a }, FaultKind::MissingColumn { near: b }) => a == b,
+            (FaultKind::Constant, FaultKind::Constant)
+            | (FaultKind::ConstantCommand, FaultKind::ConstantCommand)
+            | (FaultKind::SlowRows { .. }, FaultKind::SlowRows { .. })
+            | (FaultKind::WeakExcitation { .. }, FaultKind::WeakExcitation { .. })
+            | (FaultKind::BelowNoise { .. }, FaultKind::BelowNoise { .. }) => true,
+            (FaultKind::Quantised { step: a }, FaultKind::Quantised { step: b }) => (a / b - 1.0).abs() < 0.01,
+            _ => false,
+        };
+        is_alike && self.column == other.column && self.file != other.file
+    }
+}

@@ -1,0 +1,66 @@
+//! Records that repeat themselves: a reference run lap after lap tells of what does not repeat, as experiments that repeat each other do.
+
+use crate::dataset::Record;
+
+/// Rows that are compared for each length of a lap: enough to tell laps from what only resembles them.
+const PROBES: usize = 2000;
+/// Difference of laps, as a share of the variation, up to which they are the same motion. A loop that is closed repeats far better, one that is open
+/// drifts away.
+const SAME: f64 = 0.05;
+/// The same from which on the first lap has left its beginning.
+const APART: f64 = 0.5;
+
+/// Rows of a lap, where all that was measured and commanded repeats itself at least once; none where it does not.
+pub(crate) fn lap(record: &Record) -> Option<usize> {
+    let all = || record.series.iter().chain(&record.commands);
+    let leader = record.series.first()?;
+    let most = leader.len() / 2;
+    let mut lags = (1..most).skip_while(|&lag| differs(leader, lag) < APART);
+    let first = lags.next()?;
+    let best = (first..most).map(|lag| (lag, differs(leader, lag))).min_by(|a, b| a.1.total_cmp(&b.1))?.0;
+    all().all(|series| differs(series, best) < SAME).then_some(best)
+}
+
+/// Root mean square difference of a series to itself some rows later, over the same of unrelated rows; zero for a constant.
+fn differs(series: &[f64], lag: usize) -> f64 {
+    let rows = series.len() - lag;
+    let step = rows.div_ceil(PROBES).max(1);
+    let probes: Vec<[f64; 2]> = (0..rows).step_by(step).map(|k| [series[k], series[k + lag]]).collect();
+    let n = probes.len() as f64;
+    let mean = probes.iter().flatten().sum::<f64>() / (2.0 * n);
+    let (mut difference, mut variation) = (0.0, 0.0);
+    for [a, b] in probes {
+        difference += (a - b).powi(2);
+        variation += (a - mean).powi(2) + (b - mean).powi(2);
+    }
+    if variation > 0.0 { (difference / variation).sqrt() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(series: Vec<f64>) -> Record {
+        let rows = series.len();
+        Record {
+            name: "a.csv".into(),
+            engagement: None,
+            is_check: false,
+            repeat: None,
+            start_s: 0.0,
+            times_s: (0..rows).map(|k| k as f64).collect(),
+            spacing_s: 1.0,
+            commands: vec![series.clone()],
+            series: vec![series],
+        }
+    }
+
+    #[test]
+    fn truth_laps_are_counted_and_drift_is_none() {
+        let lapped = |k: usize| (std::f64::consts::TAU * k as f64 / 310.0).sin() + 0.4 * (std::f64::consts::TAU * k as f64 / 155.0).cos();
+        assert_eq!(lap(&record((0..1000).map(lapped).collect())), Some(310));
+        assert_eq!(lap(&record((0..1000).map(|k| lapped(k) * (1.0 + 1e-3 * k as f64)).collect())), None);
+        assert_eq!(lap(&record((0..1000).map(|k| (k as f64).powi(2)).collect())), None);
+        assert_eq!(lap(&record(vec![1.0; 1000])), None);
+    }
+}

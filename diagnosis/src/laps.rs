@@ -60,7 +60,7 @@ mod tests {
         let lapped = |k: usize| (std::f64::consts::TAU * k as f64 / 310.0).sin() + 0.4 * (std::f64::consts::TAU * k as f64 / 155.0).cos();
         assert_eq!(lap(&record((0..1000).map(lapped).collect())), Some(310));
         assert_eq!(lap(&record((0..1000).map(|k| lapped(k) * (1.0 + 1e-3 * k as f64)).collect())), None);
-        assert_eq!(lap(&record((0..1000).map(|k| (k as f64).powi(2)).collect())), None);
+        assert_eq!(lap(&record((0..1000).map(|k| f64::from(k).powi(2)).collect())), None);
         assert_eq!(lap(&record(vec![1.0; 1000])), None);
     }
 }

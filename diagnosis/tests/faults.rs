@@ -145,7 +145,7 @@ fn truth_faults_that_an_assumption_mends_are_warnings_that_state_it() {
         &["`acceleration_mps2`", "multiples of 0.250, coarser than believed"],
     );
     // A converter's end that a fast motion touches for a few rows at a time.
-    warning_says(&spoil(|_, row| row[3] = row[3].clamp(-1e3, 7.5)), &["`acceleration_mps2`", "rows sit at 7.5"]);
+    warning_says(&spoil(|k, row| row[3] = if k % 40 < 3 { 9.0 } else { row[3] }), &["`acceleration_mps2`", "7.5 % of rows sit at 9 "]);
     warning_says(&spoil(|_, row| row[0] *= 1.01), &["a.csv: rows are 1.010 ms apart, in most experiments 1.000 ms"]);
     warning_says(&spoil(|k, row| row[0] += if k % 2 == 0 { 1e-4 } else { 0.0 }), &["even spacing", "interpolation"]);
     warning_says(&spoil(|k, row| row[3] = 0.012 * (k as f64).sin()), &["`acceleration_mps2`", "times its noise", "excite more strongly"]);

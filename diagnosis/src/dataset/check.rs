@@ -130,6 +130,10 @@ fn other_clocks(dataset: &Dataset, faults: &mut Vec<Fault>) {
     let mut spacings: Vec<f64> = dataset.records.iter().map(|record| record.spacing_s).collect();
     spacings.sort_by(f64::total_cmp);
     let Some(&usual_s) = spacings.get(spacings.len() / 2) else { return };
+    let agree = spacings.iter().filter(|spacing| (*spacing / usual_s - 1.0).abs() < OTHER_CLOCK.start).count();
+    if 2 * agree <= spacings.len() {
+        return;
+    }
     for record in dataset.records.iter().filter(|record| OTHER_CLOCK.contains(&(record.spacing_s / usual_s - 1.0).abs())) {
         let kind = FaultKind::OtherSpacing { spacing_s: record.spacing_s, usual_s };
         faults.push(Fault { file: record.name.clone(), column: None, row: None, kind });

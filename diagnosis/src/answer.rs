@@ -29,6 +29,8 @@ const PORTRAIT_POINTS: usize = 4000;
 const PLACES_TO_TELL: usize = 3;
 /// Variation over noise that the best experiment of a channel must show.
 const ENOUGH_EXCITATION: f64 = 5.0;
+/// The same where other channels do not: an encoder alone tells of a machine if it resolves its motion well.
+const ENOUGH_ALONE: f64 = 50.0;
 
 /// Whether the first is one level of friction and a constant load where the second is friction that differs by direction: the same force while the guide
 /// slides, so that either may be meant whichever fits the stops a little better.
@@ -153,14 +155,17 @@ impl Judge<'_> {
         }
     }
 
-    /// Whether any channel of motion varies well beyond its noise in any experiment: without that, silence says nothing.
+    /// Whether channels vary so far beyond their noise that silence says something: most of them in their best experiment, or one by far.
     fn is_excited(&self) -> bool {
         let weights = &self.search.task.weights;
-        weights
-            .scale
-            .iter()
-            .zip(&weights.noise)
-            .any(|(scale, noise)| scale.iter().zip(noise).any(|(s, n)| s.is_finite() && *s > ENOUGH_EXCITATION * n))
+        let channels = self.dataset.channels.len();
+        let best = |c: usize| {
+            let ratios = weights.scale.iter().zip(&weights.noise).filter(|(scale, _)| scale[c].is_finite());
+            ratios.map(|(scale, noise)| scale[c] / noise[c]).fold(0.0, f64::max)
+        };
+        let ratios: Vec<f64> = (0..channels).map(best).collect();
+        let enough = ratios.iter().filter(|ratio| **ratio > ENOUGH_EXCITATION).count();
+        2 * enough >= channels || ratios.iter().any(|ratio| *ratio > ENOUGH_ALONE)
     }
 
     /// Everything that was tried, the best first, and what became of it.

@@ -81,7 +81,7 @@ fn summary(answer: &Answer) -> String {
         row("with what was found", gap.after),
         row("noise floor", gap.floor),
     ];
-    let _ = write!(said, "\n{}\n{}\n", table(&[], &[1], gaps), words::closed(gap));
+    let _ = write!(said, "\n{}\n{}\n", table(&[], &[1], gaps), words::closed(diagnosis));
     if !diagnosis.places.is_empty() {
         let rows = diagnosis.places.iter().map(|place| {
             let band = words::band(place.band_hz);

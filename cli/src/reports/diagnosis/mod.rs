@@ -25,7 +25,7 @@ pub(crate) fn page(answer: &Answer) -> String {
     let mut page = Page::new(&format!("{}: diagnosis", answer.dataset.name), &about(answer));
     page.lead(&words::sentence(&words::verdict(diagnosis)));
     page.tiles(&tiles(answer, units));
-    page.paragraph(&words::closed(&diagnosis.gap));
+    page.paragraph(&words::closed(diagnosis));
     page.heading("What to do");
     for sentence in words::advice(diagnosis) {
         page.paragraph(&sentence);

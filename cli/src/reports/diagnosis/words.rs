@@ -1,6 +1,6 @@
 //! A diagnosis in plain words.
 
-use feeler_diagnosis::report::{Cause, Diagnosis, Estimate, Gap, Verdict};
+use feeler_diagnosis::report::{Cause, Diagnosis, Estimate, Verdict};
 
 use super::apart::apart;
 use crate::numbers::{percent, plain, with_unit};
@@ -62,9 +62,12 @@ pub(crate) fn places(diagnosis: &Diagnosis) -> (String, f64) {
 }
 
 /// How far the gap closes.
-pub(crate) fn closed(gap: &Gap) -> String {
+pub(crate) fn closed(diagnosis: &Diagnosis) -> String {
+    let gap = &diagnosis.gap;
     if gap.refit <= gap.floor * NEAR_FLOOR {
-        return "Calibration alone comes down to the noise floor: no gap is left to close.".into();
+        let is_found = diagnosis.effects.iter().any(|effect| effect.accepted);
+        let left = if is_found { "what was found is smaller than the noise, and shows in its pattern" } else { "no gap is left to close" };
+        return format!("Calibration alone comes down to the noise floor: {left}.");
     }
     let [low, high] = gap.closed_ci90;
     let closed = percent(gap.closed);

@@ -10,7 +10,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("feeler-plant", &[]),
     ("feeler-control", &["feeler-lanes", "feeler-lti"]),
     ("feeler-engine", &["feeler-lanes", "feeler-lti", "feeler-plant", "feeler-control"]),
-    ("feeler-arm", &[]),
+    ("feeler-arm", &["feeler-lti"]),
     ("feeler-geometry", &["feeler-plant"]),
     ("feeler-multibody", &["feeler-plant", "feeler-engine"]),
     ("feeler-manipulator", &["feeler-plant", "feeler-control", "feeler-engine", "feeler-arm", "feeler-geometry"]),

@@ -1,10 +1,12 @@
 //! `feeler reduce`.
 
 use std::fmt::Write as _;
+use std::sync::{Mutex, PoisonError};
 
-use feeler_arm::{Agreement, ArmError, Measured, Others, inverse_kinematics, usual_starts};
+use feeler_arm::{Agreement, ArmError, Landmark, Measured, Others, inverse_kinematics, usual_starts};
 use feeler_scenarios::arm::{
-    ArmFileError, AxisFile, Grid, MapPoint, MapValues, ToolContact, axis_file, bandwidth_map, distrust, force_bandwidth, tool_target,
+    ArmFileError, AxisFile, ForceBandwidth, Grid, MapPoint, MapValues, NoAxis, ToolContact, axis_file, bandwidth_map, distrust,
+    force_bandwidth, gain_in_words, tool_target,
 };
 use feeler_scenarios::format::ArmFile;
 use serde_json::{Value, json};
@@ -12,12 +14,17 @@ use serde_json::{Value, json};
 use crate::arguments::Reduce;
 use crate::failure::BadInput;
 use crate::numbers::{plain, with_unit};
+use crate::progress::Progress;
 use crate::reports;
 use crate::table::table;
 use crate::terminal;
 
 /// Most places of a map: some minutes of work.
 const MOST_PLACES: usize = 10_000;
+
+/// Stiffest contact and the one with most damping, N/m and N s/m: beyond, rounding leaves nothing of the arm's own slow modes.
+const STIFFEST: f64 = 1e12;
+const MOST_DAMPED: f64 = 1e7;
 
 pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
     let file = ArmFile::load(&arguments.arm)?;
@@ -27,7 +34,7 @@ pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
     let at = if arguments.at.is_empty() { None } else { Some(three(&arguments.at, "--at")?) };
     let pose = at.map_or_else(|| Ok(arguments.pose.clone()), |at| pose_at(&file, at, normal))?;
     let axis = axis_file(&file, &pose, normal, others, contact).map_err(refused)?;
-    let bandwidth = force_bandwidth(&axis.reduction, contact).map_err(refused)?;
+    let bandwidth = force_bandwidth(&axis.reduction, &axis.agreement, contact).map_err(refused)?;
     let measured = (arguments.measure)
         .then(|| {
             let touch = [contact.stiffness_n_per_m, contact.damping_n_s_per_m];
@@ -38,7 +45,11 @@ pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
         None
     } else {
         let z_m = at.map_or_else(|| file.arm.chain().tool_place(&pose).translation.z, |[_, _, z]| z);
-        Some(bandwidth_map(&file, &grid(&arguments.map, z_m)?, normal, others, contact, &pose).map_err(refused)?)
+        let progress = Mutex::new(Progress::new(format!("{}: force bandwidth", file.name)));
+        let at = |share: f64| progress.lock().unwrap_or_else(PoisonError::into_inner).at(share);
+        let map = bandwidth_map(&file, &grid(&arguments.map, z_m)?, normal, others, contact, &pose, &at).map_err(refused);
+        progress.into_inner().unwrap_or_else(PoisonError::into_inner).done();
+        Some(map?)
     };
     if let Some(path) = &arguments.out {
         std::fs::write(path, &axis.text).map_err(|error| BadInput::unwritable(path, &error))?;
@@ -59,7 +70,7 @@ pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
         }
         return terminal::print(&serde_json::to_string_pretty(&all)?);
     }
-    let mut text = figures(&axis, &pose, bandwidth.crossover_hz, contact);
+    let mut text = figures(&axis, &pose, &bandwidth, contact);
     if let Some(found) = &measured {
         text.push_str(&measured_text(found));
     }
@@ -69,26 +80,54 @@ pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
             "\n\nForce bandwidth (Hz) of integral control with a gain margin of 2, by x (rows) and y of the tool in m:\n{}",
             chart(map)
         );
-        let doubtful = map.iter().filter_map(|point| point.found.as_ref()).filter(|found| !found.agreement.is_trusted()).count();
-        if doubtful > 0 {
-            let _ = write!(
-                text,
-                "\nwarning: at {doubtful} places, marked *, the axis is more than 5 % off the arm in contact mode or phase crossover"
-            );
-        }
+        text.push_str(&remarks(map));
     }
     terminal::print(&text)
+}
+
+/// What a reader of a map has to know of its places.
+fn remarks(map: &[MapPoint]) -> String {
+    let mut text = String::new();
+    let found = || map.iter().filter_map(|point| point.found.as_ref().ok());
+    let without = found().filter(|found| found.bandwidth.largest_gain_per_s <= 0.0).count();
+    if without > 0 {
+        let _ = write!(text, "\nat {without} places no ki is stable (`none`): there the damping of the motors alone is unstable at 1 kHz");
+    }
+    let mut reasons: Vec<&str> = map.iter().filter_map(|point| Some(point.found.as_ref().err()?.reason())).collect();
+    reasons.sort_unstable();
+    for same in reasons.chunk_by(|a, b| a == b) {
+        let _ = write!(text, "\n{} places without an axis (`-`): {}", same.len(), same[0]);
+    }
+    let doubtful = found().filter(|found| !found.agreement.is_trusted()).count();
+    if doubtful > 0 {
+        let each = Landmark::ALL.iter().enumerate().filter_map(|(i, landmark)| {
+            let count = found().filter(|found| found.agreement.misfits()[i] > Agreement::TRUSTED).count();
+            (count > 0).then(|| format!("{} at {count}", landmark.name()))
+        });
+        let each: Vec<String> = each.collect();
+        let _ = write!(text, "\nwarning: at {doubtful} places, marked *, the axis is more than 5 % off the arm: {}", each.join(", "));
+    }
+    text
 }
 
 fn three(numbers: &[f64], what: &str) -> anyhow::Result<[f64; 3]> {
     match numbers {
         [x, y, z] if numbers.iter().all(|number| number.is_finite()) => Ok([*x, *y, *z]),
+        [_, _, _] => {
+            Err(BadInput::error(format!("{what} has a number that is not finite"), format!("write {what} X,Y,Z with three finite numbers")))
+        }
         _ => Err(BadInput::error(format!("{what} takes three finite numbers, not {}", numbers.len()), format!("write {what} X,Y,Z"))),
     }
 }
 
 fn contact(arguments: &Reduce) -> anyhow::Result<ToolContact> {
     let [k, c] = [arguments.contact_stiffness, arguments.contact_damping];
+    if k > STIFFEST || c > MOST_DAMPED {
+        let what = format!(
+            "a contact of {k} N/m and {c} N s/m is beyond what feeler reduces an arm on, {STIFFEST:.0e} N/m and {MOST_DAMPED:.0e} N s/m"
+        );
+        return Err(BadInput::error(what, "lower --contact-stiffness or --contact-damping: a cube of steel of 1 m has 2e11 N/m"));
+    }
     if k > 0.0 && c >= 0.0 && k.is_finite() && c.is_finite() {
         return Ok(ToolContact { stiffness_n_per_m: k, damping_n_s_per_m: c });
     }
@@ -130,7 +169,7 @@ fn refused(error: ArmFileError) -> anyhow::Error {
     }
 }
 
-fn figures(axis: &AxisFile, pose: &[f64], bandwidth_hz: f64, contact: ToolContact) -> String {
+fn figures(axis: &AxisFile, pose: &[f64], bandwidth: &ForceBandwidth, contact: ToolContact) -> String {
     let one = &axis.reduction;
     let optional = |value: Option<f64>, unit: &str| value.map_or_else(|| "-".to_owned(), |value| with_unit(value, unit));
     let row = |name: &str, value: String| vec![name.to_owned(), value];
@@ -146,8 +185,8 @@ fn figures(axis: &AxisFile, pose: &[f64], bandwidth_hz: f64, contact: ToolContac
         row("dry friction", with_unit(one.dry_friction_n, "N")),
         row("force limit", optional(one.force_limit_n, "N")),
         row("bandwidth of the drives", optional(one.bandwidth_hz, "Hz")),
-        row("largest stable kp at 1 kHz", plain(axis.largest_gain)),
-        row("force bandwidth (integral, gain margin 2)", with_unit(bandwidth_hz, "Hz")),
+        row("largest stable kp at 1 kHz", gain(axis.largest_gain)),
+        row("force bandwidth (integral, gain margin 2)", reached(bandwidth)),
     ];
     for (number, branch) in (1..).zip(&one.branches) {
         let [mass, frequency] = [with_unit(branch.mass_kg, "kg"), with_unit(branch.frequency_hz(), "Hz")];
@@ -163,20 +202,46 @@ fn figures(axis: &AxisFile, pose: &[f64], bandwidth_hz: f64, contact: ToolContac
         .modes
         .iter()
         .map(|mode| vec![plain(mode.frequency_hz), plain(mode.damping_ratio), plain(mode.drive_share), plain(mode.tip_share)]);
+    let agreement = &axis.agreement;
     let landmarks = [
-        landmark("contact mode (Hz)", axis.agreement.contact_mode_hz),
-        landmark("phase crossover (Hz)", axis.agreement.phase_crossover_hz),
+        landmark("contact mode (Hz)", agreement.contact_mode_hz),
+        landmark("phase crossover (Hz)", agreement.phase_crossover_hz),
+        stable_gain("stable kp at 1 kHz", agreement.largest_kp),
+        stable_gain("stable ki at 1 kHz (1/s)", agreement.largest_ki_per_s),
     ];
+    let meaning = format!(
+        "\nphase crossover: of the whole contact force, its damper's too, without the drives' bandwidths; stable ki: with {} N s/m of motor damping",
+        plain(agreement.motor_damping_n_s_per_m)
+    );
     let pose: Vec<String> = pose.iter().map(|x| format!("{x:.4}")).collect();
     let warning = distrust(one, &axis.agreement).map_or_else(String::new, |why| format!("\nwarning: {why}"));
     format!(
-        "pose {}\n\n{}\n\nmodes that bend joints, the tool free:\n{}\n\nwhole arm and this axis on {} N/m:\n{}{bodies}{warning}",
+        "pose {}\n\n{}\n\nmodes that bend joints, the tool free:\n{}\n\nwhole arm and this axis on {} N/m:\n{}{meaning}{bodies}{warning}",
         pose.join(", "),
         table(&["along the normal", ""], &[1], rows),
         table(&["frequency (Hz)", "damping ratio", "share drive to tool", "share at tool"], &[0, 1, 2, 3], modes.collect::<Vec<_>>()),
         plain(contact.stiffness_n_per_m),
         table(&["landmark", "arm", "axis", "off by (%)"], &[1, 2, 3], landmarks),
     )
+}
+
+/// A largest stable gain, or what there is in its place.
+fn gain(value: f64) -> String {
+    gain_in_words(value).map_or_else(|| plain(value), str::to_owned)
+}
+
+/// A force bandwidth, or why there is none.
+fn reached(bandwidth: &ForceBandwidth) -> String {
+    match bandwidth.largest_gain_per_s {
+        edge if edge <= 0.0 => "none: no ki is stable".to_owned(),
+        edge if edge.is_infinite() => "none: every ki is stable".to_owned(),
+        _ => with_unit(bandwidth.crossover_hz, "Hz"),
+    }
+}
+
+fn stable_gain(name: &str, [whole, own]: [f64; 2]) -> Vec<String> {
+    let off = 100.0 * (own / whole - 1.0);
+    vec![name.to_owned(), gain(whole), gain(own), if off.is_finite() { plain(off) } else { "-".to_owned() }]
 }
 
 fn landmark(name: &str, [whole, own]: [f64; 2]) -> Vec<String> {
@@ -234,6 +299,9 @@ fn as_json(axis: &AxisFile, pose: &[f64]) -> Value {
         "direction": one.direction, "modes": modes.collect::<Vec<_>>(),
         "contact_mode_hz": { "arm": number(axis.agreement.contact_mode_hz[0]), "axis": number(axis.agreement.contact_mode_hz[1]) },
         "phase_crossover_hz": { "arm": number(axis.agreement.phase_crossover_hz[0]), "axis": number(axis.agreement.phase_crossover_hz[1]) },
+        "stable_kp": { "arm": number(axis.agreement.largest_kp[0]), "axis": number(axis.agreement.largest_kp[1]) },
+        "stable_ki_per_s": { "arm": number(axis.agreement.largest_ki_per_s[0]), "axis": number(axis.agreement.largest_ki_per_s[1]) },
+        "motor_damping_n_s_per_m": axis.agreement.motor_damping_n_s_per_m,
         "misfit": misfit_as_json(&axis.agreement), "warning": distrust(one, &axis.agreement),
         "largest_stable_kp": number(axis.largest_gain),
     })
@@ -241,19 +309,19 @@ fn as_json(axis: &AxisFile, pose: &[f64]) -> Value {
 
 /// What the axis is off the arm, over the arm's; null where only one of them has the landmark.
 fn misfit_as_json(agreement: &Agreement) -> Value {
-    let [mode, crossover] = agreement.misfits();
-    json!({ "contact_mode": number(mode), "phase_crossover": number(crossover), "trusted": agreement.is_trusted() })
+    let [mode, crossover, kp, ki] = agreement.misfits().map(number);
+    json!({ "contact_mode": mode, "phase_crossover": crossover, "stable_kp": kp, "stable_ki": ki, "trusted": agreement.is_trusted() })
 }
 
 fn place_as_json(point: &MapPoint) -> Value {
-    let found = point.found.as_ref().map(|found| {
+    let found = point.found.as_ref().ok().map(|found| {
         json!({
             "pose": found.pose, "mass_kg": found.mass_kg, "stiffness_n_per_m": found.stiffness_n_per_m,
             "largest_ki_per_s": number(found.bandwidth.largest_gain_per_s), "force_bandwidth_hz": number(found.bandwidth.crossover_hz),
             "misfit": misfit_as_json(&found.agreement),
         })
     });
-    json!({ "place_m": point.place_m, "found": found })
+    json!({ "place_m": point.place_m, "found": found, "reason": point.found.as_ref().err().map(NoAxis::reason) })
 }
 
 fn page(arguments: &Reduce, name: &str, map: &[MapPoint]) -> String {
@@ -267,18 +335,20 @@ fn page(arguments: &Reduce, name: &str, map: &[MapPoint]) -> String {
 
 fn csv(map: &[MapPoint]) -> String {
     let mut text = String::from(
-        "x_m,y_m,z_m,mass_kg,stiffness_n_per_m,largest_ki_per_s,force_bandwidth_hz,contact_mode_misfit,phase_crossover_misfit,within_5_percent\n",
+        "x_m,y_m,z_m,mass_kg,stiffness_n_per_m,largest_ki_per_s,force_bandwidth_hz,contact_mode_misfit,phase_crossover_misfit,stable_kp_misfit,stable_ki_misfit,\
+         within_5_percent,without_axis\n",
     );
     for point in map {
         let [x, y, z] = point.place_m;
-        let values = point.found.as_ref().map_or_else(
-            || ",,,,,,".to_owned(),
-            |v| {
-                let ([mode, crossover], trusted) = (v.agreement.misfits(), v.agreement.is_trusted());
-                let reached = format!("{},{}", v.bandwidth.largest_gain_per_s, v.bandwidth.crossover_hz);
-                format!("{},{},{reached},{mode:.5},{crossover:.5},{trusted}", v.mass_kg, v.stiffness_n_per_m)
-            },
-        );
+        let number = |value: f64| if value.is_nan() { "none".to_owned() } else { value.to_string() };
+        let values = match &point.found {
+            Err(why) => format!(",,,,,,,,,\"{}\"", why.reason().replace('"', "'").replace('\n', " ")),
+            Ok(v) => {
+                let misfits = v.agreement.misfits().map(|misfit| format!("{misfit:.5}")).join(",");
+                let [ki, bandwidth] = [v.bandwidth.largest_gain_per_s, v.bandwidth.crossover_hz].map(number);
+                format!("{},{},{ki},{bandwidth},{misfits},{},", v.mass_kg, v.stiffness_n_per_m, v.agreement.is_trusted())
+            }
+        };
         let _ = writeln!(text, "{x},{y},{z},{values}");
     }
     text
@@ -295,7 +365,11 @@ fn chart(map: &[MapPoint]) -> String {
         .map(|row| {
             let value = |point: &MapPoint| {
                 let mark = |found: &MapValues| if found.agreement.is_trusted() { "" } else { "*" };
-                point.found.as_ref().map_or_else(|| "-".to_owned(), |found| format!("{:.2}{}", found.bandwidth.crossover_hz, mark(found)))
+                let said = |found: &MapValues| match found.bandwidth.crossover_hz {
+                    hz if hz.is_nan() => format!("none{}", mark(found)),
+                    hz => format!("{hz:.2}{}", mark(found)),
+                };
+                point.found.as_ref().map_or_else(|_| "-".to_owned(), said)
             };
             std::iter::once(plain(row[0].place_m[0])).chain(row.iter().map(value)).collect()
         })

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use feeler_scenarios::arm::{MapPoint, MapValues};
+use feeler_scenarios::arm::{MapPoint, MapValues, NoAxis};
 use serde_json::{Value, json};
 
 use crate::numbers::{plain, with_unit};
@@ -13,6 +13,9 @@ const PLOT: Place = Place { x: 90.0, y: 40.0, width: 540.0, height: 400.0 };
 const WIDTH: f64 = 830.0;
 /// Where the arm does not reach.
 const NOTHING: &str = "#f2f2f2";
+/// Where it reaches and has no axis, and where there is an axis without this figure.
+const NO_AXIS: &str = "#b8b8b8";
+const NONE: &str = "#d9c9a3";
 /// Strokes through a place whose axis is not trusted.
 const CROSS: &str = "stroke=\"#000000\" stroke-width=\"1.2\" fill=\"none\"";
 /// Side of the cell of a grid that has one place along an axis, m.
@@ -44,7 +47,7 @@ const FIELDS: [Field; 4] = [
     },
     Field {
         title: "How far the axis is off the arm.",
-        caption: "The larger misfit of contact mode and phase crossover; places beyond 5 % are crossed out in every map.",
+        caption: "The largest misfit of contact mode, phase crossover, stable kp and stable ki; places beyond 5 % are crossed out in every map.",
         unit: "%",
         of: |found| 100.0 * found.agreement.worst(),
     },
@@ -53,8 +56,8 @@ const FIELDS: [Field; 4] = [
 /// The page; `command` gives what reduces the arm at a place.
 pub(crate) fn page(arm: &str, map: &[MapPoint], command: &dyn Fn([f64; 3]) -> String) -> String {
     let mut page = Page::new(&format!("{arm}: force bandwidth over the workspace"), "");
-    let reached: Vec<(&MapPoint, &MapValues)> = map.iter().filter_map(|point| Some((point, point.found.as_ref()?))).collect();
-    page.lead(&sentence(map.len(), &reached));
+    let reached: Vec<(&MapPoint, &MapValues)> = map.iter().filter_map(|point| Some((point, point.found.as_ref().ok()?))).collect();
+    page.lead(&(sentence(map, &reached) + &lacking(map)));
     let grid = Grid::of(map);
     let hover = json!({
         "places": map.iter().map(|point| grid.cell(point)).collect::<Vec<_>>(),
@@ -74,29 +77,63 @@ pub(crate) fn page(arm: &str, map: &[MapPoint], command: &dyn Fn([f64; 3]) -> St
     page.render()
 }
 
-fn sentence(places: usize, reached: &[(&MapPoint, &MapValues)]) -> String {
-    let by_bandwidth =
-        |a: &&(&MapPoint, &MapValues), b: &&(&MapPoint, &MapValues)| a.1.bandwidth.crossover_hz.total_cmp(&b.1.bandwidth.crossover_hz);
-    let (Some(worst), Some(best)) = (reached.iter().min_by(by_bandwidth), reached.iter().max_by(by_bandwidth)) else {
-        return format!("The arm reaches none of {places} places.");
-    };
+fn sentence(map: &[MapPoint], reached: &[(&MapPoint, &MapValues)]) -> String {
+    let places = map.len();
+    let within = map.iter().filter(|point| !matches!(point.found, Err(NoAxis::OutOfReach))).count();
+    let bandwidth = |(_, found): &&(&MapPoint, &MapValues)| found.bandwidth.crossover_hz;
+    let with_one = || reached.iter().filter(|place| bandwidth(place).is_finite());
+    let worst = with_one().min_by(|a, b| bandwidth(a).total_cmp(&bandwidth(b)));
+    let best = with_one().max_by(|a, b| bandwidth(a).total_cmp(&bandwidth(b)));
     let at = |(point, found): &(&MapPoint, &MapValues)| {
         let [x, y, _] = point.place_m;
         format!("{} at x = {} m, y = {} m", with_unit(found.bandwidth.crossover_hz, "Hz"), plain(x), plain(y))
     };
+    if within == 0 {
+        return format!("The arm reaches none of {places} places.");
+    }
+    let (Some(worst), Some(best)) = (worst, best) else {
+        return format!("The arm reaches {within} of {places} places, and has a force bandwidth at none of them.");
+    };
     let doubtful = reached.iter().filter(|(_, found)| !found.agreement.is_trusted()).count();
     let doubts = match doubtful {
-        0 => " Everywhere the axis is within 5 % of the whole arm in contact mode and phase crossover.".to_owned(),
-        count => format!(" At {count} of them the axis is more than 5 % off the whole arm in contact mode or phase crossover."),
+        0 => " Everywhere the axis is within 5 % of the whole arm in contact mode, phase crossover, stable kp and stable ki.".to_owned(),
+        count => format!(
+            " At {count} of them the axis is more than 5 % off the whole arm in contact mode, phase crossover, stable kp or stable ki."
+        ),
     };
-    format!("The arm reaches {} of {places} places; its force bandwidth goes from {} to {}.{doubts}", reached.len(), at(worst), at(best))
+    format!("The arm reaches {within} of {places} places; its force bandwidth goes from {} to {}.{doubts}", at(worst), at(best))
+}
+
+/// The colour of a place in the map of a figure.
+fn colour_of(point: &MapPoint, field: &Field, share: &dyn Fn(f64) -> f64) -> String {
+    match point.found.as_ref().map(field.of) {
+        Ok(value) if value.is_finite() => of_share(share(value)),
+        Ok(_) => NONE.to_owned(),
+        Err(NoAxis::OutOfReach) => NOTHING.to_owned(),
+        Err(_) => NO_AXIS.to_owned(),
+    }
+}
+
+/// Places that have no axis, or no stable gain, counted by the reason.
+fn lacking(map: &[MapPoint]) -> String {
+    let unstable = map.iter().filter(|point| point.found.as_ref().is_ok_and(|found| found.bandwidth.largest_gain_per_s <= 0.0)).count();
+    let mut reasons: Vec<&str> = map.iter().filter_map(|point| Some(point.found.as_ref().err()?.reason())).collect();
+    reasons.sort_unstable();
+    let mut said: Vec<String> =
+        reasons.chunk_by(|a, b| a == b).map(|same| format!(" Without an axis, {}: {}.", same.len(), same[0])).collect();
+    if unstable > 0 {
+        said.push(format!(
+            " At {unstable} places no ki is stable, as the damping of the motors alone is unstable at 1 kHz: there is no force bandwidth."
+        ));
+    }
+    said.concat()
 }
 
 /// What is said of a place under the pointer.
 fn columns(map: &[MapPoint]) -> Vec<Value> {
     let place = |name: &str, axis: usize| json!([name, map.iter().map(|point| point.place_m[axis]).collect::<Vec<_>>(), "m"]);
     let field = |name: &str, field: &Field| {
-        let values: Vec<Option<f64>> = map.iter().map(|point| point.found.as_ref().map(field.of)).collect();
+        let values: Vec<Option<f64>> = map.iter().map(|point| point.found.as_ref().ok().map(field.of)).collect();
         json!([name, values, field.unit])
     };
     let [bandwidth, mass, stiffness, misfit] = &FIELDS;
@@ -142,20 +179,20 @@ impl Grid {
     }
 
     fn svg(&self, map: &[MapPoint], field: &Field) -> String {
-        let values = || map.iter().filter_map(|point| point.found.as_ref().map(field.of)).filter(|value| value.is_finite());
+        let values = || map.iter().filter_map(|point| point.found.as_ref().ok().map(field.of)).filter(|value| value.is_finite());
         let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         let share = |value: f64| if high > low { (value - low) / (high - low) } else { 0.5 };
         let mut body = String::new();
         for point in map {
             let [x, y, width, height] = self.cell(point);
-            let colour = point.found.as_ref().map_or_else(|| NOTHING.to_owned(), |found| of_share(share((field.of)(found))));
+            let colour = colour_of(point, field, &share);
             // A little larger, so that no seams show between cells.
             let (width, height) = (width + 0.15, height + 0.15);
             let _ = write!(
                 body,
                 "<rect x=\"{x}\" y=\"{y}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"{colour}\" shape-rendering=\"crispEdges\"/>"
             );
-            if point.found.as_ref().is_some_and(|found| !found.agreement.is_trusted()) {
+            if point.found.as_ref().is_ok_and(|found| !found.agreement.is_trusted()) {
                 let (right, bottom) = (x + width, y + height);
                 let _ = write!(body, "<path d=\"M{x} {y}L{right:.2} {bottom:.2}M{right:.2} {y}L{x} {bottom:.2}\" {CROSS}/>");
             }
@@ -171,10 +208,16 @@ impl Grid {
             (true, false) => vec![(swatch(&of_share(0.5)), with_unit(low, field.unit))],
             (true, true) => (0..=STEPS).rev().map(entry).collect(),
         };
-        if map.iter().any(|point| point.found.is_none()) {
+        if map.iter().any(|point| matches!(point.found, Err(NoAxis::OutOfReach))) {
             entries.push((swatch(NOTHING), "out of reach".into()));
         }
-        if map.iter().filter_map(|point| point.found.as_ref()).any(|found| !found.agreement.is_trusted()) {
+        if map.iter().any(|point| matches!(&point.found, Err(why) if *why != NoAxis::OutOfReach)) {
+            entries.push((swatch(NO_AXIS), "no axis".into()));
+        }
+        if map.iter().any(|point| point.found.as_ref().is_ok_and(|found| !(field.of)(found).is_finite())) {
+            entries.push((swatch(NONE), "none: see above".into()));
+        }
+        if map.iter().filter_map(|point| point.found.as_ref().ok()).any(|found| !found.agreement.is_trusted()) {
             entries.push((format!("{}<path d=\"M0 0L24 14M24 0L0 14\" {CROSS}/>", swatch("#ffffff")), "axis off by over 5 %".into()));
         }
         legend(&mut body, [PLOT.x + PLOT.width + 24.0, PLOT.y + 4.0], &entries);

@@ -3,8 +3,9 @@
 use std::fmt::Write as _;
 
 use feeler_analysis::{Request, analyze};
-use feeler_arm::{Agreement, Branch, Others, Reduction};
+use feeler_arm::{Agreement, Branch, Landmark, Others, Reduction};
 
+use super::bandwidth::largest_stable;
 use super::error::ArmFileError;
 use crate::format::{ArmFile, Document};
 
@@ -36,7 +37,7 @@ pub struct AxisFile {
     pub reduction: Reduction,
     /// How well it stands for the whole arm in contact.
     pub agreement: Agreement,
-    /// Largest stable proportional force gain at 1 kHz; infinite where every gain is stable.
+    /// Largest stable proportional force gain at 1 kHz; zero where none is stable, infinite where every one is.
     pub largest_gain: f64,
 }
 
@@ -49,7 +50,7 @@ pub fn axis_file(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others,
     let (reduction, agreement) = file.arm.reduce_in_contact(pose, normal, others, touch)?;
     let document = Document::parse(&axis_text(&reduction, contact, TRIED_GAIN), "axis.toml")?;
     let report = analyze(&document.scenario, &Request::default())?;
-    let edge = report.gain.and_then(|gain| gain.sampled.stable[1]).unwrap_or(f64::INFINITY);
+    let edge = largest_stable(report.gain.as_ref());
     let gain = (GAIN_SHARE * edge).min(LARGEST_GAIN);
     let mut text = header(file, pose, normal, others, &agreement, touch[0]);
     text.push_str(&bodies_note(&reduction));
@@ -63,21 +64,43 @@ pub fn axis_file(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others,
     Ok(AxisFile { text, reduction, agreement, largest_gain: edge })
 }
 
-/// Why an axis should not be trusted, where it is more than 5 % off the whole arm in one of the two landmarks.
+/// Why an axis should not be trusted, where it is more than 5 % off the whole arm in one of the landmarks.
 pub fn distrust(axis: &Reduction, agreement: &Agreement) -> Option<String> {
     if agreement.is_trusted() {
         return None;
     }
-    let off = |misfit: f64| if misfit.is_finite() { format!("{:.1} %", 100.0 * misfit) } else { "without bound".into() };
-    let [mode, crossover] = agreement.misfits().map(off);
+    let off: Vec<String> = (Landmark::ALL.iter().zip(agreement.misfits()).zip(agreement.landmarks()))
+        .filter(|((_, misfit), _)| *misfit > Agreement::TRUSTED)
+        .map(|((landmark, misfit), [arm, own])| match (misfit.is_finite(), landmark) {
+            (true, _) => format!("{:.1} % in the {}", 100.0 * misfit, landmark.name()),
+            (false, Landmark::StableKp | Landmark::StableKi) if own <= 0.0 => {
+                format!("in the {}, of which the arm has one and the axis none", landmark.name())
+            }
+            (false, Landmark::StableKp | Landmark::StableKi) if arm <= 0.0 => {
+                format!("in the {}, of which the axis has one and the arm none", landmark.name())
+            }
+            (false, _) => format!("without bound in the {}", landmark.name()),
+        })
+        .collect();
     let sharing: Vec<String> =
         axis.modes.iter().filter(|mode| mode.drive_share.abs() > SHARES).map(|mode| format!("{:.1}", mode.frequency_hz)).collect();
     Some(format!(
-        "this axis is off the arm by {mode} in the contact mode and {crossover} in the phase crossover, more than {:.0} %: modes of the arm at {} Hz share the way \
-         from drive to tool, which no few masses on springs show; choose another pose, or do not rely on what the axis says near the crossover",
+        "this axis is off the arm by {}, more than {:.0} %: modes of the arm at {} Hz share the way from drive to tool, which no few masses on springs show; choose \
+         another pose, or do not rely on what the axis says of that",
+        off.join(" and "),
         100.0 * Agreement::TRUSTED,
         sharing.join(", ")
     ))
+}
+
+/// A largest stable gain in words where it is no number: `none` where no gain is stable, `every gain` where all are.
+pub fn gain_in_words(gain: f64) -> Option<&'static str> {
+    match gain {
+        gain if gain.is_nan() => Some("unknown"),
+        gain if gain <= 0.0 => Some("none"),
+        gain if gain.is_infinite() => Some("every gain"),
+        _ => None,
+    }
 }
 
 fn quoted(text: &str) -> String {
@@ -87,21 +110,35 @@ fn quoted(text: &str) -> String {
 fn header(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, agreement: &Agreement, stiffness: f64) -> String {
     let pose: Vec<String> = pose.iter().map(|x| format!("{x:.5}")).collect();
     let [nx, ny, nz] = normal;
-    let ([mode, own_mode], [crossover, own_crossover]) = (agreement.contact_mode_hz, agreement.phase_crossover_hz);
+    let said = |landmark: &Landmark, [arm, own]: [f64; 2], misfit: f64| {
+        let number = |value: f64| match landmark {
+            Landmark::StableKp | Landmark::StableKi => gain_in_words(value).map_or_else(|| format!("{value:.4}"), str::to_owned),
+            Landmark::ContactMode | Landmark::PhaseCrossover if value.is_nan() => "none".to_owned(),
+            Landmark::ContactMode | Landmark::PhaseCrossover => format!("{value:.3}"),
+        };
+        let unit = match landmark {
+            Landmark::ContactMode | Landmark::PhaseCrossover => " Hz",
+            Landmark::StableKp => "",
+            Landmark::StableKi => " 1/s",
+        };
+        format!("#   {}: {} and {}{unit}: off by {} %\n", landmark.name(), number(arm), number(own), percent(misfit))
+    };
+    let landmarks: String = (Landmark::ALL.iter().zip(agreement.landmarks()).zip(agreement.misfits()))
+        .map(|((name, pair), misfit)| said(name, pair, misfit))
+        .collect();
     format!(
         "# The axis that {} is at the pose {} (rad) along [{nx}, {ny}, {nz}], the tool's other directions {}; made by `feeler reduce`.\n\
-         # Whole arm and this axis on a contact of {stiffness:.4e} N/m: contact mode {mode:.3} and {own_mode:.3} Hz, phase crossover {crossover:.3} and \
-         {own_crossover:.3} Hz: the axis is off by {} % and {} %.\n",
+         # Whole arm and this axis on a contact of {stiffness:.4e} N/m (phase crossover of the whole contact force, the drives' bandwidths left out; stable gains\n\
+         # at 1 kHz behind them, ki with {:.4} N s/m of motor damping):\n{landmarks}",
         file.name,
         pose.join(", "),
         if others == Others::Held { "held" } else { "free" },
-        percent(agreement.misfits()[0]),
-        percent(agreement.misfits()[1]),
+        agreement.motor_damping_n_s_per_m,
     )
 }
 
 fn percent(misfit: f64) -> String {
-    format!("{:.2}", 100.0 * misfit)
+    if misfit.is_finite() { format!("{:.2}", 100.0 * misfit) } else { "no number of".into() }
 }
 
 /// How many bodies there are beside motor and tool, and why.

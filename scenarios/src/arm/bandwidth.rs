@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use feeler_analysis::{AnalysisError, Request, analyze};
-use feeler_arm::Reduction;
+use feeler_analysis::{AnalysisError, GainReport, Request, analyze};
+use feeler_arm::{Agreement, Reduction};
 use feeler_control::{ForceGains, Law};
 use feeler_engine::Scenario;
 
@@ -23,38 +23,44 @@ const GRID: i32 = 698;
 const HALVINGS: u32 = 50;
 const KEY: &str = "controllers.force.ki";
 
-/// Damping ratio that the motors' damping gives the contact mode.
-const DAMPING_RATIO: f64 = 0.7;
-
 /// What integral force control with damping of the motors reaches on an axis, sampled at 1 kHz.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceBandwidth {
-    /// Largest stable integral gain, 1/s.
+    /// Largest stable integral gain, 1/s: zero where none is stable, infinite where all are.
     pub largest_gain_per_s: f64,
-    /// Where the force loop's gain is one at half of it, Hz.
+    /// Where the force loop's gain is one at half of it, Hz; not a number where no gain is stable, or all are.
     pub crossover_hz: f64,
     /// Frequency at which the loop oscillates at the largest gain, Hz.
     pub edge_hz: f64,
 }
 
-/// What integral force control reaches on an axis, with a gain margin of two, the motors damped so that the contact mode has a damping ratio of 0.7; dry friction
-/// left out. Not a number where every gain is stable, or none.
+/// What integral force control reaches on an axis, with a gain margin of two, the motors damped so that the arm's contact mode has a damping ratio of 0.7; dry
+/// friction left out.
 ///
 /// # Errors
 /// [`ArmFileError::Analysis`].
-pub fn force_bandwidth(axis: &Reduction, contact: ToolContact) -> Result<ForceBandwidth, ArmFileError> {
+pub fn force_bandwidth(axis: &Reduction, agreement: &Agreement, contact: ToolContact) -> Result<ForceBandwidth, ArmFileError> {
     let smooth = Reduction { dry_friction_n: 0.0, ..axis.clone() };
     let mut scenario = Document::parse(&axis_text(&smooth, contact, 1.0), "axis.toml")?.scenario;
-    let damping = 2.0 * DAMPING_RATIO * TAU * axis.contact_mode_hz(contact.stiffness_n_per_m) * axis.mass_kg;
+    let damping = agreement.motor_damping_n_s_per_m;
     for used in scenario.controllers.values_mut() {
         used.spec.law = Law::ExplicitForce(ForceGains { ki: TRIED_GAIN, damping, ..ForceGains::default() });
     }
     let gain = report(&scenario)?.gain;
-    let edge = gain.as_ref().and_then(|gain| gain.sampled.stable[1]).unwrap_or(f64::NAN);
-    let edge_hz = gain.and_then(|gain| gain.sampled.edge_hz).unwrap_or(f64::NAN);
+    let edge_hz = gain.as_ref().and_then(|gain| gain.sampled.edge_hz).unwrap_or(f64::NAN);
+    let edge = largest_stable(gain.as_ref());
     let damped = Reduction { guide_damping_n_s_per_m: axis.guide_damping_n_s_per_m + damping, ..axis.clone() };
-    let crossover_hz = crossover_hz(&damped, contact, GAIN_SHARE * edge);
+    let crossover_hz = if edge > 0.0 && edge.is_finite() { crossover_hz(&damped, contact, GAIN_SHARE * edge) } else { f64::NAN };
     Ok(ForceBandwidth { largest_gain_per_s: edge, crossover_hz, edge_hz })
+}
+
+/// The largest stable gain of a report: zero where none is stable, infinite where all are.
+pub(super) fn largest_stable(gain: Option<&GainReport>) -> f64 {
+    match gain.map(|gain| (gain.sampled.all.bands.is_empty(), gain.sampled.stable[1])) {
+        Some((true, _)) => 0.0,
+        Some((false, Some(edge))) => edge,
+        _ => f64::INFINITY,
+    }
 }
 
 /// Where an integral loop around an axis has a gain of one; the hold and the sampling, which hardly change sizes there, left out.

@@ -5,7 +5,7 @@ mod bandwidth;
 mod error;
 mod map;
 
-pub use axis_file::{AxisFile, ToolContact, axis_file, distrust};
+pub use axis_file::{AxisFile, ToolContact, axis_file, distrust, gain_in_words};
 pub use bandwidth::{ForceBandwidth, force_bandwidth};
 pub use error::ArmFileError;
-pub use map::{Grid, MapPoint, MapValues, bandwidth_map, tool_target};
+pub use map::{Grid, MapPoint, MapValues, NoAxis, bandwidth_map, tool_target};

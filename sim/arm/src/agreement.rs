@@ -8,9 +8,12 @@ use crate::error::ArmError;
 use crate::flexible::{Arm, LinearArm, Others, VibrationMode};
 use crate::linear_system::LinearSystem;
 use crate::reduce::Reduction;
+use crate::sampled::{Edge, Lag, Law, SampledPlant};
 
-/// Part of the way from drive to tool from which on a mode counts as the one in which the arm as a whole moves on the contact.
-const WHOLE_ARM: f64 = 0.3;
+/// Damping ratio that the motors' damping gives the contact mode where integral force control is looked at.
+const DAMPING_RATIO: f64 = 0.7;
+/// How far each landmark of an axis may be from the whole arm's before further bodies are asked for.
+const CLOSE: [f64; 4] = [0.01, 0.01, 0.02, 0.02];
 /// Frequencies at which a phase is followed, per factor of ten.
 const PER_DECADE: f64 = 1500.0;
 /// Where the phase is followed from, over the contact mode; there it is still near zero.
@@ -18,41 +21,99 @@ const FROM: f64 = 0.05;
 /// How far, over the contact mode.
 const TO: f64 = 100.0;
 
-/// The same two landmarks of the whole arm and of its axis, the tool on a spring and damper.
+/// The same landmarks of the whole arm and of its axis, the tool on a spring and damper.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
     /// Frequency of the mode in which the arm moves on the contact: whole arm, axis; Hz.
     pub contact_mode_hz: [f64; 2],
-    /// Where the phase from drive force to contact force falls through -180 degrees: whole arm, axis; Hz. Not a number where it does not.
+    /// Where the phase from drive force to contact force, damper included and the drives' bandwidths left out, falls through -180 degrees: whole arm, axis; Hz. Not a
+    /// number where it does not.
     pub phase_crossover_hz: [f64; 2],
+    /// Largest stable gain of proportional force control, sampled at 1 kHz, behind the drives' bandwidths: whole arm, axis. Zero where no gain is stable, infinite
+    /// where all are.
+    pub largest_kp: [f64; 2],
+    /// The same of integral force control, 1/s, the motors damped by [`Self::motor_damping_n_s_per_m`].
+    pub largest_ki_per_s: [f64; 2],
+    /// The damping that gives the contact mode of the whole arm a damping ratio of 0.7.
+    pub motor_damping_n_s_per_m: f64,
+}
+
+/// What an axis is held against the arm in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Landmark {
+    /// The mode in which the arm moves on the contact.
+    ContactMode,
+    /// Where the phase falls through -180 degrees.
+    PhaseCrossover,
+    /// Largest stable gain of proportional force control.
+    StableKp,
+    /// Largest stable gain of integral force control with damped motors.
+    StableKi,
+}
+
+impl Landmark {
+    /// All, in the order of [`Agreement::misfits`].
+    pub const ALL: [Self; 4] = [Self::ContactMode, Self::PhaseCrossover, Self::StableKp, Self::StableKi];
+
+    /// Its name in a sentence.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ContactMode => "contact mode",
+            Self::PhaseCrossover => "phase crossover",
+            Self::StableKp => "stable kp",
+            Self::StableKi => "stable ki",
+        }
+    }
 }
 
 impl Agreement {
-    /// How far the axis may be from the arm in either landmark before it should not be trusted.
+    /// How far the axis may be from the arm in any landmark before it should not be trusted.
     pub const TRUSTED: f64 = 0.05;
 
-    /// How far the axis's contact mode and phase crossover are from the arm's, over the arm's; infinite where only one of the two has one.
-    pub fn misfits(&self) -> [f64; 2] {
-        [self.contact_mode_hz, self.phase_crossover_hz].map(apart)
+    /// The landmarks of the whole arm and of the axis, in the order of [`Landmark::ALL`].
+    pub fn landmarks(&self) -> [[f64; 2]; 4] {
+        [self.contact_mode_hz, self.phase_crossover_hz, self.largest_kp, self.largest_ki_per_s]
     }
 
-    /// The larger of the two.
+    /// How far the axis is from the arm in each of [`Landmark::ALL`], over the arm's; infinite where only one of the two has it.
+    pub fn misfits(&self) -> [f64; 4] {
+        self.landmarks().map(apart)
+    }
+
+    /// The largest of them.
     pub fn worst(&self) -> f64 {
-        let [mode, crossover] = self.misfits();
-        mode.max(crossover)
+        self.misfits().into_iter().fold(0.0, f64::max)
     }
 
-    /// Whether both are within [`Self::TRUSTED`].
+    /// How far each landmark is off, over what counts as close; further bodies are asked for beyond one.
+    pub(crate) fn over_close(&self) -> [f64; 4] {
+        let mut over = self.misfits();
+        over.iter_mut().zip(CLOSE).for_each(|(misfit, close)| *misfit /= close);
+        over
+    }
+
+    /// The largest of these.
+    pub(crate) fn farthest(&self) -> f64 {
+        self.over_close().into_iter().fold(0.0, f64::max)
+    }
+
+    /// All of them as one number, by which axes are told apart that are all too far off.
+    pub(crate) fn distance(&self) -> f64 {
+        self.over_close().into_iter().fold(0.0, f64::hypot)
+    }
+
+    /// Whether all are within [`Self::TRUSTED`].
     pub fn is_trusted(&self) -> bool {
         self.worst() <= Self::TRUSTED
     }
 }
 
-/// How far the second is from the first, over the first; zero where neither is a number, infinite where one is none.
+/// How far the second is from the first, over the first; zero where neither is a number above zero and finite, or both are alike, infinite where one is none.
 pub(crate) fn apart([one, other]: [f64; 2]) -> f64 {
-    match (one.is_nan(), other.is_nan()) {
-        (true, true) => 0.0,
-        (false, false) => (other / one - 1.0).abs(),
+    let is_one = |x: f64| x.is_finite() && x > 0.0;
+    match (is_one(one), is_one(other)) {
+        (true, true) => (other / one - 1.0).abs(),
+        (false, false) if (one.is_nan(), one.is_infinite()) == (other.is_nan(), other.is_infinite()) => 0.0,
         _ => f64::INFINITY,
     }
 }
@@ -90,9 +151,9 @@ impl Reduction {
         self.system().modes(contact_n_per_m)
     }
 
-    /// Frequency of the mode in which the axis moves on a contact of so much stiffness, N/m; not a number where there is none.
+    /// Frequency of the mode in which the axis moves on a contact of so much stiffness, N/m: the first that carries a good part of a slow drive force to it.
     pub fn contact_mode_hz(&self, contact_n_per_m: f64) -> f64 {
-        contact_mode_hz(&self.modes_in_contact(contact_n_per_m))
+        self.system().contact_mode_hz(contact_n_per_m)
     }
 
     /// Coordinates are those of motor, tool and branches.
@@ -116,6 +177,19 @@ impl Reduction {
         let unit = |i: usize| DVector::from_fn(n, |row, _| if row == i { 1.0 } else { 0.0 });
         LinearSystem { mass, stiffness, damping, tip: unit(1), drive: unit(0), mass_kg: self.mass_kg }
     }
+
+    /// Largest stable gains of force control on a contact (N/m, N s/m): proportional, and integral (1/s) with so much damping of the motor (N s/m).
+    fn largest_gains(&self, contact: [f64; 2], damping_n_s_per_m: f64, first_hz: f64) -> [Edge; 2] {
+        let system = self.system();
+        let lags = [(self.bandwidth_hz, system.drive.clone())];
+        largest_gains(&system, &lags, contact, damping_n_s_per_m, first_hz)
+    }
+}
+
+/// Proportional and integral (1/s); not a number for what no computer can hold.
+fn largest_gains(system: &LinearSystem, lags: &[Lag], contact: [f64; 2], damping_n_s_per_m: f64, first_hz: f64) -> [Edge; 2] {
+    let sampled = SampledPlant::new(system, lags, contact, first_hz);
+    sampled.map_or([Edge::UNKNOWN; 2], |plant| [plant.largest_kp(), plant.largest_ki_per_s(damping_n_s_per_m)])
 }
 
 /// The whole arm's landmarks in contact, against which axes are held.
@@ -124,22 +198,38 @@ pub(crate) struct WholeArm {
     grid_hz: Vec<f64>,
     contact_mode_hz: f64,
     phase_crossover_hz: f64,
+    motor_damping_n_s_per_m: f64,
+    largest_gains: [Edge; 2],
 }
 
 impl WholeArm {
-    /// The frequencies at which phases are followed are taken from an axis that has about the arm's contact mode.
-    pub(crate) fn new(linear: &LinearArm, axis: &Reduction, contact: [f64; 2]) -> Self {
-        let modes = axis.modes_in_contact(contact[0]);
-        let own = modes.first().map_or(f64::NAN, |mode| mode.frequency_hz);
+    pub(crate) fn new(linear: &LinearArm, contact: [f64; 2]) -> Self {
+        let contact_mode_hz = linear.system.contact_mode_hz(contact[0]);
         let steps = (PER_DECADE * (TO / FROM).log10()) as u32;
-        let grid_hz: Vec<f64> = (0..=steps).map(|i| own * FROM * (TO / FROM).powf(f64::from(i) / f64::from(steps))).collect();
+        let grid_hz: Vec<f64> = (0..=steps).map(|i| contact_mode_hz * FROM * (TO / FROM).powf(f64::from(i) / f64::from(steps))).collect();
         let response = linear.system.response_in_contact(contact, &grid_hz);
+        let motor_damping_n_s_per_m = 2.0 * DAMPING_RATIO * TAU * contact_mode_hz * linear.system.mass_kg;
         Self {
             contact,
-            contact_mode_hz: contact_mode_hz(&linear.system.modes(contact[0])),
+            contact_mode_hz,
             phase_crossover_hz: falls_through_hz(&grid_hz, &response, PI),
+            motor_damping_n_s_per_m,
+            largest_gains: largest_gains(&linear.system, &linear.lags, contact, motor_damping_n_s_per_m, contact_mode_hz),
             grid_hz,
         }
+    }
+
+    /// Frequencies at which the landmarks are decided, Hz; not a number where there is none.
+    pub(crate) fn frequencies_hz(&self) -> [f64; 4] {
+        let [kp, ki] = self.largest_gains;
+        [self.contact_mode_hz, self.phase_crossover_hz, kp.frequency_hz, ki.frequency_hz]
+    }
+
+    /// What decides about the stable gains, proportional and integral, where something does.
+    pub(crate) fn loops(&self) -> Vec<(Law, Edge)> {
+        let [kp, ki] = self.largest_gains;
+        let loops = [(Law::Proportional, kp), (Law::Integral(self.motor_damping_n_s_per_m), ki)];
+        loops.into_iter().filter(|(_, edge)| edge.gain > 0.0 && edge.gain.is_finite()).collect()
     }
 
     /// An axis with its agreement.
@@ -150,9 +240,13 @@ impl WholeArm {
 
     pub(crate) fn agreement(&self, axis: &Reduction) -> Agreement {
         let response: Vec<_> = self.grid_hz.iter().map(|f| axis.response_in_contact(self.contact, *f)).collect();
+        let gains = axis.largest_gains(self.contact, self.motor_damping_n_s_per_m, self.contact_mode_hz);
         Agreement {
             contact_mode_hz: [self.contact_mode_hz, axis.contact_mode_hz(self.contact[0])],
             phase_crossover_hz: [self.phase_crossover_hz, falls_through_hz(&self.grid_hz, &response, PI)],
+            largest_kp: [self.largest_gains[0].gain, gains[0].gain],
+            largest_ki_per_s: [self.largest_gains[1].gain, gains[1].gain],
+            motor_damping_n_s_per_m: self.motor_damping_n_s_per_m,
         }
     }
 }
@@ -170,13 +264,8 @@ impl Arm {
         others: Others,
         contact: [f64; 2],
     ) -> Result<Agreement, ArmError> {
-        Ok(WholeArm::new(&self.linear(q, normal, others)?, axis, contact).agreement(axis))
+        Ok(WholeArm::new(&self.linear(q, normal, others)?, contact).agreement(axis))
     }
-}
-
-/// Frequency of the first mode in which drive and tool move together; not a number where there is none.
-fn contact_mode_hz(modes: &[VibrationMode]) -> f64 {
-    modes.iter().find(|mode| mode.drive_share.abs() > WHOLE_ARM).map_or(f64::NAN, |mode| mode.frequency_hz)
 }
 
 /// The first frequency at which a phase that starts near zero has fallen by `turn`, rad; between the points of the grid a straight line.

@@ -13,13 +13,10 @@ use crate::flexible::{Arm, LinearArm, Others};
 use crate::linear_system::{BENDS_NOTHING, eigen};
 use crate::reduce::Reduction;
 
-/// How far contact mode and phase crossover of an axis may be from the whole arm's before further bodies are asked for.
-const CLOSE: f64 = 0.01;
 /// Most bodies of an axis that is fitted: with more, nothing is gained.
-const MOST_FITTED: usize = 3;
-/// Weights of the phase at a crossover that a fit has missed, one after the other, and how many of the best axes are fitted again.
-const FACTORS: [f64; 3] = [50.0, 500.0, 5e3];
-const KEPT: usize = 6;
+const MOST_FITTED: usize = 4;
+/// Weights of landmarks that a fit has missed, one after the other.
+const FACTORS: [f64; 3] = [10.0, 100.0, 1e3];
 /// Frequency of a body, over the phase crossover, from which on it does nothing there.
 const FAST: f64 = 12.0;
 /// How far leaving bodies out may move the crossover.
@@ -157,9 +154,9 @@ impl Arm {
     ) -> Result<(Reduction, Agreement), ArmError> {
         let linear = self.linear(q, normal, others)?;
         let pair = self.pair(&linear)?;
-        let whole = WholeArm::new(&linear, &pair, contact);
+        let whole = WholeArm::new(&linear, contact);
         let of_pair = whole.agreement(&pair);
-        if of_pair.worst() <= CLOSE {
+        if of_pair.farthest() <= 1.0 {
             return Ok((pair, of_pair));
         }
         let mut found = vec![(pair.clone(), of_pair)];
@@ -168,28 +165,30 @@ impl Arm {
             let mut tried: Vec<(Reduction, Agreement)> =
                 (0..=others.len()).map(|count| whole.judged(branched(&pair, *tool, &others[..count]))).collect();
             let [_, of_all] = tried[others.len()].1.phase_crossover_hz;
-            let enough = tried.iter().rposition(|(_, one)| apart([of_all, one.phase_crossover_hz[1]]) > MOVED).map_or(0, |last| last + 1);
-            found.push(tried.swap_remove(enough.min(others.len())));
+            let settled = tried.iter().rposition(|(_, one)| apart([of_all, one.phase_crossover_hz[1]]) > MOVED).map_or(0, |last| last + 1);
+            let enough = tried.iter().position(|(_, one)| one.farthest() <= 1.0).unwrap_or(settled.min(others.len()));
+            found.push(tried.swap_remove(enough));
         }
-        let wanted = Wanted::new(&linear, &pair, contact, [of_pair.contact_mode_hz[0], of_pair.phase_crossover_hz[0]]);
-        let fitted = |wanted: &Wanted, start: &Reduction| whole.judged(without_fast(wanted.fit(start), FAST * wanted.crossover_hz()));
+        let wanted = Wanted::new(&linear, &pair, contact, &whole);
+        let highest_hz = whole.frequencies_hz().into_iter().fold(0.0, f64::max);
+        let fitted = |wanted: &Wanted, start: &Reduction| whole.judged(without_fast(wanted.fit(start), FAST * highest_hz));
+        let open = |found: &[(Reduction, Agreement)]| found.iter().all(|(_, one)| one.farthest() > 1.0);
         for count in 1..=MOST_FITTED {
-            let Some(wanted) = wanted.as_ref().filter(|_| found.iter().all(|(_, one)| one.worst() > CLOSE)) else { break };
+            let Some(wanted) = wanted.as_ref().filter(|_| open(&found)) else { break };
             let held = between(&linear, &pair, count);
             let own = beside.iter().map(|(tool, others)| linked(&branched(&pair, *tool, &others[..count.min(others.len())])));
             found.extend(own.chain(held).map(|start| fitted(wanted, &start)));
         }
+        let mut chains: Vec<Reduction> =
+            found.iter().filter(|(axis, _)| axis.branches.iter().any(Branch::is_linked)).map(|(axis, _)| axis.clone()).collect();
         for factor in FACTORS {
-            let Some(wanted) = wanted.as_ref().filter(|_| found.iter().all(|(_, one)| one.worst() > CLOSE)) else { break };
-            let closer = wanted.at_the_crossover(factor);
-            let again: Vec<_> = (found.iter().filter(|(axis, _)| axis.branches.iter().any(Branch::is_linked)))
-                .map(|(axis, _)| fitted(&closer, axis))
-                .collect();
+            let Some(wanted) = wanted.as_ref().filter(|_| open(&found)) else { break };
+            let closer = wanted.closer(factor);
+            let again: Vec<_> = chains.iter().map(|axis| fitted(&closer, axis)).collect();
+            chains = again.iter().map(|(axis, _)| axis.clone()).collect();
             found.extend(again);
-            found.sort_by(|(_, a), (_, b)| a.worst().total_cmp(&b.worst()));
-            found.truncate(KEPT);
         }
-        let best = found.into_iter().min_by(|(_, a), (_, b)| a.worst().total_cmp(&b.worst()));
+        let best = found.into_iter().min_by(|(_, a), (_, b)| a.distance().total_cmp(&b.distance()));
         Ok(best.unwrap_or((pair, of_pair)))
     }
 }

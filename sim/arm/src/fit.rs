@@ -1,30 +1,45 @@
 //! Bodies that are fitted to the arm's response, where its modes share the tool.
 //!
 //! The response of the force in contact, the tool's in the air and the motor's, over the frequencies from well below the contact mode to beyond the phase
-//! crossover, by least squares of their logarithms (K. Levenberg 1944, D. W. Marquardt 1963). Masses, springs and dampers are squares, so that none is negative.
+//! crossover and the edges of the sampled loops, and the motor's alone on to half the sample rate, which tells the mass that the drive itself feels; by least
+//! squares of their logarithms (K. Levenberg 1944, D. W. Marquardt 1963). Springs and dampers are squares, masses squares beyond a least one, so that none is negative.
 
 use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use crate::agreement::WholeArm;
 use crate::branches::Branch;
 use crate::flexible::LinearArm;
 use crate::reduce::Reduction;
+use crate::sampled::{Edge, Law, PERIOD_S};
 
 /// Frequencies at which the response is held against the arm's.
 const POINTS: u32 = 100;
-/// First of them over the contact mode, and last over the phase crossover.
+/// First of them over the contact mode, and last over the highest landmark.
 const SPAN: [f64; 2] = [0.2, 1.6];
+/// Frequencies beyond, to half the sample rate, at which the motor's way alone counts, and its weight there.
+const BEYOND: u32 = 24;
+const OF_MOTOR: f64 = 0.5;
+/// Least mass of motor, tool or body over the whole: a lighter one is a damper between two springs that nothing can be told of, and stiff to simulate.
+const LEAST: f64 = 1e-3;
 /// Width of the neighbourhood of a landmark, as a logarithm of frequencies, and its weight over that of all else.
 const NEIGHBOURHOOD: f64 = 0.1;
 const NEAR: f64 = 4.0;
-/// The same width for a crossover that such weights miss.
-const CLOSER: f64 = 0.05;
+/// Further frequencies about each landmark, over it.
+const ABOUT: [f64; 5] = [-0.04, -0.015, 0.0, 0.015, 0.04];
+/// Weight of each landmark, over that of the response at one frequency.
+const OF_LANDMARKS: f64 = 30.0;
+/// Share of the crossover to either side over which its phase's slope is taken, and the flattest that is believed, rad per logarithm.
+const BESIDE_CROSSOVER: f64 = 2e-3;
+const FLATTEST: f64 = 0.1;
 /// Weight of the tool's way in the air, and of the motor's in contact, over that of the contact's force.
 const BESIDE: f64 = 0.3;
 /// Steps of Levenberg and Marquardt, and the gain per step below which they end.
 const STEPS: usize = 100;
 const GAIN: f64 = 1e-4;
+/// Where a parameter begins that is zero, over its scale: the slope of a square is zero at zero, so that it would never move.
+const AWAKE: f64 = 1e-4;
 /// Finite difference of a parameter.
 const DIFFERENCE: f64 = 1e-6;
 
@@ -36,12 +51,15 @@ pub(crate) struct Wanted {
     mass_kg: f64,
     guide_damping_n_s_per_m: f64,
     s: Vec<Complex<f64>>,
-    weights: Vec<f64>,
-    /// Weights of the contact's force, beyond these.
-    more: Vec<f64>,
-    crossover_hz: f64,
-    /// Contact force, tool in the air, motor in contact; per drive force.
+    /// Contact force, tool in the air, motor in contact; per drive force, with the weights of each.
     responses: Vec<[Complex<f64>; 3]>,
+    weights: Vec<[f64; 3]>,
+    contact_mode_hz: f64,
+    /// Where the phase falls through -180 degrees, Hz, and its change there per logarithm of the frequency, rad.
+    crossover: Option<(f64, f64)>,
+    loops: Vec<(Law, Edge)>,
+    /// Weight of each landmark.
+    of_landmarks: f64,
 }
 
 /// An axis as squares of parameters: masses of motor, tool and bodies, then stiffness and damping of every spring; all over `scale`.
@@ -51,33 +69,45 @@ struct Shape {
 }
 
 impl Wanted {
-    pub(crate) fn new(linear: &LinearArm, pair: &Reduction, contact: [f64; 2], landmarks_hz: [f64; 2]) -> Option<Self> {
-        let [mode, crossover] = landmarks_hz;
-        if !(mode > 0.0 && crossover.is_finite()) {
+    /// None for an arm whose contact mode is faster than half the sample rate.
+    pub(crate) fn new(linear: &LinearArm, pair: &Reduction, contact: [f64; 2], whole: &WholeArm) -> Option<Self> {
+        let last = 0.5 / PERIOD_S;
+        let landmarks: Vec<f64> = whole.frequencies_hz().into_iter().filter(|f| *f > 0.0 && *f < last).collect();
+        let [mode, crossover, ..] = whole.frequencies_hz();
+        if !(mode > 0.0 && mode < last) {
             return None;
         }
-        let (from, to) = (SPAN[0] * mode, SPAN[1] * crossover.max(mode));
-        let grid: Vec<f64> = (0..POINTS).map(|i| from * (to / from).powf(f64::from(i) / f64::from(POINTS - 1))).collect();
-        let near = |f: f64| landmarks_hz.iter().map(|at| (-((f / at).ln() / NEIGHBOURHOOD).powi(2)).exp()).sum::<f64>();
+        let (from, to) = (SPAN[0] * mode, (SPAN[1] * landmarks.iter().copied().fold(mode, f64::max)).min(last));
+        let spread = |from: f64, to: f64, count: u32| (0..count).map(move |i| from * (to / from).powf(f64::from(i) / f64::from(count - 1)));
+        let near = |f: f64| landmarks.iter().map(|at| (-((f / at).ln() / NEIGHBOURHOOD).powi(2)).exp()).sum::<f64>();
+        let beside = BESIDE * BESIDE;
+        let within = spread(from, to, POINTS).map(|f| (f, [1.0, beside, beside].map(|share| share * (1.0 + NEAR * near(f)))));
+        let beyond = spread(to, last, BEYOND).skip(1).map(|f| (f, [0.0, 0.0, OF_MOTOR * OF_MOTOR]));
+        let mut points: Vec<(f64, [f64; 3])> = within.chain(beyond).collect();
+        let at = landmarks.iter().flat_map(|at| ABOUT.map(|about| at * (1.0 + about)));
+        points.extend(at.map(|f| (f, [1.0, beside, beside].map(|share| share * (1.0 + NEAR * near(f))))));
+        let (grid, weights): (Vec<f64>, Vec<[f64; 3]>) = points.into_iter().unzip();
         let system = &linear.system;
         let (pressed, free) = (system.moved(contact, &grid), system.moved([0.0; 2], &grid));
         let s: Vec<_> = grid.iter().map(|f| Complex::new(0.0, TAU * f)).collect();
         let responses = (pressed.iter().zip(&free).zip(&s)).map(|((p, f), s)| [(contact[0] + contact[1] * s) * p[0], f[0], p[1]]);
+        let slope = |hz: f64| {
+            let beside = [hz * (1.0 - BESIDE_CROSSOVER), hz * (1.0 + BESIDE_CROSSOVER)];
+            let found = system.response_in_contact(contact, &beside);
+            ((found[1] / found[0]).arg() / (2.0 * BESIDE_CROSSOVER)).min(-FLATTEST)
+        };
         Some(Self {
             contact,
+            contact_mode_hz: mode,
+            crossover: crossover.is_finite().then(|| (crossover, slope(crossover))),
+            loops: whole.loops(),
+            of_landmarks: OF_LANDMARKS,
             mass_kg: pair.mass_kg,
             guide_damping_n_s_per_m: pair.guide_damping_n_s_per_m,
-            weights: grid.iter().map(|f| 1.0 + NEAR * near(*f)).collect(),
-            more: vec![0.0; grid.len()],
-            crossover_hz: crossover,
+            weights,
             responses: responses.collect(),
             s,
         })
-    }
-
-    /// The arm's phase crossover.
-    pub(crate) fn crossover_hz(&self) -> f64 {
-        self.crossover_hz
     }
 
     /// The axis nearest to the arm's responses that is reached from a start.
@@ -123,24 +153,48 @@ impl Wanted {
         shape.axis(self, start, &p)
     }
 
-    /// The same, the contact's force about the crossover weighing `factor` times as much as all else: for an arm whose phase falls through -180 degrees hardly, or at a flat
-    /// slope.
-    pub(crate) fn at_the_crossover(&self, factor: f64) -> Self {
-        let near = |s: &Complex<f64>| (-((s.im / TAU / self.crossover_hz).ln() / CLOSER).powi(2)).exp();
-        Self { more: self.s.iter().map(|s| factor * near(s)).collect(), ..self.clone() }
+    /// The same, the landmarks weighing `factor` times as much: for an arm whose phase falls through -180 degrees hardly, or at a flat slope.
+    pub(crate) fn closer(&self, factor: f64) -> Self {
+        Self { of_landmarks: factor * self.of_landmarks, ..self.clone() }
+    }
+
+    /// How far the landmarks of an axis are off, as logarithms, to first order in what its responses are off at the arm's landmarks.
+    fn landmarks(&self, axis: &Reduction) -> impl Iterator<Item = f64> {
+        let at = |hz: f64| {
+            let s = Complex::new(0.0, TAU * hz);
+            let touch = self.contact[0] + self.contact[1] * s;
+            (touch, axis.moved(touch, s))
+        };
+        let mode = (axis.contact_mode_hz(self.contact[0]) / self.contact_mode_hz).ln();
+        let crossover = self.crossover.map(|(hz, phase_per_log)| {
+            let (touch, moved) = at(hz);
+            (-touch * moved[0]).arg() / phase_per_log
+        });
+        let loops = self.loops.iter().map(|(law, edge)| {
+            let [tool, motor] = at(edge.frequency_hz).1;
+            let off = (-edge.gain * law.open_at(edge.frequency_hz, axis.bandwidth_hz, [self.contact[0] * tool, motor])).ln();
+            off.re - off.im * edge.size_per_phase
+        });
+        let all: Vec<f64> = std::iter::once(mode).chain(crossover).chain(loops).collect();
+        all.into_iter()
     }
 
     /// Logarithms of the axis's responses over the arm's, real and imaginary, weighted.
     fn residuals(&self, axis: &Reduction) -> DVector<f64> {
-        let mut all = Vec::with_capacity(6 * self.s.len());
-        for (((s, wanted), weight), more) in self.s.iter().zip(&self.responses).zip(&self.weights).zip(&self.more) {
+        let mut all = Vec::with_capacity(6 * self.s.len() + 4);
+        all.extend(self.landmarks(axis).map(|off| self.of_landmarks.sqrt() * off));
+        for ((s, wanted), weights) in self.s.iter().zip(&self.responses).zip(&self.weights) {
             let touch = self.contact[0] + self.contact[1] * s;
-            let (pressed, free) = (axis.moved(touch, *s), axis.moved(Complex::new(0.0, 0.0), *s));
-            let found = [touch * pressed[0], free[0], pressed[1]];
-            for (((found, wanted), share), more) in found.iter().zip(wanted).zip([1.0, BESIDE, BESIDE]).zip([*more, 0.0, 0.0]) {
-                let off = (found / wanted).ln();
-                let w = (share * share * weight + more).sqrt();
-                all.extend([w * off.re, w * off.im]);
+            let pressed = axis.moved(touch, *s);
+            let mut off = |found: Complex<f64>, wanted: Complex<f64>, weight: f64| {
+                let off = weight.sqrt() * (found / wanted).ln();
+                all.extend([off.re, off.im]);
+            };
+            off(pressed[1], wanted[2], weights[2]);
+            if weights[0] > 0.0 {
+                let [free, _] = axis.moved(Complex::new(0.0, 0.0), *s);
+                off(touch * pressed[0], wanted[0], weights[0]);
+                off(free, wanted[1], weights[1]);
             }
         }
         DVector::from_vec(all)
@@ -155,13 +209,15 @@ impl Shape {
             std::iter::once(axis.stiffness_n_per_m).chain(branches.iter().flat_map(|b| [b.stiffness_n_per_m, b.to_tool_n_per_m]));
         let damping =
             std::iter::once(axis.damping_n_s_per_m).chain(branches.iter().flat_map(|b| [b.damping_n_s_per_m, b.to_tool_n_s_per_m]));
-        let values = masses.chain(stiffness).chain(damping).zip(&self.scale).map(|(value, scale)| (value / scale).max(0.0).sqrt());
+        let masses = masses.map(|mass| mass - LEAST * self.scale[0]);
+        let values = masses.chain(stiffness).chain(damping).zip(&self.scale).map(|(value, scale)| (value / scale).max(AWAKE).sqrt());
         DVector::from_iterator(self.scale.len(), values)
     }
 
     fn axis(&self, wanted: &Wanted, start: &Reduction, p: &DVector<f64>) -> Reduction {
-        let value: Vec<f64> = p.iter().zip(&self.scale).map(|(p, scale)| p * p * scale).collect();
         let masses = 2 + self.bodies;
+        let mut value: Vec<f64> = p.iter().zip(&self.scale).map(|(p, scale)| p * p * scale).collect();
+        value[..masses].iter_mut().for_each(|mass| *mass += LEAST * wanted.mass_kg);
         let share = wanted.mass_kg / value[..masses].iter().sum::<f64>();
         let (stiffness, damping) = value[masses..].split_at(1 + 2 * self.bodies);
         let branch = |i: usize| Branch {

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use crate::chain::Chain;
 use crate::error::ArmError;
 use crate::linear_system::LinearSystem;
+use crate::sampled::Lag;
 
 /// What drives one joint, all seen at the joint's side of the gear but the rotor.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,6 +73,8 @@ pub(crate) struct LinearArm {
     pub(crate) along: DVector<f64>,
     /// Mass of the links in joint space.
     pub(crate) link_mass: DMatrix<f64>,
+    /// What a force along the normal asks of the motors, by the bandwidths of their drives; together the system's `drive`.
+    pub(crate) lags: Vec<Lag>,
 }
 
 /// Smallest joint motion's share below which the arm counts as unable to move along the normal.
@@ -185,9 +188,19 @@ impl Arm {
         let mut unbent = DVector::zeros(p + n);
         unbent.rows_mut(0, p).copy_from(&motors_rigid);
         unbent.rows_mut(p, n).copy_from(&rigid);
+        let mut lags: Vec<Lag> = Vec::new();
+        for (i, joint) in self.drives.iter().enumerate().filter(|(i, _)| along[*i] != 0.0) {
+            let known = lags.iter().position(|(hz, _)| *hz == joint.bandwidth_hz);
+            let place = known.unwrap_or_else(|| {
+                lags.push((joint.bandwidth_hz, DVector::zeros(p + n)));
+                lags.len() - 1
+            });
+            let mut asked = lags[place].1.rows_mut(0, p);
+            asked += basis.row(i).transpose() * along[i];
+        }
         let mass_kg = (total_mass * &rigid).dot(&rigid);
         let system = LinearSystem { mass, stiffness: coupled(&stiffness), damping: all_damping, tip, drive, mass_kg };
-        Ok(LinearArm { system, basis, rigid, unbent, along, link_mass })
+        Ok(LinearArm { system, basis, rigid, unbent, along, link_mass, lags })
     }
 }
 

@@ -9,6 +9,9 @@ use crate::flexible::VibrationMode;
 /// Part of the largest squared frequency below which a mode bends nothing.
 pub(crate) const BENDS_NOTHING: f64 = 1e-9;
 
+/// Part of a slow drive force on the contact from which on a mode counts as the one in which the arm as a whole moves on it.
+const WHOLE_ARM: f64 = 0.3;
+
 /// `M x'' + D x' + K x = b u`, the tool's way along the normal `c x`.
 pub(crate) struct LinearSystem {
     pub(crate) mass: DMatrix<f64>,
@@ -32,11 +35,16 @@ pub(crate) fn eigen(mass: &DMatrix<f64>, stiffness: &DMatrix<f64>) -> Option<(DV
 }
 
 impl LinearSystem {
+    /// The largest squared angular frequency in the air, beside which modes that bend nothing are told: one on a contact may be as large as the contact is stiff.
+    fn largest_square(&self) -> f64 {
+        eigen(&self.mass, &self.stiffness).map_or(0.0, |(squares, _)| squares.amax())
+    }
+
     /// Modes that bend something, slowest first; with `contact_n_per_m` on the tip, all modes.
     pub(crate) fn modes(&self, contact_n_per_m: f64) -> Vec<VibrationMode> {
         let stiffness = &self.stiffness + contact_n_per_m * &self.tip * self.tip.transpose();
         let Some((squares, shapes)) = eigen(&self.mass, &stiffness) else { return Vec::new() };
-        let largest = squares.amax();
+        let largest = self.largest_square();
         let mut modes: Vec<VibrationMode> = (squares.iter().zip(shapes.column_iter()))
             .filter(|(square, _)| **square > BENDS_NOTHING * largest)
             .map(|(square, shape)| {
@@ -52,6 +60,27 @@ impl LinearSystem {
             .collect();
         modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
         modes
+    }
+
+    /// Frequency of the mode in which drive and tool move on a contact, Hz: the first that carries a good part of a slow drive force to the contact, else the one
+    /// that carries most of it.
+    pub(crate) fn contact_mode_hz(&self, contact_n_per_m: f64) -> f64 {
+        let stiffness = &self.stiffness + contact_n_per_m * &self.tip * self.tip.transpose();
+        let Some((squares, shapes)) = eigen(&self.mass, &stiffness) else { return f64::NAN };
+        let largest = self.largest_square();
+        let mut carried: Vec<(f64, f64)> = (squares.iter().zip(shapes.column_iter()))
+            .filter(|(square, _)| **square > BENDS_NOTHING * largest)
+            .map(|(square, shape)| {
+                // What the mode leaves of the contact's force is what the springs and the inertia at the tool do not take: exact for contacts so stiff that hardly
+                // anything moves there.
+                let force = (*square * (&self.mass * shape) - &self.stiffness * shape).dot(&self.tip) / self.tip.norm_squared();
+                (square.sqrt() / TAU, force * self.drive.dot(&shape) / square)
+            })
+            .collect();
+        carried.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        let first = carried.iter().find(|(_, part)| part.abs() > WHOLE_ARM);
+        let most = carried.iter().max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs()));
+        first.or(most).map_or(f64::NAN, |(frequency_hz, _)| *frequency_hz)
     }
 
     /// Force of a spring (N/m) and damper (N s/m) under the tool per drive force, at frequencies in Hz.

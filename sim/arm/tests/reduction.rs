@@ -5,7 +5,7 @@
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use feeler_arm::{Arm, ArmError, FlexibleArm, JointDrive, Others, Reduction, Target, Urdf, Wall, inverse_kinematics};
+use feeler_arm::{Agreement, Arm, ArmError, FlexibleArm, JointDrive, Others, Reduction, Target, Urdf, Wall, inverse_kinematics};
 use nalgebra::{Complex, Vector3};
 
 /// Rounding of a small eigenvalue problem.
@@ -135,22 +135,26 @@ fn reference_contact_mode_and_phase_crossover_are_the_whole_arm_s_at_twenty_pose
 /// A place of the tool, m, a normal, and a contact, N/m and N s/m.
 type Touch = ([f64; 3], [f64; 3], [f64; 2]);
 
-/// Places all over the arm's reach, normals that are not only vertical, and contacts from soft to hard.
+/// Places all over the arm's reach at heights from the table to 0.45 m, normals that are not only vertical, and contacts from soft to hard.
 fn workspace() -> Vec<Touch> {
-    let down = |x: i32, y: i32, k: f64| ([f64::from(x) / 100.0, f64::from(y) / 100.0, 0.1], DOWN, [k, 40.0]);
-    let mut all: Vec<Touch> = (6..=19).flat_map(|x| (0..5).map(move |y| down(5 * x, 10 * y, 2e4))).collect();
-    for k in [5e3, 5e4] {
-        all.extend([40, 50, 65, 80].into_iter().flat_map(|x| [down(x, 0, k), down(x, 30, k)]));
+    let (xs, ys) = ([0.4, 0.55, 0.7, 0.85], [-0.3, 0.0, 0.2]);
+    let mut all: Vec<Touch> = Vec::new();
+    for z in [0.1, 0.2, 0.3, 0.45] {
+        all.extend(xs.iter().flat_map(|x| ys.map(|y| ([*x, y, z], DOWN, [2e4, 40.0]))));
+    }
+    for contact in [[5e3, 20.0], [5e4, 60.0], [2e5, 100.0]] {
+        all.extend([0.4, 0.6, 0.8].map(|x| ([x, 0.1, 0.15], DOWN, contact)));
     }
     for normal in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.3, 0.0, -1.0]] {
-        let along = |x: f64, y: f64| ([x, y, 0.1], normal, [2e4, 40.0]);
-        all.extend([0.45, 0.6, 0.75].into_iter().flat_map(|x| [along(x, 0.0), along(x, 0.2)]));
+        for z in [0.1, 0.2] {
+            all.extend([0.45, 0.6, 0.75].iter().flat_map(|x| [0.0, 0.2].map(|y| ([*x, y, z], normal, [2e4, 40.0]))));
+        }
     }
     all
 }
 
 /// How far the axis of a touch is off the arm, the other directions held; none where the arm does not reach, or cannot move along the normal.
-fn misfit(arm: &Arm, (place, normal, contact): Touch) -> Option<f64> {
+fn misfit(arm: &Arm, (place, normal, contact): Touch) -> Option<Agreement> {
     let target = Target::Pointing(place.into(), Vector3::from(normal).normalize());
     let q = inverse_kinematics(arm.chain(), &target, &feeler_arm::usual_starts(arm.chain(), place)).ok()?;
     match arm.reduce_in_contact(&q, normal, Others::Held, contact) {
@@ -158,16 +162,29 @@ fn misfit(arm: &Arm, (place, normal, contact): Touch) -> Option<f64> {
             let masses = axis.motor_mass_kg + axis.tip_mass_kg + axis.branches.iter().map(|branch| branch.mass_kg).sum::<f64>();
             assert!((masses / axis.mass_kg - 1.0).abs() < ROUNDING && axis.motor_mass_kg > 0.0 && axis.tip_mass_kg > 0.0, "{axis:?}");
             assert_eq!(found.is_trusted(), found.worst() <= 0.05, "what is printed is what is warned of");
-            println!("{place:?} along {normal:?} on {contact:?}: off by {:.4}, {} bodies", found.worst(), axis.branches.len());
-            Some(found.worst())
+            println!("{place:?} along {normal:?} on {contact:?}: off by {:.4?}, {} bodies", found.misfits(), axis.branches.len());
+            // A thousandth of the whole, and a body that rounding leaves lighter by no more.
+            let lightest = axis.branches.iter().map(|branch| branch.mass_kg).fold(axis.motor_mass_kg.min(axis.tip_mass_kg), f64::min);
+            assert!(!axis.branches.iter().any(feeler_arm::Branch::is_linked) || lightest > 5e-4 * axis.mass_kg, "{axis:?}");
+            Some(found)
         }
         Err(ArmError::Singular { .. }) => None,
         Err(error) => panic!("{error}"),
     }
 }
 
-/// Contact mode and phase crossover, anywhere; what the files promise.
+/// Contact mode, phase crossover and the largest stable ki with damped motors, anywhere; what the files promise.
 const ANYWHERE: f64 = 0.05;
+/// The largest stable kp: where the phase lies along -180 degrees over several hertz, a hundredth of a radian decides which of two crossings is the loop's edge.
+/// There the axis says that it is off.
+const KP_ANYWHERE: f64 = 0.3;
+
+/// The largest misfit of what is promised anywhere; that of the stable kp is bounded here.
+fn promised(found: &Agreement) -> f64 {
+    let [mode, crossover, kp, ki] = found.misfits();
+    assert!(kp < KP_ANYWHERE, "{found:?}");
+    mode.max(crossover).max(ki)
+}
 
 /// Where several modes share the tool's way: up to 71 % off when one of them was taken for the tool.
 #[test]
@@ -184,7 +201,7 @@ fn regress_the_axis_is_the_arm_s_where_modes_share_the_tool() {
         ([0.95, 0.4, 0.1], DOWN, [2e4, 40.0]),
     ];
     for touch in hard {
-        assert!(misfit(&arm, touch).unwrap() < ANYWHERE, "{touch:?}");
+        assert!(promised(&misfit(&arm, touch).unwrap()) < ANYWHERE, "{touch:?}");
     }
 }
 
@@ -194,7 +211,7 @@ fn regress_an_arm_whose_tool_leads_its_drive_has_an_axis() {
     let arm = six_joint();
     for q in [[0.763, -0.783, 1.189, 1.98, -0.368, -0.635], [0.0, -1.2, 2.79, 1.2, 0.0, 0.0]] {
         let (_, found) = arm.reduce_in_contact(&q, DOWN, Others::Held, [2e4, 40.0]).unwrap();
-        assert!(found.worst() < ANYWHERE, "{q:?}: {}", found.worst());
+        assert!(promised(&found) < ANYWHERE, "{q:?}: {found:?}");
     }
 }
 
@@ -202,14 +219,53 @@ fn regress_an_arm_whose_tool_leads_its_drive_has_an_axis() {
 fn reference_the_axis_is_the_arm_s_all_over_the_workspace() {
     let arm = six_joint();
     let touches = workspace();
-    let all: Vec<f64> = touches.iter().filter_map(|touch| misfit(&arm, *touch)).collect();
-    let worst = all.iter().copied().fold(0.0, f64::max);
+    let all: Vec<Agreement> = touches.iter().filter_map(|touch| misfit(&arm, *touch)).collect();
+    let worst = all.iter().map(promised).fold(0.0, f64::max);
+    let kp = all.iter().map(|found| found.misfits()[2]).fold(0.0, f64::max);
+    let doubted = all.iter().filter(|found| !found.is_trusted()).count();
     println!(
-        "{} poses, worst {worst:.4}; {} are out of reach or do not let the tool move along the normal",
+        "{} poses, worst {worst:.4}, stable kp {kp:.4}, {doubted} not trusted; {} are out of reach or do not let the tool move along the normal",
         all.len(),
         touches.len() - all.len()
     );
-    assert!(all.len() > 90 && worst < ANYWHERE, "{worst}");
+    assert!(all.len() > 80 && worst < ANYWHERE && doubted * 8 < all.len(), "{worst} {doubted}");
+}
+
+/// The fit did not see what the drive itself feels: its motor of 0.56 kg where the arm's rotors are 1.70 kg left no stable ki, where the arm is stable to 114 1/s.
+#[test]
+fn regress_the_sampled_loop_with_damped_motors_is_the_arm_s() {
+    let arm = six_joint();
+    for place in [[0.8227, -0.3, 0.1], [0.8864, 0.2, 0.1]] {
+        let found = misfit(&arm, (place, DOWN, [5e4, 40.0])).unwrap();
+        assert!(found.largest_ki_per_s[0] > 100.0 && found.worst() < ANYWHERE, "{found:?}");
+    }
+}
+
+/// Contacts so hard that no mode moves the tool on them: such had no contact mode, and no damping of the motors.
+#[test]
+fn regress_a_hard_contact_has_its_contact_mode() {
+    let arm = six_joint();
+    let q = &poses(&arm)[9];
+    let mode = |others: Others, k: f64| {
+        let (axis, found) = arm.reduce_in_contact(q, DOWN, others, [k, 300.0]).unwrap();
+        assert!(axis.motor_mass_kg > 0.0 && found.motor_damping_n_s_per_m.is_finite(), "{found:?}");
+        found.contact_mode_hz
+    };
+    for others in [Others::Free, Others::Held] {
+        // Beyond the arm's own stiffness the mode is that of the arm against a wall.
+        let ([hard, own], [harder, _]) = (mode(others, 1e9), mode(others, 1e12));
+        assert!((harder / hard - 1.0).abs() < 1e-3 && (own / hard - 1.0).abs() < ANYWHERE, "{others:?}: {hard} {own} {harder}");
+    }
+    let touch = ([0.691, -0.174, 0.399], [0.7868, -0.3285, 0.5226], [1e6, 300.0]);
+    assert!(promised(&misfit(&arm, touch).unwrap()) < ANYWHERE);
+    let touch = ([0.342, 0.394, 0.445], [0.8953, -0.2723, 0.3525], [1e6, 300.0]);
+    assert!(promised(&misfit(&arm, touch).unwrap()) < ANYWHERE);
+}
+
+/// A fit gave a body of a milligram between two dampers, which no engine steps.
+#[test]
+fn regress_no_body_is_a_mere_point_between_dampers() {
+    assert!(promised(&misfit(&six_joint(), ([0.266, -0.263, 0.194], DOWN, [5e4, 60.0])).unwrap()) < ANYWHERE);
 }
 
 /// Of the force's amplitude: what is left of the start after two seconds, and of the fourth-order steps.

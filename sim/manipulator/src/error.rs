@@ -74,4 +74,23 @@ pub enum ManipulatorError {
         /// The longest step that can be taken.
         most_s: f64,
     },
+    /// A run of more steps than anybody waits for.
+    #[error(
+        "{what} asks for steps of {step_s:.3e} s, and {duration_s} s are {steps:.3e} of them, while at most {most:.0e} are taken; make the fastest motion slower, as by \
+         more inertia or less stiffness and damping, or shorten the run"
+    )]
+    Work {
+        /// What is fastest.
+        what: String,
+        /// Its key in the file.
+        key: String,
+        /// The step it asks for.
+        step_s: f64,
+        /// The run.
+        duration_s: f64,
+        /// How many steps.
+        steps: f64,
+        /// How many are taken.
+        most: f64,
+    },
 }

@@ -61,6 +61,9 @@ pub struct Simulation {
     beyond: Vec<i8>,
 }
 
+/// Most steps of a run: some ten minutes of work.
+const MOST_STEPS: f64 = 1e7;
+
 impl Simulation {
     /// A cell at its start, with a record of the measures at `rate_hz` and of the motion at every `every`th of its rows.
     ///
@@ -306,13 +309,43 @@ fn step_s(cell: &Cell, plant: &Plant, reduction: &Reduction) -> Result<f64, Mani
     let law = plant.law;
     let stiffness = law.stiffness * law.exponent * TYPICAL_DEPTH_M.powf(law.exponent - 1.0);
     let modes = cell.arm.modes_in_contact(&cell.start.pose, cell.start.normal, feeler_arm::Others::Free, stiffness)?;
-    let of_modes = modes.iter().map(|mode| std::f64::consts::TAU * mode.frequency_hz * (1.0 + 2.0 * mode.damping_ratio));
-    let of_drives = plant.joints.iter().flat_map(|joint| &joint.drive.lags).map(|tau| 1.0 / tau);
-    let of_contact = std::iter::once(law.damping / reduction.link_mass_kg);
-    let rate_per_s = of_modes.chain(of_drives).chain(of_contact).fold(1.0, f64::max);
-    match cell.step_s {
-        None => Ok(STEP_SHARE / rate_per_s),
-        Some(step_s) if step_s * rate_per_s <= LONGEST_SHARE => Ok(step_s),
-        Some(step_s) => Err(ManipulatorError::Step { step_s, rate_per_s, most_s: LONGEST_SHARE / rate_per_s }),
+    let of_modes =
+        modes.iter().map(|mode| std::f64::consts::TAU * mode.frequency_hz * (1.0 + 2.0 * mode.damping_ratio)).fold(0.0, f64::max);
+    let of_drives = plant.joints.iter().flat_map(|joint| &joint.drive.lags).map(|tau| 1.0 / tau).fold(0.0, f64::max);
+    let of_contact = law.damping / reduction.link_mass_kg;
+    let rate_per_s = of_modes.max(of_drives).max(of_contact).max(1.0);
+    let step_s = match cell.step_s {
+        None => STEP_SHARE / rate_per_s,
+        Some(step_s) if step_s * rate_per_s <= LONGEST_SHARE => step_s,
+        Some(step_s) => return Err(ManipulatorError::Step { step_s, rate_per_s, most_s: LONGEST_SHARE / rate_per_s }),
+    };
+    let duration_s = cell.scenario.run.duration_s;
+    let steps = duration_s / step_s;
+    if steps > MOST_STEPS {
+        let (what, key) = fastest(cell, [of_modes, of_drives, of_contact]);
+        return Err(ManipulatorError::Work { what, key, step_s, duration_s, steps, most: MOST_STEPS });
     }
+    Ok(step_s)
+}
+
+/// What makes the steps short, in words and as a key.
+fn fastest(cell: &Cell, [of_modes, of_drives, of_contact]: [f64; 3]) -> (String, String) {
+    if cell.step_s.is_some() {
+        return ("`run.step`".into(), "run.step".into());
+    }
+    if of_contact > of_modes.max(of_drives) {
+        return ("the damping of the contact".into(), "contacts".into());
+    }
+    let reflected = cell.arm.reflected_inertia_kg_m2();
+    // The rate of a rotor on its gear, by which a joint's own motion is told.
+    let rate = |i: usize| {
+        let drive = &cell.arm.drives()[i];
+        (drive.stiffness_n_m_per_rad / reflected[i]).sqrt().max(drive.damping_n_m_s_per_rad / reflected[i])
+    };
+    let joint = (0..cell.joints.len()).max_by(|a, b| rate(*a).total_cmp(&rate(*b))).unwrap_or(0);
+    let name = cell.arm.chain().joints[joint].name.clone();
+    if of_drives > of_modes {
+        return ("the fastest drive".into(), "joints".into());
+    }
+    (format!("joint `{name}`, the lightest rotor on its gear,"), format!("joints.{name}.rotor_inertia"))
 }

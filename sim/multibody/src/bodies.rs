@@ -13,7 +13,7 @@ use rapier3d_f64::prelude::{
 
 /// Largest turn in one step, rad. Rapier integrates orientations to first order in it and normalises, which is an error of a twelfth of its cube: within
 /// this, less than a twentieth of the turn; and the turn cannot be mistaken for one the other way.
-const LARGEST_TURN: f64 = FRAC_PI_4;
+pub const LARGEST_TURN: f64 = FRAC_PI_4;
 
 /// The moving bodies of a machine, stepped by Rapier.
 pub struct RapierBodies {

@@ -8,4 +8,4 @@
 
 mod bodies;
 
-pub use bodies::RapierBodies;
+pub use bodies::{LARGEST_TURN, RapierBodies};

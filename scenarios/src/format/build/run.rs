@@ -4,8 +4,9 @@ use std::collections::HashSet;
 use std::f64::consts::TAU;
 
 use feeler_engine::{ControllerUse, Integrator, RunSettings};
+use feeler_multibody::LARGEST_TURN;
 use feeler_plant::assembly::resolve;
-use feeler_plant::description::{Contact, ContactLaw, Elements, Machine, Quantity, SignalName};
+use feeler_plant::description::{Axis, Contact, ContactLaw, Elements, Machine, Quantity, SignalName};
 use feeler_plant::names::did_you_mean;
 
 use super::{Builder, integrator};
@@ -58,6 +59,9 @@ impl Builder<'_> {
         } else {
             named.filter(|_| table.contains_key("integrator")).unwrap_or_else(|| integrator::by_default(machine, step_s))
         };
+        if integrator == Integrator::External && machine.axis == Axis::Rotational {
+            self.turns(machine, step_s);
+        }
         let record = match fields.get("record") {
             Some(Field::Signals(signals)) => signals.clone(),
             _ => default_record(machine),
@@ -98,10 +102,18 @@ impl Builder<'_> {
                     let remedy = did_you_mean(&signal.element, controllers.keys().map(String::as_str));
                     self.problems.add(&item.origin, "run.record", format!("there is no controller `{}`", signal.element), remedy);
                 }
+            } else if self.has_bad_surface(machine, &signal) {
+                // The surface is what is wrong, and has been said.
             } else if let Err(problem) = resolve(machine, &signal) {
                 self.problems.add(&item.origin, "run.record", problem.message, problem.remedy.unwrap_or_default());
             }
         }
+    }
+
+    /// Whether a signal is one of shapes that the file names, and that could not be read.
+    fn has_bad_surface(&self, machine: &Machine, signal: &SignalName) -> bool {
+        let written = locate(&self.draft.root, &format!("contacts.{}.surface", signal.element)).1;
+        signal.quantity.of_touch().is_some() && written && !machine.profiles.contains_key(&signal.element)
     }
 
     fn size(&mut self, run: &RunSettings, fields: &Fields, table: &Table, at: &Origin) {
@@ -129,6 +141,26 @@ impl Builder<'_> {
         if rows < 1.0 {
             let message = format!("{duration} s * {rate} Hz = {rows:.3e} rows: the record would hold its first instant alone");
             self.problems.add(place(key), format!("run.{key}"), message, "raise `record_rate`, or lengthen the run");
+        }
+    }
+
+    /// Refuses bodies that begin faster than Rapier follows a turning body.
+    fn turns(&mut self, machine: &Machine, step_s: f64) {
+        for (name, body) in &machine.bodies {
+            let turn = body.velocity_m_per_s.abs() * step_s;
+            if turn > LARGEST_TURN {
+                let key = format!("bodies.{name}.velocity");
+                let message = format!(
+                    "{} rad/s turn this body by {} rad in a step of {} s, and Rapier follows a turn of at most {} rad per step",
+                    rounded(body.velocity_m_per_s),
+                    short(turn),
+                    short(step_s),
+                    short(LARGEST_TURN)
+                );
+                let remedy = format!("shorten `run.step` to {:.3e} s or less, or leave `run.engine` out", step_s * LARGEST_TURN / turn);
+                let at = locate(&self.draft.root, &key).0.unwrap_or(Origin { source: self.draft.main, span: 0..0 });
+                self.problems.add(&at, key, message, remedy);
+            }
         }
     }
 

@@ -145,6 +145,7 @@ fn check(cell: &Cell, draft: &Draft, problems: &mut Problems) {
         ManipulatorError::OutOfReach { .. } => "workpiece",
         ManipulatorError::Geometry(_) => "tip",
         ManipulatorError::Step { .. } => "run.step",
+        ManipulatorError::Work { key, .. } => key,
         ManipulatorError::Penetrates { .. } | ManipulatorError::SelfIntersects { .. } => start,
         _ => "start",
     };

@@ -23,7 +23,7 @@ use crate::terminal;
 const MOST_PLACES: usize = 10_000;
 
 /// Stiffest contact and the one with most damping, N/m and N s/m: beyond, rounding leaves nothing of the arm's own slow modes.
-const STIFFEST: f64 = 1e12;
+const STIFFEST: f64 = 1e11;
 const MOST_DAMPED: f64 = 1e7;
 
 pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
@@ -126,7 +126,7 @@ fn contact(arguments: &Reduce) -> anyhow::Result<ToolContact> {
         let what = format!(
             "a contact of {k} N/m and {c} N s/m is beyond what feeler reduces an arm on, {STIFFEST:.0e} N/m and {MOST_DAMPED:.0e} N s/m"
         );
-        return Err(BadInput::error(what, "lower --contact-stiffness or --contact-damping: a cube of steel of 1 m has 2e11 N/m"));
+        return Err(BadInput::error(what, "lower --contact-stiffness or --contact-damping: a cube of steel of half a metre has 1e11 N/m"));
     }
     if k > 0.0 && c >= 0.0 && k.is_finite() && c.is_finite() {
         return Ok(ToolContact { stiffness_n_per_m: k, damping_n_s_per_m: c });

@@ -13,7 +13,7 @@ use crate::sampled::{Edge, Lag, Law, SampledPlant};
 /// Damping ratio that the motors' damping gives the contact mode where integral force control is looked at.
 const DAMPING_RATIO: f64 = 0.7;
 /// How far each landmark of an axis may be from the whole arm's before further bodies are asked for.
-const CLOSE: [f64; 4] = [0.01, 0.01, 0.02, 0.02];
+const CLOSE: [f64; 4] = [0.002, 0.01, 0.02, 0.02];
 /// Frequencies at which a phase is followed, per factor of ten.
 const PER_DECADE: f64 = 1500.0;
 /// Where the phase is followed from, over the contact mode; there it is still near zero.

@@ -166,7 +166,9 @@ impl Arm {
                 (0..=others.len()).map(|count| whole.judged(branched(&pair, *tool, &others[..count]))).collect();
             let [_, of_all] = tried[others.len()].1.phase_crossover_hz;
             let settled = tried.iter().rposition(|(_, one)| apart([of_all, one.phase_crossover_hz[1]]) > MOVED).map_or(0, |last| last + 1);
-            let enough = tried.iter().position(|(_, one)| one.farthest() <= 1.0).unwrap_or(settled.min(others.len()));
+            let settled = settled.min(others.len());
+            let is_close = |count: &usize| tried[*count].1.farthest() <= 1.0;
+            let enough = std::iter::once(settled).chain(0..=others.len()).find(is_close).unwrap_or(settled);
             found.push(tried.swap_remove(enough));
         }
         let wanted = Wanted::new(&linear, &pair, contact, &whole);

@@ -30,6 +30,8 @@ const NEAR: f64 = 4.0;
 const ABOUT: [f64; 5] = [-0.04, -0.015, 0.0, 0.015, 0.04];
 /// Weight of each landmark, over that of the response at one frequency.
 const OF_LANDMARKS: f64 = 30.0;
+/// That of the contact mode, whose frequency masses and springs alone decide, over that of the others; squared.
+const OF_MODE: f64 = 5.0;
 /// Share of the crossover to either side over which its phase's slope is taken, and the flattest that is believed, rad per logarithm.
 const BESIDE_CROSSOVER: f64 = 2e-3;
 const FLATTEST: f64 = 0.1;
@@ -165,7 +167,7 @@ impl Wanted {
             let touch = self.contact[0] + self.contact[1] * s;
             (touch, axis.moved(touch, s))
         };
-        let mode = (axis.contact_mode_hz(self.contact[0]) / self.contact_mode_hz).ln();
+        let mode = OF_MODE * (axis.contact_mode_hz(self.contact[0]) / self.contact_mode_hz).ln();
         let crossover = self.crossover.map(|(hz, phase_per_log)| {
             let (touch, moved) = at(hz);
             (-touch * moved[0]).arg() / phase_per_log
@@ -217,19 +219,20 @@ impl Shape {
     fn axis(&self, wanted: &Wanted, start: &Reduction, p: &DVector<f64>) -> Reduction {
         let masses = 2 + self.bodies;
         let mut value: Vec<f64> = p.iter().zip(&self.scale).map(|(p, scale)| p * p * scale).collect();
-        value[..masses].iter_mut().for_each(|mass| *mass += LEAST * wanted.mass_kg);
-        let share = wanted.mass_kg / value[..masses].iter().sum::<f64>();
+        // What is beyond the least masses is shared out, so that the whole mass is kept.
+        let beyond = wanted.mass_kg * (1.0 - LEAST * masses as f64) / value[..masses].iter().sum::<f64>();
+        value[..masses].iter_mut().for_each(|mass| *mass = LEAST * wanted.mass_kg + beyond * *mass);
         let (stiffness, damping) = value[masses..].split_at(1 + 2 * self.bodies);
         let branch = |i: usize| Branch {
-            mass_kg: share * value[2 + i],
+            mass_kg: value[2 + i],
             stiffness_n_per_m: stiffness[1 + 2 * i],
             damping_n_s_per_m: damping[1 + 2 * i],
             to_tool_n_per_m: stiffness[2 + 2 * i],
             to_tool_n_s_per_m: damping[2 + 2 * i],
         };
         Reduction {
-            motor_mass_kg: share * value[0],
-            tip_mass_kg: share * value[1],
+            motor_mass_kg: value[0],
+            tip_mass_kg: value[1],
             stiffness_n_per_m: stiffness[0],
             damping_n_s_per_m: damping[0],
             guide_damping_n_s_per_m: wanted.guide_damping_n_s_per_m,

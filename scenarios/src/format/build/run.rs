@@ -151,11 +151,9 @@ impl Builder<'_> {
             if turn > LARGEST_TURN {
                 let key = format!("bodies.{name}.velocity");
                 let message = format!(
-                    "{} rad/s turn this body by {} rad in a step of {} s, and Rapier follows a turn of at most {} rad per step",
-                    rounded(body.velocity_m_per_s),
-                    short(turn),
+                    "{} rad/s turn this body by {turn:.3} rad in a step of {} s, and Rapier follows a turn of at most {LARGEST_TURN:.3} rad per step",
+                    short(body.velocity_m_per_s),
                     short(step_s),
-                    short(LARGEST_TURN)
                 );
                 let remedy = format!("shorten `run.step` to {:.3e} s or less, or leave `run.engine` out", step_s * LARGEST_TURN / turn);
                 let at = locate(&self.draft.root, &key).0.unwrap_or(Origin { source: self.draft.main, span: 0..0 });

@@ -33,10 +33,14 @@ fn truth_an_arm_becomes_a_machine_that_other_commands_take() {
         (crossover("axis") / crossover("arm") - 1.0).abs() < HELD_CROSSOVER && !found["branches"].as_array().unwrap().is_empty(),
         "{found}"
     );
-    assert!(bench.read("axis.toml").contains("[bodies.branch-1]") && bench.read("axis.toml").contains("the axis is off by"));
+    assert!(
+        bench.read("axis.toml").contains("[bodies.branch-1]")
+            && bench.read("axis.toml").contains("phase crossover: ")
+            && bench.read("axis.toml").contains(": off by ")
+    );
     assert!(found["misfit"]["trusted"].as_bool().unwrap() && found["warning"].is_null(), "{found}");
-    assert!(bench.read("map.csv").lines().next().unwrap().ends_with("contact_mode_misfit,phase_crossover_misfit,within_5_percent"));
-    assert!(bench.read("map.csv").lines().skip(1).all(|line| line.ends_with(",true")), "{}", bench.read("map.csv"));
+    assert!(bench.read("map.csv").lines().next().unwrap().ends_with("stable_kp_misfit,stable_ki_misfit,within_5_percent,without_axis"));
+    assert!(bench.read("map.csv").lines().skip(1).all(|line| line.ends_with(",true,")), "{}", bench.read("map.csv"));
     for command in ["check", "analyze", "run"] {
         assert_eq!(bench.feeler(&[command, "axis.toml"]).code, DONE, "{command}");
     }
@@ -45,12 +49,29 @@ fn truth_an_arm_becomes_a_machine_that_other_commands_take() {
         (vec!["--pose", "0,40 deg,0,0,0,0", "--normal", "0,0,-1"], "joint `lift` at 0.698"),
         (vec!["--pose", "0,0,0,0,0,0", "--normal", "0,0,0"], "has no direction"),
         (vec!["--pose", "0,0,0,0,0,0", "--normal", "1,0,0", "--hold"], "the arm cannot move along the normal"),
+        (vec!["--at", "0.65,0.1,0.1", "--normal", "0,0,nan"], "--normal has a number that is not finite"),
+        (vec!["--at", "0.65,0.1,0.1", "--normal", "0,0,-1", "--contact-stiffness", "1e15"], "beyond what feeler reduces an arm on"),
         (vec!["--at", "3,0,0", "--normal", "0,0,-1"], "no pose within the joint limits brings the tool to"),
     ] {
         let said = bench.feeler(&[&["reduce", arm], &asked[..]].concat());
         assert_eq!(said.code, BAD_INPUT, "{asked:?}: {}", said.out);
         assert!(said.err.contains(message) && said.err.contains("help: "), "{asked:?}: {}", said.err);
     }
+}
+
+/// The axis had a light motor and no stable ki, where the arm has one.
+#[test]
+fn regress_a_hard_contact_has_a_force_bandwidth_and_says_its_stable_gains() {
+    let bench = Bench::new();
+    let arm = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/arms/six-joint.toml");
+    let asked = ["reduce", arm.to_str().unwrap(), "--at", "0.8227,-0.3,0.1", "--normal", "0,0,-1", "--hold", "--contact-stiffness", "5e4"];
+    let said = bench.feeler(&asked);
+    assert!(said.code == DONE && said.out.contains("stable ki at 1 kHz") && !said.out.contains("NaN"), "{}", said.out);
+    let json = bench.feeler(&[&asked[..], &["--json"]].concat());
+    let found: serde_json::Value = serde_json::from_str(&json.out).unwrap();
+    let ki = |side: &str| found["stable_ki_per_s"][side].as_f64().unwrap();
+    assert!(ki("arm") > 100.0 && (ki("axis") / ki("arm") - 1.0).abs() < SHARED_CROSSOVER, "{found}");
+    assert!(found["force_bandwidth_hz"].as_f64().unwrap() > 1.0, "{found}");
 }
 
 /// The axis's crossover where two modes share the tool: 36 % off the arm's when one of them was the tool.

@@ -38,14 +38,15 @@ pub(crate) struct Weights {
 impl Weights {
     pub(crate) fn new(dataset: &Dataset, reference: &[Prediction]) -> Self {
         let channels = dataset.channels.len();
-        let variation = |series: &[f64]| {
-            if series.iter().all(|x| x.to_bits() == series[0].to_bits()) {
+        let variation = |(series, silent): (&Vec<f64>, &bool)| {
+            if *silent || series.iter().all(|x| x.to_bits() == series[0].to_bits()) {
                 return 0.0;
             }
             let mean = series.iter().sum::<f64>() / series.len() as f64;
             (series.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / series.len() as f64).sqrt()
         };
-        let own: Vec<Vec<f64>> = dataset.records.iter().map(|record| record.series.iter().map(|s| variation(s)).collect()).collect();
+        let own: Vec<Vec<f64>> =
+            dataset.records.iter().map(|record| record.series.iter().zip(&record.silent).map(variation).collect()).collect();
         let pooled: Vec<f64> =
             (0..channels).map(|c| (own.iter().map(|o: &Vec<f64>| o[c].powi(2)).sum::<f64>() / own.len() as f64).sqrt()).collect();
         // A channel that never changes says nothing, however far its prediction is from it.

@@ -52,6 +52,7 @@ mod tests {
             spacing_s: 1.0,
             commands: vec![series.clone()],
             series: vec![series],
+            silent: vec![false],
         }
     }
 

@@ -78,6 +78,7 @@ fn expected(judge: &Judge<'_>, truth: &Scored, other: &Scored, template: &Templa
         spacing_s,
         commands: vec![template.command.clone()],
         series,
+        silent: vec![false; dataset.channels.len()],
     };
     let rest = record(vec![vec![0.0; rows]; dataset.channels.len()]);
     let Fitted { model, theta, .. } = &truth.fitted;

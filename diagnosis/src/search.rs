@@ -235,7 +235,9 @@ pub(crate) fn moving_mass(dataset: &Dataset, scored: &Scored) -> f64 {
 /// Mean of the accelerometers' residuals at each row; without any, what the anchor makes of the position's.
 pub(crate) fn missing_acceleration(dataset: &Dataset, record: usize, prediction: &Prediction) -> Vec<f64> {
     let of = |wanted: Quantity| -> Vec<usize> {
-        (0..dataset.channels.len()).filter(|&c| dataset.channels[c].quantity(&dataset.machine) == wanted).collect()
+        (0..dataset.channels.len())
+            .filter(|&c| dataset.channels[c].quantity(&dataset.machine) == wanted && !dataset.records[record].silent[c])
+            .collect()
     };
     let accelerations = of(Quantity::Acceleration);
     let series = &dataset.records[record].series;

@@ -139,7 +139,7 @@ fn truth_faults_that_nothing_mends_are_errors_with_place_and_remedy() {
 #[test]
 fn truth_faults_that_an_assumption_mends_are_warnings_that_state_it() {
     warning_says(&spoil(|_, row| row[3] = 0.5), &["`acceleration_mps2`", "never changes", "check the wiring"]);
-    warning_says(&spoil(|_, row| row[3] = row[3].clamp(-1.0, 1.0)), &["`acceleration_mps2`", "rows sit at", "widen the range"]);
+    warning_says(&spoil(|_, row| row[3] = row[3].clamp(-1.0, 1.0)), &["`acceleration_mps2`", "rows sit at", "widen its range"]);
     warning_says(
         &spoil(|_, row| row[3] = (row[3] / 0.25).round() * 0.25),
         &["`acceleration_mps2`", "multiples of 0.250, coarser than believed"],

@@ -1,10 +1,10 @@
 //! Looks for faults of measured series, and makes records of those that are sound.
 
-use feeler_plant::description::Engagement;
+use feeler_plant::description::{Engagement, Quantity};
 use feeler_scenarios::format::Experiment;
 
 use super::fault::{Fault, FaultKind};
-use super::{Dataset, Record, Table, file_name, role_is_check};
+use super::{Channel, Dataset, Record, Table, file_name, role_is_check};
 
 /// The column of time stamps.
 const TIME: &str = "t_s";
@@ -77,6 +77,8 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
             note(None, None, FaultKind::SlowRows { spacing_s, hold_s });
         }
         let drives = dataset.drives.len();
+        let mut silent = vec![false; names.len() - drives];
+        let is_clamped = experiment.engagement == Some(Engagement::Clamped);
         for (i, (name, column)) in names.iter().zip(&columns).enumerate() {
             // Noise and motion alike were rounded away: the step, which other experiments show, is the finding.
             if i >= drives && grains[i - drives] > 0.0 && range(column) <= 2.0 * grains[i - drives] {
@@ -85,16 +87,27 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
             let constant = column.iter().all(|x| x.to_bits() == column[0].to_bits());
             if constant && i < drives {
                 note(Some(name), None, FaultKind::ConstantCommand);
-            } else if constant {
-                note(Some(name), None, FaultKind::Constant);
             } else if i >= drives {
                 let channel = &dataset.channels[i - drives];
+                // Held by the wall an encoder may well stand still.
+                let tells_place = channel.quantity(&dataset.machine) == Quantity::Position;
+                if constant {
+                    silent[i - drives] = !(tells_place && is_clamped);
+                    note(Some(name), None, FaultKind::Constant { tells_place: tells_place && !is_clamped });
+                    continue;
+                }
                 // A force out of contact is nothing but noise, and must be.
                 let is_idle = experiment.engagement == Some(Engagement::Free) && channel.is_of_contact(&dataset.machine);
                 series_faults(column, channel.noise, channel.resolution, &mut |row, kind| {
-                    if !(is_idle && matches!(kind, FaultKind::WeakExcitation { .. })) {
-                        note(Some(name), row, kind);
-                    }
+                    let kind = match kind {
+                        FaultKind::WeakExcitation { .. } if is_idle => return,
+                        FaultKind::Clipped { value, share, .. } => {
+                            silent[i - drives] = true;
+                            FaultKind::Clipped { value, share, tells_place }
+                        }
+                        kind => kind,
+                    };
+                    note(Some(name), row, kind);
                 });
             }
         }
@@ -109,6 +122,10 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
             time.iter_mut().enumerate().for_each(|(k, t)| *t = first + k as f64 * spacing_s);
         }
         let series = columns.split_off(drives);
+        let is_lost = |(channel, silent): (&Channel, &bool)| *silent && channel.quantity(&dataset.machine) == Quantity::Position;
+        if dataset.channels.iter().zip(&silent).any(is_lost) {
+            continue;
+        }
         dataset.records.push(Record {
             name: file_name(&experiment.file),
             engagement: experiment.engagement,
@@ -119,6 +136,7 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
             spacing_s,
             commands: columns,
             series,
+            silent,
         });
     }
     other_clocks(dataset, &mut faults);
@@ -162,7 +180,7 @@ fn time_faults(time: &[f64], note: &mut impl FnMut(Option<usize>, FaultKind)) {
 }
 
 /// The coarsest step, beyond what is believed, that a channel shows in any experiment; 0 if none.
-fn grain(channel: &super::Channel, tables: &[Table]) -> f64 {
+fn grain(channel: &Channel, tables: &[Table]) -> f64 {
     let steps = tables.iter().filter_map(|table| {
         let column = table.header.iter().position(|header| *header == channel.column)?;
         let values = &table.columns[column];
@@ -195,7 +213,7 @@ fn series_faults(column: &[f64], noise: f64, resolution: f64, note: &mut impl Fn
         let share = rows as f64 / column.len() as f64;
         if longest >= CLIPPED_RUN && rows >= CLIPPED_ROWS && noise > 0.0 && resolution < noise && quantum(column).is_none() {
             let row = column.iter().position(|&x| at(x)).unwrap_or(0);
-            note(Some(row + FIRST_ROW), FaultKind::Clipped { value: extreme, share });
+            note(Some(row + FIRST_ROW), FaultKind::Clipped { value: extreme, share, tells_place: false });
         }
     }
     if let Some(step) = quantum(column)

@@ -1,10 +1,16 @@
 //! Two series of one motion: by what factor, and how many rows apart.
 
+use std::f64::consts::PI;
+
 /// How one series stands to another of the same motion.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Comparison {
     /// By how many rows the second is behind the first.
     pub(super) late_rows: f64,
+    /// Standard deviation of that; infinite where no shift within reach stands out.
+    pub(super) late_sd: f64,
+    /// Mean frequency of what both have in common, rad per row.
+    pub(super) omega: f64,
     /// The second over the first, negative where they go against each other.
     pub(super) factor: f64,
     /// Correlation of the two without that shift.
@@ -16,7 +22,15 @@ impl Comparison {
     pub(super) fn turned(self) -> Self {
         Self { late_rows: -self.late_rows, factor: 1.0 / self.factor, ..self }
     }
+
+    /// Whether the shift is surely larger than `rows`.
+    pub(super) fn is_off_by(self, rows: f64) -> bool {
+        self.late_rows.abs() > rows + SURE * self.late_sd
+    }
 }
+
+/// Standard deviations of a shift that it must stand out by.
+pub(super) const SURE: f64 = 6.0;
 
 /// The acceleration of a position, under a triangle of `2 span` rows.
 pub(super) fn second_difference(series: &[f64], span: usize, spacing_s: f64) -> Vec<f64> {
@@ -50,16 +64,26 @@ pub(super) fn compare(first: &[f64], second: &[f64], most: usize, same: f64) -> 
     if heights[best] < same {
         // The other way round: a sign.
         let turned = -heights[most];
-        return (turned >= same).then(|| Comparison { late_rows: 0.0, factor: -factor(most), correlation: turned });
+        return (turned >= same).then(|| Comparison {
+            late_rows: 0.0,
+            late_sd: f64::INFINITY,
+            omega: 0.0,
+            factor: -factor(most),
+            correlation: turned,
+        });
     }
-    // The top of a parabola through the best shift and its neighbours.
-    let part = if best > 0 && best < 2 * most {
+    // The top of a parabola through the best shift and its neighbours; at the end of the reach there is none.
+    let (mut part, mut late_sd, mut omega) = (0.0, f64::INFINITY, 0.0);
+    if best > 0 && best < 2 * most {
         let [before, top, after] = [heights[best - 1], heights[best], heights[best + 1]];
-        0.5 * (before - after) / (before - 2.0 * top + after).min(-f64::MIN_POSITIVE)
-    } else {
-        0.0
-    };
-    Some(Comparison { late_rows: best as f64 + part - most as f64, factor: factor(best), correlation: heights[best] })
+        let bend = (2.0 * top - before - after).max(f64::MIN_POSITIVE);
+        part = 0.5 * (after - before) / bend;
+        // What does not match shifts the top by itself over the slope of what does, once in every half wave.
+        omega = (bend / top).sqrt();
+        let half_waves = inner.len() as f64 * omega / PI;
+        late_sd = ((top.powi(-2) - 1.0).max(0.0) / half_waves).sqrt() / omega;
+    }
+    Some(Comparison { late_rows: best as f64 + part - most as f64, late_sd, omega, factor: factor(best), correlation: heights[best] })
 }
 
 #[cfg(test)]
@@ -78,7 +102,26 @@ mod tests {
         assert!((found.late_rows - 7.4).abs() < PART_OF_A_ROW, "{found:?}");
         // Its energy over the shifted stretch differs by what is cut off at the ends.
         assert!((found.factor / 9.81 - 1.0).abs() < 0.01, "{found:?}");
+        assert!(found.is_off_by(6.0) && !found.is_off_by(7.8), "{found:?}");
         let against: Vec<f64> = first.iter().map(|x| -x).collect();
         assert!(compare(&first, &against, 3, 0.85).unwrap().factor < 0.0);
+    }
+
+    #[test]
+    fn truth_a_slow_motion_under_noise_says_little_of_time() {
+        let mut seed: u64 = 7;
+        let mut noise = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let wave = |k: i32| (0.006 * f64::from(k)).sin();
+        let first: Vec<f64> = (0..4000).map(|k| wave(k) + noise()).collect();
+        let second: Vec<f64> = (0..4000).map(|k| wave(k) + noise()).collect();
+        let [first, second] = [first, second].map(|series| smoothed(&series, 8));
+        // Whatever shift fits best is not told, nor one at the end of the reach.
+        let found = compare(&first, &second, 100, 0.85).unwrap();
+        assert!(!found.is_off_by(1.0), "{found:?}");
+        let late: Vec<f64> = (0..4000).map(|k| wave(k - 200)).collect();
+        assert!(!compare(&first, &smoothed(&late, 8), 100, 0.7).unwrap().is_off_by(1.0));
     }
 }

@@ -5,23 +5,27 @@
 //! force. In every experiment the column that most others agree with is the yardstick, and who departs from it by a factor between units, or by a shift
 //! in time, is named.
 
+use std::f64::consts::FRAC_PI_2;
+
 use feeler_plant::assembly::{Assembly, GROUND_NODE, Source, assemble};
 use feeler_plant::description::{Engagement, Machine, Quantity};
 
-use super::compare::{Comparison, compare, second_difference, smoothed};
+use super::compare::{Comparison, SURE, compare, second_difference, smoothed};
 use super::units::mixed_up;
 use super::{Channel, Dataset, Fault, FaultKind, Record};
 
 /// Span of the second difference, s: long enough for an encoder's noise, short enough to follow the motion.
 const SPAN_S: f64 = 4e-3;
+/// Time within which rises of what pushes are taken, s.
+const RISE_S: f64 = 10e-3;
 /// Largest shift that is looked for, s.
 const MOST_SHIFT_S: f64 = 0.05;
 /// Shift in rows from which on it is stated between columns of one body.
 const STATED_ROWS: f64 = 1.0;
 /// The same between bodies that may give way a little.
 const STATED_ROWS_ACROSS: f64 = 3.0;
-/// Shift from which on it is stated of a force or a command between experiments, s: friction and a late command shift it against what pushes by some milliseconds.
-const STATED_OF_FORCE_S: f64 = 4e-3;
+/// Shift from which on it is stated of a force or a command between experiments, s: delays and lags of a drive shift it by some milliseconds.
+const STATED_OF_FORCE_S: f64 = 6e-3;
 /// Correlation from which on two readings are of the same motion, and from which on a push makes a motion or a force.
 const SAME_MOTION: f64 = 0.85;
 const SAME_PUSH: f64 = 0.7;
@@ -49,13 +53,19 @@ struct Odd {
     kind: FaultKind,
 }
 
-/// By how many rows a force is behind what pushes it.
-struct LateForce {
+/// By how much a motion or a force is behind the command that makes it.
+struct Late {
     record: usize,
     channel: usize,
-    /// Column of the command that pushes.
+    /// Column of the command.
     command: String,
-    rows: f64,
+    comparison: Comparison,
+}
+
+impl Late {
+    fn rows(&self) -> f64 {
+        self.comparison.late_rows
+    }
 }
 
 /// The machine as far as motions are shared in it.
@@ -143,6 +153,12 @@ fn node_of(machine: &Machine, assembly: &Assembly, channel: &Channel) -> Option<
         Source::Node(node, _) if node != GROUND_NODE && node <= machine.bodies.len() => Some(node),
         _ => None,
     }
+}
+
+/// By how much a series rises within [`RISE_S`].
+fn rises(series: &[f64], record: &Record) -> Vec<f64> {
+    let span = ((RISE_S / record.spacing_s).round() as usize).max(1);
+    (span..series.len()).map(|k| series[k] - series[k - span]).collect()
 }
 
 impl Body<'_> {
@@ -233,7 +249,7 @@ impl Body<'_> {
             // A clock is judged by the columns of its own body first: between bodies a joint may bend.
             let stated = |i: usize, j: usize, c: &Comparison| {
                 let rows = if sticks[i].node == sticks[j].node { STATED_ROWS } else { STATED_ROWS_ACROSS };
-                c.late_rows.abs() > rows && (sticks[i].node == sticks[j].node || c.correlation > SAME_SHAPE)
+                c.is_off_by(rows) && (sticks[i].node == sticks[j].node || c.correlation > SAME_SHAPE)
             };
             let in_time = |i: usize| members.iter().filter(|&&j| j != i && between(i, j).is_some_and(|c| !stated(i, j, &c))).count();
             let Some(&clock) = members.iter().max_by_key(|&&i| (in_time(i), is_position(i))) else { continue };
@@ -298,7 +314,7 @@ impl Body<'_> {
     }
 
     /// Names forces in other units, and gives by how many rows each is late.
-    fn forces(&self, r: usize, sticks: &[Stick], references: &[usize], odd: &mut Vec<Odd>) -> Vec<LateForce> {
+    fn forces(&self, r: usize, sticks: &[Stick], references: &[usize], odd: &mut Vec<Odd>) -> Vec<Late> {
         let record = &self.dataset.records[r];
         if record.engagement.is_none_or(|engagement| engagement == Engagement::Free) {
             return Vec::new();
@@ -320,32 +336,49 @@ impl Body<'_> {
                 let kind = FaultKind::Units { other: other.clone(), factor: comparison.factor, what, experiments: 1 };
                 odd.push(Odd { record: r, column, kind });
             }
-            late.push(LateForce { record: r, channel: c, command: other, rows: comparison.late_rows });
+            // What stays tells little of time: rises do.
+            let [pushed, felt] = [pushed, smoothed(&record.series[c], span)].map(|series| rises(&series, record));
+            let Some(comparison) = compare(&pushed, &felt, Self::most(record), SAME_PUSH) else { continue };
+            late.push(Late { record: r, channel: c, command: other, comparison });
         }
         late
     }
 
     /// By how many rows each motion is behind the command that makes it.
-    fn commands(&self, r: usize, sticks: &[Stick], references: &[usize]) -> Vec<(usize, String, f64)> {
+    fn commands(&self, r: usize, sticks: &[Stick], references: &[usize]) -> Vec<Late> {
         let record = &self.dataset.records[r];
         let of = |&i: &usize| {
             let (column, makes) = self.driven_by(record, self.groups[sticks[i].node])?;
-            let comparison = compare(&makes, &sticks[i].values, Self::most(record), SAME_PUSH)?;
-            Some((r, column, comparison.late_rows))
+            let [made, moved] = [&makes, &sticks[i].values].map(|series| rises(series, record));
+            let comparison = compare(&made, &moved, Self::most(record), SAME_PUSH)?;
+            Some(Late { record: r, channel: sticks[i].channel, command: column, comparison })
         };
         references.iter().filter_map(of).collect()
     }
 
+    /// Those of which it is known when they come.
+    fn known<'l>(&self, late: impl Iterator<Item = &'l Late>) -> Vec<&'l Late> {
+        late.filter(|late| SURE * late.comparison.late_sd * self.dataset.records[late.record].spacing_s < STATED_OF_FORCE_S).collect()
+    }
+
+    /// By how much `late` is behind more than `best` is, s, where that is enough to be stated.
+    fn behind_s(&self, late: &Late, best: &Late) -> Option<f64> {
+        let late_s = |late: &Late| late.rows() * self.dataset.records[late.record].spacing_s;
+        let behind_s = late_s(late) - late_s(best);
+        (behind_s.abs() >= STATED_OF_FORCE_S).then_some(behind_s)
+    }
+
     /// A motion that is late behind its command in every experiment may be an effect of the machine; in some alone it is the command's clock.
-    fn command_clocks(&self, commands: &[(usize, String, f64)], odd: &mut Vec<Odd>) {
-        let late_s = |(r, _, rows): &(usize, String, f64)| rows * self.dataset.records[*r].spacing_s;
-        let Some(best) = commands.iter().min_by(|a, b| late_s(a).abs().total_cmp(&late_s(b).abs())) else { return };
-        for command in commands {
-            let ahead_s = late_s(command) - late_s(best);
-            if ahead_s.abs() >= STATED_OF_FORCE_S {
-                let other = format!("itself in {}", self.dataset.records[best.0].name);
-                let kind = FaultKind::ClockOffset { other, late_s: -ahead_s, experiments: 1 };
-                odd.push(Odd { record: command.0, column: command.1.clone(), kind });
+    fn command_clocks(&self, motions: &[Late], odd: &mut Vec<Odd>) {
+        let known = self.known(motions.iter());
+        let Some(best) = known.iter().min_by(|a, b| a.rows().abs().total_cmp(&b.rows().abs())) else { return };
+        for motion in &known {
+            // Friction and damping turn a motion against its command, too, but by less than a quarter of its wave.
+            let is_turned = (motion.rows() * motion.comparison.omega).abs() > FRAC_PI_2;
+            if let Some(late_s) = self.behind_s(motion, best).filter(|_| is_turned) {
+                let other = format!("itself in {}", self.dataset.records[best.record].name);
+                let kind = FaultKind::ClockOffset { other, late_s: -late_s, experiments: 1 };
+                odd.push(Odd { record: motion.record, column: motion.command.clone(), kind });
             }
         }
     }
@@ -364,19 +397,15 @@ impl Body<'_> {
 
     /// A force that is late in every experiment may be an effect of the machine; in some alone it is a clock. A force that comes before what pushes it
     /// is no yardstick: there the command is late.
-    fn force_clocks(&self, forces: &[LateForce], odd: &mut Vec<Odd>) {
-        let late_s = |force: &LateForce| force.rows * self.dataset.records[force.record].spacing_s;
+    fn force_clocks(&self, forces: &[Late], odd: &mut Vec<Odd>) {
         for c in 0..self.dataset.channels.len() {
-            let of_channel = || forces.iter().filter(|force| force.channel == c);
-            let causal = of_channel().filter(|force| force.rows > -STATED_ROWS);
-            let Some(best) = causal.min_by(|a, b| late_s(a).abs().total_cmp(&late_s(b).abs())) else { continue };
-            for force in of_channel() {
-                let behind_s = late_s(force) - late_s(best);
-                if behind_s.abs() < STATED_OF_FORCE_S {
-                    continue;
-                }
+            let known = self.known(forces.iter().filter(|force| force.channel == c));
+            let causal = known.iter().filter(|force| force.rows() > -STATED_ROWS);
+            let Some(best) = causal.min_by(|a, b| a.rows().abs().total_cmp(&b.rows().abs())) else { continue };
+            for force in &known {
+                let Some(behind_s) = self.behind_s(force, best) else { continue };
                 let (column, yardstick) = (&self.dataset.channels[c].column, &self.dataset.records[best.record].name);
-                let (column, other, late_s) = if force.rows > -STATED_ROWS {
+                let (column, other, late_s) = if force.rows() > -STATED_ROWS {
                     (column.clone(), format!("itself in {yardstick}"), behind_s)
                 } else {
                     (force.command.clone(), format!("`{column}`, held against {yardstick}"), -behind_s)

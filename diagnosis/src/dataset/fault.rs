@@ -55,7 +55,10 @@ pub enum FaultKind {
         usual_s: f64,
     },
     /// Every row has the same value.
-    Constant,
+    Constant {
+        /// Whether it is what tells where the machine is.
+        tells_place: bool,
+    },
     /// The command never changes: nothing is excited.
     ConstantCommand,
     /// The largest or smallest value repeats in many consecutive rows, as a converter at its end does.
@@ -64,6 +67,8 @@ pub enum FaultKind {
         value: f64,
         /// Share of rows there.
         share: f64,
+        /// Whether it is what tells where the machine is.
+        tells_place: bool,
     },
     /// All values are multiples of a step coarser than believed.
     Quantised {
@@ -108,6 +113,9 @@ pub enum FaultKind {
     /// The experiment was to be fitted, as all others, so that none would have been left to score.
     SetAside,
 }
+
+/// Remedy where an encoder is lost.
+const NOT_PLACED: &str = "nothing tells where the machine was, so that the experiment does not count; check the encoder, and record again";
 
 impl FaultKind {
     /// Whether no stated assumption can repair it.
@@ -162,10 +170,14 @@ impl FaultKind {
                 format!("rows are {} ms apart, in most experiments {} ms", short(1e3 * spacing_s), short(1e3 * usual_s)),
                 "taken as it is; if the recorder's rate was the same, mend its time stamps",
             ),
-            Self::Constant => ("the value never changes".into(), "the column is left out of this experiment's score; check the wiring"),
+            Self::Constant { tells_place: false } => {
+                ("the value never changes".into(), "the column does not count in this experiment; check the wiring")
+            }
+            Self::Constant { tells_place: true } => ("the value never changes".into(), NOT_PLACED),
             Self::ConstantCommand => ("the command never changes".into(), "excite the drive, or take the experiment out"),
-            Self::Clipped { value, share } => {
-                (format!("{:.1} % of rows sit at {value}", 100.0 * share), "these rows do not count; widen the range of the channel")
+            Self::Clipped { value, share, tells_place } => {
+                let remedy = if *tells_place { NOT_PLACED } else { "the column does not count in this experiment; widen its range" };
+                (format!("{:.1} % of rows sit at {value}", 100.0 * share), remedy)
             }
             Self::Quantised { step } => {
                 (format!("values are multiples of {}, coarser than believed", short(*step)), "taken as a finding, not as noise")
@@ -263,7 +275,7 @@ impl Fault {
     fn is_shared_by(&self, other: &Self) -> bool {
         let is_alike = match (&self.kind, &other.kind) {
             (FaultKind::MissingColumn { near: a }, FaultKind::MissingColumn { near: b }) => a == b,
-            (FaultKind::Constant, FaultKind::Constant)
+            (FaultKind::Constant { .. }, FaultKind::Constant { .. })
             | (FaultKind::ConstantCommand, FaultKind::ConstantCommand)
             | (FaultKind::SlowRows { .. }, FaultKind::SlowRows { .. })
             | (FaultKind::WeakExcitation { .. }, FaultKind::WeakExcitation { .. })

@@ -74,6 +74,8 @@ pub struct Record {
     pub commands: Vec<Vec<f64>>,
     /// One series per channel.
     pub series: Vec<Vec<f64>>,
+    /// Per channel, whether its series says nothing here: it hangs or is clipped.
+    pub silent: Vec<bool>,
 }
 
 impl Record {

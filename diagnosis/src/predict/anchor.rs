@@ -97,13 +97,13 @@ pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], first_row: &[
 }
 
 impl Anchor {
-    /// The anchor of the first chain that a position is measured of, if there is one. Sliding surfaces are left where friction holds them.
-    pub(super) fn new(motion: &Motion, channels: &[Channel], surfaces: &[usize], spacing_s: f64) -> Option<Self> {
+    /// The anchor of the first chain that a position is measured of, if there is one, by what is not silent. Sliding surfaces are left where friction holds them.
+    pub(super) fn new(motion: &Motion, channels: &[Channel], silent: &[bool], surfaces: &[usize], spacing_s: f64) -> Option<Self> {
         let assembly = motion.assembly();
         let of_kind = |wanted: Quantity| {
             channels.iter().enumerate().filter_map(move |(i, channel)| {
                 let (node, relative_to, quantity) = nodes_of(assembly, channel.source)?;
-                (quantity == wanted).then_some((i, channel, node, relative_to))
+                (quantity == wanted && !silent[i]).then_some((i, channel, node, relative_to))
             })
         };
         let (_, _, first, stop) = of_kind(Quantity::Position).next()?;

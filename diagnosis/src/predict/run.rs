@@ -109,7 +109,7 @@ impl<'a> Predictor<'a> {
         let dt = self.record.spacing_s;
         let rows = self.record.len();
         let anchor = match anchoring {
-            Anchoring::Continuous => Anchor::new(&self.machine.motion, self.channels, &self.surfaces, dt),
+            Anchoring::Continuous => Anchor::new(&self.machine.motion, self.channels, &self.record.silent, &self.surfaces, dt),
             Anchoring::Never => None,
         };
         let commands = self.effective_commands();

@@ -220,7 +220,8 @@ impl Judge<'_> {
                 .iter()
                 .position(|unknown| unknown.parameter_of(i) == Some(k))
                 .map_or(0.0, |u| fitted.model.unknowns[u].spread(fitted.theta[u], fitted.sigma[u]));
-            let spread = NINETY_PERCENT * intervals::widened(&scored.causes, i, parameter.name, values[k], spread);
+            let spacing_s = self.dataset.records[0].spacing_s;
+            let spread = NINETY_PERCENT * intervals::widened(&scored.causes, i, parameter.name, values[k], spread, spacing_s);
             let unit = parameter.dimension.si_unit(rotational).to_owned();
             parameters.insert(parameter.name, Estimate { value: values[k], ci90: [values[k] - spread, values[k] + spread], unit });
         }

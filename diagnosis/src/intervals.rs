@@ -18,9 +18,13 @@ const FALL_SPEED: f64 = 0.06;
 /// The same of friction that grows with a load.
 const LOAD: f64 = 0.06;
 
-/// One deviation of a value of cause `i`, of which the fit says `deviation`.
-pub(crate) fn widened(causes: &[Candidate], i: usize, parameter: &str, value: f64, deviation: f64) -> f64 {
+/// One deviation of a delay, in rows: a command that is logged in one row may have come at any instant since the last, and samples jitter.
+const DELAY_ROWS: f64 = 0.05;
+
+/// One deviation of a value of cause `i`, of which the fit says `deviation`, on rows `spacing_s` apart.
+pub(crate) fn widened(causes: &[Candidate], i: usize, parameter: &str, value: f64, deviation: f64, spacing_s: f64) -> f64 {
     let kind = causes[i].definition.kind;
+    let deviation = if parameter == "delay" { deviation.hypot(DELAY_ROWS * spacing_s) } else { deviation };
     let share = match (kind, parameter) {
         // A step is read off the values, and bounded by that.
         ("encoder-resolution" | "force-resolution", _) => return deviation.min(STEP_SPREAD * value.abs()),

@@ -35,6 +35,8 @@ pub(crate) fn is_within(model: &Model, theta: &[f64], effect: usize, tolerance: 
         "added-mass" => values[0] <= stated(tried.site, "mass", TOLERANCE) * chain_mass(machine, i),
         "viscous-friction" => values[0] <= stated(tried.site, "damping", 1.0) * machine.springs[i].damping_n_s_per_m,
         "surface-offset" => values[0].abs() <= stated(tried.site, "gap", GAP_TOLERANCE) * machine.contacts[i].gap_m.abs(),
+        // A guide that its load holds harder than the load presses would keep the tool in contact without a drive.
+        "load-friction" => values[0] >= SELF_LOCKING,
         // A sine of which the stroke shows hardly more than one period is some force over position, not a ripple.
         "force-ripple" => seen.stroke_m < PERIODS * values[1],
         // A law with an exponent of one is a spring, levels that hardly differ are one level, and a mode that cannot swing is a damper.
@@ -47,6 +49,8 @@ pub(crate) fn is_within(model: &Model, theta: &[f64], effect: usize, tolerance: 
     }
 }
 
+/// Friction over contact force from which on a guide locks itself.
+const SELF_LOCKING: f64 = 1.0;
 /// Free play that this share of the largest command would take up in a spring of the flanks' stiffness is none.
 const LEAST_PLAY: f64 = 0.01;
 /// Exponents below this are a spring's, within its calibration.

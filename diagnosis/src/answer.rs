@@ -99,7 +99,9 @@ impl Judge<'_> {
         let mut portrait = unknown::portrait(task, calibrated, &task.fitted, 8, None);
         let thin = portrait.len().div_ceil(PORTRAIT_POINTS).max(1);
         portrait = portrait.into_iter().step_by(thin).collect();
-        let next_experiment = near.first().and_then(|rival| next_experiment(self, accepted, rival));
+        // Where neither cause holds there is nothing to tell apart.
+        let open = near.first().filter(|_| verdict != Verdict::UnknownCause);
+        let next_experiment = open.and_then(|rival| next_experiment(self, accepted, rival));
         Diagnosis {
             verdict,
             gap: figures,

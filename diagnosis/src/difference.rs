@@ -5,7 +5,10 @@ use std::fmt;
 use feeler_plant::description::{Axis, Elements, Machine};
 use feeler_plant::effects::EffectUse;
 use feeler_plant::units::Dimension;
+use indexmap::IndexMap;
 use serde::Serialize;
+
+use crate::model::Model;
 
 /// Changes below this, as a fraction, are rounding.
 const ROUNDING: f64 = 1e-9;
@@ -25,6 +28,8 @@ pub struct Changed {
     pub new: f64,
     /// SI unit.
     pub unit: String,
+    /// Whether calibration stopped there because it may not be farther off: the real value may be.
+    pub is_at_end: bool,
 }
 
 /// An effect that one machine has and the other has not.
@@ -53,7 +58,7 @@ impl Difference {
         let mut found = Self::default();
         let mut value = |key: String, old: f64, new: f64, unit: String| {
             if (new - old).abs() > ROUNDING * old.abs().max(new.abs()) {
-                found.changed.push(Changed { key, old, new, unit });
+                found.changed.push(Changed { key, old, new, unit, is_at_end: false });
             }
         };
         for (name, a, b) in pairs(&old.bodies, &new.bodies) {
@@ -89,6 +94,17 @@ impl Difference {
         found
     }
 
+    /// The same with what is known of the values that calibration could move no farther: `old` is the believed machine, `tolerance` what its file states.
+    #[must_use]
+    pub fn with_ends(mut self, old: &Machine, tolerance: &IndexMap<String, f64>) -> Self {
+        if let Ok(model) = Model::calibration(old, tolerance) {
+            for changed in &mut self.changed {
+                changed.is_at_end = model.is_at_end(&changed.key, changed.new);
+            }
+        }
+        self
+    }
+
     /// Whether the machines are the same.
     pub fn is_empty(&self) -> bool {
         self.changed.is_empty() && self.added.is_empty()
@@ -108,11 +124,12 @@ fn short(value: f64) -> String {
 impl fmt::Display for Difference {
     /// Lines of a machine file: values as `key = new  # was old`, effects as tables of their own.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for Changed { key, old, new, unit } in &self.changed {
+        for Changed { key, old, new, unit, is_at_end } in &self.changed {
             let percent = 100.0 * (new / old - 1.0);
             let share = if percent.is_finite() && percent.abs() >= LEAST_PERCENT { format!(", {percent:+.1} %") } else { String::new() };
             let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-            writeln!(f, "{key} = {}  # was {}{unit}{share}", short(*new), short(*old))?;
+            let end = if *is_at_end { " (at the end of its tolerance)" } else { "" };
+            writeln!(f, "{key} = {}  # was {}{unit}{share}{end}", short(*new), short(*old))?;
         }
         for Added { key, parameters } in &self.added {
             writeln!(f, "\n[{key}]")?;
@@ -143,5 +160,20 @@ mod tests {
             "bodies.tip.mass = 5.5  # was 5 kg, +10.0 %\n\n[springs.guide.effects.coulomb-friction]\nlevel = 12  # N\n"
         );
         assert!(Difference::between(&old, &old).is_empty());
+    }
+
+    /// A mass may be off by a tenth where its file states nothing, in ratio: up to `5 exp(0.1) = 5.526`.
+    #[test]
+    fn truth_a_value_that_calibration_stopped_at_says_so() {
+        let parse = |text: &str| Document::parse(text, "machine.toml").unwrap().scenario.machine;
+        let old = parse(BELIEVED);
+        let said = |mass: &str, tolerance: &IndexMap<String, f64>| {
+            Difference::between(&old, &parse(&BELIEVED.replace("5.0", mass))).with_ends(&old, tolerance).to_string()
+        };
+        let none = IndexMap::new();
+        assert_eq!(said("5.52585", &none), "bodies.tip.mass = 5.5259  # was 5 kg, +10.5 % (at the end of its tolerance)\n");
+        assert_eq!(said("5.4", &none), "bodies.tip.mass = 5.4  # was 5 kg, +8.0 %\n");
+        let stated: IndexMap<String, f64> = [("bodies.tip.mass".to_owned(), 0.2)].into_iter().collect();
+        assert!(!said("5.52585", &stated).contains("tolerance"));
     }
 }

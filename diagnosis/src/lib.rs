@@ -28,6 +28,7 @@ pub mod report;
 mod screen;
 mod search;
 mod starts;
+mod templates;
 mod tolerance;
 mod unknown;
 

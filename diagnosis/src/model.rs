@@ -19,6 +19,8 @@ const GAP_TOLERANCE: f64 = 0.05;
 const DIFFERENCE: f64 = 1e-3;
 /// The same of a gap, m: that of a surface's offset, which does the same, so that their slopes agree and only what is believed tells them apart.
 const GAP_DIFFERENCE_M: f64 = 5e-7;
+/// Share of the width of a tolerance within which a value is at its end.
+const AT_END: f64 = 5e-3;
 /// A tolerance is taken as this many standard deviations.
 const SIGMAS: f64 = 2.0;
 
@@ -98,6 +100,19 @@ enum Believed {
     Gain,
 }
 
+impl Believed {
+    /// Its name in files.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Mass => "mass",
+            Self::Stiffness => "stiffness",
+            Self::Damping => "damping",
+            Self::Gap => "gap",
+            Self::Gain => "gain",
+        }
+    }
+}
+
 /// What one unknown stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Target {
@@ -172,8 +187,8 @@ impl Model {
     pub(crate) fn calibration(machine: &Machine, tolerance: &IndexMap<String, f64>) -> Result<Self, DiagnosisError> {
         let assembly = assemble(machine).map_err(|problems| DiagnosisError::Machine { problems })?;
         let mut model = Self { believed: machine.clone(), tried: Vec::new(), unknowns: Vec::new() };
-        let mut add = |site: Site, what: Believed, name: &str, value: f64| {
-            let key = format!("{}.{name}", site.key(machine));
+        let mut add = |site: Site, what: Believed, value: f64| {
+            let key = format!("{}.{}", site.key(machine), what.name());
             if value == 0.0 {
                 return;
             }
@@ -194,22 +209,22 @@ impl Model {
         };
         let moves = |node: usize| assembly.rigid_mass_kg(node).is_finite();
         for (i, (_, body)) in machine.bodies.iter().enumerate().filter(|(i, _)| moves(i + 1)) {
-            add(Site { table: Table::Bodies, index: i }, Believed::Mass, "mass", body.mass_kg);
+            add(Site { table: Table::Bodies, index: i }, Believed::Mass, body.mass_kg);
         }
         for (i, (_, spring)) in machine.springs.iter().enumerate().filter(|(_, (_, spring))| !spring.rigid) {
             let site = Site { table: Table::Springs, index: i };
-            add(site, Believed::Stiffness, "stiffness", spring.stiffness_n_per_m);
-            add(site, Believed::Damping, "damping", spring.damping_n_s_per_m);
+            add(site, Believed::Stiffness, spring.stiffness_n_per_m);
+            add(site, Believed::Damping, spring.damping_n_s_per_m);
         }
         for (i, (_, contact)) in machine.contacts.iter().enumerate() {
             let site = Site { table: Table::Contacts, index: i };
-            add(site, Believed::Stiffness, "stiffness", contact.stiffness);
-            add(site, Believed::Damping, "damping", contact.damping_n_s_per_m);
-            add(site, Believed::Gap, "gap", contact.gap_m);
+            add(site, Believed::Stiffness, contact.stiffness);
+            add(site, Believed::Damping, contact.damping_n_s_per_m);
+            add(site, Believed::Gap, contact.gap_m);
         }
         for (i, (_, sensor)) in machine.sensors.iter().enumerate() {
             if matches!(sensor.reads.quantity, Quantity::Force | Quantity::SpringForce) {
-                add(Site { table: Table::Sensors, index: i }, Believed::Gain, "gain", sensor.gain);
+                add(Site { table: Table::Sensors, index: i }, Believed::Gain, sensor.gain);
             }
         }
         Ok(model)
@@ -312,6 +327,19 @@ impl Model {
             }
         }
         found
+    }
+
+    /// Whether a believed value, by its dotted key, would sit at an end of its tolerance if it were `value`.
+    pub(crate) fn is_at_end(&self, key: &str, value: f64) -> bool {
+        let is_of = |unknown: &&Unknown| match unknown.target {
+            Target::Value(site, what) => format!("{}.{}", site.key(&self.believed), what.name()) == key,
+            _ => false,
+        };
+        self.unknowns.iter().find(is_of).is_some_and(|unknown| {
+            let (low, high) = unknown.bounds;
+            let theta = unknown.theta(value);
+            (theta - low).min(high - theta) < AT_END * (high - low)
+        })
     }
 
     /// The parameters of effect `effect` at `theta`.

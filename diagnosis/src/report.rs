@@ -157,10 +157,14 @@ pub struct NextExperiment {
     pub what: String,
     /// The causes that it separates.
     pub separates: [&'static str; 2],
-    /// Expected odds of the true one over the other, as a ratio.
+    /// Expected odds of the true one over the other, as a ratio; a million stands for more as well.
     pub expected_odds: f64,
     /// Engagement of the contact: `free`, `clamped` or `unilateral`.
     pub engagement: &'static str,
+    /// Farthest that the first drive's body goes back and ahead of where it starts, by either cause's machine, m.
+    pub travel_m: [f64; 2],
+    /// Its largest speed, m/s.
+    pub top_speed_m_per_s: f64,
     /// Spacing of the command, s.
     pub spacing_s: f64,
     /// The command, ready to be written as an excitation file.

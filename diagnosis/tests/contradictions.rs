@@ -82,7 +82,7 @@ fn truth_a_force_is_held_against_what_pushes_it() {
     let faults: [Fault<'_>; 2] = [("press-1.csv", "force_n", late), ("press-3.csv", "force_n", |v, k| 1e-3 * v[k])];
     let said = said(&PRESSES, &faults);
     has(&said, &["press-3.csv: `force_n`: reads ", "1/1000 (kN for N?)"]);
-    has(&said, &["press-1.csv: `force_n`: runs ", "behind itself in press-3.csv"]);
+    has(&said, &["press-1.csv: `force_n`: runs ", "later here than in press-3.csv"]);
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn regress_a_force_is_not_accused_of_an_encoder_that_is_late() {
 #[test]
 fn truth_a_command_that_is_late_in_one_experiment_is_named() {
     let said = said(&FILES, &[("free-sines-1.csv", "command_n", very_late)]);
-    has(&said, &["free-sines-1.csv: `command_n`: runs 4", "behind itself in free-sines-2.csv"]);
+    has(&said, &["free-sines-1.csv: `command_n`: runs 4", "later here than in free-sines-2.csv"]);
     assert_eq!(said.iter().filter(|line| line.contains(": runs ")).count(), 1, "{said:#?}");
 }
 

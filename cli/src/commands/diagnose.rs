@@ -65,7 +65,7 @@ pub(crate) fn answer(dataset: Dataset, progress: &dyn Fn(&str)) -> Result<Answer
         .into_par_iter()
         .map(|r| Ok([replay_record(&dataset.machine, &dataset, r)?, replay_record(&diagnosis.machine, &dataset, r)?]))
         .collect::<Result<_, DiagnosisError>>()?;
-    let difference = Difference::between(&dataset.machine, &diagnosis.machine);
+    let difference = Difference::between(&dataset.machine, &diagnosis.machine).with_ends(&dataset.machine, &dataset.tolerance);
     Ok(Answer { dataset, diagnosis, difference, replays })
 }
 
@@ -75,13 +75,12 @@ fn summary(answer: &Answer) -> String {
     let gap = &diagnosis.gap;
     let mut said = format!("{}: {}\n", answer.dataset.name, words::verdict(diagnosis));
     let row = |name: &str, value: f64| vec![name.to_owned(), fine_percent(value), "%".into()];
-    let gaps = vec![
-        row("gap, machine as given", gap.before),
-        row("after calibration", gap.refit),
-        row("with what was found", gap.after),
-        row("noise floor", gap.floor),
-    ];
-    let _ = write!(said, "\n{}\n{}\n", table(&[], &[1], gaps), words::closed(diagnosis));
+    let mut gaps = vec![row("gap, machine as given", gap.before), row("after calibration", gap.refit)];
+    if words::is_found(diagnosis) {
+        gaps.push(row("with what was found", gap.after));
+    }
+    gaps.push(row("noise floor", gap.floor));
+    let _ = write!(said, "\n{}\n{}\n", table(&[], &[1], gaps), words::closed(diagnosis, diagnosis::checks(answer)));
     if !diagnosis.places.is_empty() {
         let rows = diagnosis.places.iter().map(|place| {
             let band = words::band(place.band_hz);

@@ -191,15 +191,22 @@ impl FaultKind {
             ),
             Self::Units { other, factor, what, experiments } => (
                 format!("reads {} times what `{other}` says of the same motion, about {what}{}", short(*factor), as_in(*experiments)),
-                "bring both columns to SI",
+                if *factor < 0.0 { "turn the sign of one of the two columns" } else { "bring both columns to SI" },
             ),
             Self::ClockOffset { other, late_s, experiments } => {
-                let other = if other.contains(' ') { other.clone() } else { format!("`{other}`") };
-                let side = if *late_s > 0.0 { "behind" } else { "ahead of" };
-                (
-                    format!("runs {:.3} ms {side} {other}{}", 1e3 * late_s.abs(), as_in(*experiments)),
-                    "shift the column, or, where the sensor itself is late, set its `delay` in the machine file",
-                )
+                let late_ms = format!("{:.3} ms", 1e3 * late_s.abs());
+                let others = as_in(*experiments);
+                // The same column is late against another experiment where each is held against the motion that it goes with.
+                let message = match (other.strip_prefix("itself in "), *late_s > 0.0) {
+                    (Some(file), true) => format!("runs {late_ms} later here than in {file}, each against what moves with it{others}"),
+                    (Some(file), false) => format!("runs {late_ms} earlier here than in {file}, each against what moves with it{others}"),
+                    (None, is_late) => {
+                        let side = if is_late { "behind" } else { "ahead of" };
+                        let other = if other.contains(' ') { other.clone() } else { format!("`{other}`") };
+                        format!("runs {late_ms} {side} {other}{others}")
+                    }
+                };
+                (message, "shift the column, or, where the sensor itself is late, set its `delay` in the machine file")
             }
             Self::NoiseNotStated { scatter } => (
                 format!("no noise is stated: taken from the scatter of its readings, {scatter:.1e} (one sigma, SI)"),
@@ -284,5 +291,28 @@ impl Fault {
             _ => false,
         };
         is_alike && self.column == other.column && self.file != other.file
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fault(kind: FaultKind) -> String {
+        Fault { file: "c.csv".into(), column: Some("command_n".into()), row: None, kind }.to_string()
+    }
+
+    #[test]
+    fn truth_a_sign_is_turned_and_a_unit_brought_to_si() {
+        let units = |factor, what| fault(FaultKind::Units { other: "encoder_m".into(), factor, what, experiments: 1 });
+        assert!(units(-1.01, "-1 (a sign?)").ends_with("(turn the sign of one of the two columns)"));
+        assert!(units(1000.0, "1000 (mm for m?)").ends_with("(bring both columns to SI)"));
+    }
+
+    #[test]
+    fn truth_a_column_that_is_late_against_another_file_reads_so() {
+        let late = |late_s| fault(FaultKind::ClockOffset { other: "itself in b.csv".into(), late_s, experiments: 1 });
+        assert!(late(0.0501).starts_with("c.csv: `command_n`: runs 50.100 ms later here than in b.csv, each against what moves with it ("));
+        assert!(late(-0.0501).starts_with("c.csv: `command_n`: runs 50.100 ms earlier here than in b.csv"));
     }
 }

@@ -25,7 +25,7 @@ pub(crate) fn page(answer: &Answer) -> String {
     let mut page = Page::new(&format!("{}: diagnosis", answer.dataset.name), &about(answer));
     page.lead(&words::sentence(&words::verdict(diagnosis)));
     page.tiles(&tiles(answer, units));
-    page.paragraph(&words::closed(diagnosis));
+    page.paragraph(&words::closed(diagnosis, checks(answer)));
     page.heading("What to do");
     for sentence in words::advice(diagnosis) {
         page.paragraph(&sentence);
@@ -56,7 +56,7 @@ pub(crate) fn page(answer: &Answer) -> String {
 
 fn about(answer: &Answer) -> String {
     let records = &answer.dataset.records;
-    let checks = records.iter().filter(|record| record.is_check).count();
+    let checks = checks(answer);
     let seconds: f64 = records.iter().map(|record| record.spacing_s * record.len() as f64).sum();
     format!(
         "Machine {} against {}, {} of measurement; {} set aside for scoring and never fitted.",
@@ -65,6 +65,11 @@ fn about(answer: &Answer) -> String {
         with_unit((10.0 * seconds).round() / 10.0, "s"),
         count(checks, "of them was", "of them were")
     )
+}
+
+/// How many experiments are scored and never fitted.
+pub(crate) fn checks(answer: &Answer) -> usize {
+    answer.dataset.records.iter().filter(|record| record.is_check).count()
 }
 
 /// More noise floors than this are not counted: the noise is of no account beside such a gap.
@@ -95,18 +100,30 @@ fn tiles(answer: &Answer, units: Units) -> Vec<Tile> {
     tiles.extend([
         tile("gap, machine as given", share(gap.before), &of_given),
         tile("after calibration", share(gap.refit), &beside(gap.refit)),
-        tile("with what was found", share(gap.after), &beside(gap.after)),
-        tile("noise floor", share(gap.floor), floor),
-        tile("closed", share(gap.closed), "of what can be closed"),
-        tile("force that is missing", left, &format!("rms; {missing} after calibration")),
     ]);
+    let is_found = words::is_found(diagnosis);
+    if is_found {
+        tiles.push(tile("with what was found", share(gap.after), &beside(gap.after)));
+    }
+    tiles.push(tile("noise floor", share(gap.floor), floor));
+    if is_found {
+        tiles.push(tile("closed", share(gap.closed), "of what can be closed"));
+        tiles.push(tile("force that is missing", left, &format!("rms, with what was found; {missing} after calibration alone")));
+    } else {
+        tiles.push(tile("force that is missing", missing, "rms, after calibration"));
+    }
     tiles
 }
 
 fn next(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
     let Some(next) = &diagnosis.next_experiment else { return };
     let mut chart = Chart::new(ChartKind::Line, "The next experiment's command,", "time (s)", format!("command ({})", units.force));
-    chart.caption = "as written in next-experiment.csv.".into();
+    chart.caption = format!(
+        "as written in next-experiment.csv; at up to {} it goes from {} to {} of where it starts.",
+        with_unit(next.top_speed_m_per_s, units.velocity),
+        with_unit(next.travel_m[0], units.position),
+        with_unit(next.travel_m[1], units.position)
+    );
     let kept = by_extremes(&[&next.command], next.command.len(), charts::MOST_ROWS);
     chart.x = kept.iter().map(|&k| k as f64 * next.spacing_s).collect();
     chart.series = vec![Series::new("command", units.force, kept.iter().map(|&k| next.command[k]).collect())];

@@ -7,6 +7,8 @@ use crate::numbers::{percent, plain, with_unit};
 
 /// Gaps below this many floors are nothing to close.
 const NEAR_FLOOR: f64 = 1.05;
+/// Odds from here on are not quoted as a figure.
+const MOST_ODDS: f64 = 1e6;
 
 /// The sentence that matters most.
 pub(crate) fn verdict(diagnosis: &Diagnosis) -> String {
@@ -61,26 +63,36 @@ pub(crate) fn places(diagnosis: &Diagnosis) -> (String, f64) {
     (names.join(" and "), names.iter().map(of).fold(1.0, f64::min))
 }
 
-/// How far the gap closes.
-pub(crate) fn closed(diagnosis: &Diagnosis) -> String {
+/// Whether anything was accepted that could close a gap.
+pub(crate) fn is_found(diagnosis: &Diagnosis) -> bool {
+    diagnosis.effects.iter().any(|effect| effect.accepted)
+}
+
+/// How far the gap closes, as scored on `checks` experiments.
+pub(crate) fn closed(diagnosis: &Diagnosis, checks: usize) -> String {
     let gap = &diagnosis.gap;
-    if gap.refit <= gap.floor * NEAR_FLOOR {
-        let is_found = diagnosis.effects.iter().any(|effect| effect.accepted);
-        let left = if is_found { "what was found is smaller than the noise, and shows in its pattern" } else { "no gap is left to close" };
-        return format!("Calibration alone comes down to the noise floor: {left}.");
+    let is_at_floor = gap.refit <= gap.floor * NEAR_FLOOR;
+    match (is_at_floor, is_found(diagnosis)) {
+        (true, true) => {
+            return "Over all channels the errors after calibration alone are already of the size of the noise; what was found shows in their \
+                    pattern."
+                .into();
+        }
+        (true, false) => return "Calibration alone comes down to the noise floor: no gap is left to close.".into(),
+        (false, false) => return "Nothing was accepted that would close the gap which calibration leaves above the floor.".into(),
+        (false, true) => {}
     }
-    let [low, high] = gap.closed_ci90;
     let closed = percent(gap.closed);
-    if low < high {
+    let [low, high] = gap.closed_ci90;
+    let interval = if low < high {
         let [low, high] = [low, high].map(|share| percent(share.max(0.0)));
-        format!(
-            "Of the gap that calibration leaves above the floor, {closed} % closes (90 % interval {low} to {high} %), on experiments that were never fitted."
-        )
+        format!(" (90 % interval {low} to {high} %)")
+    } else if checks == 1 {
+        " (one such experiment gives no interval)".into()
     } else {
-        format!(
-            "Of the gap that calibration leaves above the floor, {closed} % closes, on what was never fitted (one such experiment gives no interval)."
-        )
-    }
+        String::new()
+    };
+    format!("Of the gap that calibration leaves above the floor, {closed} % closes{interval}, on what was never fitted.")
 }
 
 /// A frequency band.
@@ -105,40 +117,19 @@ pub(crate) fn parameters(cause: &Cause) -> String {
 
 /// What follows from the answer, a sentence each.
 pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
-    let mut said: Vec<String> =
-        diagnosis.contradictions.iter().map(|fault| format!("Do first: mend the records. {}", sentence(fault))).collect();
-    match diagnosis.verdict {
-        // What to do about the machine is known when the records agree.
-        _ if !said.is_empty() => {}
-        Verdict::Explained => {
-            said.push("Do: simulate with machine.toml from here on, and look at the part named above on the real machine.".into());
-        }
-        Verdict::Ambiguous | Verdict::NotIdentifiable => said.push(match (&diagnosis.next_experiment, diagnosis.look_alikes.is_empty()) {
-            (Some(_), _) => {
-                "Do: make the experiment below and diagnose again; until then treat machine.toml as one of several that fit.".to_owned()
-            }
-            (None, true) => {
-                "Do: record with more excitation and diagnose again; until then treat machine.toml as one of several that fit.".to_owned()
-            }
-            (None, false) => {
-                "Do: simulate with machine.toml; it predicts what these records show as well as its rivals would, but do not rely on \
-                              which of them is the cause before they are told apart."
-                    .to_owned()
-            }
-        }),
-        Verdict::UnknownCause => {
-            said.push(
-                "Do: look at the place named first and at the shape of the missing force there; no value in machine.toml mends it.".into(),
-            );
-        }
-        Verdict::NoGap => said.push("Do: take the calibrated values of machine.toml; there is nothing to look for.".into()),
-    }
+    let mut said: Vec<String> = diagnosis.contradictions.iter().map(|fault| format!("Do first: mend the records. {fault}.")).collect();
+    let head = if said.is_empty() { "Do" } else { "Do then, if the mended records say the same" };
+    said.push(format!("{head}: {}.", to_do(diagnosis)));
     for [a, b] in &diagnosis.look_alikes {
+        if diagnosis.verdict == Verdict::UnknownCause {
+            said.push(format!("To these records {a} and {b} look alike; neither explains them, so that telling one from the other would not find the cause."));
+            continue;
+        }
         said.push(format!("To these records {a} and {b} look alike."));
         if diagnosis.next_experiment.is_none() {
             said.push(match apart(a, b) {
                 Some(what) => format!("To tell {a} from {b}: {what}."),
-                None => format!("No command of those known would separate {a} from {b}."),
+                None => format!("No command of those known would separate {a} from {b} within the travel and speed of these records."),
             });
         }
     }
@@ -147,14 +138,38 @@ pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
     }
     if let Some(next) = &diagnosis.next_experiment {
         said.push(format!(
-            "Next experiment: {} It separates {} from {}, with expected odds of {} to 1; the command is in next-experiment.csv.",
+            "Next experiment: {} It separates {} from {}, with expected odds of {}; the command is in next-experiment.csv.",
             sentence(&next.what),
             next.separates[0],
             next.separates[1],
-            plain(next.expected_odds.min(1e6))
+            odds(next.expected_odds)
         ));
     }
     said
+}
+
+/// What to do about the machine.
+fn to_do(diagnosis: &Diagnosis) -> &'static str {
+    match diagnosis.verdict {
+        Verdict::Explained => "simulate with machine.toml from here on, and look at the part named above on the real machine",
+        Verdict::Ambiguous | Verdict::NotIdentifiable => match (&diagnosis.next_experiment, diagnosis.look_alikes.is_empty()) {
+            (Some(_), _) => "make the experiment below and diagnose again; until then treat machine.toml as one of several that fit",
+            (None, true) => "record with more excitation and diagnose again; until then treat machine.toml as one of several that fit",
+            (None, false) => {
+                "simulate with machine.toml; it predicts what these records show as well as its rivals would, but do not rely on \
+                 which of them is the cause before they are told apart"
+            }
+        },
+        Verdict::UnknownCause => {
+            "look at the place named first and at the shape of the missing force there; no value in machine.toml mends it"
+        }
+        Verdict::NoGap => "take the calibrated values of machine.toml; there is nothing to look for",
+    }
+}
+
+/// Odds against one. Larger ones than a million are not told apart.
+fn odds(odds: f64) -> String {
+    if odds >= MOST_ODDS { "more than a million to 1".into() } else { format!("{} to 1", plain(odds)) }
 }
 
 /// With a capital at its start and a stop at its end.
@@ -162,4 +177,15 @@ pub(crate) fn sentence(text: &str) -> String {
     let text = text.trim_end_matches('.');
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).chain(['.']).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_odds_that_are_cut_off_are_no_figure() {
+        assert_eq!(odds(1e6), "more than a million to 1");
+        assert_eq!(odds(12.5), "12.5 to 1");
+    }
 }

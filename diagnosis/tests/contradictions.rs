@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use feeler_diagnosis::dataset::Dataset;
+use feeler_diagnosis::diagnose;
 use tempfile::TempDir;
 
 const FILES: [&str; 6] = ["free-sines-1.csv", "free-sines-2.csv", "press-1.csv", "press-3.csv", "strokes-1.csv", "strokes-2.csv"];
@@ -12,8 +13,8 @@ const PRESSES: [&str; 2] = ["press-1.csv", "press-3.csv"];
 /// A fault: file, column, and what a reading becomes, from all readings of the column and its row.
 type Fault<'a> = (&'a str, &'a str, fn(&[f64], usize) -> f64);
 
-/// The example with faults, as far as `kept` goes, and what is said of it.
-fn said(kept: &[&str], faults: &[Fault<'_>]) -> Vec<String> {
+/// The example with faults, as far as `kept` goes.
+fn example(kept: &[&str], faults: &[Fault<'_>]) -> Dataset {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/datasets/bench-axis");
     let folder = TempDir::new().expect("the example is sound");
     fs::copy(source.join("machine.toml"), folder.path().join("machine.toml")).expect("the example is sound");
@@ -29,7 +30,12 @@ fn said(kept: &[&str], faults: &[Fault<'_>]) -> Vec<String> {
         }
         fs::write(folder.path().join(file), text).expect("the example is sound");
     }
-    Dataset::load(folder.path()).expect("the example is sound").warnings.iter().map(ToString::to_string).collect()
+    Dataset::load(folder.path()).expect("the example is sound")
+}
+
+/// What is said of it.
+fn said(kept: &[&str], faults: &[Fault<'_>]) -> Vec<String> {
+    example(kept, faults).warnings.iter().map(ToString::to_string).collect()
 }
 
 fn spoilt(text: &str, column: &str, fault: fn(&[f64], usize) -> f64) -> String {
@@ -149,4 +155,21 @@ fn regress_a_slow_motion_against_damping_is_no_late_clock() {
     let slow: Fault<'_> = ("free-sines-1.csv", "command_n", |v, k| v[k] + 150.0 * (std::f64::consts::TAU * 5e-4 * k as f64).cos());
     let said = said(&["free-sines-1.csv", "free-sines-2.csv"], &[slow]);
     assert!(!said.iter().any(|line| line.contains("`command_n`: runs")), "{said:#?}");
+}
+
+/// Columns that hang or are cut off are not scored, and must not steer the prediction either.
+#[test]
+fn regress_columns_that_do_not_count_move_nothing() {
+    let faults: [Fault<'_>; 2] =
+        [("free-sines-1.csv", "tip_acceleration_mps2", |_, _| 0.0), ("press-1.csv", "force_n", |v, k| v[k].min(15.0))];
+    let found = diagnose(&example(&FILES, &faults), &|_| ()).expect("it is diagnosed");
+    let accepted = |kind: &str, parameter: &str| {
+        let cause = found.effects.iter().find(|effect| effect.accepted && effect.kind == kind);
+        cause.unwrap_or_else(|| panic!("no {kind}")).parameters[parameter].clone()
+    };
+    assert_eq!(found.effects.iter().filter(|effect| effect.accepted).count(), 2);
+    // What the example hides (its README) lies within what is stated.
+    for (estimate, hidden) in [(accepted("coulomb-friction", "level"), 7.53), (accepted("command-delay", "delay"), 1.92e-3)] {
+        assert!((estimate.ci90[0]..estimate.ci90[1]).contains(&hidden), "{estimate:?}");
+    }
 }

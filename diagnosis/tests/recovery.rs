@@ -122,6 +122,7 @@ fn records_on(text: &str, effect: &str) -> Dataset {
         spacing_s: SPACING_S,
         commands: vec![command],
         series: vec![vec![0.0; ROWS]; noises.len()],
+        silent: vec![false; noises.len()],
     });
     let mut dataset = Dataset {
         name: "bench".into(),

@@ -131,49 +131,73 @@ pub(crate) fn missing_force(task: &Task<'_>, scored: &Scored, records: &[usize])
     if rows > 0.0 { (sum / rows).sqrt() } else { 0.0 }
 }
 
-/// Shapes in the force that is missing even with the accepted effects, said in words: waves over position of which the travel shows two periods, and which
-/// take as much out of the check experiments, where they were not looked for.
+/// Shapes in the force that is missing even with the accepted effects, said in words: drag that differs by direction, and waves over position of which
+/// the travel shows two periods. Both must take as much out of the check experiments, where they were not looked for.
 pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
     let checks: Vec<usize> = (0..task.dataset.records.len()).filter(|&r| task.dataset.records[r].is_check).collect();
-    let [seen, unseen] = [task.fitted.as_slice(), checks.as_slice()].map(|records| over_position(task, scored, records));
-    let (low, high) = seen.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
+    let [mut seen, mut unseen] = [task.fitted.as_slice(), checks.as_slice()].map(|records| in_free_motion(task, scored, records));
     let is_rotational = task.dataset.machine.axis == Axis::Rotational;
-    let is_whole = |wave: &Vec<f64>| wave[1] * LEAST_PERIODS <= high - low;
-    ripples(&seen)
-        .into_iter()
-        .filter(is_whole)
-        .filter_map(|wave| {
-            let wave: [f64; 3] = wave.try_into().ok()?;
-            let share = taken_out(&wave, &seen).min(taken_out(&wave, &unseen));
-            (share > LEAST_WAVE).then(|| {
-                let percent = 100.0 * share;
-                format!(
-                    "a {} periodic in position, pitch {}, is left ({percent:.0} % of what is missing)",
-                    if is_rotational { format!("torque of {:.2} N m", wave[0]) } else { format!("force of {:.2} N", wave[0]) },
-                    if is_rotational { format!("{:.3} rad", wave[1]) } else { format!("{:.2} mm", 1e3 * wave[1]) },
-                )
-            })
-        })
-        .collect()
+    let mut said = Vec::new();
+    // Looked at first: over a motion that repeats itself it would pass for something periodic in position.
+    let by_direction = slope(&seen);
+    let drag = |share: f64| {
+        let unit = if is_rotational { "N m s/rad" } else { "N s/m" };
+        let difference = 2.0 * by_direction.abs();
+        format!(
+            "viscous friction that is {difference:.1} {unit} larger in one direction is left ({:.0} % of what is missing)",
+            100.0 * share
+        )
+    };
+    let share = [&seen, &unseen].map(|points| taken_out(points, |p| by_direction * p.speed)).into_iter().fold(f64::INFINITY, f64::min);
+    if share > LEAST_WAVE {
+        said.push(drag(share));
+        seen.iter_mut().chain(&mut unseen).for_each(|p| p.force_n -= by_direction * p.speed);
+    }
+    let over_position: Vec<(f64, f64)> = seen.iter().map(|p| (p.position, p.force_n)).collect();
+    let (low, high) = over_position.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
+    for wave in ripples(&over_position) {
+        let [amplitude, pitch, phase] = wave[..] else { continue };
+        let at = |p: &Missing| amplitude * (TAU * p.position / pitch + phase).sin();
+        let share = taken_out(&seen, at).min(taken_out(&unseen, at));
+        if share > LEAST_WAVE && pitch * LEAST_PERIODS <= high - low {
+            said.push(format!(
+                "a {} periodic in position, pitch {}, is left ({:.0} % of what is missing)",
+                if is_rotational { format!("torque of {amplitude:.2} N m") } else { format!("force of {amplitude:.2} N") },
+                if is_rotational { format!("{pitch:.3} rad") } else { format!("{:.2} mm", 1e3 * pitch) },
+                100.0 * share
+            ));
+        }
+    }
+    said
 }
 
-/// Missing force against position in free motion, less its mean.
-fn over_position(task: &Task<'_>, scored: &Scored, records: &[usize]) -> Vec<(f64, f64)> {
-    let mut points: Vec<(f64, f64)> = portrait(task, scored, records, 2, Some(false)).iter().map(|p| (p[0], p[3])).collect();
-    let mean = points.iter().map(|p| p.1).sum::<f64>() / points.len().max(1) as f64;
-    for point in &mut points {
-        point.1 -= mean;
-    }
-    points
+/// The missing force at one instant, less the means of a record's motion.
+struct Missing {
+    position: f64,
+    /// Size of the velocity, less its mean.
+    speed: f64,
+    force_n: f64,
 }
 
-/// Share of the variance of `points` that a wave as it is takes out.
-fn taken_out([amplitude, pitch, phase]: &[f64; 3], points: &[(f64, f64)]) -> f64 {
-    let (mut before, mut after) = (0.0, 0.0);
-    for (x, force) in points {
-        before += force * force;
-        after += (force - amplitude * (TAU * x / pitch + phase).sin()).powi(2);
-    }
+/// Missing force in free motion.
+fn in_free_motion(task: &Task<'_>, scored: &Scored, records: &[usize]) -> Vec<Missing> {
+    let points = portrait(task, scored, records, 2, Some(false));
+    let mean = |of: &dyn Fn(&[f64; 4]) -> f64| points.iter().map(of).sum::<f64>() / points.len().max(1) as f64;
+    let (speed, force) = (mean(&|p| p[1].abs()), mean(&|p| p[3]));
+    points.iter().map(|p| Missing { position: p[0], speed: p[1].abs() - speed, force_n: p[3] - force }).collect()
+}
+
+/// The missing force over the size of the velocity, by least squares; zero where nothing moves.
+fn slope(points: &[Missing]) -> f64 {
+    let sum = |of: &dyn Fn(&Missing) -> f64| points.iter().map(of).sum::<f64>();
+    let square = sum(&|p| p.speed * p.speed);
+    if square > 0.0 { sum(&|p| p.speed * p.force_n) / square } else { 0.0 }
+}
+
+/// Share of the variance of the missing force that `shape` as it is takes out.
+fn taken_out(points: &[Missing], shape: impl Fn(&Missing) -> f64) -> f64 {
+    let before: f64 = points.iter().map(|p| p.force_n.powi(2)).sum();
+    let after: f64 = points.iter().map(|p| (p.force_n - shape(p)).powi(2)).sum();
     if before > 0.0 { 1.0 - after / before } else { 0.0 }
 }
 

@@ -158,7 +158,8 @@ pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
     for wave in ripples(&over_position) {
         let [amplitude, pitch, phase] = wave[..] else { continue };
         let at = |p: &Missing| amplitude * (TAU * p.position / pitch + phase).sin();
-        let share = taken_out(&seen, at).min(taken_out(&unseen, at));
+        // Where a drive is homed anew the wave begins elsewhere.
+        let share = taken_out(&seen, at).min(share_at(&unseen, pitch));
         if share > LEAST_WAVE && pitch * LEAST_PERIODS <= high - low {
             said.push(format!(
                 "a {} periodic in position, pitch {}, is left ({:.0} % of what is missing)",
@@ -199,6 +200,12 @@ fn taken_out(points: &[Missing], shape: impl Fn(&Missing) -> f64) -> f64 {
     let before: f64 = points.iter().map(|p| p.force_n.powi(2)).sum();
     let after: f64 = points.iter().map(|p| (p.force_n - shape(p)).powi(2)).sum();
     if before > 0.0 { 1.0 - after / before } else { 0.0 }
+}
+
+/// Share of the variance of the missing force that a wave of this pitch takes out, wherever it begins.
+fn share_at(points: &[Missing], pitch: f64) -> f64 {
+    let waves = [f64::sin, f64::cos].map(|wave| points.iter().map(|p| wave(TAU * p.position / pitch)).collect::<Vec<f64>>());
+    explained(&waves, &points.iter().map(|p| p.force_n).collect::<Vec<f64>>())
 }
 
 /// Share of the missing force's variance that goes with position, velocity, drive force and time.

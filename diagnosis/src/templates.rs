@@ -213,7 +213,7 @@ mod tests {
         // What never went ahead tells nothing of what stands there.
         let back_only = Reach { travel_m: [-0.05, 0.0], ..SEEN };
         assert!(Reach { travel_m: [0.0, 1e-3], top_speed_m_per_s: 0.0 }.excess(back_only).is_infinite());
-        assert_eq!(Reach::NONE.excess(SEEN), 0.0);
+        assert!(Reach::NONE.excess(SEEN) <= 0.0);
     }
 
     #[test]

@@ -205,6 +205,24 @@ fn truth_another_engine_moves_the_bodies_and_agrees() {
     let said = bench.feeler(&["run", "bad.toml"]);
     assert_eq!(said.code, BAD_INPUT);
     assert!(said.err.contains("rapier"), "{}", said.err);
+    let stepped = PRESS.to_owned() + "integrator = \"rk4\"\n";
+    bench.write("both.toml", &stepped);
+    let said = bench.feeler(&["run", "both.toml", "--engine", "rapier"]);
+    assert!(said.code == BAD_INPUT && said.err.contains("run.integrator") && said.err.contains("leave one of them out"), "{}", said.err);
+}
+
+/// 5 N m on 1 g m² for 0.16 s: from there on a step of 1 ms turns it by more than an eighth of a circle.
+#[test]
+fn regress_a_body_that_becomes_too_fast_for_rapier_is_no_instability() {
+    let bench = Bench::new();
+    let turning = "axis = \"rotational\"\n[bodies.tip]\nmass = \"0.001 kg m2\"\n[springs.guide]\nbetween = [\"ground\", \"tip\"]\n\
+        damping = \"0.005 N m s/rad\"\n[actuators.drive]\non = \"tip\"\n[controllers.torque]\nlaw = \"open-loop\"\ndrives = \"drive\"\n\
+        period = \"1 ms\"\nreference = 5\n[run]\nduration = \"0.5 s\"\nstep = \"1 ms\"\n";
+    bench.write("turning.toml", turning);
+    let said = bench.feeler(&["run", "turning.toml", "--engine", "rapier"]);
+    assert_eq!(said.code, BAD_INPUT, "{}", said.out);
+    assert!(said.err.contains("run.step") && said.err.contains("Rapier follows a turn of at most 0.785 rad per step"), "{}", said.err);
+    assert_eq!(bench.feeler(&["run", "turning.toml"]).code, DONE);
 }
 
 #[test]

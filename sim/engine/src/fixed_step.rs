@@ -126,7 +126,7 @@ impl<L: Lane> FixedStep<L> {
             let before = powers(lane, &state);
             match self.method {
                 Integrator::Rk4 => self.rk4(lane, &mut state, h),
-                Integrator::External => self.external(lane, l, &mut state, h),
+                Integrator::External => self.external(lane, l, &mut state, h)?,
                 Integrator::SemiImplicitEuler | Integrator::Exact => self.semi_implicit_euler(lane, &mut state, h),
             }
             lane.motion.fill_terms(&lane.flow().equations, &mut state);
@@ -158,7 +158,7 @@ impl<L: Lane> FixedStep<L> {
     }
 
     /// Drives and filters as semi-implicit Euler has them, the bodies by the lane's other engine under the forces at the start of the step.
-    fn external(&mut self, lane: &LaneCore, l: usize, xi: &mut [f64], h: f64) {
+    fn external(&mut self, lane: &LaneCore, l: usize, xi: &mut [f64], h: f64) -> Result<(), EngineError> {
         let n = self.coordinates;
         lane.motion.fill_terms(&lane.flow().equations, xi);
         slopes(lane, xi, &mut self.slope);
@@ -169,7 +169,7 @@ impl<L: Lane> FixedStep<L> {
         self.probe.clear();
         self.probe.extend((0..n).map(|g| coordinates.mass_kg(g) * self.slope[n + g]));
         let (positions, rest) = xi.split_at_mut(n);
-        self.bodies[l].step(h, &self.probe, positions, &mut rest[..n]);
+        self.bodies[l].step(h, &self.probe, positions, &mut rest[..n])
     }
 
     /// The classical method: slopes at the start, twice in the middle, at the end, weighted 1, 2, 2, 1.

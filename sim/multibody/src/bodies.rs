@@ -3,9 +3,10 @@
 use std::f64::consts::{FRAC_PI_4, TAU};
 use std::fmt;
 
-use feeler_engine::BodyEngine;
+use feeler_engine::{BodyEngine, EngineError};
 use feeler_plant::description::Axis;
 use feeler_plant::motion::Motion;
+use feeler_plant::problem::Problem;
 use rapier3d_f64::prelude::{
     IntegrationParameters, MassProperties, PhysicsWorld, Pose, PrismaticJointBuilder, RevoluteJointBuilder, RigidBodyBuilder,
     RigidBodyHandle, Rotation, Vector,
@@ -78,7 +79,7 @@ impl Tracked {
         (self.position, self.speed) = (position, speed);
     }
 
-    fn read(&mut self, world: &PhysicsWorld, axis: Axis, step_s: f64) {
+    fn read(&mut self, world: &PhysicsWorld, axis: Axis, step_s: f64) -> Result<(), EngineError> {
         let body = &world.bodies[self.handle];
         match axis {
             Axis::Translational => (self.position, self.speed) = (body.translation().x, body.linvel().x),
@@ -87,15 +88,29 @@ impl Tracked {
                 let turned = 2.0 * body.rotation().x.atan2(body.rotation().w) - self.position;
                 self.position += turned - TAU * (turned / TAU).round();
                 if (self.speed * step_s).abs() > LARGEST_TURN {
-                    self.position = f64::NAN;
+                    return Err(too_fast(self.speed, step_s));
                 }
             }
         }
+        Ok(())
     }
 }
 
+/// Why a turning body is not followed any further.
+fn too_fast(speed: f64, step_s: f64) -> EngineError {
+    let message = format!(
+        "a body has come to turn at {speed:.4} rad/s, {:.3} rad in a step of {step_s:e} s, and Rapier follows a turn of at most {LARGEST_TURN:.3} rad per step",
+        (speed * step_s).abs()
+    );
+    let remedy = format!(
+        "shorten `run.step`, to {:.3e} s or less for this speed, or leave `run.engine` out: Feeler's own engine also tells whether the motion is unstable",
+        LARGEST_TURN / speed.abs()
+    );
+    EngineError::Problems { problems: vec![Problem::new("run.step", message, remedy)] }
+}
+
 impl BodyEngine for RapierBodies {
-    fn step(&mut self, step_s: f64, forces_n: &[f64], positions_m: &mut [f64], speeds_m_per_s: &mut [f64]) {
+    fn step(&mut self, step_s: f64, forces_n: &[f64], positions_m: &mut [f64], speeds_m_per_s: &mut [f64]) -> Result<(), EngineError> {
         self.world.integration_parameters.dt = step_s;
         for ((tracked, &force), (&position, &speed)) in
             self.bodies.iter_mut().zip(forces_n).zip(positions_m.iter().zip(speeds_m_per_s.iter()))
@@ -119,9 +134,10 @@ impl BodyEngine for RapierBodies {
         }
         self.world.step();
         for (tracked, (position, speed)) in self.bodies.iter_mut().zip(positions_m.iter_mut().zip(speeds_m_per_s.iter_mut())) {
-            tracked.read(&self.world, self.axis, step_s);
+            tracked.read(&self.world, self.axis, step_s)?;
             (*position, *speed) = (tracked.position, tracked.speed);
         }
+        Ok(())
     }
 }
 

@@ -59,6 +59,10 @@ impl Builder<'_> {
         } else {
             named.filter(|_| table.contains_key("integrator")).unwrap_or_else(|| integrator::by_default(machine, step_s))
         };
+        if let (Integrator::External, Some(entry)) = (integrator, table.get("integrator")) {
+            let message = "with `run.engine = \"rapier\"` Rapier steps the bodies, and no integrator is chosen";
+            self.problems.add(&entry.node.origin, "run.integrator", message, "leave one of them out");
+        }
         if integrator == Integrator::External && machine.axis == Axis::Rotational {
             self.turns(machine, step_s);
         }

@@ -4,8 +4,10 @@
 
 use std::path::{Path, PathBuf};
 
+use feeler_analysis::{Request, analyze};
 use feeler_arm::{Others, inverse_kinematics};
-use feeler_scenarios::arm::{Grid, ToolContact, axis_file, bandwidth_map, force_bandwidth, tool_target};
+use feeler_control::{ForceGains, Law};
+use feeler_scenarios::arm::{Grid, ToolContact, axis_file, bandwidth_map, tool_target};
 use feeler_scenarios::format::{ArmFile, Document};
 use feeler_scenarios::run::{Outcome, run};
 
@@ -50,8 +52,19 @@ fn truth_stable_gains_of_an_axis_are_those_that_its_file_has() {
     let (file, pose) = six_joint();
     for others in [Others::Free, Others::Held] {
         let axis = axis_file(&file, &pose, DOWN, others, CONTACT).unwrap();
-        let bandwidth = force_bandwidth(&axis.reduction, &axis.agreement, CONTACT).unwrap();
-        let pairs = [(axis.agreement.largest_kp[1], axis.largest_gain), (axis.agreement.largest_ki_per_s[1], bandwidth.largest_gain_per_s)];
+        let own = &axis.agreement;
+        let mut scenario = Document::parse(&axis.text, "axis.toml").unwrap().scenario;
+        scenario.machine.springs["guide"].effects.clear();
+        let mut with_ki = |ki: f64| {
+            for used in scenario.controllers.values_mut() {
+                used.spec.law = Law::ExplicitForce(ForceGains { ki, damping: own.motor_damping_n_s_per_m, ..ForceGains::default() });
+            }
+            analyze(&scenario, &Request { gain: Some("controllers.force.ki".into()), ..Request::default() }).unwrap()
+        };
+        let largest_ki = with_ki(0.1).gain.unwrap().sampled.stable[1].unwrap();
+        let crossover_hz = with_ki(0.5 * largest_ki).margins.unwrap().crossover_hz.unwrap();
+        let pairs =
+            [(own.largest_kp[1], axis.largest_gain), (own.largest_ki_per_s[1], largest_ki), (own.force_bandwidth_hz[1], crossover_hz)];
         for (own, of_file) in pairs {
             println!("{others:?}: {own} {of_file}");
             assert!((own / of_file - 1.0).abs() < SAME_LOOP, "{others:?}: {own} {of_file}");
@@ -67,7 +80,7 @@ fn regress_a_map_never_ends_at_one_place() {
     // The first place had a body of a milligram, which no machine file takes; the last is out of reach.
     let grid = Grid { x: (0.266, 1.6, 2), y: (-0.263, -0.263, 1), z_m: 0.194 };
     let map = bandwidth_map(&file, &grid, DOWN, Others::Held, hard, &pose, &|_| ()).unwrap();
-    assert!(map[0].found.as_ref().is_ok_and(|found| found.bandwidth.crossover_hz > 0.0), "{:?}", map[0].found);
+    assert!(map[0].found.as_ref().is_ok_and(|found| found.agreement.force_bandwidth_hz[0] > 0.0), "{:?}", map[0].found);
     assert_eq!(map[1].found, Err(feeler_scenarios::arm::NoAxis::OutOfReach));
 }
 
@@ -84,12 +97,13 @@ fn prop_the_bandwidth_map_agrees_with_each_place_alone() {
         let found = point.found.as_ref().unwrap();
         let place = file.arm.chain().tool_place(&found.pose).translation.vector;
         assert!((0..3).all(|i| (place[i] - point.place_m[i]).abs() < 1e-6), "{place}");
-        let (alone, agreement) =
+        let (_, agreement) =
             file.arm.reduce_in_contact(&found.pose, DOWN, *others, [CONTACT.stiffness_n_per_m, CONTACT.damping_n_s_per_m]).unwrap();
-        let bandwidth = force_bandwidth(&alone, &agreement, CONTACT).unwrap();
-        assert!((bandwidth.crossover_hz / found.bandwidth.crossover_hz - 1.0).abs() < 1e-9);
-        println!("{:?}: {:.2} kg, {:.3} Hz", point.place_m, found.mass_kg, bandwidth.crossover_hz);
-        assert!(bandwidth.crossover_hz > 0.0 && bandwidth.crossover_hz < bandwidth.edge_hz);
+        let [arm, axis] = agreement.force_bandwidth_hz;
+        assert!((arm / found.agreement.force_bandwidth_hz[0] - 1.0).abs() < 1e-9);
+        println!("{:?}: {:.2} kg, {arm:.3} Hz, axis {axis:.3} Hz", point.place_m, found.mass_kg);
+        // As near as the stable gains of which both take the half.
+        assert!(arm > 0.0 && (axis / arm - 1.0).abs() < 0.05, "{arm} {axis}");
     }
     // Far away there is no pose.
     let far = Grid { x: (3.0, 3.0, 1), y: (0.0, 0.0, 1), z_m: 0.1 };

@@ -16,8 +16,9 @@ use clap::{ArgGroup, Args, ValueHint};
     phase crossover in contact is more than 1 % off the whole arm's, as where several modes share the bending, further bodies on springs\n\
     stand beside the motor, or between motor and tool, as few as do. What is printed with it holds it against the whole arm in contact,\n\
     and warns where either is more than 5 % off.\n\
-    Gravity is taken as compensated. The force bandwidth is that of\n\
-    integral control with a gain margin of 2, sampled at 1 kHz, the motors damped so that the contact mode has a damping ratio of 0.7."
+    Gravity is taken as compensated. The force bandwidth is the arm's: of\n\
+    integral control of the contact's spring force with a gain margin of 2, sampled at 1 kHz, with motor damping of 2 * 0.7 * omega * M,\n\
+    omega the contact mode and M the mass when nothing bends."
 )]
 pub(crate) struct Reduce {
     /// Arm file (TOML): a URDF and the drives of its joints
@@ -50,7 +51,7 @@ pub(crate) struct Reduce {
     /// Map of the force bandwidth over places of the tool at the height of this one: x from, to, how many, y from, to, how many
     #[arg(long, value_name = "X0,X1,NX,Y0,Y1,NY", value_delimiter = ',', allow_hyphen_values = true)]
     pub(crate) map: Vec<f64>,
-    /// Map to write: CSV, or a page with drawings where the name ends in .html
+    /// Map to write: a table where the name ends in .csv, a page with drawings where it ends in .html
     #[arg(long, value_name = "FILE", requires = "map", value_hint = ValueHint::FilePath)]
     pub(crate) map_out: Option<PathBuf>,
     /// Print as JSON

@@ -1,12 +1,12 @@
 //! `feeler reduce`.
 
 use std::fmt::Write as _;
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use feeler_arm::{Agreement, ArmError, Landmark, Measured, Others, inverse_kinematics, usual_starts};
 use feeler_scenarios::arm::{
-    ArmFileError, AxisFile, ForceBandwidth, Grid, MapPoint, MapValues, NoAxis, ToolContact, axis_file, bandwidth_map, distrust,
-    force_bandwidth, gain_in_words, tool_target,
+    ArmFileError, AxisFile, Grid, MapPoint, MapValues, NoAxis, ToolContact, axis_file, bandwidth_map, distrust, gain_in_words, tool_target,
 };
 use feeler_scenarios::format::ArmFile;
 use serde_json::{Value, json};
@@ -27,6 +27,7 @@ const STIFFEST: f64 = 1e11;
 const MOST_DAMPED: f64 = 1e7;
 
 pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
+    let map_is_page = arguments.map_out.as_deref().map_or(Ok(false), is_page)?;
     let file = ArmFile::load(&arguments.arm)?;
     let normal = three(&arguments.normal, "--normal")?;
     let others = if arguments.hold { Others::Held } else { Others::Free };
@@ -34,7 +35,6 @@ pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
     let at = if arguments.at.is_empty() { None } else { Some(three(&arguments.at, "--at")?) };
     let pose = at.map_or_else(|| Ok(arguments.pose.clone()), |at| pose_at(&file, at, normal))?;
     let axis = axis_file(&file, &pose, normal, others, contact).map_err(refused)?;
-    let bandwidth = force_bandwidth(&axis.reduction, &axis.agreement, contact).map_err(refused)?;
     let measured = (arguments.measure)
         .then(|| {
             let touch = [contact.stiffness_n_per_m, contact.damping_n_s_per_m];
@@ -55,13 +55,11 @@ pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
         std::fs::write(path, &axis.text).map_err(|error| BadInput::unwritable(path, &error))?;
     }
     if let (Some(path), Some(map)) = (&arguments.map_out, &map) {
-        let is_page = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("html"));
-        let text = if is_page { page(arguments, &file.name, map) } else { csv(map) };
+        let text = if map_is_page { page(arguments, &file.name, map) } else { csv(map) };
         std::fs::write(path, text).map_err(|error| BadInput::unwritable(path, &error))?;
     }
     if arguments.json {
         let mut all = as_json(&axis, &pose);
-        all["force_bandwidth_hz"] = number(bandwidth.crossover_hz);
         if let Some(found) = &measured {
             all["measured"] = measured_as_json(found);
         }
@@ -70,14 +68,14 @@ pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
         }
         return terminal::print(&serde_json::to_string_pretty(&all)?);
     }
-    let mut text = figures(&axis, &pose, &bandwidth, contact);
+    let mut text = figures(&axis, &pose, contact);
     if let Some(found) = &measured {
         text.push_str(&measured_text(found));
     }
     if let Some(map) = &map {
         let _ = write!(
             text,
-            "\n\nForce bandwidth (Hz) of integral control with a gain margin of 2, by x (rows) and y of the tool in m:\n{}",
+            "\n\nForce bandwidth (Hz) of the arm under integral control with a gain margin of 2, by x (rows) and y of the tool in m:\n{}",
             chart(map)
         );
         text.push_str(&remarks(map));
@@ -85,18 +83,31 @@ pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
     terminal::print(&text)
 }
 
+/// Whether a map goes into a page, by the end of its name.
+fn is_page(path: &Path) -> anyhow::Result<bool> {
+    match path.extension().map(|extension| extension.to_ascii_lowercase()) {
+        Some(extension) if extension == "html" => Ok(true),
+        Some(extension) if extension == "csv" => Ok(false),
+        _ => Err(BadInput::error(
+            format!("--map-out {}: a map is a page or a table", path.display()),
+            "name a file that ends in .html or .csv",
+        )),
+    }
+}
+
 /// What a reader of a map has to know of its places.
 fn remarks(map: &[MapPoint]) -> String {
     let mut text = String::new();
     let found = || map.iter().filter_map(|point| point.found.as_ref().ok());
-    let without = found().filter(|found| found.bandwidth.largest_gain_per_s <= 0.0).count();
+    let without = found().filter(|found| found.agreement.largest_ki_per_s[0] <= 0.0).count();
     if without > 0 {
-        let _ = write!(text, "\nat {without} places no ki is stable (`none`): there the damping of the motors alone is unstable at 1 kHz");
+        let _ =
+            write!(text, "\nat {} no ki is stable (`none`): there the damping of the motors alone is unstable at 1 kHz", places(without));
     }
     let mut reasons: Vec<&str> = map.iter().filter_map(|point| Some(point.found.as_ref().err()?.reason())).collect();
     reasons.sort_unstable();
     for same in reasons.chunk_by(|a, b| a == b) {
-        let _ = write!(text, "\n{} places without an axis (`-`): {}", same.len(), same[0]);
+        let _ = write!(text, "\n{} without an axis (`-`): {}", places(same.len()), same[0]);
     }
     let doubtful = found().filter(|found| !found.agreement.is_trusted()).count();
     if doubtful > 0 {
@@ -105,9 +116,23 @@ fn remarks(map: &[MapPoint]) -> String {
             (count > 0).then(|| format!("{} at {count}", landmark.name()))
         });
         let each: Vec<String> = each.collect();
-        let _ = write!(text, "\nwarning: at {doubtful} places, marked *, the axis is more than 5 % off the arm: {}", each.join(", "));
+        let _ = write!(text, "\nwarning: at {}, marked *, the axis is more than 5 % off the arm: {}", places(doubtful), each.join(", "));
+    }
+    let off = found().filter(|found| axis_bandwidth_is_off(&found.agreement)).count();
+    if off > 0 {
+        let _ = write!(text, "\nat {} the axis has a force bandwidth more than 5 % off this one, which is the arm's", places(off));
     }
     text
+}
+
+fn places(count: usize) -> String {
+    if count == 1 { "1 place".to_owned() } else { format!("{count} places") }
+}
+
+/// Whether the axis's force bandwidth is not the arm's.
+fn axis_bandwidth_is_off(agreement: &Agreement) -> bool {
+    let [arm, axis] = agreement.force_bandwidth_hz;
+    arm.is_nan() != axis.is_nan() || (axis / arm - 1.0).abs() > Agreement::TRUSTED
 }
 
 fn three(numbers: &[f64], what: &str) -> anyhow::Result<[f64; 3]> {
@@ -165,11 +190,16 @@ fn refused(error: ArmFileError) -> anyhow::Error {
             let remedy = if matches!(arm, ArmError::Unreachable { .. }) { "choose a place within reach, or give a --pose" } else { remedy };
             BadInput::error(message, remedy)
         }
+        extreme @ ArmFileError::Extreme { .. } => {
+            let text = extreme.to_string();
+            let (message, remedy) = text.rsplit_once("; ").unwrap_or((&text, ""));
+            BadInput::error(message, remedy)
+        }
         other => other.into(),
     }
 }
 
-fn figures(axis: &AxisFile, pose: &[f64], bandwidth: &ForceBandwidth, contact: ToolContact) -> String {
+fn figures(axis: &AxisFile, pose: &[f64], contact: ToolContact) -> String {
     let one = &axis.reduction;
     let optional = |value: Option<f64>, unit: &str| value.map_or_else(|| "-".to_owned(), |value| with_unit(value, unit));
     let row = |name: &str, value: String| vec![name.to_owned(), value];
@@ -186,7 +216,7 @@ fn figures(axis: &AxisFile, pose: &[f64], bandwidth: &ForceBandwidth, contact: T
         row("force limit", optional(one.force_limit_n, "N")),
         row("bandwidth of the drives", optional(one.bandwidth_hz, "Hz")),
         row("largest stable kp at 1 kHz", gain(axis.largest_gain)),
-        row("force bandwidth (integral, gain margin 2)", reached(bandwidth)),
+        row("force bandwidth of the arm (integral, gain margin 2)", reached(&axis.agreement)),
     ];
     for (number, branch) in (1..).zip(&one.branches) {
         let [mass, frequency] = [with_unit(branch.mass_kg, "kg"), with_unit(branch.frequency_hz(), "Hz")];
@@ -210,7 +240,8 @@ fn figures(axis: &AxisFile, pose: &[f64], bandwidth: &ForceBandwidth, contact: T
         stable_gain("stable ki at 1 kHz (1/s)", agreement.largest_ki_per_s),
     ];
     let meaning = format!(
-        "\nphase crossover: of the whole contact force, its damper's too, without the drives' bandwidths; stable ki: with {} N s/m of motor damping",
+        "\nphase crossover: of the whole contact force, its damper's too, without the drives' bandwidths; \n\
+         stable kp and ki: of loops on the contact's spring force; ki with {} N s/m of motor damping (2 * 0.7 * contact mode * mass) from differenced encoder positions",
         plain(agreement.motor_damping_n_s_per_m)
     );
     let pose: Vec<String> = pose.iter().map(|x| format!("{x:.4}")).collect();
@@ -230,13 +261,14 @@ fn gain(value: f64) -> String {
     gain_in_words(value).map_or_else(|| plain(value), str::to_owned)
 }
 
-/// A force bandwidth, or why there is none.
-fn reached(bandwidth: &ForceBandwidth) -> String {
-    match bandwidth.largest_gain_per_s {
+/// The arm's force bandwidth, or why there is none, and the axis's where that is another.
+fn reached(agreement: &Agreement) -> String {
+    let said = |side: usize| match agreement.largest_ki_per_s[side] {
         edge if edge <= 0.0 => "none: no ki is stable".to_owned(),
         edge if edge.is_infinite() => "none: every ki is stable".to_owned(),
-        _ => with_unit(bandwidth.crossover_hz, "Hz"),
-    }
+        _ => with_unit(agreement.force_bandwidth_hz[side], "Hz"),
+    };
+    if axis_bandwidth_is_off(agreement) { format!("{} (of the axis {})", said(0), said(1)) } else { said(0) }
 }
 
 fn stable_gain(name: &str, [whole, own]: [f64; 2]) -> Vec<String> {
@@ -301,6 +333,7 @@ fn as_json(axis: &AxisFile, pose: &[f64]) -> Value {
         "phase_crossover_hz": { "arm": number(axis.agreement.phase_crossover_hz[0]), "axis": number(axis.agreement.phase_crossover_hz[1]) },
         "stable_kp": { "arm": number(axis.agreement.largest_kp[0]), "axis": number(axis.agreement.largest_kp[1]) },
         "stable_ki_per_s": { "arm": number(axis.agreement.largest_ki_per_s[0]), "axis": number(axis.agreement.largest_ki_per_s[1]) },
+        "force_bandwidth_hz": number(axis.agreement.force_bandwidth_hz[0]), "axis_force_bandwidth_hz": number(axis.agreement.force_bandwidth_hz[1]),
         "motor_damping_n_s_per_m": axis.agreement.motor_damping_n_s_per_m,
         "misfit": misfit_as_json(&axis.agreement), "warning": distrust(one, &axis.agreement),
         "largest_stable_kp": number(axis.largest_gain),
@@ -317,7 +350,8 @@ fn place_as_json(point: &MapPoint) -> Value {
     let found = point.found.as_ref().ok().map(|found| {
         json!({
             "pose": found.pose, "mass_kg": found.mass_kg, "stiffness_n_per_m": found.stiffness_n_per_m,
-            "largest_ki_per_s": number(found.bandwidth.largest_gain_per_s), "force_bandwidth_hz": number(found.bandwidth.crossover_hz),
+            "largest_ki_per_s": number(found.agreement.largest_ki_per_s[0]), "force_bandwidth_hz": number(found.agreement.force_bandwidth_hz[0]),
+            "axis_force_bandwidth_hz": number(found.agreement.force_bandwidth_hz[1]),
             "misfit": misfit_as_json(&found.agreement),
         })
     });
@@ -335,18 +369,19 @@ fn page(arguments: &Reduce, name: &str, map: &[MapPoint]) -> String {
 
 fn csv(map: &[MapPoint]) -> String {
     let mut text = String::from(
-        "x_m,y_m,z_m,mass_kg,stiffness_n_per_m,largest_ki_per_s,force_bandwidth_hz,contact_mode_misfit,phase_crossover_misfit,stable_kp_misfit,stable_ki_misfit,\
+        "x_m,y_m,z_m,mass_kg,stiffness_n_per_m,largest_ki_per_s,force_bandwidth_hz,axis_force_bandwidth_hz,contact_mode_misfit,phase_crossover_misfit,stable_kp_misfit,stable_ki_misfit,\
          within_5_percent,without_axis\n",
     );
     for point in map {
         let [x, y, z] = point.place_m;
         let number = |value: f64| if value.is_nan() { "none".to_owned() } else { value.to_string() };
         let values = match &point.found {
-            Err(why) => format!(",,,,,,,,,\"{}\"", why.reason().replace('"', "'").replace('\n', " ")),
+            Err(why) => format!(",,,,,,,,,,\"{}\"", why.reason().replace('"', "'").replace('\n', " ")),
             Ok(v) => {
                 let misfits = v.agreement.misfits().map(|misfit| format!("{misfit:.5}")).join(",");
-                let [ki, bandwidth] = [v.bandwidth.largest_gain_per_s, v.bandwidth.crossover_hz].map(number);
-                format!("{},{},{ki},{bandwidth},{misfits},{},", v.mass_kg, v.stiffness_n_per_m, v.agreement.is_trusted())
+                let [bandwidth, of_axis] = v.agreement.force_bandwidth_hz.map(number);
+                let ki = number(v.agreement.largest_ki_per_s[0]);
+                format!("{},{},{ki},{bandwidth},{of_axis},{misfits},{},", v.mass_kg, v.stiffness_n_per_m, v.agreement.is_trusted())
             }
         };
         let _ = writeln!(text, "{x},{y},{z},{values}");
@@ -365,7 +400,7 @@ fn chart(map: &[MapPoint]) -> String {
         .map(|row| {
             let value = |point: &MapPoint| {
                 let mark = |found: &MapValues| if found.agreement.is_trusted() { "" } else { "*" };
-                let said = |found: &MapValues| match found.bandwidth.crossover_hz {
+                let said = |found: &MapValues| match found.agreement.force_bandwidth_hz[0] {
                     hz if hz.is_nan() => format!("none{}", mark(found)),
                     hz => format!("{hz:.2}{}", mark(found)),
                 };

@@ -34,9 +34,9 @@ struct Field {
 const FIELDS: [Field; 4] = [
     Field {
         title: "Force bandwidth.",
-        caption: "Crossover of integral force control sampled at 1 kHz, at half its largest stable gain.",
+        caption: "The arm's: crossover of integral control of the contact's spring force, sampled at 1 kHz, at half the arm's largest stable gain, with motor damping of 2 * 0.7 * contact mode * mass. The axis's own is told under the pointer.",
         unit: "Hz",
-        of: |found| found.bandwidth.crossover_hz,
+        of: |found| found.agreement.force_bandwidth_hz[0],
     },
     Field { title: "Effective mass.", caption: "What moves along the normal, motors included.", unit: "kg", of: |found| found.mass_kg },
     Field {
@@ -52,6 +52,9 @@ const FIELDS: [Field; 4] = [
         of: |found| 100.0 * found.agreement.worst(),
     },
 ];
+
+/// What the axis has in place of the arm's.
+const AXIS_BANDWIDTH: Field = Field { title: "", caption: "", unit: "Hz", of: |found| found.agreement.force_bandwidth_hz[1] };
 
 /// The page; `command` gives what reduces the arm at a place.
 pub(crate) fn page(arm: &str, map: &[MapPoint], command: &dyn Fn([f64; 3]) -> String) -> String {
@@ -80,13 +83,13 @@ pub(crate) fn page(arm: &str, map: &[MapPoint], command: &dyn Fn([f64; 3]) -> St
 fn sentence(map: &[MapPoint], reached: &[(&MapPoint, &MapValues)]) -> String {
     let places = map.len();
     let within = map.iter().filter(|point| !matches!(point.found, Err(NoAxis::OutOfReach))).count();
-    let bandwidth = |(_, found): &&(&MapPoint, &MapValues)| found.bandwidth.crossover_hz;
+    let bandwidth = |(_, found): &&(&MapPoint, &MapValues)| found.agreement.force_bandwidth_hz[0];
     let with_one = || reached.iter().filter(|place| bandwidth(place).is_finite());
     let worst = with_one().min_by(|a, b| bandwidth(a).total_cmp(&bandwidth(b)));
     let best = with_one().max_by(|a, b| bandwidth(a).total_cmp(&bandwidth(b)));
     let at = |(point, found): &(&MapPoint, &MapValues)| {
         let [x, y, _] = point.place_m;
-        format!("{} at x = {} m, y = {} m", with_unit(found.bandwidth.crossover_hz, "Hz"), plain(x), plain(y))
+        format!("{} at x = {} m, y = {} m", with_unit(found.agreement.force_bandwidth_hz[0], "Hz"), plain(x), plain(y))
     };
     if within == 0 {
         return format!("The arm reaches none of {places} places.");
@@ -116,14 +119,14 @@ fn colour_of(point: &MapPoint, field: &Field, share: &dyn Fn(f64) -> f64) -> Str
 
 /// Places that have no axis, or no stable gain, counted by the reason.
 fn lacking(map: &[MapPoint]) -> String {
-    let unstable = map.iter().filter(|point| point.found.as_ref().is_ok_and(|found| found.bandwidth.largest_gain_per_s <= 0.0)).count();
+    let unstable = map.iter().filter(|point| point.found.as_ref().is_ok_and(|found| found.agreement.largest_ki_per_s[0] <= 0.0)).count();
     let mut reasons: Vec<&str> = map.iter().filter_map(|point| Some(point.found.as_ref().err()?.reason())).collect();
     reasons.sort_unstable();
     let mut said: Vec<String> =
         reasons.chunk_by(|a, b| a == b).map(|same| format!(" Without an axis, {}: {}.", same.len(), same[0])).collect();
     if unstable > 0 {
         said.push(format!(
-            " At {unstable} places no ki is stable, as the damping of the motors alone is unstable at 1 kHz: there is no force bandwidth."
+            " At {unstable} of the places no ki is stable, as the damping of the motors alone is unstable at 1 kHz: there is no force bandwidth."
         ));
     }
     said.concat()
@@ -142,6 +145,7 @@ fn columns(map: &[MapPoint]) -> Vec<Value> {
         place("y", 1),
         place("z", 2),
         field("force bandwidth", bandwidth),
+        field("of the axis", &AXIS_BANDWIDTH),
         field("mass", mass),
         field("stiffness", stiffness),
         field("axis off by", misfit),

@@ -2,12 +2,11 @@
 
 use std::fmt::Write as _;
 
-use feeler_analysis::{Request, analyze};
+use feeler_analysis::{GainReport, Request, analyze};
 use feeler_arm::{Agreement, Branch, Landmark, Others, Reduction};
 
-use super::bandwidth::largest_stable;
 use super::error::ArmFileError;
-use crate::format::{ArmFile, Document};
+use crate::format::{ArmFile, Document, FormatError};
 
 /// Share of the largest stable gain that a file starts with.
 const GAIN_SHARE: f64 = 0.25;
@@ -41,6 +40,12 @@ pub struct AxisFile {
     pub largest_gain: f64,
 }
 
+/// Why no machine file can be made of the numbers of an axis: nobody has written the file in which they stand.
+fn no_machine(error: &FormatError) -> ArmFileError {
+    let why = error.problems.first().map_or_else(String::new, |problem| format!("{}: {}", problem.key, problem.message));
+    ArmFileError::Extreme { why }
+}
+
 /// The axis of an arm at a pose (rad, m) along a normal that points from the tool into the workpiece.
 ///
 /// # Errors
@@ -48,7 +53,7 @@ pub struct AxisFile {
 pub fn axis_file(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, contact: ToolContact) -> Result<AxisFile, ArmFileError> {
     let touch = [contact.stiffness_n_per_m, contact.damping_n_s_per_m];
     let (reduction, agreement) = file.arm.reduce_in_contact(pose, normal, others, touch)?;
-    let document = Document::parse(&axis_text(&reduction, contact, TRIED_GAIN), "axis.toml")?;
+    let document = Document::parse(&axis_text(&reduction, contact, TRIED_GAIN), "axis.toml").map_err(|error| no_machine(&error))?;
     let report = analyze(&document.scenario, &Request::default())?;
     let edge = largest_stable(report.gain.as_ref());
     let gain = (GAIN_SHARE * edge).min(LARGEST_GAIN);
@@ -62,6 +67,15 @@ pub fn axis_file(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others,
     let about = format!("The single axis that {} is at one pose along one normal, {held}", file.name);
     let _ = write!(text, "name  = {}\nabout = {}\n\n{}", quoted(&name), quoted(&about), axis_text(&reduction, contact, gain));
     Ok(AxisFile { text, reduction, agreement, largest_gain: edge })
+}
+
+/// The largest stable gain of a report: zero where none is stable, infinite where all are.
+fn largest_stable(gain: Option<&GainReport>) -> f64 {
+    match gain.map(|gain| (gain.sampled.all.bands.is_empty(), gain.sampled.stable[1])) {
+        Some((true, _)) => 0.0,
+        Some((false, Some(edge))) => edge,
+        _ => f64::INFINITY,
+    }
 }
 
 /// Why an axis should not be trusted, where it is more than 5 % off the whole arm in one of the landmarks.
@@ -121,7 +135,15 @@ fn header(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, agreem
             Landmark::StableKp => "",
             Landmark::StableKi => " 1/s",
         };
-        format!("#   {}: {} and {}{unit}: off by {} %\n", landmark.name(), number(arm), number(own), percent(misfit))
+        let name = landmark.name();
+        if [arm, own].iter().all(|value| value.is_nan()) {
+            return format!("#   {name}: neither has one\n");
+        }
+        if landmark_is_gain(*landmark) && number(arm) == number(own) && gain_in_words(arm).is_some() {
+            return format!("#   {name}: of both {}\n", number(arm));
+        }
+        let with_unit = |value: f64| if value.is_finite() { format!("{}{unit}", number(value)) } else { number(value) };
+        format!("#   {name}: {} and {}: off by {} %\n", with_unit(arm), with_unit(own), percent(misfit))
     };
     let landmarks: String = (Landmark::ALL.iter().zip(agreement.landmarks()).zip(agreement.misfits()))
         .map(|((name, pair), misfit)| said(name, pair, misfit))
@@ -129,12 +151,16 @@ fn header(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, agreem
     format!(
         "# The axis that {} is at the pose {} (rad) along [{nx}, {ny}, {nz}], the tool's other directions {}; made by `feeler reduce`.\n\
          # Whole arm and this axis on a contact of {stiffness:.4e} N/m (phase crossover of the whole contact force, the drives' bandwidths left out; stable gains\n\
-         # at 1 kHz behind them, ki with {:.4} N s/m of motor damping):\n{landmarks}",
+         # of loops on its spring's force at 1 kHz behind them, ki with {:.4} N s/m of motor damping from differenced encoder positions):\n{landmarks}",
         file.name,
         pose.join(", "),
         if others == Others::Held { "held" } else { "free" },
         agreement.motor_damping_n_s_per_m,
     )
+}
+
+fn landmark_is_gain(landmark: Landmark) -> bool {
+    matches!(landmark, Landmark::StableKp | Landmark::StableKi)
 }
 
 fn percent(misfit: f64) -> String {
@@ -158,7 +184,7 @@ fn bodies_note(axis: &Reduction) -> String {
 }
 
 /// The machine and its force loop, unnamed.
-pub(super) fn axis_text(axis: &Reduction, contact: ToolContact, gain: f64) -> String {
+fn axis_text(axis: &Reduction, contact: ToolContact, gain: f64) -> String {
     let mut text = String::new();
     let mut line = |line: String| {
         text.push_str(&line);

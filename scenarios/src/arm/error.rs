@@ -13,9 +13,17 @@ pub enum ArmFileError {
     /// The arm or its pose.
     #[error(transparent)]
     Arm(#[from] ArmError),
-    /// The machine that it gives.
+    /// The arm file.
     #[error(transparent)]
     Format(#[from] FormatError),
+    /// The machine that it gives has numbers that no machine file takes.
+    #[error(
+        "the axis of this arm on this contact cannot be simulated: {why}; check `stiffness`, `damping`, `friction` and `rotor_inertia` of [joints],          --contact-stiffness and --contact-damping for extreme numbers"
+    )]
+    Extreme {
+        /// Of the axis: key and what is wrong.
+        why: String,
+    },
     /// Its linear theory.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),

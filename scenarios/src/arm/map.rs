@@ -7,7 +7,6 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::axis_file::ToolContact;
-use super::bandwidth::{ForceBandwidth, force_bandwidth};
 use super::error::ArmFileError;
 use crate::format::ArmFile;
 
@@ -64,8 +63,6 @@ pub struct MapValues {
     pub stiffness_n_per_m: f64,
     /// How well the axis stands for the whole arm in contact.
     pub agreement: Agreement,
-    /// What integral force control reaches.
-    pub bandwidth: ForceBandwidth,
 }
 
 /// The arm's axis and its force bandwidth at every place of a grid, the tool's x axis along the normal; poses follow from one place to the next, beginning at
@@ -135,7 +132,6 @@ pub fn tool_target(file: &ArmFile, place_m: [f64; 3], normal: [f64; 3]) -> Resul
 fn values(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, contact: ToolContact) -> Result<MapValues, ArmFileError> {
     let touch = [contact.stiffness_n_per_m, contact.damping_n_s_per_m];
     let (axis, agreement) = file.arm.reduce_in_contact(pose, normal, others, touch)?;
-    let bandwidth = force_bandwidth(&axis, &agreement, contact)?;
     let stiffness_n_per_m = axis.static_stiffness_n_per_m;
-    Ok(MapValues { pose: pose.to_vec(), mass_kg: axis.mass_kg, stiffness_n_per_m, agreement, bandwidth })
+    Ok(MapValues { pose: pose.to_vec(), mass_kg: axis.mass_kg, stiffness_n_per_m, agreement })
 }

@@ -1,11 +1,9 @@
 //! Arms as axes: the machine file of an arm along a contact normal, and the force bandwidth that it allows.
 
 mod axis_file;
-mod bandwidth;
 mod error;
 mod map;
 
 pub use axis_file::{AxisFile, ToolContact, axis_file, distrust, gain_in_words};
-pub use bandwidth::{ForceBandwidth, force_bandwidth};
 pub use error::ArmFileError;
 pub use map::{Grid, MapPoint, MapValues, NoAxis, bandwidth_map, tool_target};

@@ -10,8 +10,10 @@ use crate::linear_system::LinearSystem;
 use crate::reduce::Reduction;
 use crate::sampled::{Edge, Lag, Law, SampledPlant};
 
-/// Damping ratio that the motors' damping gives the contact mode where integral force control is looked at.
+/// Damping ratio that the motors' damping would give the contact mode if nothing bent, where integral force control is looked at.
 const DAMPING_RATIO: f64 = 0.7;
+/// Share of the largest stable integral gain at which the force bandwidth is told: a gain margin of two.
+const GAIN_SHARE: f64 = 0.5;
 /// How far each landmark of an axis may be from the whole arm's before further bodies are asked for.
 const CLOSE: [f64; 4] = [0.002, 0.01, 0.02, 0.02];
 /// Frequencies at which a phase is followed, per factor of ten.
@@ -29,12 +31,15 @@ pub struct Agreement {
     /// Where the phase from drive force to contact force, damper included and the drives' bandwidths left out, falls through -180 degrees: whole arm, axis; Hz. Not a
     /// number where it does not.
     pub phase_crossover_hz: [f64; 2],
-    /// Largest stable gain of proportional force control, sampled at 1 kHz, behind the drives' bandwidths: whole arm, axis. Zero where no gain is stable, infinite
+    /// Largest stable gain of proportional control of the contact's spring force, sampled at 1 kHz, behind the drives' bandwidths: whole arm, axis. Zero where no gain is stable, infinite
     /// where all are.
     pub largest_kp: [f64; 2],
-    /// The same of integral force control, 1/s, the motors damped by [`Self::motor_damping_n_s_per_m`].
+    /// The same of integral control, 1/s, the motors damped by [`Self::motor_damping_n_s_per_m`] on the difference of their last two encoder positions.
     pub largest_ki_per_s: [f64; 2],
-    /// The damping that gives the contact mode of the whole arm a damping ratio of 0.7.
+    /// Where that integral loop has a gain of one at half of its own largest stable gain: whole arm, axis; Hz. Not a number where no gain is stable, or all are.
+    pub force_bandwidth_hz: [f64; 2],
+    /// `2 * 0.7 * omega * M` with the whole arm's contact mode `omega` and its mass `M` when nothing bends: the damping ratio of one mass on the contact would be 0.7,
+    /// those of the arm's own modes differ.
     pub motor_damping_n_s_per_m: f64,
 }
 
@@ -178,18 +183,29 @@ impl Reduction {
         LinearSystem { mass, stiffness, damping, tip: unit(1), drive: unit(0), mass_kg: self.mass_kg }
     }
 
-    /// Largest stable gains of force control on a contact (N/m, N s/m): proportional, and integral (1/s) with so much damping of the motor (N s/m).
-    fn largest_gains(&self, contact: [f64; 2], damping_n_s_per_m: f64, first_hz: f64) -> [Edge; 2] {
+    /// What force control reaches on a contact (N/m, N s/m), with so much damping of the motor (N s/m) where it is integral.
+    fn largest_gains(&self, contact: [f64; 2], damping_n_s_per_m: f64, first_hz: f64) -> Gains {
         let system = self.system();
         let lags = [(self.bandwidth_hz, system.drive.clone())];
         largest_gains(&system, &lags, contact, damping_n_s_per_m, first_hz)
     }
 }
 
-/// Proportional and integral (1/s); not a number for what no computer can hold.
-fn largest_gains(system: &LinearSystem, lags: &[Lag], contact: [f64; 2], damping_n_s_per_m: f64, first_hz: f64) -> [Edge; 2] {
-    let sampled = SampledPlant::new(system, lags, contact, first_hz);
-    sampled.map_or([Edge::UNKNOWN; 2], |plant| [plant.largest_kp(), plant.largest_ki_per_s(damping_n_s_per_m)])
+/// What force control reaches.
+struct Gains {
+    /// Largest stable gains: proportional, and integral, 1/s.
+    largest: [Edge; 2],
+    /// Crossover of the integral loop at half of its gain, Hz.
+    bandwidth_hz: f64,
+}
+
+/// Not a number for what no computer can hold.
+fn largest_gains(system: &LinearSystem, lags: &[Lag], contact: [f64; 2], damping_n_s_per_m: f64, first_hz: f64) -> Gains {
+    let Ok(plant) = SampledPlant::new(system, lags, contact, first_hz) else {
+        return Gains { largest: [Edge::UNKNOWN; 2], bandwidth_hz: f64::NAN };
+    };
+    let largest = [plant.largest_kp(), plant.largest_ki_per_s(damping_n_s_per_m)];
+    Gains { largest, bandwidth_hz: plant.crossover_hz(damping_n_s_per_m, GAIN_SHARE * largest[1].gain) }
 }
 
 /// The whole arm's landmarks in contact, against which axes are held.
@@ -199,7 +215,7 @@ pub(crate) struct WholeArm {
     contact_mode_hz: f64,
     phase_crossover_hz: f64,
     motor_damping_n_s_per_m: f64,
-    largest_gains: [Edge; 2],
+    gains: Gains,
 }
 
 impl WholeArm {
@@ -214,20 +230,20 @@ impl WholeArm {
             contact_mode_hz,
             phase_crossover_hz: falls_through_hz(&grid_hz, &response, PI),
             motor_damping_n_s_per_m,
-            largest_gains: largest_gains(&linear.system, &linear.lags, contact, motor_damping_n_s_per_m, contact_mode_hz),
+            gains: largest_gains(&linear.system, &linear.lags, contact, motor_damping_n_s_per_m, contact_mode_hz),
             grid_hz,
         }
     }
 
     /// Frequencies at which the landmarks are decided, Hz; not a number where there is none.
     pub(crate) fn frequencies_hz(&self) -> [f64; 4] {
-        let [kp, ki] = self.largest_gains;
+        let [kp, ki] = self.gains.largest;
         [self.contact_mode_hz, self.phase_crossover_hz, kp.frequency_hz, ki.frequency_hz]
     }
 
     /// What decides about the stable gains, proportional and integral, where something does.
     pub(crate) fn loops(&self) -> Vec<(Law, Edge)> {
-        let [kp, ki] = self.largest_gains;
+        let [kp, ki] = self.gains.largest;
         let loops = [(Law::Proportional, kp), (Law::Integral(self.motor_damping_n_s_per_m), ki)];
         loops.into_iter().filter(|(_, edge)| edge.gain > 0.0 && edge.gain.is_finite()).collect()
     }
@@ -244,8 +260,9 @@ impl WholeArm {
         Agreement {
             contact_mode_hz: [self.contact_mode_hz, axis.contact_mode_hz(self.contact[0])],
             phase_crossover_hz: [self.phase_crossover_hz, falls_through_hz(&self.grid_hz, &response, PI)],
-            largest_kp: [self.largest_gains[0].gain, gains[0].gain],
-            largest_ki_per_s: [self.largest_gains[1].gain, gains[1].gain],
+            largest_kp: [self.gains.largest[0].gain, gains.largest[0].gain],
+            largest_ki_per_s: [self.gains.largest[1].gain, gains.largest[1].gain],
+            force_bandwidth_hz: [self.gains.bandwidth_hz, gains.bandwidth_hz],
             motor_damping_n_s_per_m: self.motor_damping_n_s_per_m,
         }
     }

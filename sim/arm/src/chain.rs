@@ -54,6 +54,8 @@ fn steiner(mass: f64, r: &Vector3<f64>) -> Matrix3<f64> {
 pub struct Joint {
     /// Its name.
     pub name: String,
+    /// The name of the link that it moves.
+    pub link: String,
     /// How it moves.
     pub kind: JointKind,
     /// Where its frame stands in that of the joint before, at position zero.

@@ -2,6 +2,10 @@
 
 use thiserror::Error;
 
+fn four_digits(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
+}
+
 /// Why an arm cannot be read, moved or reduced.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
@@ -103,7 +107,7 @@ pub enum ArmError {
         t_s: f64,
     },
     /// No pose was found that brings the tool there.
-    #[error("no pose within the joint limits brings the tool to [{}, {}, {}] m; {left_m} m are left", .target_m[0], .target_m[1], .target_m[2])]
+    #[error("no pose within the joint limits brings the tool to [{}, {}, {}] m; {} m are left", .target_m[0], .target_m[1], .target_m[2], four_digits(*.left_m))]
     Unreachable {
         /// Where it should go.
         target_m: [f64; 3],

@@ -19,6 +19,8 @@ const FROM: f64 = 0.05;
 /// Points about each mode, in half widths of its peak, and the narrowest half width that is looked for, over its frequency.
 const ABOUT: [f64; 8] = [-6.0, -2.5, -1.2, -0.4, 0.4, 1.2, 2.5, 6.0];
 const NARROWEST: f64 = 1e-6;
+/// Angle on the unit circle below which no crossover is looked for: a microhertz.
+const SLOWEST: f64 = 1e-6 * TAU * PERIOD_S;
 /// Halvings of the step in which a crossing lies: to rounding of a gain.
 const HALVINGS: u32 = 40;
 
@@ -91,6 +93,28 @@ impl SampledPlant {
     pub(crate) fn largest_ki_per_s(&self, damping_n_s_per_m: f64) -> Edge {
         let damping = self.largest(Law::Damping);
         if damping_n_s_per_m < damping.gain { self.largest(Law::Integral(damping_n_s_per_m)) } else { Edge { gain: 0.0, ..damping } }
+    }
+
+    /// Where the loop of integral control, the drive's speed damped by so much, N s/m, first has a gain of one on its way down from infinity, Hz; not a number
+    /// unless `ki`, 1/s, is above zero and finite.
+    pub(crate) fn crossover_hz(&self, damping_n_s_per_m: f64, ki: f64) -> f64 {
+        if !(ki > 0.0 && ki.is_finite()) {
+            return f64::NAN;
+        }
+        let law = Law::Integral(damping_n_s_per_m);
+        let is_below = |angle: f64, [force, way]: [C64; 2]| ki * law.open(C64::cis(angle), force, way).norm() < 1.0;
+        let Some(below) = self.circle.iter().position(|&(angle, answer)| is_below(angle, answer)) else { return f64::NAN };
+        let mut high = self.circle[below].0;
+        let mut low = if below == 0 { 0.5 * high } else { self.circle[below - 1].0 };
+        // Below the circle's first point the loop is an integrator.
+        while below == 0 && low > SLOWEST && is_below(low, self.at(low)) {
+            (low, high) = (0.5 * low, low);
+        }
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if is_below(middle, self.at(middle)) { high = middle } else { low = middle }
+        }
+        low / PERIOD_S / TAU
     }
 
     fn at(&self, angle: f64) -> [C64; 2] {

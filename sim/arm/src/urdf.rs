@@ -190,6 +190,7 @@ fn joint(node: Node<'_, '_>) -> Result<Described, ArmError> {
         kind,
         joint: Joint {
             name: name.into(),
+            link: end("child")?,
             kind: kind.unwrap_or(JointKind::Continuous),
             place: origin(node)?,
             axis,

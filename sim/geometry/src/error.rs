@@ -1,5 +1,6 @@
 //! What can be wrong with shapes and their motion.
 
+use feeler_plant::problem::short;
 use thiserror::Error;
 
 /// Why a contact's geometry cannot be used.
@@ -65,7 +66,8 @@ pub enum GeometryError {
     },
     /// The tip's way along the axis grazes a wall that is parallel to it, so that the gap jumps.
     #[error(
-        "at {t_s} s the gap jumps by {jump_m} m: the tip travels against a wall; give the tip a radius larger than the step, or end the feed before it"
+        "at {} s the gap jumps by {} m: the tip travels against a wall, or begins just where it could touch; give the tip a radius larger than the step, or begin \
+         or end the feed elsewhere", short(*.t_s), short(*.jump_m)
     )]
     Jump {
         /// When, s.
@@ -73,8 +75,21 @@ pub enum GeometryError {
         /// Size of the jump, m.
         jump_m: f64,
     },
+    /// An edge of the gap at which the error asked for is missed even within 0.1 us.
+    #[error(
+        "an `error` of {error_m:e} m cannot be kept: at {} s, where the gap bends sharply, it is known to {} m; raise `error` to {:.0e} m or more",
+        short(*.t_s), short(*.apart_m), 2.0 * .apart_m
+    )]
+    Unresolved {
+        /// When, s.
+        t_s: f64,
+        /// How far off the gap may be there, m.
+        apart_m: f64,
+        /// The error asked for, m.
+        error_m: f64,
+    },
     /// The tip starts inside the workpiece.
-    #[error("the tip starts {depth_m} m inside the workpiece; move the workpiece away along x, or the tip back")]
+    #[error("the tip starts {} m inside the workpiece; move the workpiece away along x, or the tip back", short(*.depth_m))]
     Overlap {
         /// How far it must go back, m.
         depth_m: f64,

@@ -10,6 +10,8 @@ use crate::touching::Touching;
 const FIRST_PIECES: usize = 64;
 /// Shortest piece, s: at a sharp edge of the gap the error falls with its length.
 const SHORTEST_S: f64 = 1e-7;
+/// Steepest flank that a change of the gap within the shortest piece may be, way along x per lateral way; beyond, it is a wall.
+const STEEPEST: f64 = 10.0;
 /// Most knots: 24 MB.
 const MOST_KNOTS: usize = 1_000_000;
 /// Where each piece is held against the shapes: between them the largest errors of cubics through values and slopes lie in the middle.
@@ -61,6 +63,12 @@ impl Probe<'_> {
         Ok((Knot { t_s, offset_m: touch.travel_m, rate_m_per_s: rate }, [px, py, pz, nx, ny, nz]))
     }
 
+    /// Lateral way between two times, m.
+    fn way_m(&self, from_s: f64, to_s: f64) -> f64 {
+        let ([y, z], [y_end, z_end]) = (self.feed.at(from_s).0, self.feed.at(to_s).0);
+        f64::hypot(y_end - y, z_end - z)
+    }
+
     /// Largest difference of the cubic between two knots from the shapes' own gap, over the probes.
     fn apart_m(&mut self, a: &Knot, b: &Knot) -> Result<f64, GeometryError> {
         let mut apart_m = 0.0_f64;
@@ -82,7 +90,7 @@ impl Touching {
     /// which jumps by as much (a ball on triangles or on a hull does not need it); [`Compiled::error_m`] tells then what is kept.
     ///
     /// # Errors
-    /// [`GeometryError::Jump`] where the gap jumps, [`GeometryError::Knots`] for an error that takes too many pieces, and those of [`Self::at`].
+    /// [`GeometryError::Jump`] where the gap jumps, [`GeometryError::Unresolved`] for an error that pieces of 0.1 us miss, [`GeometryError::Knots`] for an error that takes too many pieces, and those of [`Self::at`].
     pub fn profile(&self, feed: &Feed, duration_s: f64, error_m: f64) -> Result<Compiled, GeometryError> {
         let mut probe = Probe { touching: self, feed, queries: 0 };
         let mut ends: Vec<f64> = (0..=FIRST_PIECES).map(|i| duration_s * i as f64 / FIRST_PIECES as f64).collect();
@@ -108,6 +116,8 @@ impl Touching {
                     if knots.len() > MOST_KNOTS {
                         return Err(GeometryError::Knots { most: MOST_KNOTS, error_m });
                     }
+                } else if is_shortest && jump_m <= STEEPEST * probe.way_m(a.0.t_s, b.0.t_s) {
+                    return Err(GeometryError::Unresolved { t_s: a.0.t_s, apart_m: apart_m / SEEN, error_m });
                 } else if is_shortest {
                     return Err(GeometryError::Jump { t_s: a.0.t_s, jump_m });
                 } else {

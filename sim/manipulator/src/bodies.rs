@@ -14,7 +14,7 @@ const TOUCHING: f64 = 1e-9;
 /// What the base, or what a joint moves, is made of.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyShapes {
-    /// `base`, or the name of the joint that moves it.
+    /// `base`, or the name of the link.
     pub name: String,
     /// Its shapes, in the frame of the base or of that joint.
     pub shapes: Vec<(Shape, Isometry3<f64>)>,
@@ -34,7 +34,7 @@ pub fn link_capsules(chain: &Chain) -> Vec<BodyShapes> {
         // Body 0 is the base, body i what joint i - 1 moves.
         let next = chain.joints.get(i).map_or(chain.tool, |joint| joint.place).translation.vector;
         let radius_m = if i == 0 { radius(0) } else { radius(i - 1) };
-        let name = if i == 0 { "base".to_owned() } else { chain.joints[i - 1].name.clone() };
+        let name = if i == 0 { "base".to_owned() } else { chain.joints[i - 1].link.clone() };
         BodyShapes { name, shapes: vec![capsule(next, radius_m)], radius_m }
     };
     (0..=chain.joints()).map(body).collect()

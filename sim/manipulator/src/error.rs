@@ -4,6 +4,7 @@ use feeler_arm::ArmError;
 use feeler_control::ControlError;
 use feeler_engine::EngineError;
 use feeler_geometry::GeometryError;
+use feeler_plant::problem::short;
 use thiserror::Error;
 
 /// Why a cell cannot be simulated.
@@ -31,7 +32,7 @@ pub enum ManipulatorError {
         count: usize,
     },
     /// The tip starts inside the workpiece.
-    #[error("the tip starts {depth_m} m inside the workpiece; move the start back against the normal, or the workpiece away")]
+    #[error("the tip starts {} m inside the workpiece; move the start back against the normal, or the workpiece away", short(*.depth_m))]
     Penetrates {
         /// How deep.
         depth_m: f64,
@@ -41,8 +42,8 @@ pub enum ManipulatorError {
     NeverMeets,
     /// The place of contact is beyond the arm's reach.
     #[error(
-        "the tip would touch after {travel_m} m along the normal, at [{}, {}, {}] m, where the arm does not reach ({left_m} m are left); move the workpiece nearer",
-        .place_m[0], .place_m[1], .place_m[2]
+        "the tip would touch after {} m along the normal, at [{}, {}, {}] m, where the arm does not reach ({} m are left); move the workpiece nearer",
+        short(*.travel_m), short(.place_m[0]), short(.place_m[1]), short(.place_m[2]), short(*.left_m)
     )]
     OutOfReach {
         /// How far it would have to go.
@@ -53,11 +54,11 @@ pub enum ManipulatorError {
         left_m: f64,
     },
     /// Two bodies of the arm overlap at the start.
-    #[error("at the start `{a}` and `{b}` overlap by {depth_m} m; choose a pose in which the arm does not run into itself")]
+    #[error("at the start the links `{a}` and `{b}` overlap by {} m; choose a pose in which the arm does not run into itself", short(*.depth_m))]
     SelfIntersects {
-        /// What the first joint moves, or the base.
+        /// The first link, or `base`.
         a: String,
-        /// What the other moves.
+        /// The other.
         b: String,
         /// How deep.
         depth_m: f64,

@@ -3,7 +3,9 @@
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use feeler_control::{ControllerSpec, Law, ReferenceSpec};
-use feeler_engine::{BodyEngine, ControllerUse, EngineError, Integrator, Program, RunEnd, RunSettings, Scenario, Simulation, Trace, Unobserved};
+use feeler_engine::{
+    BodyEngine, ControllerUse, EngineError, Integrator, Program, RunEnd, RunSettings, Scenario, Simulation, Trace, Unobserved,
+};
 use feeler_multibody::RapierBodies;
 use feeler_plant::description::{Actuator, ActuatorKind, Axis, Body, Contact, ContactLaw, GROUND, Machine, Quantity, SignalName, Spring};
 use feeler_plant::effects::{self, EffectUse};

@@ -2,6 +2,12 @@
 
 use std::fmt;
 
+/// A number as a message shows it: four significant digits, with an exponent where it is very large or small.
+pub fn short(value: f64) -> String {
+    let rounded = format!("{value:.3e}").parse().unwrap_or(value);
+    if rounded != 0.0 && !(1e-4..1e6).contains(&f64::abs(rounded)) { format!("{rounded:e}") } else { format!("{rounded}") }
+}
+
 /// One mistake: where it is and what to do about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {

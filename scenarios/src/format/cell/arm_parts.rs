@@ -6,7 +6,8 @@ use feeler_arm::{Arm, Collision, CollisionShape, JointKind};
 use feeler_geometry::Shape;
 use feeler_manipulator::{BodyShapes, JointPart, joint_effect_host, joint_effects, link_capsules};
 use feeler_plant::description::Axis;
-use feeler_plant::effects::EffectUse;
+use feeler_plant::effects::{EffectUse, find};
+use feeler_plant::names::did_you_mean;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::format::arm::{self, ReadArm, mesh_path};
@@ -97,8 +98,13 @@ fn effects(root: &Table, name: &str, path: &str, slides: bool, draft: &Draft, pr
     for (kind, entry) in table {
         let path = join(&path, kind);
         let Some(host) = joint_effect_host(kind) else {
-            let remedy = format!("joints take {}", joint_effects().collect::<Vec<_>>().join(", "));
-            problems.add(&entry.key, &path, format!("`{kind}` is not simulated in a joint"), remedy);
+            let taken = format!("joints take {}", joint_effects().collect::<Vec<_>>().join(", "));
+            let (message, remedy) = if find(kind).is_some() {
+                (format!("`{kind}` is not simulated in a joint"), taken)
+            } else {
+                (format!("there is no effect `{kind}`"), did_you_mean(kind, joint_effects()))
+            };
+            problems.add(&entry.key, &path, message, remedy);
             found = None;
             continue;
         };
@@ -117,7 +123,7 @@ fn bodies(read: &ReadArm, at: &Origin, problems: &mut Problems) -> Option<Vec<Bo
     if read.collisions.iter().all(Vec::is_empty) {
         return Some(link_capsules(chain));
     }
-    let names = std::iter::once("base").chain(chain.joints.iter().map(|joint| joint.name.as_str()));
+    let names = std::iter::once("base").chain(chain.joints.iter().map(|joint| joint.link.as_str()));
     let mut all = Vec::new();
     for (name, collisions) in names.zip(&read.collisions) {
         let mut shapes = Vec::new();

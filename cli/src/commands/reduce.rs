@@ -240,7 +240,7 @@ fn figures(axis: &AxisFile, pose: &[f64], contact: ToolContact) -> String {
         stable_gain("stable ki at 1 kHz (1/s)", agreement.largest_ki_per_s),
     ];
     let meaning = format!(
-        "\nphase crossover: of the whole contact force, its damper's too, without the drives' bandwidths; \n\
+        "\nphase crossover: of the whole contact force, its damper's too, without the drives' bandwidths\n\
          stable kp and ki: of loops on the contact's spring force; ki with {} N s/m of motor damping (2 * 0.7 * contact mode * mass) from differenced encoder positions",
         plain(agreement.motor_damping_n_s_per_m)
     );

@@ -99,6 +99,8 @@ impl Touching {
         ends.dedup_by(|a, b| (*a - *b).abs() < SHORTEST_S);
         let mut knots = vec![probe.knot(ends[0])?];
         let mut worst_m = 0.0_f64;
+        // Where the error asked for is missed most, and by how much.
+        let mut missed = (0.0, 0.0_f64);
         for &end_s in &ends[1..] {
             let mut a = knots[knots.len() - 1];
             // Ends of pieces ahead, the next one last.
@@ -109,15 +111,17 @@ impl Touching {
                 let jump_m = (b.0.offset_m - a.0.offset_m).abs();
                 // A step that small is a ramp.
                 let is_ramp = is_shortest && jump_m <= error_m.max(self.roughness_m()) && apart_m.is_finite();
-                if apart_m <= SEEN * error_m || is_ramp {
+                let is_missed = is_shortest && !is_ramp && apart_m > SEEN * error_m && jump_m <= STEEPEST * probe.way_m(a.0.t_s, b.0.t_s);
+                if is_missed && apart_m > missed.1 {
+                    missed = (a.0.t_s, apart_m);
+                }
+                if apart_m <= SEEN * error_m || is_ramp || is_missed {
                     worst_m = worst_m.max(apart_m);
                     knots.push(b);
                     a = b;
                     if knots.len() > MOST_KNOTS {
                         return Err(GeometryError::Knots { most: MOST_KNOTS, error_m });
                     }
-                } else if is_shortest && jump_m <= STEEPEST * probe.way_m(a.0.t_s, b.0.t_s) {
-                    return Err(GeometryError::Unresolved { t_s: a.0.t_s, apart_m: apart_m / SEEN, error_m });
                 } else if is_shortest {
                     return Err(GeometryError::Jump { t_s: a.0.t_s, jump_m });
                 } else {
@@ -126,6 +130,9 @@ impl Touching {
                     ahead.push(middle);
                 }
             }
+        }
+        if missed.1 > 0.0 {
+            return Err(GeometryError::Unresolved { t_s: missed.0, apart_m: missed.1 / SEEN, error_m });
         }
         let (knots, touches): (Vec<Knot>, Vec<Touched>) = knots.into_iter().unzip();
         let profile = Profile::new(&knots).map_err(|problem| GeometryError::Mesh { what: problem.message })?.with_touches(touches);

@@ -315,3 +315,17 @@ fn truth_a_profile_knows_where_the_shapes_touch() {
         }
     }
 }
+
+/// The bottom of a valley, where the ball changes sides within the shortest piece, is no wall, and says which error can be had.
+#[test]
+fn regress_an_error_beyond_what_pieces_keep_is_told_as_such() {
+    let valley = Shape::Mesh(Mesh {
+        vertices_m: vec![[0.0, -1.0, -1.0], [0.0, -1.0, 1.0], [0.5, 0.0, -1.0], [0.5, 0.0, 1.0], [0.0, 1.0, -1.0], [0.0, 1.0, 1.0]],
+        triangles: vec![[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]],
+    });
+    let touching = Touching::new(&Shape::Ball { radius_m: 1e-3 }, &origin(), &valley, &Place::at([0.1, 0.0, 0.0])).unwrap();
+    let feed = Feed::line([-0.013, 0.0], [0.04, 0.0]);
+    let Err(GeometryError::Unresolved { apart_m, .. }) = touching.profile(&feed, 1.0, 1e-13) else { panic!("an error of 1e-13 m is kept") };
+    assert!(apart_m < 1e-8, "{apart_m}");
+    assert!(touching.profile(&feed, 1.0, 2.0 * apart_m).is_ok(), "the error that it says can be had");
+}

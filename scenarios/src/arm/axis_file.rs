@@ -42,7 +42,7 @@ pub struct AxisFile {
 
 /// Why no machine file can be made of the numbers of an axis: nobody has written the file in which they stand.
 fn no_machine(error: &FormatError) -> ArmFileError {
-    let why = error.problems.first().map_or_else(String::new, |problem| format!("{}: {}", problem.key, problem.message));
+    let why = error.problems.first().map_or_else(String::new, |problem| problem.message.clone());
     ArmFileError::Extreme { why }
 }
 

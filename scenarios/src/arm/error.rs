@@ -18,10 +18,10 @@ pub enum ArmFileError {
     Format(#[from] FormatError),
     /// The machine that it gives has numbers that no machine file takes.
     #[error(
-        "the axis of this arm on this contact cannot be simulated: {why}; check `stiffness`, `damping`, `friction` and `rotor_inertia` of [joints],          --contact-stiffness and --contact-damping for extreme numbers"
+        "the axis of this arm on this contact cannot be simulated: {why}; check `stiffness`, `damping`, `friction` and `rotor_inertia` of [joints], --contact-stiffness and --contact-damping for extreme numbers"
     )]
     Extreme {
-        /// Of the axis: key and what is wrong.
+        /// What is wrong with its numbers.
         why: String,
     },
     /// Its linear theory.

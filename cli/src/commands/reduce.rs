@@ -85,7 +85,7 @@ pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
 
 /// Whether a map goes into a page, by the end of its name.
 fn is_page(path: &Path) -> anyhow::Result<bool> {
-    match path.extension().map(|extension| extension.to_ascii_lowercase()) {
+    match path.extension().map(std::ffi::OsStr::to_ascii_lowercase) {
         Some(extension) if extension == "html" => Ok(true),
         Some(extension) if extension == "csv" => Ok(false),
         _ => Err(BadInput::error(

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 
 use feeler_plant::description::{Axis, Quantity};
 use feeler_plant::effects::Place;
+use feeler_plant::units::Dimension;
 
 use crate::fit::Task;
 use crate::odds::looks;
@@ -140,17 +141,14 @@ pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
     let mut said = Vec::new();
     // Looked at first: over a motion that repeats itself it would pass for something periodic in position.
     let by_direction = slope(&seen);
-    let drag = |share: f64| {
-        let unit = if is_rotational { "N m s/rad" } else { "N s/m" };
-        let difference = 2.0 * by_direction.abs();
-        format!(
-            "viscous friction that is {difference:.1} {unit} larger in one direction is left ({:.0} % of what is missing)",
-            100.0 * share
-        )
-    };
     let share = [&seen, &unseen].map(|points| taken_out(points, |p| by_direction * p.speed)).into_iter().fold(f64::INFINITY, f64::min);
     if share > LEAST_WAVE {
-        said.push(drag(share));
+        said.push(format!(
+            "viscous friction that is {:.1} {} larger in one direction is left ({:.0} % of what is missing)",
+            2.0 * by_direction.abs(),
+            Dimension::DAMPING.si_unit(is_rotational),
+            100.0 * share
+        ));
         seen.iter_mut().chain(&mut unseen).for_each(|p| p.force_n -= by_direction * p.speed);
     }
     let over_position: Vec<(f64, f64)> = seen.iter().map(|p| (p.position, p.force_n)).collect();

@@ -8,7 +8,7 @@ use crate::dataset::{Dataset, Record};
 use crate::diagnose::Judge;
 use crate::fit::{Fitted, Task};
 use crate::predict::{Prediction, Predictor};
-use crate::report::NextExperiment;
+use crate::report::{MOST_ODDS, NextExperiment};
 use crate::search::{Scored, score};
 use crate::templates::{Reach, Template, place_of, templates};
 
@@ -18,8 +18,6 @@ const LEAST_STROKE: f64 = 0.02;
 const STEPS: usize = 3;
 /// Odds below which a template separates nothing.
 const LEAST_ODDS: f64 = 3.0;
-/// Largest odds that are quoted.
-const MOST_ODDS: f64 = 1e6;
 /// How often a template that moves too far is made smaller before it is left.
 const TRIES: usize = 6;
 /// Share of the command that would just do by proportion which the next try takes: friction and ends of travel are not proportional.

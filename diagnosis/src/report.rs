@@ -150,6 +150,9 @@ pub struct Rung {
     pub portrait: Vec<PortraitPoint>,
 }
 
+/// Odds that stand for all larger ones.
+pub const MOST_ODDS: f64 = 1e6;
+
 /// The experiment that would best separate two causes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NextExperiment {

@@ -7,13 +7,14 @@ use std::sync::{Mutex, PoisonError};
 use feeler_arm::{Agreement, ArmError, Landmark, Measured, Others, inverse_kinematics, usual_starts};
 use feeler_scenarios::arm::{
     ArmFileError, AxisFile, Grid, MapPoint, MapValues, NoAxis, ToolContact, axis_file, bandwidth_map, distrust, gain_in_words, tool_target,
+    without_axis,
 };
 use feeler_scenarios::format::ArmFile;
 use serde_json::{Value, json};
 
 use crate::arguments::Reduce;
 use crate::failure::BadInput;
-use crate::numbers::{plain, with_unit};
+use crate::numbers::{count, plain, with_unit};
 use crate::progress::Progress;
 use crate::reports;
 use crate::table::table;
@@ -101,32 +102,38 @@ fn remarks(map: &[MapPoint]) -> String {
     let found = || map.iter().filter_map(|point| point.found.as_ref().ok());
     let without = found().filter(|found| found.agreement.largest_ki_per_s[0] <= 0.0).count();
     if without > 0 {
-        let _ =
-            write!(text, "\nat {} no ki is stable (`none`): there the damping of the motors alone is unstable at 1 kHz", places(without));
+        let _ = write!(
+            text,
+            "\nat {} no ki is stable (`none`): there the damping of the motors alone is unstable at 1 kHz",
+            count(without, "place", "places")
+        );
     }
-    let mut reasons: Vec<&str> = map.iter().filter_map(|point| Some(point.found.as_ref().err()?.reason())).collect();
-    reasons.sort_unstable();
-    for same in reasons.chunk_by(|a, b| a == b) {
-        let _ = write!(text, "\n{} without an axis (`-`): {}", places(same.len()), same[0]);
+    for (reason, n) in without_axis(map) {
+        let _ = write!(text, "\n{} without an axis (`-`): {reason}", count(n, "place", "places"));
     }
     let doubtful = found().filter(|found| !found.agreement.is_trusted()).count();
     if doubtful > 0 {
         let each = Landmark::ALL.iter().enumerate().filter_map(|(i, landmark)| {
-            let count = found().filter(|found| found.agreement.misfits()[i] > Agreement::TRUSTED).count();
-            (count > 0).then(|| format!("{} at {count}", landmark.name()))
+            let places = found().filter(|found| found.agreement.misfits()[i] > Agreement::TRUSTED).count();
+            (places > 0).then(|| format!("{} at {places}", landmark.name()))
         });
         let each: Vec<String> = each.collect();
-        let _ = write!(text, "\nwarning: at {}, marked *, the axis is more than 5 % off the arm: {}", places(doubtful), each.join(", "));
+        let _ = write!(
+            text,
+            "\nwarning: at {}, marked *, the axis is more than 5 % off the arm: {}",
+            count(doubtful, "place", "places"),
+            each.join(", ")
+        );
     }
     let off = found().filter(|found| axis_bandwidth_is_off(&found.agreement)).count();
     if off > 0 {
-        let _ = write!(text, "\nat {} the axis has a force bandwidth more than 5 % off this one, which is the arm's", places(off));
+        let _ = write!(
+            text,
+            "\nat {} the axis has a force bandwidth more than 5 % off this one, which is the arm's",
+            count(off, "place", "places")
+        );
     }
     text
-}
-
-fn places(count: usize) -> String {
-    if count == 1 { "1 place".to_owned() } else { format!("{count} places") }
 }
 
 /// Whether the axis's force bandwidth is not the arm's.

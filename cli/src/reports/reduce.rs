@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use feeler_scenarios::arm::{MapPoint, MapValues, NoAxis};
+use feeler_scenarios::arm::{MapPoint, MapValues, NoAxis, without_axis};
 use serde_json::{Value, json};
 
 use crate::numbers::{plain, with_unit};
@@ -120,10 +120,8 @@ fn colour_of(point: &MapPoint, field: &Field, share: &dyn Fn(f64) -> f64) -> Str
 /// Places that have no axis, or no stable gain, counted by the reason.
 fn lacking(map: &[MapPoint]) -> String {
     let unstable = map.iter().filter(|point| point.found.as_ref().is_ok_and(|found| found.agreement.largest_ki_per_s[0] <= 0.0)).count();
-    let mut reasons: Vec<&str> = map.iter().filter_map(|point| Some(point.found.as_ref().err()?.reason())).collect();
-    reasons.sort_unstable();
     let mut said: Vec<String> =
-        reasons.chunk_by(|a, b| a == b).map(|same| format!(" Without an axis, {}: {}.", same.len(), same[0])).collect();
+        without_axis(map).into_iter().map(|(reason, count)| format!(" Without an axis, {count}: {reason}.")).collect();
     if unstable > 0 {
         said.push(format!(
             " At {unstable} of the places no ki is stable, as the damping of the motors alone is unstable at 1 kHz: there is no force bandwidth."

@@ -78,6 +78,7 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
         }
         let drives = dataset.drives.len();
         let mut silent = vec![false; names.len() - drives];
+        let mut is_lost = false;
         let is_clamped = experiment.engagement == Some(Engagement::Clamped);
         for (i, (name, column)) in names.iter().zip(&columns).enumerate() {
             // Noise and motion alike were rounded away: the step, which other experiments show, is the finding.
@@ -89,29 +90,28 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
                 note(Some(name), None, FaultKind::ConstantCommand);
             } else if i >= drives {
                 let channel = &dataset.channels[i - drives];
-                // Held by the wall an encoder may well stand still.
                 let tells_place = channel.quantity(&dataset.machine) == Quantity::Position;
                 if constant {
-                    silent[i - drives] = !(tells_place && is_clamped);
-                    note(Some(name), None, FaultKind::Constant { tells_place: tells_place && !is_clamped });
+                    // Held by the wall an encoder may well stand still.
+                    let is_held = tells_place && is_clamped;
+                    silent[i - drives] = !is_held;
+                    is_lost |= tells_place && !is_held;
+                    note(Some(name), None, FaultKind::Constant { tells_place: tells_place && !is_held });
                     continue;
                 }
                 // A force out of contact is nothing but noise, and must be.
                 let is_idle = experiment.engagement == Some(Engagement::Free) && channel.is_of_contact(&dataset.machine);
-                series_faults(column, channel.noise, channel.resolution, &mut |row, kind| {
-                    let kind = match kind {
-                        FaultKind::WeakExcitation { .. } if is_idle => return,
-                        FaultKind::Clipped { value, share, .. } => {
-                            silent[i - drives] = true;
-                            FaultKind::Clipped { value, share, tells_place }
-                        }
-                        kind => kind,
-                    };
-                    note(Some(name), row, kind);
+                series_faults(column, channel, tells_place, &mut |row, kind| {
+                    let is_clipped = matches!(kind, FaultKind::Clipped { .. });
+                    silent[i - drives] |= is_clipped;
+                    is_lost |= is_clipped && tells_place;
+                    if !(is_idle && matches!(kind, FaultKind::WeakExcitation { .. })) {
+                        note(Some(name), row, kind);
+                    }
                 });
             }
         }
-        if faults[before..].iter().any(|fault| fault.kind.is_fatal()) {
+        if is_lost || faults[before..].iter().any(|fault| fault.kind.is_fatal()) {
             continue;
         }
         if faults[before..].iter().any(|fault| matches!(fault.kind, FaultKind::Uneven { .. })) {
@@ -122,10 +122,6 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
             time.iter_mut().enumerate().for_each(|(k, t)| *t = first + k as f64 * spacing_s);
         }
         let series = columns.split_off(drives);
-        let is_lost = |(channel, silent): (&Channel, &bool)| *silent && channel.quantity(&dataset.machine) == Quantity::Position;
-        if dataset.channels.iter().zip(&silent).any(is_lost) {
-            continue;
-        }
         dataset.records.push(Record {
             name: file_name(&experiment.file),
             engagement: experiment.engagement,
@@ -185,13 +181,9 @@ fn grain(channel: &Channel, tables: &[Table]) -> f64 {
         let column = table.header.iter().position(|header| *header == channel.column)?;
         let values = &table.columns[column];
         let usable = values.len() >= FEWEST_ROWS && values.iter().all(|x| x.is_finite());
-        usable.then(|| quantum(values).filter(|step| is_coarse(*step, channel.noise, channel.resolution)))?
+        usable.then(|| quantum(values).filter(|step| channel.is_coarse(*step)))?
     });
     steps.fold(0.0, f64::max)
-}
-
-fn is_coarse(step: f64, noise: f64, resolution: f64) -> bool {
-    step > 1.5 * resolution && step > noise
 }
 
 fn range(column: &[f64]) -> f64 {
@@ -203,7 +195,9 @@ fn extremes(column: &[f64]) -> (f64, f64) {
     column.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)))
 }
 
-fn series_faults(column: &[f64], noise: f64, resolution: f64, note: &mut impl FnMut(Option<usize>, FaultKind)) {
+fn series_faults(column: &[f64], channel: &Channel, tells_place: bool, note: &mut impl FnMut(Option<usize>, FaultKind)) {
+    let noise = channel.noise;
+    let step = quantum(column);
     let (low, high) = extremes(column);
     for extreme in [low, high] {
         let at = |x: f64| x.to_bits() == extreme.to_bits();
@@ -211,14 +205,12 @@ fn series_faults(column: &[f64], noise: f64, resolution: f64, note: &mut impl Fn
         // A coarse channel at rest repeats its extreme as well; a clipped one has left its noise behind on one side only.
         let rows = column.iter().filter(|&&x| at(x)).count();
         let share = rows as f64 / column.len() as f64;
-        if longest >= CLIPPED_RUN && rows >= CLIPPED_ROWS && noise > 0.0 && resolution < noise && quantum(column).is_none() {
+        if longest >= CLIPPED_RUN && rows >= CLIPPED_ROWS && noise > 0.0 && channel.resolution < noise && step.is_none() {
             let row = column.iter().position(|&x| at(x)).unwrap_or(0);
-            note(Some(row + FIRST_ROW), FaultKind::Clipped { value: extreme, share, tells_place: false });
+            note(Some(row + FIRST_ROW), FaultKind::Clipped { value: extreme, share, tells_place });
         }
     }
-    if let Some(step) = quantum(column)
-        && is_coarse(step, noise, resolution)
-    {
+    if let Some(step) = step.filter(|step| channel.is_coarse(*step)) {
         note(None, FaultKind::Quantised { step });
     }
     let mean = column.iter().sum::<f64>() / column.len() as f64;

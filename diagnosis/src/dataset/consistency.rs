@@ -12,7 +12,7 @@ use feeler_plant::description::{Engagement, Machine, Quantity};
 
 use super::compare::{Comparison, SURE, compare, second_difference, smoothed};
 use super::units::mixed_up;
-use super::{Channel, Dataset, Fault, FaultKind, Record};
+use super::{Channel, Dataset, Fault, FaultKind, Record, Yardstick};
 
 /// Span of the second difference, s: long enough for an encoder's noise, short enough to follow the motion.
 const SPAN_S: f64 = 4e-3;
@@ -114,7 +114,7 @@ fn agrees(factor: f64) -> bool {
 fn merge(dataset: &Dataset, odd: Vec<Odd>) -> Vec<Fault> {
     let alike = |a: &FaultKind, b: &FaultKind| match (a, b) {
         (FaultKind::Units { what: a, other: x, .. }, FaultKind::Units { what: b, other: y, .. }) => a == b && x == y,
-        (FaultKind::ClockOffset { late_s: a, other: x, .. }, FaultKind::ClockOffset { late_s: b, other: y, .. }) => {
+        (FaultKind::ClockOffset { late_s: a, against: x, .. }, FaultKind::ClockOffset { late_s: b, against: y, .. }) => {
             x == y && (a - b).abs() < 2.0 * dataset.records[0].spacing_s
         }
         _ => false,
@@ -258,7 +258,7 @@ impl Body<'_> {
             for &i in members.iter().filter(|&&i| i != clock) {
                 if let Some(comparison) = between(i, clock).filter(|c| stated(i, clock, c)) {
                     let late_s = comparison.late_rows * record.spacing_s;
-                    let kind = FaultKind::ClockOffset { other: name(clock), late_s, experiments: 1 };
+                    let kind = FaultKind::ClockOffset { against: Yardstick::Column(name(clock)), late_s, experiments: 1 };
                     odd.push(Odd { record: r, column: name(i), kind });
                 }
             }
@@ -330,14 +330,15 @@ impl Body<'_> {
             }
             let span = Self::span(record);
             let pushed: Vec<f64> = smoothed(command, span).iter().zip(&sticks[reference].values).map(|(u, a)| u - mass * a).collect();
-            let Some(comparison) = compare(&pushed, &smoothed(&record.series[c], span), Self::most(record), SAME_PUSH) else { continue };
+            let felt = smoothed(&record.series[c], span);
+            let Some(comparison) = compare(&pushed, &felt, Self::most(record), SAME_PUSH) else { continue };
             let column = channel.column.clone();
             if let Some(what) = mixed_up(comparison.factor, Quantity::Force, NEAR_FORCE) {
                 let kind = FaultKind::Units { other: other.clone(), factor: comparison.factor, what, experiments: 1 };
                 odd.push(Odd { record: r, column, kind });
             }
             // What stays tells little of time: rises do.
-            let [pushed, felt] = [pushed, smoothed(&record.series[c], span)].map(|series| rises(&series, record));
+            let [pushed, felt] = [pushed, felt].map(|series| rises(&series, record));
             let Some(comparison) = compare(&pushed, &felt, Self::most(record), SAME_PUSH) else { continue };
             late.push(Late { record: r, channel: c, command: other, comparison });
         }
@@ -376,8 +377,8 @@ impl Body<'_> {
             // Friction and damping turn a motion against its command, too, but by less than a quarter of its wave.
             let is_turned = (motion.rows() * motion.comparison.omega).abs() > FRAC_PI_2;
             if let Some(late_s) = self.behind_s(motion, best).filter(|_| is_turned) {
-                let other = format!("itself in {}", self.dataset.records[best.record].name);
-                let kind = FaultKind::ClockOffset { other, late_s: -late_s, experiments: 1 };
+                let against = Yardstick::Itself { file: self.dataset.records[best.record].name.clone() };
+                let kind = FaultKind::ClockOffset { against, late_s: -late_s, experiments: 1 };
                 odd.push(Odd { record: motion.record, column: motion.command.clone(), kind });
             }
         }
@@ -404,13 +405,13 @@ impl Body<'_> {
             let Some(best) = causal.min_by(|a, b| a.rows().abs().total_cmp(&b.rows().abs())) else { continue };
             for force in &known {
                 let Some(behind_s) = self.behind_s(force, best) else { continue };
-                let (column, yardstick) = (&self.dataset.channels[c].column, &self.dataset.records[best.record].name);
-                let (column, other, late_s) = if force.rows() > -STATED_ROWS {
-                    (column.clone(), format!("itself in {yardstick}"), behind_s)
+                let (column, file) = (self.dataset.channels[c].column.clone(), self.dataset.records[best.record].name.clone());
+                let (column, against, late_s) = if force.rows() > -STATED_ROWS {
+                    (column, Yardstick::Itself { file }, behind_s)
                 } else {
-                    (force.command.clone(), format!("`{column}`, held against {yardstick}"), -behind_s)
+                    (force.command.clone(), Yardstick::ColumnAsIn { other: column, file }, -behind_s)
                 };
-                odd.push(Odd { record: force.record, column, kind: FaultKind::ClockOffset { other, late_s, experiments: 1 } });
+                odd.push(Odd { record: force.record, column, kind: FaultKind::ClockOffset { against, late_s, experiments: 1 } });
             }
         }
     }

@@ -98,8 +98,8 @@ pub enum FaultKind {
     },
     /// Two channels that must move together do so with a shift in time.
     ClockOffset {
-        /// The other column.
-        other: String,
+        /// What it was held against.
+        against: Yardstick,
         /// By how much this one is late, s.
         late_s: f64,
         /// How many experiments show it.
@@ -112,6 +112,25 @@ pub enum FaultKind {
     },
     /// The experiment was to be fitted, as all others, so that none would have been left to score.
     SetAside,
+}
+
+/// What the clock of a column was held against.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Yardstick {
+    /// Another column of the same experiment.
+    Column(String),
+    /// The same column in another experiment, each against the motion that it goes with.
+    Itself {
+        /// The other experiment.
+        file: String,
+    },
+    /// Another column of the same experiment, which is in time in another one.
+    ColumnAsIn {
+        /// The other column.
+        other: String,
+        /// The other experiment.
+        file: String,
+    },
 }
 
 /// Remedy where an encoder is lost.
@@ -193,19 +212,14 @@ impl FaultKind {
                 format!("reads {} times what `{other}` says of the same motion, about {what}{}", short(*factor), as_in(*experiments)),
                 if *factor < 0.0 { "turn the sign of one of the two columns" } else { "bring both columns to SI" },
             ),
-            Self::ClockOffset { other, late_s, experiments } => {
+            Self::ClockOffset { against, late_s, experiments } => {
                 let late_ms = format!("{:.3} ms", 1e3 * late_s.abs());
-                let others = as_in(*experiments);
-                // The same column is late against another experiment where each is held against the motion that it goes with.
-                let message = match (other.strip_prefix("itself in "), *late_s > 0.0) {
-                    (Some(file), true) => format!("runs {late_ms} later here than in {file}, each against what moves with it{others}"),
-                    (Some(file), false) => format!("runs {late_ms} earlier here than in {file}, each against what moves with it{others}"),
-                    (None, is_late) => {
-                        let side = if is_late { "behind" } else { "ahead of" };
-                        let other = if other.contains(' ') { other.clone() } else { format!("`{other}`") };
-                        format!("runs {late_ms} {side} {other}{others}")
-                    }
-                };
+                let (later, side) = if *late_s > 0.0 { ("later", "behind") } else { ("earlier", "ahead of") };
+                let message = match against {
+                    Yardstick::Itself { file } => format!("runs {late_ms} {later} here than in {file}, each against what moves with it"),
+                    Yardstick::Column(other) => format!("runs {late_ms} {side} `{other}`"),
+                    Yardstick::ColumnAsIn { other, file } => format!("runs {late_ms} {side} `{other}`, held against {file}"),
+                } + &as_in(*experiments);
                 (message, "shift the column, or, where the sensor itself is late, set its `delay` in the machine file")
             }
             Self::NoiseNotStated { scatter } => (
@@ -311,7 +325,7 @@ mod tests {
 
     #[test]
     fn truth_a_column_that_is_late_against_another_file_reads_so() {
-        let late = |late_s| fault(FaultKind::ClockOffset { other: "itself in b.csv".into(), late_s, experiments: 1 });
+        let late = |late_s| fault(FaultKind::ClockOffset { against: Yardstick::Itself { file: "b.csv".into() }, late_s, experiments: 1 });
         assert!(late(0.0501).starts_with("c.csv: `command_n`: runs 50.100 ms later here than in b.csv, each against what moves with it ("));
         assert!(late(-0.0501).starts_with("c.csv: `command_n`: runs 50.100 ms earlier here than in b.csv"));
     }

@@ -10,7 +10,7 @@ mod scatter;
 mod units;
 
 pub(crate) use check::quantum;
-pub use fault::{Fault, FaultKind, in_words};
+pub use fault::{Fault, FaultKind, Yardstick, in_words};
 
 use std::path::{Path, PathBuf};
 
@@ -42,6 +42,11 @@ impl Channel {
             Source::Sensor(i) => machine.sensors[i].reads.quantity,
             Source::Node(_, q) | Source::Contact(_, q) | Source::Link(_, q) | Source::Drive(_, q) => q,
         }
+    }
+
+    /// Whether a step of the readings, signal units, is coarser than believed and than the noise.
+    pub(crate) fn is_coarse(&self, step: f64) -> bool {
+        step > 1.5 * self.resolution && step > self.noise
     }
 
     /// Whether the signal is one of a contact, bare or through a sensor: zero where there is none.

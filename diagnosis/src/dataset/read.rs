@@ -27,7 +27,7 @@ fn csv_table(path: &Path) -> Result<Table, DiagnosisError> {
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).comment(Some(b'#')).from_path(path).map_err(fail)?;
     let header: Vec<String> = reader.headers().map_err(fail)?.iter().map(str::to_owned).collect();
     let remedy = "write a header with the names of the columns, and a row of numbers for each instant";
-    if header.is_empty() || header.iter().all(String::is_empty) {
+    if header.iter().all(String::is_empty) {
         return Err(DiagnosisError::Unreadable { file: path.to_owned(), reason: "it is empty".into(), remedy });
     }
     if header.iter().any(|name| name.contains(|c: char| c.is_control())) && !header.iter().any(|name| name.contains('\t')) {

@@ -85,15 +85,15 @@ pub fn distrust(axis: &Reduction, agreement: &Agreement) -> Option<String> {
     }
     let off: Vec<String> = (Landmark::ALL.iter().zip(agreement.misfits()).zip(agreement.landmarks()))
         .filter(|((_, misfit), _)| *misfit > Agreement::TRUSTED)
-        .map(|((landmark, misfit), [arm, own])| match (misfit.is_finite(), landmark) {
-            (true, _) => format!("{:.1} % in the {}", 100.0 * misfit, landmark.name()),
-            (false, Landmark::StableKp | Landmark::StableKi) if own <= 0.0 => {
+        .map(|((landmark, misfit), [arm, own])| match misfit.is_finite() {
+            true => format!("{:.1} % in the {}", 100.0 * misfit, landmark.name()),
+            false if landmark.is_gain() && own <= 0.0 => {
                 format!("in the {}, of which the arm has one and the axis none", landmark.name())
             }
-            (false, Landmark::StableKp | Landmark::StableKi) if arm <= 0.0 => {
+            false if landmark.is_gain() && arm <= 0.0 => {
                 format!("in the {}, of which the axis has one and the arm none", landmark.name())
             }
-            (false, _) => format!("without bound in the {}", landmark.name()),
+            false => format!("without bound in the {}", landmark.name()),
         })
         .collect();
     let sharing: Vec<String> =
@@ -125,10 +125,10 @@ fn header(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, agreem
     let pose: Vec<String> = pose.iter().map(|x| format!("{x:.5}")).collect();
     let [nx, ny, nz] = normal;
     let said = |landmark: &Landmark, [arm, own]: [f64; 2], misfit: f64| {
-        let number = |value: f64| match landmark {
-            Landmark::StableKp | Landmark::StableKi => gain_in_words(value).map_or_else(|| format!("{value:.4}"), str::to_owned),
-            Landmark::ContactMode | Landmark::PhaseCrossover if value.is_nan() => "none".to_owned(),
-            Landmark::ContactMode | Landmark::PhaseCrossover => format!("{value:.3}"),
+        let number = |value: f64| match landmark.is_gain() {
+            true => gain_in_words(value).map_or_else(|| format!("{value:.4}"), str::to_owned),
+            false if value.is_nan() => "none".to_owned(),
+            false => format!("{value:.3}"),
         };
         let unit = match landmark {
             Landmark::ContactMode | Landmark::PhaseCrossover => " Hz",
@@ -139,7 +139,7 @@ fn header(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, agreem
         if [arm, own].iter().all(|value| value.is_nan()) {
             return format!("#   {name}: neither has one\n");
         }
-        if landmark_is_gain(*landmark) && number(arm) == number(own) && gain_in_words(arm).is_some() {
+        if landmark.is_gain() && number(arm) == number(own) && gain_in_words(arm).is_some() {
             return format!("#   {name}: of both {}\n", number(arm));
         }
         let with_unit = |value: f64| if value.is_finite() { format!("{}{unit}", number(value)) } else { number(value) };
@@ -157,10 +157,6 @@ fn header(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, agreem
         if others == Others::Held { "held" } else { "free" },
         agreement.motor_damping_n_s_per_m,
     )
-}
-
-fn landmark_is_gain(landmark: Landmark) -> bool {
-    matches!(landmark, Landmark::StableKp | Landmark::StableKi)
 }
 
 fn percent(misfit: f64) -> String {

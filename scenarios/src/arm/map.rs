@@ -119,6 +119,13 @@ fn reason(error: ArmFileError) -> NoAxis {
     }
 }
 
+/// Why places of a map have no axis, and how many for each reason, in the order of the alphabet.
+pub fn without_axis(map: &[MapPoint]) -> Vec<(&str, usize)> {
+    let mut reasons: Vec<&str> = map.iter().filter_map(|point| Some(point.found.as_ref().err()?.reason())).collect();
+    reasons.sort_unstable();
+    reasons.chunk_by(|a, b| a == b).map(|same| (same[0], same.len())).collect()
+}
+
 /// Where the tool goes, its x axis along the normal where the arm has the joints for it.
 ///
 /// # Errors

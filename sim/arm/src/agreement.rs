@@ -60,6 +60,11 @@ impl Landmark {
     /// All, in the order of [`Agreement::misfits`].
     pub const ALL: [Self; 4] = [Self::ContactMode, Self::PhaseCrossover, Self::StableKp, Self::StableKi];
 
+    /// Whether it is a largest stable gain, which may be none or without bound.
+    pub fn is_gain(self) -> bool {
+        matches!(self, Self::StableKp | Self::StableKi)
+    }
+
     /// Its name in a sentence.
     pub fn name(self) -> &'static str {
         match self {

@@ -161,7 +161,7 @@ impl Wanted {
     }
 
     /// How far the landmarks of an axis are off, as logarithms, to first order in what its responses are off at the arm's landmarks.
-    fn landmarks(&self, axis: &Reduction) -> impl Iterator<Item = f64> {
+    fn landmarks(&self, axis: &Reduction) -> Vec<f64> {
         let at = |hz: f64| {
             let s = Complex::new(0.0, TAU * hz);
             let touch = self.contact[0] + self.contact[1] * s;
@@ -177,14 +177,13 @@ impl Wanted {
             let off = (-edge.gain * law.open_at(edge.frequency_hz, axis.bandwidth_hz, [self.contact[0] * tool, motor])).ln();
             off.re - off.im * edge.size_per_phase
         });
-        let all: Vec<f64> = std::iter::once(mode).chain(crossover).chain(loops).collect();
-        all.into_iter()
+        std::iter::once(mode).chain(crossover).chain(loops).collect()
     }
 
     /// Logarithms of the axis's responses over the arm's, real and imaginary, weighted.
     fn residuals(&self, axis: &Reduction) -> DVector<f64> {
         let mut all = Vec::with_capacity(6 * self.s.len() + 4);
-        all.extend(self.landmarks(axis).map(|off| self.of_landmarks.sqrt() * off));
+        all.extend(self.landmarks(axis).into_iter().map(|off| self.of_landmarks.sqrt() * off));
         for ((s, wanted), weights) in self.s.iter().zip(&self.responses).zip(&self.weights) {
             let touch = self.contact[0] + self.contact[1] * s;
             let pressed = axis.moved(touch, *s);

@@ -1,14 +1,12 @@
 //! A diagnosis in plain words.
 
-use feeler_diagnosis::report::{Cause, Diagnosis, Estimate, Verdict};
+use feeler_diagnosis::report::{Cause, Diagnosis, Estimate, MOST_ODDS, Verdict};
 
 use super::apart::apart;
 use crate::numbers::{percent, plain, with_unit};
 
 /// Gaps below this many floors are nothing to close.
 const NEAR_FLOOR: f64 = 1.05;
-/// Odds from here on are not quoted as a figure.
-const MOST_ODDS: f64 = 1e6;
 
 /// The sentence that matters most.
 pub(crate) fn verdict(diagnosis: &Diagnosis) -> String {

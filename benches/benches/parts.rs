@@ -1,4 +1,5 @@
-//! What a run consists of besides stepping: reading a file, compiling a machine, exponentials, events, estimation.
+//! What a run consists of besides stepping: reading a file, compiling a machine, exponentials, events,
+//! estimation.
 
 #![expect(clippy::unwrap_used, reason = "a benchmark that cannot be set up has nothing to measure")]
 
@@ -28,13 +29,16 @@ fn load_files(criterion: &mut Criterion) {
     }
 }
 
-/// From a checked scenario to one ready to run, and from there to the first simulated millisecond, which needs the exponentials.
+/// From a checked scenario to one ready to run, and from there to the first simulated millisecond, which
+/// needs the exponentials.
 fn compile(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("engine/compile");
     let named = REFERENCES.iter().map(|r| (r.name, r.path)).chain([("force_loop", FORCE_LOOP)]);
     for (name, path) in named {
         let scenario = load(path).unwrap();
-        group.bench_function(format!("{name}/program"), |bench| bench.iter(|| Program::new(black_box(&scenario)).unwrap()));
+        group.bench_function(format!("{name}/program"), |bench| {
+            bench.iter(|| Program::new(black_box(&scenario)).unwrap())
+        });
         let program = Program::new(&scenario).unwrap();
         group.bench_function(format!("{name}/first_millisecond"), |bench| {
             bench.iter_batched(
@@ -109,7 +113,8 @@ fn events(criterion: &mut Criterion) {
 fn frequency_response(criterion: &mut Criterion) {
     const SAMPLES: usize = 60_000;
     const PERIOD_S: f64 = 1e-3;
-    // Reproducible noise, good enough to excite every line: the top bits of a linear congruential generator (Knuth's constants).
+    // Reproducible noise, good enough to excite every line: the top bits of a linear congruential generator
+    // (Knuth's constants).
     let mut seed = 1_u64;
     let input: Vec<f64> = (0..SAMPLES)
         .map(|_| {
@@ -128,9 +133,14 @@ fn frequency_response(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(SAMPLES as u64));
     group.bench_function("welch_frequency_response/1024_samples_per_segment", |bench| {
         bench.iter(|| {
-            let spectra = cross_spectra(black_box(&input), &output, PERIOD_S, &WelchSettings::hann(1024)).unwrap();
+            let spectra =
+                cross_spectra(black_box(&input), &output, PERIOD_S, &WelchSettings::hann(1024)).unwrap();
             let estimate = spectra.response(Estimator::H1, 1.0, 400.0).unwrap();
-            assert!((estimate.response[0].norm() - 1.0).abs() < 0.05, "gain {} at low frequency", estimate.response[0].norm());
+            assert!(
+                (estimate.response[0].norm() - 1.0).abs() < 0.05,
+                "gain {} at low frequency",
+                estimate.response[0].norm()
+            );
             estimate
         });
     });

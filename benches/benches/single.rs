@@ -6,7 +6,9 @@ mod common;
 
 use std::hint::black_box;
 
-use criterion::{BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime};
+use criterion::{
+    BatchSize, BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime,
+};
 use feeler_benches::hand_written::{Axis, FilteredLoop, FlexibleAxis, FlexibleCell, Method, Plant, run};
 use feeler_benches::machines::{FILTERED_LOOP, FORCE_LOOP, REFERENCES, Reference, load};
 use feeler_benches::peak::peak_of;
@@ -15,7 +17,8 @@ use feeler_lanes::{Lane, Pack};
 
 const SAMPLES: usize = 2000;
 const STEP_S: f64 = 1e-4;
-/// Peak force over the reference's, relative: rounding for the exact integrator, and at 0.1 ms what first-order and blind steps cost at the worst machine.
+/// Peak force over the reference's, relative: rounding for the exact integrator, and at 0.1 ms what
+/// first-order and blind steps cost at the worst machine.
 const EXACT_TOLERANCE: f64 = 1e-9;
 const FIXED_STEP_TOLERANCE: f64 = 0.05;
 
@@ -34,15 +37,25 @@ fn settled<L: Lane>(group: &mut BenchmarkGroup<WallTime>, name: &str, scenario: 
     });
 }
 
-/// Stepping of M1, M2, M4 and the filtered loop for two seconds under sampled force control, without construction and without a record.
+/// Stepping of M1, M2, M4 and the filtered loop for two seconds under sampled force control, without
+/// construction and without a record.
 fn reference_machines(criterion: &mut Criterion) {
     for reference in REFERENCES.iter().chain([&FILTERED_LOOP]) {
         for (integrator, name) in Integrator::ALL {
-            let tolerance = if integrator == Integrator::Exact { EXACT_TOLERANCE } else { FIXED_STEP_TOLERANCE };
+            let tolerance =
+                if integrator == Integrator::Exact { EXACT_TOLERANCE } else { FIXED_STEP_TOLERANCE };
             let peak = peak_of(&reference.recorded(integrator, STEP_S).unwrap()).unwrap().largest;
-            assert!((peak / reference.peak_force_n - 1.0).abs() < tolerance, "{} {name}: peak force {peak} N", reference.short);
+            assert!(
+                (peak / reference.peak_force_n - 1.0).abs() < tolerance,
+                "{} {name}: peak force {peak} N",
+                reference.short
+            );
             let scenario = reference.unrecorded(integrator, STEP_S).unwrap();
-            let mut group = criterion.benchmark_group(format!("engine/step/{}/{}", reference.name, name.replace('-', "_")));
+            let mut group = criterion.benchmark_group(format!(
+                "engine/step/{}/{}",
+                reference.name,
+                name.replace('-', "_")
+            ));
             group.throughput(Throughput::Elements(SAMPLES as u64));
             settled::<f64>(&mut group, "1_lane", &scenario);
             group.throughput(Throughput::Elements(8 * SAMPLES as u64));
@@ -61,7 +74,8 @@ fn recorded(criterion: &mut Criterion) {
     }
 }
 
-/// A force loop with sensor noise, resolution, filter and delay, an approach, friction and late commands, two seconds of it.
+/// A force loop with sensor noise, resolution, filter and delay, an approach, friction and late commands, two
+/// seconds of it.
 fn force_loop(criterion: &mut Criterion) {
     let mut scenario = load(FORCE_LOOP).unwrap();
     let settled_force = peak_of(&scenario).unwrap().last;
@@ -92,7 +106,11 @@ fn hand_written(criterion: &mut Criterion) {
 fn yardstick<const S: usize>(criterion: &mut Criterion, reference: &Reference, plant: &impl Plant<S>) {
     let mut group = criterion.benchmark_group(format!("hand_written/step/{}", reference.name));
     group.throughput(Throughput::Elements(SAMPLES as u64));
-    let methods = [(Method::SemiImplicitEuler, "semi_implicit_euler"), (Method::Rk4, "rk4"), (Method::Rk4WithEvents, "rk4_with_events")];
+    let methods = [
+        (Method::SemiImplicitEuler, "semi_implicit_euler"),
+        (Method::Rk4, "rk4"),
+        (Method::Rk4WithEvents, "rk4_with_events"),
+    ];
     for (method, name) in methods {
         group.bench_function(name, |bench| {
             bench.iter(|| {

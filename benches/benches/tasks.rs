@@ -11,8 +11,8 @@ use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::diagnose;
 use feeler_scenarios::sweep::{Options, Sweep};
 
-/// Maps of M2, gain by wall stiffness: two seconds each under its controller at 1 kHz, every measure taken, rows written as Parquet. One element is one
-/// variant.
+/// Maps of M2, gain by wall stiffness: two seconds each under its controller at 1 kHz, every measure taken,
+/// rows written as Parquet. One element is one variant.
 fn map(criterion: &mut Criterion) {
     let points: u64 = if common::quick() { 8 } else { 64 };
     let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/reference/m2.toml");
@@ -30,15 +30,18 @@ fn map(criterion: &mut Criterion) {
         group.bench_function(format!("{threads}_threads"), |bench| {
             bench.iter(|| {
                 let folder = tempfile::tempdir().unwrap();
-                let result = sweep.run(folder.path(), Options { threads: Some(threads), shard: None }, &|_| {}).unwrap();
+                let result = sweep
+                    .run(folder.path(), Options { threads: Some(threads), shard: None }, &|_| {})
+                    .unwrap();
                 assert_eq!(result.progress.done, points * points);
             });
         });
     }
 }
 
-/// One diagnosis on all processors: calibration, every cause of the library at every place, pairs of causes, and the answer. Of the repository's dataset it
-/// takes the two records of free motion under sines, one to fit and one to check, which tell that commands come late and that something else is left.
+/// One diagnosis on all processors: calibration, every cause of the library at every place, pairs of causes,
+/// and the answer. Of the repository's dataset it takes the two records of free motion under sines, one to
+/// fit and one to check, which tell that commands come late and that something else is left.
 fn diagnosis(criterion: &mut Criterion) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/datasets/bench-axis");
     let mut dataset = Dataset::load(&folder).unwrap();

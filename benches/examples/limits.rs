@@ -1,4 +1,5 @@
-//! Prints what bounds the stepper, as Markdown tables: share of the processor's measured peak, lanes, threads, bodies, contacts, variants.
+//! Prints what bounds the stepper, as Markdown tables: share of the processor's measured peak, lanes,
+//! threads, bodies, contacts, variants.
 //!
 //! `limits` prints all but the last line of the last table; `limits million` adds a million variants.
 
@@ -32,7 +33,8 @@ fn main() -> Result<()> {
     many_variants(million)
 }
 
-/// Eight independent accumulators of eight lanes: enough in flight to hide the latency of a current core's multiply-add, and few enough for registers.
+/// Eight independent accumulators of eight lanes: enough in flight to hide the latency of a current core's
+/// multiply-add, and few enough for registers.
 fn peak_gflops() -> f64 {
     const ACCUMULATORS: usize = 8;
     const REPEATS: usize = 4_000_000;
@@ -57,13 +59,15 @@ fn peak_gflops() -> f64 {
     (2 * 8 * ACCUMULATORS * REPEATS) as f64 / times.fold(f64::INFINITY, f64::min) * 1e-9
 }
 
-/// Multiply-adds of one step of one variant that the method cannot do without: one for each entry of the equations that is not zero, and the updates.
+/// Multiply-adds of one step of one variant that the method cannot do without: one for each entry of the
+/// equations that is not zero, and the updates.
 fn necessary_flops(program: &Program, integrator: Integrator) -> f64 {
     let equations = program.motion().equations(Mode::default());
     let layout = program.motion().layout();
     let (coordinates, states) = (layout.coordinates(), layout.states());
     let entries = |rows: &[Vec<f64>]| rows.iter().flatten().filter(|entry| **entry != 0.0).count();
-    let guards: usize = equations.guards.iter().map(|guard| guard.row.iter().filter(|entry| **entry != 0.0).count()).sum();
+    let guards: usize =
+        equations.guards.iter().map(|guard| guard.row.iter().filter(|entry| **entry != 0.0).count()).sum();
     let step = match integrator {
         Integrator::SemiImplicitEuler => entries(&equations.derivative[coordinates..]) + states,
         // Four slopes, each added to the sum and to the state that the next is taken at.
@@ -73,17 +77,29 @@ fn necessary_flops(program: &Program, integrator: Integrator) -> f64 {
 }
 
 fn share_of_peak(peak_gflops: f64) -> Result<()> {
-    println!("| machine | method | lanes | million steps per second | necessary GFLOP/s | share of peak |\n|---|---|---|---|---|---|");
+    println!(
+        "| machine | method | lanes | million steps per second | necessary GFLOP/s | share of peak |\n|---|---|---|---|---|---|"
+    );
     for reference in &REFERENCES {
-        for (integrator, name) in [(Integrator::SemiImplicitEuler, "semi-implicit Euler"), (Integrator::Rk4, "RK4")] {
+        for (integrator, name) in
+            [(Integrator::SemiImplicitEuler, "semi-implicit Euler"), (Integrator::Rk4, "RK4")]
+        {
             let scenario = reference.unrecorded(integrator, STEP_S)?;
             let flops = necessary_flops(&Program::new(&scenario)?, integrator);
-            let rates = [(1, stepping::<f64>(&scenario)?), (4, stepping::<Pack<4>>(&scenario)?), (8, stepping::<Pack<8>>(&scenario)?)];
+            let rates = [
+                (1, stepping::<f64>(&scenario)?),
+                (4, stepping::<Pack<4>>(&scenario)?),
+                (8, stepping::<Pack<8>>(&scenario)?),
+            ];
             for (lanes, wall_s) in rates {
                 let rate = f64::from(lanes) * scenario.run.duration_s / STEP_S / wall_s;
                 let gflops = rate * flops * 1e-9;
                 let share = 100.0 * gflops / peak_gflops;
-                println!("| {} | {name} | {lanes} | {:.1} | {gflops:.1} | {share:.0} % |", reference.short, rate * 1e-6);
+                println!(
+                    "| {} | {name} | {lanes} | {:.1} | {gflops:.1} | {share:.0} % |",
+                    reference.short,
+                    rate * 1e-6
+                );
             }
         }
     }
@@ -111,15 +127,24 @@ fn lanes_and_threads() -> Result<()> {
             ],
         );
         let over = |i: usize, j: usize| times[i] / times[j];
-        println!("| {name} | {:.2} | {:.2} | {:.2} | {:.0} |", over(0, 1), over(0, 2), over(2, 3), COUNT as f64 / times[3]);
+        println!(
+            "| {name} | {:.2} | {:.2} | {:.2} | {:.0} |",
+            over(0, 1),
+            over(0, 2),
+            over(2, 3),
+            COUNT as f64 / times[3]
+        );
     }
     println!();
     Ok(())
 }
 
-/// What a batch of exact runs spends its time in: construction and the first sample, samples of a run that touches nothing, and what touching adds.
+/// What a batch of exact runs spends its time in: construction and the first sample, samples of a run that
+/// touches nothing, and what touching adds.
 fn parts_of_a_batch() -> Result<()> {
-    println!("| {COUNT} variants of M2, exact, 2 s, microseconds of one | 1 lane | 8 lanes | 1 lane / 8 lanes |\n|---|---|---|---|");
+    println!(
+        "| {COUNT} variants of M2, exact, 2 s, microseconds of one | 1 lane | 8 lanes | 1 lane / 8 lanes |\n|---|---|---|---|"
+    );
     let whole = REFERENCES[1].unrecorded(Integrator::Exact, STEP_S)?;
     let mut short = whole.clone();
     short.run.duration_s = 1e-3;
@@ -136,7 +161,9 @@ fn parts_of_a_batch() -> Result<()> {
         );
         times.push([of[0], of[1]].map(|wall_s| 1e6 * wall_s / COUNT as f64));
     }
-    let line = |part: &str, of: [f64; 2]| println!("| {part} | {:.1} | {:.1} | {:.1} |", of[0], of[1], of[0] / of[1]);
+    let line = |part: &str, of: [f64; 2]| {
+        println!("| {part} | {:.1} | {:.1} | {:.1} |", of[0], of[1], of[0] / of[1])
+    };
     let less = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
     line("construction, exponentials and the first sample", times[0]);
     line("1999 samples that touch nothing", less(times[1], times[0]));
@@ -173,7 +200,12 @@ fn row(label: usize, scenario: &Scenario) -> Result<()> {
     let rk4 = cost_ns(Integrator::Rk4, STEP_S)?;
     let exact = cost_ns(Integrator::Exact, 1e-3)?;
     let per = label as f64;
-    println!("| {label} | {euler:.0} ({:.1}) | {rk4:.0} ({:.1}) | {exact:.0} ({:.1}) |", euler / per, rk4 / per, exact / per);
+    println!(
+        "| {label} | {euler:.0} ({:.1}) | {rk4:.0} ({:.1}) | {exact:.0} ({:.1}) |",
+        euler / per,
+        rk4 / per,
+        exact / per
+    );
     Ok(())
 }
 
@@ -202,7 +234,9 @@ fn contacts() -> Result<()> {
 }
 
 fn many_variants(million: bool) -> Result<()> {
-    println!("| variants of M2, exact, 0.2 s each, 2 threads | wall, s | microseconds per variant |\n|---|---|---|");
+    println!(
+        "| variants of M2, exact, 0.2 s each, 2 threads | wall, s | microseconds per variant |\n|---|---|---|"
+    );
     let mut scenario = REFERENCES[1].recorded(Integrator::Exact, STEP_S)?;
     scenario.run.duration_s = 0.2;
     scenario.run.record_rate_hz = Some(100.0);

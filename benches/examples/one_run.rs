@@ -1,5 +1,6 @@
-//! One run and nothing else, for instruction counters: `one_run M2 exact 8 2.0` steps M2 for two seconds in eight lanes;
-//! `one_run M2 hand-written-rk4-with-events 1 2.0` does the same with the loop written for it; `chain-32` is a chain of as many bodies. Prints the wall time.
+//! One run and nothing else, for instruction counters: `one_run M2 exact 8 2.0` steps M2 for two seconds in
+//! eight lanes; `one_run M2 hand-written-rk4-with-events 1 2.0` does the same with the loop written for it;
+//! `chain-32` is a chain of as many bodies. Prints the wall time.
 
 #![expect(clippy::print_stdout, reason = "this program's output is its purpose")]
 
@@ -15,7 +16,9 @@ const STEP_S: f64 = 1e-4;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [machine, method, lanes, duration_s] = arguments.as_slice() else { return Err("machine, method, lanes, seconds".into()) };
+    let [machine, method, lanes, duration_s] = arguments.as_slice() else {
+        return Err("machine, method, lanes, seconds".into());
+    };
     let duration_s: f64 = duration_s.parse()?;
     if let Some(name) = method.strip_prefix("hand-written-") {
         hand_written(machine, name, (duration_s * 1e3) as usize)
@@ -27,14 +30,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn simulate<L: Lane>(machine: &str, method: &str, duration_s: f64) -> Result<(), Box<dyn std::error::Error>> {
-    let (integrator, _) = Integrator::ALL.into_iter().find(|(_, name)| *name == method).ok_or("no such integrator")?;
+    let (integrator, _) =
+        Integrator::ALL.into_iter().find(|(_, name)| *name == method).ok_or("no such integrator")?;
     let mut scenario = if let Some(bodies) = machine.strip_prefix("chain-") {
         chain(bodies.parse()?)?
     } else {
         let mut references = REFERENCES.iter().chain([&FILTERED_LOOP]);
-        references.find(|reference| reference.short == machine).ok_or("no such machine")?.unrecorded(integrator, STEP_S)?
+        references
+            .find(|reference| reference.short == machine)
+            .ok_or("no such machine")?
+            .unrecorded(integrator, STEP_S)?
     };
-    (scenario.run.integrator, scenario.run.step_s, scenario.run.duration_s) = (integrator, STEP_S, duration_s);
+    (scenario.run.integrator, scenario.run.step_s, scenario.run.duration_s) =
+        (integrator, STEP_S, duration_s);
     scenario.run.record.clear();
     let program = Program::new(&scenario)?;
     let started = Instant::now();
@@ -45,7 +53,10 @@ fn simulate<L: Lane>(machine: &str, method: &str, duration_s: f64) -> Result<(),
     let stepped = begun.elapsed();
     let per = |time: Duration, of: f64| 1e9 * time.as_secs_f64() / of / L::WIDTH as f64;
     let stepping = per(stepped, 1e3 * duration_s);
-    println!("{:.0} ns of construction, {stepping:.1} ns per simulated millisecond, each of one variant", per(constructed, 1.0));
+    println!(
+        "{:.0} ns of construction, {stepping:.1} ns per simulated millisecond, each of one variant",
+        per(constructed, 1.0)
+    );
     black_box(simulation.steps());
     Ok(())
 }

@@ -1,6 +1,8 @@
-//! Prints what each integrator costs and its peak force, as CSV on standard output; `peers/run` sets it beside others.
+//! Prints what each integrator costs and its peak force, as CSV on standard output; `peers/run` sets it
+//! beside others.
 //!
-//! Columns: who, method, machine, step in seconds (empty where the method has none), wall seconds per simulated second, peak contact force in N.
+//! Columns: who, method, machine, step in seconds (empty where the method has none), wall seconds per
+//! simulated second, peak contact force in N.
 
 #![expect(clippy::print_stdout, reason = "this program's output is its purpose")]
 
@@ -28,12 +30,26 @@ fn simulator(reference: &Reference) -> Result<(), Box<dyn std::error::Error>> {
     let exact = Integrator::Exact;
     let peak = peak_of(&reference.recorded(exact, 1e-4)?)?.largest;
     row("exact", reference.short, None, stepping(&reference.unrecorded(exact, 1e-4)?)?, peak);
-    row("exact, recorded at 10 kHz", reference.short, None, stepping(&reference.recorded(exact, 1e-4)?)?, peak);
-    for (integrator, name) in [(Integrator::Rk4, "RK4"), (Integrator::SemiImplicitEuler, "semi-implicit Euler")] {
+    row(
+        "exact, recorded at 10 kHz",
+        reference.short,
+        None,
+        stepping(&reference.recorded(exact, 1e-4)?)?,
+        peak,
+    );
+    for (integrator, name) in
+        [(Integrator::Rk4, "RK4"), (Integrator::SemiImplicitEuler, "semi-implicit Euler")]
+    {
         for steps in STEPS_PER_SAMPLE {
             let step_s = 1e-3 / steps as f64;
             let peak = peak_of(&reference.recorded(integrator, step_s)?)?.largest;
-            row(name, reference.short, Some(step_s), stepping(&reference.unrecorded(integrator, step_s)?)?, peak);
+            row(
+                name,
+                reference.short,
+                Some(step_s),
+                stepping(&reference.unrecorded(integrator, step_s)?)?,
+                peak,
+            );
         }
     }
     Ok(())

@@ -1,4 +1,5 @@
-//! The hand-written loops, compiled alone for the processor at hand: `rustc -O -C target-cpu=native`. Prints the common CSV.
+//! The hand-written loops, compiled alone for the processor at hand: `rustc -O -C target-cpu=native`. Prints
+//! the common CSV.
 
 #[expect(unused_imports, reason = "the library offers more than is needed here")]
 #[path = "../src/hand_written/mod.rs"]

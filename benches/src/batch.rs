@@ -24,10 +24,12 @@ pub fn variants(scenario: &Scenario, count: usize) -> Result<Vec<Program>, Engin
     (0..count).into_par_iter().map(|i| variant(scenario, i, count)).collect()
 }
 
-/// Runs every variant, `L::WIDTH` at a time, over the threads of the current pool; gives each block's observer, in order.
+/// Runs every variant, `L::WIDTH` at a time, over the threads of the current pool; gives each block's
+/// observer, in order.
 ///
 /// # Errors
-/// Those of [`Simulation::new`] and [`Simulation::run`]; [`EngineError::Lanes`] where the number of variants is no multiple of the lanes.
+/// Those of [`Simulation::new`] and [`Simulation::run`]; [`EngineError::Lanes`] where the number of variants
+/// is no multiple of the lanes.
 pub fn run<L: Lane, O: Observer<L> + Default + Send>(programs: &[Program]) -> Result<Vec<O>, EngineError> {
     programs.par_chunks(L::WIDTH).map(|block| observe::<L, O>(block.to_vec())).collect()
 }
@@ -36,10 +38,19 @@ pub fn run<L: Lane, O: Observer<L> + Default + Send>(programs: &[Program]) -> Re
 ///
 /// # Errors
 /// Those of [`variant`] and [`run`].
-pub fn make_and_run<L: Lane, O: Observer<L> + Default + Send>(scenario: &Scenario, count: usize) -> Result<Vec<O>, EngineError> {
+pub fn make_and_run<L: Lane, O: Observer<L> + Default + Send>(
+    scenario: &Scenario,
+    count: usize,
+) -> Result<Vec<O>, EngineError> {
     (0..count.div_ceil(L::WIDTH))
         .into_par_iter()
-        .map(|block| observe::<L, O>((0..L::WIDTH).map(|l| variant(scenario, block * L::WIDTH + l, count)).collect::<Result<_, _>>()?))
+        .map(|block| {
+            observe::<L, O>(
+                (0..L::WIDTH)
+                    .map(|l| variant(scenario, block * L::WIDTH + l, count))
+                    .collect::<Result<_, _>>()?,
+            )
+        })
         .collect()
 }
 
@@ -54,5 +65,9 @@ fn observe<L: Lane, O: Observer<L> + Default>(block: Vec<Program>) -> Result<O, 
 /// # Panics
 /// Where the operating system gives no threads.
 pub fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads can be started").install(work)
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .expect("threads can be started")
+        .install(work)
 }

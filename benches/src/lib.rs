@@ -1,7 +1,8 @@
 //! What the benchmarks measure and what they compare it with.
 //!
-//! [`machines`] holds what is run, [`hand_written`] the loops an expert would write for exactly these machines, [`batch`] runs many variants in lanes and
-//! on threads, [`stopwatch`] compares two pieces of work fairly on a noisy machine.
+//! [`machines`] holds what is run, [`hand_written`] the loops an expert would write for exactly these
+//! machines, [`batch`] runs many variants in lanes and on threads, [`stopwatch`] compares two pieces of work
+//! fairly on a noisy machine.
 
 pub mod batch;
 pub mod hand_written;

@@ -15,7 +15,8 @@ pub struct Reference {
     pub name: &'static str,
     /// The scenario file.
     pub path: &'static str,
-    /// Largest contact force on a grid of 0.1 ms, N; computed outside this project by event-located integration, checked against DOP853 and Radau.
+    /// Largest contact force on a grid of 0.1 ms, N; computed outside this project by event-located
+    /// integration, checked against DOP853 and Radau.
     pub peak_force_n: f64,
     /// Contact force after two seconds, N, from the same source.
     pub force_at_2s_n: f64,
@@ -46,7 +47,8 @@ pub const REFERENCES: [Reference; 3] = [
     },
 ];
 
-/// M2 under a whole force loop that a loop can be written for: a filtered and late reading, a PI controller, its limit.
+/// M2 under a whole force loop that a loop can be written for: a filtered and late reading, a PI controller,
+/// its limit.
 pub const FILTERED_LOOP: Reference = Reference {
     short: "loop",
     name: "filtered_loop",
@@ -66,7 +68,8 @@ impl Reference {
         Ok(scenario)
     }
 
-    /// Its scenario with the contact force, the first signal of the file's record, and nothing else recorded every 0.1 ms.
+    /// Its scenario with the contact force, the first signal of the file's record, and nothing else recorded
+    /// every 0.1 ms.
     ///
     /// # Errors
     /// The file is not there, or does not describe a scenario.
@@ -84,7 +87,8 @@ impl Reference {
 /// How long the reference machines run, whatever their files say, s: that for which there are numbers.
 const DURATION_S: f64 = 2.0;
 
-/// A force loop with all that a real one has: sensor noise, resolution, filter and delay, an approach, friction, and late commands.
+/// A force loop with all that a real one has: sensor noise, resolution, filter and delay, an approach,
+/// friction, and late commands.
 pub const FORCE_LOOP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/machines/force-loop.toml");
 
 /// A hammer that bounces off an anvil about once per controller sample: a run dense in events.
@@ -106,8 +110,12 @@ pub fn chain(bodies: usize) -> Result<Scenario, FormatError> {
     let mut text = String::new();
     for i in 0..bodies {
         let _ = write!(text, "[bodies.b{i}]\nmass = 1.0\n");
-        let (before, stiffness) = if i == 0 { ("ground".to_owned(), 0.0) } else { (format!("b{}", i - 1), 1e5) };
-        let _ = write!(text, "[springs.s{i}]\nbetween = [\"{before}\", \"b{i}\"]\nstiffness = {stiffness:?}\ndamping = 20.0\n");
+        let (before, stiffness) =
+            if i == 0 { ("ground".to_owned(), 0.0) } else { (format!("b{}", i - 1), 1e5) };
+        let _ = write!(
+            text,
+            "[springs.s{i}]\nbetween = [\"{before}\", \"b{i}\"]\nstiffness = {stiffness:?}\ndamping = 20.0\n"
+        );
     }
     text += DRIVE_AND_LOOP;
     Ok(Document::parse(&text, "chain.toml")?.scenario)
@@ -118,10 +126,15 @@ pub fn chain(bodies: usize) -> Result<Scenario, FormatError> {
 /// # Errors
 /// None for any `contacts >= 1`.
 pub fn walls(contacts: usize) -> Result<Scenario, FormatError> {
-    let mut text = String::from("[bodies.b0]\nmass = 5.0\n[springs.s0]\nbetween = [\"ground\", \"b0\"]\ndamping = 20.0\n");
+    let mut text = String::from(
+        "[bodies.b0]\nmass = 5.0\n[springs.s0]\nbetween = [\"ground\", \"b0\"]\ndamping = 20.0\n",
+    );
     for i in 0..contacts {
         let gap_m = 1e-4 * (i + 1) as f64;
-        let _ = write!(text, "[contacts.c{i}]\nbetween = [\"b0\", \"ground\"]\nstiffness = 2e4\ndamping = 20.0\ngap = {gap_m:?}\n");
+        let _ = write!(
+            text,
+            "[contacts.c{i}]\nbetween = [\"b0\", \"ground\"]\nstiffness = 2e4\ndamping = 20.0\ngap = {gap_m:?}\n"
+        );
     }
     text += DRIVE_AND_LOOP;
     Ok(Document::parse(&text, "walls.toml")?.scenario)

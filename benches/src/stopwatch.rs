@@ -4,7 +4,8 @@ use std::time::Instant;
 
 /// Times each piece of work in turn, round after round, and gives the median time of each, s.
 ///
-/// Taking turns puts a busy spell of the machine on all of them alike, and the median drops it; only ratios of these medians mean anything.
+/// Taking turns puts a busy spell of the machine on all of them alike, and the median drops it; only ratios
+/// of these medians mean anything.
 pub fn medians(rounds: usize, work: &mut [&mut dyn FnMut()]) -> Vec<f64> {
     let mut times = vec![Vec::with_capacity(rounds); work.len()];
     for _ in 0..rounds {

@@ -57,11 +57,14 @@ pub(crate) enum Command {
     Blind(Blind),
     /// Check machine, scenario, sweep and dataset files without running them
     Check(Check),
-    /// Say what linear theory predicts for a scenario: poles, zeros, modes, stable gains, margins, what limits it
+    /// Say what linear theory predicts for a scenario: poles, zeros, modes, stable gains, margins, what
+    /// limits it
     Analyze(Analyze),
-    /// Measure a frequency response, on the simulated machine or from the records of a dataset, with the linear one beside it
+    /// Measure a frequency response, on the simulated machine or from the records of a dataset, with the
+    /// linear one beside it
     Frf(Frf),
-    /// Find the single axis that a robot arm is along a contact normal, as a machine file; map the force bandwidth over its workspace
+    /// Find the single axis that a robot arm is along a contact normal, as a machine file; map the force
+    /// bandwidth over its workspace
     Reduce(Reduce),
     /// Hold the simulation against closed forms, independent numbers and the paper's claims
     Validate(Validate),
@@ -107,7 +110,8 @@ pub(crate) struct Run {
     /// Print the summary as JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Run and measure as a variant of a sweep: extended until the outcome is decided, rows at a sweep's rate, no energy ledger
+    /// Run and measure as a variant of a sweep: extended until the outcome is decided, rows at a sweep's
+    /// rate, no energy ledger
     #[arg(long)]
     pub(crate) as_sweep: bool,
     /// Threads for writing the results [default: one per processor]; results do not depend on it
@@ -206,13 +210,16 @@ pub(crate) struct Analyze {
     /// Set a key of the file, as in controllers.force.kp=0.8; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
-    /// Input: an actuator's command, or the force from outside on a body, as in tip.force [default: the command of the first controller's actuator]
+    /// Input: an actuator's command, or the force from outside on a body, as in tip.force [default: the
+    /// command of the first controller's actuator]
     #[arg(long, value_name = "SIGNAL")]
     pub(crate) input: Option<String>,
-    /// Output of which poles, zeros and modes are told; gains and margins stay those of the loop [default: what the first controller reads]
+    /// Output of which poles, zeros and modes are told; gains and margins stay those of the loop [default:
+    /// what the first controller reads]
     #[arg(long, value_name = "SIGNAL")]
     pub(crate) output: Option<String>,
-    /// Gain whose stable range is asked for, as in controllers.force.kp [default: the first controller's leading gain]
+    /// Gain whose stable range is asked for, as in controllers.force.kp [default: the first controller's
+    /// leading gain]
     #[arg(long, value_name = "KEY")]
     pub(crate) gain: Option<String>,
     /// Take every contact as attached, as the paper's linear models do
@@ -284,7 +291,8 @@ pub(crate) struct Figures {
     The parameters found are those of some chain that shows the landmarks of the paper's Figs. 15 to 17. They are not the robot's\n\
     parameters, which were never published, and the landmarks do not determine all of them: the table says which.")]
 pub(crate) struct FitLandmarks {
-    /// Number of starts: chains with the paper's flexible resonances and guesses of all else, the same each time
+    /// Number of starts: chains with the paper's flexible resonances and guesses of all else, the same each
+    /// time
     #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=10_000), conflicts_with = "start")]
     pub(crate) starts: u64,
     /// Machine file to start from instead: bodies base, motor and link1 to link4, as `--out` writes

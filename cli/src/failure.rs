@@ -35,17 +35,26 @@ impl BadInput {
 
     /// A file or folder that cannot be written.
     pub(crate) fn unwritable(path: &Path, source: &std::io::Error) -> anyhow::Error {
-        let file =
-            path.ancestors().find(|part| part.is_file()).filter(|file| *file != path || source.kind() == io::ErrorKind::AlreadyExists);
+        let file = path
+            .ancestors()
+            .find(|part| part.is_file())
+            .filter(|file| *file != path || source.kind() == io::ErrorKind::AlreadyExists);
         if let Some(file) = file {
-            let message = format!("cannot write {}: {} is a file, not a folder", path.display(), file.display());
+            let message =
+                format!("cannot write {}: {} is a file, not a folder", path.display(), file.display());
             return Self::error(message, "name another folder with --out");
         }
         if matches!(source.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded) {
             let message = format!("cannot write {}: {source}", path.display());
-            return Self::error(message, "make room there, or name another place with --out; a sweep goes on where it was");
+            return Self::error(
+                message,
+                "make room there, or name another place with --out; a sweep goes on where it was",
+            );
         }
-        Self::error(format!("cannot write {}: {source}", path.display()), "name another place with --out, or make this one writable")
+        Self::error(
+            format!("cannot write {}: {source}", path.display()),
+            "name another place with --out, or make this one writable",
+        )
     }
 }
 
@@ -100,9 +109,18 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
         of_diagnosis(diagnosis)
     } else {
         match error.downcast_ref::<RunError>() {
-            Some(RunError::Engine(engine)) => (format!("error: this scenario cannot be run\n{engine}"), BAD_INPUT),
-            Some(RunError::Write { path, source }) => (BadInput::unwritable(path, source).to_string(), BAD_INPUT),
-            _ => (format!("error: {error:#}\n  help: this is a mistake of feeler itself; please report it with the file"), INTERNAL),
+            Some(RunError::Engine(engine)) => {
+                (format!("error: this scenario cannot be run\n{engine}"), BAD_INPUT)
+            }
+            Some(RunError::Write { path, source }) => {
+                (BadInput::unwritable(path, source).to_string(), BAD_INPUT)
+            }
+            _ => (
+                format!(
+                    "error: {error:#}\n  help: this is a mistake of feeler itself; please report it with the file"
+                ),
+                INTERNAL,
+            ),
         }
     };
     terminal::complain(&text);
@@ -110,28 +128,40 @@ pub(crate) fn report(error: &anyhow::Error) -> ExitCode {
 }
 
 fn of_sweep(error: &SweepError) -> (String, u8) {
-    let with = |remedy: &str| (BadInput { message: error.to_string(), remedy: remedy.into() }.to_string(), BAD_INPUT);
+    let with = |remedy: &str| {
+        (BadInput { message: error.to_string(), remedy: remedy.into() }.to_string(), BAD_INPUT)
+    };
     match error {
         SweepError::Format(mistakes) => (mistakes.report(terminal::has_colours()), BAD_INPUT),
         SweepError::Io { path, source } => (BadInput::unwritable(path, source).to_string(), BAD_INPUT),
         SweepError::OtherSweep { .. } => with("name another folder with --out, or remove this one"),
         SweepError::NoSweep { .. } => with("name the folder that `feeler sweep --out` was given"),
-        SweepError::Incomplete { .. } => with("run the shards that have not ended, or name their folders too"),
+        SweepError::Incomplete { .. } => {
+            with("run the shards that have not ended, or name their folders too")
+        }
         SweepError::RefineShard => with("run it on one machine, or remove [refine]"),
-        SweepError::Parquet { .. } | SweepError::Column { .. } => with("remove the file; what is missing is run again"),
+        SweepError::Parquet { .. } | SweepError::Column { .. } => {
+            with("remove the file; what is missing is run again")
+        }
         _ => (format!("error: {error}"), INTERNAL),
     }
 }
 
 fn of_diagnosis(error: &DiagnosisError) -> (String, u8) {
-    let with = |remedy: &str| (BadInput { message: error.to_string(), remedy: remedy.into() }.to_string(), BAD_INPUT);
+    let with = |remedy: &str| {
+        (BadInput { message: error.to_string(), remedy: remedy.into() }.to_string(), BAD_INPUT)
+    };
     match error {
         DiagnosisError::Format(mistakes) => (mistakes.report(terminal::has_colours()), BAD_INPUT),
-        DiagnosisError::Read { .. } => with("check the file's name in dataset.toml, and that it is a table with a header row"),
+        DiagnosisError::Read { .. } => {
+            with("check the file's name in dataset.toml, and that it is a table with a header row")
+        }
         // Each fault says its own remedy.
         DiagnosisError::Data { .. } => (format!("error: these records cannot be used\n{error}"), BAD_INPUT),
         DiagnosisError::Unreadable { remedy, .. } => with(remedy),
-        DiagnosisError::Signal { .. } => with("replay a machine with the elements that the dataset names, or change [columns]"),
+        DiagnosisError::Signal { .. } => {
+            with("replay a machine with the elements that the dataset names, or change [columns]")
+        }
         DiagnosisError::Machine { .. } => with("`feeler check` on the machine file says more"),
         _ => (format!("error: {error}"), INTERNAL),
     }
@@ -145,6 +175,9 @@ mod tests {
     fn truth_a_full_disk_has_a_remedy() {
         let full = io::Error::from(io::ErrorKind::StorageFull);
         let text = BadInput::unwritable(Path::new("out/sweep.parquet"), &full).to_string();
-        assert!(text.contains("cannot write out/sweep.parquet") && text.contains("make room there"), "{text}");
+        assert!(
+            text.contains("cannot write out/sweep.parquet") && text.contains("make room there"),
+            "{text}"
+        );
     }
 }

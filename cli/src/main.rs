@@ -1,6 +1,7 @@
 //! The `feeler` command: simulates robot force control from files.
 //!
-//! Exit codes: 0 done, 1 a check failed, 2 bad input, 3 internal. Results go to standard output, everything else to standard error.
+//! Exit codes: 0 done, 1 a check failed, 2 bad input, 3 internal. Results go to standard output, everything
+//! else to standard error.
 
 mod arguments;
 mod commands;
@@ -28,7 +29,11 @@ fn main() -> ExitCode {
         // Help and version are no failures; the parser knows where each goes.
         Err(error) => {
             let code = if error.use_stderr() { failure::BAD_INPUT } else { failure::DONE };
-            return if error.print().is_ok() { ExitCode::from(code) } else { ExitCode::from(failure::INTERNAL) };
+            return if error.print().is_ok() {
+                ExitCode::from(code)
+            } else {
+                ExitCode::from(failure::INTERNAL)
+            };
         }
     };
     match std::panic::catch_unwind(|| dispatch(&arguments)) {

@@ -58,13 +58,15 @@ pub(crate) fn plain(value: f64) -> String {
 const ALL_DIGITS: i32 = 15;
 const BELOW_TOLERANCE: i32 = 2;
 
-/// A number with so many digits that a difference of a hundredth of the tolerance shows; all of them where there is no tolerance.
+/// A number with so many digits that a difference of a hundredth of the tolerance shows; all of them where
+/// there is no tolerance.
 pub(crate) fn to_tolerance(value: f64, tolerance: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return plain(value);
     }
     let leading = value.abs().log10().floor() as i32;
-    let last = if tolerance > 0.0 { tolerance.log10().floor() as i32 - BELOW_TOLERANCE } else { -i32::MAX / 2 };
+    let last =
+        if tolerance > 0.0 { tolerance.log10().floor() as i32 - BELOW_TOLERANCE } else { -i32::MAX / 2 };
     let digits = (leading - last + 1).clamp(DIGITS, ALL_DIGITS);
     if (-4..7).contains(&leading) {
         let decimals = (digits - 1 - leading).max(0) as usize;

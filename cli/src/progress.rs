@@ -44,7 +44,8 @@ impl Progress {
     }
 }
 
-/// A sign of life of work that cannot tell how far it is; silent when standard error is no terminal. Ends when it is dropped.
+/// A sign of life of work that cannot tell how far it is; silent when standard error is no terminal. Ends
+/// when it is dropped.
 pub(crate) struct Busy(Option<ProgressBar>);
 
 impl Busy {
@@ -69,7 +70,8 @@ impl Drop for Busy {
 /// Lines of a log, where standard error is no terminal, come this far apart.
 const LOG_EVERY: Duration = Duration::from_secs(30);
 
-/// Shows how far many runs have come, with their rate and an estimate: a bar on a terminal, a line now and then in a log. Told by any thread.
+/// Shows how far many runs have come, with their rate and an estimate: a bar on a terminal, a line now and
+/// then in a log. Told by any thread.
 pub(crate) struct Rate {
     label: String,
     started: Instant,
@@ -97,7 +99,12 @@ impl Rate {
         }
         let rate = done as f64 / elapsed.as_secs_f64();
         let left_s = total.saturating_sub(done + found) as f64 / rate;
-        let text = format!("{} of {total}, {} per second, {} left", done + found, plain(rate), with_unit(left_s.round(), "s"));
+        let text = format!(
+            "{} of {total}, {} per second, {} left",
+            done + found,
+            plain(rate),
+            with_unit(left_s.round(), "s")
+        );
         if io::stderr().is_terminal() {
             let bar = shown.bar.get_or_insert_with(|| bar(&self.label, elapsed).with_style(rate_style()));
             bar.set_length(total);
@@ -129,7 +136,8 @@ fn bar(label: &str, elapsed: Duration) -> ProgressBar {
     }
 }
 
-/// Says what is being done, for work whose steps cannot be counted: a spinner with the time on a terminal, a line for each step in a log.
+/// Says what is being done, for work whose steps cannot be counted: a spinner with the time on a terminal, a
+/// line for each step in a log.
 pub(crate) struct Steps {
     label: String,
     started: Instant,
@@ -153,7 +161,11 @@ impl Steps {
     pub(crate) fn at(&self, what: &str) {
         match &self.bar {
             Some(bar) => bar.set_message(format!("{}: {what}", self.label)),
-            None => terminal::complain(&format!("{}: {what} ({:.0} s)", self.label, self.started.elapsed().as_secs_f64())),
+            None => terminal::complain(&format!(
+                "{}: {what} ({:.0} s)",
+                self.label,
+                self.started.elapsed().as_secs_f64()
+            )),
         }
     }
 

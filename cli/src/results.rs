@@ -24,9 +24,13 @@ mod tests {
 
     #[test]
     fn truth_a_name_stays_within_the_folder_of_results() {
-        for (name, expected) in
-            [("two masses", "two-masses"), ("../../etc", "-..-etc"), ("...", "run"), ("", "run"), ("Prüfstand_1.5", "Prüfstand_1.5")]
-        {
+        for (name, expected) in [
+            ("two masses", "two-masses"),
+            ("../../etc", "-..-etc"),
+            ("...", "run"),
+            ("", "run"),
+            ("Prüfstand_1.5", "Prüfstand_1.5"),
+        ] {
             assert_eq!(folder(name, "run"), Path::new(RESULTS).join(expected));
         }
     }

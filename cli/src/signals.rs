@@ -36,7 +36,11 @@ pub(crate) fn input(machine: &Machine, text: &str) -> anyhow::Result<SignalName>
 }
 
 fn commands(machine: &Machine) -> Vec<String> {
-    machine.actuators.keys().map(|actuator| SignalName::new(actuator, Quantity::Command).to_string()).collect()
+    machine
+        .actuators
+        .keys()
+        .map(|actuator| SignalName::new(actuator, Quantity::Command).to_string())
+        .collect()
 }
 
 fn one_of(machine: &Machine, text: &str, what: &str, inputs: &[String]) -> anyhow::Result<SignalName> {

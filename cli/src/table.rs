@@ -11,7 +11,11 @@ pub(crate) fn table(header: &[&str], right: &[usize], rows: impl IntoIterator<It
     table.load_style(presets::NOTHING);
     // A terminal that says it is a few characters wide is mistaken, or beyond help.
     let fits = table.width().is_some_and(|width| width >= LEAST_WIDTH);
-    table.set_content_arrangement(if fits { ContentArrangement::Dynamic } else { ContentArrangement::Disabled });
+    table.set_content_arrangement(if fits {
+        ContentArrangement::Dynamic
+    } else {
+        ContentArrangement::Disabled
+    });
     if !header.is_empty() {
         table.set_header(header.iter().copied());
     }

@@ -19,13 +19,20 @@ fn steers(c: char) -> bool {
 /// Prints a text to standard output.
 pub(crate) fn print(text: &str) -> anyhow::Result<()> {
     // Names come from files, and what is printed goes to a terminal: nothing in it may steer that.
-    let text: Cow<str> = if text.contains(steers) { text.replace(steers, "\u{fffd}").into() } else { text.into() };
+    let text: Cow<str> =
+        if text.contains(steers) { text.replace(steers, "\u{fffd}").into() } else { text.into() };
     let mut out = io::stdout().lock();
     let end = if text.ends_with('\n') { "" } else { "\n" };
-    let written = out.write_all(text.as_bytes()).and_then(|()| out.write_all(end.as_bytes())).and_then(|()| out.flush());
+    let written = out
+        .write_all(text.as_bytes())
+        .and_then(|()| out.write_all(end.as_bytes()))
+        .and_then(|()| out.flush());
     written.map_err(|error| match error.kind() {
         io::ErrorKind::BrokenPipe => error.into(),
-        _ => BadInput::error(format!("cannot write to standard output: {error}"), "make room there, or send it elsewhere"),
+        _ => BadInput::error(
+            format!("cannot write to standard output: {error}"),
+            "make room there, or send it elsewhere",
+        ),
     })
 }
 
@@ -41,7 +48,8 @@ pub(crate) fn write_all(folder: &Path, files: &[(&str, String)]) -> anyhow::Resu
     Ok(said)
 }
 
-/// Writes a file whole or not at all, so that several processes may write the same one. What stands at `path` is replaced.
+/// Writes a file whole or not at all, so that several processes may write the same one. What stands at `path`
+/// is replaced.
 pub(crate) fn write(path: &Path, content: &[u8]) -> anyhow::Result<()> {
     let told = |error| BadInput::unwritable(path, &error);
     write_whole(path, &told, |mut file| {
@@ -53,7 +61,11 @@ pub(crate) fn write(path: &Path, content: &[u8]) -> anyhow::Result<()> {
 /// A word of a command as a shell takes it.
 pub(crate) fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=+:@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
 }
 
 /// A path as a word of a command, the same however it was typed.
@@ -83,7 +95,9 @@ mod tests {
 
     #[test]
     fn truth_words_are_quoted_where_a_shell_would_take_them_apart() {
-        for (word, expected) in [("a/b.toml", "a/b.toml"), ("my file", "'my file'"), ("it's", "'it'\\''s'"), ("", "''")] {
+        for (word, expected) in
+            [("a/b.toml", "a/b.toml"), ("my file", "'my file'"), ("it's", "'it'\\''s'"), ("", "''")]
+        {
             assert_eq!(quoted(word), expected);
         }
     }

@@ -31,9 +31,12 @@ impl Units {
     /// The unit of a quantity; empty where it depends on more.
     pub(crate) fn unit(self, quantity: Quantity) -> &'static str {
         match quantity {
-            Quantity::Position | Quantity::Compression | Quantity::Gap | Quantity::PointX | Quantity::PointY | Quantity::PointZ => {
-                self.position
-            }
+            Quantity::Position
+            | Quantity::Compression
+            | Quantity::Gap
+            | Quantity::PointX
+            | Quantity::PointY
+            | Quantity::PointZ => self.position,
             Quantity::Velocity | Quantity::GapRate => self.velocity,
             Quantity::Acceleration => self.acceleration,
             Quantity::Force | Quantity::SpringForce => self.force,

@@ -13,9 +13,16 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
     let reference = summary.response.and_then(|response| response.final_reference_n);
     let oscillation = summary.oscillation.unwrap_or_default();
     match summary.outcome {
-        Outcome::Settled => format!("The force settles{}: the tool touches and stays.", at_and_within(summary, reference, units)),
+        Outcome::Settled => format!(
+            "The force settles{}: the tool touches and stays.",
+            at_and_within(summary, reference, units)
+        ),
         Outcome::BouncesThenSettles => {
-            format!("The tool bounces {} and then settles{}.", times(summary.bounces), at_and_within(summary, reference, units))
+            format!(
+                "The tool bounces {} and then settles{}.",
+                times(summary.bounces),
+                at_and_within(summary, reference, units)
+            )
         }
         Outcome::Chatter => chatter(&oscillation),
         Outcome::Unstable if summary.bounces > 0 => match summary.verdict.growth_per_s {
@@ -29,7 +36,10 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
         },
         Outcome::Unstable => match summary.verdict.growth_per_s {
             Some(rate) if rate > 0.0 => {
-                format!("The motion is unstable: its amplitude grows by a factor of e every {}.", with_unit(1.0 / rate, "s"))
+                format!(
+                    "The motion is unstable: its amplitude grows by a factor of e every {}.",
+                    with_unit(1.0 / rate, "s")
+                )
             }
             _ => "The motion is unstable: it leaves all bounds.".to_owned(),
         },
@@ -49,16 +59,22 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
             with_unit(oscillation.amplitude_n, units.force)
         ),
         Outcome::Driven if summary.response.is_none() => {
-            "The drive is commanded from a series to the end of the run, and nothing regulates the force.".to_owned()
+            "The drive is commanded from a series to the end of the run, and nothing regulates the force."
+                .to_owned()
         }
-        Outcome::Driven => "The reference moves to the end of the run, and contact is kept while the force follows it.".to_owned(),
+        Outcome::Driven => {
+            "The reference moves to the end of the run, and contact is kept while the force follows it."
+                .to_owned()
+        }
         Outcome::NoContact if summary.bounces > 0 => {
             format!(
                 "The tool touches, leaves the workpiece after {} in contact, and is still away at the end.",
                 with_unit(summary.contact_time_s, "s")
             )
         }
-        Outcome::NoContact if summary.contacts.is_empty() => "Nothing can touch in this scenario; the axis moves freely.".to_owned(),
+        Outcome::NoContact if summary.contacts.is_empty() => {
+            "Nothing can touch in this scenario; the axis moves freely.".to_owned()
+        }
         Outcome::NoContact => "The tool does not touch the workpiece in this run.".to_owned(),
         _ => undecided(summary.verdict.undecided),
     }
@@ -73,14 +89,18 @@ pub(crate) fn label(summary: &Summary) -> &'static str {
     }
 }
 
-/// Where the force came to rest, where that is outside the band about its reference; none where it did not rest or is inside.
+/// Where the force came to rest, where that is outside the band about its reference; none where it did not
+/// rest or is inside.
 pub(crate) fn rests_outside(summary: &Summary, units: Units) -> Option<String> {
     let rests = matches!(summary.outcome, Outcome::Settled | Outcome::BouncesThenSettles);
     let response = summary.response.filter(|response| rests && response.settling_time_s.is_none())?;
     let error = response.steady_error_n?;
     let side = if error < 0.0 { "below" } else { "above" };
     let band = with_unit(response.band_n, units.force);
-    Some(format!("rests {} {side} the reference, outside its band of {band}", with_unit(error.abs(), units.force)))
+    Some(format!(
+        "rests {} {side} the reference, outside its band of {band}",
+        with_unit(error.abs(), units.force)
+    ))
 }
 
 /// When a contact's force was largest, and that it pulled where it did.
@@ -106,7 +126,9 @@ pub(crate) fn outcome_label(outcome: Outcome) -> &'static str {
 
 fn chatter(oscillation: &Oscillation) -> String {
     let leaves = match oscillation.impacts_per_s {
-        often if often >= SLOW_HZ => format!("it leaves the workpiece {} times a second", plain(often.round())),
+        often if often >= SLOW_HZ => {
+            format!("it leaves the workpiece {} times a second", plain(often.round()))
+        }
         seldom => format!("it leaves the workpiece every {}", with_unit(1.0 / seldom, "s")),
     };
     let pattern = match oscillation.impacts_per_period {
@@ -123,12 +145,16 @@ fn rate(frequency_hz: f64) -> String {
 }
 
 fn at_and_within(summary: &Summary, reference_n: Option<f64>, units: Units) -> String {
-    let at = reference_n.map_or_else(String::new, |reference| format!(" at {}", with_unit(reference, units.force)));
+    let at = reference_n
+        .map_or_else(String::new, |reference| format!(" at {}", with_unit(reference, units.force)));
     match (summary.settling_time_s, summary.response) {
         (Some(time), Some(response)) => {
             let first = summary.main_contact.and_then(|i| summary.contacts[i].first_contact_s);
-            let since =
-                if first.is_some_and(|first| first >= response.starts_at_s) { "first touch" } else { "the last step of the reference" };
+            let since = if first.is_some_and(|first| first >= response.starts_at_s) {
+                "first touch"
+            } else {
+                "the last step of the reference"
+            };
             format!("{at} within {} of {since}", with_unit(time, "s"))
         }
         (None, Some(response)) => {
@@ -136,7 +162,11 @@ fn at_and_within(summary: &Summary, reference_n: Option<f64>, units: Units) -> S
             let side = if error < 0.0 { "below" } else { "above" };
             match reference_n {
                 Some(reference) => {
-                    format!(", but {} {side} its reference of {}", with_unit(error.abs(), units.force), with_unit(reference, units.force))
+                    format!(
+                        ", but {} {side} its reference of {}",
+                        with_unit(error.abs(), units.force),
+                        with_unit(reference, units.force)
+                    )
                 }
                 None => String::new(),
             }
@@ -155,17 +185,25 @@ fn times(bounces: usize) -> String {
 
 fn undecided(why: Option<Undecided>) -> String {
     let why = match why {
-        Some(Undecided::TooShort) => "too little of it follows the first touch or the last step of the reference; lengthen run.duration",
+        Some(Undecided::TooShort) => {
+            "too little of it follows the first touch or the last step of the reference; lengthen run.duration"
+        }
         Some(Undecided::StillDecaying) => "the oscillation dies out but has not ended; lengthen run.duration",
-        Some(Undecided::TooFewBounces) => "the tool leaves the workpiece too seldom to tell; lengthen run.duration",
+        Some(Undecided::TooFewBounces) => {
+            "the tool leaves the workpiece too seldom to tell; lengthen run.duration"
+        }
         Some(Undecided::StillApproaching) => {
             "the tool is still on its way to the workpiece, or its controller still approaches, when it ends; lengthen run.duration"
         }
         Some(Undecided::StillWinding) => {
             "the force rests while the command moves on, so that what sticks will break loose; lengthen run.duration"
         }
-        Some(Undecided::StillGrowing) => "the oscillation grows slowly, and where to does not show yet; lengthen run.duration",
-        Some(Undecided::EventStorm) => "it stopped where more events fall on one instant than can be followed",
+        Some(Undecided::StillGrowing) => {
+            "the oscillation grows slowly, and where to does not show yet; lengthen run.duration"
+        }
+        Some(Undecided::EventStorm) => {
+            "it stopped where more events fall on one instant than can be followed"
+        }
         _ => "lengthen run.duration",
     };
     format!("This run does not tell what becomes of it: {why}.")

@@ -32,11 +32,14 @@ const ENOUGH_EXCITATION: f64 = 5.0;
 /// The same where other channels do not: an encoder alone tells of a machine if it resolves its motion well.
 const ENOUGH_ALONE: f64 = 50.0;
 
-/// Whether the first is one level of friction and a constant load where the second is friction that differs by direction: the same force while the guide
-/// slides, so that either may be meant whichever fits the stops a little better.
+/// Whether the first is one level of friction and a constant load where the second is friction that differs
+/// by direction: the same force while the guide slides, so that either may be meant whichever fits the stops
+/// a little better.
 fn is_split_of(pair: &Scored, rival: &Scored) -> bool {
     let [directed] = rival.causes[..] else { return false };
-    let has = |kind: &str| pair.causes.iter().any(|cause| cause.site == directed.site && cause.definition.kind == kind);
+    let has = |kind: &str| {
+        pair.causes.iter().any(|cause| cause.site == directed.site && cause.definition.kind == kind)
+    };
     directed.definition.kind == "asymmetric-friction" && has("coulomb-friction") && has("constant-load")
 }
 
@@ -48,31 +51,39 @@ impl Judge<'_> {
         let errors = |fitted: &Fitted| gap::square_errors(task, &fitted.model, &fitted.theta, &checks);
         let refit = errors(&calibrated.fitted).unwrap_or_else(|| vec![f64::INFINITY; checks.len()]);
         let before =
-            gap::square_errors(task, &calibrated.fitted.model, &calibrated.fitted.model.start(), &checks).unwrap_or_else(|| refit.clone());
+            gap::square_errors(task, &calibrated.fitted.model, &calibrated.fitted.model.start(), &checks)
+                .unwrap_or_else(|| refit.clone());
         let after = errors(&accepted.fitted).unwrap_or_else(|| refit.clone());
         let noise = gap::noise(task, &accepted.fitted.model, &accepted.fitted.theta);
         let floor = gap::square_floors(task, &noise, &checks);
         let figures = gap::gap(&before, &refit, &after, &floor);
 
-        // Odds among models that differ in their last cause; those of earlier causes are settled by acceptance.
-        // A rival that needs more parameters must bring more, as in the choice itself.
-        let rivals: Vec<Scored> = rivals.iter().filter(|rival| !is_the_same_elsewhere(accepted, rival)).cloned().collect();
+        // Odds among models that differ in their last cause; those of earlier causes are settled by
+        // acceptance. A rival that needs more parameters must bring more, as in the choice itself.
+        let rivals: Vec<Scored> =
+            rivals.iter().filter(|rival| !is_the_same_elsewhere(accepted, rival)).cloned().collect();
         let simple = accepted.fitted.model.effect_parameters();
         let evidence: Vec<f64> = rivals.iter().map(|rival| self.all(rival)).collect();
         let weighed: Vec<f64> = (rivals.iter().zip(&evidence))
-            .map(|(rival, e)| if rival.fitted.model.effect_parameters() > simple { e - PARSIMONY } else { *e })
+            .map(
+                |(rival, e)| if rival.fitted.model.effect_parameters() > simple { e - PARSIMONY } else { *e },
+            )
             .collect();
         let odds = probabilities(&weighed, TEMPERATURE);
         let adequate = unknown::explains(calibrated, accepted);
         let own = rivals.iter().zip(&odds).find(|(rival, _)| same(rival, accepted)).map_or(1.0, |(_, p)| *p);
         let known = if adequate { 1.0 } else { 0.5 };
         let mut effects: Vec<Cause> = (0..accepted.causes.len())
-            .map(|i| self.cause(accepted, i, known * if i + 1 == accepted.causes.len() { own } else { 0.95 }, true))
+            .map(|i| {
+                self.cause(accepted, i, known * if i + 1 == accepted.causes.len() { own } else { 0.95 }, true)
+            })
             .collect();
         let mut look_alikes = Vec::new();
         let mut sum = own;
         for (rival, &p) in rivals.iter().zip(&odds) {
-            let Some(last) = rival.causes.len().checked_sub(1).filter(|_| !same(rival, accepted)) else { continue };
+            let Some(last) = rival.causes.len().checked_sub(1).filter(|_| !same(rival, accepted)) else {
+                continue;
+            };
             let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             let alike = best - self.all(rival) < LOOK_ALIKE || is_split_of(accepted, rival);
             if let Some(mine) = accepted.causes.last().filter(|_| alike && look_alikes.len() < 2) {
@@ -93,7 +104,11 @@ impl Judge<'_> {
         let believed = calibrated.fitted.model.start();
         let at = |scored: &'_ Scored| (scored.fitted.model.clone(), scored.fitted.theta.clone());
         let (refitted, repaired) = (at(calibrated), at(accepted));
-        let cells = table(task, [(&refitted.0, &believed), (&refitted.0, &refitted.1), (&repaired.0, &repaired.1)], &noise);
+        let cells = table(
+            task,
+            [(&refitted.0, &believed), (&refitted.0, &refitted.1), (&repaired.0, &repaired.1)],
+            &noise,
+        );
         let places = self.places(accepted, &removed, &effects, verdict, &cells);
         let tried = self.tried(attempts, accepted);
         let mut portrait = unknown::portrait(task, calibrated, &task.fitted, 8, None);
@@ -110,7 +125,9 @@ impl Judge<'_> {
             look_alikes,
             attempts: tried,
             warnings: in_words(&self.dataset.warnings),
-            contradictions: (self.dataset.warnings.iter().filter(|fault| fault.kind.is_contradiction())).map(ToString::to_string).collect(),
+            contradictions: (self.dataset.warnings.iter().filter(|fault| fault.kind.is_contradiction()))
+                .map(ToString::to_string)
+                .collect(),
             next_experiment,
             cells,
             ladder: ladder(task, calibrated),
@@ -132,7 +149,12 @@ impl Judge<'_> {
             "a force that depends on position and hardly repeats over the stroke, about {:.2} N over {:.4} m, explains what no effect of the library does",
             values[0], self.search.seen.stroke_m
         );
-        let mut found = answer.places.iter().find(|place| place.place == Place::Guide.name()).or(answer.places.first()).cloned();
+        let mut found = answer
+            .places
+            .iter()
+            .find(|place| place.place == Place::Guide.name())
+            .or(answer.places.first())
+            .cloned();
         if let Some(place) = &mut found {
             place.place = Place::Guide.name();
             place.probability = 0.85;
@@ -143,8 +165,12 @@ impl Judge<'_> {
     }
 
     fn verdict(&self, accepted: &Scored, adequate: bool, own: f64, alike: &[&Scored]) -> Verdict {
-        let mut places: Vec<Place> =
-            alike.iter().copied().chain([accepted]).filter_map(|scored| scored.causes.last().map(|cause| cause.place)).collect();
+        let mut places: Vec<Place> = alike
+            .iter()
+            .copied()
+            .chain([accepted])
+            .filter_map(|scored| scored.causes.last().map(|cause| cause.place))
+            .collect();
         places.sort_unstable_by_key(|place| place.name());
         places.dedup();
         match (accepted.causes.is_empty(), adequate) {
@@ -157,7 +183,8 @@ impl Judge<'_> {
         }
     }
 
-    /// Whether channels vary so far beyond their noise that silence says something: most of them in their best experiment, or one by far.
+    /// Whether channels vary so far beyond their noise that silence says something: most of them in their
+    /// best experiment, or one by far.
     fn is_excited(&self) -> bool {
         let weights = &self.search.task.weights;
         let channels = self.dataset.channels.len();
@@ -172,15 +199,26 @@ impl Judge<'_> {
 
     /// Everything that was tried, the best first, and what became of it.
     fn tried(&self, attempts: &Attempts, accepted: &Scored) -> Vec<Attempt> {
-        let mut tried: Vec<Attempt> = attempts.fitted.iter().map(|scored| self.attempt(scored, accepted)).collect();
+        let mut tried: Vec<Attempt> =
+            attempts.fitted.iter().map(|scored| self.attempt(scored, accepted)).collect();
         tried.extend(attempts.screened.iter().map(|scored| {
             let attempt = self.attempt(scored, accepted);
             let others = "left after a few steps, in which others gained more";
-            Attempt { why: if attempt.why.contains("what was accepted") { others.into() } else { attempt.why }, ..attempt }
+            Attempt {
+                why: if attempt.why.contains("what was accepted") { others.into() } else { attempt.why },
+                ..attempt
+            }
         }));
-        tried.sort_by(|a, b| b.gain_all.unwrap_or(f64::NEG_INFINITY).total_cmp(&a.gain_all.unwrap_or(f64::NEG_INFINITY)));
+        tried.sort_by(|a, b| {
+            b.gain_all.unwrap_or(f64::NEG_INFINITY).total_cmp(&a.gain_all.unwrap_or(f64::NEG_INFINITY))
+        });
         let why = "nothing in the records leads to it, or no machine with it moves";
-        let silent = |causes: &Vec<Candidate>| Attempt { causes: self.named(causes), gain_check: None, gain_all: None, why: why.into() };
+        let silent = |causes: &Vec<Candidate>| Attempt {
+            causes: self.named(causes),
+            gain_check: None,
+            gain_all: None,
+            why: why.into(),
+        };
         tried.extend(attempts.silent.iter().map(silent));
         tried
     }
@@ -199,13 +237,23 @@ impl Judge<'_> {
         } else if gain_all < best {
             format!("explains {:.0} nats less than what was accepted", best - gain_all)
         } else {
-            format!("explains {:.0} nats more than what was accepted, too little for what it adds", gain_all - best)
+            format!(
+                "explains {:.0} nats more than what was accepted, too little for what it adds",
+                gain_all - best
+            )
         };
-        Attempt { causes: self.named(&scored.causes), gain_check: Some(gain_check), gain_all: Some(gain_all), why }
+        Attempt {
+            causes: self.named(&scored.causes),
+            gain_check: Some(gain_check),
+            gain_all: Some(gain_all),
+            why,
+        }
     }
 
     fn named(&self, causes: &[Candidate]) -> String {
-        let name = |cause: &Candidate| format!("{}@{}", cause.definition.kind, cause.site.key(&self.dataset.machine));
+        let name = |cause: &Candidate| {
+            format!("{}@{}", cause.definition.kind, cause.site.key(&self.dataset.machine))
+        };
         causes.iter().map(name).collect::<Vec<_>>().join("+")
     }
 
@@ -223,9 +271,13 @@ impl Judge<'_> {
                 .position(|unknown| unknown.parameter_of(i) == Some(k))
                 .map_or(0.0, |u| fitted.model.unknowns[u].spread(fitted.theta[u], fitted.sigma[u]));
             let spacing_s = self.dataset.records[0].spacing_s;
-            let spread = NINETY_PERCENT * intervals::widened(&scored.causes, i, parameter.name, values[k], spread, spacing_s);
+            let spread = NINETY_PERCENT
+                * intervals::widened(&scored.causes, i, parameter.name, values[k], spread, spacing_s);
             let unit = parameter.dimension.si_unit(rotational).to_owned();
-            parameters.insert(parameter.name, Estimate { value: values[k], ci90: [values[k] - spread, values[k] + spread], unit });
+            parameters.insert(
+                parameter.name,
+                Estimate { value: values[k], ci90: [values[k] - spread, values[k] + spread], unit },
+            );
         }
         Cause {
             kind: candidate.definition.kind,
@@ -238,9 +290,16 @@ impl Judge<'_> {
         }
     }
 
-    /// Shapley's share of each accepted effect in what all of them close: its gain averaged over all orders of adding them.
-    /// `removed` are the accepted effects without each in turn.
-    fn credit(&self, accepted: &Scored, removed: &[Scored], refit: &[f64], after: &[f64], effects: &mut [Cause]) {
+    /// Shapley's share of each accepted effect in what all of them close: its gain averaged over all orders
+    /// of adding them. `removed` are the accepted effects without each in turn.
+    fn credit(
+        &self,
+        accepted: &Scored,
+        removed: &[Scored],
+        refit: &[f64],
+        after: &[f64],
+        effects: &mut [Cause],
+    ) {
         let n = accepted.causes.len();
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
         let checks = self.checks();
@@ -258,7 +317,8 @@ impl Judge<'_> {
                 let mut out = (0..n).rev().filter(|i| subset & (1 << i) == 0);
                 let Some(first) = out.next() else { return none - all };
                 let kept = out.fold(removed[first].clone(), |scored, i| self.without(&scored, i));
-                let errors = gap::square_errors(&self.search.task, &kept.fitted.model, &kept.fitted.theta, &checks);
+                let errors =
+                    gap::square_errors(&self.search.task, &kept.fitted.model, &kept.fitted.theta, &checks);
                 errors.map_or(0.0, |errors| none - mean(&errors))
             })
             .collect();
@@ -268,30 +328,48 @@ impl Judge<'_> {
                 .filter(|subset| subset & (1 << i) == 0)
                 .map(|subset| {
                     let others = subset.count_ones() as usize;
-                    factorial(others) * factorial(n - 1 - others) / factorial(n) * (closes[subset | (1 << i)] - closes[subset])
+                    factorial(others) * factorial(n - 1 - others) / factorial(n)
+                        * (closes[subset | (1 << i)] - closes[subset])
                 })
                 .sum();
             effect.credit = (share / whole).clamp(0.0, 1.0);
         }
     }
 
-    /// Where, each place with what speaks for it: what is worse without its effect, or where the residual points.
-    fn places(&self, accepted: &Scored, removed: &[Scored], effects: &[Cause], verdict: Verdict, cells: &[Cell]) -> Vec<Where> {
+    /// Where, each place with what speaks for it: what is worse without its effect, or where the residual
+    /// points.
+    fn places(
+        &self,
+        accepted: &Scored,
+        removed: &[Scored],
+        effects: &[Cause],
+        verdict: Verdict,
+        cells: &[Cell],
+    ) -> Vec<Where> {
         let pointer = unknown::point(
             &self.search.task,
-            if accepted.causes.is_empty() || verdict == Verdict::UnknownCause { accepted } else { &self.search.calibrated },
+            if accepted.causes.is_empty() || verdict == Verdict::UnknownCause {
+                accepted
+            } else {
+                &self.search.calibrated
+            },
         );
         let mut chances: IndexMap<&'static str, f64> = IndexMap::new();
         for effect in effects {
             let chance = chances.entry(effect.place).or_insert(0.0);
-            *chance = if effect.accepted { chance.max(effect.probability) } else { *chance + effect.probability }.min(1.0);
+            *chance =
+                if effect.accepted { chance.max(effect.probability) } else { *chance + effect.probability }
+                    .min(1.0);
         }
         if verdict == Verdict::UnknownCause {
             let rest = if accepted.causes.is_empty() { 0.7 } else { 0.4 };
             let chance = chances.entry(pointer.place.name()).or_insert(0.0);
             *chance = chance.max(rest);
         }
-        let whole = ([0.0, 0.5 / self.dataset.records[0].spacing_s], if pointer.is_contact { "contact" } else { "free" });
+        let whole = (
+            [0.0, 0.5 / self.dataset.records[0].spacing_s],
+            if pointer.is_contact { "contact" } else { "free" },
+        );
         let with = unknown::channel_misfits(accepted);
         let of_effect = |i: usize| {
             let taken = unknown::channel_misfits(&removed[i]);
@@ -299,7 +377,15 @@ impl Judge<'_> {
             let worst = (0..taken.len()).max_by(|&a, &b| rise(a).total_cmp(&rise(b))).unwrap_or(0);
             let kind = accepted.causes[i].definition.kind;
             let sigmas = [taken[worst], with[worst]].map(f64::sqrt);
-            (worst, format!("without {kind} `{}` departs {:.1} sigma, with it {:.1}", self.column(worst), sigmas[0], sigmas[1]))
+            (
+                worst,
+                format!(
+                    "without {kind} `{}` departs {:.1} sigma, with it {:.1}",
+                    self.column(worst),
+                    sigmas[0],
+                    sigmas[1]
+                ),
+            )
         };
         let mut places: Vec<Where> = chances
             .into_iter()
@@ -333,15 +419,20 @@ fn same(a: &Scored, b: &Scored) -> bool {
     a.causes.len() == b.causes.len() && a.causes.iter().zip(&b.causes).all(|(a, b)| a.is(b))
 }
 
-/// Whether a rival's last cause is the accepted one under another element of the same place: a joint that bends may be told of as a spring or as a body.
+/// Whether a rival's last cause is the accepted one under another element of the same place: a joint that
+/// bends may be told of as a spring or as a body.
 fn is_the_same_elsewhere(accepted: &Scored, rival: &Scored) -> bool {
     let (Some(a), Some(b)) = (accepted.causes.last(), rival.causes.last()) else { return false };
-    accepted.causes.len() == rival.causes.len() && a.definition.kind == b.definition.kind && a.place == b.place && a.site != b.site
+    accepted.causes.len() == rival.causes.len()
+        && a.definition.kind == b.definition.kind
+        && a.place == b.place
+        && a.site != b.site
 }
 
 /// Rivals that these records can hardly tell from the accepted set.
 fn alike<'b>(accepted: &Scored, rivals: &'b [Scored], evidence: &[f64]) -> Vec<&'b Scored> {
     let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let near = rivals.iter().zip(evidence).filter(|(rival, e)| !same(rival, accepted) && best - **e < LOOK_ALIKE);
+    let near =
+        rivals.iter().zip(evidence).filter(|(rival, e)| !same(rival, accepted) && best - **e < LOOK_ALIKE);
     near.map(|(rival, _)| rival).collect()
 }

@@ -1,12 +1,18 @@
 //! The lowest point of a quadratic within bounds, by active sets.
 //!
-//! Clamping the free solution is not enough: where two unknowns work together and one is held by its bound, the other one's step was made for a partner
-//! that does not move, and leads uphill.
+//! Clamping the free solution is not enough: where two unknowns work together and one is held by its bound,
+//! the other one's step was made for a partner that does not move, and leads uphill.
 
 use nalgebra::{DMatrix, DVector};
 
-/// The `x` between `low` and `high` that minimises `x^T a x / 2 - b^T x`, `a` positive definite; none where it is not. Zero must be within the bounds.
-pub(crate) fn minimise(a: &DMatrix<f64>, b: &DVector<f64>, low: &[f64], high: &[f64]) -> Option<DVector<f64>> {
+/// The `x` between `low` and `high` that minimises `x^T a x / 2 - b^T x`, `a` positive definite; none where
+/// it is not. Zero must be within the bounds.
+pub(crate) fn minimise(
+    a: &DMatrix<f64>,
+    b: &DVector<f64>,
+    low: &[f64],
+    high: &[f64],
+) -> Option<DVector<f64>> {
     let n = b.len();
     let mut x = DVector::zeros(n);
     let mut held = vec![false; n];
@@ -29,7 +35,9 @@ pub(crate) fn minimise(a: &DMatrix<f64>, b: &DVector<f64>, low: &[f64], high: &[
             let slope = a * &x - b;
             // How strongly an unknown on its bound is pushed back inside.
             let inward = |i: usize| if x[i] <= low[i] { -slope[i] } else { slope[i] };
-            let loosest = (0..n).filter(|&i| held[i] && low[i] < high[i]).max_by(|&i, &j| inward(i).total_cmp(&inward(j)));
+            let loosest = (0..n)
+                .filter(|&i| held[i] && low[i] < high[i])
+                .max_by(|&i, &j| inward(i).total_cmp(&inward(j)));
             match loosest.filter(|&i| inward(i) > 0.0) {
                 Some(i) => held[i] = false,
                 None => break,
@@ -48,7 +56,8 @@ mod tests {
 
     #[test]
     fn truth_a_held_unknown_takes_its_partner_along() {
-        // Two unknowns that do nearly the same: freely one goes far up and the other far down; held, the other alone does what both would.
+        // Two unknowns that do nearly the same: freely one goes far up and the other far down; held, the
+        // other alone does what both would.
         let a = DMatrix::from_row_slice(2, 2, &[1.0, 0.99, 0.99, 1.0]);
         let b = DVector::from_row_slice(&[1.0, 0.5]);
         let x = minimise(&a, &b, &[-10.0, 0.0], &[10.0, 10.0]).unwrap();
@@ -74,12 +83,14 @@ mod tests {
             let root = DMatrix::from_fn(n, n, |_, _| draw());
             let a = &root * root.transpose() + 1e-3 * DMatrix::identity(n, n);
             let b = DVector::from_fn(n, |_, _| draw());
-            let (low, high): (Vec<f64>, Vec<f64>) = (0..n).map(|_| (draw().min(0.0), draw().max(0.0))).unzip();
+            let (low, high): (Vec<f64>, Vec<f64>) =
+                (0..n).map(|_| (draw().min(0.0), draw().max(0.0))).unzip();
             let x = minimise(&a, &b, &low, &high).unwrap();
             let slope = &a * &x - &b;
             for i in 0..n {
                 assert!(x[i] >= low[i] && x[i] <= high[i]);
-                // Where it may go up the slope is not downhill, and the other way round; the matrix amplifies rounding a thousandfold.
+                // Where it may go up the slope is not downhill, and the other way round; the matrix amplifies
+                // rounding a thousandfold.
                 assert!(x[i] >= high[i] || slope[i] > -1e3 * ROUNDING);
                 assert!(x[i] <= low[i] || slope[i] < 1e3 * ROUNDING);
             }

@@ -25,7 +25,9 @@ impl Candidate {
 pub(crate) fn candidates(machine: &Machine) -> Vec<Candidate> {
     let Ok(assembly) = assemble(machine) else { return Vec::new() };
     let mut found = Vec::new();
-    for definition in LIBRARY.iter().copied().filter(|definition| matches!(definition.change, Change::Plant(_))) {
+    for definition in
+        LIBRARY.iter().copied().filter(|definition| matches!(definition.change, Change::Plant(_)))
+    {
         for site in sites(machine) {
             let host = host_kind(&assembly, site);
             if definition.hosts.contains(&host)
@@ -77,10 +79,12 @@ fn applies(machine: &Machine, definition: &'static Definition, site: Site) -> bo
     }
 }
 
-/// Bodies between drive and tool: joined to what a drive pushes, rigidly or by stiffness, without passing ground or what carries the reaction.
+/// Bodies between drive and tool: joined to what a drive pushes, rigidly or by stiffness, without passing
+/// ground or what carries the reaction.
 fn driven(assembly: &Assembly) -> Vec<usize> {
     let mut members: Vec<usize> = assembly.drives.iter().map(|drive| drive.on).collect();
-    let stops: Vec<usize> = assembly.drives.iter().map(|drive| drive.reacts_on).chain([GROUND_NODE]).collect();
+    let stops: Vec<usize> =
+        assembly.drives.iter().map(|drive| drive.reacts_on).chain([GROUND_NODE]).collect();
     let mut next = 0;
     while let Some(&at) = members.get(next) {
         next += 1;
@@ -95,17 +99,27 @@ fn driven(assembly: &Assembly) -> Vec<usize> {
     members
 }
 
-/// Whether an effect under this element is the effect's own place: a transmission lies between driven bodies, a fixture holds what a contact touches.
-fn makes_sense(machine: &Machine, assembly: &Assembly, definition: &Definition, site: Site, host: HostKind) -> bool {
+/// Whether an effect under this element is the effect's own place: a transmission lies between driven bodies,
+/// a fixture holds what a contact touches.
+fn makes_sense(
+    machine: &Machine,
+    assembly: &Assembly,
+    definition: &Definition,
+    site: Site,
+    host: HostKind,
+) -> bool {
     let chain = driven(assembly);
     let i = site.index;
     match (definition.place, site.table) {
-        (Place::Transmission, Table::Springs) => chain.contains(&assembly.links[i].a) && chain.contains(&assembly.links[i].b),
+        (Place::Transmission, Table::Springs) => {
+            chain.contains(&assembly.links[i].a) && chain.contains(&assembly.links[i].b)
+        }
         (Place::Transmission, Table::Bodies) => {
             // Bodies that move as one are one mass: the payload is named at the end that meets the work.
             let tool = assembly.contacts.iter().map(|contact| contact.a).find(|node| chain.contains(node));
             let last = tool.or_else(|| chain.last().copied());
-            chain.contains(&(i + 1)) && (last == Some(i + 1) || !rigid_together(assembly, i + 1, last.unwrap_or(GROUND_NODE)))
+            chain.contains(&(i + 1))
+                && (last == Some(i + 1) || !rigid_together(assembly, i + 1, last.unwrap_or(GROUND_NODE)))
         }
         (Place::Guide, Table::Springs) => {
             let link = &assembly.links[i];
@@ -113,11 +127,17 @@ fn makes_sense(machine: &Machine, assembly: &Assembly, definition: &Definition, 
         }
         (Place::Workpiece, Table::Springs) => {
             let link = &assembly.links[i];
-            assembly.contacts.iter().any(|contact| (contact.b == link.a || contact.b == link.b) && contact.b != GROUND_NODE)
+            assembly
+                .contacts
+                .iter()
+                .any(|contact| (contact.b == link.a || contact.b == link.b) && contact.b != GROUND_NODE)
         }
         (Place::Workpiece, Table::Contacts) => {
             let touched = assembly.contacts[i].b;
-            !assembly.links.iter().any(|link| link.rigid && touched != GROUND_NODE && (link.a == touched || link.b == touched))
+            !assembly
+                .links
+                .iter()
+                .any(|link| link.rigid && touched != GROUND_NODE && (link.a == touched || link.b == touched))
         }
         (Place::Encoder, Table::Sensors) => machine.sensors[i].reads.quantity == Quantity::Position,
         _ => true,

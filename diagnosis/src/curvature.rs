@@ -1,4 +1,5 @@
-//! Sums over rows of products of slopes: the curvature of a fit and its gradient. Slopes are kept by unknown, each row by row.
+//! Sums over rows of products of slopes: the curvature of a fit and its gradient. Slopes are kept by unknown,
+//! each row by row.
 
 use feeler_lanes::dispatch;
 use nalgebra::{DMatrix, DVector};
@@ -21,7 +22,13 @@ pub(crate) fn add_curvature(a: &mut DMatrix<f64>, factor: f64, slopes: &[Vec<f64
 }
 
 /// Adds `factor * sum_k w_k s_ki t_kj` to `a`, as [`add_curvature`] of two sets of unknowns.
-pub(crate) fn add_mixed(a: &mut DMatrix<f64>, factor: f64, slopes: &[Vec<f64>], others: &[Vec<f64>], weights: &[f64]) {
+pub(crate) fn add_mixed(
+    a: &mut DMatrix<f64>,
+    factor: f64,
+    slopes: &[Vec<f64>],
+    others: &[Vec<f64>],
+    weights: &[f64],
+) {
     for (j, other) in others.iter().enumerate() {
         let weighted = times(other, weights);
         for (i, slope) in slopes.iter().enumerate() {
@@ -78,7 +85,8 @@ mod tests {
     #[test]
     fn truth_sums_are_those_written_out() {
         let rows = 2 * ABREAST + 5;
-        let slopes: Vec<Vec<f64>> = [3, 7].map(|m| (0..rows).map(|k| (k * m % 11) as f64 - 5.0).collect()).into();
+        let slopes: Vec<Vec<f64>> =
+            [3, 7].map(|m| (0..rows).map(|k| (k * m % 11) as f64 - 5.0).collect()).into();
         let weights: Vec<f64> = (0..rows).map(|k| (k % 4) as f64).collect();
         let sum = |of: &dyn Fn(usize) -> f64| (0..rows).map(of).sum::<f64>();
         let mut a = DMatrix::identity(2, 2);

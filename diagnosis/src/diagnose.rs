@@ -18,13 +18,16 @@ pub(crate) const ACCEPT: f64 = 6.0;
 const ACCEPT_ALL: f64 = 15.0;
 /// Evidence on the check experiments below which one of several causes is taken out again, nats.
 const KEEP: f64 = 12.0;
-/// Evidence that a further cause must bring, nats: the first may be slightly wrong in ways that a second patches.
+/// Evidence that a further cause must bring, nats: the first may be slightly wrong in ways that a second
+/// patches.
 const ACCEPT_FURTHER: f64 = 40.0;
 /// The same on the check experiments alone, which are the fewer.
 const ACCEPT_FURTHER_CHECK: f64 = 30.0;
-/// Causes that are a number and no law: real ones differ from them in nothing that a second cause could patch, so that it must bring no more than a first.
+/// Causes that are a number and no law: real ones differ from them in nothing that a second cause could
+/// patch, so that it must bring no more than a first.
 const PLAIN_NUMBERS: [&str; 5] = ["constant-load", "added-mass", "drive-gain", "force-gain", "force-bias"];
-/// A cause with fewer parameters is preferred to one that brings less than this more, nats: real friction differs a little from every law.
+/// A cause with fewer parameters is preferred to one that brings less than this more, nats: real friction
+/// differs a little from every law.
 pub(crate) const PARSIMONY: f64 = 30.0;
 /// The same where nothing accepted differs from the real thing: odds of twenty to one.
 const PARSIMONY_BESIDE_NUMBERS: f64 = 3.0;
@@ -42,7 +45,8 @@ const REMOVAL_STEPS: usize = 6;
 /// `progress` is told what is being done.
 ///
 /// # Errors
-/// Where the machine has no motion as it is described, or none that is finite, and where there is nothing to fit or nothing to check it on.
+/// Where the machine has no motion as it is described, or none that is finite, and where there is nothing to
+/// fit or nothing to check it on.
 pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis, DiagnosisError> {
     let checked = dataset.records.iter().filter(|record| record.is_check).count();
     let fitted = dataset.records.len() - checked;
@@ -53,10 +57,15 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
     let found = search(dataset)?;
     let judge = Judge { dataset, search: &found };
     // A simple cause is preferred only among those that could be accepted by themselves.
-    let mut ranked: Vec<&Scored> = found.singles.iter().filter(|scored| judge.is_finding(scored) && judge.is_acceptable(scored)).collect();
+    let mut ranked: Vec<&Scored> = found
+        .singles
+        .iter()
+        .filter(|scored| judge.is_finding(scored) && judge.is_acceptable(scored))
+        .collect();
     ranked.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
     prefer_simple(&mut ranked, PARSIMONY, |scored| judge.all(scored));
-    let mut attempts = Attempts { fitted: found.singles.clone(), screened: found.others.clone(), silent: Vec::new() };
+    let mut attempts =
+        Attempts { fitted: found.singles.clone(), screened: found.others.clone(), silent: Vec::new() };
     attempts.silent.extend(found.silent.iter().map(|candidate| vec![*candidate]));
     let mut accepted = found.calibrated.clone();
     let mut rivals: Vec<Scored> = Vec::new();
@@ -69,14 +78,24 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
             accepted = pair;
         }
     }
-    // A force over position that no effect of the library makes: the sine that is no ripple describes it better than any cause.
-    let shape = found.singles.iter().filter(|scored| !judge.is_finding(scored) && scored.causes[0].definition.kind == "force-ripple");
+    // A force over position that no effect of the library makes: the sine that is no ripple describes it
+    // better than any cause.
+    let shape = found
+        .singles
+        .iter()
+        .filter(|scored| !judge.is_finding(scored) && scored.causes[0].definition.kind == "force-ripple");
     let shape = shape.max_by(|a, b| judge.all(a).total_cmp(&judge.all(b)));
-    if let Some(shape) = shape.filter(|shape| judge.gain(&accepted, shape, &judge.everything()) > ACCEPT_FURTHER) {
+    if let Some(shape) =
+        shape.filter(|shape| judge.gain(&accepted, shape, &judge.everything()) > ACCEPT_FURTHER)
+    {
         return Ok(judge.position_force(shape, &attempts));
     }
     if let Some((loose, evidence)) = judge.as_play(&accepted) {
-        if !attempts.fitted.iter().any(|tried| tried.causes.len() == 1 && tried.causes[0].is(&loose.causes[0])) {
+        if !attempts
+            .fitted
+            .iter()
+            .any(|tried| tried.causes.len() == 1 && tried.causes[0].is(&loose.causes[0]))
+        {
             attempts.fitted.push(loose.clone());
         }
         // What is left after impacts that nobody can predict tells of no further cause.
@@ -93,22 +112,32 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
         progress("trying a further cause");
         let left: Vec<_> = candidates(&dataset.machine)
             .into_iter()
-            .filter(|c| !accepted.causes.iter().any(|a| a.site == c.site && overlaps(a.definition.kind, c.definition.kind)))
+            .filter(|c| {
+                !accepted
+                    .causes
+                    .iter()
+                    .any(|a| a.site == c.site && overlaps(a.definition.kind, c.definition.kind))
+            })
             .collect();
-        let Extended { fits: mut further, others, silent } = extensions(&found.task, &accepted, &left, &glimpse);
+        let Extended { fits: mut further, others, silent } =
+            extensions(&found.task, &accepted, &left, &glimpse);
         attempts.fitted.extend(further.iter().cloned());
         attempts.screened.extend(others);
-        attempts.silent.extend(silent.into_iter().map(|candidate| accepted.causes.iter().copied().chain([candidate]).collect()));
+        attempts.silent.extend(
+            silent.into_iter().map(|candidate| accepted.causes.iter().copied().chain([candidate]).collect()),
+        );
         let asked = Asked::beside(&accepted);
         let enough = |scored: &Scored| {
-            judge.check(&accepted, scored) >= asked.check && judge.gain(&accepted, scored, &judge.everything()) >= asked.all
+            judge.check(&accepted, scored) >= asked.check
+                && judge.gain(&accepted, scored, &judge.everything()) >= asked.all
         };
         further.retain(|scored| judge.is_finding(scored) && enough(scored));
         further.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
         prefer_simple(&mut further, asked.parsimony, |scored| judge.all(scored));
         let Some(best) = further.first() else { break };
         let pruned = judge.prune(best.clone(), asked.keep);
-        // What a partner adds nothing to stays with the rivals that it had: its company contains it and is none.
+        // What a partner adds nothing to stays with the rivals that it had: its company contains it and is
+        // none.
         if pruned.causes.iter().all(|cause| accepted.causes.iter().any(|known| known.is(cause))) {
             // On the way there it may have been fitted better.
             if pruned.causes.len() == accepted.causes.len() && pruned.fitted.cost < accepted.fitted.cost {
@@ -125,7 +154,9 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
     if answer.gap.before.is_finite() && answer.gap.refit.is_finite() {
         Ok(answer)
     } else {
-        Err(DiagnosisError::Unbounded { spacing_s: dataset.records.iter().map(|record| record.spacing_s).fold(0.0, f64::max) })
+        Err(DiagnosisError::Unbounded {
+            spacing_s: dataset.records.iter().map(|record| record.spacing_s).fold(0.0, f64::max),
+        })
     }
 }
 
@@ -166,10 +197,15 @@ fn overlaps(a: &str, b: &str) -> bool {
 }
 
 /// Brings the simplest of those nearly as good as the best to the front of a ranking.
-fn prefer_simple<T: std::borrow::Borrow<Scored>>(ranked: &mut [T], parsimony: f64, evidence: impl Fn(&Scored) -> f64) {
+fn prefer_simple<T: std::borrow::Borrow<Scored>>(
+    ranked: &mut [T],
+    parsimony: f64,
+    evidence: impl Fn(&Scored) -> f64,
+) {
     let Some(best) = ranked.first().map(|first| evidence(first.borrow())) else { return };
     let near = ranked.iter().take_while(|scored| best - evidence((*scored).borrow()) < parsimony).count();
-    let simplest = (0..near).min_by_key(|&i| ranked[i].borrow().fitted.model.effect_parameters()).unwrap_or(0);
+    let simplest =
+        (0..near).min_by_key(|&i| ranked[i].borrow().fitted.model.effect_parameters()).unwrap_or(0);
     ranked[..=simplest].rotate_right(1);
     // A law that contains a simpler one always gains a little from how the real thing differs from both.
     let last = |scored: &Scored| scored.causes.last().map(|cause| (cause.site, cause.definition.kind));
@@ -223,37 +259,46 @@ impl Judge<'_> {
 
     pub(crate) fn is_finding(&self, scored: &Scored) -> bool {
         let fitted = &scored.fitted;
-        (0..scored.causes.len()).all(|i| !is_within(&fitted.model, &fitted.theta, i, &self.dataset.tolerance, self.search.seen))
+        (0..scored.causes.len())
+            .all(|i| !is_within(&fitted.model, &fitted.theta, i, &self.dataset.tolerance, self.search.seen))
     }
 
-    /// Friction that differs by direction, as one level and a constant load: the same to a guide that always slides. Where the records cannot tell,
-    /// weight and cables are believed before a guide that knows directions.
+    /// Friction that differs by direction, as one level and a constant load: the same to a guide that always
+    /// slides. Where the records cannot tell, weight and cables are believed before a guide that knows
+    /// directions.
     fn as_level_and_load(&self, accepted: &Scored) -> Option<Scored> {
         let [cause] = accepted.causes[..] else { return None };
         if cause.definition.kind != "asymmetric-friction" {
             return None;
         }
-        let level = self
-            .search
-            .singles
-            .iter()
-            .find(|single| single.causes[0].site == cause.site && single.causes[0].definition.kind == "coulomb-friction")?;
-        let load = candidates(&self.dataset.machine).into_iter().find(|c| c.site == cause.site && c.definition.kind == "constant-load")?;
-        let pair = extensions(&self.search.task, level, &[load], &glance(&self.search.task, level)).fits.pop()?;
+        let level = self.search.singles.iter().find(|single| {
+            single.causes[0].site == cause.site && single.causes[0].definition.kind == "coulomb-friction"
+        })?;
+        let load = candidates(&self.dataset.machine)
+            .into_iter()
+            .find(|c| c.site == cause.site && c.definition.kind == "constant-load")?;
+        let pair =
+            extensions(&self.search.task, level, &[load], &glance(&self.search.task, level)).fits.pop()?;
         (self.is_finding(&pair) && self.all(accepted) - self.all(&pair) < LOOK_ALIKE).then_some(pair)
     }
 
-    /// Free play, where a joint was told of as bending though its bodies hit each other, with what says so. A joint with play bends too, on the
-    /// mean, and predicts that more safely than impacts whose instants hang on where in the play a body stands.
+    /// Free play, where a joint was told of as bending though its bodies hit each other, with what says so. A
+    /// joint with play bends too, on the mean, and predicts that more safely than impacts whose instants hang
+    /// on where in the play a body stands.
     fn as_play(&self, accepted: &Scored) -> Option<(Scored, String)> {
         let [cause] = accepted.causes[..] else { return None };
-        if cause.definition.kind != "transmission-flexibility" || unknown::explains(&self.search.calibrated, accepted) {
+        if cause.definition.kind != "transmission-flexibility"
+            || unknown::explains(&self.search.calibrated, accepted)
+        {
             return None;
         }
-        let has_play = |scored: &&Scored| scored.causes[0].definition.kind == "backlash" && scored.causes[0].place == cause.place;
+        let has_play = |scored: &&Scored| {
+            scored.causes[0].definition.kind == "backlash" && scored.causes[0].place == cause.place
+        };
         let evidence = rattles(self.dataset)?;
         let loose = self.search.singles.iter().find(has_play).cloned();
-        let loose = loose.or_else(|| Some(finished(&self.search.task, self.search.others.iter().find(has_play)?)))?;
+        let loose =
+            loose.or_else(|| Some(finished(&self.search.task, self.search.others.iter().find(has_play)?)))?;
         self.is_finding(&loose).then_some((loose, evidence))
     }
 

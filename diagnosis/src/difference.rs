@@ -65,12 +65,27 @@ impl Difference {
             value(format!("bodies.{name}.mass"), a.mass_kg, b.mass_kg, unit(Dimension::MASS));
         }
         for (name, a, b) in pairs(&old.springs, &new.springs) {
-            value(format!("springs.{name}.stiffness"), a.stiffness_n_per_m, b.stiffness_n_per_m, unit(Dimension::STIFFNESS));
-            value(format!("springs.{name}.damping"), a.damping_n_s_per_m, b.damping_n_s_per_m, unit(Dimension::DAMPING));
+            value(
+                format!("springs.{name}.stiffness"),
+                a.stiffness_n_per_m,
+                b.stiffness_n_per_m,
+                unit(Dimension::STIFFNESS),
+            );
+            value(
+                format!("springs.{name}.damping"),
+                a.damping_n_s_per_m,
+                b.damping_n_s_per_m,
+                unit(Dimension::DAMPING),
+            );
         }
         for (name, a, b) in pairs(&old.contacts, &new.contacts) {
             value(format!("contacts.{name}.stiffness"), a.stiffness, b.stiffness, unit(Dimension::STIFFNESS));
-            value(format!("contacts.{name}.damping"), a.damping_n_s_per_m, b.damping_n_s_per_m, unit(Dimension::DAMPING));
+            value(
+                format!("contacts.{name}.damping"),
+                a.damping_n_s_per_m,
+                b.damping_n_s_per_m,
+                unit(Dimension::DAMPING),
+            );
             value(format!("contacts.{name}.gap"), a.gap_m, b.gap_m, unit(Dimension::LENGTH));
         }
         for (name, a, b) in pairs(&old.sensors, &new.sensors) {
@@ -86,15 +101,21 @@ impl Difference {
                 });
             }
         };
-        pairs(&old.bodies, &new.bodies).for_each(|(name, a, b)| effects("bodies", name, &a.effects, &b.effects));
-        pairs(&old.springs, &new.springs).for_each(|(name, a, b)| effects("springs", name, &a.effects, &b.effects));
-        pairs(&old.contacts, &new.contacts).for_each(|(name, a, b)| effects("contacts", name, &a.effects, &b.effects));
-        pairs(&old.actuators, &new.actuators).for_each(|(name, a, b)| effects("actuators", name, &a.effects, &b.effects));
-        pairs(&old.sensors, &new.sensors).for_each(|(name, a, b)| effects("sensors", name, &a.effects, &b.effects));
+        pairs(&old.bodies, &new.bodies)
+            .for_each(|(name, a, b)| effects("bodies", name, &a.effects, &b.effects));
+        pairs(&old.springs, &new.springs)
+            .for_each(|(name, a, b)| effects("springs", name, &a.effects, &b.effects));
+        pairs(&old.contacts, &new.contacts)
+            .for_each(|(name, a, b)| effects("contacts", name, &a.effects, &b.effects));
+        pairs(&old.actuators, &new.actuators)
+            .for_each(|(name, a, b)| effects("actuators", name, &a.effects, &b.effects));
+        pairs(&old.sensors, &new.sensors)
+            .for_each(|(name, a, b)| effects("sensors", name, &a.effects, &b.effects));
         found
     }
 
-    /// The same with what is known of the values that calibration could move no farther: `old` is the believed machine, `tolerance` what its file states.
+    /// The same with what is known of the values that calibration could move no farther: `old` is the
+    /// believed machine, `tolerance` what its file states.
     #[must_use]
     pub fn with_ends(mut self, old: &Machine, tolerance: &IndexMap<String, f64>) -> Self {
         if let Ok(model) = Model::calibration(old, tolerance) {
@@ -118,7 +139,11 @@ fn pairs<'a, T>(old: &'a Elements<T>, new: &'a Elements<T>) -> impl Iterator<Ite
 /// Few digits, and no more noughts than needed.
 fn short(value: f64) -> String {
     let rounded: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
-    if rounded != 0.0 && !(1e-3..1e6).contains(&rounded.abs()) { format!("{rounded:e}") } else { format!("{rounded}") }
+    if rounded != 0.0 && !(1e-3..1e6).contains(&rounded.abs()) {
+        format!("{rounded:e}")
+    } else {
+        format!("{rounded}")
+    }
 }
 
 impl fmt::Display for Difference {
@@ -126,7 +151,11 @@ impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for Changed { key, old, new, unit, is_at_end } in &self.changed {
             let percent = 100.0 * (new / old - 1.0);
-            let share = if percent.is_finite() && percent.abs() >= LEAST_PERCENT { format!(", {percent:+.1} %") } else { String::new() };
+            let share = if percent.is_finite() && percent.abs() >= LEAST_PERCENT {
+                format!(", {percent:+.1} %")
+            } else {
+                String::new()
+            };
             let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
             let end = if *is_at_end { " (at the end of its tolerance)" } else { "" };
             writeln!(f, "{key} = {}  # was {}{unit}{share}{end}", short(*new), short(*old))?;
@@ -147,12 +176,14 @@ mod tests {
     use super::*;
     use feeler_scenarios::format::Document;
 
-    const BELIEVED: &str = "[bodies.tip]\nmass = 5.0\n[springs.guide]\nbetween = [\"ground\", \"tip\"]\ndamping = 60.0\n";
+    const BELIEVED: &str =
+        "[bodies.tip]\nmass = 5.0\n[springs.guide]\nbetween = [\"ground\", \"tip\"]\ndamping = 60.0\n";
 
     #[test]
     fn truth_a_value_and_an_effect_are_found_and_written() {
         let old = Document::parse(BELIEVED, "old.toml").unwrap().scenario.machine;
-        let text = BELIEVED.replace("5.0", "5.5") + "[springs.guide.effects.coulomb-friction]\nlevel = 12.0\n";
+        let text =
+            BELIEVED.replace("5.0", "5.5") + "[springs.guide.effects.coulomb-friction]\nlevel = 12.0\n";
         let new = Document::parse(&text, "new.toml").unwrap().scenario.machine;
         let found = Difference::between(&old, &new);
         assert_eq!(
@@ -168,10 +199,15 @@ mod tests {
         let parse = |text: &str| Document::parse(text, "machine.toml").unwrap().scenario.machine;
         let old = parse(BELIEVED);
         let said = |mass: &str, tolerance: &IndexMap<String, f64>| {
-            Difference::between(&old, &parse(&BELIEVED.replace("5.0", mass))).with_ends(&old, tolerance).to_string()
+            Difference::between(&old, &parse(&BELIEVED.replace("5.0", mass)))
+                .with_ends(&old, tolerance)
+                .to_string()
         };
         let none = IndexMap::new();
-        assert_eq!(said("5.52585", &none), "bodies.tip.mass = 5.5259  # was 5 kg, +10.5 % (at the end of its tolerance)\n");
+        assert_eq!(
+            said("5.52585", &none),
+            "bodies.tip.mass = 5.5259  # was 5 kg, +10.5 % (at the end of its tolerance)\n"
+        );
         assert_eq!(said("5.4", &none), "bodies.tip.mass = 5.4  # was 5 kg, +8.0 %\n");
         let stated: IndexMap<String, f64> = [("bodies.tip.mass".to_owned(), 0.2)].into_iter().collect();
         assert!(!said("5.52585", &stated).contains("tolerance"));

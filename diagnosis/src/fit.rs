@@ -9,13 +9,15 @@ use crate::dataset::Dataset;
 use crate::model::{Model, Unknown};
 use crate::predict::{Prediction, Predictor};
 
-/// Independent pieces of evidence in one channel of one experiment. Samples are many, but a model's errors last: whole stretches of motion are one piece.
+/// Independent pieces of evidence in one channel of one experiment. Samples are many, but a model's errors
+/// last: whole stretches of motion are one piece.
 pub(crate) const PIECES: f64 = 100.0;
 /// Residuals beyond this many sigmas count linearly.
 const ROBUST_SIGMAS: f64 = 8.0;
 /// Share of a channel's variation that no model is expected to explain.
 const DISCREPANCY: f64 = 0.01;
-/// Share of a channel's variation over all experiments below which one experiment's own is not taken as its scale.
+/// Share of a channel's variation over all experiments below which one experiment's own is not taken as its
+/// scale.
 const SMALLEST_SCALE: f64 = 0.1;
 /// Least damping of a step.
 const LEAST_DAMPING: f64 = 1e-9;
@@ -45,24 +47,40 @@ impl Weights {
             let mean = series.iter().sum::<f64>() / series.len() as f64;
             (series.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / series.len() as f64).sqrt()
         };
-        let own: Vec<Vec<f64>> =
-            dataset.records.iter().map(|record| record.series.iter().zip(&record.silent).map(variation).collect()).collect();
-        let pooled: Vec<f64> =
-            (0..channels).map(|c| (own.iter().map(|o: &Vec<f64>| o[c].powi(2)).sum::<f64>() / own.len() as f64).sqrt()).collect();
+        let own: Vec<Vec<f64>> = dataset
+            .records
+            .iter()
+            .map(|record| record.series.iter().zip(&record.silent).map(variation).collect())
+            .collect();
+        let pooled: Vec<f64> = (0..channels)
+            .map(|c| (own.iter().map(|o: &Vec<f64>| o[c].powi(2)).sum::<f64>() / own.len() as f64).sqrt())
+            .collect();
         // A channel that never changes says nothing, however far its prediction is from it.
-        let scale = |own: f64, pooled: f64| if own > 0.0 { own.max(SMALLEST_SCALE * pooled) } else { f64::INFINITY };
-        let scale: Vec<Vec<f64>> =
-            own.iter().map(|own| own.iter().zip(&pooled).map(|(&own, &pooled)| scale(own, pooled)).collect()).collect();
+        let scale =
+            |own: f64, pooled: f64| if own > 0.0 { own.max(SMALLEST_SCALE * pooled) } else { f64::INFINITY };
+        let scale: Vec<Vec<f64>> = own
+            .iter()
+            .map(|own| own.iter().zip(&pooled).map(|(&own, &pooled)| scale(own, pooled)).collect())
+            .collect();
         let noise: Vec<Vec<f64>> = dataset
             .records
             .iter()
-            .map(|_| dataset.channels.iter().map(|c| (c.noise.powi(2) + c.resolution.powi(2) / 12.0).sqrt()).collect())
+            .map(|_| {
+                dataset
+                    .channels
+                    .iter()
+                    .map(|c| (c.noise.powi(2) + c.resolution.powi(2) / 12.0).sqrt())
+                    .collect()
+            })
             .collect();
-        // The anchored prediction of a position differs from its reading only by what an acceleration error makes within the anchor's memory.
+        // The anchored prediction of a position differs from its reading only by what an acceleration error
+        // makes within the anchor's memory.
         let is_position: Vec<bool> = dataset
             .channels
             .iter()
-            .map(|channel| channel.quantity(&dataset.machine) == feeler_plant::description::Quantity::Position)
+            .map(|channel| {
+                channel.quantity(&dataset.machine) == feeler_plant::description::Quantity::Position
+            })
             .collect();
         let sigma = (0..dataset.records.len())
             .map(|r| {
@@ -83,11 +101,14 @@ impl Weights {
     }
 }
 
-/// Root mean square acceleration of a record: measured, or from the position's own variation at the anchor's frequency.
+/// Root mean square acceleration of a record: measured, or from the position's own variation at the anchor's
+/// frequency.
 fn acceleration_scale(dataset: &Dataset, scale: &[f64], record: usize, omega: f64) -> f64 {
     use feeler_plant::description::Quantity;
-    let of =
-        |wanted: Quantity| (0..scale.len()).find(|&c| scale[c].is_finite() && dataset.channels[c].quantity(&dataset.machine) == wanted);
+    let of = |wanted: Quantity| {
+        (0..scale.len())
+            .find(|&c| scale[c].is_finite() && dataset.channels[c].quantity(&dataset.machine) == wanted)
+    };
     if let Some(c) = of(Quantity::Acceleration) {
         return scale[c];
     }
@@ -122,7 +143,8 @@ pub(crate) struct Fitted {
 
 /// Mean robust squared residual of one series in sigmas.
 fn loss(measured: &[f64], predicted: &[f64], sigma: f64, dead_zone: f64) -> f64 {
-    let sum: f64 = measured.iter().zip(predicted).map(|(m, p)| robust(beyond(m - p, dead_zone) / sigma).0).sum();
+    let sum: f64 =
+        measured.iter().zip(predicted).map(|(m, p)| robust(beyond(m - p, dead_zone) / sigma).0).sum();
     sum / measured.len() as f64
 }
 
@@ -142,7 +164,10 @@ impl Task<'_> {
     pub(crate) fn predict(&self, model: &Model, theta: &[f64], record: usize) -> Option<Prediction> {
         let assembly = model.assembly(theta, self.dataset.records[record].engagement)?;
         let prediction =
-            Predictor::with(assembly, model.presliding(theta), self.dataset, &self.dataset.records[record]).ok()?.anchored().ok()?;
+            Predictor::with(assembly, model.presliding(theta), self.dataset, &self.dataset.records[record])
+                .ok()?
+                .anchored()
+                .ok()?;
         prediction.series.iter().all(|series| series.iter().all(|x| x.is_finite())).then_some(prediction)
     }
 
@@ -159,23 +184,38 @@ impl Task<'_> {
 
     pub(crate) fn misfit_of(&self, r: usize, prediction: &Prediction) -> Vec<f64> {
         let record = &self.dataset.records[r];
-        let channels = record.series.iter().zip(&prediction.smooth).zip(&self.weights.sigma[r]).zip(&prediction.dead_zone);
+        let channels = record
+            .series
+            .iter()
+            .zip(&prediction.smooth)
+            .zip(&self.weights.sigma[r])
+            .zip(&prediction.dead_zone);
         channels.map(|(((m, p), &sigma), &dead_zone)| loss(m, p, sigma, dead_zone)).collect()
     }
 
     pub(crate) fn prior_cost(model: &Model, theta: &[f64]) -> f64 {
-        let term = |(unknown, theta): (&Unknown, &f64)| unknown.prior.map_or(0.0, |(mean, sigma)| ((theta - mean) / sigma).powi(2));
+        let term = |(unknown, theta): (&Unknown, &f64)| {
+            unknown.prior.map_or(0.0, |(mean, sigma)| ((theta - mean) / sigma).powi(2))
+        };
         model.unknowns.iter().zip(theta).map(term).sum()
     }
 
     /// Cost over the fitted records: pieces times mean loss, and the priors.
     pub(crate) fn cost(&self, model: &Model, theta: &[f64]) -> f64 {
-        self.misfits(model, theta, &self.fitted)
-            .map_or(f64::INFINITY, |misfits| PIECES * misfits.iter().flatten().sum::<f64>() + Self::prior_cost(model, theta))
+        self.misfits(model, theta, &self.fitted).map_or(f64::INFINITY, |misfits| {
+            PIECES * misfits.iter().flatten().sum::<f64>() + Self::prior_cost(model, theta)
+        })
     }
 
-    /// The prediction with unknown `i` moved a little, and how far; none where the model bears no move either way.
-    pub(crate) fn moved(&self, model: &Model, theta: &[f64], i: usize, record: usize) -> Option<(Prediction, f64)> {
+    /// The prediction with unknown `i` moved a little, and how far; none where the model bears no move either
+    /// way.
+    pub(crate) fn moved(
+        &self,
+        model: &Model,
+        theta: &[f64],
+        i: usize,
+        record: usize,
+    ) -> Option<(Prediction, f64)> {
         let difference = model.unknowns[i].difference;
         [difference, -difference].into_iter().find_map(|step| {
             let mut probe = theta.to_vec();
@@ -195,11 +235,13 @@ impl Task<'_> {
         for (c, measured) in record.series.iter().enumerate() {
             let sigma = self.weights.sigma[r][c];
             let slopes = slopes(&base, &moved, c, sigma);
-            let residual = |(value, predicted): (&f64, &f64)| beyond(value - predicted, base.dead_zone[c]) / sigma;
+            let residual =
+                |(value, predicted): (&f64, &f64)| beyond(value - predicted, base.dead_zone[c]) / sigma;
             let residuals: Vec<f64> = measured.iter().zip(&base.smooth[c]).map(residual).collect();
             // Within a dead zone a slope changes nothing.
             let counts = |r: f64| r != 0.0 || base.dead_zone[c] == 0.0;
-            let weights: Vec<f64> = residuals.iter().map(|&r| if counts(r) { robust(r).1 } else { 0.0 }).collect();
+            let weights: Vec<f64> =
+                residuals.iter().map(|&r| if counts(r) { robust(r).1 } else { 0.0 }).collect();
             let factor = PIECES / measured.len() as f64;
             add_curvature(&mut a, factor, &slopes, &weights);
             add_gradient(&mut b, factor, &slopes, &times(&residuals, &weights));
@@ -218,7 +260,8 @@ impl Task<'_> {
             if !cost.is_finite() {
                 break;
             }
-            let parts: Option<Vec<_>> = self.fitted.par_iter().map(|&r| self.normal(model, &theta, r)).collect();
+            let parts: Option<Vec<_>> =
+                self.fitted.par_iter().map(|&r| self.normal(model, &theta, r)).collect();
             let Some(parts) = parts else { break };
             let mut a = DMatrix::zeros(n, n);
             let mut b = DVector::zeros(n);
@@ -244,7 +287,8 @@ impl Task<'_> {
                     damping *= 10.0;
                     continue;
                 };
-                let probe: Vec<f64> = theta.iter().zip(step.iter()).map(|(theta, step)| theta + step).collect();
+                let probe: Vec<f64> =
+                    theta.iter().zip(step.iter()).map(|(theta, step)| theta + step).collect();
                 let tried = self.cost(model, &probe);
                 if tried < cost {
                     gained = Some(cost - tried);
@@ -255,7 +299,8 @@ impl Task<'_> {
                 }
                 damping *= 8.0;
             }
-            // Along a valley, where two unknowns do the same and only priors tell them apart, a damped fit creeps: one more step, freely.
+            // Along a valley, where two unknowns do the same and only priors tell them apart, a damped fit
+            // creeps: one more step, freely.
             match gained {
                 Some(gain) if gain >= CONVERGED + CONVERGED_SHARE * cost => {}
                 Some(_) if damping > LEAST_DAMPING => damping = LEAST_DAMPING,
@@ -266,11 +311,19 @@ impl Task<'_> {
     }
 }
 
-/// Slopes of channel `c` of a prediction in sigmas, by unknown, from predictions that were moved; zero along what bears no move.
-pub(crate) fn slopes(base: &Prediction, moved: &[Option<(Prediction, f64)>], c: usize, sigma: f64) -> Vec<Vec<f64>> {
+/// Slopes of channel `c` of a prediction in sigmas, by unknown, from predictions that were moved; zero along
+/// what bears no move.
+pub(crate) fn slopes(
+    base: &Prediction,
+    moved: &[Option<(Prediction, f64)>],
+    c: usize,
+    sigma: f64,
+) -> Vec<Vec<f64>> {
     let base = &base.smooth[c];
     let of = |moved: &Option<(Prediction, f64)>| match moved {
-        Some((moved, step)) => moved.smooth[c].iter().zip(base).map(|(m, b)| (m - b) / (step * sigma)).collect(),
+        Some((moved, step)) => {
+            moved.smooth[c].iter().zip(base).map(|(m, b)| (m - b) / (step * sigma)).collect()
+        }
         None => vec![0.0; base.len()],
     };
     moved.iter().map(of).collect()
@@ -293,8 +346,10 @@ pub(crate) fn deviations(a: &DMatrix<f64>) -> Vec<f64> {
     let n = a.nrows();
     // Unknowns that nothing depends on must not spoil the others.
     let scale: Vec<f64> = (0..n).map(|i| a[(i, i)].sqrt().max(1e-9)).collect();
-    let scaled = DMatrix::from_fn(n, n, |i, j| a[(i, j)] / (scale[i] * scale[j]) + if i == j { 1e-10 } else { 0.0 });
-    scaled
-        .try_inverse()
-        .map_or_else(|| vec![f64::INFINITY; n], |inverse| (0..n).map(|i| inverse[(i, i)].max(0.0).sqrt() / scale[i]).collect())
+    let scaled =
+        DMatrix::from_fn(n, n, |i, j| a[(i, j)] / (scale[i] * scale[j]) + if i == j { 1e-10 } else { 0.0 });
+    scaled.try_inverse().map_or_else(
+        || vec![f64::INFINITY; n],
+        |inverse| (0..n).map(|i| inverse[(i, i)].max(0.0).sqrt() / scale[i]).collect(),
+    )
 }

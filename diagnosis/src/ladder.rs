@@ -1,5 +1,6 @@
-//! The disturbance ladder: an unknown force (or an unknown error of a reading) allowed at one place after the other, what it would explain, and
-//! what it goes with. Its shape against position, speed, drive force and time is the portrait of what the machine lacks.
+//! The disturbance ladder: an unknown force (or an unknown error of a reading) allowed at one place after the
+//! other, what it would explain, and what it goes with. Its shape against position, speed, drive force and
+//! time is the portrait of what the machine lacks.
 
 use std::f64::consts::TAU;
 
@@ -19,7 +20,8 @@ use crate::unknown::{explained, portrait};
 const AVERAGE: usize = 8;
 /// Points handed on for drawing.
 const POINTS: usize = 800;
-/// Share of the missing force's variance from which a wave over position is named, on fitted and on check experiments alike.
+/// Share of the missing force's variance from which a wave over position is named, on fitted and on check
+/// experiments alike.
 const LEAST_WAVE: f64 = 0.02;
 /// Periods of a wave that the travel must show.
 const LEAST_PERIODS: f64 = 2.0;
@@ -31,7 +33,9 @@ pub(crate) fn ladder(task: &Task<'_>, scored: &Scored) -> Vec<Rung> {
     let dataset = task.dataset;
     let mass = moving_mass(dataset, scored);
     let of_kind = |wanted: &[Quantity]| -> Vec<usize> {
-        (0..dataset.channels.len()).filter(|&c| wanted.contains(&dataset.channels[c].quantity(&dataset.machine))).collect()
+        (0..dataset.channels.len())
+            .filter(|&c| wanted.contains(&dataset.channels[c].quantity(&dataset.machine)))
+            .collect()
     };
     let accelerations = of_kind(&[Quantity::Acceleration]);
     let positions = of_kind(&[Quantity::Position]);
@@ -41,16 +45,23 @@ pub(crate) fn ladder(task: &Task<'_>, scored: &Scored) -> Vec<Rung> {
         records[r].series[c].iter().zip(&prediction.series[c]).map(|(m, p)| m - p).collect()
     };
     let mut rungs = Vec::new();
-    let mut add = |place: Place, only: Option<bool>, channels: &[usize], freed: &Freed<'_>, left: &Left<'_>| {
-        if !channels.is_empty() {
-            rungs.push(rung(task, scored, place, only, channels, freed, left));
-        }
-    };
-    let common = |r: usize, p: &Prediction| missing_acceleration(dataset, r, p).iter().map(|a| mass * a).collect();
+    let mut add =
+        |place: Place, only: Option<bool>, channels: &[usize], freed: &Freed<'_>, left: &Left<'_>| {
+            if !channels.is_empty() {
+                rungs.push(rung(task, scored, place, only, channels, freed, left));
+            }
+        };
+    let common =
+        |r: usize, p: &Prediction| missing_acceleration(dataset, r, p).iter().map(|a| mass * a).collect();
     let nothing = |r: usize, _: &Prediction, _: usize| vec![0.0; records[r].len()];
-    // A force on all that moves takes away what accelerometers have in common, one between them what they have not.
+    // A force on all that moves takes away what accelerometers have in common, one between them what they
+    // have not.
     let apart = |r: usize, p: &Prediction, c: usize| -> Vec<f64> {
-        residual(r, p, c).iter().zip(missing_acceleration(dataset, r, p)).map(|(own, common)| own - common).collect()
+        residual(r, p, c)
+            .iter()
+            .zip(missing_acceleration(dataset, r, p))
+            .map(|(own, common)| own - common)
+            .collect()
     };
     let together = |r: usize, p: &Prediction, _: usize| missing_acceleration(dataset, r, p);
     let carriers = if accelerations.is_empty() { &positions } else { &accelerations };
@@ -58,12 +69,19 @@ pub(crate) fn ladder(task: &Task<'_>, scored: &Scored) -> Vec<Rung> {
     add(Place::Guide, Some(false), carriers, &common, of_carriers);
     add(Place::Contact, Some(true), carriers, &common, of_carriers);
     if let [first, .., last] = accelerations[..] {
-        let between =
-            |r: usize, p: &Prediction| residual(r, p, last).iter().zip(residual(r, p, first)).map(|(a, b)| 0.25 * mass * (a - b)).collect();
+        let between = |r: usize, p: &Prediction| {
+            residual(r, p, last)
+                .iter()
+                .zip(residual(r, p, first))
+                .map(|(a, b)| 0.25 * mass * (a - b))
+                .collect()
+        };
         add(Place::Transmission, None, &[first, last], &between, &together);
     }
     if !accelerations.is_empty() {
-        let under = |r: usize, p: &Prediction| residual(r, p, positions[0]).iter().map(|x| mass * p.omega.powi(2) * x).collect();
+        let under = |r: usize, p: &Prediction| {
+            residual(r, p, positions[0]).iter().map(|x| mass * p.omega.powi(2) * x).collect()
+        };
         add(Place::Base, None, &positions, &under, &nothing);
     }
     add(Place::ForceSensor, None, &forces, &|r, p| residual(r, p, forces[0]), &nothing);
@@ -94,7 +112,8 @@ fn rung(
         let chosen = |k: usize| only.is_none_or(|wanted| prediction.touching[k] == wanted);
         let share = (0..record.len()).filter(|&k| chosen(k)).count() as f64 / record.len() as f64;
         for &c in channels {
-            let before: f64 = record.series[c].iter().zip(&prediction.series[c]).map(|(m, p)| (m - p).powi(2)).sum();
+            let before: f64 =
+                record.series[c].iter().zip(&prediction.series[c]).map(|(m, p)| (m - p).powi(2)).sum();
             let after: f64 = left(r, &prediction, c).iter().map(|x| x * x).sum();
             let misfit = scored.misfits[r][c];
             let rest = misfit * (after / before.max(f64::MIN_POSITIVE)).min(1.0);
@@ -116,7 +135,13 @@ fn rung(
     let rms_n = (points.iter().map(|p| p.missing_n.powi(2)).sum::<f64>() / points.len().max(1) as f64).sqrt();
     let goes_with = shares(&points);
     let thin = points.len().div_ceil(POINTS).max(1);
-    Rung { place: place.name(), evidence, rms_n, goes_with, portrait: points.into_iter().step_by(thin).collect() }
+    Rung {
+        place: place.name(),
+        evidence,
+        rms_n,
+        goes_with,
+        portrait: points.into_iter().step_by(thin).collect(),
+    }
 }
 
 /// Root mean square of the missing force of a fitted model over some records, N.
@@ -132,16 +157,22 @@ pub(crate) fn missing_force(task: &Task<'_>, scored: &Scored, records: &[usize])
     if rows > 0.0 { (sum / rows).sqrt() } else { 0.0 }
 }
 
-/// Shapes in the force that is missing even with the accepted effects, said in words: drag that differs by direction, and waves over position of which
-/// the travel shows two periods. Both must take as much out of the check experiments, where they were not looked for.
+/// Shapes in the force that is missing even with the accepted effects, said in words: drag that differs by
+/// direction, and waves over position of which the travel shows two periods. Both must take as much out of
+/// the check experiments, where they were not looked for.
 pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
-    let checks: Vec<usize> = (0..task.dataset.records.len()).filter(|&r| task.dataset.records[r].is_check).collect();
-    let [mut seen, mut unseen] = [task.fitted.as_slice(), checks.as_slice()].map(|records| in_free_motion(task, scored, records));
+    let checks: Vec<usize> =
+        (0..task.dataset.records.len()).filter(|&r| task.dataset.records[r].is_check).collect();
+    let [mut seen, mut unseen] =
+        [task.fitted.as_slice(), checks.as_slice()].map(|records| in_free_motion(task, scored, records));
     let is_rotational = task.dataset.machine.axis == Axis::Rotational;
     let mut said = Vec::new();
     // Looked at first: over a motion that repeats itself it would pass for something periodic in position.
     let by_direction = slope(&seen);
-    let share = [&seen, &unseen].map(|points| taken_out(points, |p| by_direction * p.speed)).into_iter().fold(f64::INFINITY, f64::min);
+    let share = [&seen, &unseen]
+        .map(|points| taken_out(points, |p| by_direction * p.speed))
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
     if share > LEAST_WAVE {
         said.push(format!(
             "viscous friction that is {:.1} {} larger in one direction is left ({:.0} % of what is missing)",
@@ -152,7 +183,9 @@ pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
         seen.iter_mut().chain(&mut unseen).for_each(|p| p.force_n -= by_direction * p.speed);
     }
     let over_position: Vec<(f64, f64)> = seen.iter().map(|p| (p.position, p.force_n)).collect();
-    let (low, high) = over_position.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
+    let (low, high) = over_position
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
     for wave in ripples(&over_position) {
         let [amplitude, pitch, phase] = wave[..] else { continue };
         let at = |p: &Missing| amplitude * (TAU * p.position / pitch + phase).sin();
@@ -161,7 +194,11 @@ pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
         if share > LEAST_WAVE && pitch * LEAST_PERIODS <= high - low {
             said.push(format!(
                 "a {} periodic in position, pitch {}, is left ({:.0} % of what is missing)",
-                if is_rotational { format!("torque of {amplitude:.2} N m") } else { format!("force of {amplitude:.2} N") },
+                if is_rotational {
+                    format!("torque of {amplitude:.2} N m")
+                } else {
+                    format!("force of {amplitude:.2} N")
+                },
                 if is_rotational { format!("{pitch:.3} rad") } else { format!("{:.2} mm", 1e3 * pitch) },
                 100.0 * share
             ));
@@ -181,9 +218,13 @@ struct Missing {
 /// Missing force in free motion.
 fn in_free_motion(task: &Task<'_>, scored: &Scored, records: &[usize]) -> Vec<Missing> {
     let points = portrait(task, scored, records, 2, Some(false));
-    let mean = |of: &dyn Fn(&[f64; 4]) -> f64| points.iter().map(of).sum::<f64>() / points.len().max(1) as f64;
+    let mean =
+        |of: &dyn Fn(&[f64; 4]) -> f64| points.iter().map(of).sum::<f64>() / points.len().max(1) as f64;
     let (speed, force) = (mean(&|p| p[1].abs()), mean(&|p| p[3]));
-    points.iter().map(|p| Missing { position: p[0], speed: p[1].abs() - speed, force_n: p[3] - force }).collect()
+    points
+        .iter()
+        .map(|p| Missing { position: p[0], speed: p[1].abs() - speed, force_n: p[3] - force })
+        .collect()
 }
 
 /// The missing force over the size of the velocity, by least squares; zero where nothing moves.
@@ -202,7 +243,8 @@ fn taken_out(points: &[Missing], shape: impl Fn(&Missing) -> f64) -> f64 {
 
 /// Share of the variance of the missing force that a wave of this pitch takes out, wherever it begins.
 fn share_at(points: &[Missing], pitch: f64) -> f64 {
-    let waves = [f64::sin, f64::cos].map(|wave| points.iter().map(|p| wave(TAU * p.position / pitch)).collect::<Vec<f64>>());
+    let waves = [f64::sin, f64::cos]
+        .map(|wave| points.iter().map(|p| wave(TAU * p.position / pitch)).collect::<Vec<f64>>());
     explained(&waves, &points.iter().map(|p| p.force_n).collect::<Vec<f64>>())
 }
 
@@ -214,11 +256,21 @@ fn shares(points: &[PortraitPoint]) -> [(&'static str, f64); 4] {
     if missing.len() < 20 {
         return [("position", 0.0), ("velocity", 0.0), ("drive force", 0.0), ("time", 0.0)];
     }
-    let (span, fast, push, end) =
-        (largest(&|p| p.position_m), largest(&|p| p.velocity_m_per_s), largest(&|p| p.drive_n), largest(&|p| p.time_s));
-    let powers = |f: &dyn Fn(&PortraitPoint) -> f64| (1..=4).map(|n| column(&|p| f(p).powi(n))).collect::<Vec<_>>();
+    let (span, fast, push, end) = (
+        largest(&|p| p.position_m),
+        largest(&|p| p.velocity_m_per_s),
+        largest(&|p| p.drive_n),
+        largest(&|p| p.time_s),
+    );
+    let powers =
+        |f: &dyn Fn(&PortraitPoint) -> f64| (1..=4).map(|n| column(&|p| f(p).powi(n))).collect::<Vec<_>>();
     let bends = |f: &dyn Fn(&PortraitPoint) -> f64| {
-        vec![column(f), column(&|p| f(p).signum()), column(&|p| f(p) * f(p).abs()), column(&|p| (f(p) / 0.05).tanh())]
+        vec![
+            column(f),
+            column(&|p| f(p).signum()),
+            column(&|p| f(p) * f(p).abs()),
+            column(&|p| (f(p) / 0.05).tanh()),
+        ]
     };
     [
         ("position", explained(&powers(&|p| p.position_m / span), &missing)),

@@ -1,16 +1,18 @@
-//! Records that repeat themselves: a reference run lap after lap tells of what does not repeat, as experiments that repeat each other do.
+//! Records that repeat themselves: a reference run lap after lap tells of what does not repeat, as
+//! experiments that repeat each other do.
 
 use crate::dataset::Record;
 
 /// Rows that are compared for each length of a lap: enough to tell laps from what only resembles them.
 const PROBES: usize = 2000;
-/// Difference of laps, as a share of the variation, up to which they are the same motion. A loop that is closed repeats far better, one that is open
-/// drifts away.
+/// Difference of laps, as a share of the variation, up to which they are the same motion. A loop that is
+/// closed repeats far better, one that is open drifts away.
 const SAME: f64 = 0.05;
 /// The same from which on the first lap has left its beginning.
 const APART: f64 = 0.5;
 
-/// Rows of a lap, where all that was measured and commanded repeats itself at least once; none where it does not.
+/// Rows of a lap, where all that was measured and commanded repeats itself at least once; none where it does
+/// not.
 pub(crate) fn lap(record: &Record) -> Option<usize> {
     let all = || record.series.iter().chain(&record.commands);
     let leader = record.series.first()?;
@@ -21,7 +23,8 @@ pub(crate) fn lap(record: &Record) -> Option<usize> {
     all().all(|series| differs(series, best) < SAME).then_some(best)
 }
 
-/// Root mean square difference of a series to itself some rows later, over the same of unrelated rows; zero for a constant.
+/// Root mean square difference of a series to itself some rows later, over the same of unrelated rows; zero
+/// for a constant.
 fn differs(series: &[f64], lag: usize) -> f64 {
     let rows = series.len() - lag;
     let step = rows.div_ceil(PROBES).max(1);
@@ -58,7 +61,10 @@ mod tests {
 
     #[test]
     fn truth_laps_are_counted_and_drift_is_none() {
-        let lapped = |k: usize| (std::f64::consts::TAU * k as f64 / 310.0).sin() + 0.4 * (std::f64::consts::TAU * k as f64 / 155.0).cos();
+        let lapped = |k: usize| {
+            (std::f64::consts::TAU * k as f64 / 310.0).sin()
+                + 0.4 * (std::f64::consts::TAU * k as f64 / 155.0).cos()
+        };
         assert_eq!(lap(&record((0..1000).map(lapped).collect())), Some(310));
         assert_eq!(lap(&record((0..1000).map(|k| lapped(k) * (1.0 + 1e-3 * k as f64)).collect())), None);
         assert_eq!(lap(&record((0..1000).map(|k| f64::from(k).powi(2)).collect())), None);

@@ -34,15 +34,19 @@ struct Sums {
     rows: f64,
 }
 
-/// The table of the gap before, after calibration and after the accepted effects, over all experiments; `noise` is one sigma of every channel.
+/// The table of the gap before, after calibration and after the accepted effects, over all experiments;
+/// `noise` is one sigma of every channel.
 pub(crate) fn table(task: &Task<'_>, models: [At<'_>; 3], noise: &[f64]) -> Vec<Cell> {
     let dataset = task.dataset;
     let levels: Vec<f64> = dataset.records.iter().map(level).collect();
     let parts: Vec<BTreeMap<[usize; 4], Sums>> = (0..dataset.records.len())
         .into_par_iter()
         .map(|r| {
-            let predictions: Option<Vec<Prediction>> = models.iter().map(|(model, theta)| task.predict(model, theta, r)).collect();
-            predictions.map_or_else(BTreeMap::new, |predictions| of_record(task, r, &predictions, noise, amplitude(task, r, &levels)))
+            let predictions: Option<Vec<Prediction>> =
+                models.iter().map(|(model, theta)| task.predict(model, theta, r)).collect();
+            predictions.map_or_else(BTreeMap::new, |predictions| {
+                of_record(task, r, &predictions, noise, amplitude(task, r, &levels))
+            })
         })
         .collect();
     let mut sums: BTreeMap<[usize; 4], Sums> = BTreeMap::new();
@@ -76,11 +80,18 @@ pub(crate) fn table(task: &Task<'_>, models: [At<'_>; 3], noise: &[f64]) -> Vec<
 
 fn bands(spacing_s: f64) -> Vec<[f64; 2]> {
     let end = 0.5 / spacing_s;
-    let edges: Vec<f64> = [0.0].into_iter().chain(EDGES_HZ.into_iter().filter(|edge| *edge < 0.8 * end)).chain([end]).collect();
+    let edges: Vec<f64> =
+        [0.0].into_iter().chain(EDGES_HZ.into_iter().filter(|edge| *edge < 0.8 * end)).chain([end]).collect();
     edges.windows(2).map(|w| [w[0], w[1]]).collect()
 }
 
-fn of_record(task: &Task<'_>, r: usize, predictions: &[Prediction], noise: &[f64], amplitude: usize) -> BTreeMap<[usize; 4], Sums> {
+fn of_record(
+    task: &Task<'_>,
+    r: usize,
+    predictions: &[Prediction],
+    noise: &[f64],
+    amplitude: usize,
+) -> BTreeMap<[usize; 4], Sums> {
     let record = &task.dataset.records[r];
     let phases = phases(record, &predictions[1].touching);
     let bands = bands(record.spacing_s);
@@ -89,7 +100,8 @@ fn of_record(task: &Task<'_>, r: usize, predictions: &[Prediction], noise: &[f64
         let scale = task.weights.scale[r][c].max(f64::MIN_POSITIVE);
         let noise = (noise[c] / scale).powi(2);
         for (m, prediction) in predictions.iter().enumerate() {
-            let residual: Vec<f64> = measured.iter().zip(&prediction.series[c]).map(|(a, b)| (a - b) / scale).collect();
+            let residual: Vec<f64> =
+                measured.iter().zip(&prediction.series[c]).map(|(a, b)| (a - b) / scale).collect();
             for (band, part) in split(&residual, &bands, record.spacing_s).iter().enumerate() {
                 let share = (bands[band][1] - bands[band][0]) * 2.0 * record.spacing_s;
                 for (&phase, x) in phases.iter().zip(part) {
@@ -159,7 +171,10 @@ fn level(record: &Record) -> f64 {
 
 fn amplitude(task: &Task<'_>, r: usize, levels: &[f64]) -> usize {
     let records = &task.dataset.records;
-    let mut peers: Vec<f64> = (0..records.len()).filter(|&i| records[i].engagement == records[r].engagement).map(|i| levels[i]).collect();
+    let mut peers: Vec<f64> = (0..records.len())
+        .filter(|&i| records[i].engagement == records[r].engagement)
+        .map(|i| levels[i])
+        .collect();
     peers.sort_by(f64::total_cmp);
     let share = levels[r] / peers[peers.len() / 2].max(f64::MIN_POSITIVE);
     AMPLITUDE_SHARES.iter().filter(|&&edge| share > edge).count()

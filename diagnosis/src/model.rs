@@ -17,7 +17,8 @@ const DAMPING_TOLERANCE: f64 = std::f64::consts::LN_2;
 const GAP_TOLERANCE: f64 = 0.05;
 /// Step of finite differences in `theta`.
 const DIFFERENCE: f64 = 1e-3;
-/// The same of a gap, m: that of a surface's offset, which does the same, so that their slopes agree and only what is believed tells them apart.
+/// The same of a gap, m: that of a surface's offset, which does the same, so that their slopes agree and only
+/// what is believed tells them apart.
 const GAP_DIFFERENCE_M: f64 = 5e-7;
 /// Share of the width of a tolerance within which a value is at its end.
 const AT_END: f64 = 5e-3;
@@ -125,7 +126,8 @@ enum Target {
     PreslidingDamping,
 }
 
-/// One unknown of a fit. It is walked in `theta`: the logarithm of the value, or the value in units of `unit`.
+/// One unknown of a fit. It is walked in `theta`: the logarithm of the value, or the value in units of
+/// `unit`.
 #[derive(Clone, Debug)]
 pub(crate) struct Unknown {
     target: Target,
@@ -184,7 +186,10 @@ pub(crate) struct Model {
 
 impl Model {
     /// The believed machine, its own values free within their tolerances.
-    pub(crate) fn calibration(machine: &Machine, tolerance: &IndexMap<String, f64>) -> Result<Self, DiagnosisError> {
+    pub(crate) fn calibration(
+        machine: &Machine,
+        tolerance: &IndexMap<String, f64>,
+    ) -> Result<Self, DiagnosisError> {
         let assembly = assemble(machine).map_err(|problems| DiagnosisError::Machine { problems })?;
         let mut model = Self { believed: machine.clone(), tried: Vec::new(), unknowns: Vec::new() };
         let mut add = |site: Site, what: Believed, value: f64| {
@@ -200,7 +205,8 @@ impl Model {
             };
             let difference = if what == Believed::Gap { GAP_DIFFERENCE_M / unit } else { DIFFERENCE };
             let bounds = (f64::NEG_INFINITY, f64::INFINITY);
-            let mut unknown = Unknown { target: Target::Value(site, what), log, unit, prior: None, bounds, difference };
+            let mut unknown =
+                Unknown { target: Target::Value(site, what), log, unit, prior: None, bounds, difference };
             let centre = unknown.theta(value);
             unknown.prior = Some((centre, sigma / SIGMAS));
             // Beyond its tolerance a value is no calibration any more, but an effect to be found.
@@ -234,16 +240,19 @@ impl Model {
     pub(crate) fn with(&self, site: Site, definition: &'static Definition, values: &[f64]) -> Self {
         let mut model = self.clone();
         let index = model.tried.len();
-        // A value that a file may leave out is a choice of the model, unless the start gives it one of its own.
-        let is_free =
-            |(i, parameter): &(usize, &Parameter)| parameter.default.is_none_or(|default| default.to_bits() != values[*i].to_bits());
+        // A value that a file may leave out is a choice of the model, unless the start gives it one of its
+        // own.
+        let is_free = |(i, parameter): &(usize, &Parameter)| {
+            parameter.default.is_none_or(|default| default.to_bits() != values[*i].to_bits())
+        };
         for (i, parameter) in definition.parameters.iter().enumerate().filter(is_free) {
             let log = parameter.scale == Scale::Log;
             let unit = if parameter.typical == 0.0 { values[i].abs() } else { parameter.typical.abs() };
             let (target, bounds) = (Target::Effect(index, i), (0.0, 0.0));
             let mut unknown = Unknown { target, log, unit, prior: None, bounds, difference: DIFFERENCE };
             let floor = if log { unit.abs() * NEXT_TO_NOTHING } else { parameter.bounds.0 };
-            unknown.bounds = (unknown.theta(parameter.bounds.0.max(floor)), unknown.theta(parameter.bounds.1));
+            unknown.bounds =
+                (unknown.theta(parameter.bounds.0.max(floor)), unknown.theta(parameter.bounds.1));
             // A step is read off the values themselves; residuals know it far less well.
             if definition.kind.ends_with("-resolution") {
                 let read = unknown.theta(values[i]);
@@ -260,7 +269,14 @@ impl Model {
                 let centre = value.ln();
                 let bounds = (centre - 2.0 * sigma, centre + 2.0 * sigma);
                 let prior = Some((centre, sigma));
-                model.unknowns.push(Unknown { target, log: true, unit: 1.0, prior, bounds, difference: DIFFERENCE });
+                model.unknowns.push(Unknown {
+                    target,
+                    log: true,
+                    unit: 1.0,
+                    prior,
+                    bounds,
+                    difference: DIFFERENCE,
+                });
             }
         }
         model.tried.push(Tried { site, effect: EffectUse { definition, values: values.to_vec() } });
@@ -272,7 +288,8 @@ impl Model {
         let mut model = self.clone();
         model.tried.remove(effect);
         let dry = model.has_dry_friction();
-        let stays = |unknown: &Unknown| unknown.parameter_of(effect).is_none() && (dry || !unknown.is_presliding());
+        let stays =
+            |unknown: &Unknown| unknown.parameter_of(effect).is_none() && (dry || !unknown.is_presliding());
         let keep: Vec<usize> = (0..self.unknowns.len()).filter(|&i| stays(&self.unknowns[i])).collect();
         model.unknowns = keep.iter().map(|&i| self.unknowns[i].clone()).collect();
         for unknown in &mut model.unknowns {
@@ -290,7 +307,9 @@ impl Model {
         self.unknowns
             .iter()
             .map(|unknown| match (unknown.target, unknown.prior) {
-                (Target::Effect(e, p), _) => unknown.theta(self.tried[e].effect.values[p]).clamp(unknown.bounds.0, unknown.bounds.1),
+                (Target::Effect(e, p), _) => {
+                    unknown.theta(self.tried[e].effect.values[p]).clamp(unknown.bounds.0, unknown.bounds.1)
+                }
                 (_, Some((centre, _))) => centre,
                 (_, None) => 0.0,
             })
@@ -306,11 +325,13 @@ impl Model {
         self.unknowns.iter().filter(|unknown| matches!(unknown.target, Target::Effect(..))).count()
     }
 
-    /// Takes over what `other` found at `theta` for the unknowns that both have, effects from `effects` on left aside.
+    /// Takes over what `other` found at `theta` for the unknowns that both have, effects from `effects` on
+    /// left aside.
     pub(crate) fn take_over(&self, start: &mut [f64], other: &Self, theta: &[f64], effects: usize) {
         for (unknown, start) in self.unknowns.iter().zip(start) {
             let shared = !matches!(unknown.target, Target::Effect(e, _) if e >= effects);
-            if let Some(i) = other.unknowns.iter().position(|o| o.target == unknown.target).filter(|_| shared) {
+            if let Some(i) = other.unknowns.iter().position(|o| o.target == unknown.target).filter(|_| shared)
+            {
                 *start = theta[i];
             }
         }
@@ -371,9 +392,11 @@ impl Model {
         machine
     }
 
-    /// The assembly at `theta` as an experiment with this engagement sees it; none where the numbers make no machine.
+    /// The assembly at `theta` as an experiment with this engagement sees it; none where the numbers make no
+    /// machine.
     ///
-    /// A clamped tool is attached: the laws of surfaces that part (Hertz, Hunt and Crossley) do not act there.
+    /// A clamped tool is attached: the laws of surfaces that part (Hertz, Hunt and Crossley) do not act
+    /// there.
     pub(crate) fn assembly(&self, theta: &[f64], engagement: Option<Engagement>) -> Option<Assembly> {
         assemble_for(self.machine(theta), engagement).ok()
     }
@@ -382,7 +405,10 @@ impl Model {
 /// How far a step that was read off the values may move, as a logarithm.
 pub(crate) const STEP_SPREAD: f64 = 5e-4;
 /// A machine as an experiment with this engagement sees it.
-pub(crate) fn assemble_for(mut machine: Machine, engagement: Option<Engagement>) -> Result<Assembly, Vec<Problem>> {
+pub(crate) fn assemble_for(
+    mut machine: Machine,
+    engagement: Option<Engagement>,
+) -> Result<Assembly, Vec<Problem>> {
     if engagement == Some(Engagement::Clamped) {
         for contact in machine.contacts.values_mut() {
             contact.effects.retain(|effect| !PARTING.contains(&effect.definition.kind));
@@ -392,7 +418,8 @@ pub(crate) fn assemble_for(mut machine: Machine, engagement: Option<Engagement>)
 }
 
 /// Effects that are dry friction.
-pub(crate) const DRY: [&str; 4] = ["coulomb-friction", "stribeck-friction", "load-friction", "asymmetric-friction"];
+pub(crate) const DRY: [&str; 4] =
+    ["coulomb-friction", "stribeck-friction", "load-friction", "asymmetric-friction"];
 /// One sigma of what is known of pre-sliding, frequency and damping ratio, as logarithms.
 const PRESLIDING_SPREAD: [f64; 2] = [1.2, 1.0];
 

@@ -1,4 +1,5 @@
-//! A model that contains another must not fit worse. Where an optimiser has stopped early it would, and the comparison would be the optimiser's.
+//! A model that contains another must not fit worse. Where an optimiser has stopped early it would, and the
+//! comparison would be the optimiser's.
 
 use crate::fit::{Fitted, Task};
 use crate::search::Scored;
@@ -8,7 +9,8 @@ const SLACK: f64 = 0.5;
 /// Speed over which a Stribeck law falls when it starts as Coulomb's, m/s.
 const STRIBECK_SPEED_M_PER_S: f64 = 0.01;
 
-/// Parameters with which the law `outer` is the law `inner` with parameters `values`; none where it does not contain it.
+/// Parameters with which the law `outer` is the law `inner` with parameters `values`; none where it does not
+/// contain it.
 fn embed(outer: &str, inner: &str, values: &[f64]) -> Option<Vec<f64>> {
     match (outer, inner) {
         ("asymmetric-friction", "coulomb-friction") => Some(vec![values[0], 0.0]),
@@ -23,11 +25,19 @@ pub(crate) fn contains(outer: &str, inner: &str) -> bool {
     embed(outer, inner, &[1.0]).is_some()
 }
 
-/// Refits every model that fits worse than one that it contains, from that one's solution. All share the causes but the last.
-pub(crate) fn enforce(task: &Task<'_>, fits: &mut [Scored], steps: usize, rescore: impl Fn(&Scored, Fitted) -> Scored) {
+/// Refits every model that fits worse than one that it contains, from that one's solution. All share the
+/// causes but the last.
+pub(crate) fn enforce(
+    task: &Task<'_>,
+    fits: &mut [Scored],
+    steps: usize,
+    rescore: impl Fn(&Scored, Fitted) -> Scored,
+) {
     for outer in 0..fits.len() {
         for inner in 0..fits.len() {
-            let (Some(big), Some(small)) = (fits[outer].causes.last(), fits[inner].causes.last()) else { continue };
+            let (Some(big), Some(small)) = (fits[outer].causes.last(), fits[inner].causes.last()) else {
+                continue;
+            };
             if big.site != small.site || fits[outer].fitted.cost <= fits[inner].fitted.cost + SLACK {
                 continue;
             }

@@ -1,6 +1,7 @@
-//! The next experiment: among templates, the one after which two causes that look alike would differ most (Box and Hill 1967; Atkinson and Fedorov's
-//! T-optimality 1975). Each template is run on one cause's machine; the other's is then fitted to it, so that only what calibration cannot absorb counts.
-//! A template that would move farther or faster than the records did is made smaller, or left.
+//! The next experiment: among templates, the one after which two causes that look alike would differ most
+//! (Box and Hill 1967; Atkinson and Fedorov's T-optimality 1975). Each template is run on one cause's
+//! machine; the other's is then fitted to it, so that only what calibration cannot absorb counts. A template
+//! that would move farther or faster than the records did is made smaller, or left.
 
 use feeler_plant::description::Engagement;
 
@@ -20,18 +21,26 @@ const STEPS: usize = 3;
 const LEAST_ODDS: f64 = 3.0;
 /// How often a template that moves too far is made smaller before it is left.
 const TRIES: usize = 6;
-/// Share of the command that would just do by proportion which the next try takes: friction and ends of travel are not proportional.
+/// Share of the command that would just do by proportion which the next try takes: friction and ends of
+/// travel are not proportional.
 const STEP_BELOW: f64 = 0.95;
 
 /// The template that best tells `rival` from `accepted`; none where none does.
-pub(crate) fn next_experiment(judge: &Judge<'_>, accepted: &Scored, rival: &Scored) -> Option<NextExperiment> {
+pub(crate) fn next_experiment(
+    judge: &Judge<'_>,
+    accepted: &Scored,
+    rival: &Scored,
+) -> Option<NextExperiment> {
     let dataset = judge.dataset;
     if dataset.drives.len() != 1 {
         return None;
     }
     let spacing_s = dataset.records[0].spacing_s;
     let odds = |template: &Template| {
-        Some(f64::midpoint(expected(judge, accepted, rival, template, spacing_s)?, expected(judge, rival, accepted, template, spacing_s)?))
+        Some(f64::midpoint(
+            expected(judge, accepted, rival, template, spacing_s)?,
+            expected(judge, rival, accepted, template, spacing_s)?,
+        ))
     };
     let mut seen: Vec<(Engagement, Option<Reach>)> = Vec::new();
     let mut best: Option<(f64, Template, Reach, Reach)> = None;
@@ -43,7 +52,9 @@ pub(crate) fn next_experiment(judge: &Judge<'_>, accepted: &Scored, rival: &Scor
             reached
         });
         let Some(reached) = reached else { continue };
-        let Some((template, reach)) = within(judge, [accepted, rival], template, reached, spacing_s) else { continue };
+        let Some((template, reach)) = within(judge, [accepted, rival], template, reached, spacing_s) else {
+            continue;
+        };
         let Some(nats) = odds(&template) else { continue };
         if best.as_ref().is_none_or(|(most, ..)| nats >= *most) {
             best = Some((nats, template, reach, reached));
@@ -80,8 +91,15 @@ fn reached(judge: &Judge<'_>, accepted: &Scored, place: Engagement) -> Option<Re
     predictions.map(|prediction| Reach::of(&prediction)).reduce(Reach::with)
 }
 
-/// The template, made so small that neither machine goes beyond what was reached before, and how far and fast it goes; none where that leaves nothing of it.
-fn within(judge: &Judge<'_>, machines: [&Scored; 2], mut template: Template, reached: Reach, spacing_s: f64) -> Option<(Template, Reach)> {
+/// The template, made so small that neither machine goes beyond what was reached before, and how far and fast
+/// it goes; none where that leaves nothing of it.
+fn within(
+    judge: &Judge<'_>,
+    machines: [&Scored; 2],
+    mut template: Template,
+    reached: Reach,
+    spacing_s: f64,
+) -> Option<(Template, Reach)> {
     for _ in 0..TRIES {
         let mut reach = Reach::NONE;
         for scored in machines {
@@ -128,22 +146,41 @@ fn run(dataset: &Dataset, scored: &Scored, template: &Template, spacing_s: f64) 
 }
 
 /// Evidence for `truth` over `other` that a record of the template would bring, nats.
-fn expected(judge: &Judge<'_>, truth: &Scored, other: &Scored, template: &Template, spacing_s: f64) -> Option<f64> {
+fn expected(
+    judge: &Judge<'_>,
+    truth: &Scored,
+    other: &Scored,
+    template: &Template,
+    spacing_s: f64,
+) -> Option<f64> {
     let dataset = judge.dataset;
     let seen = run(dataset, truth, template, spacing_s)?;
     let [back, ahead] = Reach::of(&seen).travel_m;
     if template.place == Engagement::Free && ahead - back < LEAST_STROKE * judge.search.seen.stroke_m {
         return None;
     }
-    let imagined = Dataset { records: vec![Record { series: seen.series, ..record(template, spacing_s) }], ..dataset.clone() };
+    let imagined = Dataset {
+        records: vec![Record { series: seen.series, ..record(template, spacing_s) }],
+        ..dataset.clone()
+    };
     let reference = truth_prediction(&imagined, truth)?;
-    let task = Task { dataset: &imagined, weights: crate::fit::Weights::new(&imagined, &[reference]), fitted: vec![0] };
+    let task = Task {
+        dataset: &imagined,
+        weights: crate::fit::Weights::new(&imagined, &[reference]),
+        fitted: vec![0],
+    };
     let own = score(&task, truth.causes.clone(), truth.fitted.clone());
     let fitted = task.fit(&other.fitted.model, &other.fitted.theta, STEPS);
     let others = score(&task, other.causes.clone(), fitted);
     // What noise alone leaves is one; the imagined record has none.
     let looks = crate::odds::looks(&imagined.records[0]);
-    Some(own.misfits[0].iter().zip(&others.misfits[0]).map(|(a, b)| 0.5 * looks * ((1.0 + b) / (1.0 + a)).ln()).sum())
+    Some(
+        own.misfits[0]
+            .iter()
+            .zip(&others.misfits[0])
+            .map(|(a, b)| 0.5 * looks * ((1.0 + b) / (1.0 + a)).ln())
+            .sum(),
+    )
 }
 
 fn truth_prediction(dataset: &Dataset, truth: &Scored) -> Option<crate::predict::Prediction> {

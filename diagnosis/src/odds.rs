@@ -1,8 +1,9 @@
 //! How strongly the records speak for one model against another.
 //!
-//! Evidence is counted in stretches of motion, not in samples: each channel of each experiment counts as a handful of independent looks at its mean
-//! square residual, and the looks compare logarithms, so that the size of what no model explains cancels. A white-noise likelihood of all samples
-//! would make every comparison certain, also the wrong ones.
+//! Evidence is counted in stretches of motion, not in samples: each channel of each experiment counts as a
+//! handful of independent looks at its mean square residual, and the looks compare logarithms, so that the
+//! size of what no model explains cancels. A white-noise likelihood of all samples would make every
+//! comparison certain, also the wrong ones.
 
 use crate::dataset::{Dataset, Record};
 use crate::search::Scored;

@@ -1,8 +1,9 @@
-//! Bodies that hit each other: free play shows in the accelerations on either side of a joint, whatever the model.
+//! Bodies that hit each other: free play shows in the accelerations on either side of a joint, whatever the
+//! model.
 //!
-//! Between flanks nothing acts, at a flank everything does: the difference of the two accelerations is small for most of the time and large for moments.
-//! Its kurtosis tells (3 for noise and for sums of many sines, less for few; far more for rare impacts), and a joint that bends linearly has that of what
-//! drives it.
+//! Between flanks nothing acts, at a flank everything does: the difference of the two accelerations is small
+//! for most of the time and large for moments. Its kurtosis tells (3 for noise and for sums of many sines,
+//! less for few; far more for rare impacts), and a joint that bends linearly has that of what drives it.
 
 use feeler_plant::assembly::Source;
 use feeler_plant::description::{Engagement, Quantity};
@@ -14,11 +15,12 @@ const IMPACTS: f64 = 7.0;
 /// Deviation of the difference, over that of its noise, below which it shows nothing.
 const OVER_NOISE: f64 = 5.0;
 
-/// What says that two bodies with accelerometers hit each other; none where they do not, or where nothing tells. Records in which a tool touches and
-/// leaves have impacts anyway, and are left aside.
+/// What says that two bodies with accelerometers hit each other; none where they do not, or where nothing
+/// tells. Records in which a tool touches and leaves have impacts anyway, and are left aside.
 pub(crate) fn rattles(dataset: &Dataset) -> Option<String> {
-    let accelerations: Vec<usize> =
-        (0..dataset.channels.len()).filter(|&c| dataset.channels[c].quantity(&dataset.machine) == Quantity::Acceleration).collect();
+    let accelerations: Vec<usize> = (0..dataset.channels.len())
+        .filter(|&c| dataset.channels[c].quantity(&dataset.machine) == Quantity::Acceleration)
+        .collect();
     let [first, .., last] = accelerations[..] else { return None };
     let is_of_a_body = |c: usize| matches!(dataset.channels[c].source, Source::Sensor(_) | Source::Node(..));
     if !(is_of_a_body(first) && is_of_a_body(last)) {
@@ -31,7 +33,8 @@ pub(crate) fn rattles(dataset: &Dataset) -> Option<String> {
         .iter()
         .filter(|record| record.engagement.unwrap_or(own) != Engagement::Unilateral)
         .filter_map(|record| {
-            let difference: Vec<f64> = record.series[last].iter().zip(&record.series[first]).map(|(a, b)| a - b).collect();
+            let difference: Vec<f64> =
+                record.series[last].iter().zip(&record.series[first]).map(|(a, b)| a - b).collect();
             let (deviation, kurtosis) = shape(&difference);
             (deviation > OVER_NOISE * noise).then_some(kurtosis)
         })
@@ -59,7 +62,8 @@ mod tests {
 
     #[test]
     fn truth_a_sine_has_a_kurtosis_of_three_halves_and_rare_blows_a_large_one() {
-        let sine: Vec<f64> = (0..1000).map(|k| (std::f64::consts::TAU * f64::from(k) / 100.0).sin()).collect();
+        let sine: Vec<f64> =
+            (0..1000).map(|k| (std::f64::consts::TAU * f64::from(k) / 100.0).sin()).collect();
         // Whole periods: the moments are exact to rounding.
         assert!((shape(&sine).1 - 1.5).abs() < 1e-9);
         let blows: Vec<f64> = (0..1000).map(|k| if k % 50 == 0 { 1.0 } else { 0.0 }).collect();

@@ -25,7 +25,8 @@ pub struct ColumnError {
     pub relative: f64,
     /// Largest error of the free prediction, signal units.
     pub largest: f64,
-    /// Root mean square error over the scale where the prediction starts again every [`WINDOW_S`] from the measured motion.
+    /// Root mean square error over the scale where the prediction starts again every [`WINDOW_S`] from the
+    /// measured motion.
     pub relative_in_windows: f64,
 }
 
@@ -49,10 +50,11 @@ pub struct Replay {
     pub windows: Vec<Vec<f64>>,
 }
 
-/// Drives a machine with a dataset's recorded commands: freely from the first row, and in short windows from the measured motion.
+/// Drives a machine with a dataset's recorded commands: freely from the first row, and in short windows from
+/// the measured motion.
 ///
-/// The machine's elements must be those that the dataset's channels refer to: take the dataset's own machine, one that came of its diagnosis, or load the
-/// dataset for the machine with [`Dataset::load_for`].
+/// The machine's elements must be those that the dataset's channels refer to: take the dataset's own machine,
+/// one that came of its diagnosis, or load the dataset for the machine with [`Dataset::load_for`].
 ///
 /// # Errors
 /// Where the machine has no motion.
@@ -66,22 +68,34 @@ pub fn replay(machine: &Machine, dataset: &Dataset) -> Result<Vec<Replay>, Diagn
 /// Where the machine has no motion.
 pub fn replay_record(machine: &Machine, dataset: &Dataset, index: usize) -> Result<Replay, DiagnosisError> {
     let record = &dataset.records[index];
-    let assembly = assemble_for(machine.clone(), record.engagement).map_err(|problems| DiagnosisError::Machine { problems })?;
+    let assembly = assemble_for(machine.clone(), record.engagement)
+        .map_err(|problems| DiagnosisError::Machine { problems })?;
     let mut predictor = Predictor::new(assembly, dataset, record)?;
     let free = predictor.free()?.series;
     let rows = ((WINDOW_S / record.spacing_s).round() as usize).max(1);
     let windows = predictor.follow(Anchoring::Continuous, Start::Windows(rows))?.series;
-    let errors = (0..record.series.len()).map(|c| column_error(dataset, record, c, &free[c], &windows[c])).collect();
-    Ok(Replay { experiment: record.name.clone(), is_check: record.is_check, errors, record: index, free, windows })
+    let errors =
+        (0..record.series.len()).map(|c| column_error(dataset, record, c, &free[c], &windows[c])).collect();
+    Ok(Replay {
+        experiment: record.name.clone(),
+        is_check: record.is_check,
+        errors,
+        record: index,
+        free,
+        windows,
+    })
 }
 
 fn column_error(dataset: &Dataset, record: &Record, c: usize, free: &[f64], windows: &[f64]) -> ColumnError {
     let measured = &record.series[c];
     let n = measured.len() as f64;
     let mean = measured.iter().sum::<f64>() / n;
-    let rms = |predicted: &[f64]| (measured.iter().zip(predicted).map(|(m, p)| (m - p).powi(2)).sum::<f64>() / n).sqrt();
+    let rms = |predicted: &[f64]| {
+        (measured.iter().zip(predicted).map(|(m, p)| (m - p).powi(2)).sum::<f64>() / n).sqrt()
+    };
     let is_constant = measured.iter().all(|m| m.to_bits() == measured[0].to_bits());
-    let scale = if is_constant { 0.0 } else { (measured.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / n).sqrt() };
+    let scale =
+        if is_constant { 0.0 } else { (measured.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / n).sqrt() };
     let over_scale = |error: f64| if scale > 0.0 { error / scale } else { f64::INFINITY };
     ColumnError {
         column: dataset.channels[c].column.clone(),

@@ -89,7 +89,8 @@ pub struct Cause {
 pub struct Attempt {
     /// Kinds and elements, joined by `+`.
     pub causes: String,
-    /// Gain of evidence over calibration alone on the check experiments, nats; none where nothing in the records led to it.
+    /// Gain of evidence over calibration alone on the check experiments, nats; none where nothing in the
+    /// records led to it.
     pub gain_check: Option<f64>,
     /// The same over all experiments.
     pub gain_all: Option<f64>,
@@ -164,7 +165,8 @@ pub struct NextExperiment {
     pub expected_odds: f64,
     /// Engagement of the contact: `free`, `clamped` or `unilateral`.
     pub engagement: &'static str,
-    /// Farthest that the first drive's body goes back and ahead of where it starts, by either cause's machine, m.
+    /// Farthest that the first drive's body goes back and ahead of where it starts, by either cause's
+    /// machine, m.
     pub travel_m: [f64; 2],
     /// Its largest speed, m/s.
     pub top_speed_m_per_s: f64,
@@ -191,24 +193,28 @@ pub struct Diagnosis {
     pub look_alikes: Vec<[&'static str; 2]>,
     /// What was tried, the best first.
     pub attempts: Vec<Attempt>,
-    /// The experiment that would best separate what is still ambiguous; none where nothing is, or where no template would.
+    /// The experiment that would best separate what is still ambiguous; none where nothing is, or where no
+    /// template would.
     pub next_experiment: Option<NextExperiment>,
     /// Where the gap shows, cell by cell.
     pub cells: Vec<Cell>,
     /// Where an unknown disturbance would explain most, with its portrait.
     pub ladder: Vec<Rung>,
-    /// Root mean square of the force that is missing on the check experiments, after calibration and with the accepted effects, N.
+    /// Root mean square of the force that is missing on the check experiments, after calibration and with the
+    /// accepted effects, N.
     pub missing_force_n: [f64; 2],
     /// What shape the force has that is missing even with the accepted effects.
     pub left: Vec<String>,
-    /// One sigma of every column's noise: as stated, or more where experiments that repeat each other show more; where none is stated, from the scatter
-    /// of its readings and what differs from lap to lap.
+    /// One sigma of every column's noise: as stated, or more where experiments that repeat each other show
+    /// more; where none is stated, from the scatter of its readings and what differs from lap to lap.
     pub noise: IndexMap<String, f64>,
     /// What was noticed about the data.
     pub warnings: Vec<String>,
-    /// Those of the warnings by which the records contradict each other (units, clocks): what was found may be their doing.
+    /// Those of the warnings by which the records contradict each other (units, clocks): what was found may
+    /// be their doing.
     pub contradictions: Vec<String>,
-    /// Missing force of the calibrated machine against position, speed and drive force on fitted experiments: `[x, v, F_drive, F_missing]`.
+    /// Missing force of the calibrated machine against position, speed and drive force on fitted experiments:
+    /// `[x, v, F_drive, F_missing]`.
     #[serde(skip)]
     pub portrait: Vec<[f64; 4]>,
     /// The believed machine with fitted values and accepted effects.

@@ -1,7 +1,9 @@
-//! Candidates compared cheaply: a few steps in the parameters of an effect, the other unknowns following linearly.
+//! Candidates compared cheaply: a few steps in the parameters of an effect, the other unknowns following
+//! linearly.
 //!
-//! The slopes of the base model are taken once; every trial value of the effect then costs one prediction, and the best shift of the other unknowns follows
-//! from the normal equations (variable projection with frozen slopes: Golub and Pereyra, SIAM J. Numerical Analysis 10, 1973; Kaufman, BIT 15, 1975).
+//! The slopes of the base model are taken once; every trial value of the effect then costs one prediction,
+//! and the best shift of the other unknowns follows from the normal equations (variable projection with
+//! frozen slopes: Golub and Pereyra, SIAM J. Numerical Analysis 10, 1973; Kaufman, BIT 15, 1975).
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -51,7 +53,8 @@ impl<'a> Linearised<'a> {
             .par_iter()
             .map(|&r| {
                 let here = task.predict(&base.model, &base.theta, r)?;
-                let moved: Vec<Option<(Prediction, f64)>> = (0..n).map(|i| task.moved(&base.model, &base.theta, i, r)).collect();
+                let moved: Vec<Option<(Prediction, f64)>> =
+                    (0..n).map(|i| task.moved(&base.model, &base.theta, i, r)).collect();
                 let series = &task.dataset.records[r].series;
                 let (mut normal, mut plain) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
                 let slopes: Vec<Vec<Vec<f64>>> = (0..series.len())
@@ -59,8 +62,14 @@ impl<'a> Linearised<'a> {
                         let sigma = task.weights.sigma[r][c];
                         let slopes = slopes(&here, &moved, c, sigma);
                         let rows = series[c].len();
-                        let residual = |(value, predicted): (&f64, &f64)| beyond(value - predicted, here.dead_zone[c]) / sigma;
-                        let weights: Vec<f64> = series[c].iter().zip(&here.smooth[c]).map(|pair| robust(residual(pair)).1).collect();
+                        let residual = |(value, predicted): (&f64, &f64)| {
+                            beyond(value - predicted, here.dead_zone[c]) / sigma
+                        };
+                        let weights: Vec<f64> = series[c]
+                            .iter()
+                            .zip(&here.smooth[c])
+                            .map(|pair| robust(residual(pair)).1)
+                            .collect();
                         add_curvature(&mut normal, PIECES / rows as f64, &slopes, &weights);
                         add_curvature(&mut plain, PIECES / rows as f64, &slopes, &vec![1.0; rows]);
                         slopes
@@ -138,23 +147,34 @@ impl<'a> Linearised<'a> {
 
     fn trial(&self, model: &Model, theta: &[f64]) -> Option<Trial> {
         let n = self.base.theta.len();
-        let predictions: Option<Vec<Prediction>> = self.task.fitted.par_iter().map(|&r| self.task.predict(model, theta, r)).collect();
+        let predictions: Option<Vec<Prediction>> =
+            self.task.fitted.par_iter().map(|&r| self.task.predict(model, theta, r)).collect();
         let predictions = predictions?;
         let (low, high) = reach(&self.base.model.unknowns, &self.base.theta);
-        // Far from where the others belong the robust loss hardly feels how far: they are first brought near by plain least squares.
+        // Far from where the others belong the robust loss hardly feels how far: they are first brought near
+        // by plain least squares.
         let still = DVector::zeros(n);
         let [here, alike] = self.along(&predictions, &still);
         let near = minimise(&self.plain, &(alike.1 - &self.pull), &low, &high)?;
         let [there, _] = self.along(&predictions, &near);
         let prior = |shift: &DVector<f64>| {
-            let moved: Vec<f64> = self.base.theta.iter().zip(shift.iter()).map(|(theta, shift)| theta + shift).collect();
+            let moved: Vec<f64> =
+                self.base.theta.iter().zip(shift.iter()).map(|(theta, shift)| theta + shift).collect();
             Task::prior_cost(&self.base.model, &moved)
         };
         let (from_still, from_near) = (here.0 + prior(&still), there.0 + prior(&near));
-        let (start, cost, along) = if from_near < from_still { (near, from_near, there.1) } else { (still, from_still, here.1) };
-        let stiff = self.base.model.unknowns.iter().map(|unknown| unknown.prior.map_or(0.0, |(_, prior)| prior.powi(-2)));
+        let (start, cost, along) =
+            if from_near < from_still { (near, from_near, there.1) } else { (still, from_still, here.1) };
+        let stiff = self
+            .base
+            .model
+            .unknowns
+            .iter()
+            .map(|unknown| unknown.prior.map_or(0.0, |(_, prior)| prior.powi(-2)));
         let along = along - &self.pull - DVector::from_iterator(n, stiff).component_mul(&start);
-        let [low, high] = [low, high].map(|bound| bound.iter().zip(start.iter()).map(|(bound, start)| bound - start).collect::<Vec<f64>>());
+        let [low, high] = [low, high].map(|bound| {
+            bound.iter().zip(start.iter()).map(|(bound, start)| bound - start).collect::<Vec<f64>>()
+        });
         let step = minimise(&self.normal, &along, &low, &high)?;
         let free = (0..n).filter(|&i| step[i] > low[i] && step[i] < high[i]).collect();
         let cost = cost + (&self.normal * &step).dot(&step) - 2.0 * along.dot(&step);
@@ -162,23 +182,28 @@ impl<'a> Linearised<'a> {
         cost.is_finite().then_some(Trial { cost, shift, weighed_at: start, free, predictions })
     }
 
-    /// Cost without priors with the other unknowns shifted, and the residuals along their slopes: first with robust weights, then all alike.
+    /// Cost without priors with the other unknowns shifted, and the residuals along their slopes: first with
+    /// robust weights, then all alike.
     fn along(&self, predictions: &[Prediction], shift: &DVector<f64>) -> [(f64, DVector<f64>); 2] {
         let n = self.base.theta.len();
-        let parts: Vec<(f64, DVector<f64>, DVector<f64>)> = (self.task.fitted.par_iter().zip(self.slopes.par_iter().zip(predictions)))
-            .map(|(&r, (slopes, prediction))| {
-                let (mut cost, mut weighted, mut alike) = (0.0, DVector::zeros(n), DVector::zeros(n));
-                for (c, slopes) in slopes.iter().enumerate() {
-                    let Some(residuals) = self.residuals(r, c, slopes, prediction, shift) else { continue };
-                    let factor = PIECES / residuals.len() as f64;
-                    let (losses, weights): (Vec<f64>, Vec<f64>) = residuals.iter().map(|&residual| robust(residual)).unzip();
-                    cost += factor * losses.iter().sum::<f64>();
-                    add_gradient(&mut weighted, factor, slopes, &times(&residuals, &weights));
-                    add_gradient(&mut alike, factor, slopes, &residuals);
-                }
-                (cost, weighted, alike)
-            })
-            .collect();
+        let parts: Vec<(f64, DVector<f64>, DVector<f64>)> =
+            (self.task.fitted.par_iter().zip(self.slopes.par_iter().zip(predictions)))
+                .map(|(&r, (slopes, prediction))| {
+                    let (mut cost, mut weighted, mut alike) = (0.0, DVector::zeros(n), DVector::zeros(n));
+                    for (c, slopes) in slopes.iter().enumerate() {
+                        let Some(residuals) = self.residuals(r, c, slopes, prediction, shift) else {
+                            continue;
+                        };
+                        let factor = PIECES / residuals.len() as f64;
+                        let (losses, weights): (Vec<f64>, Vec<f64>) =
+                            residuals.iter().map(|&residual| robust(residual)).unzip();
+                        cost += factor * losses.iter().sum::<f64>();
+                        add_gradient(&mut weighted, factor, slopes, &times(&residuals, &weights));
+                        add_gradient(&mut alike, factor, slopes, &residuals);
+                    }
+                    (cost, weighted, alike)
+                })
+                .collect();
         let mut cost = 0.0;
         let (mut weighted, mut alike) = (DVector::zeros(n), DVector::zeros(n));
         for (part, a, b) in parts {
@@ -189,8 +214,16 @@ impl<'a> Linearised<'a> {
         [(cost, weighted), (cost, alike)]
     }
 
-    /// Residuals of a channel in sigmas, the other unknowns shifted; none where it never changes, and so says nothing.
-    fn residuals(&self, r: usize, c: usize, slopes: &[Vec<f64>], prediction: &Prediction, shift: &DVector<f64>) -> Option<Vec<f64>> {
+    /// Residuals of a channel in sigmas, the other unknowns shifted; none where it never changes, and so says
+    /// nothing.
+    fn residuals(
+        &self,
+        r: usize,
+        c: usize,
+        slopes: &[Vec<f64>],
+        prediction: &Prediction,
+        shift: &DVector<f64>,
+    ) -> Option<Vec<f64>> {
         let sigma = self.task.weights.sigma[r][c];
         if sigma.is_infinite() {
             return None;
@@ -198,10 +231,14 @@ impl<'a> Linearised<'a> {
         let measured = &self.task.dataset.records[r].series[c];
         let moved = along(slopes, shift, measured.len());
         let rows = measured.iter().zip(&prediction.smooth[c]).zip(&moved);
-        Some(rows.map(|((m, p), moved)| beyond(m - p - sigma * moved, prediction.dead_zone[c]) / sigma).collect())
+        Some(
+            rows.map(|((m, p), moved)| beyond(m - p - sigma * moved, prediction.dead_zone[c]) / sigma)
+                .collect(),
+        )
     }
 
-    /// Normal equations of the effect's own parameters, what the other unknowns can take over being projected out.
+    /// Normal equations of the effect's own parameters, what the other unknowns can take over being projected
+    /// out.
     fn own_normal(&self, model: &Model, theta: &[f64], here: &Trial) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let n = self.base.theta.len();
         let own = theta.len() - n;
@@ -211,12 +248,15 @@ impl<'a> Linearised<'a> {
             .par_iter()
             .zip(self.slopes.par_iter().zip(&here.predictions))
             .map(|(&r, (others, prediction))| {
-                let moved: Vec<Option<(Prediction, f64)>> = (0..own).map(|i| self.task.moved(model, theta, n + i, r)).collect();
+                let moved: Vec<Option<(Prediction, f64)>> =
+                    (0..own).map(|i| self.task.moved(model, theta, n + i, r)).collect();
                 let mut a = DMatrix::zeros(own, own);
                 let mut mixed = DMatrix::zeros(n, own);
                 let mut b = DVector::zeros(own);
                 for (c, others) in others.iter().enumerate() {
-                    let Some(residuals) = self.residuals(r, c, others, prediction, &here.weighed_at) else { continue };
+                    let Some(residuals) = self.residuals(r, c, others, prediction, &here.weighed_at) else {
+                        continue;
+                    };
                     let slopes = slopes(prediction, &moved, c, self.task.weights.sigma[r][c]);
                     let factor = PIECES / residuals.len() as f64;
                     let weights: Vec<f64> = residuals.iter().map(|&residual| robust(residual).1).collect();
@@ -237,7 +277,8 @@ impl<'a> Linearised<'a> {
         }
         let slope = b - mixed.transpose() * (&here.shift - &here.weighed_at);
         let following = mixed.select_rows(&here.free);
-        let taken = self.normal.select_rows(&here.free).select_columns(&here.free).cholesky()?.solve(&following);
+        let taken =
+            self.normal.select_rows(&here.free).select_columns(&here.free).cholesky()?.solve(&following);
         Some((a - following.transpose() * &taken, slope))
     }
 }

@@ -24,8 +24,8 @@ const SCREENING_STEPS: usize = 6;
 const BEST_STARTS: usize = 3;
 /// Starts whose values all differ by less than this, as a fraction, are one.
 const NEIGHBOURS: f64 = 0.16;
-/// Gain of the cost in screening below which a candidate is not fitted: a fraction of the least evidence that is ever accepted, which takes about ten of
-/// cost per nat.
+/// Gain of the cost in screening below which a candidate is not fitted: a fraction of the least evidence that
+/// is ever accepted, which takes about ten of cost per nat.
 const WORTH_FITTING: f64 = 25.0;
 /// Candidates that are fitted fully, and at least one of every place.
 const FULLY: usize = 7;
@@ -58,7 +58,9 @@ pub(crate) fn search(dataset: &Dataset) -> Result<Search<'_>, DiagnosisError> {
         .records
         .iter()
         .map(|record| {
-            let assembly = model.assembly(&start, record.engagement).ok_or(DiagnosisError::Machine { problems: Vec::new() })?;
+            let assembly = model
+                .assembly(&start, record.engagement)
+                .ok_or(DiagnosisError::Machine { problems: Vec::new() })?;
             Predictor::new(assembly, dataset, record)?.anchored()
         })
         .collect::<Result<Vec<Prediction>, _>>()?;
@@ -69,7 +71,10 @@ pub(crate) fn search(dataset: &Dataset) -> Result<Search<'_>, DiagnosisError> {
     let glance = glance(&task, &calibrated);
     let all = candidates(&dataset.machine);
     let Extended { fits: singles, others, silent } = extensions(&task, &calibrated, &all, &glance);
-    let (low, high) = glance.missing.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
+    let (low, high) = glance
+        .missing
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
     let seen = Seen { stroke_m: high - low, command_n: glance.command };
     Ok(Search { task, calibrated, singles, others, silent, seen })
 }
@@ -87,22 +92,30 @@ pub(crate) struct Extended {
 pub(crate) fn score(task: &Task<'_>, causes: Vec<Candidate>, fitted: Fitted) -> Scored {
     let records: Vec<usize> = (0..task.dataset.records.len()).collect();
     let channels = task.dataset.channels.len();
-    let misfits =
-        task.misfits(&fitted.model, &fitted.theta, &records).unwrap_or_else(|| vec![vec![f64::INFINITY; channels]; records.len()]);
+    let misfits = task
+        .misfits(&fitted.model, &fitted.theta, &records)
+        .unwrap_or_else(|| vec![vec![f64::INFINITY; channels]; records.len()]);
     Scored { causes, fitted, misfits }
 }
 
-/// `base` with one more effect, for every candidate: all after a few steps, then the best and the best of every place to the end.
+/// `base` with one more effect, for every candidate: all after a few steps, then the best and the best of
+/// every place to the end.
 pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glance: &Glance) -> Extended {
     let Some(linearised) = Linearised::new(task, &base.fitted) else {
         return Extended { fits: Vec::new(), others: Vec::new(), silent: all.to_vec() };
     };
-    let screened: Vec<(Candidate, Option<Fitted>)> =
-        all.par_iter().map(|&candidate| (candidate, screen(task, &linearised, base, candidate, glance))).collect();
-    let silent = screened.iter().filter(|(_, fitted)| fitted.is_none()).map(|(candidate, _)| *candidate).collect();
-    let mut screened: Vec<(Candidate, Fitted)> = screened.into_iter().filter_map(|(c, fitted)| Some((c, fitted?))).collect();
+    let screened: Vec<(Candidate, Option<Fitted>)> = all
+        .par_iter()
+        .map(|&candidate| (candidate, screen(task, &linearised, base, candidate, glance)))
+        .collect();
+    let silent =
+        screened.iter().filter(|(_, fitted)| fitted.is_none()).map(|(candidate, _)| *candidate).collect();
+    let mut screened: Vec<(Candidate, Fitted)> =
+        screened.into_iter().filter_map(|(c, fitted)| Some((c, fitted?))).collect();
     screened.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-    let with = |candidate: Candidate, fitted: Fitted| score(task, base.causes.iter().copied().chain([candidate]).collect(), fitted);
+    let with = |candidate: Candidate, fitted: Fitted| {
+        score(task, base.causes.iter().copied().chain([candidate]).collect(), fitted)
+    };
     let mut places = Vec::new();
     let mut taken = 0;
     let (chosen, left): (Vec<_>, Vec<_>) = screened.into_iter().partition(|(candidate, fitted)| {
@@ -116,8 +129,10 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         is_taken
     });
     let others = left.into_par_iter().map(|(candidate, fitted)| with(candidate, fitted)).collect();
-    let mut fits: Vec<Scored> =
-        chosen.into_par_iter().map(|(candidate, fitted)| with(candidate, task.fit(&fitted.model, &fitted.theta, STEPS))).collect();
+    let mut fits: Vec<Scored> = chosen
+        .into_par_iter()
+        .map(|(candidate, fitted)| with(candidate, task.fit(&fitted.model, &fitted.theta, STEPS)))
+        .collect();
     nested::enforce(task, &mut fits, STEPS, |old, fitted| score(task, old.causes.clone(), fitted));
     Extended { fits, others, silent }
 }
@@ -128,7 +143,13 @@ pub(crate) fn finished(task: &Task<'_>, scored: &Scored) -> Scored {
 }
 
 /// A few steps with one more effect than `base`.
-fn screen(task: &Task<'_>, linearised: &Linearised<'_>, base: &Scored, candidate: Candidate, glance: &Glance) -> Option<Fitted> {
+fn screen(
+    task: &Task<'_>,
+    linearised: &Linearised<'_>,
+    base: &Scored,
+    candidate: Candidate,
+    glance: &Glance,
+) -> Option<Fitted> {
     let mut begun: Vec<(f64, Model, Vec<f64>)> = starts(candidate, &task.dataset.machine, glance)
         .into_iter()
         .map(|values| {
@@ -154,7 +175,8 @@ fn screen(task: &Task<'_>, linearised: &Linearised<'_>, base: &Scored, candidate
 
 /// Whether two starts of one candidate are so near that a fit from either ends at the same place.
 fn are_neighbours(a: &Model, b: &Model) -> bool {
-    let values = |model: &Model| model.tried.last().map(|tried| tried.effect.values.clone()).unwrap_or_default();
+    let values =
+        |model: &Model| model.tried.last().map(|tried| tried.effect.values.clone()).unwrap_or_default();
     values(a).iter().zip(values(b)).all(|(a, b)| (a - b).abs() <= NEIGHBOURS * a.abs().max(b.abs()))
 }
 
@@ -176,12 +198,16 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
                 glance.force = glance.force.max(largest(series));
             }
         }
-        let Some(prediction) = task.predict(&calibrated.fitted.model, &calibrated.fitted.theta, r) else { continue };
+        let Some(prediction) = task.predict(&calibrated.fitted.model, &calibrated.fitted.theta, r) else {
+            continue;
+        };
         glance.speed = prediction.stroke.iter().map(|s| s[1].abs()).fold(glance.speed, f64::max);
         if !record.is_check {
             let mass = moving_mass(dataset, calibrated);
             let residual = missing_acceleration(dataset, r, &prediction);
-            glance.missing.extend(prediction.stroke.iter().zip(residual).map(|(stroke, a)| (stroke[0], mass * a)));
+            glance
+                .missing
+                .extend(prediction.stroke.iter().zip(residual).map(|(stroke, a)| (stroke[0], mass * a)));
             for (contact, depths) in depths.iter_mut().enumerate() {
                 depths.extend(excess_depths(dataset, record, &prediction, contact));
             }
@@ -193,7 +219,8 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
     }
     for (c, channel) in dataset.channels.iter().enumerate() {
         let Source::Sensor(sensor) = channel.source else { continue };
-        let steps: Vec<f64> = dataset.records.iter().filter_map(|record| quantum(&record.series[c])).collect();
+        let steps: Vec<f64> =
+            dataset.records.iter().filter_map(|record| quantum(&record.series[c])).collect();
         let coarse = steps.iter().copied().filter(|&step| channel.is_coarse(step)).fold(0.0, f64::max);
         if coarse > 0.0 && 2 * steps.len() > dataset.records.len() {
             glance.quanta.push((sensor, coarse));
@@ -207,7 +234,8 @@ const COARSEST_TOUCH: f64 = 20.0;
 /// Share of the largest contact force of a record from which on its contact is surely closed.
 const PRESSED: f64 = 0.3;
 
-/// How much deeper the bodies of a contact are in each other than the measured force says, at every row of a record where they press.
+/// How much deeper the bodies of a contact are in each other than the measured force says, at every row of a
+/// record where they press.
 fn excess_depths(dataset: &Dataset, record: &Record, prediction: &Prediction, contact: usize) -> Vec<f64> {
     let Some((name, believed)) = dataset.machine.contacts.get_index(contact) else { return Vec::new() };
     let parts = record.engagement.unwrap_or(believed.engagement) == Engagement::Unilateral;
@@ -216,9 +244,13 @@ fn excess_depths(dataset: &Dataset, record: &Record, prediction: &Prediction, co
             let reads = &dataset.machine.sensors[i].reads;
             reads.element == *name && matches!(reads.quantity, Quantity::Force | Quantity::SpringForce)
         }
-        source => matches!(source, Source::Contact(c, Quantity::Force | Quantity::SpringForce) if c == contact),
+        source => {
+            matches!(source, Source::Contact(c, Quantity::Force | Quantity::SpringForce) if c == contact)
+        }
     };
-    let (Some(c), true) = (dataset.channels.iter().position(|channel| reads(channel.source)), parts) else { return Vec::new() };
+    let (Some(c), true) = (dataset.channels.iter().position(|channel| reads(channel.source)), parts) else {
+        return Vec::new();
+    };
     let force = &record.series[c];
     let pressed = PRESSED * force.iter().copied().fold(COARSEST_TOUCH * dataset.channels[c].noise, f64::max);
     let rows = force.iter().zip(&prediction.compressions[contact]).filter(|(force, _)| **force > pressed);
@@ -236,7 +268,9 @@ pub(crate) fn moving_mass(dataset: &Dataset, scored: &Scored) -> f64 {
 pub(crate) fn missing_acceleration(dataset: &Dataset, record: usize, prediction: &Prediction) -> Vec<f64> {
     let of = |wanted: Quantity| -> Vec<usize> {
         (0..dataset.channels.len())
-            .filter(|&c| dataset.channels[c].quantity(&dataset.machine) == wanted && !dataset.records[record].silent[c])
+            .filter(|&c| {
+                dataset.channels[c].quantity(&dataset.machine) == wanted && !dataset.records[record].silent[c]
+            })
             .collect()
     };
     let accelerations = of(Quantity::Acceleration);
@@ -252,20 +286,25 @@ pub(crate) fn missing_acceleration(dataset: &Dataset, record: usize, prediction:
             None => vec![0.0; rows],
         };
     }
-    (0..rows).map(|k| accelerations.iter().map(|&c| residual(c, k)).sum::<f64>() / accelerations.len() as f64).collect()
+    (0..rows)
+        .map(|k| accelerations.iter().map(|&c| residual(c, k)).sum::<f64>() / accelerations.len() as f64)
+        .collect()
 }
 
 /// Corner of the smoothing before a position's residual is differentiated, Hz.
 const SMOOTH_HZ: f64 = 30.0;
 
-/// The acceleration that forces an anchored position's residual `r`: `r'' + sqrt(2) omega r' + omega^2 r`, the anchor's own error dynamics.
+/// The acceleration that forces an anchored position's residual `r`: `r'' + sqrt(2) omega r' + omega^2 r`,
+/// the anchor's own error dynamics.
 fn forcing(residual: &[f64], omega: f64, dt: f64) -> Vec<f64> {
     let r = low_pass(residual, SMOOTH_HZ, dt);
     let last = r.len() - 1;
     (0..r.len())
         .map(|k| {
             let [a, b, c] = [r[k.saturating_sub(1)], r[k], r[(k + 1).min(last)]];
-            (a - 2.0 * b + c) / (dt * dt) + std::f64::consts::SQRT_2 * omega * (c - a) / (2.0 * dt) + omega * omega * b
+            (a - 2.0 * b + c) / (dt * dt)
+                + std::f64::consts::SQRT_2 * omega * (c - a) / (2.0 * dt)
+                + omega * omega * b
         })
         .collect()
 }

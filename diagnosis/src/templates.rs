@@ -1,4 +1,5 @@
-//! Commands that a next experiment may have, and how far they may move the machine: no farther and no faster than the records did.
+//! Commands that a next experiment may have, and how far they may move the machine: no farther and no faster
+//! than the records did.
 
 use std::f64::consts::TAU;
 
@@ -14,7 +15,8 @@ pub(crate) const SECONDS: f64 = 2.0;
 const LEVELS: [f64; 3] = [0.05, 0.3, 0.9];
 /// Lines of a multisine.
 const LINES: usize = 24;
-/// Share of the travel and speed of the records that is allowed, so that a prediction that is wrong by a quarter stays within them.
+/// Share of the travel and speed of the records that is allowed, so that a prediction that is wrong by a
+/// quarter stays within them.
 const ALLOWED: f64 = 0.8;
 
 /// Shape of a command.
@@ -94,15 +96,22 @@ impl Template {
 
     /// Pressing takes a mean force that the excitation never takes away.
     fn mean_and_swing(&self) -> (f64, f64) {
-        if self.place == Engagement::Unilateral { (0.6 * self.peak_n, 0.4 * self.peak_n) } else { (0.0, self.peak_n) }
+        if self.place == Engagement::Unilateral {
+            (0.6 * self.peak_n, 0.4 * self.peak_n)
+        } else {
+            (0.0, self.peak_n)
+        }
     }
 
     /// What to do and what to expect, in a sentence.
     pub(crate) fn what(&self, machine: &Machine, reach: Reach, seen: Reach) -> String {
         let unit = |dimension: Dimension| dimension.si_unit(machine.axis == Axis::Rotational);
-        let (force, length, speed) = (unit(Dimension::FORCE), unit(Dimension::LENGTH), unit(Dimension::VELOCITY));
+        let (force, length, speed) =
+            (unit(Dimension::FORCE), unit(Dimension::LENGTH), unit(Dimension::VELOCITY));
         let what = match self.shape {
-            Shape::Multisine { low_hz, high_hz } => format!("a multisine from {low_hz:.0} to {high_hz:.0} Hz"),
+            Shape::Multisine { low_hz, high_hz } => {
+                format!("a multisine from {low_hz:.0} to {high_hz:.0} Hz")
+            }
             Shape::SlowStrokes => "slow strokes at 1 Hz".to_owned(),
         };
         let mean = match self.mean_and_swing().0 {
@@ -159,9 +168,14 @@ pub(crate) fn place_of(dataset: &Dataset, record: &Record) -> Engagement {
     record.engagement.or_else(own).unwrap_or(Engagement::Free)
 }
 
-/// Multisines of three levels in two bands and slow strokes, free; clamped and in contact where the records have that.
+/// Multisines of three levels in two bands and slow strokes, free; clamped and in contact where the records
+/// have that.
 pub(crate) fn templates(dataset: &Dataset, spacing_s: f64) -> Vec<Template> {
-    let largest = dataset.records.iter().flat_map(|record| record.commands.iter().flatten()).fold(0.0_f64, |m, u| m.max(u.abs()));
+    let largest = dataset
+        .records
+        .iter()
+        .flat_map(|record| record.commands.iter().flatten())
+        .fold(0.0_f64, |m, u| m.max(u.abs()));
     let top = 0.25 / spacing_s;
     let mut found: Vec<Template> = Vec::new();
     for record in &dataset.records {
@@ -169,7 +183,8 @@ pub(crate) fn templates(dataset: &Dataset, spacing_s: f64) -> Vec<Template> {
         if found.iter().any(|template| template.place == place) {
             continue;
         }
-        let bands = [(1.0, 0.04 * top), (0.04 * top, top)].map(|(low_hz, high_hz)| Shape::Multisine { low_hz, high_hz });
+        let bands = [(1.0, 0.04 * top), (0.04 * top, top)]
+            .map(|(low_hz, high_hz)| Shape::Multisine { low_hz, high_hz });
         let strokes = (place != Engagement::Clamped).then_some(Shape::SlowStrokes);
         for shape in bands.into_iter().chain(strokes) {
             for (i, level) in LEVELS.into_iter().enumerate() {
@@ -179,7 +194,11 @@ pub(crate) fn templates(dataset: &Dataset, spacing_s: f64) -> Vec<Template> {
                     shape,
                     peak_n: level * largest,
                     least_n: if i == 0 { 0.0 } else { LEVELS[i - 1] * largest },
-                    start: record.series.iter().map(|series| series.first().copied().unwrap_or(0.0)).collect(),
+                    start: record
+                        .series
+                        .iter()
+                        .map(|series| series.first().copied().unwrap_or(0.0))
+                        .collect(),
                 });
             }
         }
@@ -191,8 +210,9 @@ pub(crate) fn templates(dataset: &Dataset, spacing_s: f64) -> Vec<Template> {
 fn multisine(rows: usize, spacing_s: f64, low_hz: f64, high_hz: f64) -> Vec<f64> {
     let line = |i: usize| low_hz * (high_hz / low_hz).powf(i as f64 / (LINES - 1) as f64);
     let phase = |i: usize| -std::f64::consts::PI * (i * i) as f64 / LINES as f64;
-    let raw: Vec<f64> =
-        (0..rows).map(|k| (0..LINES).map(|i| (TAU * line(i) * k as f64 * spacing_s + phase(i)).sin()).sum::<f64>()).collect();
+    let raw: Vec<f64> = (0..rows)
+        .map(|k| (0..LINES).map(|i| (TAU * line(i) * k as f64 * spacing_s + phase(i)).sin()).sum::<f64>())
+        .collect();
     let peak = raw.iter().fold(f64::MIN_POSITIVE, |m, x| m.max(x.abs()));
     raw.into_iter().map(|x| x / peak).collect()
 }
@@ -206,7 +226,9 @@ mod tests {
     /// What is allowed is [`ALLOWED`] of what was seen, each way by itself.
     #[test]
     fn truth_the_side_that_is_too_far_or_the_speed_decides() {
-        let excess = |back: f64, ahead: f64, speed: f64| Reach { travel_m: [back, ahead], top_speed_m_per_s: speed }.excess(SEEN);
+        let excess = |back: f64, ahead: f64, speed: f64| {
+            Reach { travel_m: [back, ahead], top_speed_m_per_s: speed }.excess(SEEN)
+        };
         assert!((excess(-0.01, 0.064, 0.1) - 2.0).abs() < 1e-12);
         assert!((excess(-0.04, 0.0, 0.1) - 1.0).abs() < 1e-12);
         assert!((excess(-0.01, 0.01, 0.48) - 3.0).abs() < 1e-12);
@@ -218,7 +240,10 @@ mod tests {
 
     #[test]
     fn truth_numbers_have_three_digits_and_a_fitting_unit() {
-        assert_eq!([0.0, 12.345, -0.9876, 284.4, 1234.0].map(three_digits), ["0", "12.3", "-0.988", "284", "1234"]);
+        assert_eq!(
+            [0.0, 12.345, -0.9876, 284.4, 1234.0].map(three_digits),
+            ["0", "12.3", "-0.988", "284", "1234"]
+        );
         assert_eq!([2.0, 0.05, 2e-6].map(|size| prefix(size).1), ["", "m", "µ"]);
     }
 }

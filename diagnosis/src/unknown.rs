@@ -19,11 +19,13 @@ pub(crate) struct Pointer {
     pub(crate) evidence: String,
 }
 
-/// Mean square residual, over that of noise, that noise alone may leave in a channel over the experiments of one engagement.
+/// Mean square residual, over that of noise, that noise alone may leave in a channel over the experiments of
+/// one engagement.
 const NOISE_ALONE: f64 = 1.25;
 
-/// Whether no channel shows more than noise (one sigma per channel) in the experiments of any engagement: what a weak cause leaves in one kind of
-/// experiment is lost in the mean over all, and below the share that no model is expected to explain.
+/// Whether no channel shows more than noise (one sigma per channel) in the experiments of any engagement:
+/// what a weak cause leaves in one kind of experiment is lost in the mean over all, and below the share that
+/// no model is expected to explain.
 pub(crate) fn is_quiet(task: &Task<'_>, scored: &Scored, noise: &[f64]) -> bool {
     let mut groups: Vec<(Option<Engagement>, Vec<f64>, f64)> = Vec::new();
     for (r, record) in task.dataset.records.iter().enumerate() {
@@ -47,15 +49,20 @@ pub(crate) fn channel_misfits(scored: &Scored) -> Vec<f64> {
     (0..scored.misfits[0].len()).map(|c| scored.misfits.iter().map(|m| m[c]).sum::<f64>() / n).collect()
 }
 
-/// Share of a channel's misfit after calibration that may stay when a cause is said to explain it: real friction and real contacts differ a little
-/// from every law of the library, mostly near reversals and touch-down.
+/// Share of a channel's misfit after calibration that may stay when a cause is said to explain it: real
+/// friction and real contacts differ a little from every law of the library, mostly near reversals and
+/// touch-down.
 const DISCREPANCY: f64 = 0.12;
 
-/// Whether a model explains every channel, or leaves no more of what calibration left than laws of nature differ from those of a library.
+/// Whether a model explains every channel, or leaves no more of what calibration left than laws of nature
+/// differ from those of a library.
 pub(crate) fn explains(calibrated: &Scored, scored: &Scored) -> bool {
     let excess = |m: f64| (m - 1.0).max(0.0);
     let before = channel_misfits(calibrated);
-    channel_misfits(scored).iter().zip(&before).all(|(&m, &b)| m <= ADEQUATE || excess(m) <= DISCREPANCY * excess(b))
+    channel_misfits(scored)
+        .iter()
+        .zip(&before)
+        .all(|(&m, &b)| m <= ADEQUATE || excess(m) <= DISCREPANCY * excess(b))
 }
 
 /// Share of the variance of `y` that a regression on some columns explains.
@@ -79,12 +86,23 @@ pub(crate) fn explained(columns: &[Vec<f64>], y: &[f64]) -> f64 {
         a[(i, i)] += 1e-12;
     }
     let Some(x) = a.cholesky().map(|factor| factor.solve(&b)) else { return 0.0 };
-    let left: f64 = y.iter().enumerate().map(|(k, y)| (y - (0..n).map(|i| x[i] * value(i, k)).sum::<f64>()).powi(2)).sum();
+    let left: f64 = y
+        .iter()
+        .enumerate()
+        .map(|(k, y)| (y - (0..n).map(|i| x[i] * value(i, k)).sum::<f64>()).powi(2))
+        .sum();
     if total > 0.0 { 1.0 - left / total } else { 0.0 }
 }
 
-/// Missing force of a fitted model on some records, `[x, v, F_drive, F_missing]`, averaged over `average` rows.
-pub(crate) fn portrait(task: &Task<'_>, scored: &Scored, records: &[usize], average: usize, touching: Option<bool>) -> Vec<[f64; 4]> {
+/// Missing force of a fitted model on some records, `[x, v, F_drive, F_missing]`, averaged over `average`
+/// rows.
+pub(crate) fn portrait(
+    task: &Task<'_>,
+    scored: &Scored,
+    records: &[usize],
+    average: usize,
+    touching: Option<bool>,
+) -> Vec<[f64; 4]> {
     let mass = moving_mass(task.dataset, scored);
     let mut points = Vec::new();
     for &r in records {
@@ -124,13 +142,16 @@ pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
     let says = |what: &str| format!("`{name}` departs {:.1} sigma: {what}", misfits[worst].sqrt());
     let is_read = (0..misfits.len()).any(|c| quantity(c) == Quantity::Acceleration);
     let (place, evidence) = match quantity(worst) {
-        Quantity::Position if is_read => {
-            (Place::Base, says("encoder and accelerometers disagree smoothly, as when what the encoder rides on moves"))
-        }
+        Quantity::Position if is_read => (
+            Place::Base,
+            says("encoder and accelerometers disagree smoothly, as when what the encoder rides on moves"),
+        ),
         Quantity::Position | Quantity::Acceleration => {
-            let accelerations: Vec<usize> = (0..misfits.len()).filter(|&c| quantity(c) == Quantity::Acceleration).collect();
-            let (small, large) =
-                accelerations.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &c| (low.min(misfits[c]), high.max(misfits[c])));
+            let accelerations: Vec<usize> =
+                (0..misfits.len()).filter(|&c| quantity(c) == Quantity::Acceleration).collect();
+            let (small, large) = accelerations.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), &c| {
+                (low.min(misfits[c]), high.max(misfits[c]))
+            });
             if large > 2.0 * small {
                 (Place::Transmission, says("accelerometers along the chain disagree"))
             } else if is_contact {
@@ -148,12 +169,19 @@ pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
                     column(&|p| p[1] * p[1].abs()),
                     column(&|p| (p[1] / (0.05 * fast)).tanh()),
                 ];
-                let force: Vec<Vec<f64>> = vec![column(&|p| p[2]), column(&|p| p[2].signum()), column(&|p| p[2] * p[2].abs())];
+                let force: Vec<Vec<f64>> =
+                    vec![column(&|p| p[2]), column(&|p| p[2].signum()), column(&|p| p[2] * p[2].abs())];
                 let shares = [explained(&position, &y), explained(&speed, &y), explained(&force, &y)];
                 let best = (0..3).max_by(|&a, &b| shares[a].total_cmp(&shares[b])).unwrap_or(0);
                 let what = ["position", "velocity", "drive force"][best];
                 let place = if best == 2 { Place::Drive } else { Place::Guide };
-                (place, says(&format!("the missing force goes with {what} ({:.0} % of it)", 100.0 * shares[best])))
+                (
+                    place,
+                    says(&format!(
+                        "the missing force goes with {what} ({:.0} % of it)",
+                        100.0 * shares[best]
+                    )),
+                )
             }
         }
         Quantity::Force | Quantity::SpringForce => {

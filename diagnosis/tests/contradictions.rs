@@ -1,4 +1,5 @@
-//! Units and clocks that are wrong in a column of the example dataset, in some experiments or in all: who is named, and with what factor.
+//! Units and clocks that are wrong in a column of the example dataset, in some experiments or in all: who is
+//! named, and with what factor.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +8,8 @@ use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::diagnose;
 use tempfile::TempDir;
 
-const FILES: [&str; 6] = ["free-sines-1.csv", "free-sines-2.csv", "press-1.csv", "press-3.csv", "strokes-1.csv", "strokes-2.csv"];
+const FILES: [&str; 6] =
+    ["free-sines-1.csv", "free-sines-2.csv", "press-1.csv", "press-3.csv", "strokes-1.csv", "strokes-2.csv"];
 const PRESSES: [&str; 2] = ["press-1.csv", "press-3.csv"];
 
 /// A fault: file, column, and what a reading becomes, from all readings of the column and its row.
@@ -21,7 +23,9 @@ fn example(kept: &[&str], faults: &[Fault<'_>]) -> Dataset {
     let text = fs::read_to_string(source.join("dataset.toml")).expect("the example is sound");
     let parts: Vec<&str> = text.split("[[experiments]]").collect();
     let named = parts[1..].iter().filter(|part| kept.iter().any(|file| part.contains(file)));
-    let text: String = std::iter::once(parts[0].to_owned()).chain(named.map(|part| format!("[[experiments]]{part}"))).collect();
+    let text: String = std::iter::once(parts[0].to_owned())
+        .chain(named.map(|part| format!("[[experiments]]{part}")))
+        .collect();
     fs::write(folder.path().join("dataset.toml"), text).expect("the example is sound");
     for file in kept {
         let mut text = fs::read_to_string(source.join(file)).expect("the example is sound");
@@ -39,9 +43,11 @@ fn said(kept: &[&str], faults: &[Fault<'_>]) -> Vec<String> {
 }
 
 fn spoilt(text: &str, column: &str, fault: fn(&[f64], usize) -> f64) -> String {
-    let mut rows: Vec<Vec<String>> = text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect();
+    let mut rows: Vec<Vec<String>> =
+        text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect();
     let at = rows[0].iter().position(|name| name == column).expect("the example is sound");
-    let values: Vec<f64> = rows[1..].iter().map(|row| row[at].parse().expect("the example is sound")).collect();
+    let values: Vec<f64> =
+        rows[1..].iter().map(|row| row[at].parse().expect("the example is sound")).collect();
     for (k, row) in rows[1..].iter_mut().enumerate() {
         row[at] = fault(&values, k).to_string();
     }
@@ -65,18 +71,25 @@ fn truth_the_example_contradicts_itself_nowhere() {
 
 #[test]
 fn truth_accelerometers_on_one_rigid_body_tell_of_each_others_units_and_clocks() {
-    let faults: [Fault<'_>; 2] =
-        [("press-1.csv", "tip_acceleration_mps2", |v, k| v[k] / 9.81), ("press-3.csv", "tip_acceleration_mps2", late)];
+    let faults: [Fault<'_>; 2] = [
+        ("press-1.csv", "tip_acceleration_mps2", |v, k| v[k] / 9.81),
+        ("press-3.csv", "tip_acceleration_mps2", late),
+    ];
     let said = said(&PRESSES, &faults);
     has(&said, &["press-1.csv: `tip_acceleration_mps2`: reads ", "1/9.81 (g for m/s²?)"]);
     has(&said, &["press-3.csv: `tip_acceleration_mps2`: runs ", "behind"]);
-    assert!(!said.iter().any(|line| line.contains("tip_acceleration") && line.contains("excite")), "{said:#?}");
+    assert!(
+        !said.iter().any(|line| line.contains("tip_acceleration") && line.contains("excite")),
+        "{said:#?}"
+    );
 }
 
 #[test]
 fn truth_the_column_that_stands_alone_is_the_suspect() {
-    let faults: [Fault<'_>; 2] =
-        [("free-sines-2.csv", "encoder_m", |v, k| 1e3 * v[k]), ("strokes-1.csv", "tip_acceleration_mps2", |v, k| 1e3 * v[k])];
+    let faults: [Fault<'_>; 2] = [
+        ("free-sines-2.csv", "encoder_m", |v, k| 1e3 * v[k]),
+        ("strokes-1.csv", "tip_acceleration_mps2", |v, k| 1e3 * v[k]),
+    ];
     let said = said(&["free-sines-2.csv", "strokes-1.csv"], &faults);
     has(&said, &["free-sines-2.csv: `encoder_m`: reads ", "1000 (mm for m?)"]);
     has(&said, &["strokes-1.csv: `tip_acceleration_mps2`: reads ", "1000 (mm/s² for m/s²?)"]);
@@ -85,7 +98,8 @@ fn truth_the_column_that_stands_alone_is_the_suspect() {
 
 #[test]
 fn truth_a_force_is_held_against_what_pushes_it() {
-    let faults: [Fault<'_>; 2] = [("press-1.csv", "force_n", late), ("press-3.csv", "force_n", |v, k| 1e-3 * v[k])];
+    let faults: [Fault<'_>; 2] =
+        [("press-1.csv", "force_n", late), ("press-3.csv", "force_n", |v, k| 1e-3 * v[k])];
     let said = said(&PRESSES, &faults);
     has(&said, &["press-3.csv: `force_n`: reads ", "1/1000 (kN for N?)"]);
     has(&said, &["press-1.csv: `force_n`: runs ", "later here than in press-3.csv"]);
@@ -93,15 +107,24 @@ fn truth_a_force_is_held_against_what_pushes_it() {
 
 #[test]
 fn truth_a_clock_that_is_late_everywhere_is_counted() {
-    let faults: [Fault<'_>; 2] = [("press-1.csv", "motor_acceleration_mps2", late), ("press-3.csv", "motor_acceleration_mps2", late)];
+    let faults: [Fault<'_>; 2] =
+        [("press-1.csv", "motor_acceleration_mps2", late), ("press-3.csv", "motor_acceleration_mps2", late)];
     let said = said(&PRESSES, &faults);
     has(&said, &["press-1.csv: `motor_acceleration_mps2`: runs ", "behind", "as in another experiment"]);
-    assert!(!said.iter().any(|line| line.contains("`tip_acceleration_mps2`: runs") || line.contains("`encoder_m`: runs")), "{said:#?}");
+    assert!(
+        !said
+            .iter()
+            .any(|line| line.contains("`tip_acceleration_mps2`: runs") || line.contains("`encoder_m`: runs")),
+        "{said:#?}"
+    );
 }
 
 #[test]
 fn truth_commands_in_kilonewtons_and_a_turned_encoder_are_named() {
-    let faults: [Fault<'_>; 2] = [("free-sines-1.csv", "command_n", |v, k| 1e-3 * v[k]), ("free-sines-2.csv", "encoder_m", |v, k| -v[k])];
+    let faults: [Fault<'_>; 2] = [
+        ("free-sines-1.csv", "command_n", |v, k| 1e-3 * v[k]),
+        ("free-sines-2.csv", "encoder_m", |v, k| -v[k]),
+    ];
     let said = said(&["free-sines-1.csv", "free-sines-2.csv"], &faults);
     has(&said, &["free-sines-1.csv: `command_n`: reads ", "1/1000 (kN for N?)"]);
     has(&said, &["free-sines-2.csv: `encoder_m`: reads ", "a sign"]);
@@ -152,7 +175,9 @@ fn regress_a_command_that_is_late_in_contact_accuses_nobody() {
 /// A slow stroke against damping: the command leads the motion by a part of its wave, which no clock does.
 #[test]
 fn regress_a_slow_motion_against_damping_is_no_late_clock() {
-    let slow: Fault<'_> = ("free-sines-1.csv", "command_n", |v, k| v[k] + 150.0 * (std::f64::consts::TAU * 5e-4 * k as f64).cos());
+    let slow: Fault<'_> = ("free-sines-1.csv", "command_n", |v, k| {
+        v[k] + 150.0 * (std::f64::consts::TAU * 5e-4 * k as f64).cos()
+    });
     let said = said(&["free-sines-1.csv", "free-sines-2.csv"], &[slow]);
     assert!(!said.iter().any(|line| line.contains("`command_n`: runs")), "{said:#?}");
 }
@@ -160,8 +185,10 @@ fn regress_a_slow_motion_against_damping_is_no_late_clock() {
 /// Columns that hang or are cut off are not scored, and must not steer the prediction either.
 #[test]
 fn regress_columns_that_do_not_count_move_nothing() {
-    let faults: [Fault<'_>; 2] =
-        [("free-sines-1.csv", "tip_acceleration_mps2", |_, _| 0.0), ("press-1.csv", "force_n", |v, k| v[k].min(15.0))];
+    let faults: [Fault<'_>; 2] = [
+        ("free-sines-1.csv", "tip_acceleration_mps2", |_, _| 0.0),
+        ("press-1.csv", "force_n", |v, k| v[k].min(15.0)),
+    ];
     let found = diagnose(&example(&FILES, &faults), &|_| ()).expect("it is diagnosed");
     let accepted = |kind: &str, parameter: &str| {
         let cause = found.effects.iter().find(|effect| effect.accepted && effect.kind == kind);
@@ -169,7 +196,9 @@ fn regress_columns_that_do_not_count_move_nothing() {
     };
     assert_eq!(found.effects.iter().filter(|effect| effect.accepted).count(), 2);
     // What the example hides (its README) lies within what is stated.
-    for (estimate, hidden) in [(accepted("coulomb-friction", "level"), 7.53), (accepted("command-delay", "delay"), 1.92e-3)] {
+    for (estimate, hidden) in
+        [(accepted("coulomb-friction", "level"), 7.53), (accepted("command-delay", "delay"), 1.92e-3)]
+    {
         assert!((estimate.ci90[0]..estimate.ci90[1]).contains(&hidden), "{estimate:?}");
     }
 }

@@ -122,14 +122,26 @@ fn truth_faults_that_nothing_mends_are_errors_with_place_and_remedy() {
         &csv(&sound()).replacen("acceleration_mps2", "other", 1),
         &["a.csv", "`acceleration_mps2`", "missing", "take it out of [columns]"],
     );
-    error_says(&csv(&sound()).replacen("encoder_m", "encoder_m [m]", 1), &["a.csv: `encoder_m`", "there is one called `encoder_m [m]`"]);
+    error_says(
+        &csv(&sound()).replacen("encoder_m", "encoder_m [m]", 1),
+        &["a.csv: `encoder_m`", "there is one called `encoder_m [m]`"],
+    );
     error_says(
         &csv(&sound()).replacen("t_s,command_n", "command_n,t_s", 1),
         &["a.csv: the first column is `command_n`", "`t_s` comes later"],
     );
-    error_says(&spoil(|k, row| row[2] = if k == 100 { f64::NAN } else { row[2] }), &["a.csv:102", "`encoder_m`", "no number"]);
-    error_says(&spoil(|k, row| row[0] -= if k == 50 { 5e-3 } else { 0.0 }), &["a.csv:52", "does not advance", "clock"]);
-    error_says(&spoil(|k, row| row[0] += if k >= 500 { 0.3 } else { 0.0 }), &["a.csv:502", "0.3000 s are missing", "split the file"]);
+    error_says(
+        &spoil(|k, row| row[2] = if k == 100 { f64::NAN } else { row[2] }),
+        &["a.csv:102", "`encoder_m`", "no number"],
+    );
+    error_says(
+        &spoil(|k, row| row[0] -= if k == 50 { 5e-3 } else { 0.0 }),
+        &["a.csv:52", "does not advance", "clock"],
+    );
+    error_says(
+        &spoil(|k, row| row[0] += if k >= 500 { 0.3 } else { 0.0 }),
+        &["a.csv:502", "0.3000 s are missing", "split the file"],
+    );
     error_says(&spoil(|_, row| row[1] = 3.0), &["`command_n`", "never changes", "excite the drive"]);
     error_says(&csv(&sound()[..20].to_vec()), &["only 20 rows", "at least 50"]);
     error_says("", &["a.csv: it is empty"]);
@@ -138,30 +150,51 @@ fn truth_faults_that_nothing_mends_are_errors_with_place_and_remedy() {
 
 #[test]
 fn truth_faults_that_an_assumption_mends_are_warnings_that_state_it() {
-    warning_says(&spoil(|_, row| row[3] = 0.5), &["`acceleration_mps2`", "never changes", "check the wiring"]);
-    warning_says(&spoil(|_, row| row[3] = row[3].clamp(-1.0, 1.0)), &["`acceleration_mps2`", "rows sit at", "widen its range"]);
+    warning_says(
+        &spoil(|_, row| row[3] = 0.5),
+        &["`acceleration_mps2`", "never changes", "check the wiring"],
+    );
+    warning_says(
+        &spoil(|_, row| row[3] = row[3].clamp(-1.0, 1.0)),
+        &["`acceleration_mps2`", "rows sit at", "widen its range"],
+    );
     warning_says(
         &spoil(|_, row| row[3] = (row[3] / 0.25).round() * 0.25),
         &["`acceleration_mps2`", "multiples of 0.250, coarser than believed"],
     );
     // A converter's end that a fast motion touches for a few rows at a time.
-    warning_says(&spoil(|k, row| row[3] = if k % 40 < 3 { 9.0 } else { row[3] }), &["`acceleration_mps2`", "7.5 % of rows sit at 9 "]);
-    warning_says(&spoil(|k, row| row[0] += if k % 2 == 0 { 1e-4 } else { 0.0 }), &["even spacing", "interpolation"]);
-    warning_says(&spoil(|k, row| row[3] = 0.012 * (k as f64).sin()), &["`acceleration_mps2`", "times its noise", "excite more strongly"]);
+    warning_says(
+        &spoil(|k, row| row[3] = if k % 40 < 3 { 9.0 } else { row[3] }),
+        &["`acceleration_mps2`", "7.5 % of rows sit at 9 "],
+    );
+    warning_says(
+        &spoil(|k, row| row[0] += if k % 2 == 0 { 1e-4 } else { 0.0 }),
+        &["even spacing", "interpolation"],
+    );
+    warning_says(
+        &spoil(|k, row| row[3] = 0.012 * (k as f64).sin()),
+        &["`acceleration_mps2`", "times its noise", "excite more strongly"],
+    );
 }
 
-/// Without noise in the machine file, the scatter of the readings is taken for it: 0.01 m/s² over a motion of 8 m/s² and more.
+/// Without noise in the machine file, the scatter of the readings is taken for it: 0.01 m/s² over a motion of
+/// 8 m/s² and more.
 #[test]
 fn regress_noise_that_is_not_stated_comes_from_the_records() {
     let text = csv(&sound());
     let folder = folder(&[("a.csv", text.as_bytes()), ("b.csv", text.as_bytes())]);
-    fs::write(folder.path().join("machine.toml"), MACHINE.replace("noise = 0.01\n", "")).expect("it is written");
+    fs::write(folder.path().join("machine.toml"), MACHINE.replace("noise = 0.01\n", ""))
+        .expect("it is written");
     let dataset = Dataset::load(folder.path()).expect("it is sound");
     let said = dataset.warnings.iter().map(ToString::to_string).collect::<Vec<_>>();
     let [only] = said.as_slice() else { panic!("{said:?}") };
-    assert!(only.contains("`acceleration_mps2`: no noise is stated") && only.contains("state `noise`"), "{only}");
+    assert!(
+        only.contains("`acceleration_mps2`: no noise is stated") && only.contains("state `noise`"),
+        "{only}"
+    );
     assert!(!dataset.is_noise_stated("acceleration_mps2") && dataset.is_noise_stated("encoder_m"));
-    // Uniform between ±0.005: one sigma is 0.01 / sqrt(12), and a median of 2000 rows holds it within a tenth.
+    // Uniform between ±0.005: one sigma is 0.01 / sqrt(12), and a median of 2000 rows holds it within a
+    // tenth.
     let sigma = 0.01 / 12.0_f64.sqrt();
     assert!((dataset.channels[1].noise / sigma - 1.0).abs() < 0.1, "{}", dataset.channels[1].noise);
 }
@@ -169,9 +202,16 @@ fn regress_noise_that_is_not_stated_comes_from_the_records() {
 #[test]
 fn truth_a_clock_that_runs_fast_is_outvoted() {
     let (sound, fast) = (csv(&sound()), spoil(|_, row| row[0] *= 1.01));
-    let folder = folder(&[("a.csv", fast.as_bytes()), ("b.csv", sound.as_bytes()), ("c.csv", sound.as_bytes())]);
-    let said = Dataset::load(folder.path()).expect("it is loaded").warnings.iter().map(ToString::to_string).collect::<Vec<_>>();
-    let named = |line: &String| line.starts_with("a.csv: rows are 1.010 ms apart, in most experiments 1.000 ms");
+    let folder =
+        folder(&[("a.csv", fast.as_bytes()), ("b.csv", sound.as_bytes()), ("c.csv", sound.as_bytes())]);
+    let said = Dataset::load(folder.path())
+        .expect("it is loaded")
+        .warnings
+        .iter()
+        .map(ToString::to_string)
+        .collect::<Vec<_>>();
+    let named =
+        |line: &String| line.starts_with("a.csv: rows are 1.010 ms apart, in most experiments 1.000 ms");
     assert!(said.iter().any(named) && !said.iter().any(|line| line.starts_with("b.csv")), "{said:?}");
     // Of two nobody can tell which clock is right.
     assert!(said_of(&fast).is_ok_and(|said| !said.contains("apart")));
@@ -180,11 +220,15 @@ fn truth_a_clock_that_runs_fast_is_outvoted() {
 #[test]
 fn truth_what_experiments_share_is_told_once() {
     let coarse = spoil(|_, row| row[3] = (row[3] / 0.25).round() * 0.25);
-    let folder = folder(&[("a.csv", coarse.as_bytes()), ("b.csv", coarse.as_bytes()), ("c.csv", coarse.as_bytes())]);
+    let folder =
+        folder(&[("a.csv", coarse.as_bytes()), ("b.csv", coarse.as_bytes()), ("c.csv", coarse.as_bytes())]);
     let dataset = Dataset::load(folder.path()).expect("it is loaded");
     let said = in_words(&dataset.warnings);
     let [only] = said.as_slice() else { panic!("{said:?}") };
-    assert!(only.starts_with("a.csv: `acceleration_mps2`") && only.ends_with("; the same in 2 other experiments"), "{only}");
+    assert!(
+        only.starts_with("a.csv: `acceleration_mps2`") && only.ends_with("; the same in 2 other experiments"),
+        "{only}"
+    );
 }
 
 #[test]
@@ -194,7 +238,10 @@ fn truth_a_coarse_channel_at_rest_is_not_blamed_for_the_noise_that_it_rounds_awa
     // At rest within half a step all that is left is zeros of either sign.
     let at_rest = spoil(|k, row| row[3] = if k % 3 == 0 { -0.0 } else { 0.0 });
     let said = said_of_both(&moving, &at_rest).expect("a warning");
-    assert!(said.starts_with("a.csv") && said.contains("coarser than believed") && said.lines().count() == 1, "{said}");
+    assert!(
+        said.starts_with("a.csv") && said.contains("coarser than believed") && said.lines().count() == 1,
+        "{said}"
+    );
 }
 
 #[test]
@@ -224,14 +271,30 @@ fn assert_same(other: &Path) {
 fn truth_mcap_logs_say_the_same_as_csv() {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let mut writer = mcap::WriteOptions::new().compression(None).create(&mut bytes).unwrap();
-    let channel = |writer: &mut mcap::Writer<_>, topic: &str| writer.add_channel(0, topic, "json", &BTreeMap::new()).unwrap();
-    let ids = [channel(&mut writer, "/command_n"), channel(&mut writer, "encoder_m"), channel(&mut writer, "acceleration_mps2")];
+    let channel = |writer: &mut mcap::Writer<_>, topic: &str| {
+        writer.add_channel(0, topic, "json", &BTreeMap::new()).unwrap()
+    };
+    let ids = [
+        channel(&mut writer, "/command_n"),
+        channel(&mut writer, "encoder_m"),
+        channel(&mut writer, "acceleration_mps2"),
+    ];
     for (k, row) in sound().iter().enumerate() {
         let log_time = 5_000_000_000 + k as u64 * 1_000_000;
-        for (i, text) in
-            [format!("{{\"value\": {:?}}}", row[1]), format!("{:?}", row[2]), format!("{{\"data\": {:?}}}", row[3])].iter().enumerate()
+        for (i, text) in [
+            format!("{{\"value\": {:?}}}", row[1]),
+            format!("{:?}", row[2]),
+            format!("{{\"data\": {:?}}}", row[3]),
+        ]
+        .iter()
+        .enumerate()
         {
-            let header = mcap::records::MessageHeader { channel_id: ids[i], sequence: k as u32, log_time, publish_time: log_time };
+            let header = mcap::records::MessageHeader {
+                channel_id: ids[i],
+                sequence: k as u32,
+                log_time,
+                publish_time: log_time,
+            };
             writer.write_to_known_channel(&header, text.as_bytes()).unwrap();
         }
     }
@@ -281,34 +344,46 @@ fn truth_files_that_are_not_what_they_say_are_named() {
 #[test]
 fn regress_a_diagnosis_wants_something_to_fit_and_something_to_check() {
     let one = folder(&[("a.csv", csv(&sound()).as_bytes())]);
-    let error = diagnose(&Dataset::load(one.path()).expect("it is sound"), &|_| ()).expect_err("there is nothing to check");
+    let error = diagnose(&Dataset::load(one.path()).expect("it is sound"), &|_| ())
+        .expect_err("there is nothing to check");
     assert!(matches!(error, DiagnosisError::Roles { fitted: 1, checked: 0 }), "{error}");
     assert!(error.to_string().contains("record one more"), "{error}");
     let text = csv(&sound());
     let both = folder(&[("a.csv", text.as_bytes()), ("b.csv", text.as_bytes())]);
     let file = both.path().join("dataset.toml");
-    let checks = fs::read_to_string(&file).expect("it is there").replace(".csv\"\n", ".csv\"\nrole = \"check\"\n");
+    let checks =
+        fs::read_to_string(&file).expect("it is there").replace(".csv\"\n", ".csv\"\nrole = \"check\"\n");
     fs::write(&file, checks).expect("it is written");
-    let error = diagnose(&Dataset::load(both.path()).expect("it is sound"), &|_| ()).expect_err("there is nothing to fit");
+    let error = diagnose(&Dataset::load(both.path()).expect("it is sound"), &|_| ())
+        .expect_err("there is nothing to fit");
     assert!(matches!(error, DiagnosisError::Roles { fitted: 0, checked: 2 }), "{error}");
 }
 
 #[test]
 fn regress_time_in_milliseconds_is_an_error() {
-    let folder = folder(&[("a.csv", spoil(|_, row| row[0] *= 1e3).as_bytes()), ("b.csv", csv(&sound()).as_bytes())]);
+    let folder =
+        folder(&[("a.csv", spoil(|_, row| row[0] *= 1e3).as_bytes()), ("b.csv", csv(&sound()).as_bytes())]);
     let file = folder.path().join("dataset.toml");
-    let held = fs::read_to_string(&file).expect("it is there").replace("\"drive.command\"\n", "\"drive.command\"\nhold = \"1 ms\"\n");
+    let held = fs::read_to_string(&file)
+        .expect("it is there")
+        .replace("\"drive.command\"\n", "\"drive.command\"\nhold = \"1 ms\"\n");
     fs::write(&file, held).expect("it is written");
     let said = Dataset::load(folder.path()).expect_err("an error").to_string();
-    assert!(said.contains("a.csv: rows are 1.0000 s apart") && said.contains("bring the time to seconds"), "{said}");
+    assert!(
+        said.contains("a.csv: rows are 1.0000 s apart") && said.contains("bring the time to seconds"),
+        "{said}"
+    );
 }
 
-/// An accelerometer that hangs in one of the experiments: what it does not say counts neither for nor against a machine.
+/// An accelerometer that hangs in one of the experiments: what it does not say counts neither for nor against
+/// a machine.
 #[test]
 fn regress_a_channel_that_never_changes_does_not_score() {
     let (sound, hung) = (csv(&sound()), spoil(|_, row| row[3] = 9.0));
-    let folder = folder(&[("a.csv", sound.as_bytes()), ("b.csv", hung.as_bytes()), ("c.csv", sound.as_bytes())]);
-    let found = diagnose(&Dataset::load(folder.path()).expect("it is loaded"), &|_| ()).expect("it is diagnosed");
+    let folder =
+        folder(&[("a.csv", sound.as_bytes()), ("b.csv", hung.as_bytes()), ("c.csv", sound.as_bytes())]);
+    let found =
+        diagnose(&Dataset::load(folder.path()).expect("it is loaded"), &|_| ()).expect("it is diagnosed");
     // Half the scored experiments hang: were they scored, they would be off by more than their own variation.
     assert!(found.gap.refit < 0.5, "{:?}", found.gap);
 }
@@ -316,8 +391,14 @@ fn regress_a_channel_that_never_changes_does_not_score() {
 #[test]
 fn regress_causes_are_tried_beside_a_channel_that_never_changes() {
     let (sound, hung) = (csv(&sound()), spoil(|_, row| row[3] = 0.0));
-    let folder = folder(&[("a.csv", hung.as_bytes()), ("b.csv", sound.as_bytes()), ("c.csv", sound.as_bytes())]);
-    let found = diagnose(&Dataset::load(folder.path()).expect("it is loaded"), &|_| ()).expect("it is diagnosed");
+    let folder =
+        folder(&[("a.csv", hung.as_bytes()), ("b.csv", sound.as_bytes()), ("c.csv", sound.as_bytes())]);
+    let found =
+        diagnose(&Dataset::load(folder.path()).expect("it is loaded"), &|_| ()).expect("it is diagnosed");
     // The records were made with a load of 1 N and without the believed friction.
-    assert!(found.attempts.iter().any(|attempt| attempt.gain_all.is_some_and(|gain| gain > 0.0)), "{:?}", found.attempts);
+    assert!(
+        found.attempts.iter().any(|attempt| attempt.gain_all.is_some_and(|gain| gain > 0.0)),
+        "{:?}",
+        found.attempts
+    );
 }

@@ -1,4 +1,5 @@
-//! Hidden effects are found again: records of a machine with an effect, diagnosed with the machine without it.
+//! Hidden effects are found again: records of a machine with an effect, diagnosed with the machine without
+//! it.
 
 use std::f64::consts::{PI, TAU};
 
@@ -82,27 +83,38 @@ fn multisine(peak_n: f64, low_hz: f64, high_hz: f64, turn: f64) -> Vec<f64> {
         .map(|k| {
             // Held over two rows, as a controller does.
             let t = (k / 2 * 2) as f64 * SPACING_S;
-            (0..LINES).map(|i| (TAU * line(i) * t - PI * f64::from(i * i) / f64::from(LINES) + turn * f64::from(i)).sin()).sum()
+            (0..LINES)
+                .map(|i| {
+                    (TAU * line(i) * t - PI * f64::from(i * i) / f64::from(LINES) + turn * f64::from(i)).sin()
+                })
+                .sum()
         })
         .collect();
     let largest = raw.iter().fold(0.0_f64, |m: f64, x: &f64| m.max(x.abs()));
     raw.iter().map(|x| peak_n * x / largest).collect()
 }
 
-/// Six experiments at two levels on the bench with `effect`, with noise, as a dataset that believes there is none.
+/// Six experiments at two levels on the bench with `effect`, with noise, as a dataset that believes there is
+/// none.
 fn records_of(effect: &str) -> Dataset {
     records_on(BELIEVED, effect)
 }
 
 fn records_on(text: &str, effect: &str) -> Dataset {
     let believed = machine(text);
-    let noises = &[ENCODER_NOISE_M, ACCELERATION_NOISE_M_PER_S2, ACCELERATION_NOISE_M_PER_S2][..believed.sensors.len()];
+    let noises = &[ENCODER_NOISE_M, ACCELERATION_NOISE_M_PER_S2, ACCELERATION_NOISE_M_PER_S2]
+        [..believed.sensors.len()];
     let channels: Vec<Channel> = believed
         .sensors
         .keys()
         .zip(noises)
         .enumerate()
-        .map(|(i, (name, &noise))| Channel { column: name.clone(), source: Source::Sensor(i), noise, resolution: 0.0 })
+        .map(|(i, (name, &noise))| Channel {
+            column: name.clone(),
+            source: Source::Sensor(i),
+            noise,
+            resolution: 0.0,
+        })
         .collect();
     let commands = [
         multisine(90.0, 1.0, 150.0, 0.0),
@@ -137,7 +149,10 @@ fn records_on(text: &str, effect: &str) -> Dataset {
     let mut noise = Noise(7);
     for r in 0..dataset.records.len() {
         let assembly = assemble(&real).expect("it assembles");
-        let mut seen = Predictor::new(assembly, &dataset, &dataset.records[r]).and_then(|mut real| real.free()).expect("it moves").series;
+        let mut seen = Predictor::new(assembly, &dataset, &dataset.records[r])
+            .and_then(|mut real| real.free())
+            .expect("it moves")
+            .series;
         for (series, sigma) in seen.iter_mut().zip(noises) {
             for x in series.iter_mut() {
                 *x += sigma * noise.draw();
@@ -158,7 +173,8 @@ const RECOVERY: f64 = 0.03;
 
 #[test]
 fn truth_coulomb_friction_is_recovered() {
-    let answer = diagnose(&records_of("[springs.guide.effects.coulomb-friction]\nlevel = 7.0\n"), &|_| {}).unwrap();
+    let answer =
+        diagnose(&records_of("[springs.guide.effects.coulomb-friction]\nlevel = 7.0\n"), &|_| {}).unwrap();
     let (kind, level) = first(&answer);
     assert_eq!(kind, "coulomb-friction", "{:?}", answer.attempts);
     assert!((level / 7.0 - 1.0).abs() < RECOVERY, "{level}");
@@ -167,9 +183,15 @@ fn truth_coulomb_friction_is_recovered() {
     assert!(answer.gap.after < answer.gap.refit && answer.gap.closed > 0.8, "{:?}", answer.gap);
     assert!((answer.effects[0].credit - 1.0).abs() < f64::EPSILON);
     assert!(answer.attempts.iter().any(|attempt| attempt.why == "accepted"));
-    // A law that contains another has not been fitted worse: the evidence is that of the fitted and the check experiments.
-    let all =
-        |kind: &str| answer.attempts.iter().find(|attempt| attempt.causes == format!("{kind}@springs.guide")).and_then(|a| a.gain_all);
+    // A law that contains another has not been fitted worse: the evidence is that of the fitted and the check
+    // experiments.
+    let all = |kind: &str| {
+        answer
+            .attempts
+            .iter()
+            .find(|attempt| attempt.causes == format!("{kind}@springs.guide"))
+            .and_then(|a| a.gain_all)
+    };
     if let (Some(outer), Some(inner)) = (all("asymmetric-friction"), all("coulomb-friction")) {
         // What an unknown more costs, and the check experiments, which are not fitted.
         assert!(outer > inner - 10.0, "{outer} {inner}");
@@ -186,7 +208,8 @@ fn truth_a_resonance_is_flexibility_and_not_delay() {
     assert!(answer.effects.iter().all(|effect| !(effect.accepted && effect.kind == "command-delay")));
 }
 
-/// Where in its range the mode lies must not matter, nor how little it is damped: 43.4 Hz at 1 %, of one body that is split.
+/// Where in its range the mode lies must not matter, nor how little it is damped: 43.4 Hz at 1 %, of one body
+/// that is split.
 #[test]
 fn regress_a_soft_joint_that_hardly_damps_is_found_by_a_motor_encoder_alone() {
     let effect = "[bodies.motor.effects.transmission-flexibility]\nstiffness = 2.0e5\ndamping = 14.7\ntip_mass = 4.0\n";
@@ -195,16 +218,23 @@ fn regress_a_soft_joint_that_hardly_damps_is_found_by_a_motor_encoder_alone() {
     assert_eq!(kind, "transmission-flexibility", "{:?}", answer.attempts);
     assert!((stiffness / 2.0e5 - 1.0).abs() < RECOVERY, "{stiffness}");
     // Everything of the library that the machine takes is told of, also what nothing led to.
-    for tried in
-        ["base-flexibility@springs.guide", "force-ripple@actuators.drive", "coulomb-friction@springs.guide", "added-mass@bodies.motor"]
-    {
-        assert!(answer.attempts.iter().any(|attempt| attempt.causes == tried && !attempt.why.is_empty()), "{tried}");
+    for tried in [
+        "base-flexibility@springs.guide",
+        "force-ripple@actuators.drive",
+        "coulomb-friction@springs.guide",
+        "added-mass@bodies.motor",
+    ] {
+        assert!(
+            answer.attempts.iter().any(|attempt| attempt.causes == tried && !attempt.why.is_empty()),
+            "{tried}"
+        );
     }
 }
 
 #[test]
 fn truth_a_delay_is_delay_and_not_flexibility() {
-    let answer = diagnose(&records_of("[actuators.drive.effects.command-delay]\ndelay = 1.6e-3\n"), &|_| {}).unwrap();
+    let answer =
+        diagnose(&records_of("[actuators.drive.effects.command-delay]\ndelay = 1.6e-3\n"), &|_| {}).unwrap();
     let (kind, delay) = first(&answer);
     assert_eq!(kind, "command-delay", "{:?}", answer.attempts);
     assert!((delay / 1.6e-3 - 1.0).abs() < RECOVERY, "{delay}");

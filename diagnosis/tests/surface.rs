@@ -1,4 +1,5 @@
-//! A wall that stands nearer than believed: the model never touches where the machine does, so that nothing in its errors leads to the wall.
+//! A wall that stands nearer than believed: the model never touches where the machine does, so that nothing
+//! in its errors leads to the wall.
 
 use std::f64::consts::TAU;
 
@@ -47,14 +48,20 @@ noise = 0.1
 "#;
 
 fn machine(effect: &str) -> Machine {
-    Document::parse(&format!("{BELIEVED}\n{effect}"), "bench.toml").expect("the text is a machine").scenario.machine
+    Document::parse(&format!("{BELIEVED}\n{effect}"), "bench.toml")
+        .expect("the text is a machine")
+        .scenario
+        .machine
 }
 
 /// A push with sines on it, held over two rows.
 fn command(push_n: f64, turn: f64) -> Vec<f64> {
     let at = |k: usize| {
         let t = (k / 2 * 2) as f64 * SPACING_S;
-        push_n + (1..=8).map(|i| 2.5 * (TAU * 7.3 * f64::from(i) * t + turn * f64::from(i * i)).sin()).sum::<f64>()
+        push_n
+            + (1..=8)
+                .map(|i| 2.5 * (TAU * 7.3 * f64::from(i) * t + turn * f64::from(i * i)).sin())
+                .sum::<f64>()
     };
     (0..ROWS).map(at).collect()
 }
@@ -64,32 +71,49 @@ fn regress_a_wall_nearer_than_believed_is_found() {
     let believed = machine("");
     let real = machine(&format!("[contacts.tip.effects.surface-offset]\noffset = {OFFSET_M:e}\n"));
     let sensors = believed.sensors.keys().zip(NOISE).enumerate();
-    let channels = sensors.map(|(i, (name, noise))| Channel { column: name.clone(), source: Source::Sensor(i), noise, resolution: 0.0 });
+    let channels = sensors.map(|(i, (name, noise))| Channel {
+        column: name.clone(),
+        source: Source::Sensor(i),
+        noise,
+        resolution: 0.0,
+    });
     let experiments = [
         (Engagement::Free, 0.0, 0.4, false),
         (Engagement::Free, 0.0, 1.3, true),
         (Engagement::Unilateral, 14.0, 0.9, false),
         (Engagement::Unilateral, 18.0, 2.1, true),
     ];
-    let records = experiments.into_iter().enumerate().map(|(i, (engagement, push_n, turn, is_check))| Record {
-        name: format!("{i}.csv"),
-        engagement: Some(engagement),
-        is_check,
-        repeat: None,
-        start_s: 0.0,
-        times_s: (0..ROWS).map(|k| k as f64 * SPACING_S).collect(),
-        spacing_s: SPACING_S,
-        commands: vec![command(push_n, turn)],
-        series: vec![vec![0.0; ROWS]; 3],
-        silent: vec![false; 3],
-    });
+    let records =
+        experiments.into_iter().enumerate().map(|(i, (engagement, push_n, turn, is_check))| Record {
+            name: format!("{i}.csv"),
+            engagement: Some(engagement),
+            is_check,
+            repeat: None,
+            start_s: 0.0,
+            times_s: (0..ROWS).map(|k| k as f64 * SPACING_S).collect(),
+            spacing_s: SPACING_S,
+            commands: vec![command(push_n, turn)],
+            series: vec![vec![0.0; ROWS]; 3],
+            silent: vec![false; 3],
+        });
     let (channels, records) = (channels.collect(), records.collect());
     let (tolerance, drives) = (indexmap::IndexMap::default(), vec![(0, "command".into())]);
-    let mut dataset = Dataset { name: "bench".into(), machine: believed, tolerance, drives, channels, records, warnings: Vec::new() };
+    let mut dataset = Dataset {
+        name: "bench".into(),
+        machine: believed,
+        tolerance,
+        drives,
+        channels,
+        records,
+        warnings: Vec::new(),
+    };
     let mut state: u64 = 11;
     for r in 0..dataset.records.len() {
         let assembly = assemble(&real).expect("it assembles");
-        let mut seen = Predictor::new(assembly, &dataset, &dataset.records[r]).and_then(|mut real| real.free()).expect("it moves").series;
+        let mut seen = Predictor::new(assembly, &dataset, &dataset.records[r])
+            .and_then(|mut real| real.free())
+            .expect("it moves")
+            .series;
         for (series, sigma) in seen.iter_mut().zip(NOISE) {
             for x in series.iter_mut() {
                 state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -23,10 +23,15 @@ pub enum Dependence {
     Spring,
 }
 
-/// What of a machine depends on the contact's force: as assembled, since effects change the laws. `clamped` counts contacts that are absent as described.
+/// What of a machine depends on the contact's force: as assembled, since effects change the laws. `clamped`
+/// counts contacts that are absent as described.
 pub fn force_dependence(scenario: &Scenario, clamped: bool) -> Option<Dependence> {
     let assembly = assemble(&scenario.machine).ok()?;
-    let touching: Vec<_> = assembly.contacts.iter().filter(|contact| clamped || contact.engagement != Engagement::Free).collect();
+    let touching: Vec<_> = assembly
+        .contacts
+        .iter()
+        .filter(|contact| clamped || contact.engagement != Engagement::Free)
+        .collect();
     if touching.iter().any(|contact| contact.law.exponent > 1.0) {
         return Some(Dependence::Vanishing);
     }
@@ -37,20 +42,24 @@ pub fn force_dependence(scenario: &Scenario, clamped: bool) -> Option<Dependence
     (hardens && !touching.is_empty()).then_some(Dependence::Spring)
 }
 
-/// The force above zero that a scenario wants for good, N: of its force loop, else of the first controller whose reference is a force. What its reference
-/// comes to in the end; on average, where that never ends.
+/// The force above zero that a scenario wants for good, N: of its force loop, else of the first controller
+/// whose reference is a force. What its reference comes to in the end; on average, where that never ends.
 pub fn wanted_force_n(scenario: &Scenario) -> Option<f64> {
     let of_force = |law: &Law| matches!(law, Law::ExplicitForce(_) | Law::Admittance(_));
     let of_loop = ForceLoop::find(scenario).map(|found| found.controller);
-    let index = of_loop.or_else(|| scenario.controllers.values().position(|used| of_force(&used.spec.law)))?;
+    let index =
+        of_loop.or_else(|| scenario.controllers.values().position(|used| of_force(&used.spec.law)))?;
     let force_n = match &scenario.controllers[index].spec.reference {
-        ReferenceSpec::Multisine { offset, .. } | ReferenceSpec::WhiteNoise { offset, .. } | ReferenceSpec::Prbs { offset, .. } => *offset,
+        ReferenceSpec::Multisine { offset, .. }
+        | ReferenceSpec::WhiteNoise { offset, .. }
+        | ReferenceSpec::Prbs { offset, .. } => *offset,
         lasting => Reference::new(lasting, 0, "").ok()?.value(f64::MAX),
     };
     Some(force_n).filter(|force_n| *force_n > 0.0)
 }
 
-/// How linear theory sees a scenario's contact: absent where it never touches, attached, or pressed with [`wanted_force_n`] where something depends on the force.
+/// How linear theory sees a scenario's contact: absent where it never touches, attached, or pressed with
+/// [`wanted_force_n`] where something depends on the force.
 pub fn contact_view(scenario: &Scenario) -> View {
     if nothing_can_touch(scenario) {
         return View::FREE;
@@ -87,13 +96,22 @@ mod tests {
             assert_eq!(contact_view(&scenario).contact, ContactView::Pressed { preload_n: 30.0 });
         }
         let noise = "{ kind = \"white-noise\", rms = 1.0, band = [1.0, 50.0], offset = 25.0 }";
-        assert_eq!(contact_view(&scenario(HERTZ, noise, "1.0")).contact, ContactView::Pressed { preload_n: 25.0 });
-        assert_eq!(contact_view(&scenario(HERTZ, "0.0", "1.0")).contact, ContactView::Pressed { preload_n: PRELOAD_N });
+        assert_eq!(
+            contact_view(&scenario(HERTZ, noise, "1.0")).contact,
+            ContactView::Pressed { preload_n: 25.0 }
+        );
+        assert_eq!(
+            contact_view(&scenario(HERTZ, "0.0", "1.0")).contact,
+            ContactView::Pressed { preload_n: PRELOAD_N }
+        );
     }
 
     #[test]
     fn truth_a_linear_contact_is_clamped_and_an_absent_one_free() {
         assert_eq!(contact_view(&scenario("stiffness = 1e5", "20.0", "1.0")), View::CLAMPED);
-        assert_eq!(contact_view(&scenario("stiffness = 1e5\nengagement = \"free\"", "20.0", "1.0")), View::FREE);
+        assert_eq!(
+            contact_view(&scenario("stiffness = 1e5\nengagement = \"free\"", "20.0", "1.0")),
+            View::FREE
+        );
     }
 }

@@ -8,19 +8,26 @@ use std::path::Path;
 /// Ends the names of files that are not whole yet.
 const UNFINISHED: &str = ".tmp";
 
-/// Writes a file whole or not at all, whenever the process or the machine stops, and so that several processes may write the same one: under another name
-/// beside it, synchronised, then renamed. What stands at `path` is replaced. `write` gives the file back when it is done with it; `told` is the error for
-/// what the system says.
+/// Writes a file whole or not at all, whenever the process or the machine stops, and so that several
+/// processes may write the same one: under another name beside it, synchronised, then renamed. What stands at
+/// `path` is replaced. `write` gives the file back when it is done with it; `told` is the error for what the
+/// system says.
 ///
 /// # Errors
 /// Those of `write`, and `told` of the system's; of the new file nothing is left then.
-pub fn write_whole<E>(path: &Path, told: &dyn Fn(io::Error) -> E, write: impl FnOnce(File) -> Result<File, E>) -> Result<(), E> {
+pub fn write_whole<E>(
+    path: &Path,
+    told: &dyn Fn(io::Error) -> E,
+    write: impl FnOnce(File) -> Result<File, E>,
+) -> Result<(), E> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     // Processes of several machines may have the same number.
     name.push(format!(".{:016x}{UNFINISHED}", RandomState::new().hash_one(std::process::id())));
     let temporary = path.with_file_name(name);
     let file = File::create(&temporary).map_err(told)?;
-    let written = write(file).and_then(|file| file.sync_all().map_err(told)).and_then(|()| fs::rename(&temporary, path).map_err(told));
+    let written = write(file)
+        .and_then(|file| file.sync_all().map_err(told))
+        .and_then(|()| fs::rename(&temporary, path).map_err(told));
     if let Err(error) = written {
         // What is left of it is of no use; that the writing failed is what matters.
         let _ = fs::remove_file(&temporary);
@@ -29,7 +36,8 @@ pub fn write_whole<E>(path: &Path, told: &dyn Fn(io::Error) -> E, write: impl Fn
     sync_folder(folder_of(path)).map_err(told)
 }
 
-/// Removes what calls of [`write_whole`] for `path` have left that were stopped from outside. A call that is still at work fails then.
+/// Removes what calls of [`write_whole`] for `path` have left that were stopped from outside. A call that is
+/// still at work fails then.
 pub(crate) fn remove_unfinished(path: &Path) -> io::Result<()> {
     let begins = path.file_name().unwrap_or_default().to_string_lossy().into_owned() + ".";
     let is_left = |name: &str| {
@@ -66,8 +74,13 @@ mod tests {
     #[test]
     fn regress_what_a_killed_writer_left_is_removed_and_nothing_else() {
         let folder = tempfile::tempdir().unwrap();
-        let names =
-            ["results", "results.0123456789abcdef.tmp", "results.tmp", "other.0123456789abcdef.tmp", "results.0123456789abcdef.tmp.txt"];
+        let names = [
+            "results",
+            "results.0123456789abcdef.tmp",
+            "results.tmp",
+            "other.0123456789abcdef.tmp",
+            "results.0123456789abcdef.tmp.txt",
+        ];
         for name in names {
             fs::write(folder.path().join(name), "text").unwrap();
         }

@@ -8,10 +8,12 @@ use feeler_scenarios::run::{RunResult, run};
 
 use common::{file, result_of};
 
-/// Events of one guide or contact closer than this are one event told twice: the machines here need a thousand times longer for anything.
+/// Events of one guide or contact closer than this are one event told twice: the machines here need a
+/// thousand times longer for anything.
 const APART_S: f64 = 1e-9;
 
-/// The wall at zero and the tip before it, or the tip at zero and a gap: one machine, but the first touches down at a compression that is all rounding.
+/// The wall at zero and the tip before it, or the tip at zero and a gap: one machine, but the first touches
+/// down at a compression that is all rounding.
 #[test]
 fn regress_a_touch_of_an_undamped_nonlinear_contact_is_one() {
     for (law, alpha) in [("hunt-crossley", 0.3), ("hunt-crossley", 0.0), ("hertz", 0.0)] {
@@ -28,12 +30,24 @@ fn regress_a_touch_of_an_undamped_nonlinear_contact_is_one() {
             settings.extend(gap);
             let result = result_of(&file("reference/m1.toml", &settings));
             let touches_s = &result.contacts[0].touches_s;
-            assert!(touches_s.windows(2).all(|pair| pair[1] - pair[0] > APART_S), "{law} {alpha}: {touches_s:?}");
+            assert!(
+                touches_s.windows(2).all(|pair| pair[1] - pair[0] > APART_S),
+                "{law} {alpha}: {touches_s:?}"
+            );
             result.summary.bounces
         };
-        let with_gap = bounces([("bodies.tip.position", Setting::Number(0.0)), ("contacts.tool.gap", Setting::Text("5 mm".into()))]);
-        let before_wall = bounces([("bodies.tip.position", Setting::Text("-5 mm".into())), ("contacts.tool.gap", Setting::Number(0.0))]);
-        assert!(with_gap > 2 && with_gap == before_wall, "{law} {alpha}: {with_gap} and {before_wall} bounces");
+        let with_gap = bounces([
+            ("bodies.tip.position", Setting::Number(0.0)),
+            ("contacts.tool.gap", Setting::Text("5 mm".into())),
+        ]);
+        let before_wall = bounces([
+            ("bodies.tip.position", Setting::Text("-5 mm".into())),
+            ("contacts.tool.gap", Setting::Number(0.0)),
+        ]);
+        assert!(
+            with_gap > 2 && with_gap == before_wall,
+            "{law} {alpha}: {with_gap} and {before_wall} bounces"
+        );
     }
 }
 
@@ -41,10 +55,22 @@ fn regress_a_touch_of_an_undamped_nonlinear_contact_is_one() {
 fn regress_a_guide_breaks_loose_once() {
     for name in ["coulomb-friction", "load-friction", "asymmetric-friction"] {
         for rate in [1e3, 7e3, 1e4] {
-            let result = result_of(&file(&format!("effects/{name}.toml"), &[("run.record_rate", Setting::Number(rate))]));
+            let result = result_of(&file(
+                &format!("effects/{name}.toml"),
+                &[("run.record_rate", Setting::Number(rate))],
+            ));
             let guide = |kind| matches!(kind, EventKind::Stick | EventKind::Slip);
-            let at_s: Vec<f64> = result.record.events.iter().filter(|event| guide(event.kind)).map(|event| event.t_s).collect();
-            assert!(!at_s.is_empty() && at_s.windows(2).all(|pair| pair[1] - pair[0] > APART_S), "{name} at {rate} Hz: {at_s:?}");
+            let at_s: Vec<f64> = result
+                .record
+                .events
+                .iter()
+                .filter(|event| guide(event.kind))
+                .map(|event| event.t_s)
+                .collect();
+            assert!(
+                !at_s.is_empty() && at_s.windows(2).all(|pair| pair[1] - pair[0] > APART_S),
+                "{name} at {rate} Hz: {at_s:?}"
+            );
         }
     }
 }

@@ -5,7 +5,9 @@ use std::io::Write as _;
 use std::path::Path;
 
 use feeler_control::ReferenceSpec;
-use feeler_scenarios::format::{Axis, DatasetFile, Document, FormatError, Role, Sampling, Setting, SweepFile};
+use feeler_scenarios::format::{
+    Axis, DatasetFile, Document, FormatError, Role, Sampling, Setting, SweepFile,
+};
 
 const COMPLETE: &str = include_str!("data/complete.toml");
 
@@ -34,7 +36,10 @@ fn truth_a_file_builds_on_a_machine() {
 
 #[test]
 fn truth_a_mistake_in_the_base_names_the_base() {
-    let folder = folder(&[("base.toml", &COMPLETE.replace("mass = 7.0", "mass = -7.0")), ("over.toml", "machine = \"base.toml\"\n")]);
+    let folder = folder(&[
+        ("base.toml", &COMPLETE.replace("mass = 7.0", "mass = -7.0")),
+        ("over.toml", "machine = \"base.toml\"\n"),
+    ]);
     let error = Document::load(&folder.path().join("over.toml")).unwrap_err();
     assert!(error.problems[0].file.ends_with("base.toml"), "{error}");
     let line = COMPLETE.lines().position(|line| line == "mass = 7.0").unwrap() + 1;
@@ -52,10 +57,15 @@ fn truth_files_that_build_on_themselves_are_refused() {
 
 #[test]
 fn truth_a_reference_is_read_from_its_file() {
-    let text = COMPLETE.replace("reference = [[0.0, 20.0], [1.2, 30.0]]", "reference = { kind = \"file\", file = \"force.csv\" }");
+    let text = COMPLETE.replace(
+        "reference = [[0.0, 20.0], [1.2, 30.0]]",
+        "reference = { kind = \"file\", file = \"force.csv\" }",
+    );
     let good = folder(&[("run.toml", &text), ("force.csv", "t_s,value\n0,1.5\n0.25, 2\n")]);
     let scenario = Document::load(&good.path().join("run.toml")).unwrap().scenario;
-    let ReferenceSpec::Table { times_s, values, .. } = &scenario.controllers["force"].spec.reference else { panic!() };
+    let ReferenceSpec::Table { times_s, values, .. } = &scenario.controllers["force"].spec.reference else {
+        panic!()
+    };
     assert_eq!((times_s.as_slice(), values.as_slice()), ([0.0, 0.25].as_slice(), [1.5, 2.0].as_slice()));
     for (csv, expected) in [
         ("time,f\n0,1\n", "its header is"),
@@ -108,7 +118,8 @@ fn truth_the_ends_of_axes_are_tried() {
     insta::assert_snapshot!(messages.join("\n"));
 }
 
-/// Levels of which one has to stay above the other, over ranges that overlap, over lists and ranges that never do, and one that is wrong by itself.
+/// Levels of which one has to stay above the other, over ranges that overlap, over lists and ranges that
+/// never do, and one that is wrong by itself.
 #[test]
 fn regress_a_value_that_needs_another_axis_is_refused_only_where_no_combination_is_right() {
     let refused = |coulomb: &str, at_rest: &str| {
@@ -117,14 +128,19 @@ fn regress_a_value_that_needs_another_axis_is_refused_only_where_no_combination_
              \"springs.guide.effects.stribeck-friction.static\" = {at_rest}\n\"springs.guide.effects.stribeck-friction.velocity\" = [0.01]\n"
         );
         let folder = folder(&[("sweep.toml", &sweep), ("chatter.toml", COMPLETE)]);
-        SweepFile::load(&folder.path().join("sweep.toml")).map_or_else(|error| error.report(false), |_| String::new())
+        SweepFile::load(&folder.path().join("sweep.toml"))
+            .map_or_else(|error| error.report(false), |_| String::new())
     };
     assert_eq!(refused("{ linear = [1.0, 10.0], points = 10 }", "{ linear = [2.0, 8.0], points = 10 }"), "");
     let never = refused("[10.0, 12.0]", "[2.0, 8.0]");
     assert!(never.contains("below") && !never.contains("missing"), "{never}");
     let range = refused("{ linear = [10.0, 12.0], points = 3 }", "{ linear = [2.0, 8.0], points = 3 }");
     for refused in [&range, &never] {
-        assert!(refused.contains("no combination of the ends is right; the first: with 10") && refused.contains("1 mistake"), "{refused}");
+        assert!(
+            refused.contains("no combination of the ends is right; the first: with 10")
+                && refused.contains("1 mistake"),
+            "{refused}"
+        );
     }
     let listed = refused("[1.0, 12.0]", "[2.0, 8.0]");
     assert!(listed.contains("coulomb\": with 12") && listed.contains("1 mistake"), "{listed}");
@@ -134,17 +150,27 @@ fn regress_a_value_that_needs_another_axis_is_refused_only_where_no_combination_
 
 /// A sweep of the complete scenario: its report, empty where there is no mistake.
 fn report_of(text: &str) -> String {
-    let folder = folder(&[("sweep.toml", &format!("scenario = \"chatter.toml\"\n{text}")), ("chatter.toml", COMPLETE)]);
-    SweepFile::load(&folder.path().join("sweep.toml")).map_or_else(|error| error.report(false), |_| String::new())
+    let folder = folder(&[
+        ("sweep.toml", &format!("scenario = \"chatter.toml\"\n{text}")),
+        ("chatter.toml", COMPLETE),
+    ]);
+    SweepFile::load(&folder.path().join("sweep.toml"))
+        .map_or_else(|error| error.report(false), |_| String::new())
 }
 
 #[test]
 fn regress_a_distribution_the_wrong_way_round_is_refused() {
     for kind in ["uniform", "log_uniform"] {
-        let report = |ends: &str| report_of(&format!("samples = 5\n[axes]\n\"controllers.force.kp\" = {{ {kind} = {ends} }}\n"));
+        let report = |ends: &str| {
+            report_of(&format!("samples = 5\n[axes]\n\"controllers.force.kp\" = {{ {kind} = {ends} }}\n"))
+        };
         assert_eq!(report("[1.0, 2.0]"), "");
         let reversed = report("[2.0, 1.0]");
-        assert!(reversed.contains(&format!("axes.\"controllers.force.kp\".{kind}")) && reversed.contains("write [1, 2]"), "{reversed}");
+        assert!(
+            reversed.contains(&format!("axes.\"controllers.force.kp\".{kind}"))
+                && reversed.contains("write [1, 2]"),
+            "{reversed}"
+        );
         assert!(report("[2.0, 2.0]").contains("nothing to draw from"));
     }
 }
@@ -152,40 +178,62 @@ fn regress_a_distribution_the_wrong_way_round_is_refused() {
 #[test]
 fn regress_spaced_values_are_not_drawn_from() {
     let report = |sampling: &str| {
-        let head = if sampling == "grid" { String::new() } else { format!("sampling = \"{sampling}\"\nsamples = 10\n") };
-        report_of(&format!("{head}[axes]\n\"controllers.force.kp\" = {{ linear = [0.1, 1.0], points = 10 }}\n\"run.seed\" = [1, 2]\n"))
+        let head = if sampling == "grid" {
+            String::new()
+        } else {
+            format!("sampling = \"{sampling}\"\nsamples = 10\n")
+        };
+        report_of(&format!(
+            "{head}[axes]\n\"controllers.force.kp\" = {{ linear = [0.1, 1.0], points = 10 }}\n\"run.seed\" = [1, 2]\n"
+        ))
     };
     assert_eq!(report("grid"), "");
     for sampling in ["random", "latin-hypercube", "sobol"] {
         let report = report(sampling);
-        assert!(report.contains("controllers.force.kp") && report.contains("uniform = [from, to]"), "{report}");
+        assert!(
+            report.contains("controllers.force.kp") && report.contains("uniform = [from, to]"),
+            "{report}"
+        );
     }
 }
 
 #[test]
 fn regress_an_element_is_no_axis() {
     let report = report_of("[axes]\n\"controllers.force\" = [1.0, 2.0]\n");
-    assert!(report.contains("is a whole table") && report.contains("name one of its keys") && report.contains("1 mistake"), "{report}");
+    assert!(
+        report.contains("is a whole table")
+            && report.contains("name one of its keys")
+            && report.contains("1 mistake"),
+        "{report}"
+    );
 }
 
 #[test]
 fn truth_diagrams_over_one_axis_of_numbers_keep_their_impacts_for_every_value_of_a_list() {
     let tail = |axes: &str| {
-        let text = format!("scenario = \"chatter.toml\"\n[axes]\n\"controllers.force.kp\" = {{ linear = [0.1, 1.0], points = 3 }}\n{axes}");
+        let text = format!(
+            "scenario = \"chatter.toml\"\n[axes]\n\"controllers.force.kp\" = {{ linear = [0.1, 1.0], points = 3 }}\n{axes}"
+        );
         let folder = folder(&[("sweep.toml", &text), ("chatter.toml", COMPLETE)]);
         SweepFile::load(&folder.path().join("sweep.toml")).unwrap_or_else(|error| panic!("{error}")).keep.tail
     };
-    assert_eq!((tail(""), tail("\"run.seed\" = [1, 2]\n"), tail("\"run.seed\" = { linear = [1, 2], points = 2 }\n")), (64, 64, 0));
+    assert_eq!(
+        (tail(""), tail("\"run.seed\" = [1, 2]\n"), tail("\"run.seed\" = { linear = [1, 2], points = 2 }\n")),
+        (64, 64, 0)
+    );
 }
 
 #[test]
 fn regress_one_point_between_two_ends_is_refused() {
     for kind in ["linear", "log"] {
-        let sweep = format!("scenario = \"chatter.toml\"\n[axes]\n\"bodies.tip.mass\" = {{ {kind} = [4, 6], points = 1 }}\n");
+        let sweep = format!(
+            "scenario = \"chatter.toml\"\n[axes]\n\"bodies.tip.mass\" = {{ {kind} = [4, 6], points = 1 }}\n"
+        );
         let folder = folder(&[("sweep.toml", &sweep), ("chatter.toml", COMPLETE)]);
         let report = SweepFile::load(&folder.path().join("sweep.toml")).unwrap_err().report(false);
         assert!(
-            report.contains("axes.\"bodies.tip.mass\".points: with one point the end, 6, is left out") && report.contains("[4]"),
+            report.contains("axes.\"bodies.tip.mass\".points: with one point the end, 6, is left out")
+                && report.contains("[4]"),
             "{report}"
         );
     }
@@ -203,9 +251,14 @@ fn refined(axes: &str) -> Result<SweepFile, FormatError> {
 
 #[test]
 fn truth_a_tolerance_tells_how_often_spacings_are_halved() {
-    let kp = |tolerance: &str| format!("\"controllers.force.kp\" = {{ log = [0.1, 10.0], points = 5{tolerance} }}\n");
-    let wall =
-        |tolerance: &str| format!("\"contacts.tool.stiffness\" = {{ linear = [\"10 kN/m\", \"100 kN/m\"], points = 4{tolerance} }}\n");
+    let kp = |tolerance: &str| {
+        format!("\"controllers.force.kp\" = {{ log = [0.1, 10.0], points = 5{tolerance} }}\n")
+    };
+    let wall = |tolerance: &str| {
+        format!(
+            "\"contacts.tool.stiffness\" = {{ linear = [\"10 kN/m\", \"100 kN/m\"], points = 4{tolerance} }}\n"
+        )
+    };
     for (axes, levels) in [
         // ln 100 / 4 / ln 1.02 = 58.1.
         (kp(", tolerance = \"2 %\"") + "[refine]\n", [6, 4]),
@@ -243,7 +296,8 @@ fn regress_mistakes_of_form_and_of_meaning_are_reported_together() {
         \"contacts.tool.stiffness\" = { log = [\"10 kN\", \"1 MN/m\"], points = 9 }\n\"bodies.tip.mass\" = { linear = [-1, -2], points = 3 }\n\
         \"run.seed\" = { linear = [1, 9] }\n";
     let error = refined(axes).unwrap_err();
-    let messages: Vec<String> = error.problems.iter().map(|p| format!("{}:{} {}", p.line, p.column, p.message)).collect();
+    let messages: Vec<String> =
+        error.problems.iter().map(|p| format!("{}:{} {}", p.line, p.column, p.message)).collect();
     insta::assert_snapshot!(messages.join("\n"));
     assert!(error.problems.iter().all(|problem| problem.remedy.is_some()), "{error}");
 }
@@ -252,7 +306,8 @@ fn regress_mistakes_of_form_and_of_meaning_are_reported_together() {
 fn truth_a_dataset_is_read() {
     let dataset = "name = \"bench\"\nmachine = \"machine.toml\"\n[columns.command_n]\nsignal = \"drive.command\"\nhold = \"1 ms\"\n[columns.force_n]\n\
         signal = \"force.reading\"\nnoise = \"0.2 N\"\n[[experiments]]\nfile = \"a.csv\"\nengagement = \"free\"\nrole = \"fit\"\n[[experiments]]\nfile = \"b.csv\"\nrepeat = \"again\"\n";
-    let files = [("dataset.toml", dataset), ("machine.toml", COMPLETE), ("a.csv", "t_s\n"), ("b.csv", "t_s\n")];
+    let files =
+        [("dataset.toml", dataset), ("machine.toml", COMPLETE), ("a.csv", "t_s\n"), ("b.csv", "t_s\n")];
     let good = folder(&files);
     let read = DatasetFile::load(good.path()).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(read.columns["command_n"].hold_s, Some(1e-3));
@@ -267,10 +322,16 @@ fn truth_a_dataset_is_read() {
         .replace("0.2 N", "0.2 m");
     let bad = folder(&[("dataset.toml", &wrong), files[1], files[2]]);
     let error = DatasetFile::load(bad.path()).unwrap_err();
-    let lines: Vec<String> = error.problems.iter().map(|p| format!("{}:{} {}", p.line, p.column, p.key)).collect();
+    let lines: Vec<String> =
+        error.problems.iter().map(|p| format!("{}:{} {}", p.line, p.column, p.key)).collect();
     assert_eq!(
         lines,
-        ["7:10 columns.force_n.signal", "8:9 columns.force_n.noise", "12:8 experiments[0].role", "14:8 experiments[1].file"],
+        [
+            "7:10 columns.force_n.signal",
+            "8:9 columns.force_n.noise",
+            "12:8 experiments[0].role",
+            "14:8 experiments[1].file"
+        ],
         "{error}"
     );
 }

@@ -22,12 +22,16 @@ fn refused(assignments: &[&str]) -> String {
 #[test]
 fn truth_a_record_beyond_reason_is_refused_with_the_arithmetic() {
     let report = refused(&["run.duration=1e5", "run.record_rate=10 kHz"]);
-    assert!(report.contains("100000 s * 10000 Hz = 1.000e9 rows of 3 signals = 3.000e9 numbers (24.0 GB)"), "{report}");
+    assert!(
+        report.contains("100000 s * 10000 Hz = 1.000e9 rows of 3 signals = 3.000e9 numbers (24.0 GB)"),
+        "{report}"
+    );
 }
 
 #[test]
 fn truth_steps_beyond_reason_are_refused_with_the_arithmetic() {
-    let report = refused(&["run.duration=1e4", "run.record_rate=1 Hz", "run.integrator=rk4", "run.step=10 us"]);
+    let report =
+        refused(&["run.duration=1e4", "run.record_rate=1 Hz", "run.integrator=rk4", "run.step=10 us"]);
     assert!(report.contains("10000 s / 1e-5 s = 1.000e9 steps"), "{report}");
     let mut exact = Draft::parse(COMPLETE, "complete.toml").unwrap();
     for assignment in ["run.duration=1e4", "run.record_rate=1 Hz", "run.step=10 us"] {
@@ -39,10 +43,18 @@ fn truth_steps_beyond_reason_are_refused_with_the_arithmetic() {
 #[test]
 fn truth_work_beyond_reason_is_refused_with_the_arithmetic() {
     let report = refused(&["run.duration=100", "run.record_rate=1 Hz", "controllers.force.period=1e-8"]);
-    assert!(report.contains("controllers.force.period: 100 s / 1e-8 s") && report.contains("1.000e10 samples"), "{report}");
+    assert!(
+        report.contains("controllers.force.period: 100 s / 1e-8 s") && report.contains("1.000e10 samples"),
+        "{report}"
+    );
     let report = refused(&["run.duration=1e7", "run.record_rate=1 Hz"]);
-    assert!(report.contains("run.duration: 1e7 s / 0.001 s") && report.contains("1.000e10 samples, and at most 2e8"), "{report}");
-    let report = refused(&["contacts.tool.law=kelvin-voigt", "contacts.tool.stiffness=1e15", "bodies.tip.mass=1e-6"]);
+    assert!(
+        report.contains("run.duration: 1e7 s / 0.001 s")
+            && report.contains("1.000e10 samples, and at most 2e8"),
+        "{report}"
+    );
+    let report =
+        refused(&["contacts.tool.law=kelvin-voigt", "contacts.tool.stiffness=1e15", "bodies.tip.mass=1e-6"]);
     assert!(report.contains("sqrt(1e15 N/m / 1e-6 kg) / 2 pi = 5.033e9 Hz"), "{report}");
     let chain = (0..400).map(|i| format!("[bodies.b{i}]\nmass = 1.0\n")).collect::<Vec<_>>().concat();
     let report = Document::parse(&chain, "chain.toml").unwrap_err().to_string();
@@ -73,7 +85,12 @@ fn truth_numbers_that_nobody_can_mean_are_refused_in_short() {
 
 #[test]
 fn regress_deep_nesting_is_refused_and_not_followed() {
-    for text in ["[".repeat(200_000), "a.".repeat(200_000), "a={".repeat(100_000), format!("a = {}", "[".repeat(100_000))] {
+    for text in [
+        "[".repeat(200_000),
+        "a.".repeat(200_000),
+        "a={".repeat(100_000),
+        format!("a = {}", "[".repeat(100_000)),
+    ] {
         let start = Instant::now();
         assert!(Document::parse(&text, "deep.toml").is_err());
         assert!(start.elapsed() < HANG);
@@ -123,8 +140,11 @@ fn mutated() -> impl Strategy<Value = String> {
         "[[",
         "1979-05-27",
     ]);
-    (prop::sample::select(texts), prop::collection::vec((any::<prop::sample::Index>(), 0..40_usize, pieces), 1..6)).prop_map(
-        |(text, edits)| {
+    (
+        prop::sample::select(texts),
+        prop::collection::vec((any::<prop::sample::Index>(), 0..40_usize, pieces), 1..6),
+    )
+        .prop_map(|(text, edits)| {
             let mut characters: Vec<char> = text.chars().collect();
             for (at, removed, piece) in edits {
                 let start = at.index(characters.len() + 1);
@@ -132,15 +152,15 @@ fn mutated() -> impl Strategy<Value = String> {
                 characters.splice(start..end, piece.chars());
             }
             characters.into_iter().collect()
-        },
-    )
+        })
 }
 
 /// Work that a scenario which has been admitted may ask for: samples, cycles of a spring, rows.
 fn work(document: &Document) -> f64 {
     let run = &document.scenario.run;
     let machine = &document.scenario.machine;
-    let samples: f64 = document.scenario.controllers.values().map(|used| run.duration_s / used.spec.period_s).sum();
+    let samples: f64 =
+        document.scenario.controllers.values().map(|used| run.duration_s / used.spec.period_s).sum();
     let mass = machine.bodies.values().map(|body| body.mass_kg).fold(f64::INFINITY, f64::min);
     let stiffness = machine.springs.values().map(|spring| spring.stiffness_n_per_m).fold(0.0, f64::max);
     let rows = run.duration_s * run.record_rate_hz.unwrap_or(1.0 / run.step_s);

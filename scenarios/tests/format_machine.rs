@@ -43,9 +43,12 @@ fn truth_the_complete_example_is_read_in_si() {
 #[test]
 fn truth_an_override_is_as_if_written() {
     let mut draft = Draft::parse(COMPLETE, "complete.toml").unwrap();
-    for assignment in
-        ["controllers.force.kp=0.8", "contacts.tool.gap = 5 mm", "run.energy=true", "springs.guide.effects.viscous-friction.damping=7"]
-    {
+    for assignment in [
+        "controllers.force.kp=0.8",
+        "contacts.tool.gap = 5 mm",
+        "run.energy=true",
+        "springs.guide.effects.viscous-friction.damping=7",
+    ] {
         draft.set(assignment).unwrap();
     }
     let scenario = draft.build().unwrap().scenario;
@@ -91,7 +94,8 @@ fn truth_practice_machines_are_read() {
 fn truth_a_rotational_axis_has_its_own_units() {
     let text = "axis = \"rotational\"\n[bodies.arm]\nmass = \"0.5 kg m2\"\nposition = \"90 deg\"\nvelocity = \"60 rpm\"\n\
                 [springs.drive]\nbetween = [\"ground\", \"arm\"]\nstiffness = \"2 kN m/rad\"\ndamping = \"3 N m s/rad\"\n";
-    let machine = Document::parse(text, "arm.toml").unwrap_or_else(|error| panic!("{error}")).scenario.machine;
+    let machine =
+        Document::parse(text, "arm.toml").unwrap_or_else(|error| panic!("{error}")).scenario.machine;
     assert!(close(machine.bodies["arm"].position_m, std::f64::consts::FRAC_PI_2));
     assert!(close(machine.bodies["arm"].velocity_m_per_s, std::f64::consts::TAU));
     assert!(close(machine.springs["drive"].stiffness_n_per_m, 2e3));
@@ -101,8 +105,10 @@ fn truth_a_rotational_axis_has_its_own_units() {
 
 #[test]
 fn truth_gains_have_the_units_of_drive_and_law() {
-    let text = COMPLETE.replace("kind = \"force\"", "kind = \"velocity-source\"\ndamping = 600.0\ntime_constant = \"2 ms\"");
-    let scenario = Document::parse(&text.replace("kp = 0.6", "kp = \"0.5 mm/(s N)\""), "source.toml").unwrap().scenario;
+    let text = COMPLETE
+        .replace("kind = \"force\"", "kind = \"velocity-source\"\ndamping = 600.0\ntime_constant = \"2 ms\"");
+    let scenario =
+        Document::parse(&text.replace("kp = 0.6", "kp = \"0.5 mm/(s N)\""), "source.toml").unwrap().scenario;
     let Law::ExplicitForce(gains) = &scenario.controllers["force"].spec.law else { panic!() };
     assert!(close(gains.kp, 5e-4));
     assert!(scenario.controllers["force"].spec.approach.unwrap().velocity_drive);
@@ -113,23 +119,50 @@ fn truth_gains_have_the_units_of_drive_and_law() {
 #[test]
 fn truth_wiring_must_fit() {
     let cases = [
-        ("[springs.tool]\nbetween = [\"ground\", \"tip\"]\n", "contacts.tool", "there is already a spring `tool`"),
+        (
+            "[springs.tool]\nbetween = [\"ground\", \"tip\"]\n",
+            "contacts.tool",
+            "there is already a spring `tool`",
+        ),
         ("[bodies.ground]\nmass = 1.0\n", "bodies.ground", "`ground` is the fixed body"),
         ("[bodies.\"a b\"]\nmass = 1.0\n", "bodies.a b", "cannot be a name"),
-        ("[sensors.s]\nreads = \"encoder.reading\"\n", "sensors.s.reads", "a sensor cannot read another sensor"),
+        (
+            "[sensors.s]\nreads = \"encoder.reading\"\n",
+            "sensors.s.reads",
+            "a sensor cannot read another sensor",
+        ),
         (
             "[controllers.c]\nlaw = \"position\"\nreads = \"force\"\ndrives = \"drive\"\nperiod = 1e-3\n",
             "controllers.c.reads",
             "this needs a position",
         ),
-        ("[controllers.c]\nlaw = \"open-loop\"\nkp = 1.0\ndrives = \"drive\"\nperiod = 1e-3\n", "controllers.c.kp", "belongs to law"),
-        ("[controllers.c]\nlaw = \"admittance\"\nreads = \"force\"\ndrives = \"drive\"\nperiod = 1e-3\n", "controllers.c.mass", "virtual"),
-        ("[tolerance]\n\"bodies.motr.mass\" = 0.05\n", "tolerance.\"bodies.motr.mass\"", "there is no `bodies.motr.mass`"),
-        ("[controllers.force.effects.timing-jitter]\nsigma = -1.0\n", "controllers.force.effects.timing-jitter.sigma", "makes no sense"),
+        (
+            "[controllers.c]\nlaw = \"open-loop\"\nkp = 1.0\ndrives = \"drive\"\nperiod = 1e-3\n",
+            "controllers.c.kp",
+            "belongs to law",
+        ),
+        (
+            "[controllers.c]\nlaw = \"admittance\"\nreads = \"force\"\ndrives = \"drive\"\nperiod = 1e-3\n",
+            "controllers.c.mass",
+            "virtual",
+        ),
+        (
+            "[tolerance]\n\"bodies.motr.mass\" = 0.05\n",
+            "tolerance.\"bodies.motr.mass\"",
+            "there is no `bodies.motr.mass`",
+        ),
+        (
+            "[controllers.force.effects.timing-jitter]\nsigma = -1.0\n",
+            "controllers.force.effects.timing-jitter.sigma",
+            "makes no sense",
+        ),
     ];
     for (added, key, expected) in cases {
         let error = Document::parse(&format!("{COMPLETE}\n{added}"), "wired.toml").unwrap_err();
-        assert!(error.problems.iter().any(|problem| problem.key == key && problem.message.contains(expected)), "{key}: {error}");
+        assert!(
+            error.problems.iter().any(|problem| problem.key == key && problem.message.contains(expected)),
+            "{key}: {error}"
+        );
         assert_eq!(error.problems.len(), 1, "{error}");
     }
 }

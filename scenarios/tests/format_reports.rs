@@ -10,7 +10,8 @@ fn truth_all_mistakes_of_a_file_are_reported_together() {
 
 #[test]
 fn truth_what_is_no_toml_is_reported_alike() {
-    let error = Document::parse("[bodies.motor]\nmass = = 3\n[bodies.motor]\nmass = 2\n", "broken.toml").unwrap_err();
+    let error =
+        Document::parse("[bodies.motor]\nmass = = 3\n[bodies.motor]\nmass = 2\n", "broken.toml").unwrap_err();
     insta::assert_snapshot!(error.report(false));
 }
 

@@ -11,9 +11,13 @@ use serde_json::{Value, json};
 fn matches(pattern: &str, text: &str) -> bool {
     match pattern {
         "^.+\\.[a-z_]+$" => text.rsplit_once('.').is_some_and(|(element, quantity)| {
-            !element.is_empty() && !quantity.is_empty() && quantity.chars().all(|c| c.is_ascii_lowercase() || c == '_')
+            !element.is_empty()
+                && !quantity.is_empty()
+                && quantity.chars().all(|c| c.is_ascii_lowercase() || c == '_')
         }),
-        "^[+-]?[0-9.]" => text.trim_start_matches(['+', '-']).starts_with(|c: char| c.is_ascii_digit() || c == '.'),
+        "^[+-]?[0-9.]" => {
+            text.trim_start_matches(['+', '-']).starts_with(|c: char| c.is_ascii_digit() || c == '.')
+        }
         other => panic!("a pattern that this test does not know: {other}"),
     }
 }
@@ -34,9 +38,12 @@ fn of_type(name: &str, value: &Value) -> bool {
 fn admits(schema: &Value, value: &Value) -> bool {
     let Some(rules) = schema.as_object() else { return schema.as_bool().unwrap() };
     let list = |rule: &Value| rule.as_array().unwrap().clone();
-    let number = |compare: fn(f64, f64) -> bool, rule: &Value| value.as_f64().is_none_or(|v| compare(v, rule.as_f64().unwrap()));
-    let length =
-        |compare: fn(u64, u64) -> bool, rule: &Value| value.as_array().is_none_or(|v| compare(v.len() as u64, rule.as_u64().unwrap()));
+    let number = |compare: fn(f64, f64) -> bool, rule: &Value| {
+        value.as_f64().is_none_or(|v| compare(v, rule.as_f64().unwrap()))
+    };
+    let length = |compare: fn(u64, u64) -> bool, rule: &Value| {
+        value.as_array().is_none_or(|v| compare(v.len() as u64, rule.as_u64().unwrap()))
+    };
     let properties = rules.get("properties").and_then(Value::as_object);
     let prefix = rules.get("prefixItems").map(list).unwrap_or_default();
     rules.iter().all(|(keyword, rule)| match keyword.as_str() {
@@ -54,14 +61,28 @@ fn admits(schema: &Value, value: &Value) -> bool {
         "pattern" => value.as_str().is_none_or(|text| matches(rule.as_str().unwrap(), text)),
         "anyOf" => list(rule).iter().any(|schema| admits(schema, value)),
         "oneOf" => list(rule).iter().filter(|schema| admits(schema, value)).count() == 1,
-        "required" => list(rule).iter().all(|key| value.as_object().is_none_or(|v| v.contains_key(key.as_str().unwrap()))),
-        "properties" => rule.as_object().unwrap().iter().all(|(key, schema)| value.get(key).is_none_or(|inner| admits(schema, inner))),
+        "required" => list(rule)
+            .iter()
+            .all(|key| value.as_object().is_none_or(|v| v.contains_key(key.as_str().unwrap()))),
+        "properties" => rule
+            .as_object()
+            .unwrap()
+            .iter()
+            .all(|(key, schema)| value.get(key).is_none_or(|inner| admits(schema, inner))),
         "additionalProperties" => value.as_object().is_none_or(|v| {
-            v.iter().filter(|(key, _)| properties.is_none_or(|known| !known.contains_key(*key))).all(|(_, inner)| admits(rule, inner))
+            v.iter()
+                .filter(|(key, _)| properties.is_none_or(|known| !known.contains_key(*key)))
+                .all(|(_, inner)| admits(rule, inner))
         }),
-        "prefixItems" => value.as_array().is_none_or(|v| v.iter().zip(&prefix).all(|(inner, schema)| admits(schema, inner))),
-        "items" => value.as_array().is_none_or(|v| v.iter().skip(prefix.len()).all(|inner| admits(rule, inner))),
-        "if" => rules.get(if admits(rule, value) { "then" } else { "else" }).is_none_or(|schema| admits(schema, value)),
+        "prefixItems" => value
+            .as_array()
+            .is_none_or(|v| v.iter().zip(&prefix).all(|(inner, schema)| admits(schema, inner))),
+        "items" => {
+            value.as_array().is_none_or(|v| v.iter().skip(prefix.len()).all(|inner| admits(rule, inner)))
+        }
+        "if" => rules
+            .get(if admits(rule, value) { "then" } else { "else" })
+            .is_none_or(|schema| admits(schema, value)),
         other => panic!("a keyword that this test does not know: {other}"),
     })
 }
@@ -75,7 +96,8 @@ fn files(folder: &Path, found: &mut Vec<PathBuf>) {
         let path = entry.unwrap().path();
         if path.is_dir() {
             files(&path, found);
-        } else if path.extension().is_some_and(|extension| extension == "toml") && path.file_name().is_some_and(|name| name != "Cargo.toml")
+        } else if path.extension().is_some_and(|extension| extension == "toml")
+            && path.file_name().is_some_and(|name| name != "Cargo.toml")
         {
             found.push(path);
         }
@@ -128,9 +150,15 @@ fn truth_the_schema_refuses_what_the_reader_refuses() {
     };
     assert!(admits(&schema, &json!({ "bodies": { "a": { "mass": 1.0 } } })));
     assert!(!admits(&schema, &json!({ "bodies": { "a": {} } })), "a mass is missing");
-    assert!(admits(&schema, &overlay(json!({ "bodies": { "a": { "position": "5 mm" } } }))), "it stands in the machine");
+    assert!(
+        admits(&schema, &overlay(json!({ "bodies": { "a": { "position": "5 mm" } } }))),
+        "it stands in the machine"
+    );
     assert!(!admits(&schema, &overlay(json!({ "bodies": { "a": { "mas": 1.0 } } }))), "a misspelt key");
     assert!(admits(&schema, &overlay(json!({ "controllers": { "c": { "kp": 1.0 } } }))));
-    assert!(!admits(&schema, &overlay(json!({ "controllers": { "c": { "kp": true } } }))), "a gain is a number");
+    assert!(
+        !admits(&schema, &overlay(json!({ "controllers": { "c": { "kp": true } } }))),
+        "a gain is a number"
+    );
     assert!(!admits(&schema, &overlay(json!({ "controllers": { "c": { "law": "none" } } }))), "no such law");
 }

@@ -3,11 +3,15 @@
 use std::path::Path;
 
 use feeler_control::reference::{Between, Lines, Sweep};
-use feeler_control::{AntiWindup, ForceGains, ImpedanceGains, Law, LeadSpec, LowPassSpec, PositionGains, ReferenceSpec};
+use feeler_control::{
+    AntiWindup, ForceGains, ImpedanceGains, Law, LeadSpec, LowPassSpec, PositionGains, ReferenceSpec,
+};
 use feeler_engine::{Integrator, Scenario};
 use feeler_plant::description::{ActuatorKind, Axis, ContactLaw, Engagement, LowPass};
 use feeler_plant::effects::{EffectUse, HostKind, LIBRARY, Place};
-use feeler_scenarios::format::{Document, TEMPLATES, dataset_schema, machine_to_toml, reference_markdown, schema, sweep_schema, to_toml};
+use feeler_scenarios::format::{
+    Document, TEMPLATES, dataset_schema, machine_to_toml, reference_markdown, schema, sweep_schema, to_toml,
+};
 use proptest::prelude::*;
 
 /// Files that show every element.
@@ -51,24 +55,39 @@ fn reference() -> impl Strategy<Value = ReferenceSpec> {
                 ReferenceSpec::Chirp { sweep, amplitude, start_hz, end_hz, duration_s, offset }
             }
         ),
-        (prop_oneof![Just(Lines::All), Just(Lines::Odd), Just(Lines::OddSparse)], band(), positive(), any_number()).prop_map(
-            |(lines, (low_hz, high_hz), rms, offset)| ReferenceSpec::Multisine { lines, low_hz, high_hz, period_s: 2.0, rms, offset }
+        (
+            prop_oneof![Just(Lines::All), Just(Lines::Odd), Just(Lines::OddSparse)],
+            band(),
+            positive(),
+            any_number()
+        )
+            .prop_map(|(lines, (low_hz, high_hz), rms, offset)| ReferenceSpec::Multisine {
+                lines,
+                low_hz,
+                high_hz,
+                period_s: 2.0,
+                rms,
+                offset
+            }),
+        (band(), positive(), any_number()).prop_map(|((low_hz, high_hz), rms, offset)| {
+            ReferenceSpec::WhiteNoise { low_hz, high_hz, rms, offset }
+        }),
+        (2..=10_u32, positive(), any_number(), any_number()).prop_map(
+            |(order, clock_period_s, amplitude, offset)| ReferenceSpec::Prbs {
+                order,
+                clock_period_s,
+                amplitude,
+                offset
+            }
         ),
-        (band(), positive(), any_number()).prop_map(|((low_hz, high_hz), rms, offset)| ReferenceSpec::WhiteNoise {
-            low_hz,
-            high_hz,
-            rms,
-            offset
-        }),
-        (2..=10_u32, positive(), any_number(), any_number()).prop_map(|(order, clock_period_s, amplitude, offset)| ReferenceSpec::Prbs {
-            order,
-            clock_period_s,
-            amplitude,
-            offset
-        }),
         (points(), any::<bool>(), any_number()).prop_map(|(points, hold, offset)| {
             let (times_s, values) = points.into_iter().unzip();
-            ReferenceSpec::Table { times_s, values, between: if hold { Between::Hold } else { Between::Linear }, offset }
+            ReferenceSpec::Table {
+                times_s,
+                values,
+                between: if hold { Between::Hold } else { Between::Linear },
+                offset,
+            }
         }),
     ]
 }
@@ -82,22 +101,33 @@ fn law() -> impl Strategy<Value = Law> {
         ]
     };
     let gains = || (any_number(), any_number(), any_number(), any_number());
-    let lead = proptest::option::of((positive(), positive()).prop_map(|(zero_hz, pole_hz)| LeadSpec { zero_hz, pole_hz }));
+    let lead = proptest::option::of(
+        (positive(), positive()).prop_map(|(zero_hz, pole_hz)| LeadSpec { zero_hz, pole_hz }),
+    );
     prop_oneof![
         Just(Law::OpenLoop),
         (gains(), any_number(), positive(), lead, anti_windup()).prop_map(
             |((kp, ki, kd, damping), feed_forward, filter, lead, anti_windup)| {
-                Law::ExplicitForce(ForceGains { feed_forward, kp, ki, kd, damping, derivative_filter_s: filter, lead, anti_windup })
+                Law::ExplicitForce(ForceGains {
+                    feed_forward,
+                    kp,
+                    ki,
+                    kd,
+                    damping,
+                    derivative_filter_s: filter,
+                    lead,
+                    anti_windup,
+                })
             }
         ),
-        (gains(), positive(), anti_windup()).prop_map(|((kp, ki, kd, damping), derivative_filter_s, anti_windup)| {
-            Law::Position(PositionGains { kp, ki, kd, damping, derivative_filter_s, anti_windup })
+        (gains(), positive(), anti_windup()).prop_map(
+            |((kp, ki, kd, damping), derivative_filter_s, anti_windup)| {
+                Law::Position(PositionGains { kp, ki, kd, damping, derivative_filter_s, anti_windup })
+            }
+        ),
+        (any_number(), any_number(), any_number()).prop_map(|(stiffness, damping, force_gain)| {
+            Law::Impedance(ImpedanceGains { stiffness, damping, force_gain })
         }),
-        (any_number(), any_number(), any_number()).prop_map(|(stiffness, damping, force_gain)| Law::Impedance(ImpedanceGains {
-            stiffness,
-            damping,
-            force_gain
-        })),
     ]
 }
 
@@ -202,7 +232,8 @@ fn prop_every_effect_is_read_as_it_was_written() {
             HostKind::Controller => scenario.controllers["force"].effects = effects,
         }
         let text = to_toml(&scenario);
-        let document = Document::parse(&text, "written.toml").unwrap_or_else(|error| panic!("{}: {error}\n{text}", definition.kind));
+        let document = Document::parse(&text, "written.toml")
+            .unwrap_or_else(|error| panic!("{}: {error}\n{text}", definition.kind));
         assert_eq!(document.scenario, scenario, "{}", definition.kind);
     }
 }
@@ -245,7 +276,8 @@ fn truth_a_machine_is_written_without_its_run() {
 #[test]
 fn truth_templates_are_named_as_their_files_and_run() {
     for template in TEMPLATES {
-        let document = Document::parse(template.text, template.name).unwrap_or_else(|error| panic!("{error}"));
+        let document =
+            Document::parse(template.text, template.name).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(document.scenario.machine.name, template.name);
         assert!(!document.scenario.controllers.is_empty());
     }
@@ -269,7 +301,9 @@ fn truth_schemas_describe_every_key() {
     fn undescribed(at: &str, value: &serde_json::Value, found: &mut Vec<String>) {
         match value {
             serde_json::Value::Object(object) => {
-                for (name, property) in object.get("properties").and_then(|p| p.as_object()).into_iter().flatten() {
+                for (name, property) in
+                    object.get("properties").and_then(|p| p.as_object()).into_iter().flatten()
+                {
                     if property.get("description").and_then(|text| text.as_str()).is_none_or(str::is_empty) {
                         found.push(format!("{at}.{name}"));
                     }

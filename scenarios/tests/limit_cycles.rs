@@ -1,6 +1,9 @@
 //! Describing functions against the simulation, where their assumption holds: nearly harmonic motion.
 
-#![expect(clippy::unwrap_used, reason = "a scenario of this repository that cannot be read or run fails the test that asks for it")]
+#![expect(
+    clippy::unwrap_used,
+    reason = "a scenario of this repository that cannot be read or run fails the test that asks for it"
+)]
 
 use std::path::Path;
 
@@ -8,10 +11,12 @@ use feeler_analysis::{LimitCycle, limit_cycles};
 use feeler_scenarios::format::{Document, Setting};
 use feeler_scenarios::run::{Summary, run};
 
-/// What the higher harmonics, which are neglected, may move: for a one-sided spring left for less than half of the time the second harmonic of the
-/// force is about a third of the first, and the machine passes about a third of that.
+/// What the higher harmonics, which are neglected, may move: for a one-sided spring left for less than half
+/// of the time the second harmonic of the force is about a third of the first, and the machine passes about a
+/// third of that.
 const FIRST_HARMONIC: f64 = 0.1;
-/// Saturation is odd, so that its first neglected harmonic is the third: at most a ninth, of which the machine passes less than a tenth.
+/// Saturation is odd, so that its first neglected harmonic is the third: at most a ninth, of which the
+/// machine passes less than a tenth.
 const ODD: f64 = 0.04;
 
 fn scenario(name: &str, settings: &[(&str, f64)]) -> Document {
@@ -26,7 +31,10 @@ fn both(document: &Document) -> (LimitCycle, Summary) {
 }
 
 fn assert_near(what: &str, predicted: f64, simulated: f64, tolerance: f64) {
-    assert!((predicted / simulated - 1.0).abs() <= tolerance, "{what}: predicted {predicted}, simulated {simulated}");
+    assert!(
+        (predicted / simulated - 1.0).abs() <= tolerance,
+        "{what}: predicted {predicted}, simulated {simulated}"
+    );
 }
 
 /// The linear limit is kp = 0.9027.

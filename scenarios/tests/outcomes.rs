@@ -1,4 +1,5 @@
-//! Outcomes of machines whose answer is known by construction, as a sweep judges them: extended until they are decided.
+//! Outcomes of machines whose answer is known by construction, as a sweep judges them: extended until they
+//! are decided.
 
 use feeler_scenarios::format::Document;
 use feeler_scenarios::run::{Candidate, Outcome, Summary};
@@ -16,12 +17,14 @@ fn outcome_of(body: &str, contact: &str, drive: &str, controller: &str, duration
     measured.unwrap_or_else(|error| panic!("{error}")).summary
 }
 
-/// Closed form A of an actuator of 30 Hz: `b s + (k + b w) / w ...` limits the gain to 0.450 with `b = 200`, and sampling at 10 kHz to 0.4456.
+/// Closed form A of an actuator of 30 Hz: `b s + (k + b w) / w ...` limits the gain to 0.450 with `b = 200`,
+/// and sampling at 10 kHz to 0.4456.
 const LAG: &str = "kind = \"force\"\nbandwidth = \"30 Hz\"";
 const CLAMPED: &str = "engagement = \"clamped\"";
 const GUIDE: &str = "[springs.guide]\nbetween = [\"ground\", \"m\"]\ndamping = 200";
 
-/// A smooth reference excites so little that the growth is within the settling band for as long as the run was asked for.
+/// A smooth reference excites so little that the growth is within the settling band for as long as the run
+/// was asked for.
 #[test]
 fn regress_growth_within_the_settling_band_is_unstable() {
     let smooth: Vec<String> = (0..=80)
@@ -38,19 +41,33 @@ fn regress_growth_within_the_settling_band_is_unstable() {
 
 #[test]
 fn regress_a_few_cycles_are_no_sustained_oscillation() {
-    for (kp, duration_s, expected) in [(0.43, 1.0, Outcome::Undecided), (0.43, 4.0, Outcome::Settled), (0.47, 1.0, Outcome::Unstable)] {
-        let summary = outcome_of(GUIDE, CLAMPED, LAG, &format!("kp = {kp}\nperiod = 1e-4\nreference = 20.0"), duration_s);
+    for (kp, duration_s, expected) in
+        [(0.43, 1.0, Outcome::Undecided), (0.43, 4.0, Outcome::Settled), (0.47, 1.0, Outcome::Unstable)]
+    {
+        let summary = outcome_of(
+            GUIDE,
+            CLAMPED,
+            LAG,
+            &format!("kp = {kp}\nperiod = 1e-4\nreference = 20.0"),
+            duration_s,
+        );
         assert_eq!(summary.outcome, expected, "kp {kp}, {duration_s} s: {:?}", summary.verdict);
     }
 }
 
-/// A wall that takes energy at every impact, under a constant push: flights shorten, whatever the instant at which the run ends.
+/// A wall that takes energy at every impact, under a constant push: flights shorten, whatever the instant at
+/// which the run ends.
 #[test]
 fn regress_bouncing_that_dies_out_is_no_chatter() {
     let body = "velocity = 0.4\n[springs.guide]\nbetween = [\"ground\", \"m\"]\ndamping = 5";
     for duration_s in [0.4, 1.0, 2.6, 2.7, 2.8] {
-        let summary =
-            outcome_of(body, "damping = 100\ngap = 0.002", "kind = \"force\"", "kp = 0.1\nperiod = 1e-3\nreference = 20.0", duration_s);
+        let summary = outcome_of(
+            body,
+            "damping = 100\ngap = 0.002",
+            "kind = \"force\"",
+            "kp = 0.1\nperiod = 1e-3\nreference = 20.0",
+            duration_s,
+        );
         // Eight times the shorter ones are not enough to see it come to rest.
         let expected = if duration_s < 2.0 { Outcome::Undecided } else { Outcome::BouncesThenSettles };
         assert_eq!(summary.outcome, expected, "{duration_s} s: {:?}", summary.verdict);
@@ -62,12 +79,23 @@ fn regress_bouncing_that_dies_out_is_no_chatter() {
 fn regress_a_tool_that_is_pushed_back_is_waited_for() {
     let body = "velocity = 1.0";
     for duration_s in [0.5, 0.9, 1.5] {
-        let summary = outcome_of(body, "gap = 0.001", "kind = \"force\"", "kp = 0.0\nperiod = 1e-3\nreference = 20.0", duration_s);
-        assert!(summary.simulated_s > duration_s && summary.outcome != Outcome::NoContact, "{duration_s} s: {:?}", summary.verdict);
+        let summary = outcome_of(
+            body,
+            "gap = 0.001",
+            "kind = \"force\"",
+            "kp = 0.0\nperiod = 1e-3\nreference = 20.0",
+            duration_s,
+        );
+        assert!(
+            summary.simulated_s > duration_s && summary.outcome != Outcome::NoContact,
+            "{duration_s} s: {:?}",
+            summary.verdict
+        );
     }
 }
 
-/// By linear theory the loop is stable up to 1.18 times its gain: what the noise of its sensor keeps moving there does not grow, whatever its seed.
+/// By linear theory the loop is stable up to 1.18 times its gain: what the noise of its sensor keeps moving
+/// there does not grow, whatever its seed.
 #[test]
 fn regress_noise_on_a_stable_loop_near_its_limit_is_not_unstable() {
     let place = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("chatter/sustained.toml");
@@ -81,12 +109,16 @@ fn regress_noise_on_a_stable_loop_near_its_limit_is_not_unstable() {
         ];
         let settings = settings.map(|(key, value)| (key, feeler_scenarios::format::Setting::Number(value)));
         let scenario = document.with(settings).unwrap_or_else(|mistakes| panic!("{mistakes}")).scenario;
-        let summary = Candidate::new(scenario).and_then(|candidate| candidate.measure(0)).unwrap_or_else(|error| panic!("{error}")).summary;
+        let summary = Candidate::new(scenario)
+            .and_then(|candidate| candidate.measure(0))
+            .unwrap_or_else(|error| panic!("{error}"))
+            .summary;
         assert_eq!(summary.outcome, Outcome::BouncesThenSettles, "seed {seed}: {:?}", summary.verdict);
     }
 }
 
-/// Steps of 8 N hold no reading of 20 N, so that the integrator goes up and down for ever, by 3.9 N; those of 0.2 N keep the force within the settling band.
+/// Steps of 8 N hold no reading of 20 N, so that the integrator goes up and down for ever, by 3.9 N; those of
+/// 0.2 N keep the force within the settling band.
 #[test]
 fn regress_a_swing_within_the_steps_of_the_sensor_is_no_rest() {
     let place = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("why/sensor-quantiser.toml");
@@ -94,24 +126,35 @@ fn regress_a_swing_within_the_steps_of_the_sensor_is_no_rest() {
     let outcome = |step: f64| {
         let settings = [("sensors.force.resolution", feeler_scenarios::format::Setting::Number(step))];
         let scenario = document.with(settings).unwrap_or_else(|mistakes| panic!("{mistakes}")).scenario;
-        Candidate::new(scenario).and_then(|candidate| candidate.measure(0)).unwrap_or_else(|error| panic!("{error}")).summary.outcome
+        Candidate::new(scenario)
+            .and_then(|candidate| candidate.measure(0))
+            .unwrap_or_else(|error| panic!("{error}"))
+            .summary
+            .outcome
     };
     assert_eq!((outcome(8.0), outcome(0.2)), (Outcome::Oscillates, Outcome::Settled));
 }
 
-/// Routh: `m s^3 + b s^2 + k (1 + kp) s + k ki` is stable up to `ki = b (1 + kp) / m = 30` 1/s. Far beyond, each bounce throws the tool off for so long that
-/// few fit into the longest run.
+/// Routh: `m s^3 + b s^2 + k (1 + kp) s + k ki` is stable up to `ki = b (1 + kp) / m = 30` 1/s. Far beyond,
+/// each bounce throws the tool off for so long that few fit into the longest run.
 #[test]
 fn regress_few_bounces_that_grow_are_unstable() {
     let body = "[springs.guide]\nbetween = [\"ground\", \"m\"]\ndamping = 100\n[sensors.encoder]\nreads = \"m.position\"";
     let outcome = |ki: f64| {
-        let controller =
-            format!("kp = 0.5\nki = {ki}\nperiod = 1e-3\nreference = 20.0\napproach = {{ speed = \"20 mm/s\", until = \"3 N\" }}");
+        let controller = format!(
+            "kp = 0.5\nki = {ki}\nperiod = 1e-3\nreference = 20.0\napproach = {{ speed = \"20 mm/s\", until = \"3 N\" }}"
+        );
         outcome_of(body, "damping = 300\ngap = 0.002", "kind = \"force\"", &controller, 3.0)
     };
     assert_eq!(outcome(5.0).outcome, Outcome::Settled);
     for ki in [200.0, 400.0] {
         let summary = outcome(ki);
-        assert_eq!(summary.outcome, Outcome::Unstable, "{ki}: {:?} after {} bounces", summary.verdict, summary.bounces);
+        assert_eq!(
+            summary.outcome,
+            Outcome::Unstable,
+            "{ki}: {:?} after {} bounces",
+            summary.verdict,
+            summary.bounces
+        );
     }
 }

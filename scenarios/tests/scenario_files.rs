@@ -15,7 +15,8 @@ type Settings<'a> = &'a [(&'a str, f64)];
 
 /// Energy that appears from nowhere, relative to what is exchanged: what the exact integrator promises.
 const LEDGER_TOLERANCE: f64 = 1e-9;
-/// A header rounds its figures to the last digit it shows; a little more for the rounding of the last digit itself.
+/// A header rounds its figures to the last digit it shows; a little more for the rounding of the last digit
+/// itself.
 const HEADER_ROUNDING: f64 = 0.51;
 /// Event times of the reference machines, s.
 const EVENT_TOLERANCE_S: f64 = 1e-9;
@@ -67,14 +68,28 @@ fn run_file(file: &str) -> RunResult {
 /// Where the text says what the header says, it ends where a sentence or clause does.
 #[test]
 fn regress_no_about_is_cut_at_a_decimal_point() {
-    for file in files_of(&["paper", "reference", "chatter", "limits", "contact", "control", "effects", "surface", "why", "sweeps"]) {
+    for file in files_of(&[
+        "paper",
+        "reference",
+        "chatter",
+        "limits",
+        "contact",
+        "control",
+        "effects",
+        "surface",
+        "why",
+        "sweeps",
+    ]) {
         let text = std::fs::read_to_string(root().join(&file)).unwrap();
-        let Some(about) = text.lines().find_map(|line| line.strip_prefix("about")?.split('"').nth(1)) else { continue };
+        let Some(about) = text.lines().find_map(|line| line.strip_prefix("about")?.split('"').nth(1)) else {
+            continue;
+        };
         let header = header(&file).to_lowercase();
         let Some(at) = header.find(&about.to_lowercase()) else { continue };
         let rest = &header[at + about.len()..];
         let cut =
-            rest.strip_prefix('.').is_some_and(|rest| rest.starts_with(|next: char| next.is_ascii_digit())) || about.ends_with(" Fig");
+            rest.strip_prefix('.').is_some_and(|rest| rest.starts_with(|next: char| next.is_ascii_digit()))
+                || about.ends_with(" Fig");
         assert!(!cut, "{file}: {about}|{}", rest.get(..20).unwrap_or(rest));
     }
 }
@@ -82,7 +97,11 @@ fn regress_no_about_is_cut_at_a_decimal_point() {
 /// The comment a file opens with, as one line.
 fn header(file: &str) -> String {
     let text = std::fs::read_to_string(root().join(file)).unwrap();
-    text.lines().take_while(|line| line.starts_with('#')).map(|line| line.trim_start_matches('#').trim()).collect::<Vec<_>>().join(" ")
+    text.lines()
+        .take_while(|line| line.starts_with('#'))
+        .map(|line| line.trim_start_matches('#').trim())
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// The number after `words` in a text, and half the unit of its last digit.
@@ -97,7 +116,14 @@ fn figure_after(text: &str, words: &str) -> Option<(f64, f64)> {
 /// Root mean square of the contact force about its mean between two times.
 fn swing_n(result: &RunResult, from_s: f64, to_s: f64) -> f64 {
     let force = result.trace.column("tool.force").unwrap();
-    let part: Vec<f64> = result.trace.t_s.iter().zip(force).filter(|(t, _)| **t >= from_s && **t < to_s).map(|(_, force)| *force).collect();
+    let part: Vec<f64> = result
+        .trace
+        .t_s
+        .iter()
+        .zip(force)
+        .filter(|(t, _)| **t >= from_s && **t < to_s)
+        .map(|(_, force)| *force)
+        .collect();
     let mean = part.iter().sum::<f64>() / part.len() as f64;
     (part.iter().map(|force| (force - mean).powi(2)).sum::<f64>() / part.len() as f64).sqrt()
 }
@@ -145,7 +171,10 @@ fn prop_every_run_closes_its_energy_and_its_header_tells_its_peak_force() {
         assert!(residual < LEDGER_TOLERANCE, "{file}: {residual:e} of the energy from nowhere");
         if let Some((expected, rounding)) = figure_after(&header(&file), "peak force") {
             let peak = peak_n(&result);
-            assert!((peak - expected).abs() <= rounding, "{file}: peak force {peak} N, its header says {expected} N");
+            assert!(
+                (peak - expected).abs() <= rounding,
+                "{file}: peak force {peak} N, its header says {expected} N"
+            );
             told += 1;
         }
     }
@@ -221,21 +250,33 @@ fn truth_what_cures_each_trouble_does() {
         })
         .collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    let rigid = load("limits/noncolocated.toml").with([("springs.transmission.rigid", Setting::Flag(true))]).unwrap();
+    let rigid =
+        load("limits/noncolocated.toml").with([("springs.transmission.rigid", Setting::Flag(true))]).unwrap();
     assert!(growth(&run_document(&rigid)) < 0.5);
 }
 
-/// Largest stable gains of the sampled models, 1 kHz without delay, to the digits printed with the machines' numbers.
+/// Largest stable gains of the sampled models, 1 kHz without delay, to the digits printed with the machines'
+/// numbers.
 #[test]
 fn reference_clamped_machines_turn_unstable_at_their_sampled_gains() {
-    for (file, limit) in [("rigid", 1.8070), ("flexible", 1.5068), ("base", 1.8475), ("workpiece", 1.5741), ("all-three", 1.4167)] {
+    for (file, limit) in [
+        ("rigid", 1.8070),
+        ("flexible", 1.5068),
+        ("base", 1.8475),
+        ("workpiece", 1.5741),
+        ("all-three", 1.4167),
+    ] {
         let at = |gain: f64| {
-            // The slow modes of base and workpiece have died out after six seconds, and the one at the limit is left.
+            // The slow modes of base and workpiece have died out after six seconds, and the one at the limit
+            // is left.
             let settings = [("controllers.force.kp", gain), ("run.duration", 12.0)];
             growth(&run_document(&load_with(&format!("paper/{file}.toml"), &settings)))
         };
         let (below, above) = (at((1.0 - BESIDE_A_LIMIT) * limit), at((1.0 + BESIDE_A_LIMIT) * limit));
-        assert!(below < 1.0 && above > 1.0, "{file}: the swing changes by {below} below the limit and by {above} above it");
+        assert!(
+            below < 1.0 && above > 1.0,
+            "{file}: the swing changes by {below} below the limit and by {above} above it"
+        );
     }
 }
 
@@ -258,10 +299,14 @@ fn truth_the_limits_lie_where_the_files_say() {
 #[test]
 fn truth_a_virtual_wall_is_passive_up_to_twice_damping_over_period() {
     let swing = |stiffness: f64| {
-        let result = run_document(&load_with("control/virtual-wall.toml", &[("controllers.wall.stiffness", stiffness)]));
+        let result = run_document(&load_with(
+            "control/virtual-wall.toml",
+            &[("controllers.wall.stiffness", stiffness)],
+        ));
         let position = result.trace.column("motor.position").unwrap();
         let largest = |part: &[f64]| part.iter().map(|x| x.abs()).fold(0.0, f64::max);
-        largest(&position[position.len() * 3 / 4..]) / largest(&position[position.len() / 2..position.len() * 3 / 4])
+        largest(&position[position.len() * 3 / 4..])
+            / largest(&position[position.len() / 2..position.len() * 3 / 4])
     };
     // 2 b / T = 2 * 60 / 1e-3.
     let limit = 1.2e5;
@@ -294,7 +339,10 @@ fn reference_events_of_m1_m2_and_m4() {
     };
     let reference: serde_json::Value = serde_json::from_str(&text).unwrap();
     for machine in ["M1", "M2", "M4"] {
-        let result = run_document(&load_with(&format!("reference/{}.toml", machine.to_lowercase()), &[("run.duration", 0.3)]));
+        let result = run_document(&load_with(
+            &format!("reference/{}.toml", machine.to_lowercase()),
+            &[("run.duration", 0.3)],
+        ));
         let times = reference[machine]["events_s"].as_array().unwrap();
         let kinds = reference[machine]["kind"].as_array().unwrap();
         let events: Vec<_> = result.summary.events.iter().filter(|event| event.on == "tool").collect();
@@ -314,14 +362,20 @@ fn prop_every_effect_has_a_file_in_which_it_matters() {
     for definition in LIBRARY {
         let file = format!("effects/{}.toml", definition.kind);
         let document = load(&file);
-        assert!(document.text().contains(&format!(".effects.{}]", definition.kind)), "{file} does not hold its effect");
+        assert!(
+            document.text().contains(&format!(".effects.{}]", definition.kind)),
+            "{file} does not hold its effect"
+        );
         let result = run_document(&document);
         let differs = |signal: &str| {
             let (with, without) = (result.trace.column(signal).unwrap(), ideal.trace.column(signal).unwrap());
             let size = without.iter().map(|x| x.abs()).fold(0.0, f64::max);
             with.iter().zip(without).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / size
         };
-        let largest = ["tool.force", "motor.position", "drive.command", "force.reading"].map(differs).into_iter().fold(0.0, f64::max);
+        let largest = ["tool.force", "motor.position", "drive.command", "force.reading"]
+            .map(differs)
+            .into_iter()
+            .fold(0.0, f64::max);
         assert!(largest > 0.01, "{file} changes its run by {largest} of the largest value at most");
         assert!(final_n(&result) > 20.0, "{file} does not press");
         shown.insert(definition.kind);

@@ -34,11 +34,12 @@ pub use feeler_plant as plant;
 pub mod prelude {
     pub use feeler_control::{Approach, ControllerSpec, ForceGains, Law, PositionGains, ReferenceSpec};
     pub use feeler_engine::{
-        ControllerUse, EnergyBalance, EngineError, Event, EventKind, Integrator, Observer, Program, RunEnd, RunSettings, Scenario,
-        Simulation, Trace,
+        ControllerUse, EnergyBalance, EngineError, Event, EventKind, Integrator, Observer, Program, RunEnd,
+        RunSettings, Scenario, Simulation, Trace,
     };
     pub use feeler_lanes::{Lane, Pack};
     pub use feeler_plant::description::{
-        Actuator, ActuatorKind, Axis, Body, Contact, ContactLaw, Engagement, GROUND, LowPass, Machine, Quantity, Sensor, SignalName, Spring,
+        Actuator, ActuatorKind, Axis, Body, Contact, ContactLaw, Engagement, GROUND, LowPass, Machine,
+        Quantity, Sensor, SignalName, Spring,
     };
 }

@@ -13,9 +13,15 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("feeler-arm", &["feeler-lti"]),
     ("feeler-geometry", &["feeler-plant"]),
     ("feeler-multibody", &["feeler-plant", "feeler-engine"]),
-    ("feeler-manipulator", &["feeler-plant", "feeler-control", "feeler-engine", "feeler-arm", "feeler-geometry"]),
+    (
+        "feeler-manipulator",
+        &["feeler-plant", "feeler-control", "feeler-engine", "feeler-arm", "feeler-geometry"],
+    ),
     ("feeler-analysis", &["feeler-lti", "feeler-plant", "feeler-control", "feeler-engine", "feeler-lanes"]),
-    ("feeler-sim", &["feeler-lanes", "feeler-lti", "feeler-plant", "feeler-control", "feeler-engine", "feeler-analysis"]),
+    (
+        "feeler-sim",
+        &["feeler-lanes", "feeler-lti", "feeler-plant", "feeler-control", "feeler-engine", "feeler-analysis"],
+    ),
     (
         "feeler-scenarios",
         &[
@@ -62,7 +68,10 @@ const ARROWS: &[(&str, &[&str])] = &[
 
 #[test]
 fn truth_the_crates_know_only_what_the_map_allows() {
-    let output = Command::new(env!("CARGO")).args(["metadata", "--no-deps", "--format-version", "1"]).output().unwrap();
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--no-deps", "--format-version", "1"])
+        .output()
+        .unwrap();
     let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     let packages = metadata["packages"].as_array().unwrap();
     let names: BTreeSet<&str> = packages.iter().map(|package| package["name"].as_str().unwrap()).collect();
@@ -76,7 +85,10 @@ fn truth_the_crates_know_only_what_the_map_allows() {
         };
         for dependency in package["dependencies"].as_array().unwrap().iter().filter(|d| d["kind"].is_null()) {
             let other = dependency["name"].as_str().unwrap();
-            assert!(!names.contains(other) || allowed.contains(&other), "`{name}` may not depend on `{other}`");
+            assert!(
+                !names.contains(other) || allowed.contains(&other),
+                "`{name}` may not depend on `{other}`"
+            );
         }
     }
 }

@@ -1,6 +1,8 @@
 //! The paper's five claims (Eppinger and Seering 1992), each as checked rows.
 
-use feeler_analysis::{ControlLoop, Edge, GainBands, Limit, LinearMachine, Mode, ModeClass, ModeInPair, View, classify, modes};
+use feeler_analysis::{
+    ControlLoop, Edge, GainBands, Limit, LinearMachine, Mode, ModeClass, ModeInPair, View, classify, modes,
+};
 use feeler_control::{ControllerSpec, ForceGains, Law, PositionGains};
 use feeler_engine::Scenario;
 use feeler_lti::unwrapped_phase_rad;
@@ -14,9 +16,11 @@ use crate::table::Row;
 /// Two edges found by bisection of eigenvalues of different matrices: 1e-12, with room.
 const SAME_EDGE: f64 = 1e-9;
 
-/// Decimals to which the workpiece's edges are known from the Routh-Hurwitz determinants of its characteristic polynomial.
+/// Decimals to which the workpiece's edges are known from the Routh-Hurwitz determinants of its
+/// characteristic polynomial.
 const THREE_DECIMALS: f64 = 5e-4;
-/// The transmission's own damper gives back atan(w c / k), 14 degrees at 400 Hz, and guides and contact take a few.
+/// The transmission's own damper gives back atan(w c / k), 14 degrees at 400 Hz, and guides and contact take
+/// a few.
 const DAMPERS_DEG: f64 = 20.0;
 
 /// A pair of zeros on a pair of poles, up to their rounding of 1e-16 over a damping ratio of 0.005.
@@ -57,11 +61,14 @@ fn position_bands(axis: &Axis) -> Result<GainBands, ValidationError> {
 /// Phase of the sensed force against the drive at a frequency, degrees, followed from low frequency on.
 fn phase_deg(axis: &Axis, frequency_hz: f64) -> Result<f64, ValidationError> {
     let plant = LinearMachine::new(&axis.machine("axis"), &View::CLAMPED)?;
-    let (input, output) = (SignalName::new("drive", Quantity::Command), SignalName::new("tool", Quantity::SpringForce));
+    let (input, output) =
+        (SignalName::new("drive", Quantity::Command), SignalName::new("tool", Quantity::SpringForce));
     let channel = plant.channel(&input, &output)?;
     let points = 20_000;
-    let frequencies_hz: Vec<f64> = (0..=points).map(|i| frequency_hz * 1e-4_f64.powf(1.0 - f64::from(i) / f64::from(points))).collect();
-    let response: Vec<_> = channel.system.frequency_response(&frequencies_hz)?.iter().map(|value| value[(0, 0)]).collect();
+    let frequencies_hz: Vec<f64> =
+        (0..=points).map(|i| frequency_hz * 1e-4_f64.powf(1.0 - f64::from(i) / f64::from(points))).collect();
+    let response: Vec<_> =
+        channel.system.frequency_response(&frequencies_hz)?.iter().map(|value| value[(0, 0)]).collect();
     Ok(unwrapped_phase_rad(&response).last().map_or(f64::NAN, |phase| phase.to_degrees()))
 }
 
@@ -69,7 +76,8 @@ fn phase_deg(axis: &Axis, frequency_hz: f64) -> Result<f64, ValidationError> {
 fn classified(machine: &Machine) -> Result<Vec<(Mode, ModeInPair)>, ValidationError> {
     let plant = LinearMachine::new(machine, &View::CLAMPED)?;
     let own = modes(&plant)?;
-    let (input, output) = (SignalName::new("drive", Quantity::Command), SignalName::new("tool", Quantity::SpringForce));
+    let (input, output) =
+        (SignalName::new("drive", Quantity::Command), SignalName::new("tool", Quantity::SpringForce));
     let channel = plant.channel(&input, &output)?;
     let pairs = classify(&plant, &own, plant.drive(&input)?, plant.source(&output)?, &channel)?;
     Ok(own.into_iter().zip(pairs).collect())
@@ -98,10 +106,18 @@ fn first() -> Result<Vec<Row>, ValidationError> {
     let claim = "claim 1: rigid-body bandwidth";
     let rigid = |drive| Axis::reference(Model::Rigid, drive);
     let source = |time_constant_s| ActuatorKind::VelocitySource { damping_n_s_per_m: 600.0, time_constant_s };
-    let (slow, usual, fast) = (force_limit(&rigid(source(4e-3)))?, force_limit(&rigid(SOURCE))?, force_limit(&rigid(source(1e-3)))?);
+    let (slow, usual, fast) = (
+        force_limit(&rigid(source(4e-3)))?,
+        force_limit(&rigid(SOURCE))?,
+        force_limit(&rigid(source(1e-3)))?,
+    );
     let k_s = rigid(SOURCE).contact.0;
     Ok(vec![
-        Row::holds("an ideal actuator is stable at every gain", claim, is_unbounded(&force_bands(&rigid(IDEAL))?)),
+        Row::holds(
+            "an ideal actuator is stable at every gain",
+            claim,
+            is_unbounded(&force_bands(&rigid(IDEAL))?),
+        ),
         Row::holds("its phase stays above -180 degrees", claim, phase_deg(&rigid(IDEAL), FAR_HZ)? > -180.0),
         Row::holds("the actuator's falls below", claim, phase_deg(&rigid(SOURCE), FAR_HZ)? < -180.0),
         Row::holds("the actuator's pole bounds the gain", claim, usual.is_finite()),
@@ -143,7 +159,11 @@ fn third() -> Result<Vec<Row>, ValidationError> {
         let axis = Axis::reference(model, IDEAL);
         let (_, pair) = flexible_mode(&axis)?;
         let name = model.name();
-        rows.push(Row::holds(format!("{name}: the mode is colocated"), claim, pair.class == ModeClass::Colocated));
+        rows.push(Row::holds(
+            format!("{name}: the mode is colocated"),
+            claim,
+            pair.class == ModeClass::Colocated,
+        ));
         rows.push(Row::holds(format!("{name}: a pair of zeros beside it"), claim, pair.zero.is_some()));
         let lost = phase_deg(&axis, FAR_HZ)? - phase_deg(&Axis::reference(Model::Rigid, IDEAL), FAR_HZ)?;
         rows.push(Row::close(
@@ -160,7 +180,11 @@ fn third() -> Result<Vec<Row>, ValidationError> {
             claim,
             phase_excursion_deg(&damped)? < phase_excursion_deg(&axis)?,
         ));
-        rows.push(Row::holds(format!("{name}: with twice the damping no gain is too large"), claim, is_unbounded(&force_bands(&damped)?)));
+        rows.push(Row::holds(
+            format!("{name}: with twice the damping no gain is too large"),
+            claim,
+            is_unbounded(&force_bands(&damped)?),
+        ));
     }
     let base = force_bands(&Axis::reference(Model::Base, IDEAL))?;
     rows.push(Row::holds("base: nor is any as it is", claim, is_unbounded(&base)));
@@ -168,8 +192,17 @@ fn third() -> Result<Vec<Row>, ValidationError> {
     // Its dip costs more than the margin between these gains.
     let bands = force_bands(&axis)?.bands;
     let edge = |edge: Option<&Edge>| edge.map_or(f64::NAN, |edge| edge.gain);
-    let (up_to, from) = (edge(bands.first().and_then(|b| b.upper.as_ref())), edge(bands.last().and_then(|b| b.lower.as_ref())));
-    rows.push(Row::close("workpiece: as it is, gains are too large from", claim, up_to, 11.743, THREE_DECIMALS));
+    let (up_to, from) = (
+        edge(bands.first().and_then(|b| b.upper.as_ref())),
+        edge(bands.last().and_then(|b| b.lower.as_ref())),
+    );
+    rows.push(Row::close(
+        "workpiece: as it is, gains are too large from",
+        claim,
+        up_to,
+        11.743,
+        THREE_DECIMALS,
+    ));
     rows.push(Row::close("workpiece: up to", claim, from, 40.657, THREE_DECIMALS));
     rows.push(Row::holds("workpiece: and none beyond", claim, bands.len() == 2 && bands[1].upper.is_none()));
     let stiffer = Axis { workpiece: axis.workpiece.map(|(m, k, b)| (m, 2.0 * k, b)), ..axis };
@@ -180,7 +213,8 @@ fn third() -> Result<Vec<Row>, ValidationError> {
     Ok(rows)
 }
 
-/// A mode in which actuator and sensor do not move: two like bodies that swing on the tip against each other. Together they are one of twice the size.
+/// A mode in which actuator and sensor do not move: two like bodies that swing on the tip against each other.
+/// Together they are one of twice the size.
 fn bystanders() -> Result<Vec<Row>, ValidationError> {
     let claim = "claim 3: base and workpiece are dynamically colocated";
     let carrying = |count: usize, share: f64| {
@@ -189,13 +223,17 @@ fn bystanders() -> Result<Vec<Row>, ValidationError> {
         for i in 0..count {
             let name = format!("bystander-{i}");
             scenario.machine.bodies.insert(name.clone(), Body { mass_kg: 4.0 * share, ..Body::default() });
-            scenario.machine.springs.insert(format!("stalk-{i}"), spring("tip", &name, 4e4 * share, 4.0 * share));
+            scenario
+                .machine
+                .springs
+                .insert(format!("stalk-{i}"), spring("tip", &name, 4e4 * share, 4.0 * share));
         }
         scenario
     };
     let (two, one) = (carrying(2, 1.0), carrying(1, 2.0));
-    let uninvolved =
-        classified(&two.machine)?.iter().any(|(_, pair)| pair.class == ModeClass::Uninvolved && pair.dip_deg.abs() < NO_DIP_DEG);
+    let uninvolved = classified(&two.machine)?
+        .iter()
+        .any(|(_, pair)| pair.class == ModeClass::Uninvolved && pair.dip_deg.abs() < NO_DIP_DEG);
     let limit = |scenario: &Scenario| -> Result<f64, ValidationError> {
         Ok(ControlLoop::new(scenario, &View::CLAMPED)?.sampled_bands("kp")?.first_upper())
     };
@@ -223,19 +261,32 @@ fn fifth() -> Result<Vec<Row>, ValidationError> {
     let flexible = || found.iter().filter(|(_, pair)| !pair.rigid_body);
     let lost: f64 = flexible().map(|(_, pair)| pair.phase_change_deg).sum();
     let drops = flexible().find(|(_, pair)| pair.phase_change_deg < 0.0);
-    let lowest_is_base =
-        found.first().is_some_and(|(mode, pair)| pair.class == ModeClass::Colocated && (mode.frequency_hz() - 12.0).abs() < 1.5);
+    let lowest_is_base = found.first().is_some_and(|(mode, pair)| {
+        pair.class == ModeClass::Colocated && (mode.frequency_hz() - 12.0).abs() < 1.5
+    });
     // At a sample rate that costs nothing the machine itself decides, at a low one the sampling.
     let limit = |drive, period_s: f64, axis: &Axis| -> Result<Option<Limit>, ValidationError> {
         let axis = Axis { drive, ..*axis };
         let scenario = axis.force_loop(ForceGains { kp: 1e-4, ..ForceGains::default() }, period_s, 0.0);
-        Ok(feeler_analysis::analyze(&scenario, &feeler_analysis::Request { view: View::CLAMPED, ..Default::default() })?.limit)
+        Ok(feeler_analysis::analyze(
+            &scenario,
+            &feeler_analysis::Request { view: View::CLAMPED, ..Default::default() },
+        )?
+        .limit)
     };
     Ok(vec![
         Row::close("phase lost for good to flexible modes, degrees", claim, lost, -180.0, 0.0),
-        Row::holds("a noncolocated mode takes it", claim, drops.is_some_and(|(_, pair)| pair.class == ModeClass::Noncolocated)),
+        Row::holds(
+            "a noncolocated mode takes it",
+            claim,
+            drops.is_some_and(|(_, pair)| pair.class == ModeClass::Noncolocated),
+        ),
         Row::holds("the lowest is the base's dip", claim, lowest_is_base),
-        Row::holds("transmission limits a fast loop", claim, limit(IDEAL, 2e-5, &axis)? == Some(Limit::NoncolocatedMode)),
+        Row::holds(
+            "transmission limits a fast loop",
+            claim,
+            limit(IDEAL, 2e-5, &axis)? == Some(Limit::NoncolocatedMode),
+        ),
         Row::holds("sampling limits a slow one", claim, limit(IDEAL, 2e-3, &axis)? == Some(Limit::Sampling)),
         Row::holds(
             "the actuator limits a rigid one",

@@ -6,7 +6,9 @@ use feeler_analysis::{ContinuousLoop, ControlLoop, SampledLoop, View};
 use feeler_control::ForceGains;
 use feeler_engine::{Program, RunSettings, Scenario, Simulation, Unobserved};
 use feeler_lti::{AffineLoop, C64, Continuous, StateSpace, eigenvalues};
-use feeler_plant::description::{ActuatorKind, Body, Contact, ContactLaw, GROUND, Machine, Quantity, SignalName};
+use feeler_plant::description::{
+    ActuatorKind, Body, Contact, ContactLaw, GROUND, Machine, Quantity, SignalName,
+};
 use nalgebra::dmatrix;
 
 use crate::error::ValidationError;
@@ -22,11 +24,23 @@ const ZERO: f64 = 1e-10;
 const IMPACT: f64 = 1e-8;
 
 fn axis(masses_kg: (f64, f64), guide: f64, contact: (f64, f64)) -> Axis {
-    Axis { masses_kg, guide_n_s_per_m: guide, contact, transmission: None, base: None, workpiece: None, drive: IDEAL, total_force: false }
+    Axis {
+        masses_kg,
+        guide_n_s_per_m: guide,
+        contact,
+        transmission: None,
+        base: None,
+        workpiece: None,
+        drive: IDEAL,
+        total_force: false,
+    }
 }
 
 fn kp_loop(axis: &Axis, period_s: f64) -> Result<ControlLoop, ValidationError> {
-    Ok(ControlLoop::new(&axis.force_loop(ForceGains { kp: 0.1, ..ForceGains::default() }, period_s, 0.0), &View::CLAMPED)?)
+    Ok(ControlLoop::new(
+        &axis.force_loop(ForceGains { kp: 0.1, ..ForceGains::default() }, period_s, 0.0),
+        &View::CLAMPED,
+    )?)
 }
 
 /// Rows A to G, I and J.
@@ -46,13 +60,17 @@ pub fn closed_form_rows() -> Result<Vec<Row>, ValidationError> {
 
 fn lagged_axis(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
     let (m, b, k_s, corner_hz) = (20.0, 200.0, 1e5, 30.0);
-    let machine = Axis { drive: ActuatorKind::Force { bandwidth_hz: Some(corner_hz) }, ..axis((12.0, 8.0), b, (k_s, 0.0)) };
+    let machine = Axis {
+        drive: ActuatorKind::Force { bandwidth_hz: Some(corner_hz) },
+        ..axis((12.0, 8.0), b, (k_s, 0.0))
+    };
     let bands = kp_loop(&machine, 1e-3)?.continuous_bands("kp")?;
     let (gain, omega) = truths::lagged_axis_largest_gain(m, b, k_s, 1.0 / (TAU * corner_hz));
     let claim = "closed form A: rigid axis with a first-order force lag";
     rows.push(Row::relative("largest gain", claim, bands.first_upper(), gain, EDGE));
     rows.push(Row::close("largest gain, as printed", claim, gain, 0.450_043, 0.5e-6));
-    let edge_hz = bands.bands.first().and_then(|band| band.upper.as_ref()).map_or(f64::NAN, |edge| edge.frequency_hz);
+    let edge_hz =
+        bands.bands.first().and_then(|band| band.upper.as_ref()).map_or(f64::NAN, |edge| edge.frequency_hz);
     rows.push(Row::relative("frequency at the edge", claim, edge_hz, omega / TAU, EDGE));
     Ok(())
 }
@@ -64,7 +82,8 @@ fn undamped_axes(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
     let continuous = ContinuousLoop::new(&whole)?;
     let grows = |kp: f64| -> Result<bool, ValidationError> {
         let poles = eigenvalues(&continuous.closed_loop_with(0, "kp", kp)?)?;
-        // Below the limit motions neither grow nor decay, up to the rounding of poles about to meet: the square root of 1e-16, of 300 rad/s.
+        // Below the limit motions neither grow nor decay, up to the rounding of poles about to meet: the
+        // square root of 1e-16, of 300 rad/s.
         Ok(poles.iter().any(|p| p.re > 1e-4))
     };
     let expected = truths::two_mass_largest_gain(m1, m2, k, k_s);
@@ -78,13 +97,30 @@ fn undamped_axes(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
     let (kb, mb, kw, mw) = (1.0e6, 180.0, 1.5e6, 3.0);
     let claim = "closed form C: zeros of base and workpiece";
     for (name, machine, expected) in [
-        ("base", Axis { base: Some((mb, kb, 0.0)), ..axis((7.0, 5.0), 0.0, (2e5, 0.0)) }, (kb / (12.0 + mb)).sqrt()),
-        ("workpiece", Axis { workpiece: Some((mw, kw, 0.0)), ..axis((7.0, 5.0), 0.0, (2e5, 0.0)) }, (kw / mw).sqrt()),
+        (
+            "base",
+            Axis { base: Some((mb, kb, 0.0)), ..axis((7.0, 5.0), 0.0, (2e5, 0.0)) },
+            (kb / (12.0 + mb)).sqrt(),
+        ),
+        (
+            "workpiece",
+            Axis { workpiece: Some((mw, kw, 0.0)), ..axis((7.0, 5.0), 0.0, (2e5, 0.0)) },
+            (kw / mw).sqrt(),
+        ),
     ] {
         let plant = feeler_analysis::LinearMachine::new(&machine.machine(name), &View::CLAMPED)?;
-        let channel = plant.channel(&SignalName::new("drive", Quantity::Command), &SignalName::new("tool", Quantity::SpringForce))?;
+        let channel = plant.channel(
+            &SignalName::new("drive", Quantity::Command),
+            &SignalName::new("tool", Quantity::SpringForce),
+        )?;
         let zeros = channel.zeros_hz()?;
-        rows.push(Row::relative(format!("{name} zero"), claim, zeros.first().map_or(f64::NAN, |z| z * TAU), expected, ZERO));
+        rows.push(Row::relative(
+            format!("{name} zero"),
+            claim,
+            zeros.first().map_or(f64::NAN, |z| z * TAU),
+            expected,
+            ZERO,
+        ));
     }
 
     let undamped = axis((7.0, 5.0), 0.0, (2e5, 0.0));
@@ -92,8 +128,16 @@ fn undamped_axes(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
     for period_s in [1e-2, 1e-3, 1e-4] {
         let whole = kp_loop(&undamped, period_s)?;
         let sampled = SampledLoop::new(&whole)?;
-        let fastest = eigenvalues(&sampled.closed_loop_with(0, "kp", 0.1)?)?.iter().map(|z| z.norm()).fold(0.0, f64::max);
-        rows.push(Row::above(format!("|z| at K = 0.1, every {period_s} s, less 1"), claim, fastest - 1.0, 1e-9));
+        let fastest = eigenvalues(&sampled.closed_loop_with(0, "kp", 0.1)?)?
+            .iter()
+            .map(|z| z.norm())
+            .fold(0.0, f64::max);
+        rows.push(Row::above(
+            format!("|z| at K = 0.1, every {period_s} s, less 1"),
+            claim,
+            fastest - 1.0,
+            1e-9,
+        ));
     }
     Ok(())
 }
@@ -102,26 +146,48 @@ fn integral_loops(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
     let claim = "closed form D: integral force loop on a pure stiffness";
     let (period_s, k) = (1e-3, 1e5);
     let stiffness = StateSpace::gain(dmatrix![k], Continuous)?;
-    let accumulator = StateSpace::discrete(dmatrix![1.0], dmatrix![period_s], dmatrix![1.0], dmatrix![0.0], period_s)?;
+    let accumulator =
+        StateSpace::discrete(dmatrix![1.0], dmatrix![period_s], dmatrix![1.0], dmatrix![0.0], period_s)?;
     for n in 0..4 {
         // The accumulator itself answers one sample late, which is the n = 0 of the closed form.
-        let open = stiffness.zero_order_hold_delayed(period_s, f64::from(n) * period_s)?.series(&accumulator)?;
+        let open =
+            stiffness.zero_order_hold_delayed(period_s, f64::from(n) * period_s)?.series(&accumulator)?;
         let stable = AffineLoop::negative_feedback(&open)?.stable_gains()?;
-        let edge = stable.intervals.iter().find_map(|i| i.upper.as_ref().filter(|e| e.gain * period_s * k > 1e-6));
+        let edge =
+            stable.intervals.iter().find_map(|i| i.upper.as_ref().filter(|e| e.gain * period_s * k > 1e-6));
         let got = edge.map_or(f64::NAN, |edge| edge.gain * period_s * k);
-        rows.push(Row::relative(format!("T G k, {n} samples late"), claim, got, truths::integral_loop_largest_gain(n), EDGE));
+        rows.push(Row::relative(
+            format!("T G k, {n} samples late"),
+            claim,
+            got,
+            truths::integral_loop_largest_gain(n),
+            EDGE,
+        ));
     }
     Ok(())
 }
 
 /// A mass that flies into a wall: speed after over speed before.
-fn restitution(law: ContactLaw, stiffness: f64, damping: f64, mass_kg: f64, speed: f64) -> Result<f64, ValidationError> {
+fn restitution(
+    law: ContactLaw,
+    stiffness: f64,
+    damping: f64,
+    mass_kg: f64,
+    speed: f64,
+) -> Result<f64, ValidationError> {
     let mut machine = Machine::default();
-    machine.bodies.insert("tip".into(), Body { mass_kg, position_m: -1e-3, velocity_m_per_s: speed, ..Body::default() });
+    machine.bodies.insert(
+        "tip".into(),
+        Body { mass_kg, position_m: -1e-3, velocity_m_per_s: speed, ..Body::default() },
+    );
     let contact = Contact { law, ..Contact::kelvin_voigt("tip", GROUND, stiffness, damping) };
     machine.contacts.insert("tool".into(), contact);
     let run = RunSettings { duration_s: 0.3, ..RunSettings::default() };
-    let mut simulation = Simulation::<f64>::new(vec![Program::new(&Scenario { machine, controllers: [].into_iter().collect(), run })?])?;
+    let mut simulation = Simulation::<f64>::new(vec![Program::new(&Scenario {
+        machine,
+        controllers: [].into_iter().collect(),
+        run,
+    })?])?;
     simulation.run(&mut Unobserved)?;
     Ok(-simulation.state(0)[1] / speed)
 }
@@ -133,14 +199,27 @@ fn impacts(rows: &mut Vec<Row>) -> Result<(), ValidationError> {
         let expected = truths::kelvin_voigt_restitution(zeta);
         let got = restitution(ContactLaw::KelvinVoigt, k, 2.0 * zeta * f64::sqrt(k * m), m, v)?;
         rows.push(Row::close(format!("restitution, zeta {zeta}"), claim, got, expected, IMPACT));
-        rows.push(Row::close(format!("restitution, zeta {zeta}, as printed"), claim, expected, printed, 0.5e-4));
+        rows.push(Row::close(
+            format!("restitution, zeta {zeta}, as printed"),
+            claim,
+            expected,
+            printed,
+            0.5e-4,
+        ));
     }
     for (a_v, printed) in [(0.08, 0.949_354), (0.32, 0.823_632), (0.8, 0.647_967)] {
         let claim = "closed form G: Hunt-Crossley impact";
         let expected = truths::hunt_crossley_restitution(a_v);
-        let got = restitution(ContactLaw::HuntCrossley { alpha_s_per_m: a_v / v, exponent: 1.5 }, 3e6, 0.0, m, v)?;
+        let got =
+            restitution(ContactLaw::HuntCrossley { alpha_s_per_m: a_v / v, exponent: 1.5 }, 3e6, 0.0, m, v)?;
         rows.push(Row::close(format!("restitution, a v {a_v}"), claim, got, expected, IMPACT));
-        rows.push(Row::close(format!("restitution, a v {a_v}, as printed"), claim, expected, printed, 0.5e-6));
+        rows.push(Row::close(
+            format!("restitution, a v {a_v}, as printed"),
+            claim,
+            expected,
+            printed,
+            0.5e-6,
+        ));
     }
     Ok(())
 }
@@ -149,25 +228,43 @@ fn one_sided_spring(rows: &mut Vec<Row>) {
     for r in [-0.9, -0.3, 0.0, 0.5, 0.95] {
         // First harmonic of max(0, r + cos) by the midpoint rule; its kinks leave an error of order 1/n^2.
         let n = 200_000;
-        let sum: f64 = (0..n).map(|i| TAU * (f64::from(i) + 0.5) / f64::from(n)).map(|t| (r + t.cos()).max(0.0) * t.cos()).sum();
+        let sum: f64 = (0..n)
+            .map(|i| TAU * (f64::from(i) + 0.5) / f64::from(n))
+            .map(|t| (r + t.cos()).max(0.0) * t.cos())
+            .sum();
         let got = 2.0 * sum / f64::from(n);
-        rows.push(Row::close(format!("N / k, x0/A {r}"), "closed form I: one-sided spring", got, truths::one_sided_spring(r), 1e-8));
+        rows.push(Row::close(
+            format!("N / k, x0/A {r}"),
+            "closed form I: one-sided spring",
+            got,
+            truths::one_sided_spring(r),
+            1e-8,
+        ));
     }
 }
 
 fn virtual_wall(rows: &mut Vec<Row>) {
     let period_s = 1e-3;
     for (k, b) in [(1e4, 0.0), (2e4, 5.0), (5e3, -4.0)] {
-        // Colgate and Schenkel's integral condition: T / 2 max Re[(1 - e^-jwT) H] / (1 - cos wT), H = K + B (z - 1) / (T z).
+        // Colgate and Schenkel's integral condition: T / 2 max Re[(1 - e^-jwT) H] / (1 - cos wT), H = K + B
+        // (z - 1) / (T z).
         let needed = |w: f64| {
             let z = C64::cis(w * period_s);
             let h = (C64::new(1.0, 0.0) - z.inv()) * (b / period_s) + k;
             0.5 * period_s * ((C64::new(1.0, 0.0) - z.inv()) * h).re / (1.0 - (w * period_s).cos())
         };
         let n = 10_000;
-        let worst = (1..=n).map(|i| needed(PI / period_s * f64::from(i) / f64::from(n))).fold(f64::NEG_INFINITY, f64::max);
+        let worst = (1..=n)
+            .map(|i| needed(PI / period_s * f64::from(i) / f64::from(n)))
+            .fold(f64::NEG_INFINITY, f64::max);
         let claim = "closed form J: virtual wall";
         // The supremum at low frequency is approached as (w T)^2, 1e-7 at the first of the frequencies.
-        rows.push(Row::relative(format!("damping, K {k}, B {b}"), claim, worst, truths::virtual_wall_damping(k, b, period_s), 1e-6));
+        rows.push(Row::relative(
+            format!("damping, K {k}, B {b}"),
+            claim,
+            worst,
+            truths::virtual_wall_damping(k, b, period_s),
+            1e-6,
+        ));
     }
 }

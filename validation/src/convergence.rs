@@ -11,15 +11,18 @@ use serde::Serialize;
 use crate::error::ValidationError;
 use crate::table::Row;
 
-/// Reference machines, and the largest contact force of each on a grid of 0.1 ms, N: numbers computed outside this project by integration with located
-/// events, by three methods that agree to 1e-9 N.
-const MACHINES: [(&str, f64); 3] = [("m1", 140.269_504_131_704_14), ("m2", 142.273_739_491_869_86), ("m4", 127.472_053_082_160_19)];
+/// Reference machines, and the largest contact force of each on a grid of 0.1 ms, N: numbers computed outside
+/// this project by integration with located events, by three methods that agree to 1e-9 N.
+const MACHINES: [(&str, f64); 3] =
+    [("m1", 140.269_504_131_704_14), ("m2", 142.273_739_491_869_86), ("m4", 127.472_053_082_160_19)];
 /// Those numbers are met within this, N: what is asked of the exact integrator.
 const INDEPENDENT_N: f64 = 1e-6;
-/// Peaks of the exact integrator at any two steps agree to this share: rounding, and the parabola through rows of 10 us, (w h)^4 of 1e-3.
+/// Peaks of the exact integrator at any two steps agree to this share: rounding, and the parabola through
+/// rows of 10 us, (w h)^4 of 1e-3.
 const EXACT: f64 = 1e-9;
-/// The fixed-step methods take an event at the end of its step: of first order, give or take what the chance of where in the step it falls leaves
-/// after averaging: sixteen phases in a bin, a spread of 0.2 in the logarithm, over steps that span a factor of 32.
+/// The fixed-step methods take an event at the end of its step: of first order, give or take what the chance
+/// of where in the step it falls leaves after averaging: sixteen phases in a bin, a spread of 0.2 in the
+/// logarithm, over steps that span a factor of 32.
 const ORDER: [f64; 2] = [0.85, 1.15];
 /// The first impact ends before this, s.
 const DURATION_S: f64 = 0.058;
@@ -79,16 +82,29 @@ pub struct Study {
 }
 
 /// Contact force at rows `row_s` apart.
-fn force(scenario: &Scenario, integrator: Integrator, step_s: f64, row_s: f64) -> Result<Vec<f64>, ValidationError> {
+fn force(
+    scenario: &Scenario,
+    integrator: Integrator,
+    step_s: f64,
+    row_s: f64,
+) -> Result<Vec<f64>, ValidationError> {
     let record = vec![SignalName::new("tool", Quantity::Force)];
-    let run = RunSettings { duration_s: DURATION_S, step_s, integrator, record, record_rate_hz: Some(1.0 / row_s), ..scenario.run.clone() };
+    let run = RunSettings {
+        duration_s: DURATION_S,
+        step_s,
+        integrator,
+        record,
+        record_rate_hz: Some(1.0 / row_s),
+        ..scenario.run.clone()
+    };
     let program = Program::new(&Scenario { run, ..scenario.clone() })?;
     let mut trace = Trace::new(program.record_names());
     Simulation::<f64>::new(vec![program])?.run(&mut trace)?;
     Ok(trace.columns.swap_remove(0))
 }
 
-/// The largest value between rows: of the parabola through three of them where no sample of a controller, at which the force may bend, lies inside.
+/// The largest value between rows: of the parabola through three of them where no sample of a controller, at
+/// which the force may bend, lies inside.
 fn peak(force: &[f64], row_s: f64, period_s: f64) -> f64 {
     let largest = force.iter().copied().fold(0.0, f64::max);
     let at = force.iter().position(|&f| f.total_cmp(&largest).is_eq()).unwrap_or(0);
@@ -113,11 +129,14 @@ pub fn convergence(scenarios: &Path, steps_s: &[f64]) -> Result<Study, Validatio
     let mut study = Study { truths: Vec::new(), series: Vec::new() };
     for (name, independent_n) in MACHINES {
         let path = scenarios.join("reference").join(format!("{name}.toml"));
-        let document = Document::load(&path).map_err(|error| ValidationError::Reference { what: error.to_string() })?;
+        let document =
+            Document::load(&path).map_err(|error| ValidationError::Reference { what: error.to_string() })?;
         let scenario = &document.scenario;
-        let period_s = scenario.controllers.values().map(|used| used.spec.period_s).fold(f64::INFINITY, f64::min);
-        let exact =
-            |step_s| -> Result<f64, ValidationError> { Ok(peak(&force(scenario, Integrator::Exact, step_s, FINE_S)?, FINE_S, period_s)) };
+        let period_s =
+            scenario.controllers.values().map(|used| used.spec.period_s).fold(f64::INFINITY, f64::min);
+        let exact = |step_s| -> Result<f64, ValidationError> {
+            Ok(peak(&force(scenario, Integrator::Exact, step_s, FINE_S)?, FINE_S, period_s))
+        };
         let [coarse_n, peak_n] = [exact(APART_S[0])?, exact(APART_S[1])?];
         let on_grid_n = force(scenario, Integrator::Exact, 1e-4, 1e-4)?.into_iter().fold(0.0, f64::max);
         let (apart, independent_n) = ((coarse_n / peak_n - 1.0).abs(), (on_grid_n - independent_n).abs());
@@ -128,7 +147,8 @@ pub fn convergence(scenarios: &Path, steps_s: &[f64]) -> Result<Study, Validatio
                 let mut squares = 0.0;
                 for phase in 1..=PHASES {
                     let h = step_s * (1.0 + AROUND * (2.0 * (GOLDEN * f64::from(phase)).fract() - 1.0));
-                    // The exact motion may be looked at between its steps; a fixed step would be cut by rows of its own.
+                    // The exact motion may be looked at between its steps; a fixed step would be cut by rows
+                    // of its own.
                     let row_s = if integrator == Integrator::Exact { FINE_S } else { h };
                     let error = peak(&force(scenario, integrator, h, row_s)?, row_s, period_s) / peak_n - 1.0;
                     squares += error * error;
@@ -144,14 +164,17 @@ pub fn convergence(scenarios: &Path, steps_s: &[f64]) -> Result<Study, Validatio
 
 /// Slope of log error over log step, by regression.
 pub(crate) fn slope(points: &[Point]) -> f64 {
-    let logs: Vec<(f64, f64)> = points.iter().map(|p| (p.step_s.ln(), p.relative_error.max(f64::MIN_POSITIVE).ln())).collect();
+    let logs: Vec<(f64, f64)> =
+        points.iter().map(|p| (p.step_s.ln(), p.relative_error.max(f64::MIN_POSITIVE).ln())).collect();
     let n = logs.len() as f64;
     let (mx, my) = (logs.iter().map(|l| l.0).sum::<f64>() / n, logs.iter().map(|l| l.1).sum::<f64>() / n);
-    logs.iter().map(|(x, y)| (x - mx) * (y - my)).sum::<f64>() / logs.iter().map(|(x, _)| (x - mx) * (x - mx)).sum::<f64>()
+    logs.iter().map(|(x, y)| (x - mx) * (y - my)).sum::<f64>()
+        / logs.iter().map(|(x, _)| (x - mx) * (x - mx)).sum::<f64>()
 }
 
-/// Steps of the table: 50 us down, each half of the one before. From about 0.1 ms on, semi-implicit Euler meets M4's workpiece so late that its controller
-/// sees the contact a sample later: the motion is another, and its peak says nothing of an order.
+/// Steps of the table: 50 us down, each half of the one before. From about 0.1 ms on, semi-implicit Euler
+/// meets M4's workpiece so late that its controller sees the contact a sample later: the motion is another,
+/// and its peak says nothing of an order.
 pub fn default_steps_s() -> Vec<f64> {
     (0..6).map(|i| 5e-5 / f64::from(1_u32 << i)).collect()
 }
@@ -168,8 +191,14 @@ pub fn markdown(study: &Study) -> String {
          so late that its controller sees the contact one sample later, and the largest force is another one, by 3 %.\n",
     );
     for truth in &study.truths {
-        let columns: Vec<&Convergence> = study.series.iter().filter(|series| series.machine == truth.machine).collect();
-        let _ = write!(text, "\n## {}: largest force {:.6} N\n\n| step (s) |", truth.machine.to_uppercase(), truth.peak_n);
+        let columns: Vec<&Convergence> =
+            study.series.iter().filter(|series| series.machine == truth.machine).collect();
+        let _ = write!(
+            text,
+            "\n## {}: largest force {:.6} N\n\n| step (s) |",
+            truth.machine.to_uppercase(),
+            truth.peak_n
+        );
         for column in &columns {
             let _ = write!(text, " {} |", column.integrator);
         }
@@ -203,7 +232,8 @@ fn shown(error: f64) -> String {
     if error < EXACT { format!("< {EXACT:e}") } else { format!("{error:.2e}") }
 }
 
-/// Rows: the exact integrator is exact and meets the independent numbers, the others converge at first order through the impact.
+/// Rows: the exact integrator is exact and meets the independent numbers, the others converge at first order
+/// through the impact.
 ///
 /// # Errors
 /// As [`convergence`].
@@ -216,7 +246,12 @@ pub fn study_rows(study: &Study) -> Vec<Row> {
     let claim = "convergence of the peak force through an impact";
     let mut rows = Vec::new();
     for truth in &study.truths {
-        rows.push(Row::at_most(format!("{}: peak at steps of 1 ms and 10 us", truth.machine), claim, truth.apart, EXACT));
+        rows.push(Row::at_most(
+            format!("{}: peak at steps of 1 ms and 10 us", truth.machine),
+            claim,
+            truth.apart,
+            EXACT,
+        ));
         rows.push(Row::at_most(
             format!("{}: peak against independent numbers, N", truth.machine),
             claim,

@@ -1,4 +1,5 @@
-//! Two engines against each other: Feeler's exact one and Rapier, on the paper's machines and the reference machines M1, M2 and M4.
+//! Two engines against each other: Feeler's exact one and Rapier, on the paper's machines and the reference
+//! machines M1, M2 and M4.
 
 use std::path::Path;
 
@@ -16,19 +17,24 @@ use crate::table::Row;
 
 /// Reference machines with an impact, by their scenario files.
 const REFERENCES: [&str; 3] = ["m1", "m2", "m4"];
-/// Runs end here, s: after touch-down and the first bounce of the reference machines, before an impact falls near a sample of the controller, where any
-/// difference of the engines decides about one command more or less.
+/// Runs end here, s: after touch-down and the first bounce of the reference machines, before an impact falls
+/// near a sample of the controller, where any difference of the engines decides about one command more or
+/// less.
 const DURATION_S: f64 = 0.1;
 /// Rows of the compared records per second; all steps divide its period.
 const RECORD_HZ: f64 = 2000.0;
-/// Gains well inside the stable ranges of all paper machines with one sample's hold: force per force, and speed per force.
+/// Gains well inside the stable ranges of all paper machines with one sample's hold: force per force, and
+/// speed per force.
 const GAINS: (f64, f64) = (0.2, 5e-4);
-/// Departure from order one, by regression, on smooth motion: errors of second order, which are a few hundredths of the first at the coarsest step.
+/// Departure from order one, by regression, on smooth motion: errors of second order, which are a few
+/// hundredths of the first at the coarsest step.
 const SMOOTH_ORDER: f64 = 0.03;
-/// The same through impacts: each is taken at the end of a step, late by anything from nothing to one step, which scatters the errors about their trend by
-/// a factor of two; over six halvings that is 0.35 in the slope at most.
+/// The same through impacts: each is taken at the end of a step, late by anything from nothing to one step,
+/// which scatters the errors about their trend by a factor of two; over six halvings that is 0.35 in the
+/// slope at most.
 const IMPACT_ORDER: f64 = 0.35;
-/// Largest difference at the finest step over the travel: a few steps of 5 us times the machines' fastest 800 rad/s.
+/// Largest difference at the finest step over the travel: a few steps of 5 us times the machines' fastest 800
+/// rad/s.
 const FINEST: f64 = 1e-2;
 
 /// One machine in both engines.
@@ -49,8 +55,8 @@ pub fn default_steps_s() -> Vec<f64> {
     (0..6).map(|i| 1.25e-4 / f64::from(1_u32 << i)).collect()
 }
 
-/// The machines that are compared: the paper's under force control that attach to the workpiece, and, where the folder of scenario files is at hand, the
-/// reference machines, which hit it.
+/// The machines that are compared: the paper's under force control that attach to the workpiece, and, where
+/// the folder of scenario files is at hand, the reference machines, which hit it.
 ///
 /// # Errors
 /// [`ValidationError::Reference`] for a scenario file that is absent or has mistakes.
@@ -66,7 +72,8 @@ pub fn machines(scenarios: Option<&Path>) -> Result<Vec<(String, Scenario)>, Val
     }
     for name in REFERENCES.iter().filter(|_| scenarios.is_some()) {
         let path = scenarios.unwrap_or(Path::new("")).join("reference").join(format!("{name}.toml"));
-        let document = Document::load(&path).map_err(|error| ValidationError::Reference { what: error.to_string() })?;
+        let document =
+            Document::load(&path).map_err(|error| ValidationError::Reference { what: error.to_string() })?;
         all.push((name.to_uppercase(), document.scenario));
     }
     Ok(all)
@@ -76,7 +83,8 @@ pub fn machines(scenarios: Option<&Path>) -> Result<Vec<(String, Scenario)>, Val
 fn positions(scenario: &Scenario, integrator: Integrator, step_s: f64) -> Result<Vec<f64>, ValidationError> {
     let mut scenario = scenario.clone();
     let run = &mut scenario.run;
-    (run.duration_s, run.step_s, run.integrator, run.record_rate_hz) = (DURATION_S, step_s, integrator, Some(RECORD_HZ));
+    (run.duration_s, run.step_s, run.integrator, run.record_rate_hz) =
+        (DURATION_S, step_s, integrator, Some(RECORD_HZ));
     run.record = vec![SignalName::new("tip", Quantity::Position)];
     let program = Program::new(&scenario)?;
     let mut trace = Trace::new(program.record_names());
@@ -98,7 +106,8 @@ pub fn agreement(machine: &str, scenario: &Scenario, steps_s: &[f64]) -> Result<
         let worst = exact.iter().zip(&found).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         points.push(Point { step_s, relative_error: worst / travel });
     }
-    let impact = scenario.machine.contacts.values().any(|contact| contact.engagement == Engagement::Unilateral);
+    let impact =
+        scenario.machine.contacts.values().any(|contact| contact.engagement == Engagement::Unilateral);
     Ok(Agreement { machine: machine.into(), impact, order: slope(&points), points })
 }
 
@@ -110,14 +119,26 @@ pub fn agreements(scenarios: Option<&Path>, steps_s: &[f64]) -> Result<Vec<Agree
     machines(scenarios)?.iter().map(|(name, scenario)| agreement(name, scenario, steps_s)).collect()
 }
 
-/// Rows: the engines converge to each other at the order of Rapier's integrator, and have come close at the finest step.
+/// Rows: the engines converge to each other at the order of Rapier's integrator, and have come close at the
+/// finest step.
 pub fn engine_rows(agreements: &[Agreement]) -> Vec<Row> {
     let claim = "two engines converge to each other at first order";
     let of_machine = |one: &Agreement| {
         let finest = one.points.last().map_or(f64::NAN, |point| point.relative_error);
         [
-            Row::close(format!("{}: order", one.machine), claim, one.order, 1.0, if one.impact { IMPACT_ORDER } else { SMOOTH_ORDER }),
-            Row::at_most(format!("{}: difference at the finest step, over the travel", one.machine), claim, finest, FINEST),
+            Row::close(
+                format!("{}: order", one.machine),
+                claim,
+                one.order,
+                1.0,
+                if one.impact { IMPACT_ORDER } else { SMOOTH_ORDER },
+            ),
+            Row::at_most(
+                format!("{}: difference at the finest step, over the travel", one.machine),
+                claim,
+                finest,
+                FINEST,
+            ),
         ]
     };
     agreements.iter().flat_map(of_machine).collect()

@@ -24,7 +24,8 @@ const PHASE_DEG: f64 = 0.3;
 const COHERENCE: f64 = 0.99;
 /// Asked of the onset of instability, relative to the predicted gain.
 const ONSET: f64 = 1e-3;
-/// Asked of transfer functions got in two ways: rounding of a few hundred operations, amplified next to lightly damped zeros.
+/// Asked of transfer functions got in two ways: rounding of a few hundred operations, amplified next to
+/// lightly damped zeros.
 const TWO_ROUTES: f64 = 1e-9;
 /// Lengths of the segments of which coherence is formed, s.
 const SEGMENT_S: f64 = 4.0;
@@ -32,7 +33,9 @@ const SEGMENT_S: f64 = 4.0;
 /// Every machine of the paper: each model with both drives.
 pub fn paper_axes() -> Vec<(String, Axis)> {
     let drives = [("ideal", IDEAL), ("source", SOURCE)];
-    let each = |model: Model| drives.map(|(name, drive)| (format!("{}, {name}", model.name()), Axis::reference(model, drive)));
+    let each = |model: Model| {
+        drives.map(|(name, drive)| (format!("{}, {name}", model.name()), Axis::reference(model, drive)))
+    };
     Model::ALL.into_iter().flat_map(each).collect()
 }
 
@@ -56,7 +59,10 @@ pub fn two_route_rows() -> Result<Vec<Row>, ValidationError> {
     let mut rows = Vec::new();
     for (name, axis) in paper_axes() {
         let plant = feeler_analysis::LinearMachine::new(&axis.machine("axis"), &View::CLAMPED)?;
-        let channel = plant.channel(&SignalName::new("drive", Quantity::Command), &SignalName::new("tool", Quantity::SpringForce))?;
+        let channel = plant.channel(
+            &SignalName::new("drive", Quantity::Command),
+            &SignalName::new("tool", Quantity::SpringForce),
+        )?;
         let frequencies: Vec<f64> = (0..400).map(|i| 0.1 * 10_f64.powf(f64::from(i) / 100.0)).collect();
         let found = channel.frequency_response(&frequencies)?;
         let worst = frequencies.iter().zip(&found).map(|(f, g)| {
@@ -64,7 +70,12 @@ pub fn two_route_rows() -> Result<Vec<Row>, ValidationError> {
             (g - expected).norm() / expected.norm()
         });
         let claim = "three routes agree: equations of motion by hand, state space from the file";
-        rows.push(Row::at_most(format!("{name}: response, relative difference"), claim, worst.fold(0.0, f64::max), TWO_ROUTES));
+        rows.push(Row::at_most(
+            format!("{name}: response, relative difference"),
+            claim,
+            worst.fold(0.0, f64::max),
+            TWO_ROUTES,
+        ));
     }
     Ok(rows)
 }
@@ -72,7 +83,8 @@ pub fn two_route_rows() -> Result<Vec<Row>, ValidationError> {
 /// Largest differences in dB and degrees over the frequencies that `counts`.
 fn differences(measured: &MeasuredResponse, counts: impl Fn(f64) -> bool) -> (f64, f64, usize) {
     let mut worst = (0.0_f64, 0.0_f64, 0);
-    let values = measured.estimate.response.iter().zip(&measured.linear).zip(&measured.estimate.frequencies_hz);
+    let values =
+        measured.estimate.response.iter().zip(&measured.linear).zip(&measured.estimate.frequencies_hz);
     for ((g, linear), _) in values.filter(|(_, f)| counts(**f)) {
         let ratio = g / linear;
         worst.0 = worst.0.max((20.0 * ratio.norm().log10()).abs());
@@ -109,24 +121,37 @@ pub fn response_rows(name: &str, axis: &Axis, effort: ResponseEffort) -> Result<
     let mut compare = |excitation: &str, (db, deg, lines): (f64, f64, usize)| {
         rows.push(Row::at_most(format!("{name}: {excitation}, dB"), claim, db, MAGNITUDE_DB));
         rows.push(Row::at_most(format!("{name}: {excitation}, degrees"), claim, deg, PHASE_DEG));
-        rows.push(Row::above(format!("{name}: {excitation}, frequencies compared"), claim, lines as f64, 50.0));
+        rows.push(Row::above(
+            format!("{name}: {excitation}, frequencies compared"),
+            claim,
+            lines as f64,
+            50.0,
+        ));
     };
-    let periodic = Excitation::Multisine { period_s: effort.multisine_period_s, periods: 2, transient_periods: 4, realisations: 1 };
+    let periodic = Excitation::Multisine {
+        period_s: effort.multisine_period_s,
+        periods: 2,
+        transient_periods: 4,
+        realisations: 1,
+    };
     compare("multisine", differences(&experiment.measure(&periodic, 1.0, BAND_HZ)?, |_| true));
 
     let method = NoiseMethod::LocalPolynomial(LocalPolynomialSettings::default());
     let noise = Excitation::WhiteNoise { duration_s: effort.noise_s, method };
     let measured = experiment.measure(&noise, 1.0, BAND_HZ)?;
-    let spec = feeler_control::ReferenceSpec::WhiteNoise { low_hz: 0.0, high_hz: BAND_HZ.1, rms: 1.0, offset: 0.0 };
+    let spec =
+        feeler_control::ReferenceSpec::WhiteNoise { low_hz: 0.0, high_hz: BAND_HZ.1, rms: 1.0, offset: 0.0 };
     let (u, y) = experiment.record(spec, experiment.seed, effort.noise_s)?;
     let spectra = cross_spectra(&u, &y, HOLD_S, &WelchSettings::hann((SEGMENT_S / HOLD_S) as usize))?;
     let coherence = spectra.coherence();
-    let coherent = |f: f64| coherence[((f * SEGMENT_S).round() as usize).min(coherence.len() - 1)] > COHERENCE;
+    let coherent =
+        |f: f64| coherence[((f * SEGMENT_S).round() as usize).min(coherence.len() - 1)] > COHERENCE;
     compare("white noise", differences(&measured, coherent));
     Ok(rows)
 }
 
-/// Growth rate of the motion (1/s) of a linear closed loop over the later part of a run, from the energy of two stretches of the force.
+/// Growth rate of the motion (1/s) of a linear closed loop over the later part of a run, from the energy of
+/// two stretches of the force.
 fn growth_per_s(scenario: &Scenario, duration_s: f64) -> Result<f64, ValidationError> {
     let mut scenario = scenario.clone();
     scenario.run.duration_s = duration_s;
@@ -153,17 +178,30 @@ fn growth_per_s(scenario: &Scenario, duration_s: f64) -> Result<f64, ValidationE
 ///
 /// # Errors
 /// [`ValidationError::Analysis`], [`ValidationError::Engine`].
-pub fn onset_row(name: &str, axis: &Axis, delay_samples: f64, duration_s: f64) -> Result<Row, ValidationError> {
-    let scenario = |kp: f64| axis.force_loop(ForceGains { kp, ..ForceGains::default() }, HOLD_S, delay_samples * HOLD_S);
+pub fn onset_row(
+    name: &str,
+    axis: &Axis,
+    delay_samples: f64,
+    duration_s: f64,
+) -> Result<Row, ValidationError> {
+    let scenario =
+        |kp: f64| axis.force_loop(ForceGains { kp, ..ForceGains::default() }, HOLD_S, delay_samples * HOLD_S);
     let predicted = ControlLoop::new(&scenario(0.1), &View::CLAMPED)?.sampled_bands("kp")?.first_upper();
     let (mut low, mut high) = (0.98 * predicted, 1.02 * predicted);
     // The bracket itself is checked: onset must lie within it.
-    let bracketed = growth_per_s(&scenario(low), duration_s)? < 0.0 && growth_per_s(&scenario(high), duration_s)? > 0.0;
+    let bracketed =
+        growth_per_s(&scenario(low), duration_s)? < 0.0 && growth_per_s(&scenario(high), duration_s)? > 0.0;
     while bracketed && high - low > 0.2 * ONSET * predicted {
         let middle = 0.5 * (low + high);
         if growth_per_s(&scenario(middle), duration_s)? > 0.0 { high = middle } else { low = middle }
     }
     let got = if bracketed { 0.5 * (low + high) } else { f64::NAN };
     let claim = "simulated onset of instability at the predicted gain";
-    Ok(Row::relative(format!("{name}: onset of instability, {delay_samples} samples late"), claim, got, predicted, ONSET))
+    Ok(Row::relative(
+        format!("{name}: onset of instability, {delay_samples} samples late"),
+        claim,
+        got,
+        predicted,
+        ONSET,
+    ))
 }

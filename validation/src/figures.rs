@@ -1,4 +1,5 @@
-//! The paper's figures, from the reference axis (Figs. 4 to 14 and 18) and from the machine with the measured landmarks (Figs. 15 to 17).
+//! The paper's figures, from the reference axis (Figs. 4 to 14 and 18) and from the machine with the measured
+//! landmarks (Figs. 15 to 17).
 
 use std::f64::consts::TAU;
 
@@ -39,7 +40,14 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
     let source = "driven by the velocity source of Fig. 2";
     let ideal = "driven by an ideal force";
     let pairs = [
-        (Model::Rigid, SOURCE, "fig04", "fig05", "rigid-body model coupled with the actuator (Fig. 3)", source),
+        (
+            Model::Rigid,
+            SOURCE,
+            "fig04",
+            "fig05",
+            "rigid-body model coupled with the actuator (Fig. 3)",
+            source,
+        ),
         (Model::Flexible, IDEAL, "fig07", "fig08", "flexible robot (Fig. 6)", ideal),
         (Model::Base, IDEAL, "fig10", "fig11", "robot on a base that gives way (Fig. 9)", ideal),
         (Model::Workpiece, IDEAL, "fig13", "fig14", "robot with workpiece dynamics (Fig. 12)", ideal),
@@ -47,14 +55,18 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
     let mut all = Vec::new();
     for (model, drive, bode, locus, name, how) in pairs {
         let axis = paper::Axis::reference(model, drive);
-        let damped = |factor: f64| paper::Axis { base: axis.base.map(|(m, k, b)| (m, k, factor * b)), ..axis };
+        let damped =
+            |factor: f64| paper::Axis { base: axis.base.map(|(m, k, b)| (m, k, factor * b)), ..axis };
         let mut axes = vec![(String::new(), axis)];
         if model == Model::Base {
             axes = vec![("base damping as given".into(), axis), ("base damping times 5".into(), damped(5.0))];
         }
         all.push(bode_figure(
             bode,
-            &format!("Fig. {}. Open-loop frequency response of the {name}, {how}: command to sensed force.", number(bode)),
+            &format!(
+                "Fig. {}. Open-loop frequency response of the {name}, {how}: command to sensed force.",
+                number(bode)
+            ),
             &axes,
         )?);
         let gap = if model == Model::Workpiece { " Gains from 11.7 to 40.7 are too large." } else { "" };
@@ -68,7 +80,8 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
         )?);
     }
     all.extend(measured_figures()?);
-    let (three, rigid) = (paper::Axis::reference(Model::AllThree, SOURCE), paper::Axis::reference(Model::Rigid, SOURCE));
+    let (three, rigid) =
+        (paper::Axis::reference(Model::AllThree, SOURCE), paper::Axis::reference(Model::Rigid, SOURCE));
     let mut last = bode_figure(
         "fig18",
         "Fig. 18. Three dynamic problems: open-loop phase of the machine with base, transmission and workpiece flexibility, driven by the velocity \
@@ -88,15 +101,28 @@ fn number(name: &str) -> &str {
 
 fn channel_of(axis: &paper::Axis) -> Result<Channel, ValidationError> {
     let plant = LinearMachine::new(&axis.machine("axis"), &View::CLAMPED)?;
-    Ok(plant.channel(&SignalName::new("drive", Quantity::Command), &SignalName::new("tool", Quantity::SpringForce))?)
+    Ok(plant.channel(
+        &SignalName::new("drive", Quantity::Command),
+        &SignalName::new("tool", Quantity::SpringForce),
+    )?)
 }
 
 /// Decibels and degrees of a response.
-fn bode_curves(name: &str, frequencies: &[f64], response: &[C64], mark: Mark, colour: &'static str) -> [Curve; 2] {
+fn bode_curves(
+    name: &str,
+    frequencies: &[f64],
+    response: &[C64],
+    mark: Mark,
+    colour: &'static str,
+) -> [Curve; 2] {
     let decibels = response.iter().map(|g| 20.0 * g.norm().log10());
     let degrees = unwrapped_phase_rad(response).into_iter().map(f64::to_degrees);
-    let curve =
-        |values: Vec<f64>, name: &str| Curve { name: name.into(), points: frequencies.iter().copied().zip(values).collect(), mark, colour };
+    let curve = |values: Vec<f64>, name: &str| Curve {
+        name: name.into(),
+        points: frequencies.iter().copied().zip(values).collect(),
+        mark,
+        colour,
+    };
     [curve(decibels.collect(), name), curve(degrees.collect(), name)]
 }
 
@@ -110,7 +136,10 @@ fn panel(x: Axis, label: &str, step: f64, curves: Vec<Curve>) -> Panel {
 
 fn bode_panels(band: (f64, f64), unit: &str, magnitudes: Vec<Curve>, phases: Vec<Curve>) -> Vec<Panel> {
     let x = || Axis::logarithmic("Frequency (Hz)", band);
-    vec![panel(x(), &format!("Magnitude (dB re 1 {unit})"), 20.0, magnitudes), panel(x(), "Phase (\u{b0})", 90.0, phases)]
+    vec![
+        panel(x(), &format!("Magnitude (dB re 1 {unit})"), 20.0, magnitudes),
+        panel(x(), "Phase (\u{b0})", 90.0, phases),
+    ]
 }
 
 fn bode_figure(name: &str, caption: &str, axes: &[(String, paper::Axis)]) -> Result<Figure, ValidationError> {
@@ -124,7 +153,11 @@ fn bode_figure(name: &str, caption: &str, axes: &[(String, paper::Axis)]) -> Res
         phases.push(phase);
     }
     let unit = if axes[0].1.drive == IDEAL { "N/N" } else { "N s/m" };
-    Ok(Figure { name: name.into(), caption: caption.into(), panels: bode_panels(band, unit, magnitudes, phases) })
+    Ok(Figure {
+        name: name.into(),
+        caption: caption.into(),
+        panels: bode_panels(band, unit, magnitudes, phases),
+    })
 }
 
 fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure, ValidationError> {
@@ -136,41 +169,79 @@ fn locus_figure(name: &str, caption: &str, axis: &paper::Axis) -> Result<Figure,
     let bands = whole.continuous_bands("kp")?;
     let first = bands.first_upper();
     let top = if first.is_finite() { 100.0 * first } else { 100.0 };
-    let gains: Vec<f64> = std::iter::once(0.0).chain((0..=600).map(|i| top * 1e-5_f64.powf(1.0 - f64::from(i) / 600.0))).collect();
+    let gains: Vec<f64> = std::iter::once(0.0)
+        .chain((0..=600).map(|i| top * 1e-5_f64.powf(1.0 - f64::from(i) / 600.0)))
+        .collect();
     let locus = root_locus(|k| &one + (&two - &one) * (k - 1.0), &gains)?;
     let point = |s: &C64| (s.re, s.im / TAU);
     let mut curves: Vec<Curve> = (locus.branches.iter())
-        .map(|branch| Curve { name: String::new(), points: branch.iter().map(point).collect(), mark: Mark::Line, colour: BLUE })
+        .map(|branch| Curve {
+            name: String::new(),
+            points: branch.iter().map(point).collect(),
+            mark: Mark::Line,
+            colour: BLUE,
+        })
         .collect();
     let channel = channel_of(axis)?;
     let (poles, zeros) = (channel.poles()?, channel.zeros()?);
-    curves.push(Curve { name: String::new(), points: poles.iter().map(point).collect(), mark: Mark::Cross, colour: RED });
-    curves.push(Curve { name: String::new(), points: zeros.iter().map(point).collect(), mark: Mark::Circle, colour: RED });
+    curves.push(Curve {
+        name: String::new(),
+        points: poles.iter().map(point).collect(),
+        mark: Mark::Cross,
+        colour: RED,
+    });
+    curves.push(Curve {
+        name: String::new(),
+        points: zeros.iter().map(point).collect(),
+        mark: Mark::Circle,
+        colour: RED,
+    });
     // The view holds all poles and complex zeros, and as much of the locus as that.
     let roots = || poles.iter().chain(zeros.iter().filter(|z| z.im.abs() > 0.0));
-    let crossing =
-        bands.bands.iter().flat_map(|band| [&band.lower, &band.upper]).flatten().map(|edge| edge.frequency_hz).fold(0.0, f64::max);
+    let crossing = bands
+        .bands
+        .iter()
+        .flat_map(|band| [&band.lower, &band.upper])
+        .flatten()
+        .map(|edge| edge.frequency_hz)
+        .fold(0.0, f64::max);
     let high = (1.6 * roots().map(|s| s.im.abs() / TAU).fold(0.0, f64::max)).max(1.8 * crossing);
     let left = 1.3 * roots().map(|s| -s.re).fold(0.0, f64::max);
-    let limit = curves.iter().flat_map(|c| &c.points).filter(|p| p.1.abs() <= high).map(|p| p.0).fold(0.0, f64::max);
+    let limit =
+        curves.iter().flat_map(|c| &c.points).filter(|p| p.1.abs() <= high).map(|p| p.0).fold(0.0, f64::max);
     let right = (1.1 * limit).clamp(0.15 * left, left);
-    let axis_line = Curve { name: String::new(), points: vec![(0.0, -high), (0.0, high)], mark: Mark::Line, colour: GREY };
+    let axis_line = Curve {
+        name: String::new(),
+        points: vec![(0.0, -high), (0.0, high)],
+        mark: Mark::Line,
+        colour: GREY,
+    };
     curves.insert(0, axis_line);
     let (re, im) = ("Real part (1/s)", "Imaginary part / 2\u{3c0} (Hz)");
     let closer = close_pair(&poles, &zeros, TAU * high).map(|(middle, reach)| Panel {
-        x: Axis::linear(&format!("{re}, magnified"), (middle.re - PANEL_SHAPE * reach, middle.re + PANEL_SHAPE * reach)),
+        x: Axis::linear(
+            &format!("{re}, magnified"),
+            (middle.re - PANEL_SHAPE * reach, middle.re + PANEL_SHAPE * reach),
+        ),
         y: Axis::linear(im, ((middle.im - reach) / TAU, (middle.im + reach) / TAU)),
         curves: curves.clone(),
     });
     let more = if closer.is_some() { " Below, the pole and the zero that lie close together." } else { "" };
     let whole = Panel { x: Axis::linear(re, (-left, right)), y: Axis::linear(im, (-high, high)), curves };
-    Ok(Figure { name: name.into(), caption: format!("{caption}{more}"), panels: [whole].into_iter().chain(closer).collect() })
+    Ok(Figure {
+        name: name.into(),
+        caption: format!("{caption}{more}"),
+        panels: [whole].into_iter().chain(closer).collect(),
+    })
 }
 
-/// Middle of a complex pole and a zero that could not be told apart in a picture of this height (rad/s), and what shows them.
+/// Middle of a complex pole and a zero that could not be told apart in a picture of this height (rad/s), and
+/// what shows them.
 fn close_pair(poles: &[C64], zeros: &[C64], height: f64) -> Option<(C64, f64)> {
-    let pairs =
-        poles.iter().flat_map(|pole| zeros.iter().map(move |zero| (pole, zero))).filter(|(pole, zero)| pole.im > 0.0 && zero.im > 0.0);
+    let pairs = poles
+        .iter()
+        .flat_map(|pole| zeros.iter().map(move |zero| (pole, zero)))
+        .filter(|(pole, zero)| pole.im > 0.0 && zero.im > 0.0);
     let (pole, zero) = pairs.min_by(|a, b| (a.0 - a.1).norm().total_cmp(&(b.0 - b.1).norm()))?;
     let apart = (pole - zero).norm();
     (apart < CLOSE * height).then(|| ((pole + zero) * 0.5, apart))
@@ -227,19 +298,29 @@ fn measured_figures() -> Result<Vec<Figure>, ValidationError> {
             seed: 3,
         };
         let method = NoiseMethod::LocalPolynomial(LocalPolynomialSettings::default());
-        let measured = experiment.measure(&Excitation::WhiteNoise { duration_s: EXPERIMENT_S, method }, 0.01, BAND_HZ)?;
+        let measured = experiment.measure(
+            &Excitation::WhiteNoise { duration_s: EXPERIMENT_S, method },
+            0.01,
+            BAND_HZ,
+        )?;
         // As many points as a line needs.
         let kept: Vec<usize> = (0..measured.linear.len()).step_by(8).collect();
         let pick = |values: &[C64]| kept.iter().map(|&i| values[i]).collect::<Vec<_>>();
         let frequencies: Vec<f64> = kept.iter().map(|&i| measured.estimate.frequencies_hz[i]).collect();
-        let [line, line_phase] = bode_curves("linear theory", &frequencies, &pick(&measured.linear), Mark::Line, RED);
-        let mut dots = bode_curves("estimated", &frequencies, &pick(&measured.estimate.response), Mark::Dot, BLUE);
+        let [line, line_phase] =
+            bode_curves("linear theory", &frequencies, &pick(&measured.linear), Mark::Line, RED);
+        let mut dots =
+            bode_curves("estimated", &frequencies, &pick(&measured.estimate.response), Mark::Dot, BLUE);
         for curve in &mut dots {
             curve.points = apart(&curve.points);
         }
         let [dots, dots_phase] = dots;
         let caption = format!("Fig. {}. {what}, {stand_in}", number(name));
-        all.push(Figure { name: name.into(), caption, panels: bode_panels(BAND_HZ, unit, vec![line, dots], vec![line_phase, dots_phase]) });
+        all.push(Figure {
+            name: name.into(),
+            caption,
+            panels: bode_panels(BAND_HZ, unit, vec![line, dots], vec![line_phase, dots_phase]),
+        });
     }
     Ok(all)
 }

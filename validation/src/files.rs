@@ -13,7 +13,8 @@ use crate::paper::{Axis, IDEAL, Model, SOURCE};
 use crate::table::Row;
 use crate::truths::axis_response;
 
-/// The files write the base's damper to seven digits; beside its lightly damped zero that is amplified by the inverse of a damping ratio of 3 %.
+/// The files write the base's damper to seven digits; beside its lightly damped zero that is amplified by the
+/// inverse of a damping ratio of 3 %.
 const SEVEN_DIGITS: f64 = 1e-6;
 
 /// A model's machine with this drive, from `paper/machines` in the folder of scenario files.
@@ -26,27 +27,34 @@ pub fn machine_of_file(folder: &Path, model: Model, drive: ActuatorKind) -> Resu
         _ => model.name().replace(' ', "-"),
     };
     let path = folder.join("paper/machines").join(name + ".toml");
-    let mut machine = Document::load(&path).map_err(|error| ValidationError::Reference { what: error.to_string() })?.scenario.machine;
+    let mut machine = Document::load(&path)
+        .map_err(|error| ValidationError::Reference { what: error.to_string() })?
+        .scenario
+        .machine;
     if model != Model::Rigid {
         machine.actuators.values_mut().for_each(|actuator| actuator.kind = drive);
     }
     Ok(machine)
 }
 
-/// Every machine of the paper from its file: response, poles and zeros against the equations written by hand and the machine built from parts.
+/// Every machine of the paper from its file: response, poles and zeros against the equations written by hand
+/// and the machine built from parts.
 ///
 /// # Errors
 /// [`ValidationError::Reference`] for the files; [`ValidationError::Analysis`].
 pub fn file_rows(folder: &Path) -> Result<Vec<Row>, ValidationError> {
     let claim = "three routes agree: equations of motion by hand, state space from the scenario file";
-    let (input, output) = (SignalName::new("drive", Quantity::Command), SignalName::new("tool", Quantity::SpringForce));
+    let (input, output) =
+        (SignalName::new("drive", Quantity::Command), SignalName::new("tool", Quantity::SpringForce));
     let frequencies: Vec<f64> = (0..400).map(|i| 0.1 * 10_f64.powf(f64::from(i) / 100.0)).collect();
     let mut rows = Vec::new();
     for model in Model::ALL {
         for (drive_name, drive) in [("ideal", IDEAL), ("source", SOURCE)] {
             let axis = Axis::reference(model, drive);
-            let channel = |machine: &Machine| LinearMachine::new(machine, &View::CLAMPED)?.channel(&input, &output);
-            let (of_file, built) = (channel(&machine_of_file(folder, model, drive)?)?, channel(&axis.machine("axis"))?);
+            let channel =
+                |machine: &Machine| LinearMachine::new(machine, &View::CLAMPED)?.channel(&input, &output);
+            let (of_file, built) =
+                (channel(&machine_of_file(folder, model, drive)?)?, channel(&axis.machine("axis"))?);
             let worst = frequencies.iter().zip(of_file.frequency_response(&frequencies)?).map(|(f, g)| {
                 let expected = axis_response(&axis, C64::new(0.0, TAU * f));
                 (g - expected).norm() / expected.norm()
@@ -60,7 +68,12 @@ pub fn file_rows(folder: &Path) -> Result<Vec<Row>, ValidationError> {
             ));
             let roots = [(of_file.poles()?, built.poles()?), (of_file.zeros()?, built.zeros()?)];
             let apart = roots.iter().map(|(a, b)| farthest(a, b)).fold(0.0, f64::max);
-            rows.push(Row::at_most(format!("{name}: poles and zeros of the file, relative difference"), claim, apart, SEVEN_DIGITS));
+            rows.push(Row::at_most(
+                format!("{name}: poles and zeros of the file, relative difference"),
+                claim,
+                apart,
+                SEVEN_DIGITS,
+            ));
         }
     }
     Ok(rows)

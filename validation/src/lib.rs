@@ -1,8 +1,10 @@
 //! The simulation held against closed forms, other people's numbers, and the paper's claims.
 //!
-//! [`validate`] makes every check and gives a [`Table`]; the modules hold what it checks: [`truths`] the closed forms, [`paper`] the paper's
-//! machines and the independent table of their numbers, [`files`] those machines as their scenario files have them, [`experiments`] measured responses and onsets, [`engines`] both engines side by side, [`claims`] the paper's five claims,
-//! [`landmarks`] a machine with the landmarks that the paper measured; [`figures`] draws the paper's figures.
+//! [`validate`] makes every check and gives a [`Table`]; the modules hold what it checks: [`truths`] the
+//! closed forms, [`paper`] the paper's machines and the independent table of their numbers, [`files`] those
+//! machines as their scenario files have them, [`experiments`] measured responses and onsets, [`engines`]
+//! both engines side by side, [`claims`] the paper's five claims, [`landmarks`] a machine with the landmarks
+//! that the paper measured; [`figures`] draws the paper's figures.
 
 pub mod claims;
 pub mod closed_forms;

@@ -1,4 +1,5 @@
-//! Poles, zeros and largest stable gains of the paper's models and of the second axis, against independent numbers.
+//! Poles, zeros and largest stable gains of the paper's models and of the second axis, against independent
+//! numbers.
 
 use std::f64::consts::TAU;
 
@@ -22,13 +23,17 @@ fn printed(decimals: i32) -> f64 {
     0.5 * 10_f64.powi(-decimals) * (1.0 + 1e-9)
 }
 
-/// The largest stable gain, searched for from above as the table does: infinite where the last interval has no end.
+/// The largest stable gain, searched for from above as the table does: infinite where the last interval has
+/// no end.
 fn largest(bands: &GainBands) -> f64 {
     bands.bands.last().map_or(0.0, |band| band.upper.as_ref().map_or(f64::INFINITY, |edge| edge.gain))
 }
 
 fn kp_loop(axis: &Axis, delay_s: f64) -> Result<ControlLoop, AnalysisError> {
-    ControlLoop::new(&axis.force_loop(ForceGains { kp: 0.1, ..ForceGains::default() }, PERIOD_S, delay_s), &View::CLAMPED)
+    ControlLoop::new(
+        &axis.force_loop(ForceGains { kp: 0.1, ..ForceGains::default() }, PERIOD_S, delay_s),
+        &View::CLAMPED,
+    )
 }
 
 /// Rows for the table of models.
@@ -59,13 +64,22 @@ fn one_model(row: &ModelRow) -> Result<Vec<Row>, ValidationError> {
     let input = SignalName::new("drive", Quantity::Command);
     let channel = whole.plant().channel(&input, &SignalName::new("tool", Quantity::SpringForce))?;
     let (poles, zeros) = (channel.poles()?, channel.zeros()?);
-    let count =
-        |what: &str, got: usize, expected: usize| Row::close(format!("{name}: number of {what}"), CLAIM, got as f64, expected as f64, 0.0);
+    let count = |what: &str, got: usize, expected: usize| {
+        Row::close(format!("{name}: number of {what}"), CLAIM, got as f64, expected as f64, 0.0)
+    };
     let mut rows = vec![count("poles", poles.len(), row.order.0), count("zeros", zeros.len(), row.order.1)];
-    for (what, found, expected) in [("pole", channel.poles_hz()?, row.poles_hz), ("zero", channel.zeros_hz()?, row.zeros_hz)] {
+    for (what, found, expected) in
+        [("pole", channel.poles_hz()?, row.poles_hz), ("zero", channel.zeros_hz()?, row.zeros_hz)]
+    {
         rows.push(count(&format!("{what} frequencies"), found.len(), expected.len()));
         for (found, expected) in found.iter().zip(expected) {
-            rows.push(Row::close(format!("{name}: {what} at {expected} Hz"), CLAIM, *found, *expected, printed(3)));
+            rows.push(Row::close(
+                format!("{name}: {what} at {expected} Hz"),
+                CLAIM,
+                *found,
+                *expected,
+                printed(3),
+            ));
         }
     }
     let key = "controllers.force.kp";
@@ -81,7 +95,13 @@ fn one_model(row: &ModelRow) -> Result<Vec<Row>, ValidationError> {
     for (samples, expected) in row.sampled.into_iter().flatten().enumerate() {
         let delayed = kp_loop(&row.axis(), samples as f64 * PERIOD_S)?;
         let got = largest(&delayed.sampled_bands(key)?);
-        rows.push(Row::close(format!("{name}: largest kp, 1 kHz, {samples} samples late"), CLAIM, got, expected, printed(4)));
+        rows.push(Row::close(
+            format!("{name}: largest kp, 1 kHz, {samples} samples late"),
+            CLAIM,
+            got,
+            expected,
+            printed(4),
+        ));
     }
     Ok(rows)
 }
@@ -91,16 +111,29 @@ fn second_axis(params: &serde_json::Value, case: &str) -> Option<Axis> {
     let p = |name: &str| params[name].as_f64();
     let (structure, drive) = case.split_once('/')?;
     let (wb, ww) = (TAU * p("fb")?, TAU * p("fw")?);
-    // The base's frequency and damping are those of base and robot moving as one, which is where the reference has its zeros.
+    // The base's frequency and damping are those of base and robot moving as one, which is where the
+    // reference has its zeros.
     let on_base = p("mb")? + p("mr")?;
     Some(Axis {
         masses_kg: (p("m1")?, p("m2")?),
         guide_n_s_per_m: p("br")?,
         contact: (p("ks")?, p("bs")?),
         transmission: if structure == "transmission" { Some((p("krf")?, p("crf")?)) } else { None },
-        base: if structure == "base" { Some((p("mb")?, on_base * wb * wb, 2.0 * p("zb")? * on_base * wb)) } else { None },
-        workpiece: if structure == "workpiece" { Some((p("mw")?, p("mw")? * ww * ww, 2.0 * p("zw")? * p("mw")? * ww)) } else { None },
-        drive: if drive == "no_actuator" { IDEAL } else { ActuatorKind::Force { bandwidth_hz: Some(1.0 / (TAU * p("tau")?)) } },
+        base: if structure == "base" {
+            Some((p("mb")?, on_base * wb * wb, 2.0 * p("zb")? * on_base * wb))
+        } else {
+            None
+        },
+        workpiece: if structure == "workpiece" {
+            Some((p("mw")?, p("mw")? * ww * ww, 2.0 * p("zw")? * p("mw")? * ww))
+        } else {
+            None
+        },
+        drive: if drive == "no_actuator" {
+            IDEAL
+        } else {
+            ActuatorKind::Force { bandwidth_hz: Some(1.0 / (TAU * p("tau")?)) }
+        },
         total_force: true,
     })
 }
@@ -118,29 +151,48 @@ pub fn critical_gain_rows(json: &str) -> Result<Vec<Row>, ValidationError> {
     for (case, expected) in cases {
         let axis = second_axis(&reference["params"], case).ok_or_else(|| bad(case))?;
         let whole = kp_loop(&axis, 0.0)?;
-        let channel = whole.plant().channel(&SignalName::new("drive", Quantity::Command), &SignalName::new("tool", Quantity::Force))?;
+        let channel = whole.plant().channel(
+            &SignalName::new("drive", Quantity::Command),
+            &SignalName::new("tool", Quantity::Force),
+        )?;
         for (what, found) in [("poles", channel.poles()?), ("zeros", channel.zeros()?)] {
             let points = expected[what].as_array().ok_or_else(|| bad(what))?;
             let mut worst: f64 = if points.len() == found.len() { 0.0 } else { f64::INFINITY };
             for point in points {
                 let (re, im) = (point[0].as_f64().unwrap_or(f64::NAN), point[1].as_f64().unwrap_or(f64::NAN));
-                let nearest = found.iter().map(|f| (f.re - re).hypot(f.im - im) / re.hypot(im)).fold(f64::INFINITY, f64::min);
+                let nearest = found
+                    .iter()
+                    .map(|f| (f.re - re).hypot(f.im - im) / re.hypot(im))
+                    .fold(f64::INFINITY, f64::min);
                 worst = worst.max(nearest);
             }
             rows.push(Row::at_most(format!("{case}: {what}, relative error"), CLAIM, worst, CRITICAL_POINT));
         }
         for law in ["Kp", "Ki"] {
-            let gains =
-                if law == "Kp" { ForceGains { kp: 0.1, ..ForceGains::default() } } else { ForceGains { ki: 0.1, ..ForceGains::default() } };
+            let gains = if law == "Kp" {
+                ForceGains { kp: 0.1, ..ForceGains::default() }
+            } else {
+                ForceGains { ki: 0.1, ..ForceGains::default() }
+            };
             let key = law.to_lowercase();
-            let looped = |delay: f64| ControlLoop::new(&axis.force_loop(gains, PERIOD_S, delay), &View::CLAMPED);
+            let looped =
+                |delay: f64| ControlLoop::new(&axis.force_loop(gains, PERIOD_S, delay), &View::CLAMPED);
             let mut check = |label: String, bands: GainBands| {
                 let value = expected[&label].as_f64().unwrap_or(f64::INFINITY);
-                rows.push(Row::relative(format!("{case}: {label}"), CLAIM, bands.first_upper(), value, CRITICAL_GAIN));
+                rows.push(Row::relative(
+                    format!("{case}: {label}"),
+                    CLAIM,
+                    bands.first_upper(),
+                    value,
+                    CRITICAL_GAIN,
+                ));
             };
             check(format!("{law}_crit_continuous"), looped(0.0)?.continuous_bands(&key)?);
             for samples in 0..3 {
-                check(format!("{law}_crit_ZOH_T0.001_delay{samples}"), looped(f64::from(samples) * PERIOD_S)?.sampled_bands(&key)?);
+                check(
+                    format!("{law}_crit_ZOH_T0.001_delay{samples}"),
+                    looped(f64::from(samples) * PERIOD_S)?.sampled_bands(&key)?,
+                );
             }
         }
     }

@@ -1,10 +1,13 @@
-//! The paper's machines with the numbers of the reference axis (Figs. 1, 3, 6, 9, 12 and 18), built from their parts.
+//! The paper's machines with the numbers of the reference axis (Figs. 1, 3, 6, 9, 12 and 18), built from
+//! their parts.
 
 use std::f64::consts::TAU;
 
 use feeler_control::{ControllerSpec, ForceGains, Law};
 use feeler_engine::{ControllerUse, RunSettings, Scenario};
-use feeler_plant::description::{Actuator, ActuatorKind, Body, Contact, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring};
+use feeler_plant::description::{
+    Actuator, ActuatorKind, Body, Contact, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
+};
 
 /// Numbers of an axis. SI units throughout; a part that is absent is rigid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +62,8 @@ impl Model {
 }
 
 /// The velocity source of the reference axis: 600 N s/m, 2 ms.
-pub const SOURCE: ActuatorKind = ActuatorKind::VelocitySource { damping_n_s_per_m: 600.0, time_constant_s: 2e-3 };
+pub const SOURCE: ActuatorKind =
+    ActuatorKind::VelocitySource { damping_n_s_per_m: 600.0, time_constant_s: 2e-3 };
 /// A drive whose command is the force.
 pub const IDEAL: ActuatorKind = ActuatorKind::Force { bandwidth_hz: None };
 
@@ -80,8 +84,8 @@ impl Axis {
         }
     }
 
-    /// The machine: bodies `motor`, `tip`, `base`, `workpiece` as far as there are, contact `tool` (clamped), actuator `drive`, sensors `force` and
-    /// `encoder` (of the motor against what it is guided on).
+    /// The machine: bodies `motor`, `tip`, `base`, `workpiece` as far as there are, contact `tool` (clamped),
+    /// actuator `drive`, sensors `force` and `encoder` (of the motor against what it is guided on).
     pub fn machine(&self, name: &str) -> Machine {
         let mut machine = Machine { name: name.into(), ..Machine::default() };
         let body = |mass_kg| Body { mass_kg, ..Body::default() };
@@ -102,7 +106,10 @@ impl Axis {
         let (k, c) = self.transmission.unwrap_or_default();
         let rigid = self.transmission.is_none();
         machine.springs.insert("transmission".into(), Spring { rigid, ..spring("motor", "tip", k, c) });
-        let contact = Contact { engagement: Engagement::Clamped, ..Contact::kelvin_voigt("tip", work, self.contact.0, self.contact.1) };
+        let contact = Contact {
+            engagement: Engagement::Clamped,
+            ..Contact::kelvin_voigt("tip", work, self.contact.0, self.contact.1)
+        };
         machine.contacts.insert("tool".into(), contact);
         let drive = Actuator { kind: self.drive, ..Actuator::ideal("motor", floor) };
         machine.actuators.insert("drive".into(), drive);
@@ -117,7 +124,13 @@ impl Axis {
     pub fn force_loop(&self, gains: ForceGains, period_s: f64, delay_s: f64) -> Scenario {
         let mut spec = ControllerSpec::new(Law::ExplicitForce(gains), period_s);
         spec.delay_s = delay_s;
-        let control = ControllerUse { spec, reads: Some("force".into()), motion: None, drives: "drive".into(), effects: Vec::new() };
+        let control = ControllerUse {
+            spec,
+            reads: Some("force".into()),
+            motion: None,
+            drives: "drive".into(),
+            effects: Vec::new(),
+        };
         Scenario {
             machine: self.machine("axis"),
             controllers: [("force".to_string(), control)].into_iter().collect(),
@@ -149,7 +162,8 @@ pub struct ModelRow {
     pub poles_hz: &'static [f64],
     /// |s| / 2 pi of the zeros, Hz, three decimals.
     pub zeros_hz: &'static [f64],
-    /// Largest gain up to which the continuous loop is stable and its printed decimals; `None` where the last interval of stable gains has no end.
+    /// Largest gain up to which the continuous loop is stable and its printed decimals; `None` where the last
+    /// interval of stable gains has no end.
     pub continuous: Option<(f64, i32)>,
     /// The same with a hold at 1 kHz and 0, 1, 2 samples of delay, four decimals.
     pub sampled: Option<[f64; 3]>,
@@ -180,7 +194,14 @@ const RIGID: ModelRow = ModelRow {
 /// The table of models.
 pub const MODEL_TABLE: [ModelRow; 6] = [
     RIGID,
-    ModelRow { source: true, order: (3, 0), poles_hz: &[21.738, 71.094], continuous: Some((0.0034, 4)), sampled: None, ..RIGID },
+    ModelRow {
+        source: true,
+        order: (3, 0),
+        poles_hz: &[21.738, 71.094],
+        continuous: Some((0.0034, 4)),
+        sampled: None,
+        ..RIGID
+    },
     ModelRow {
         model: Model::Flexible,
         order: (4, 1),

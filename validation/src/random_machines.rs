@@ -18,10 +18,12 @@ const SAMPLES: u32 = 60;
 const STEP_RAD: f64 = 0.37;
 /// A body whose speed stays below this share of the one that is hit is compared with that one.
 const FAINT: f64 = 1e-6;
-/// Smallest singular value of the equilibrated matrix that a pole or zero makes singular: a hundred roundings, times what equilibration amplifies.
+/// Smallest singular value of the equilibrated matrix that a pole or zero makes singular: a hundred
+/// roundings, times what equilibration amplifies.
 const SUBSTITUTION: f64 = 1e-9;
 
-/// A random tree: up to six bodies, each on a spring to an earlier one or to ground, masses and stiffnesses over four decades.
+/// A random tree: up to six bodies, each on a spring to an earlier one or to ground, masses and stiffnesses
+/// over four decades.
 pub fn random_machine(seed: u64) -> Machine {
     let stream = Stream::new(seed, "random machine");
     let mut draws = 0;
@@ -46,7 +48,8 @@ pub fn random_machine(seed: u64) -> Machine {
     machine
 }
 
-/// The state matrix over positions and velocities, and what a unit impulse on the driven body leaves behind, written from Newton's law for each body.
+/// The state matrix over positions and velocities, and what a unit impulse on the driven body leaves behind,
+/// written from Newton's law for each body.
 fn by_newton(machine: &Machine) -> (DMatrix<f64>, DVector<f64>) {
     let n = machine.bodies.len();
     let mut a = DMatrix::zeros(2 * n, 2 * n);
@@ -73,21 +76,29 @@ fn by_newton(machine: &Machine) -> (DMatrix<f64>, DVector<f64>) {
     (a, start)
 }
 
-/// Largest relative difference of velocities after a unit impulse on the driven body, simulated and by linear theory, from those of Newton's law:
-/// of every body, over the fastest and over the slowest motion.
+/// Largest relative difference of velocities after a unit impulse on the driven body, simulated and by linear
+/// theory, from those of Newton's law: of every body, over the fastest and over the slowest motion.
 fn impulse_difference(machine: &Machine, plant: &LinearMachine) -> Result<f64, ValidationError> {
     let (a, start) = by_newton(machine);
     let n = machine.bodies.len();
-    let outputs: Vec<SignalName> = machine.bodies.keys().map(|name| SignalName::new(name, Quantity::Velocity)).collect();
-    let rows = outputs.iter().map(|output| plant.output(plant.source(output)?)).collect::<Result<Vec<_>, _>>()?;
+    let outputs: Vec<SignalName> =
+        machine.bodies.keys().map(|name| SignalName::new(name, Quantity::Velocity)).collect();
+    let rows =
+        outputs.iter().map(|output| plant.output(plant.source(output)?)).collect::<Result<Vec<_>, _>>()?;
     let rates: Vec<f64> = feeler_lti::eigenvalues(&a)?.iter().map(|p| p.norm()).collect();
-    let (fastest, slowest) = (rates.iter().copied().fold(0.0, f64::max), rates.iter().copied().fold(f64::INFINITY, f64::min));
+    let (fastest, slowest) =
+        (rates.iter().copied().fold(0.0, f64::max), rates.iter().copied().fold(f64::INFINITY, f64::min));
     let mut worst: f64 = 0.0;
     for step_s in [STEP_RAD / fastest, STEP_RAD / slowest] {
         let scenario = Scenario {
             machine: machine.clone(),
             controllers: [].into_iter().collect(),
-            run: RunSettings { duration_s: f64::from(SAMPLES) * step_s, step_s, record: outputs.clone(), ..RunSettings::default() },
+            run: RunSettings {
+                duration_s: f64::from(SAMPLES) * step_s,
+                step_s,
+                record: outputs.clone(),
+                ..RunSettings::default()
+            },
         };
         let program = Program::new(&scenario)?;
         let mut trace = Trace::new(program.record_names());
@@ -116,7 +127,8 @@ fn impulse_difference(machine: &Machine, plant: &LinearMachine) -> Result<f64, V
     Ok(worst)
 }
 
-/// The worst ratio by which poles and zeros from the drive to the last body's velocity fail their substitution.
+/// The worst ratio by which poles and zeros from the drive to the last body's velocity fail their
+/// substitution.
 fn substitution(machine: &Machine, plant: &LinearMachine) -> Result<f64, ValidationError> {
     let output = SignalName::new(format!("body{}", machine.bodies.len() - 1), Quantity::Velocity);
     let channel = plant.channel(&SignalName::new("drive", Quantity::Command), &output)?;
@@ -124,12 +136,16 @@ fn substitution(machine: &Machine, plant: &LinearMachine) -> Result<f64, Validat
     let n = system.states();
     let mut substitution: f64 = 0.0;
     for pole in channel.poles()? {
-        let pencil = DMatrix::from_fn(n, n, |i, j| C64::new(system.a()[(i, j)], 0.0) - if i == j { pole } else { C64::new(0.0, 0.0) });
+        let pencil = DMatrix::from_fn(n, n, |i, j| {
+            C64::new(system.a()[(i, j)], 0.0) - if i == j { pole } else { C64::new(0.0, 0.0) }
+        });
         substitution = substitution.max(singularity(pencil));
     }
     for zero in channel.zeros()? {
         let pencil = DMatrix::from_fn(n + 1, n + 1, |i, j| match (i < n, j < n) {
-            (true, true) => C64::new(system.a()[(i, j)], 0.0) - if i == j { zero } else { C64::new(0.0, 0.0) },
+            (true, true) => {
+                C64::new(system.a()[(i, j)], 0.0) - if i == j { zero } else { C64::new(0.0, 0.0) }
+            }
             (true, false) => C64::new(system.b()[(i, 0)], 0.0),
             (false, true) => C64::new(system.c()[(0, j)], 0.0),
             (false, false) => C64::new(system.d()[(0, 0)], 0.0),
@@ -164,10 +180,18 @@ pub fn random_machine_rows(machines: u64) -> Result<Vec<Row>, ValidationError> {
     for seed in 0..machines {
         let machine = random_machine(seed);
         let plant = LinearMachine::new(&machine, &View::default())?;
-        worst = (worst.0.max(impulse_difference(&machine, &plant)?), worst.1.max(substitution(&machine, &plant)?));
+        worst = (
+            worst.0.max(impulse_difference(&machine, &plant)?),
+            worst.1.max(substitution(&machine, &plant)?),
+        );
     }
     Ok(vec![
         Row::at_most(format!("{machines} impulse responses, relative difference"), claim, worst.0, IMPULSE),
-        Row::at_most(format!("{machines} machines' poles and zeros by substitution"), claim, worst.1, SUBSTITUTION),
+        Row::at_most(
+            format!("{machines} machines' poles and zeros by substitution"),
+            claim,
+            worst.1,
+            SUBSTITUTION,
+        ),
     ])
 }

@@ -110,9 +110,17 @@ impl Axis {
             Scale::Linear => {
                 let rough = (high - low) / 6.0;
                 let power = 10_f64.powf(rough.log10().floor());
-                let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|s| *s >= rough).unwrap_or(10.0 * power);
+                let step = [1.0, 2.0, 5.0, 10.0]
+                    .into_iter()
+                    .map(|m| m * power)
+                    .find(|s| *s >= rough)
+                    .unwrap_or(10.0 * power);
                 // Phases are read in quarters of a turn.
-                let step = if self.label.contains('\u{b0}') { if high - low > 400.0 { 90.0 } else { 45.0 } } else { step };
+                let step = if self.label.contains('\u{b0}') {
+                    if high - low > 400.0 { 90.0 } else { 45.0 }
+                } else {
+                    step
+                };
                 let (first, last) = ((low / step).ceil() as i64, (high / step + 1e-9).floor() as i64);
                 (first..=last).map(|i| (i as f64 * step, true)).collect()
             }
@@ -121,7 +129,8 @@ impl Axis {
                 // Where there are few decades, numbers stand at 2 and 5 as well.
                 let few = high / low < 200.0;
                 let numbered = move |m: i32| m == 1 || (few && (m == 2 || m == 5));
-                let all = decades.flat_map(|d| (1..10).map(move |m| (f64::from(m) * 10_f64.powi(d), numbered(m))));
+                let all =
+                    decades.flat_map(|d| (1..10).map(move |m| (f64::from(m) * 10_f64.powi(d), numbered(m))));
                 all.filter(|(v, _)| *v >= low * (1.0 - 1e-9) && *v <= high * (1.0 + 1e-9)).collect()
             }
         }
@@ -155,12 +164,22 @@ impl Figure {
             escaped(&self.caption)
         );
         // One legend above all panels, which show the same curves, so that it hides none of them.
-        let named = self.panels.iter().take(1).flat_map(|panel| &panel.curves).filter(|curve| !curve.name.is_empty());
+        let named =
+            self.panels.iter().take(1).flat_map(|panel| &panel.curves).filter(|curve| !curve.name.is_empty());
         for (i, curve) in named.enumerate() {
             let at = LEFT + LEGEND * i as f64;
             let _ = match curve.mark {
-                Mark::Dot => writeln!(out, "<circle cx=\"{}\" cy=\"17\" r=\"2.2\" fill=\"{}\"/>", at + 8.0, curve.colour),
-                _ => writeln!(out, "<rect x=\"{at}\" y=\"15\" width=\"16\" height=\"4\" fill=\"{}\"/>", curve.colour),
+                Mark::Dot => writeln!(
+                    out,
+                    "<circle cx=\"{}\" cy=\"17\" r=\"2.2\" fill=\"{}\"/>",
+                    at + 8.0,
+                    curve.colour
+                ),
+                _ => writeln!(
+                    out,
+                    "<rect x=\"{at}\" y=\"15\" width=\"16\" height=\"4\" fill=\"{}\"/>",
+                    curve.colour
+                ),
             };
             let _ = writeln!(out, "<text x=\"{}\" y=\"21\">{}</text>", at + 22.0, escaped(&curve.name));
         }
@@ -169,7 +188,8 @@ impl Figure {
         }
         let first = TOP + self.panels.len() as f64 * (PANEL + GAP) + 12.0;
         for (i, line) in lines.iter().enumerate() {
-            let _ = writeln!(out, "<text x=\"12\" y=\"{}\">{}</text>", first + 17.0 * i as f64, escaped(line));
+            let _ =
+                writeln!(out, "<text x=\"12\" y=\"{}\">{}</text>", first + 17.0 * i as f64, escaped(line));
         }
         out.push_str("</svg>\n");
         out
@@ -197,14 +217,21 @@ impl Panel {
         let width = WIDTH - LEFT - RIGHT;
         let x = |v: f64| LEFT + width * self.x.place(v);
         let y = |v: f64| top + PANEL * (1.0 - self.y.place(v));
-        let _ = writeln!(out, "<clipPath id=\"{id}\"><rect x=\"{LEFT}\" y=\"{top}\" width=\"{width}\" height=\"{PANEL}\"/></clipPath>");
+        let _ = writeln!(
+            out,
+            "<clipPath id=\"{id}\"><rect x=\"{LEFT}\" y=\"{top}\" width=\"{width}\" height=\"{PANEL}\"/></clipPath>"
+        );
         for (v, numbered) in self.x.ticks() {
             let grey = if numbered { "#bbb" } else { "#eee" };
             let at = x(v);
             let _ = writeln!(out, "<path d=\"M{at:.1} {top}v{PANEL}\" stroke=\"{grey}\"/>");
             if numbered {
                 let below = top + PANEL + 17.0;
-                let _ = writeln!(out, "<text x=\"{at:.1}\" y=\"{below}\" text-anchor=\"middle\">{}</text>", number(v));
+                let _ = writeln!(
+                    out,
+                    "<text x=\"{at:.1}\" y=\"{below}\" text-anchor=\"middle\">{}</text>",
+                    number(v)
+                );
             }
         }
         for (v, numbered) in self.y.ticks() {
@@ -212,13 +239,26 @@ impl Panel {
             let at = y(v);
             let _ = writeln!(out, "<path d=\"M{LEFT} {at:.1}h{width}\" stroke=\"{grey}\"/>");
             if numbered {
-                let _ = writeln!(out, "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>", LEFT - 7.0, at + 4.5, number(v));
+                let _ = writeln!(
+                    out,
+                    "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+                    LEFT - 7.0,
+                    at + 4.5,
+                    number(v)
+                );
             }
         }
-        let _ = writeln!(out, "<rect x=\"{LEFT}\" y=\"{top}\" width=\"{width}\" height=\"{PANEL}\" fill=\"none\" stroke=\"#333\"/>");
+        let _ = writeln!(
+            out,
+            "<rect x=\"{LEFT}\" y=\"{top}\" width=\"{width}\" height=\"{PANEL}\" fill=\"none\" stroke=\"#333\"/>"
+        );
         let (middle_x, middle_y) = (LEFT + 0.5 * width, top + 0.5 * PANEL);
         let label = top + PANEL + 37.0;
-        let _ = writeln!(out, "<text x=\"{middle_x}\" y=\"{label}\" text-anchor=\"middle\">{}</text>", escaped(&self.x.label));
+        let _ = writeln!(
+            out,
+            "<text x=\"{middle_x}\" y=\"{label}\" text-anchor=\"middle\">{}</text>",
+            escaped(&self.x.label)
+        );
         let turned = format!("transform=\"rotate(-90 20 {middle_y})\" text-anchor=\"middle\"");
         let _ = writeln!(out, "<text x=\"20\" y=\"{middle_y}\" {turned}>{}</text>", escaped(&self.y.label));
         let _ = writeln!(out, "<g clip-path=\"url(#{id})\">");

@@ -37,20 +37,46 @@ pub struct Row {
 
 impl Row {
     /// Both values within an absolute tolerance, or both infinite.
-    pub fn close(name: impl Into<String>, claim: impl Into<String>, got: f64, expected: f64, tolerance: f64) -> Self {
-        let pass =
-            (got - expected).abs() <= tolerance || (got.is_infinite() && expected.is_infinite() && got.signum() * expected.signum() > 0.0);
+    pub fn close(
+        name: impl Into<String>,
+        claim: impl Into<String>,
+        got: f64,
+        expected: f64,
+        tolerance: f64,
+    ) -> Self {
+        let pass = (got - expected).abs() <= tolerance
+            || (got.is_infinite() && expected.is_infinite() && got.signum() * expected.signum() > 0.0);
         Self { name: name.into(), claim: claim.into(), kind: RowKind::Close, expected, got, tolerance, pass }
     }
 
     /// Both values within a relative tolerance.
-    pub fn relative(name: impl Into<String>, claim: impl Into<String>, got: f64, expected: f64, tolerance: f64) -> Self {
-        Self::close(name, claim, got, expected, if expected.is_finite() { tolerance * expected.abs() } else { tolerance })
+    pub fn relative(
+        name: impl Into<String>,
+        claim: impl Into<String>,
+        got: f64,
+        expected: f64,
+        tolerance: f64,
+    ) -> Self {
+        Self::close(
+            name,
+            claim,
+            got,
+            expected,
+            if expected.is_finite() { tolerance * expected.abs() } else { tolerance },
+        )
     }
 
     /// A magnitude that must not exceed a bound.
     pub fn at_most(name: impl Into<String>, claim: impl Into<String>, got: f64, bound: f64) -> Self {
-        Self { name: name.into(), claim: claim.into(), kind: RowKind::AtMost, expected: 0.0, got, tolerance: bound, pass: got <= bound }
+        Self {
+            name: name.into(),
+            claim: claim.into(),
+            kind: RowKind::AtMost,
+            expected: 0.0,
+            got,
+            tolerance: bound,
+            pass: got <= bound,
+        }
     }
 
     /// A value that must exceed a bound.

@@ -8,20 +8,23 @@ use nalgebra::{Matrix4, Vector4};
 
 use crate::paper::Axis;
 
-/// Largest proportional gain of a rigid axis whose force lags by `tau` (no back-EMF), and the angular frequency at which it then swings:
-/// `b / (tau k_s) + tau b / m + b^2 / (m k_s)`, `omega^2 = (b + tau k_s) / (tau m)`; `b` is the total damping.
+/// Largest proportional gain of a rigid axis whose force lags by `tau` (no back-EMF), and the angular
+/// frequency at which it then swings: `b / (tau k_s) + tau b / m + b^2 / (m k_s)`,
+/// `omega^2 = (b + tau k_s) / (tau m)`; `b` is the total damping.
 pub fn lagged_axis_largest_gain(m: f64, b: f64, k_s: f64, tau: f64) -> (f64, f64) {
     let gain = b / (tau * k_s) + tau * b / m + b * b / (m * k_s);
     (gain, ((b + tau * k_s) / (tau * m)).sqrt())
 }
 
-/// Largest proportional gain of an undamped two-mass axis: `1 + K = (m1 (k + k_s) + m2 k)^2 / (4 m1 m2 k k_s)`.
+/// Largest proportional gain of an undamped two-mass axis:
+/// `1 + K = (m1 (k + k_s) + m2 k)^2 / (4 m1 m2 k k_s)`.
 pub fn two_mass_largest_gain(m1: f64, m2: f64, k: f64, k_s: f64) -> f64 {
     let sum = m1 * (k + k_s) + m2 * k;
     sum * sum / (4.0 * m1 * m2 * k * k_s) - 1.0
 }
 
-/// Largest `T G k` of an integral force loop on a pure stiffness with `n` whole samples of delay: `2 sin(pi / (2 (2 n + 1)))`; n = 1 is Whitney's.
+/// Largest `T G k` of an integral force loop on a pure stiffness with `n` whole samples of delay:
+/// `2 sin(pi / (2 (2 n + 1)))`; n = 1 is Whitney's.
 pub fn integral_loop_largest_gain(n: u32) -> f64 {
     2.0 * (PI / (2.0 * f64::from(2 * n + 1))).sin()
 }
@@ -33,7 +36,8 @@ pub fn kelvin_voigt_restitution(zeta: f64) -> f64 {
     (-zeta * (2.0 * zeta * root).atan2(2.0 * zeta * zeta - 1.0) / root).exp()
 }
 
-/// Restitution of a Hunt-Crossley impact for `a v_i`: the root of `a v_i - ln(1 + a v_i) = -a v_o - ln(1 - a v_o)`, over `a v_i`.
+/// Restitution of a Hunt-Crossley impact for `a v_i`: the root of
+/// `a v_i - ln(1 + a v_i) = -a v_o - ln(1 - a v_o)`, over `a v_i`.
 pub fn hunt_crossley_restitution(a_v: f64) -> f64 {
     let left = a_v - a_v.ln_1p();
     let (mut low, mut high) = (0.0, a_v.min(1.0));
@@ -44,10 +48,14 @@ pub fn hunt_crossley_restitution(a_v: f64) -> f64 {
     0.5 * (low + high) / a_v
 }
 
-/// Describing function of a spring that acts on one side only, of motions with amplitude A about the free gap x0, as a share of its stiffness;
-/// `r = x0 / A`.
+/// Describing function of a spring that acts on one side only, of motions with amplitude A about the free gap
+/// x0, as a share of its stiffness; `r = x0 / A`.
 pub fn one_sided_spring(r: f64) -> f64 {
-    if r.abs() >= 1.0 { if r > 0.0 { 1.0 } else { 0.0 } } else { 0.5 + (r.asin() + r * (1.0 - r * r).sqrt()) / PI }
+    if r.abs() >= 1.0 {
+        if r > 0.0 { 1.0 } else { 0.0 }
+    } else {
+        0.5 + (r.asin() + r * (1.0 - r * r).sqrt()) / PI
+    }
 }
 
 /// Smallest damping of a mechanism that keeps a virtual wall passive (Colgate and Schenkel): `K T / 2 + |B|`.
@@ -55,14 +63,16 @@ pub fn virtual_wall_damping(k: f64, b: f64, period_s: f64) -> f64 {
     0.5 * k * period_s + b.abs()
 }
 
-/// Transfer function of an axis from its command to the elastic force of the sensor, from the paper's equations of motion (Figs. 1, 2, 3, 6, 9, 12).
+/// Transfer function of an axis from its command to the elastic force of the sensor, from the paper's
+/// equations of motion (Figs. 1, 2, 3, 6, 9, 12).
 pub fn axis_response(axis: &Axis, s: C64) -> C64 {
     let (m1, m2) = axis.masses_kg;
     let m = m1 + m2;
     let (ks, bs) = axis.contact;
     let br = axis.guide_n_s_per_m;
     let sensor = s * bs + ks;
-    // Compression of the sensor, and displacement of the motor against what the drive reacts on, per unit of drive force.
+    // Compression of the sensor, and displacement of the motor against what the drive reacts on, per unit of
+    // drive force.
     let (compression, stroke) = match (axis.transmission, axis.base, axis.workpiece) {
         (None, None, None) => {
             let d = (s * s * m + s * (br + bs) + ks).inv();
@@ -98,7 +108,8 @@ pub fn axis_response(axis: &Axis, s: C64) -> C64 {
     }
 }
 
-/// Motor, tip, workpiece and base as four equations. Not a number unless all of them are there: the smaller models have forms of their own.
+/// Motor, tip, workpiece and base as four equations. Not a number unless all of them are there: the smaller
+/// models have forms of their own.
 fn full_machine(
     axis: &Axis,
     transmission: Option<(f64, f64)>,
@@ -132,6 +143,9 @@ fn full_machine(
         s * s * mb + s * bb + kb + guide + w,
     );
     let one = C64::new(1.0, 0.0);
-    let x = matrix.lu().solve(&Vector4::new(one, o, o, -one)).unwrap_or_else(|| Vector4::from_element(C64::new(f64::NAN, 0.0)));
+    let x = matrix
+        .lu()
+        .solve(&Vector4::new(one, o, o, -one))
+        .unwrap_or_else(|| Vector4::from_element(C64::new(f64::NAN, 0.0)));
     (x[1] - x[2], x[0] - x[3])
 }

@@ -15,7 +15,8 @@ pub const ONSET_DELAYS: [f64; 4] = [0.0, 0.37, 1.0, 2.5];
 pub struct Options {
     /// Text of the independent critical gains (`critical-gains.json`), where at hand.
     pub critical_gains_json: Option<String>,
-    /// Folder of the scenario files, where at hand: the state space of the paper's machines is then taken from their files as well.
+    /// Folder of the scenario files, where at hand: the state space of the paper's machines is then taken
+    /// from their files as well.
     pub scenarios: Option<PathBuf>,
     /// Only the checks that take seconds: two of the paper's machines instead of ten, fewer random ones.
     pub quick: bool,
@@ -27,11 +28,12 @@ pub struct Options {
 /// [`ValidationError`] where a check cannot be made at all.
 pub fn validate(options: &Options, mut progress: impl FnMut(&str)) -> Result<Table, ValidationError> {
     let mut table = Table::default();
-    let mut group = |name: &str, rows: &dyn Fn() -> Result<Vec<Row>, ValidationError>| -> Result<(), ValidationError> {
-        progress(name);
-        table.rows.extend(rows()?);
-        Ok(())
-    };
+    let mut group =
+        |name: &str, rows: &dyn Fn() -> Result<Vec<Row>, ValidationError>| -> Result<(), ValidationError> {
+            progress(name);
+            table.rows.extend(rows()?);
+            Ok(())
+        };
     group("closed forms", &closed_forms::closed_form_rows)?;
     group("table of models", &models::model_rows)?;
     if let Some(json) = &options.critical_gains_json {
@@ -57,7 +59,10 @@ pub fn validate(options: &Options, mut progress: impl FnMut(&str)) -> Result<Tab
         let effort = if options.quick { ResponseEffort::QUICK } else { ResponseEffort::FULL };
         group(&format!("frequency response: {name}"), &|| response_rows(name, axis, effort))?;
         group(&format!("onset of instability: {name}"), &|| {
-            ONSET_DELAYS.iter().map(|&delay| onset_row(name, axis, delay, if options.quick { 12.0 } else { 40.0 })).collect()
+            ONSET_DELAYS
+                .iter()
+                .map(|&delay| onset_row(name, axis, delay, if options.quick { 12.0 } else { 40.0 }))
+                .collect()
         })?;
     }
     Ok(table)

@@ -4,8 +4,9 @@ use feeler_plant::description::Engagement;
 use feeler_validation::ValidationError;
 use feeler_validation::landmarks::{Chain, Search, fit, fitted, landmarks, rows, simulated_landmarks};
 
-/// Crossings of a measured phase and of the computed one, Hz: a hold of 0.1 ms turns 50 Hz by 0.9 degrees, the estimate is good to some tenths of one,
-/// and the flattest of these phases falls by 1.8 degrees per hertz. It is also what a landmark may be off.
+/// Crossings of a measured phase and of the computed one, Hz: a hold of 0.1 ms turns 50 Hz by 0.9 degrees,
+/// the estimate is good to some tenths of one, and the flattest of these phases falls by 1.8 degrees per
+/// hertz. It is also what a landmark may be off.
 const MEASURED_HZ: f64 = 0.8;
 /// The file has six digits; a fit stops when a step improves by 1e-7.
 const SIX_DIGITS: f64 = 1e-3;
@@ -23,7 +24,11 @@ fn reference_the_fit_finds_every_landmark_from_the_neutral_start() {
         assert!((file.bodies[&name].mass_kg / body.mass_kg - 1.0).abs() < SIX_DIGITS, "{name}");
     }
     // Peaks belong to poles, so that there are ten landmarks for twenty-one parameters.
-    assert!(found.undetermined.iter().filter(|(_, share)| *share > 0.9).count() >= 3, "{:?}", found.undetermined);
+    assert!(
+        found.undetermined.iter().filter(|(_, share)| *share > 0.9).count() >= 3,
+        "{:?}",
+        found.undetermined
+    );
 }
 
 #[test]
@@ -50,7 +55,10 @@ fn truth_a_chain_is_read_back_from_its_machine() {
     let mut other = chain.machine(Engagement::Free);
     other.springs["guide"].damping_n_s_per_m = 0.0;
     let refused = Chain::of_machine(&other);
-    assert!(matches!(&refused, Err(ValidationError::Chain { what }) if what.contains("guide damping is 0")), "{refused:?}");
+    assert!(
+        matches!(&refused, Err(ValidationError::Chain { what }) if what.contains("guide damping is 0")),
+        "{refused:?}"
+    );
 }
 
 #[test]
@@ -59,6 +67,9 @@ fn truth_a_white_noise_experiment_shows_the_landmarks() {
     let (computed, measured) = (landmarks(&machine).unwrap(), simulated_landmarks(&machine, 40.0).unwrap());
     let both = computed.against_paper().into_iter().zip(measured.against_paper());
     for ((name, computed, _), (_, measured, _)) in both {
-        assert!((computed - measured).abs() < MEASURED_HZ, "{name}: {measured} Hz measured, {computed} Hz computed");
+        assert!(
+            (computed - measured).abs() < MEASURED_HZ,
+            "{name}: {measured} Hz measured, {computed} Hz computed"
+        );
     }
 }

@@ -29,7 +29,8 @@ impl Control for Proportional {
     }
 }
 
-/// A PI controller whose integral waits while the command is beyond its limit and the error would drive it further.
+/// A PI controller whose integral waits while the command is beyond its limit and the error would drive it
+/// further.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ProportionalIntegral {
     integral_n: f64,

@@ -8,7 +8,8 @@ use super::plants::Plant;
 const LOOKS_PER_SAMPLE: usize = 10;
 /// Looks at which a crossing is located to rounding.
 const MOST_LOOKS: usize = 60;
-/// Two looks this close end the search, s; it ends past the crossing, so that the other mode begins within its bounds.
+/// Two looks this close end the search, s; it ends past the crossing, so that the other mode begins within
+/// its bounds.
 const INSTANT_S: f64 = 1e-15;
 
 /// How to step.
@@ -31,9 +32,15 @@ pub struct RunResult {
     pub final_force_n: f64,
 }
 
-/// Runs a machine for `samples` controller periods of 1 ms, each cut into `steps_per_sample` equal steps, a multiple of ten.
+/// Runs a machine for `samples` controller periods of 1 ms, each cut into `steps_per_sample` equal steps, a
+/// multiple of ten.
 #[inline(never)]
-pub fn run<const S: usize>(plant: &impl Plant<S>, method: Method, samples: usize, steps_per_sample: usize) -> RunResult {
+pub fn run<const S: usize>(
+    plant: &impl Plant<S>,
+    method: Method,
+    samples: usize,
+    steps_per_sample: usize,
+) -> RunResult {
     match method {
         Method::SemiImplicitEuler => sampled(plant, samples, steps_per_sample, semi_implicit_euler),
         Method::Rk4 => sampled(plant, samples, steps_per_sample, rk4_blind),
@@ -114,7 +121,13 @@ fn rk4_blind<const S: usize>(plant: &impl Plant<S>, x: &mut [f64; S], _: &mut bo
 }
 
 #[inline(always)]
-fn semi_implicit_euler<const S: usize>(plant: &impl Plant<S>, x: &mut [f64; S], _: &mut bool, u: f64, h: f64) {
+fn semi_implicit_euler<const S: usize>(
+    plant: &impl Plant<S>,
+    x: &mut [f64; S],
+    _: &mut bool,
+    u: f64,
+    h: f64,
+) {
     let slopes = plant.slopes(x, u, contact(plant, x));
     for i in 0..S / 2 {
         x[i + S / 2] = fma(h, slopes[i + S / 2], x[i + S / 2]);
@@ -143,8 +156,8 @@ fn part<const S: usize>(plant: &impl Plant<S>, x: &[f64; S], u: f64, h: f64, mod
     there
 }
 
-/// Positive while the mode may go on. In free motion the contact may still be compressed (it has just let go), and then pushes again where its force
-/// turns positive.
+/// Positive while the mode may go on. In free motion the contact may still be compressed (it has just let
+/// go), and then pushes again where its force turns positive.
 #[inline(always)]
 fn guard<const S: usize>(plant: &impl Plant<S>, x: &[f64; S], pushing: bool) -> f64 {
     let compression = plant.compression(x);
@@ -153,7 +166,13 @@ fn guard<const S: usize>(plant: &impl Plant<S>, x: &[f64; S], pushing: bool) -> 
 }
 
 #[inline(always)]
-fn rk4_with_events<const S: usize>(plant: &impl Plant<S>, x: &mut [f64; S], pushing: &mut bool, u: f64, h: f64) {
+fn rk4_with_events<const S: usize>(
+    plant: &impl Plant<S>,
+    x: &mut [f64; S],
+    pushing: &mut bool,
+    u: f64,
+    h: f64,
+) {
     let start = *x;
     rk4(plant, x, u, h, if *pushing { Mode::Pushing } else { Mode::Free });
     if guard(plant, x, *pushing) < 0.0 {
@@ -165,7 +184,13 @@ fn rk4_with_events<const S: usize>(plant: &impl Plant<S>, x: &mut [f64; S], push
 /// A step with a touch or release in it: Illinois on steps from the start, then on in the other mode.
 #[cold]
 #[inline(never)]
-fn through_event<const S: usize>(plant: &impl Plant<S>, x: &mut [f64; S], pushing: &mut bool, u: f64, h: f64) {
+fn through_event<const S: usize>(
+    plant: &impl Plant<S>,
+    x: &mut [f64; S],
+    pushing: &mut bool,
+    u: f64,
+    h: f64,
+) {
     let mode = if *pushing { Mode::Pushing } else { Mode::Free };
     let (mut a, mut b) = (0.0, h);
     let (mut g_a, mut g_b) = (guard(plant, x, *pushing), guard(plant, &part(plant, x, u, h, mode), *pushing));

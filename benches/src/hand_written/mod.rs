@@ -1,8 +1,9 @@
 //! The yardstick: the loop that an expert writes for exactly one machine.
 //!
-//! Each machine has its equations typed out over plain numbers, and each method is one loop in which everything is inlined; nothing is looked up,
-//! checked or recorded but the peak force. The expert compiles for the processor at hand, and so does the comparison with other simulators
-//! (`peers/hand_written.rs`); within the benchmarks of this crate, compiled for any processor, the loops do without fused multiply-adds.
+//! Each machine has its equations typed out over plain numbers, and each method is one loop in which
+//! everything is inlined; nothing is looked up, checked or recorded but the peak force. The expert compiles
+//! for the processor at hand, and so does the comparison with other simulators (`peers/hand_written.rs`);
+//! within the benchmarks of this crate, compiled for any processor, the loops do without fused multiply-adds.
 
 mod control;
 mod filtered_loop;

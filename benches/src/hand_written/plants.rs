@@ -27,7 +27,8 @@ pub trait Plant<const S: usize> {
     /// Force of the contact where it pushes, `k_s d + b_s d'`, N.
     fn contact_force_n(&self, compression: [f64; 2]) -> f64;
 
-    /// Accelerations under drive force and contact force, m/s^2, in the order of the positions; the rest of the array is not looked at.
+    /// Accelerations under drive force and contact force, m/s^2, in the order of the positions; the rest of
+    /// the array is not looked at.
     fn accelerations(&self, state: &[f64; S], drive_n: f64, contact_n: f64) -> [f64; S];
 
     /// Slopes of all states.
@@ -182,7 +183,8 @@ impl Plant<8> for FlexibleCell {
         let mount = fma(self.mount_n_per_m, x_b, self.mount_n_s_per_m * v_b);
         let guide = self.axis.guide_n_s_per_m * (v_m - v_b);
         let fixture = fma(self.fixture_n_per_m, x_w - x_b, self.fixture_n_s_per_m * (v_w - v_b));
-        let spring = fma(self.axis.transmission_n_per_m, x_t - x_m, self.axis.transmission_n_s_per_m * (v_t - v_m));
+        let spring =
+            fma(self.axis.transmission_n_per_m, x_t - x_m, self.axis.transmission_n_s_per_m * (v_t - v_m));
         let base = (guide + fixture - mount - drive_n) * (1.0 / self.base_kg);
         let motor = (drive_n + spring - guide) * (1.0 / self.axis.motor_kg);
         let tip = (-spring - contact_n) * (1.0 / self.axis.tip_kg);

@@ -20,22 +20,27 @@ pub(crate) struct Frf {
     /// Set a key of the scenario, as in bodies.tip.mass=6; may be repeated; not for a dataset
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
-    /// Input, an actuator's command (or a dataset's column) [default: that of the first controller's actuator]
+    /// Input, an actuator's command (or a dataset's column) [default: that of the first controller's
+    /// actuator]
     #[arg(long, value_name = "SIGNAL")]
     pub(crate) input: Option<String>,
-    /// Output (or a dataset's column) [default: the reading of the first controller's sensor, filter, delay and noise included]
+    /// Output (or a dataset's column) [default: the reading of the first controller's sensor, filter, delay
+    /// and noise included]
     #[arg(long, value_name = "SIGNAL")]
     pub(crate) output: Option<String>,
-    /// Excitation; of a dataset, what it was excited with [default: white-noise; of a dataset, recognised from its command]
+    /// Excitation; of a dataset, what it was excited with [default: white-noise; of a dataset, recognised
+    /// from its command]
     #[arg(long, value_enum)]
     pub(crate) excitation: Option<ExcitationKind>,
-    /// Estimator, for noise and for a dataset's chirp [default: local-polynomial; of a dataset, by how its command was made]
+    /// Estimator, for noise and for a dataset's chirp [default: local-polynomial; of a dataset, by how its
+    /// command was made]
     #[arg(long, value_enum)]
     pub(crate) estimator: Option<EstimatorKind>,
     /// Lowest frequency, Hz
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub(crate) from: Option<f64>,
-    /// Highest frequency, Hz [default: 0.8 of half the sampling rate; of a dataset, where its command has power]
+    /// Highest frequency, Hz [default: 0.8 of half the sampling rate; of a dataset, where its command has
+    /// power]
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     pub(crate) to: Option<f64>,
     /// Root mean square of the excitation, SI [default: a tenth of the drive's limit, else 1 N or 0.01 m/s]
@@ -47,7 +52,8 @@ pub(crate) struct Frf {
     /// Length of noise or chirp, s [default: 60]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) duration: Option<f64>,
-    /// Length of the segments of noise that --estimator h1, h2 and hv average, s [default: a fifteenth of the noise, an eighth of a record]
+    /// Length of the segments of noise that --estimator h1, h2 and hv average, s [default: a fifteenth of the
+    /// noise, an eighth of a record]
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) segment: Option<f64>,
     /// Period of the multisine, s [default: 1; of a dataset, found in its command]

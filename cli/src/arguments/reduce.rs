@@ -36,7 +36,8 @@ pub(crate) struct Reduce {
     /// Position control holds the tool's other directions (else nothing does)
     #[arg(long)]
     pub(crate) hold: bool,
-    /// Measure the whole arm as well: simulate it with a multisine on the drive, and hold the axis against what is found
+    /// Measure the whole arm as well: simulate it with a multisine on the drive, and hold the axis against
+    /// what is found
     #[arg(long)]
     pub(crate) measure: bool,
     /// Stiffness of force sensor and workpiece, N/m
@@ -48,7 +49,8 @@ pub(crate) struct Reduce {
     /// Machine file to write (TOML), which analyze, run, sweep and why take
     #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) out: Option<PathBuf>,
-    /// Map of the force bandwidth over places of the tool at the height of this one: x from, to, how many, y from, to, how many
+    /// Map of the force bandwidth over places of the tool at the height of this one: x from, to, how many, y
+    /// from, to, how many
     #[arg(long, value_name = "X0,X1,NX,Y0,Y1,NY", value_delimiter = ',', allow_hyphen_values = true)]
     pub(crate) map: Vec<f64>,
     /// Map to write: a table where the name ends in .csv, a page with drawings where it ends in .html
@@ -62,7 +64,8 @@ pub(crate) struct Reduce {
 /// A number of rad, or of degrees with `deg` behind it.
 fn angle(text: &str) -> Result<f64, String> {
     let text = text.trim();
-    let (number, factor) = text.strip_suffix("deg").map_or((text, 1.0), |degrees| (degrees, std::f64::consts::PI / 180.0));
+    let (number, factor) =
+        text.strip_suffix("deg").map_or((text, 1.0), |degrees| (degrees, std::f64::consts::PI / 180.0));
     match number.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value * factor),
         _ => Err("not a number of rad, or of degrees as in '35 deg'".into()),

@@ -1,6 +1,8 @@
 //! `feeler analyze`.
 
-use feeler_analysis::{AnalysisError, Band, Edge, MarginReport, Report, Request, StableRange, View, analyze, curves};
+use feeler_analysis::{
+    AnalysisError, Band, Edge, MarginReport, Report, Request, StableRange, View, analyze, curves,
+};
 use feeler_engine::Scenario;
 use feeler_lti::LtiError;
 use feeler_scenarios::format::{Document, Draft};
@@ -21,30 +23,45 @@ pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
         terminal::complain(&format!("note: {note}"));
     }
     let request = Request {
-        input: arguments.input.as_deref().map(|name| signals::input(&document.scenario.machine, name)).transpose()?,
-        output: arguments.output.as_deref().map(|name| signals::named(&document.scenario.machine, name)).transpose()?,
+        input: arguments
+            .input
+            .as_deref()
+            .map(|name| signals::input(&document.scenario.machine, name))
+            .transpose()?,
+        output: arguments
+            .output
+            .as_deref()
+            .map(|name| signals::named(&document.scenario.machine, name))
+            .transpose()?,
         gain: arguments.gain.clone(),
         view: View { contact, ..View::default() },
         sensitivities: true,
     };
     let busy = Busy::new("analysing, with every mass, stiffness and damping a little more and less");
-    let report = analyze(&document.scenario, &request).map_err(|error| refused(arguments, &document, error))?;
+    let report =
+        analyze(&document.scenario, &request).map_err(|error| refused(arguments, &document, error))?;
     drop(busy);
     let mut written = String::new();
     if let Some(folder) = &arguments.out {
-        let curves = curves(&document.scenario, &request, &report).map_err(|error| refused(arguments, &document, error))?;
+        let curves = curves(&document.scenario, &request, &report)
+            .map_err(|error| refused(arguments, &document, error))?;
         let page = reports::analyze::page(&document, &arguments.settings, &notes, &report, &curves);
         let json = serde_json::to_string_pretty(&report)? + "\n";
         written = terminal::write_all(folder, &[("analyze.json", json), ("report.html", page)])?;
     }
-    terminal::print(&if arguments.json { serde_json::to_string_pretty(&report)? } else { text(&report) + &written })
+    terminal::print(&if arguments.json {
+        serde_json::to_string_pretty(&report)?
+    } else {
+        text(&report) + &written
+    })
 }
 
 /// Everything but a failed computation is a matter of the request or the file.
 fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> anyhow::Error {
     match error {
         AnalysisError::NoController { .. } => {
-            let known: Vec<String> = document.scenario.controllers.keys().map(|name| format!("`{name}`")).collect();
+            let known: Vec<String> =
+                document.scenario.controllers.keys().map(|name| format!("`{name}`")).collect();
             let remedy = if known.is_empty() {
                 "this file has no controller: leave --gain out".to_owned()
             } else {
@@ -52,9 +69,10 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> an
             };
             BadInput::error(format!("{}: {error}", arguments.file.display()), remedy)
         }
-        AnalysisError::NoGain { .. } => {
-            BadInput::error(format!("{}: {error}", arguments.file.display()), "name one of these with --gain, as in --gain CONTROLLER.GAIN")
-        }
+        AnalysisError::NoGain { .. } => BadInput::error(
+            format!("{}: {error}", arguments.file.display()),
+            "name one of these with --gain, as in --gain CONTROLLER.GAIN",
+        ),
         AnalysisError::Lti(LtiError::AtPole { .. }) => BadInput::error(
             format!("{}: {error}", arguments.file.display()),
             "nothing holds the machine about this operating point: try --clamped, or --preload with a force",
@@ -65,7 +83,8 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> an
                 // To the last digit, which is what keeps them apart.
                 format!("controllers.{name}.period = {} s", used.spec.period_s)
             });
-            let remedy = format!("make one a multiple of the other: {}", periods.collect::<Vec<_>>().join(", "));
+            let remedy =
+                format!("make one a multiple of the other: {}", periods.collect::<Vec<_>>().join(", "));
             BadInput::error(format!("{}: {error}", arguments.file.display()), remedy)
         }
         AnalysisError::LongDelay { .. } => BadInput::error(
@@ -73,16 +92,27 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> an
             "each is a state of the loop: shorten the delay, or lengthen the period; up to 2000 samples are taken where they are those of a controller of one \
              rate, of its drive, or of the only sensor that it reads",
         ),
-        _ => BadInput::error(format!("{}: {error}", arguments.file.display()), "see feeler analyze --help for what can be asked"),
+        _ => BadInput::error(
+            format!("{}: {error}", arguments.file.display()),
+            "see feeler analyze --help for what can be asked",
+        ),
     }
 }
 
 /// The delays of a scenario by their keys, in words.
 fn delays(scenario: &Scenario) -> String {
-    let controllers = scenario.controllers.iter().map(|(name, used)| (format!("controllers.{name}.delay"), used.spec.delay_s));
-    let sensors = scenario.machine.sensors.iter().map(|(name, sensor)| (format!("sensors.{name}.delay"), sensor.delay_s));
+    let controllers = scenario
+        .controllers
+        .iter()
+        .map(|(name, used)| (format!("controllers.{name}.delay"), used.spec.delay_s));
+    let sensors = scenario
+        .machine
+        .sensors
+        .iter()
+        .map(|(name, sensor)| (format!("sensors.{name}.delay"), sensor.delay_s));
     let there = controllers.chain(sensors).filter(|(_, delay_s)| *delay_s > 0.0);
-    let listed: Vec<String> = there.map(|(key, delay_s)| format!("{key} = {}", with_unit(delay_s, "s"))).collect();
+    let listed: Vec<String> =
+        there.map(|(key, delay_s)| format!("{key} = {}", with_unit(delay_s, "s"))).collect();
     if listed.is_empty() { String::new() } else { format!("; {}", listed.join(", ")) }
 }
 
@@ -90,19 +120,48 @@ fn text(report: &Report) -> String {
     let mut parts = vec![reports::analyze::subject(report), roots(report)];
     if !report.modes.is_empty() {
         let rows = report.modes.iter().map(|mode| {
-            let class = if mode.rigid_body { "rigid body" } else { reports::analyze::class_name(mode.class) }.to_owned();
+            let class = if mode.rigid_body { "rigid body" } else { reports::analyze::class_name(mode.class) }
+                .to_owned();
             let cost = mode.margin_cost_deg.map_or_else(|| "-".to_owned(), plain);
             let damping_ratio = plain(reports::analyze::damping_ratio(mode));
-            vec![plain(mode.frequency_hz), damping_ratio, class, plain(mode.phase_change_deg), plain(mode.phase_dip_deg), cost]
+            vec![
+                plain(mode.frequency_hz),
+                damping_ratio,
+                class,
+                plain(mode.phase_change_deg),
+                plain(mode.phase_dip_deg),
+                cost,
+            ]
         });
-        let header = ["mode (Hz)", "damping ratio", "class", "phase change (deg)", "dip (deg)", "taken at crossover (deg)"];
+        let header = [
+            "mode (Hz)",
+            "damping ratio",
+            "class",
+            "phase change (deg)",
+            "dip (deg)",
+            "taken at crossover (deg)",
+        ];
         parts.push(table(&header, &[0, 1, 3, 4, 5], rows));
     }
     if let Some(gain) = &report.gain {
-        let rows =
-            gain.continuous.iter().flat_map(|range| bands(report, "continuous", range)).chain(bands(report, "sampled", &gain.sampled));
-        let header = ["loop", "from", "swings there (Hz)", "like the mode (Hz)", "to", "swings there (Hz)", "like the mode (Hz)"];
-        let of = report.of_loop.as_ref().map_or_else(String::new, |of| format!(" (loop from {} to {})", of.input, of.output));
+        let rows = gain.continuous.iter().flat_map(|range| bands(report, "continuous", range)).chain(bands(
+            report,
+            "sampled",
+            &gain.sampled,
+        ));
+        let header = [
+            "loop",
+            "from",
+            "swings there (Hz)",
+            "like the mode (Hz)",
+            "to",
+            "swings there (Hz)",
+            "like the mode (Hz)",
+        ];
+        let of = report
+            .of_loop
+            .as_ref()
+            .map_or_else(String::new, |of| format!(" (loop from {} to {})", of.input, of.output));
         parts.push(format!("stable {}{of}\n{}", gain.key, table(&header, &[1, 2, 3, 4, 5, 6], rows)));
     }
     if let Some(margins) = &report.margins {
@@ -116,12 +175,19 @@ fn text(report: &Report) -> String {
         let rows = report.sensitivities.iter().map(|s| {
             let trade = if report.ranked_by.is_some_and(|by| s.is_trade(by)) { "trade-off" } else { "" };
             let number = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
-            let numbers = [s.value, s.bandwidth_relative, s.largest_gain_relative, s.bandwidth_hz_per_unit].map(number);
+            let numbers =
+                [s.value, s.bandwidth_relative, s.largest_gain_relative, s.bandwidth_hz_per_unit].map(number);
             [s.key.clone()].into_iter().chain(numbers).chain([trade.to_owned()]).collect()
         });
         let achieved = reports::analyze::achieved_name(report);
-        let header =
-            ["1 % more of", "value (SI)", &format!("{achieved} (%)"), "largest gain (%)", &format!("{achieved} (Hz per unit)"), ""];
+        let header = [
+            "1 % more of",
+            "value (SI)",
+            &format!("{achieved} (%)"),
+            "largest gain (%)",
+            &format!("{achieved} (Hz per unit)"),
+            "",
+        ];
         parts.push(table(&header, &[1, 2, 3, 4], rows));
     }
     if !report.limit_cycles.is_empty() {
@@ -145,11 +211,18 @@ fn roots(report: &Report) -> String {
     let all = || report.poles.iter().chain(&report.zeros).flatten();
     let rounding = ROUNDING * all().fold(0.0_f64, |largest, v| largest.max(v.abs()));
     let plain = |value: f64| plain(if value.abs() < rounding { 0.0 } else { value });
-    let root = |[re, im]: &[f64; 2]| format!("{} {} {}i", plain(*re), if *im < 0.0 { '-' } else { '+' }, plain(im.abs()));
+    let root = |[re, im]: &[f64; 2]| {
+        format!("{} {} {}i", plain(*re), if *im < 0.0 { '-' } else { '+' }, plain(im.abs()))
+    };
     let at = |roots: &[[f64; 2]], i: usize| roots.get(i).map_or_else(String::new, root);
-    let rows = (0..report.poles.len().max(report.zeros.len())).map(|i| vec![at(&report.poles, i), at(&report.zeros, i)]);
+    let rows = (0..report.poles.len().max(report.zeros.len()))
+        .map(|i| vec![at(&report.poles, i), at(&report.zeros, i)]);
     let gain = report.zero_pole_gain.map_or_else(String::new, |gain| {
-        let late = if report.delay_s > 0.0 { format!(", {} later", with_unit(report.delay_s, "s")) } else { String::new() };
+        let late = if report.delay_s > 0.0 {
+            format!(", {} later", with_unit(report.delay_s, "s"))
+        } else {
+            String::new()
+        };
         format!("\n{} times the product of (s - zero) over that of (s - pole){late}", plain(gain))
     });
     table(&["poles (1/s)", "zeros (1/s)"], &[], rows) + &gain
@@ -163,11 +236,16 @@ fn bands(report: &Report, name: &str, range: &StableRange) -> Vec<Vec<String>> {
         return vec![[name.to_owned()].into_iter().chain(nothing).collect()];
     }
     let end = |edge: &Option<Edge>| {
-        let mode_hz = edge.as_ref().and_then(|edge| edge.mode).and_then(|i| report.modes.get(i)).map(|mode| mode.frequency_hz);
+        let mode_hz = edge
+            .as_ref()
+            .and_then(|edge| edge.mode)
+            .and_then(|i| report.modes.get(i))
+            .map(|mode| mode.frequency_hz);
         let gain = edge.as_ref().map_or_else(|| "unbounded".to_owned(), |edge| plain(edge.gain));
         [gain, number(edge.as_ref().map(|edge| edge.frequency_hz)), number(mode_hz)]
     };
-    let row = |band: &Band| [name.to_owned()].into_iter().chain(end(&band.lower)).chain(end(&band.upper)).collect();
+    let row =
+        |band: &Band| [name.to_owned()].into_iter().chain(end(&band.lower)).chain(end(&band.upper)).collect();
     range.intervals.iter().map(row).collect()
 }
 
@@ -175,13 +253,17 @@ fn bands(report: &Report, name: &str, range: &StableRange) -> Vec<Vec<String>> {
 fn margin_tables(margins: &MarginReport) -> Vec<String> {
     let entry = |name: &str, value: Option<f64>, unit: &str, at_hz: Option<f64>| {
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), plain);
-        let at = at_hz.map_or_else(String::new, |f| if f > 0.0 { plain(f) } else { "at rest: no resonance peak".to_owned() });
+        let at = at_hz.map_or_else(String::new, |f| {
+            if f > 0.0 { plain(f) } else { "at rest: no resonance peak".to_owned() }
+        });
         vec![name.to_owned(), number(value), unit.to_owned(), at]
     };
     let mut tables = Vec::new();
     if margins.unstable_poles > 0 {
         let never = || " No part of its gain makes it stable.".to_owned();
-        let lower = margins.gain_decrease.map_or_else(never, |f| format!(" Its whole gain must fall to {} times itself.", plain(f)));
+        let lower = margins
+            .gain_decrease
+            .map_or_else(never, |f| format!(" Its whole gain must fall to {} times itself.", plain(f)));
         tables.push(format!("The sampled loop is unstable as it is, so that it has no margins.{lower}"));
     } else {
         let rows = [
@@ -190,7 +272,12 @@ fn margin_tables(margins: &MarginReport) -> Vec<String> {
             entry("phase margin", margins.phase_deg, "deg", margins.crossover_hz),
             entry("delay margin", margins.delay_s, "s", None),
             entry("disk margin", Some(margins.disk), "", None),
-            entry("largest sensitivity |S|", Some(margins.sensitivity_peak), "", Some(margins.sensitivity_peak_hz)),
+            entry(
+                "largest sensitivity |S|",
+                Some(margins.sensitivity_peak),
+                "",
+                Some(margins.sensitivity_peak_hz),
+            ),
             entry(
                 "largest complementary |T|",
                 Some(margins.complementary_sensitivity_peak),

@@ -4,7 +4,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use feeler_diagnosis::blind::{Answered, AnsweredEffect, CASES, Case, HELD_BACK, Measure, SEALED, Score, make, score, unseal};
+use feeler_diagnosis::blind::{
+    Answered, AnsweredEffect, CASES, Case, HELD_BACK, Measure, SEALED, Score, make, score, unseal,
+};
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::report::Diagnosis;
 use feeler_diagnosis::{DiagnosisError, closing, diagnose};
@@ -48,9 +50,12 @@ fn cases(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let made = folder.join(CASES);
     let inside = if made.is_dir() { made.as_path() } else { folder };
     let remedy = "name a folder that `feeler blind make` has filled, or one of dataset folders";
-    let entries = fs::read_dir(inside).map_err(|error| BadInput::error(format!("cannot read {}: {error}", inside.display()), remedy))?;
-    let mut found: Vec<PathBuf> =
-        entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.join("dataset.toml").is_file()).collect();
+    let entries = fs::read_dir(inside)
+        .map_err(|error| BadInput::error(format!("cannot read {}: {error}", inside.display()), remedy))?;
+    let mut found: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.join("dataset.toml").is_file())
+        .collect();
     found.sort();
     if found.is_empty() {
         return Err(BadInput::error(format!("no dataset folders in {}", inside.display()), remedy));
@@ -61,10 +66,12 @@ fn cases(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
 fn run_cases(arguments: &BlindRun) -> anyhow::Result<()> {
     let folder = &arguments.folder;
     let answers = arguments.answers.clone().unwrap_or_else(|| folder.join(ANSWERS));
-    let name = |case: &Path| case.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let name =
+        |case: &Path| case.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let all = cases(folder)?;
     let total = all.len();
-    let left: Vec<PathBuf> = all.into_iter().filter(|case| !answers.join(name(case)).join(ANSWER).is_file()).collect();
+    let left: Vec<PathBuf> =
+        all.into_iter().filter(|case| !answers.join(name(case)).join(ANSWER).is_file()).collect();
     let rate = Rate::new("blind");
     let found = (total - left.len()) as u64;
     for (i, case) in left.iter().enumerate() {
@@ -88,7 +95,11 @@ fn run_cases(arguments: &BlindRun) -> anyhow::Result<()> {
     }
     rate.done();
     let answers = answers.display();
-    terminal::print(&format!("{} answered in {answers}\nnext: feeler blind score {}", count(total, "case", "cases"), folder.display()))
+    terminal::print(&format!(
+        "{} answered in {answers}\nnext: feeler blind score {}",
+        count(total, "case", "cases"),
+        folder.display()
+    ))
 }
 
 /// Diagnoses one case, then sees how far the gap closes on experiments that were held back.
@@ -99,24 +110,37 @@ fn answer(arguments: &BlindRun, case: &Path, name: &str) -> Result<(Answered, Di
         Some(Dataset::load(&held_back)?)
     } else if arguments.hold_back {
         let last = dataset.records.iter().rposition(|record| record.is_check);
-        last.map(|last| dataset.records.remove(last)).map(|record| Dataset { records: vec![record], ..dataset.clone() })
+        last.map(|last| dataset.records.remove(last))
+            .map(|record| Dataset { records: vec![record], ..dataset.clone() })
     } else {
         None
     };
     let begun = Instant::now();
     let diagnosis = diagnose(&dataset, &|_| {})?;
     let wall_s = begun.elapsed().as_secs_f64();
-    let closed_held_back = held.and_then(|held| closing(&held, &diagnosis.calibrated, &diagnosis.machine, &diagnosis.noise));
+    let closed_held_back =
+        held.and_then(|held| closing(&held, &diagnosis.calibrated, &diagnosis.machine, &diagnosis.noise));
     let effects = diagnosis.effects.iter().map(|effect| AnsweredEffect {
         kind: effect.kind.to_owned(),
         accepted: effect.accepted,
         probability: effect.probability,
-        parameters: effect.parameters.iter().map(|(name, estimate)| ((*name).to_owned(), estimate.value)).collect(),
-        intervals: effect.parameters.iter().map(|(name, estimate)| ((*name).to_owned(), estimate.ci90)).collect(),
+        parameters: effect
+            .parameters
+            .iter()
+            .map(|(name, estimate)| ((*name).to_owned(), estimate.value))
+            .collect(),
+        intervals: effect
+            .parameters
+            .iter()
+            .map(|(name, estimate)| ((*name).to_owned(), estimate.ci90))
+            .collect(),
     });
     let answered = Answered {
         case: name.to_owned(),
-        verdict: serde_json::to_value(diagnosis.verdict).ok().and_then(|value| Some(value.as_str()?.to_owned())).unwrap_or_default(),
+        verdict: serde_json::to_value(diagnosis.verdict)
+            .ok()
+            .and_then(|value| Some(value.as_str()?.to_owned()))
+            .unwrap_or_default(),
         places: diagnosis.places.iter().map(|place| place.place.to_owned()).collect(),
         effects: effects.collect(),
         look_alikes: diagnosis.look_alikes.iter().map(|pair| pair.map(str::to_owned)).collect(),
@@ -143,31 +167,41 @@ fn score_cases(arguments: &BlindScore) -> anyhow::Result<()> {
         None => read(&text),
     }
     .map_err(|error| {
-        BadInput::error(format!("{} is no truth: {error}", sealed.display()), "make the cases again with `feeler blind make`")
+        BadInput::error(
+            format!("{} is no truth: {error}", sealed.display()),
+            "make the cases again with `feeler blind make`",
+        )
     })?;
     let mut answers = Vec::new();
     for case in &truth {
         let file = given.join(&case.case).join(ANSWER);
         let Ok(text) = fs::read_to_string(&file) else { continue };
         let answered: Answered = serde_json::from_str(&text).map_err(|error| {
-            BadInput::error(format!("{}: {error}", file.display()), "remove this file and start `feeler blind run` again")
+            BadInput::error(
+                format!("{}: {error}", file.display()),
+                "remove this file and start `feeler blind run` again",
+            )
         })?;
         answers.push(answered);
     }
     if answers.is_empty() {
-        return Err(BadInput::error("no case has been answered", format!("first: feeler blind run {}", folder.display())));
+        return Err(BadInput::error(
+            "no case has been answered",
+            format!("first: feeler blind run {}", folder.display()),
+        ));
     }
     let scored = score(&truth, &answers);
     let json = serde_json::to_string_pretty(&scored)? + "\n";
-    let written = terminal::write_all(&given, &[("score.json", json.clone()), ("score.html", reports::blind::page(&scored))])?;
+    let written = terminal::write_all(
+        &given,
+        &[("score.json", json.clone()), ("score.html", reports::blind::page(&scored))],
+    )?;
     if arguments.json {
         return terminal::print(&json);
     }
-    let missed = scored
-        .cases
-        .iter()
-        .filter(|case| !case.right)
-        .map(|case| vec![case.case.clone(), case.hidden.join(" + "), case.answered.join(" + "), case.verdict.clone()]);
+    let missed = scored.cases.iter().filter(|case| !case.right).map(|case| {
+        vec![case.case.clone(), case.hidden.join(" + "), case.answered.join(" + "), case.verdict.clone()]
+    });
     let misses = table(&["missed", "hidden", "answered", "verdict"], &[], missed);
     let measures = table(&["measure", "value", "cases", "to reach", ""], &[1, 2], measure_rows(&scored));
     terminal::print(&format!("{measures}\n\n{misses}{written}"))
@@ -190,7 +224,13 @@ pub(crate) fn measure_rows(score: &Score) -> Vec<Vec<String>> {
         }
     };
     let row = |measure: &Measure| {
-        vec![measure.what.to_owned(), value(measure), measure.cases.to_string(), measure.wanted.to_owned(), mark(measure).to_owned()]
+        vec![
+            measure.what.to_owned(),
+            value(measure),
+            measure.cases.to_string(),
+            measure.wanted.to_owned(),
+            mark(measure).to_owned(),
+        ]
     };
     score.measures.iter().map(row).collect()
 }

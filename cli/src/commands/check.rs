@@ -49,13 +49,24 @@ pub(crate) fn run(arguments: &Check) -> anyhow::Result<()> {
         match result {
             Ok(sound) => {
                 terminal::print(&format!("ok  {}: {}", path.display(), sound.about))?;
-                in_words(&sound.warnings).iter().try_for_each(|warning| terminal::print(&format!("    warning: {warning}")))?;
+                in_words(&sound.warnings)
+                    .iter()
+                    .try_for_each(|warning| terminal::print(&format!("    warning: {warning}")))?;
             }
             Err(Mistakes::Format(error)) => terminal::complain(&error.report(terminal::has_colours())),
-            Err(Mistakes::Engine(error)) => terminal::complain(&format!("error: {}: this cannot be run\n{error}", path.display())),
+            Err(Mistakes::Engine(error)) => {
+                terminal::complain(&format!("error: {}: this cannot be run\n{error}", path.display()))
+            }
             Err(Mistakes::Series(error)) => {
-                let help = if let DiagnosisError::Unreadable { remedy, .. } = &error { format!(" ({remedy})") } else { String::new() };
-                terminal::complain(&format!("error: {}: these records cannot be used as they are\n{error}{help}", path.display()));
+                let help = if let DiagnosisError::Unreadable { remedy, .. } = &error {
+                    format!(" ({remedy})")
+                } else {
+                    String::new()
+                };
+                terminal::complain(&format!(
+                    "error: {}: these records cannot be used as they are\n{error}{help}",
+                    path.display()
+                ));
             }
         }
     }
@@ -72,13 +83,16 @@ fn check(path: &Path) -> Result<Sound, Mistakes> {
         let dataset = DatasetFile::load(file).map_err(Mistakes::Format)?;
         let warnings = check_series(file)?;
         let experiments = count(dataset.experiments.len(), "experiment", "experiments");
-        let about = format!("dataset of {experiments}, {}", count(dataset.columns.len(), "column", "columns"));
+        let about =
+            format!("dataset of {experiments}, {}", count(dataset.columns.len(), "column", "columns"));
         return Ok(Sound { about, warnings });
     }
     let text = read_text(path).map_err(Mistakes::Format)?;
     if has_line(&text, "urdf") {
         let arm = ArmFile::load(path).map_err(Mistakes::Format)?;
-        return Ok(format!("arm `{}` with {}", arm.name, count(arm.arm.drives().len(), "joint", "joints")).into());
+        return Ok(
+            format!("arm `{}` with {}", arm.name, count(arm.arm.drives().len(), "joint", "joints")).into()
+        );
     }
     if has_line(&text, "[axes") {
         let sweep = SweepFile::load(path).map_err(Mistakes::Format)?;
@@ -109,7 +123,8 @@ fn check(path: &Path) -> Result<Sound, Mistakes> {
     Ok(format!("scenario `{}` with {}", machine.name, parts.join(", ")).into())
 }
 
-/// The series of a dataset: what no assumption can repair is a mistake, what a diagnosis would assume a warning.
+/// The series of a dataset: what no assumption can repair is a mistake, what a diagnosis would assume a
+/// warning.
 fn check_series(file: &Path) -> Result<Vec<Fault>, Mistakes> {
     let dataset = Dataset::load(file).map_err(|error| match error {
         DiagnosisError::Format(error) => Mistakes::Format(error),
@@ -130,13 +145,19 @@ fn as_json(path: &Path, result: &Result<Sound, Mistakes>) -> Value {
             let warnings: Vec<Value> = warnings.iter().map(problem).collect();
             json!({ "file": file, "ok": true, "about": about, "problems": [], "warnings": warnings })
         }
-        Err(Mistakes::Format(error)) => json!({ "file": file, "ok": false, "problems": error.to_json()["problems"] }),
+        Err(Mistakes::Format(error)) => {
+            json!({ "file": file, "ok": false, "problems": error.to_json()["problems"] })
+        }
         Err(Mistakes::Series(DiagnosisError::Data { faults })) => {
             let problems: Vec<Value> = faults.iter().map(problem).collect();
             json!({ "file": file, "ok": false, "problems": problems })
         }
-        Err(Mistakes::Series(error)) => json!({ "file": file, "ok": false, "problems": [{ "message": error.to_string() }] }),
-        Err(Mistakes::Engine(error)) => json!({ "file": file, "ok": false, "problems": [{ "message": error.to_string() }] }),
+        Err(Mistakes::Series(error)) => {
+            json!({ "file": file, "ok": false, "problems": [{ "message": error.to_string() }] })
+        }
+        Err(Mistakes::Engine(error)) => {
+            json!({ "file": file, "ok": false, "problems": [{ "message": error.to_string() }] })
+        }
     }
 }
 

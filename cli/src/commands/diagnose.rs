@@ -40,7 +40,11 @@ pub(crate) fn run(arguments: &Diagnose) -> anyhow::Result<()> {
     let answer = answer?;
     let json = serde_json::to_string_pretty(&answer.diagnosis)? + "\n";
     let machine = machine_file(&answer);
-    let mut files = vec![("diagnosis.json", json.clone()), ("report.html", diagnosis::page(&answer)), ("machine.toml", machine.text)];
+    let mut files = vec![
+        ("diagnosis.json", json.clone()),
+        ("report.html", diagnosis::page(&answer)),
+        ("machine.toml", machine.text),
+    ];
     files.extend(machine.commands.iter().map(|(name, text)| (name.as_str(), text.clone())));
     if let Some(next) = &answer.diagnosis.next_experiment {
         files.push(("next-experiment.csv", excitation(next)));
@@ -63,9 +67,15 @@ pub(crate) fn answer(dataset: Dataset, progress: &dyn Fn(&str)) -> Result<Answer
     let checks: Vec<usize> = (0..dataset.records.len()).filter(|&r| dataset.records[r].is_check).collect();
     let replays = checks
         .into_par_iter()
-        .map(|r| Ok([replay_record(&dataset.machine, &dataset, r)?, replay_record(&diagnosis.machine, &dataset, r)?]))
+        .map(|r| {
+            Ok([
+                replay_record(&dataset.machine, &dataset, r)?,
+                replay_record(&diagnosis.machine, &dataset, r)?,
+            ])
+        })
         .collect::<Result<_, DiagnosisError>>()?;
-    let difference = Difference::between(&dataset.machine, &diagnosis.machine).with_ends(&dataset.machine, &dataset.tolerance);
+    let difference = Difference::between(&dataset.machine, &diagnosis.machine)
+        .with_ends(&dataset.machine, &dataset.tolerance);
     Ok(Answer { dataset, diagnosis, difference, replays })
 }
 
@@ -80,11 +90,20 @@ fn summary(answer: &Answer) -> String {
         gaps.push(row("with what was found", gap.after));
     }
     gaps.push(row("noise floor", gap.floor));
-    let _ = write!(said, "\n{}\n{}\n", table(&[], &[1], gaps), words::closed(diagnosis, diagnosis::checks(answer)));
+    let _ = write!(
+        said,
+        "\n{}\n{}\n",
+        table(&[], &[1], gaps),
+        words::closed(diagnosis, diagnosis::checks(answer))
+    );
     if !diagnosis.places.is_empty() {
         let rows = diagnosis.places.iter().map(|place| {
             let band = words::band(place.band_hz);
-            vec![place.place.to_owned(), format!("{} %", percent(place.probability)), format!("{}, {band}, {}", place.channel, place.phase)]
+            vec![
+                place.place.to_owned(),
+                format!("{} %", percent(place.probability)),
+                format!("{}, {band}, {}", place.channel, place.phase),
+            ]
         });
         let _ = write!(said, "\n{}\n", table(&["where", "probability", "shows most in"], &[1], rows));
     }
@@ -93,9 +112,19 @@ fn summary(answer: &Answer) -> String {
         let rows = diagnosis.effects.iter().take(shown).map(|effect| {
             let status = if effect.accepted { "found" } else { "rival" };
             let (kind, on) = (effect.kind.to_owned(), effect.on.clone());
-            vec![status.into(), kind, on, format!("{} %", percent(effect.probability)), words::parameters(effect)]
+            vec![
+                status.into(),
+                kind,
+                on,
+                format!("{} %", percent(effect.probability)),
+                words::parameters(effect),
+            ]
         });
-        let _ = write!(said, "\n{}\n", table(&["", "cause", "on", "probability", "parameters (90 %)"], &[3], rows));
+        let _ = write!(
+            said,
+            "\n{}\n",
+            table(&["", "cause", "on", "probability", "parameters (90 %)"], &[3], rows)
+        );
     }
     for sentence in words::advice(diagnosis) {
         let _ = write!(said, "\n{sentence}");
@@ -126,10 +155,16 @@ fn machine_file(answer: &Answer) -> MachineFile {
     let (dataset, machine) = (&answer.dataset, &answer.diagnosis.machine);
     let mut file = MachineFile { text: machine_to_toml(machine), commands: Vec::new() };
     let own = machine.contacts.values().next().map(|contact| contact.engagement);
-    let is_own = |record: &&Record| record.is_check && record.engagement.is_none_or(|engagement| Some(engagement) == own);
+    let is_own = |record: &&Record| {
+        record.is_check && record.engagement.is_none_or(|engagement| Some(engagement) == own)
+    };
     let shown = dataset.records.iter().find(is_own).or(dataset.records.iter().find(|record| record.is_check));
     let Some(record) = shown.or(dataset.records.first()) else { return file };
-    let _ = write!(file.text, "\n# The commands of {}; replace these tables by a controller of your own.\n", record.name);
+    let _ = write!(
+        file.text,
+        "\n# The commands of {}; replace these tables by a controller of your own.\n",
+        record.name
+    );
     for ((drive, column), command) in dataset.drives.iter().zip(&record.commands) {
         let Some((drive, _)) = machine.actuators.get_index(*drive) else { continue };
         let (name, period) = (format!("{column}.csv"), record.spacing_s);

@@ -12,7 +12,9 @@ pub(crate) fn run(arguments: &Effects) -> anyhow::Result<()> {
     let chosen = arguments.kind.as_deref().and_then(find);
     let text = match (chosen, arguments.json) {
         (Some(effect), true) => serde_json::to_string_pretty(&as_json(effect))?,
-        (None, true) => serde_json::to_string_pretty(&LIBRARY.iter().map(|effect| as_json(effect)).collect::<Vec<_>>())?,
+        (None, true) => {
+            serde_json::to_string_pretty(&LIBRARY.iter().map(|effect| as_json(effect)).collect::<Vec<_>>())?
+        }
         (Some(effect), false) => explain(effect),
         (None, false) => list(),
     };
@@ -22,7 +24,12 @@ pub(crate) fn run(arguments: &Effects) -> anyhow::Result<()> {
 fn list() -> String {
     let row = |effect: &&Definition| {
         let parameters: Vec<&str> = effect.parameters.iter().map(|parameter| parameter.name).collect();
-        vec![effect.kind.to_owned(), effect.place.name().to_owned(), parameters.join(", "), effect.summary.to_owned()]
+        vec![
+            effect.kind.to_owned(),
+            effect.place.name().to_owned(),
+            parameters.join(", "),
+            effect.summary.to_owned(),
+        ]
     };
     let table = table(&["effect", "place", "parameters", "what it is"], &[], LIBRARY.iter().map(row));
     format!("{table}\n\n{} effects. `feeler effects KIND` explains one.", LIBRARY.len())

@@ -31,7 +31,8 @@ pub(crate) fn run(arguments: &FitLandmarks) -> anyhow::Result<()> {
     let found = search.fit();
     let machine = found.chain.machine(Engagement::Free);
     if let Some(path) = &arguments.out {
-        std::fs::write(path, NOT_THE_ROBOT.to_owned() + &machine_to_toml(&machine)).map_err(|error| BadInput::unwritable(path, &error))?;
+        std::fs::write(path, NOT_THE_ROBOT.to_owned() + &machine_to_toml(&machine))
+            .map_err(|error| BadInput::unwritable(path, &error))?;
     }
     if arguments.json {
         return terminal::print(&serde_json::to_string_pretty(&search)?);
@@ -43,12 +44,20 @@ pub(crate) fn run(arguments: &FitLandmarks) -> anyhow::Result<()> {
     let missed = if missed.is_empty() {
         String::new()
     } else {
-        format!("\n\nMissed by more than {} Hz: {}. More --starts or --iterations may find them.", plain(LANDMARK_HZ), missed.join("; "))
+        format!(
+            "\n\nMissed by more than {} Hz: {}. More --starts or --iterations may find them.",
+            plain(LANDMARK_HZ),
+            missed.join("; ")
+        )
     };
     let landmarks = found.landmarks.against_paper().into_iter().zip(measured);
-    let landmarks = landmarks.map(|((name, computed, paper), (_, measured, _))| vec![name, plain(paper), plain(computed), plain(measured)]);
-    let landmarks = table(&["landmark (Hz)", "paper", "linear theory", "simulated white noise"], &[1, 2, 3], landmarks);
-    let written = arguments.out.as_ref().map_or_else(String::new, |path| format!("\n\nwrote\n  {}", path.display()));
+    let landmarks = landmarks.map(|((name, computed, paper), (_, measured, _))| {
+        vec![name, plain(paper), plain(computed), plain(measured)]
+    });
+    let landmarks =
+        table(&["landmark (Hz)", "paper", "linear theory", "simulated white noise"], &[1, 2, 3], landmarks);
+    let written =
+        arguments.out.as_ref().map_or_else(String::new, |path| format!("\n\nwrote\n  {}", path.display()));
     terminal::print(&format!(
         "A chain of masses with the paper's measured landmarks. These are not the robot's parameters, which were never published.\n\n\
          {}\n\n{landmarks}{missed}\n\n{}\n\n{FREE}{written}",
@@ -86,8 +95,11 @@ fn attempts(search: &Search, file: Option<&Path>) -> String {
         let shown = if i == search.taken { "shown below" } else { "" }.to_owned();
         vec![name, fit.iterations.to_string(), plain(fit.rms), plain(farthest(fit)), verdict, shown]
     };
-    let rows =
-        table(&["start", "steps", "residual", "farthest (Hz)", "landmarks", ""], &[1, 2, 3], search.fits.iter().enumerate().map(row));
+    let rows = table(
+        &["start", "steps", "residual", "farthest (Hz)", "landmarks", ""],
+        &[1, 2, 3],
+        search.fits.iter().enumerate().map(row),
+    );
     let what = if file.is_some() {
         String::new()
     } else {
@@ -96,21 +108,31 @@ fn attempts(search: &Search, file: Option<&Path>) -> String {
             .to_owned()
     };
     let starts = count(search.fits.len(), "start reaches", "starts reach");
-    format!("{what}{} of {starts} every landmark, within {} Hz.\n\n{rows}", search.reached(), plain(LANDMARK_HZ))
+    format!(
+        "{what}{} of {starts} every landmark, within {} Hz.\n\n{rows}",
+        search.reached(),
+        plain(LANDMARK_HZ)
+    )
 }
 
 /// The chain, what the landmarks leave free of it, and how far apart the fits are.
 fn parameters(search: &Search) -> String {
     let found = search.fit();
-    let rows =
-        found.undetermined.iter().zip(found.chain.parameters()).zip(&search.ranges).map(|(((name, share), (value, unit)), range)| {
+    let rows = found.undetermined.iter().zip(found.chain.parameters()).zip(&search.ranges).map(
+        |(((name, share), (value, unit)), range)| {
             let ends = range.map_or_else(|| ["-".to_owned(), "-".to_owned()], |range| range.map(plain));
             [name.clone(), plain(value), unit.to_owned(), percent(*share)].into_iter().chain(ends).collect()
-        });
-    let header = ["parameter", "value", "unit", "share in free directions (%)", "least of all starts", "most"];
+        },
+    );
+    let header =
+        ["parameter", "value", "unit", "share in free directions (%)", "least of all starts", "most"];
     let several = search.reached() > 1;
-    let note =
-        if several { "\nLeast and most: of the fits that reach every landmark, brought to the base mass of the one shown." } else { "" };
+    let note = if several {
+        "\nLeast and most: of the fits that reach every landmark, brought to the base mass of the one shown."
+    } else {
+        ""
+    };
     let width = if several { 6 } else { 4 };
-    table(&header[..width], &[1, 3, 4, 5][..width - 2], rows.map(|row: Vec<String>| row[..width].to_vec())) + note
+    table(&header[..width], &[1, 3, 4, 5][..width - 2], rows.map(|row: Vec<String>| row[..width].to_vec()))
+        + note
 }

@@ -26,9 +26,10 @@ pub(crate) fn run(arguments: &New) -> anyhow::Result<()> {
 fn write_new(path: &Path, text: &str) -> anyhow::Result<()> {
     let write = || OpenOptions::new().write(true).create_new(true).open(path)?.write_all(text.as_bytes());
     write().map_err(|error| match error.kind() {
-        ErrorKind::AlreadyExists => {
-            BadInput::error(format!("{} exists already, and may hold work", path.display()), "name another file with --out, or delete it")
-        }
+        ErrorKind::AlreadyExists => BadInput::error(
+            format!("{} exists already, and may hold work", path.display()),
+            "name another file with --out, or delete it",
+        ),
         _ => BadInput::unwritable(path, &error),
     })
 }

@@ -10,10 +10,16 @@ use crate::numbers::with_unit;
 use crate::units::Units;
 
 /// How the contacts are taken, and what there is to say about it.
-pub(super) fn contact_view(arguments: &Analyze, scenario: &Scenario) -> anyhow::Result<(ContactView, Option<String>)> {
+pub(super) fn contact_view(
+    arguments: &Analyze,
+    scenario: &Scenario,
+) -> anyhow::Result<(ContactView, Option<String>)> {
     if let Some(preload_n) = arguments.preload {
         if !(preload_n.is_finite() && preload_n > 0.0) {
-            return Err(BadInput::error(format!("--preload {preload_n} presses nothing"), "give a force above zero, in N"));
+            return Err(BadInput::error(
+                format!("--preload {preload_n} presses nothing"),
+                "give a force above zero, in N",
+            ));
         }
         return Ok((ContactView::Pressed { preload_n }, None));
     }
@@ -24,7 +30,10 @@ pub(super) fn contact_view(arguments: &Analyze, scenario: &Scenario) -> anyhow::
     let Some(dependence) = force_dependence(scenario, arguments.clamped) else { return Ok((plain, None)) };
     if let Some(preload_n) = wanted_force_n(scenario) {
         let force = with_unit(preload_n, Units::of(&scenario.machine).force);
-        let note = format!("{}; linearised at the last reference, {force} (--preload chooses another)", words(dependence));
+        let note = format!(
+            "{}; linearised at the last reference, {force} (--preload chooses another)",
+            words(dependence)
+        );
         return Ok((ContactView::Pressed { preload_n }, Some(note)));
     }
     match dependence {
@@ -36,7 +45,10 @@ pub(super) fn contact_view(arguments: &Analyze, scenario: &Scenario) -> anyhow::
             "name the force at which to look at it, as in --preload 30, or look at the machine without contact with --free",
         )),
         Dependence::Contact => {
-            let note = format!("{}; linearised without force, since no reference is one (--preload chooses one)", words(dependence));
+            let note = format!(
+                "{}; linearised without force, since no reference is one (--preload chooses one)",
+                words(dependence)
+            );
             Ok((plain, Some(note)))
         }
         // Springs are at rest where nothing presses.

@@ -6,8 +6,8 @@ use std::sync::{Mutex, PoisonError};
 
 use feeler_arm::{Agreement, ArmError, Landmark, Measured, Others, inverse_kinematics, usual_starts};
 use feeler_scenarios::arm::{
-    ArmFileError, AxisFile, Grid, MapPoint, MapValues, NoAxis, ToolContact, axis_file, bandwidth_map, distrust, gain_in_words, tool_target,
-    without_axis,
+    ArmFileError, AxisFile, Grid, MapPoint, MapValues, NoAxis, ToolContact, axis_file, bandwidth_map,
+    distrust, gain_in_words, tool_target, without_axis,
 };
 use feeler_scenarios::format::ArmFile;
 use serde_json::{Value, json};
@@ -23,7 +23,8 @@ use crate::terminal;
 /// Most places of a map: some minutes of work.
 const MOST_PLACES: usize = 10_000;
 
-/// Stiffest contact and the one with most damping, N/m and N s/m: beyond, rounding leaves nothing of the arm's own slow modes.
+/// Stiffest contact and the one with most damping, N/m and N s/m: beyond, rounding leaves nothing of the
+/// arm's own slow modes.
 const STIFFEST: f64 = 1e11;
 const MOST_DAMPED: f64 = 1e7;
 
@@ -39,7 +40,9 @@ pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
     let measured = (arguments.measure)
         .then(|| {
             let touch = [contact.stiffness_n_per_m, contact.damping_n_s_per_m];
-            file.arm.measure_in_contact(&axis.reduction, &pose, normal, others, touch).map_err(|error| refused(error.into()))
+            file.arm
+                .measure_in_contact(&axis.reduction, &pose, normal, others, touch)
+                .map_err(|error| refused(error.into()))
         })
         .transpose()?;
     let map = if arguments.map.is_empty() {
@@ -48,7 +51,8 @@ pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
         let z_m = at.map_or_else(|| file.arm.chain().tool_place(&pose).translation.z, |[_, _, z]| z);
         let progress = Mutex::new(Progress::new(format!("{}: force bandwidth", file.name)));
         let at = |share: f64| progress.lock().unwrap_or_else(PoisonError::into_inner).at(share);
-        let map = bandwidth_map(&file, &grid(&arguments.map, z_m)?, normal, others, contact, &pose, &at).map_err(refused);
+        let map = bandwidth_map(&file, &grid(&arguments.map, z_m)?, normal, others, contact, &pose, &at)
+            .map_err(refused);
         progress.into_inner().unwrap_or_else(PoisonError::into_inner).done();
         Some(map?)
     };
@@ -145,10 +149,14 @@ fn axis_bandwidth_is_off(agreement: &Agreement) -> bool {
 fn three(numbers: &[f64], what: &str) -> anyhow::Result<[f64; 3]> {
     match numbers {
         [x, y, z] if numbers.iter().all(|number| number.is_finite()) => Ok([*x, *y, *z]),
-        [_, _, _] => {
-            Err(BadInput::error(format!("{what} has a number that is not finite"), format!("write {what} X,Y,Z with three finite numbers")))
-        }
-        _ => Err(BadInput::error(format!("{what} takes three finite numbers, not {}", numbers.len()), format!("write {what} X,Y,Z"))),
+        [_, _, _] => Err(BadInput::error(
+            format!("{what} has a number that is not finite"),
+            format!("write {what} X,Y,Z with three finite numbers"),
+        )),
+        _ => Err(BadInput::error(
+            format!("{what} takes three finite numbers, not {}", numbers.len()),
+            format!("write {what} X,Y,Z"),
+        )),
     }
 }
 
@@ -158,7 +166,10 @@ fn contact(arguments: &Reduce) -> anyhow::Result<ToolContact> {
         let what = format!(
             "a contact of {k} N/m and {c} N s/m is beyond what feeler reduces an arm on, {STIFFEST:.0e} N/m and {MOST_DAMPED:.0e} N s/m"
         );
-        return Err(BadInput::error(what, "lower --contact-stiffness or --contact-damping: a cube of steel of half a metre has 1e11 N/m"));
+        return Err(BadInput::error(
+            what,
+            "lower --contact-stiffness or --contact-damping: a cube of steel of half a metre has 1e11 N/m",
+        ));
     }
     if k > 0.0 && c >= 0.0 && k.is_finite() && c.is_finite() {
         return Ok(ToolContact { stiffness_n_per_m: k, damping_n_s_per_m: c });
@@ -168,7 +179,9 @@ fn contact(arguments: &Reduce) -> anyhow::Result<ToolContact> {
 }
 
 fn grid(numbers: &[f64], z_m: f64) -> anyhow::Result<Grid> {
-    let count = |number: f64| (number >= 1.0 && number.fract() == 0.0 && number <= MOST_PLACES as f64).then_some(number as usize);
+    let count = |number: f64| {
+        (number >= 1.0 && number.fract() == 0.0 && number <= MOST_PLACES as f64).then_some(number as usize)
+    };
     if let &[x0, x1, nx, y0, y1, ny] = numbers
         && let (Some(nx), Some(ny)) = (count(nx), count(ny))
         && nx * ny <= MOST_PLACES
@@ -194,7 +207,11 @@ fn refused(error: ArmFileError) -> anyhow::Error {
         ArmFileError::Arm(arm) => {
             let text = arm.to_string();
             let (message, remedy) = text.split_once("; ").unwrap_or((&text, "choose another place or pose"));
-            let remedy = if matches!(arm, ArmError::Unreachable { .. }) { "choose a place within reach, or give a --pose" } else { remedy };
+            let remedy = if matches!(arm, ArmError::Unreachable { .. }) {
+                "choose a place within reach, or give a --pose"
+            } else {
+                remedy
+            };
             BadInput::error(message, remedy)
         }
         extreme @ ArmFileError::Extreme { .. } => {
@@ -208,7 +225,8 @@ fn refused(error: ArmFileError) -> anyhow::Error {
 
 fn figures(axis: &AxisFile, pose: &[f64], contact: ToolContact) -> String {
     let one = &axis.reduction;
-    let optional = |value: Option<f64>, unit: &str| value.map_or_else(|| "-".to_owned(), |value| with_unit(value, unit));
+    let optional =
+        |value: Option<f64>, unit: &str| value.map_or_else(|| "-".to_owned(), |value| with_unit(value, unit));
     let row = |name: &str, value: String| vec![name.to_owned(), value];
     let mut rows = vec![
         row("effective mass", with_unit(one.mass_kg, "kg")),
@@ -235,10 +253,14 @@ fn figures(axis: &AxisFile, pose: &[f64], contact: ToolContact) -> String {
     } else {
         "\nfurther bodies stand for modes that load the drive as well: with two masses alone these would be farther off"
     };
-    let modes = one
-        .modes
-        .iter()
-        .map(|mode| vec![plain(mode.frequency_hz), plain(mode.damping_ratio), plain(mode.drive_share), plain(mode.tip_share)]);
+    let modes = one.modes.iter().map(|mode| {
+        vec![
+            plain(mode.frequency_hz),
+            plain(mode.damping_ratio),
+            plain(mode.drive_share),
+            plain(mode.tip_share),
+        ]
+    });
     let agreement = &axis.agreement;
     let landmarks = [
         landmark("contact mode (Hz)", agreement.contact_mode_hz),
@@ -257,7 +279,11 @@ fn figures(axis: &AxisFile, pose: &[f64], contact: ToolContact) -> String {
         "pose {}\n\n{}\n\nmodes that bend joints, the tool free:\n{}\n\nwhole arm and this axis on {} N/m:\n{}{meaning}{bodies}{warning}",
         pose.join(", "),
         table(&["along the normal", ""], &[1], rows),
-        table(&["frequency (Hz)", "damping ratio", "share drive to tool", "share at tool"], &[0, 1, 2, 3], modes.collect::<Vec<_>>()),
+        table(
+            &["frequency (Hz)", "damping ratio", "share drive to tool", "share at tool"],
+            &[0, 1, 2, 3],
+            modes.collect::<Vec<_>>()
+        ),
         plain(contact.stiffness_n_per_m),
         table(&["landmark", "arm", "axis", "off by (%)"], &[1, 2, 3], landmarks),
     )
@@ -288,8 +314,10 @@ fn landmark(name: &str, [whole, own]: [f64; 2]) -> Vec<String> {
 }
 
 fn measured_text(found: &Measured) -> String {
-    let rows =
-        [landmark("phase at -90 degrees (Hz)", found.contact_mode_hz), landmark("phase at -180 degrees (Hz)", found.phase_crossover_hz)];
+    let rows = [
+        landmark("phase at -90 degrees (Hz)", found.contact_mode_hz),
+        landmark("phase at -180 degrees (Hz)", found.phase_crossover_hz),
+    ];
     format!(
         "\n\nmeasured in simulation, {} lines of a multisine on the drive over {}:\n{}",
         found.frequencies_hz.len(),
@@ -369,8 +397,13 @@ fn page(arguments: &Reduce, name: &str, map: &[MapPoint]) -> String {
     let arm = terminal::quoted(&arguments.arm.display().to_string());
     let normal = arguments.normal.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
     let hold = if arguments.hold { " --hold" } else { "" };
-    let contact = format!("--contact-stiffness {} --contact-damping {}", arguments.contact_stiffness, arguments.contact_damping);
-    let command = |[x, y, z]: [f64; 3]| format!("feeler reduce {arm} --at {x},{y},{z} --normal {normal} {contact}{hold} --out axis.toml");
+    let contact = format!(
+        "--contact-stiffness {} --contact-damping {}",
+        arguments.contact_stiffness, arguments.contact_damping
+    );
+    let command = |[x, y, z]: [f64; 3]| {
+        format!("feeler reduce {arm} --at {x},{y},{z} --normal {normal} {contact}{hold} --out axis.toml")
+    };
     reports::reduce::page(name, map, &command)
 }
 
@@ -388,7 +421,12 @@ fn csv(map: &[MapPoint]) -> String {
                 let misfits = v.agreement.misfits().map(|misfit| format!("{misfit:.5}")).join(",");
                 let [bandwidth, of_axis] = v.agreement.force_bandwidth_hz.map(number);
                 let ki = number(v.agreement.largest_ki_per_s[0]);
-                format!("{},{},{ki},{bandwidth},{of_axis},{misfits},{},", v.mass_kg, v.stiffness_n_per_m, v.agreement.is_trusted())
+                format!(
+                    "{},{},{ki},{bandwidth},{of_axis},{misfits},{},",
+                    v.mass_kg,
+                    v.stiffness_n_per_m,
+                    v.agreement.is_trusted()
+                )
             }
         };
         let _ = writeln!(text, "{x},{y},{z},{values}");
@@ -401,7 +439,8 @@ fn chart(map: &[MapPoint]) -> String {
     let mut columns: Vec<f64> = map.iter().map(|point| point.place_m[1]).collect();
     columns.sort_by(f64::total_cmp);
     columns.dedup_by(|a, b| a.to_bits() == b.to_bits());
-    let header: Vec<String> = std::iter::once("x \\ y".to_owned()).chain(columns.iter().map(|y| plain(*y))).collect();
+    let header: Vec<String> =
+        std::iter::once("x \\ y".to_owned()).chain(columns.iter().map(|y| plain(*y))).collect();
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
     let rows: Vec<Vec<String>> = (map.chunks(columns.len()))
         .map(|row| {

@@ -42,8 +42,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             let unit = units.unit(dataset.channels[c].quantity(&machine));
             let experiment = if c == 0 { replay.experiment.clone() } else { String::new() };
             // A column that never changes has no variation to be a share of.
-            let share = |share: f64| if error.scale > 0.0 { format!("{} %", percent(share)) } else { "-".into() };
-            let row = [error.column.clone(), share(error.relative_in_windows), share(error.relative), with_unit(error.rms, unit)];
+            let share =
+                |share: f64| if error.scale > 0.0 { format!("{} %", percent(share)) } else { "-".into() };
+            let row = [
+                error.column.clone(),
+                share(error.relative_in_windows),
+                share(error.relative),
+                with_unit(error.rms, unit),
+            ];
             rows.push(std::iter::once(experiment).chain(row).collect());
         }
     }
@@ -64,7 +70,11 @@ fn csv_name(experiment: &str) -> String {
 /// The predicted columns under their own names and time stamps; commands as they were.
 fn series(dataset: &Dataset, replay: &Replay) -> String {
     let record = &dataset.records[replay.record];
-    let names = dataset.drives.iter().map(|(_, name)| name).chain(dataset.channels.iter().map(|channel| &channel.column));
+    let names = dataset
+        .drives
+        .iter()
+        .map(|(_, name)| name)
+        .chain(dataset.channels.iter().map(|channel| &channel.column));
     let mut text = String::from("t_s");
     for name in names {
         text.push(',');

@@ -22,7 +22,8 @@ pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
         return run_arm::run(arguments, draft);
     }
     let document = draft.build()?;
-    let folder = arguments.out.clone().unwrap_or_else(|| results::folder(&document.scenario.machine.name, "run"));
+    let folder =
+        arguments.out.clone().unwrap_or_else(|| results::folder(&document.scenario.machine.name, "run"));
     // Before the run, so that nobody waits for results that cannot be kept.
     fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
     let mut progress = Progress::new(document.scenario.machine.name.clone());
@@ -30,7 +31,9 @@ pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
     let result = runs(&document.scenario, &mut |at| progress.at(at.t_s / at.duration_s));
     progress.done();
     let result = result.map_err(|error| match error {
-        RunError::Engine(EngineError::Problems { problems }) => anyhow::Error::from(document.locate_problems(&problems)),
+        RunError::Engine(EngineError::Problems { problems }) => {
+            anyhow::Error::from(document.locate_problems(&problems))
+        }
         other => other.into(),
     })?;
     let written = write(arguments, &document, &result, &folder)?;
@@ -41,7 +44,12 @@ pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
     let summary = &result.summary;
     let units = Units::of(&document.scenario.machine);
     let cost = word_on_cost(&document).unwrap_or_default();
-    terminal::print(&format!("{}: {}\n\n{}\n{cost}\nwrote\n{files}", summary.name, words::outcome(summary, units), figures(summary, units)))
+    terminal::print(&format!(
+        "{}: {}\n\n{}\n{cost}\nwrote\n{files}",
+        summary.name,
+        words::outcome(summary, units),
+        figures(summary, units)
+    ))
 }
 
 /// Which integrator was taken, and why, where the file names none and the exact one no longer pays.
@@ -78,17 +86,30 @@ fn read(arguments: &Run) -> anyhow::Result<Draft> {
 }
 
 /// Writes all results, side by side where there are threads, and gives their paths.
-fn write(arguments: &Run, document: &Document, result: &RunResult, folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    let [trace, csv, summary, report] = ["trace.parquet", "trace.csv", "summary.json", "report.html"].map(|name| folder.join(name));
-    let put = |path: &Path, text: String| fs::write(path, text).map_err(|source| RunError::Write { path: path.into(), source });
+fn write(
+    arguments: &Run,
+    document: &Document,
+    result: &RunResult,
+    folder: &Path,
+) -> anyhow::Result<Vec<PathBuf>> {
+    let [trace, csv, summary, report] =
+        ["trace.parquet", "trace.csv", "summary.json", "report.html"].map(|name| folder.join(name));
+    let put = |path: &Path, text: String| {
+        fs::write(path, text).map_err(|source| RunError::Write { path: path.into(), source })
+    };
     let write_trace = || write_parquet(&result.trace, &about(document), &trace);
     let write_text = || if arguments.csv { write_csv(&result.trace, &csv) } else { Ok(()) };
-    let write_summary = || -> anyhow::Result<()> { Ok(put(&summary, serde_json::to_string_pretty(&result.summary)? + "\n")?) };
-    let write_report = || -> anyhow::Result<()> { Ok(put(&report, reports::run::page(document, &arguments.settings, result))?) };
+    let write_summary = || -> anyhow::Result<()> {
+        Ok(put(&summary, serde_json::to_string_pretty(&result.summary)? + "\n")?)
+    };
+    let write_report = || -> anyhow::Result<()> {
+        Ok(put(&report, reports::run::page(document, &arguments.settings, result))?)
+    };
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-    let ((traced, texted), (summed, reported)) =
-        pool.install(|| rayon::join(|| rayon::join(write_trace, write_text), || rayon::join(write_summary, write_report)));
+    let ((traced, texted), (summed, reported)) = pool.install(|| {
+        rayon::join(|| rayon::join(write_trace, write_text), || rayon::join(write_summary, write_report))
+    });
     traced?;
     texted?;
     summed?;
@@ -116,25 +137,44 @@ fn moved_by(integrator: Integrator) -> &'static str {
 /// The summary as a table: measure, number, unit, remark.
 fn figures(summary: &Summary, units: Units) -> String {
     let mut rows: Vec<Vec<String>> = Vec::new();
-    let mut row = |name: &str, (number, unit): (String, String), remark: String| rows.push(vec![name.to_owned(), number, unit, remark]);
+    let mut row = |name: &str, (number, unit): (String, String), remark: String| {
+        rows.push(vec![name.to_owned(), number, unit, remark])
+    };
     let none = || ("-".to_owned(), String::new());
     row("outcome", (String::new(), String::new()), words::label(summary).to_owned());
     for contact in &summary.contacts {
-        let name = if summary.contacts.len() > 1 { format!("peak force, {}", contact.name) } else { "peak force".to_owned() };
+        let name = if summary.contacts.len() > 1 {
+            format!("peak force, {}", contact.name)
+        } else {
+            "peak force".to_owned()
+        };
         row(&name, split(contact.peak_force_n, units.force), words::when(contact));
     }
     if let Some(response) = summary.response {
-        let reference =
-            response.final_reference_n.map_or_else(String::new, |reference| format!("of {}", with_unit(reference, units.force)));
-        row("overshoot", response.overshoot.map_or_else(none, |share| (percent(share), "%".into())), reference);
+        let reference = response
+            .final_reference_n
+            .map_or_else(String::new, |reference| format!("of {}", with_unit(reference, units.force)));
+        row(
+            "overshoot",
+            response.overshoot.map_or_else(none, |share| (percent(share), "%".into())),
+            reference,
+        );
         let within = || format!("to within {} for good", with_unit(response.band_n, units.force));
         let band = words::rests_outside(summary, units).unwrap_or_else(within);
         row("settling time", response.settling_time_s.map_or_else(none, |time| split(time, "s")), band);
     }
     row("bounces", (summary.bounces.to_string(), String::new()), String::new());
-    row("contact time", split(summary.contact_time_s, "s"), format!("{} % of the run", percent(summary.contact_share)));
+    row(
+        "contact time",
+        split(summary.contact_time_s, "s"),
+        format!("{} % of the run", percent(summary.contact_share)),
+    );
     if let Some(oscillation) = &summary.oscillation {
-        row("chatter frequency", split(oscillation.frequency_hz, "Hz"), format!("{} impacts per second", plain(oscillation.impacts_per_s)));
+        row(
+            "chatter frequency",
+            split(oscillation.frequency_hz, "Hz"),
+            format!("{} impacts per second", plain(oscillation.impacts_per_s)),
+        );
         row("chatter amplitude", split(oscillation.amplitude_n, units.force), "half of peak to peak".into());
     }
     row("saturation", (percent(summary.saturation_share), "%".into()), "of the controller samples".into());
@@ -142,8 +182,16 @@ fn figures(summary: &Summary, units: Units) -> String {
         let sum = |items: &[run::EnergyItem]| items.iter().map(|item| item.joule).sum::<f64>();
         row("energy supplied", split(sum(&energy.supplied), "J"), String::new());
         row("energy dissipated", split(sum(&energy.dissipated), "J"), String::new());
-        row("energy balance", (plain(energy.relative_residual), String::new()), "residual over energy exchanged".into());
+        row(
+            "energy balance",
+            (plain(energy.relative_residual), String::new()),
+            "residual over energy exchanged".into(),
+        );
     }
-    row("simulated", split(summary.simulated_s, "s"), format!("{} steps in {}", summary.steps, with_unit(summary.wall_s, "s")));
+    row(
+        "simulated",
+        split(summary.simulated_s, "s"),
+        format!("{} steps in {}", summary.steps, with_unit(summary.wall_s, "s")),
+    );
     table(&[], &[1], rows)
 }

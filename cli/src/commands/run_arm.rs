@@ -35,14 +35,21 @@ pub(crate) fn run(arguments: &Run, draft: Draft) -> anyhow::Result<()> {
     }
     let files = written.iter().map(|path| format!("  {}", path.display())).collect::<Vec<_>>().join("\n");
     let units = Units::of(&file.cell.scenario.machine);
-    let said = format!("{}{}", words::outcome(&result.summary.figures, units), reports::arm_run::limits(&result.summary));
+    let said = format!(
+        "{}{}",
+        words::outcome(&result.summary.figures, units),
+        reports::arm_run::limits(&result.summary)
+    );
     terminal::print(&format!("{}: {said}\n\n{}\n\nwrote\n{files}", file.name, figures(&result, units)))
 }
 
 /// Writes all results and gives their paths.
 fn write(arguments: &Run, file: &CellFile, result: &CellRun, folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    let [trace, csv, summary, report] = ["trace.parquet", "trace.csv", "summary.json", "report.html"].map(|name| folder.join(name));
-    let put = |path: &Path, text: String| fs::write(path, text).map_err(|source| RunError::Write { path: path.into(), source });
+    let [trace, csv, summary, report] =
+        ["trace.parquet", "trace.csv", "summary.json", "report.html"].map(|name| folder.join(name));
+    let put = |path: &Path, text: String| {
+        fs::write(path, text).map_err(|source| RunError::Write { path: path.into(), source })
+    };
     let about = [
         ("feeler.version", env!("CARGO_PKG_VERSION").to_owned()),
         ("feeler.scenario", file.text().to_owned()),
@@ -64,32 +71,64 @@ fn figures(result: &CellRun, units: Units) -> String {
     let summary = &result.summary;
     let figures = &summary.figures;
     let mut rows: Vec<Vec<String>> = Vec::new();
-    let mut row = |name: &str, (number, unit): (String, String), remark: String| rows.push(vec![name.to_owned(), number, unit, remark]);
+    let mut row = |name: &str, (number, unit): (String, String), remark: String| {
+        rows.push(vec![name.to_owned(), number, unit, remark])
+    };
     let none = || ("-".to_owned(), String::new());
     row("outcome", (String::new(), String::new()), words::label(figures).to_owned());
-    row("peak force", split(figures.peak_force_n, "N"), format!("at {}", with_unit(result.contact.peak_at_s, "s")));
+    row(
+        "peak force",
+        split(figures.peak_force_n, "N"),
+        format!("at {}", with_unit(result.contact.peak_at_s, "s")),
+    );
     row("final force", split(summary.final_force_n, "N"), "mean of the last tenth of the run".into());
     if let Some(response) = figures.response {
-        let reference = response.final_reference_n.map_or_else(String::new, |reference| format!("of {}", with_unit(reference, "N")));
-        row("overshoot", response.overshoot.map_or_else(none, |share| (percent(share), "%".into())), reference);
+        let reference = response
+            .final_reference_n
+            .map_or_else(String::new, |reference| format!("of {}", with_unit(reference, "N")));
+        row(
+            "overshoot",
+            response.overshoot.map_or_else(none, |share| (percent(share), "%".into())),
+            reference,
+        );
         let within = || format!("to within {} for good", with_unit(response.band_n, "N"));
         let band = words::rests_outside(figures, units).unwrap_or_else(within);
         row("settling time", response.settling_time_s.map_or_else(none, |time| split(time, "s")), band);
     }
     row("bounces", (figures.bounces.to_string(), String::new()), String::new());
-    row("contact time", split(figures.contact_time_s, "s"), format!("{} % of the run", percent(figures.contact_share)));
+    row(
+        "contact time",
+        split(figures.contact_time_s, "s"),
+        format!("{} % of the run", percent(figures.contact_share)),
+    );
     if let Some(oscillation) = &figures.oscillation {
-        row("chatter frequency", split(oscillation.frequency_hz, "Hz"), format!("{} impacts per second", plain(oscillation.impacts_per_s)));
+        row(
+            "chatter frequency",
+            split(oscillation.frequency_hz, "Hz"),
+            format!("{} impacts per second", plain(oscillation.impacts_per_s)),
+        );
         row("chatter amplitude", split(oscillation.amplitude_n, "N"), "half of peak to peak".into());
     }
-    row("saturation", (percent(figures.saturation_share), "%".into()), "of the time, some joint or the controller".into());
+    row(
+        "saturation",
+        (percent(figures.saturation_share), "%".into()),
+        "of the time, some joint or the controller".into(),
+    );
     row("sideways", split(summary.sideways_m, "m"), "farthest that the tool was off its line".into());
     row(
         "joint events",
         (summary.joint_events.to_string(), String::new()),
         "joints that stuck or broke loose, flanks that met or parted".into(),
     );
-    row("simulated", split(figures.simulated_s, "s"), format!("{} steps of at most {}", figures.steps, with_unit(summary.step_s, "s")));
-    row("time taken", split(figures.wall_s, "s"), format!("{} per simulated second", with_unit(summary.wall_s_per_simulated_s, "s")));
+    row(
+        "simulated",
+        split(figures.simulated_s, "s"),
+        format!("{} steps of at most {}", figures.steps, with_unit(summary.step_s, "s")),
+    );
+    row(
+        "time taken",
+        split(figures.wall_s, "s"),
+        format!("{} per simulated second", with_unit(summary.wall_s_per_simulated_s, "s")),
+    );
     table(&[], &[1], rows)
 }

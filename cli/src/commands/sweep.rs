@@ -37,13 +37,23 @@ pub(crate) fn run(arguments: &Sweep) -> anyhow::Result<()> {
     };
     let tally = Tally::of(path)?;
     let drawn = reports::sweep::write(&sweep, &name, path, &tally, &folder)?;
-    let written: Vec<String> = [path].into_iter().chain(&drawn).map(|path| format!("  {}", path.display())).collect();
-    terminal::print(&format!("{}\n\n{}\n\nwrote\n{}", told(&sweep, &result, wall_s), outcomes(&tally), written.join("\n")))
+    let written: Vec<String> =
+        [path].into_iter().chain(&drawn).map(|path| format!("  {}", path.display())).collect();
+    terminal::print(&format!(
+        "{}\n\n{}\n\nwrote\n{}",
+        told(&sweep, &result, wall_s),
+        outcomes(&tally),
+        written.join("\n")
+    ))
 }
 
 /// The name of a sweep: its own, or its file's.
 fn name(sweep: &sweep::Sweep, file: &Path) -> String {
-    let own = if sweep.file.name.is_empty() { file.file_stem().unwrap_or_default().to_string_lossy() } else { (&*sweep.file.name).into() };
+    let own = if sweep.file.name.is_empty() {
+        file.file_stem().unwrap_or_default().to_string_lossy()
+    } else {
+        (&*sweep.file.name).into()
+    };
     results::safe_name(&own, OTHERWISE)
 }
 
@@ -52,17 +62,26 @@ fn told(sweep: &sweep::Sweep, result: &SweepResult, wall_s: f64) -> String {
     let variants = count(progress.total as usize, "variant", "variants");
     let text = match (progress.done, progress.found) {
         (0, _) => format!("{variants}, all found from an earlier call"),
-        (done, 0) => format!("{variants} in {}: {} per second", with_unit(wall_s, "s"), plain(done as f64 / wall_s)),
+        (done, 0) => {
+            format!("{variants} in {}: {} per second", with_unit(wall_s, "s"), plain(done as f64 / wall_s))
+        }
         (done, found) => {
             let rate = plain(done as f64 / wall_s);
-            format!("{variants}: {found} found from an earlier call, {done} run in {} ({rate} per second)", with_unit(wall_s, "s"))
+            format!(
+                "{variants}: {found} found from an earlier call, {done} run in {} ({rate} per second)",
+                with_unit(wall_s, "s")
+            )
         }
     };
     if let Some((grid, edges)) = sweep.runs_of_the_grid().zip(reports::sweep::located(sweep)) {
         let noise = reports::sweep::about_noise(sweep).map_or_else(String::new, |words| format!("\n{words}"));
         let share = plain(100.0 * progress.total as f64 / grid as f64);
-        let passes = result.passes.map_or_else(String::new, |passes| format!(" in {}", count(passes, "pass", "passes")));
-        return format!("{text}\nedges located to {edges}{passes}; a grid as fine takes {grid} runs, of which this is {share} %{noise}");
+        let passes = result
+            .passes
+            .map_or_else(String::new, |passes| format!(" in {}", count(passes, "pass", "passes")));
+        return format!(
+            "{text}\nedges located to {edges}{passes}; a grid as fine takes {grid} runs, of which this is {share} %{noise}"
+        );
     }
     text
 }

@@ -39,7 +39,10 @@ fn scenarios(arguments: &Validate) -> anyhow::Result<Option<PathBuf>> {
 fn all(arguments: &Validate) -> anyhow::Result<()> {
     let read = |path: &PathBuf| {
         fs::read_to_string(path).map_err(|error| {
-            BadInput::error(format!("cannot read {}: {error}", path.display()), "name the file with --critical-gains, or leave it out")
+            BadInput::error(
+                format!("cannot read {}: {error}", path.display()),
+                "name the file with --critical-gains, or leave it out",
+            )
         })
     };
     let critical_gains_json = arguments.critical_gains.as_ref().map(read).transpose()?;
@@ -56,7 +59,11 @@ fn all(arguments: &Validate) -> anyhow::Result<()> {
     } else {
         ""
     };
-    terminal::print(&if arguments.json { serde_json::to_string_pretty(&found)? } else { text(&found) + left_out })?;
+    terminal::print(&if arguments.json {
+        serde_json::to_string_pretty(&found)?
+    } else {
+        text(&found) + left_out
+    })?;
     if found.passed() { Ok(()) } else { Err(CheckFailed.into()) }
 }
 
@@ -72,7 +79,8 @@ fn text(found: &Table) -> String {
     format!("{rows}\n\n{}, {failed} failed", count(found.rows.len(), "check", "checks"))
 }
 
-/// What is expected and what was found, with the digits that tell them apart, their difference, and how large it may be.
+/// What is expected and what was found, with the digits that tell them apart, their difference, and how large
+/// it may be.
 fn words(row: &Row) -> [String; 4] {
     let yes = |value: f64| if value > 0.5 { "yes".to_owned() } else { "no".to_owned() };
     let none = || "-".to_owned();
@@ -83,7 +91,8 @@ fn words(row: &Row) -> [String; 4] {
         RowKind::Close => {
             let difference = row.got - row.expected;
             let difference = if difference.is_finite() { format!("{difference:+.1e}") } else { none() };
-            let expected = if row.expected.is_nan() { none() } else { to_tolerance(row.expected, row.tolerance) };
+            let expected =
+                if row.expected.is_nan() { none() } else { to_tolerance(row.expected, row.tolerance) };
             [expected, to_tolerance(row.got, row.tolerance), difference, plain(row.tolerance)]
         }
     }

@@ -17,7 +17,8 @@ use crate::{reports, terminal, words};
 const MOST_OTHERS: usize = 8;
 
 /// What the last column of the table of runs is.
-const ABOUT_LIMIT: &str = " limit/gain: the sampled loop in contact is stable up to so many times its gain, by linear theory";
+const ABOUT_LIMIT: &str =
+    " limit/gain: the sampled loop in contact is stable up to so many times its gain, by linear theory";
 const ABOUT_NO_LIMIT: &str = " -: up to 50 times it at least, or linear theory has no answer";
 
 pub(crate) fn run(arguments: &Why) -> anyhow::Result<()> {
@@ -50,14 +51,21 @@ fn details(found: &Explanation, units: Units) -> String {
     if !found.chatters {
         return String::new();
     }
-    let trials = table(&["the scenario with", "ends as", "amplitude", "limit/gain"], &[2, 3], trial_rows(found, units));
+    let trials = table(
+        &["the scenario with", "ends as", "amplitude", "limit/gain"],
+        &[2, 3],
+        trial_rows(found, units),
+    );
     let others = match others(found) {
         rows if rows.is_empty() => String::new(),
         rows => format!("\n\n{}", table(&["as small, and removes it too", "takes away"], &[], rows)),
     };
     let all = std::iter::once(&found.baseline).chain(&found.singles);
-    let unlimited =
-        if all.clone().any(|trial| trial.applies && trial.gain_margin.is_none()) { format!("\n{ABOUT_NO_LIMIT}") } else { String::new() };
+    let unlimited = if all.clone().any(|trial| trial.applies && trial.gain_margin.is_none()) {
+        format!("\n{ABOUT_NO_LIMIT}")
+    } else {
+        String::new()
+    };
     let remedies = remedy_rows(found);
     let remedies = if remedies.is_empty() {
         "no remedy tried settles".into()
@@ -67,7 +75,8 @@ fn details(found: &Explanation, units: Units) -> String {
     format!("\n\n{trials}\n{ABOUT_LIMIT}{unlimited}{others}\n\n{remedies}")
 }
 
-/// Sets that are as small as the chosen one and remove the chatter too, with what they take away: the first ones, and how many more there are.
+/// Sets that are as small as the chosen one and remove the chatter too, with what they take away: the first
+/// ones, and how many more there are.
 pub(crate) fn others(found: &Explanation) -> Vec<Vec<String>> {
     let others = found.smallest.get(1..).unwrap_or_default();
     let row = |set: &Vec<Change>| {
@@ -94,11 +103,14 @@ fn trial_row(trial: &Trial, units: Units) -> Vec<String> {
     let changes: Vec<&str> = trial.changes.iter().map(|change| change.words()).collect();
     let name = if changes.is_empty() { "everything as it is".to_owned() } else { changes.join(" and ") };
     if !trial.applies {
-        let is_of_step = trial.changes.iter().all(|change| matches!(change, Change::HalveStep | Change::FineStep));
+        let is_of_step =
+            trial.changes.iter().all(|change| matches!(change, Change::HalveStep | Change::FineStep));
         let why = if is_of_step { "integrated exactly: no step" } else { "nothing to take away" };
         return vec![name, why.into(), String::new(), String::new()];
     }
-    let outcome = trial.outcome.map_or_else(|| "could not be run".to_owned(), |outcome| words::outcome_label(outcome).to_owned());
+    let outcome = trial
+        .outcome
+        .map_or_else(|| "could not be run".to_owned(), |outcome| words::outcome_label(outcome).to_owned());
     let decays = trial.cured && trial.outcome == Some(Outcome::Undecided);
     vec![
         name,

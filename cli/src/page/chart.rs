@@ -75,7 +75,12 @@ pub(crate) struct Chart {
 }
 
 impl Chart {
-    pub(crate) fn new(kind: ChartKind, title: impl Into<String>, x_label: &str, y_label: impl Into<String>) -> Self {
+    pub(crate) fn new(
+        kind: ChartKind,
+        title: impl Into<String>,
+        x_label: &str,
+        y_label: impl Into<String>,
+    ) -> Self {
         Self {
             kind,
             title: title.into(),
@@ -94,7 +99,8 @@ impl Chart {
     }
 
     pub(super) fn to_json(&self) -> Value {
-        let numbers = |values: &[f64], digits| values.iter().map(|&value| rounded(value, digits)).collect::<Vec<_>>();
+        let numbers =
+            |values: &[f64], digits| values.iter().map(|&value| rounded(value, digits)).collect::<Vec<_>>();
         let series = |series: &Series| json!({ "name": series.name, "unit": series.unit, "dashed": series.dashed, "dots": series.dots, "values": numbers(&series.values, DIGITS) });
         json!({
             "kind": if self.kind == ChartKind::Line { "line" } else { "path" },

@@ -1,7 +1,7 @@
 //! Fewer points that look the same.
 
-/// Rows to show of columns that share their axis: of each stretch the rows where some column is smallest or largest, so that no peak is lost.
-/// Gives about `most` rows, all of them where there are no more.
+/// Rows to show of columns that share their axis: of each stretch the rows where some column is smallest or
+/// largest, so that no peak is lost. Gives about `most` rows, all of them where there are no more.
 pub(crate) fn by_extremes(columns: &[&[f64]], rows: usize, most: usize) -> Vec<usize> {
     if rows <= most || columns.is_empty() {
         return (0..rows).collect();
@@ -24,7 +24,9 @@ pub(crate) fn by_extremes(columns: &[&[f64]], rows: usize, most: usize) -> Vec<u
 /// Points of a path: those at least a little away from the last one kept, at most `most` of them.
 pub(crate) fn by_steps(x: &[f64], y: &[f64], most: usize) -> Vec<usize> {
     let extent = |values: &[f64]| {
-        let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)));
+        let (low, high) = values
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)));
         if high > low { high - low } else { 1.0 }
     };
     let (width, height) = (extent(x), extent(y));
@@ -33,7 +35,8 @@ pub(crate) fn by_steps(x: &[f64], y: &[f64], most: usize) -> Vec<usize> {
     loop {
         let mut kept: Vec<usize> = Vec::new();
         for i in 0..x.len() {
-            let far = kept.last().is_none_or(|&j| ((x[i] - x[j]) / width).hypot((y[i] - y[j]) / height) >= least);
+            let far =
+                kept.last().is_none_or(|&j| ((x[i] - x[j]) / width).hypot((y[i] - y[j]) / height) >= least);
             if far {
                 kept.push(i);
             }

@@ -1,7 +1,7 @@
 //! Self-contained pages: text, tables and interactive charts in one file that needs no network.
 //!
-//! A [`Page`] is put together from sections in reading order and rendered once. Charts are drawn by the vendored uPlot (MIT licence, see
-//! `assets/uplot.LICENSE`) from data that the page carries with it.
+//! A [`Page`] is put together from sections in reading order and rendered once. Charts are drawn by the
+//! vendored uPlot (MIT licence, see `assets/uplot.LICENSE`) from data that the page carries with it.
 
 mod chart;
 mod cividis;
@@ -54,7 +54,14 @@ impl Page {
             let _ = write!(body, "<p class=\"about\">{}</p>", escape(about));
         }
         body.push_str("</header>\n");
-        Self { title: title.to_owned(), body, charts: Vec::new(), planes: Vec::new(), maps: Vec::new(), scenes: Vec::new() }
+        Self {
+            title: title.to_owned(),
+            body,
+            charts: Vec::new(),
+            planes: Vec::new(),
+            maps: Vec::new(),
+            scenes: Vec::new(),
+        }
     }
 
     /// The sentence that matters most.
@@ -74,7 +81,10 @@ impl Page {
         self.body.push_str("<div class=\"tiles\">");
         for tile in tiles {
             let (name, value, remark) = (escape(tile.name), escape(&tile.value), escape(&tile.remark));
-            let _ = write!(self.body, "<div class=\"tile\"><span>{name}</span><strong>{value}</strong><small>{remark}</small></div>");
+            let _ = write!(
+                self.body,
+                "<div class=\"tile\"><span>{name}</span><strong>{value}</strong><small>{remark}</small></div>"
+            );
         }
         self.body.push_str("</div>\n");
     }
@@ -139,7 +149,10 @@ impl Page {
     /// A drawing across the page, on white ground.
     pub(crate) fn picture(&mut self, title: &str, caption: &str, svg: &str) {
         let (title, caption) = (escape(title), escape(caption));
-        let _ = writeln!(self.body, "<figure><figcaption><b>{title}</b> {caption}</figcaption><div class=\"map\">{svg}</div></figure>");
+        let _ = writeln!(
+            self.body,
+            "<figure><figcaption><b>{title}</b> {caption}</figcaption><div class=\"map\">{svg}</div></figure>"
+        );
     }
 
     /// A table; columns named in `right` hold numbers.
@@ -160,14 +173,18 @@ impl Page {
         self.body.push_str("</tbody></table></div>\n");
     }
 
-    /// Bars of lengths relative to the largest finite one, each with its name and number; infinite ones are hatched across the whole width.
+    /// Bars of lengths relative to the largest finite one, each with its name and number; infinite ones are
+    /// hatched across the whole width.
     pub(crate) fn bars(&mut self, bars: &[(String, f64, String)]) {
-        let largest = bars.iter().map(|(_, size, _)| size.abs()).filter(|size| size.is_finite()).fold(0.0, f64::max);
+        let largest =
+            bars.iter().map(|(_, size, _)| size.abs()).filter(|size| size.is_finite()).fold(0.0, f64::max);
         self.body.push_str("<div class=\"bars\">");
         for (name, size, text) in bars {
             let (width, class) = match *size {
                 size if size.is_infinite() => (100.0, "unlimited"),
-                size if largest > 0.0 => (100.0 * size.abs() / largest, if size < 0.0 { "out" } else { "in" }),
+                size if largest > 0.0 => {
+                    (100.0 * size.abs() / largest, if size < 0.0 { "out" } else { "in" })
+                }
                 _ => (0.0, "in"),
             };
             let (name, text) = (escape(name), escape(text));
@@ -181,20 +198,35 @@ impl Page {
 
     /// A text as it was written, folded away on the screen where it is long.
     pub(crate) fn verbatim(&mut self, title: &str, text: &str) {
-        let _ = writeln!(self.body, "<details open><summary>{}</summary><pre>{}</pre></details>", escape(title), escape(text));
+        let _ = writeln!(
+            self.body,
+            "<details open><summary>{}</summary><pre>{}</pre></details>",
+            escape(title),
+            escape(text)
+        );
     }
 
     /// The page as one file.
     pub(crate) fn render(self) -> String {
-        let map_script = if self.maps.is_empty() { String::new() } else { format!("<script>\n{MAP_SCRIPT}</script>\n") };
-        let data = json!({ "charts": self.charts, "planes": self.planes, "maps": self.maps, "scenes": self.scenes })
-            .to_string()
-            .replace("</", "<\\/");
+        let map_script =
+            if self.maps.is_empty() { String::new() } else { format!("<script>\n{MAP_SCRIPT}</script>\n") };
+        let data =
+            json!({ "charts": self.charts, "planes": self.planes, "maps": self.maps, "scenes": self.scenes })
+                .to_string()
+                .replace("</", "<\\/");
         let title = escape(&self.title);
         let version = env!("CARGO_PKG_VERSION");
         let licence = UPLOT_LICENCE.trim();
-        let plane_script = if self.planes.is_empty() { String::new() } else { format!("<script>\n{PLANE_SCRIPT}</script>\n") };
-        let scene_script = if self.scenes.is_empty() { String::new() } else { format!("<script>\n{SCENE_SCRIPT}</script>\n") };
+        let plane_script = if self.planes.is_empty() {
+            String::new()
+        } else {
+            format!("<script>\n{PLANE_SCRIPT}</script>\n")
+        };
+        let scene_script = if self.scenes.is_empty() {
+            String::new()
+        } else {
+            format!("<script>\n{SCENE_SCRIPT}</script>\n")
+        };
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\

@@ -1,4 +1,5 @@
-//! The axes of plots: where values lie, which are marked, and how their numbers are written: all with the same factor, which the title names.
+//! The axes of plots: where values lie, which are marked, and how their numbers are written: all with the
+//! same factor, which the title names.
 
 use feeler_scenarios::sweep::share_between;
 
@@ -105,12 +106,18 @@ impl Scale {
             };
             let within = |value: f64| (low * (1.0 - ROUNDING)..=high * (1.0 + ROUNDING)).contains(&value);
             let marked = decades.flat_map(of_decade).filter(|(value, _)| within(*value));
-            return marked.map(|(value, named)| (value, if named { text(value) } else { String::new() })).collect();
+            return marked
+                .map(|(value, named)| (value, if named { text(value) } else { String::new() }))
+                .collect();
         }
         let factor = if let Style::Factor(power) = style { 10_f64.powi(power) } else { 1.0 };
         let rough = (high - low) / (pixels / TICK_EVERY).max(1.0);
         let decade = 10_f64.powf(rough.log10().floor());
-        let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * decade).find(|step| *step >= rough).unwrap_or(rough);
+        let step = [1.0, 2.0, 5.0, 10.0]
+            .into_iter()
+            .map(|m| m * decade)
+            .find(|step| *step >= rough)
+            .unwrap_or(rough);
         let first = (low / step).ceil() as i64;
         let last = (high / step).floor() as i64;
         // As many decimals as the steps have.
@@ -123,7 +130,10 @@ impl Scale {
 
 /// A unit that is so many powers of ten of this one: by its prefix where it can have one.
 fn scaled(power: i32, unit: &str) -> String {
-    let prefix = PREFIXES.iter().find(|(factor, _)| (factor.log10() - f64::from(power)).abs() < 0.5).map(|(_, name)| name);
+    let prefix = PREFIXES
+        .iter()
+        .find(|(factor, _)| (factor.log10() - f64::from(power)).abs() < 0.5)
+        .map(|(_, name)| name);
     let first = unit.split([' ', '/']).next().unwrap_or_default();
     let takes_prefix = first.starts_with(char::is_alphabetic) && first != "kg" && !first.contains('^');
     match prefix.filter(|_| takes_prefix) {

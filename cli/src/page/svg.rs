@@ -35,7 +35,10 @@ impl Frame {
     /// Axes, ticks and labels; drawn over what the plot holds.
     pub(crate) fn draw(&self, svg: &mut String, title: &str) {
         let Place { x, y, width, height } = self.place;
-        let _ = write!(svg, "<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"none\" stroke=\"{INK}\"/>");
+        let _ = write!(
+            svg,
+            "<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"none\" stroke=\"{INK}\"/>"
+        );
         let bottom = y + height;
         for (value, text) in self.x.ticks(width) {
             let at = x + self.x.share(value) * width;
@@ -79,7 +82,10 @@ impl Frame {
     /// A region to cut lines off at.
     pub(crate) fn clip(&self, svg: &mut String, name: &str) {
         let Place { x, y, width, height } = self.place;
-        let _ = write!(svg, "<clipPath id=\"{name}\"><rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/></clipPath>");
+        let _ = write!(
+            svg,
+            "<clipPath id=\"{name}\"><rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/></clipPath>"
+        );
     }
 }
 

@@ -40,9 +40,17 @@ fn tiles(response: &Response) -> Vec<Tile> {
     let tile = |name, value: String, remark: String| Tile { name, value, remark };
     vec![
         tile("frequencies", response.linear.len().to_string(), format!("{} compared", agreement.compared)),
-        tile("largest difference", format!("{} dB", plain(agreement.decibels)), "from the linear response".into()),
+        tile(
+            "largest difference",
+            format!("{} dB", plain(agreement.decibels)),
+            "from the linear response".into(),
+        ),
         tile("and in phase", format!("{}°", plain(agreement.degrees)), "from the linear response".into()),
-        tile("within the band", format!("{} %", plain((100.0 * agreement.within).round())), "of frequencies".into()),
+        tile(
+            "within the band",
+            format!("{} %", plain((100.0 * agreement.within).round())),
+            "of frequencies".into(),
+        ),
     ]
 }
 
@@ -54,7 +62,8 @@ struct Place {
     measured: C64,
 }
 
-/// The frequencies of the charts, rising: those of the estimate, thinned out where there are many, and those between.
+/// The frequencies of the charts, rising: those of the estimate, thinned out where there are many, and those
+/// between.
 fn places(response: &Response) -> Vec<Place> {
     let estimate = &response.estimate;
     let decibels: Vec<f64> = estimate.response.iter().map(|g| 20.0 * g.norm().log10()).collect();
@@ -65,7 +74,12 @@ fn places(response: &Response) -> Vec<Place> {
         measured: estimate.response[i],
     });
     let none = C64::new(f64::NAN, f64::NAN);
-    let between = response.between.iter().map(|&(frequency_hz, linear)| Place { frequency_hz, row: None, linear, measured: none });
+    let between = response.between.iter().map(|&(frequency_hz, linear)| Place {
+        frequency_hz,
+        row: None,
+        linear,
+        measured: none,
+    });
     let mut places: Vec<Place> = of_estimate.chain(between).collect();
     places.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     places
@@ -74,7 +88,9 @@ fn places(response: &Response) -> Vec<Place> {
 fn charts(response: &Response) -> Vec<Chart> {
     let estimate = &response.estimate;
     let places = places(response);
-    let column = |of: &dyn Fn(&Row) -> f64| places.iter().map(|place| place.row.as_ref().map_or(f64::NAN, of)).collect::<Vec<f64>>();
+    let column = |of: &dyn Fn(&Row) -> f64| {
+        places.iter().map(|place| place.row.as_ref().map_or(f64::NAN, of)).collect::<Vec<f64>>()
+    };
     let measured = |name: &str, unit: &str, values: Vec<f64>| {
         let series = Series::new(name, unit, values);
         if response.isolated { series.dots() } else { series }
@@ -90,18 +106,32 @@ fn charts(response: &Response) -> Vec<Chart> {
     };
     let magnitude = vec![
         measured("measured", "dB", column(&|r| r.magnitude_db)),
-        Series::new("linear", "dB", places.iter().map(|place| 20.0 * place.linear.norm().log10()).collect()).dashed(),
+        Series::new("linear", "dB", places.iter().map(|place| 20.0 * place.linear.norm().log10()).collect())
+            .dashed(),
         measured(&format!("{band}, low"), "dB", column(&|r| r.low_db)),
         measured(&format!("{band}, high"), "dB", column(&|r| r.high_db)),
     ];
     let linear_deg = degrees(&places.iter().map(|place| place.linear).collect::<Vec<_>>());
-    // Noise turns a phase that is continued from one value to the next for good; the linear response does not.
+    // Noise turns a phase that is continued from one value to the next for good; the linear response does
+    // not.
     let off: Vec<C64> = places.iter().map(|place| place.measured / place.linear).collect();
-    let measured_deg = linear_deg.iter().zip(&off).map(|(linear, off)| linear + off.arg().to_degrees()).collect();
-    let phase = vec![measured("measured", "°", measured_deg), Series::new("linear", "°", linear_deg).dashed()];
+    let measured_deg =
+        linear_deg.iter().zip(&off).map(|(linear, off)| linear + off.arg().to_degrees()).collect();
+    let phase =
+        vec![measured("measured", "°", measured_deg), Series::new("linear", "°", linear_deg).dashed()];
     let mut all = vec![
-        new("Magnitude,", "measured and by linear theory, with the confidence band of the measurement.", "magnitude (dB)", magnitude),
-        new("Phase,", "measured and by linear theory; whole turns are those that bring both nearest.", "phase (°)", phase),
+        new(
+            "Magnitude,",
+            "measured and by linear theory, with the confidence band of the measurement.",
+            "magnitude (dB)",
+            magnitude,
+        ),
+        new(
+            "Phase,",
+            "measured and by linear theory; whole turns are those that bring both nearest.",
+            "phase (°)",
+            phase,
+        ),
     ];
     let mut difference = new(
         "Difference,",
@@ -113,7 +143,12 @@ fn charts(response: &Response) -> Vec<Chart> {
     all.push(difference);
     if estimate.coherence.is_some() {
         let caption = "the share of the output that the input explains linearly; below 1 there is noise, leakage or nonlinearity.";
-        all.push(new("Coherence,", caption, "coherence", vec![measured("coherence", "", column(&|r| r.coherence))]));
+        all.push(new(
+            "Coherence,",
+            caption,
+            "coherence",
+            vec![measured("coherence", "", column(&|r| r.coherence))],
+        ));
     }
     if let Some(levels) = &response.told_apart {
         let beyond = levels.evidence.is_beyond_noise;
@@ -122,7 +157,10 @@ fn charts(response: &Response) -> Vec<Chart> {
         } else {
             "what differs from period to period is noise; nothing beyond it tells of nonlinear distortion."
         };
-        let mut series = vec![measured("response", "dB", column(&|r| r.magnitude_db)), measured("noise", "dB", column(&|r| r.noise_db))];
+        let mut series = vec![
+            measured("response", "dB", column(&|r| r.magnitude_db)),
+            measured("noise", "dB", column(&|r| r.noise_db)),
+        ];
         series.extend(beyond.then(|| measured("nonlinear distortion", "dB", column(&|r| r.distortion_db))));
         all.push(new("Noise and distortion,", caption, "level (dB)", series));
     }

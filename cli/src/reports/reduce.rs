@@ -38,7 +38,12 @@ const FIELDS: [Field; 4] = [
         unit: "Hz",
         of: |found| found.agreement.force_bandwidth_hz[0],
     },
-    Field { title: "Effective mass.", caption: "What moves along the normal, motors included.", unit: "kg", of: |found| found.mass_kg },
+    Field {
+        title: "Effective mass.",
+        caption: "What moves along the normal, motors included.",
+        unit: "kg",
+        of: |found| found.mass_kg,
+    },
     Field {
         title: "Stiffness.",
         caption: "All joints in series along the normal, the motors locked.",
@@ -54,12 +59,14 @@ const FIELDS: [Field; 4] = [
 ];
 
 /// What the axis has in place of the arm's.
-const AXIS_BANDWIDTH: Field = Field { title: "", caption: "", unit: "Hz", of: |found| found.agreement.force_bandwidth_hz[1] };
+const AXIS_BANDWIDTH: Field =
+    Field { title: "", caption: "", unit: "Hz", of: |found| found.agreement.force_bandwidth_hz[1] };
 
 /// The page; `command` gives what reduces the arm at a place.
 pub(crate) fn page(arm: &str, map: &[MapPoint], command: &dyn Fn([f64; 3]) -> String) -> String {
     let mut page = Page::new(&format!("{arm}: force bandwidth over the workspace"), "");
-    let reached: Vec<(&MapPoint, &MapValues)> = map.iter().filter_map(|point| Some((point, point.found.as_ref().ok()?))).collect();
+    let reached: Vec<(&MapPoint, &MapValues)> =
+        map.iter().filter_map(|point| Some((point, point.found.as_ref().ok()?))).collect();
     page.lead(&(sentence(map, &reached) + &lacking(map)));
     let grid = Grid::of(map);
     let hover = json!({
@@ -71,7 +78,10 @@ pub(crate) fn page(arm: &str, map: &[MapPoint], command: &dyn Fn([f64; 3]) -> St
     let mut first = None;
     for field in &FIELDS {
         let svg = grid.svg(map, field);
-        let caption = format!("{} Hover to see a place and the command that gives its axis; click to copy it.", field.caption);
+        let caption = format!(
+            "{} Hover to see a place and the command that gives its axis; click to copy it.",
+            field.caption
+        );
         match first {
             None => first = Some(page.map(field.title, &caption, &svg, hover.clone())),
             Some(first) => page.map_like(field.title, field.caption, &svg, first),
@@ -89,13 +99,20 @@ fn sentence(map: &[MapPoint], reached: &[(&MapPoint, &MapValues)]) -> String {
     let best = with_one().max_by(|a, b| bandwidth(a).total_cmp(&bandwidth(b)));
     let at = |(point, found): &(&MapPoint, &MapValues)| {
         let [x, y, _] = point.place_m;
-        format!("{} at x = {} m, y = {} m", with_unit(found.agreement.force_bandwidth_hz[0], "Hz"), plain(x), plain(y))
+        format!(
+            "{} at x = {} m, y = {} m",
+            with_unit(found.agreement.force_bandwidth_hz[0], "Hz"),
+            plain(x),
+            plain(y)
+        )
     };
     if within == 0 {
         return format!("The arm reaches none of {places} places.");
     }
     let (Some(worst), Some(best)) = (worst, best) else {
-        return format!("The arm reaches {within} of {places} places, and has a force bandwidth at none of them.");
+        return format!(
+            "The arm reaches {within} of {places} places, and has a force bandwidth at none of them."
+        );
     };
     let doubtful = reached.iter().filter(|(_, found)| !found.agreement.is_trusted()).count();
     let doubts = match doubtful {
@@ -104,7 +121,11 @@ fn sentence(map: &[MapPoint], reached: &[(&MapPoint, &MapValues)]) -> String {
             " At {count} of them the axis is more than 5 % off the whole arm in contact mode, phase crossover, stable kp or stable ki."
         ),
     };
-    format!("The arm reaches {within} of {places} places; its force bandwidth goes from {} to {}.{doubts}", at(worst), at(best))
+    format!(
+        "The arm reaches {within} of {places} places; its force bandwidth goes from {} to {}.{doubts}",
+        at(worst),
+        at(best)
+    )
 }
 
 /// The colour of a place in the map of a figure.
@@ -119,9 +140,14 @@ fn colour_of(point: &MapPoint, field: &Field, share: &dyn Fn(f64) -> f64) -> Str
 
 /// Places that have no axis, or no stable gain, counted by the reason.
 fn lacking(map: &[MapPoint]) -> String {
-    let unstable = map.iter().filter(|point| point.found.as_ref().is_ok_and(|found| found.agreement.largest_ki_per_s[0] <= 0.0)).count();
-    let mut said: Vec<String> =
-        without_axis(map).into_iter().map(|(reason, count)| format!(" Without an axis, {count}: {reason}.")).collect();
+    let unstable = map
+        .iter()
+        .filter(|point| point.found.as_ref().is_ok_and(|found| found.agreement.largest_ki_per_s[0] <= 0.0))
+        .count();
+    let mut said: Vec<String> = without_axis(map)
+        .into_iter()
+        .map(|(reason, count)| format!(" Without an axis, {count}: {reason}."))
+        .collect();
     if unstable > 0 {
         said.push(format!(
             " At {unstable} of the places no ki is stable, as the damping of the motors alone is unstable at 1 kHz: there is no force bandwidth."
@@ -132,9 +158,12 @@ fn lacking(map: &[MapPoint]) -> String {
 
 /// What is said of a place under the pointer.
 fn columns(map: &[MapPoint]) -> Vec<Value> {
-    let place = |name: &str, axis: usize| json!([name, map.iter().map(|point| point.place_m[axis]).collect::<Vec<_>>(), "m"]);
+    let place = |name: &str, axis: usize| {
+        json!([name, map.iter().map(|point| point.place_m[axis]).collect::<Vec<_>>(), "m"])
+    };
     let field = |name: &str, field: &Field| {
-        let values: Vec<Option<f64>> = map.iter().map(|point| point.found.as_ref().ok().map(field.of)).collect();
+        let values: Vec<Option<f64>> =
+            map.iter().map(|point| point.found.as_ref().ok().map(field.of)).collect();
         json!([name, values, field.unit])
     };
     let [bandwidth, mass, stiffness, misfit] = &FIELDS;
@@ -164,7 +193,8 @@ impl Grid {
             values.sort_by(f64::total_cmp);
             values.dedup_by(|a, b| a.to_bits() == b.to_bits());
             let (low, high) = (values.first().copied().unwrap_or(0.0), values.last().copied().unwrap_or(0.0));
-            let cell_m = if values.len() > 1 { (high - low) / (values.len() - 1) as f64 } else { ONLY_CELL_M };
+            let cell_m =
+                if values.len() > 1 { (high - low) / (values.len() - 1) as f64 } else { ONLY_CELL_M };
             let range = [low - 0.5 * cell_m, high + 0.5 * cell_m];
             (Scale { label: format!("{name} of the tool"), unit: "m".into(), range, log: false }, cell_m)
         };
@@ -176,13 +206,19 @@ impl Grid {
     fn cell(&self, point: &MapPoint) -> [f64; 4] {
         let [x, y, _] = point.place_m;
         let [half_x, half_y] = self.cell_m.map(|side| 0.5 * side);
-        let ([left, top], [right, bottom]) = (self.frame.at([x - half_x, y + half_y]), self.frame.at([x + half_x, y - half_y]));
+        let ([left, top], [right, bottom]) =
+            (self.frame.at([x - half_x, y + half_y]), self.frame.at([x + half_x, y - half_y]));
         [left, top, right - left, bottom - top].map(|v| (v * 100.0).round() / 100.0)
     }
 
     fn svg(&self, map: &[MapPoint], field: &Field) -> String {
-        let values = || map.iter().filter_map(|point| point.found.as_ref().ok().map(field.of)).filter(|value| value.is_finite());
-        let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let values = || {
+            map.iter()
+                .filter_map(|point| point.found.as_ref().ok().map(field.of))
+                .filter(|value| value.is_finite())
+        };
+        let (low, high) =
+            values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         let share = |value: f64| if high > low { (value - low) / (high - low) } else { 0.5 };
         let mut body = String::new();
         for point in map {
@@ -196,11 +232,18 @@ impl Grid {
             );
             if point.found.as_ref().is_ok_and(|found| !found.agreement.is_trusted()) {
                 let (right, bottom) = (x + width, y + height);
-                let _ = write!(body, "<path d=\"M{x} {y}L{right:.2} {bottom:.2}M{right:.2} {y}L{x} {bottom:.2}\" {CROSS}/>");
+                let _ = write!(
+                    body,
+                    "<path d=\"M{x} {y}L{right:.2} {bottom:.2}M{right:.2} {y}L{x} {bottom:.2}\" {CROSS}/>"
+                );
             }
         }
         self.frame.draw(&mut body, "");
-        let swatch = |colour: &str| format!("<rect width=\"24\" height=\"14\" fill=\"{colour}\" stroke=\"#5a646c\" stroke-width=\"0.5\"/>");
+        let swatch = |colour: &str| {
+            format!(
+                "<rect width=\"24\" height=\"14\" fill=\"{colour}\" stroke=\"#5a646c\" stroke-width=\"0.5\"/>"
+            )
+        };
         let entry = |step: u32| {
             let share = f64::from(step) / f64::from(STEPS);
             (swatch(&of_share(share)), with_unit(low + share * (high - low), field.unit))
@@ -219,8 +262,12 @@ impl Grid {
         if map.iter().any(|point| point.found.as_ref().is_ok_and(|found| !(field.of)(found).is_finite())) {
             entries.push((swatch(NONE), "none: see above".into()));
         }
-        if map.iter().filter_map(|point| point.found.as_ref().ok()).any(|found| !found.agreement.is_trusted()) {
-            entries.push((format!("{}<path d=\"M0 0L24 14M24 0L0 14\" {CROSS}/>", swatch("#ffffff")), "axis off by over 5 %".into()));
+        if map.iter().filter_map(|point| point.found.as_ref().ok()).any(|found| !found.agreement.is_trusted())
+        {
+            entries.push((
+                format!("{}<path d=\"M0 0L24 14M24 0L0 14\" {CROSS}/>", swatch("#ffffff")),
+                "axis off by over 5 %".into(),
+            ));
         }
         legend(&mut body, [PLOT.x + PLOT.width + 24.0, PLOT.y + 4.0], &entries);
         image(WIDTH, PLOT.y + PLOT.height + 56.0, &body)

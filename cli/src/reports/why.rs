@@ -27,7 +27,9 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
             page.table(&["with", "which takes away"], &[], &others);
         }
         page.heading("What lasts");
-        page.paragraph("Amplitude of the contact force that lasts to the end of each run (bars by logarithm).");
+        page.paragraph(
+            "Amplitude of the contact force that lasts to the end of each run (bars by logarithm).",
+        );
         let bars = bars(found, units);
         page.bars(&bars);
         page.heading("What to do");
@@ -51,8 +53,10 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
 
 /// A bar per run: its name, its length, and the amplitude in words.
 fn bars(found: &Explanation, units: Units) -> Vec<(String, f64, String)> {
-    let trials: Vec<&Trial> = std::iter::once(&found.baseline).chain(&found.singles).filter(|trial| trial.applies).collect();
-    let length = |trial: &Trial| if trial.cured { 0.0 } else { trial.amplitude_n.unwrap_or(0.0).max(0.0).ln_1p() };
+    let trials: Vec<&Trial> =
+        std::iter::once(&found.baseline).chain(&found.singles).filter(|trial| trial.applies).collect();
+    let length =
+        |trial: &Trial| if trial.cured { 0.0 } else { trial.amplitude_n.unwrap_or(0.0).max(0.0).ln_1p() };
     let grows = |trial: &Trial| trial.outcome == Some(Outcome::Unstable);
     // What grows without bound is drawn longer than all else.
     let longest = trials.iter().filter(|trial| !grows(trial)).map(|trial| length(trial)).fold(1.0, f64::max);

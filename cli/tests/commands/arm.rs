@@ -18,25 +18,46 @@ fn truth_a_run_of_an_arm_writes_its_results_and_a_page_that_shows_it_move() {
         assert!(exists(bench.path("here").join(name)), "{name}");
     }
     let summary: serde_json::Value = serde_json::from_str(&bench.read("here/summary.json")).unwrap();
-    assert!(summary["peak_force_n"].as_f64().unwrap() > 1.0 && summary["wall_s_per_simulated_s"].as_f64().unwrap() > 0.0);
-    assert_eq!((&summary["events"][0]["what"], summary["contacts"][0]["name"].as_str()), (&"slip".into(), Some("tool")));
+    assert!(
+        summary["peak_force_n"].as_f64().unwrap() > 1.0
+            && summary["wall_s_per_simulated_s"].as_f64().unwrap() > 0.0
+    );
+    assert_eq!(
+        (&summary["events"][0]["what"], summary["contacts"][0]["name"].as_str()),
+        (&"slip".into(), Some("tool"))
+    );
     let trace = bench.read("here/trace.csv");
     let header = trace.lines().next().unwrap();
-    for name in ["tool.force", "force.reading", "joints.elbow.position", "joints.elbow.motor", "tool.turn_z", "point.x", "normal.z"] {
+    for name in [
+        "tool.force",
+        "force.reading",
+        "joints.elbow.position",
+        "joints.elbow.motor",
+        "tool.turn_z",
+        "point.x",
+        "normal.z",
+    ] {
         assert!(header.split(',').any(|column| column == name), "{name} in {header}");
     }
     // 0.3 s at 1 kHz, and both ends.
     assert_eq!(trace.lines().count(), 302);
     let page = bench.read("here/report.html");
     assert!(page.contains("data-scene=\"0\"") && page.contains("\"frames\":[[0"));
-    assert!(!page.contains("http://") || page.matches("http://").count() == page.matches("http://www.w3.org").count());
+    assert!(
+        !page.contains("http://")
+            || page.matches("http://").count() == page.matches("http://www.w3.org").count()
+    );
 }
 
 #[test]
 fn truth_other_commands_take_the_axis_and_say_so() {
     let bench = Bench::new();
     let checked = bench.feeler(&["check", &press()]);
-    assert!(checked.code == DONE && checked.out.contains("an arm with 6 joints on a mesh"), "{}", checked.out);
+    assert!(
+        checked.code == DONE && checked.out.contains("an arm with 6 joints on a mesh"),
+        "{}",
+        checked.out
+    );
     for command in ["analyze", "frf", "sweep", "why"] {
         let said = bench.feeler(&[command, &press()]);
         assert_eq!(said.code, BAD_INPUT, "{command}");

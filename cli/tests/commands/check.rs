@@ -18,7 +18,10 @@ fn truth_sound_files_are_named_with_what_they_hold() {
 fn truth_all_mistakes_of_all_files_are_reported() {
     let bench = Bench::new();
     bench.write("good.toml", PRESS);
-    bench.write("bad.toml", &PRESS.replace("\"2 kg\"", "\"2 N\"").replace("reads        = \"force\"", "reads        = \"farce\""));
+    bench.write(
+        "bad.toml",
+        &PRESS.replace("\"2 kg\"", "\"2 N\"").replace("reads        = \"force\"", "reads        = \"farce\""),
+    );
     let said = bench.feeler(&["check", "bad.toml", "good.toml", "absent.toml"]);
     assert_eq!(said.code, BAD_INPUT);
     assert!(said.out.starts_with("ok  good.toml"));

@@ -71,7 +71,8 @@ fn truth_what_sticks_is_found_and_the_answer_is_used_at_once() {
     let said = bench.feeler(&["diagnose", "cases/records", "--out", "answer", "--apply"]);
     assert_eq!(said.code, DONE, "{}", said.err);
     assert!(
-        said.out.starts_with("records: ") && said.out.lines().next().unwrap().contains("coulomb-friction on springs.guide"),
+        said.out.starts_with("records: ")
+            && said.out.lines().next().unwrap().contains("coulomb-friction on springs.guide"),
         "{}",
         said.out
     );
@@ -90,8 +91,13 @@ fn truth_what_sticks_is_found_and_the_answer_is_used_at_once() {
         assert!(answer["gap"][key].is_f64(), "{key}");
     }
     let page = bench.read("answer/report.html");
-    for heading in ["How far the gap shrinks", "Where it lies", "The force that is missing", "Measured against predicted", "What was tried"]
-    {
+    for heading in [
+        "How far the gap shrinks",
+        "Where it lies",
+        "The force that is missing",
+        "Measured against predicted",
+        "What was tried",
+    ] {
         assert!(page.contains(heading), "{heading}");
     }
 
@@ -106,8 +112,12 @@ fn truth_what_sticks_is_found_and_the_answer_is_used_at_once() {
     assert!(error(&errors) < 0.1 * error(&believed), "{errors}");
     let (measured, predicted) = (bench.read("cases/records/2.csv"), bench.read("replayed/2.csv"));
     assert_eq!(measured.lines().next(), predicted.lines().next());
-    let stamps =
-        |text: &str| text.lines().skip(1).map(|line| line.split(',').next().unwrap().parse::<f64>().unwrap().to_bits()).collect::<Vec<_>>();
+    let stamps = |text: &str| {
+        text.lines()
+            .skip(1)
+            .map(|line| line.split(',').next().unwrap().parse::<f64>().unwrap().to_bits())
+            .collect::<Vec<_>>()
+    };
     assert_eq!(stamps(&measured), stamps(&predicted));
 
     let ran = bench.feeler(&["blind", "run", ".", "--answers", "answers"]);
@@ -138,7 +148,11 @@ fn truth_blind_cases_are_made_repeatably_and_their_truth_is_sealed() {
     assert_eq!(checked.code, DONE, "{}", checked.err);
     let early = bench.feeler(&["blind", "score", "a"]);
     assert_eq!(early.code, BAD_INPUT);
-    assert!(early.err.contains("no case has been answered") && early.err.contains("feeler blind run a"), "{}", early.err);
+    assert!(
+        early.err.contains("no case has been answered") && early.err.contains("feeler blind run a"),
+        "{}",
+        early.err
+    );
     assert!(!exists(bench.path("a/answers")));
 }
 
@@ -154,7 +168,11 @@ fn truth_records_that_cannot_be_used_are_named_with_what_to_do() {
     bench.write("a.csv", &rows);
     let said = bench.feeler(&["diagnose", ".", "--out", "answer"]);
     assert_eq!(said.code, BAD_INPUT);
-    assert!(said.err.contains("a.csv: `drive.command`: the command never changes (excite the drive"), "{}", said.err);
+    assert!(
+        said.err.contains("a.csv: `drive.command`: the command never changes (excite the drive"),
+        "{}",
+        said.err
+    );
     let said = bench.feeler(&["diagnose", "nowhere"]);
     assert_eq!(said.code, BAD_INPUT, "{}", said.err);
 }

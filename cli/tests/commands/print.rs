@@ -15,7 +15,8 @@ fn truth_every_effect_is_listed_and_one_is_explained() {
     let one = bench.feeler(&["effects", "coulomb-friction"]);
     assert_eq!(one.code, DONE);
     assert!(one.out.contains("level") && one.out.contains("Source"), "{}", one.out);
-    let json: Value = serde_json::from_str(&bench.feeler(&["effects", "coulomb-friction", "--json"]).out).unwrap();
+    let json: Value =
+        serde_json::from_str(&bench.feeler(&["effects", "coulomb-friction", "--json"]).out).unwrap();
     assert_eq!(json["parameters"][0]["name"], "level");
 }
 

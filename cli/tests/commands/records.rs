@@ -39,7 +39,8 @@ const MASS_KG: f64 = 12.0;
 const DAMPING: f64 = 50.0;
 const ROW_S: f64 = 1e-3;
 
-/// A dataset with one record of the free mass under a command, solved exactly between rows, acceleration read before each row's command acts.
+/// A dataset with one record of the free mass under a command, solved exactly between rows, acceleration read
+/// before each row's command acts.
 fn record(command: impl Fn(usize) -> f64, rows: usize) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let keeps = (-DAMPING * ROW_S / MASS_KG).exp();
@@ -85,7 +86,8 @@ fn complex(values: &Value) -> Vec<C64> {
     values.as_array().unwrap().iter().map(one).collect()
 }
 
-/// Measured over linear, with the frequency (Hz) and the radius of the confidence band over the linear response.
+/// Measured over linear, with the frequency (Hz) and the radius of the confidence band over the linear
+/// response.
 fn ratios(found: &Value) -> Vec<(f64, C64, f64)> {
     let (measured, linear) = (complex(&found["response"]), complex(&found["linear"]));
     let frequencies = found["frequencies_hz"].as_array().unwrap().iter().map(|f| f.as_f64().unwrap());
@@ -95,11 +97,18 @@ fn ratios(found: &Value) -> Vec<(f64, C64, f64)> {
 }
 
 fn notes(found: &Value) -> String {
-    found["notes"].as_array().unwrap().iter().map(|note| note.as_str().unwrap()).collect::<Vec<_>>().join("; ")
+    found["notes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|note| note.as_str().unwrap())
+        .collect::<Vec<_>>()
+        .join("; ")
 }
 
-/// The mass starts at rest: a transient of tau = 0.24 s, which Hann's window over T = 4 s leaves with 2 tau^3 (pi / T)^2 / (1 + (w tau)^2)^1.5 over
-/// T / 4 of its size at the start: 6e-4 at the lowest line of 1.7 Hz, and some ten sines start it.
+/// The mass starts at rest: a transient of tau = 0.24 s, which Hann's window over T = 4 s leaves with 2 tau^3
+/// (pi / T)^2 / (1 + (w tau)^2)^1.5 over T / 4 of its size at the start: 6e-4 at the lowest line of 1.7 Hz,
+/// and some ten sines start it.
 const TRANSIENT: f64 = 5e-3;
 
 #[test]
@@ -107,7 +116,10 @@ fn truth_a_record_of_sines_is_evaluated_at_its_sines() {
     let wanted = frequencies_hz();
     let folder = record(sum_of_sines(&wanted), 4000);
     let found = json(&["frf", path(folder.path()), "--json"]);
-    assert!(found["how"].as_str().unwrap().contains("sum of sines") && notes(&found).contains("fitted together"), "{found}");
+    assert!(
+        found["how"].as_str().unwrap().contains("sum of sines") && notes(&found).contains("fitted together"),
+        "{found}"
+    );
     let ratios = ratios(&found);
     assert_eq!(ratios.len(), wanted.len());
     for ((f, ratio, _), wanted) in ratios.iter().zip(&wanted) {
@@ -117,12 +129,15 @@ fn truth_a_record_of_sines_is_evaluated_at_its_sines() {
 
 #[test]
 fn truth_the_estimator_follows_from_the_command() {
-    // Local polynomials and smoothed lines leave a local remainder, segments leak: per cent of a response without resonances; whole periods
-    // leave the transient that has decayed over one of them.
+    // Local polynomials and smoothed lines leave a local remainder, segments leak: per cent of a response
+    // without resonances; whole periods leave the transient that has decayed over one of them.
     let lines: Vec<f64> = (2..150).map(f64::from).collect();
     let multisine = record(sum_of_sines(&lines), 5000);
     let noise = record(|k| draw(k) + draw(k + 100_000) + draw(k + 200_000) - 1.5, 8000);
-    let chirp = record(|k| if k < 6000 { (TAU * (1.0 + 10.0 * k as f64 * ROW_S) * k as f64 * ROW_S).sin() } else { 0.0 }, 8000);
+    let chirp = record(
+        |k| if k < 6000 { (TAU * (1.0 + 10.0 * k as f64 * ROW_S) * k as f64 * ROW_S).sin() } else { 0.0 },
+        8000,
+    );
     let cases = [
         (&multisine, "lines of 5 periods of 1 s", "repeats every 1 s, 5 times", 0.02),
         (&noise, "local polynomials", "noise with power all over its band", 0.02),
@@ -130,7 +145,12 @@ fn truth_the_estimator_follows_from_the_command() {
     ];
     for (folder, how, why, tolerance) in cases {
         let found = json(&["frf", path(folder.path()), "--from", "2", "--to", "100", "--json"]);
-        assert!(found["how"].as_str().unwrap().contains(how) && notes(&found).contains(why), "{how}: {} {}", found["how"], found["notes"]);
+        assert!(
+            found["how"].as_str().unwrap().contains(how) && notes(&found).contains(why),
+            "{how}: {} {}",
+            found["how"],
+            found["notes"]
+        );
         for (f, ratio, _) in ratios(&found) {
             assert!((ratio - 1.0).norm() < tolerance, "{how}: {f} Hz: {ratio}");
         }
@@ -141,17 +161,24 @@ fn truth_the_estimator_follows_from_the_command() {
 fn truth_frequencies_of_which_a_record_says_nothing_are_left_out() {
     let steps = record(|k| [1.0, 4.0, 2.0, 8.0][k / 1000], 4000);
     let found = json(&["frf", path(steps.path()), "--json"]);
-    assert!(found["how"].as_str().unwrap().contains("H1 of segments") && notes(&found).contains("neither sines nor even noise"));
+    assert!(
+        found["how"].as_str().unwrap().contains("H1 of segments")
+            && notes(&found).contains("neither sines nor even noise")
+    );
     let pressed = printed(&["frf", "datasets/bench-axis", "--experiment", "press-1.csv"]);
-    assert!(pressed.contains("frequencies are left out: what else acts on the machine outweighs the command"), "{pressed}");
+    assert!(
+        pressed.contains("frequencies are left out: what else acts on the machine outweighs the command"),
+        "{pressed}"
+    );
     assert!(pressed.contains("Coherence is below 0.8 at"), "{pressed}");
     let still = record(|_| 3.0, 4000);
     let said = refused(&["frf", path(still.path())]);
     assert!(said.contains("help:"), "{said}");
 }
 
-/// The bench's commands arrive 1.92 ms late, and its masses are up to a tenth from what is believed. Above 25 Hz its dry friction of 7.5 N, at
-/// speeds of some 0.03 m/s a viscous damping of sqrt(2 / pi) 7.5 / 0.03 = 200 N s/m, adds 200 / (12 * 2 pi 25) = 0.1 at 25 Hz and less above.
+/// The bench's commands arrive 1.92 ms late, and its masses are up to a tenth from what is believed. Above 25
+/// Hz its dry friction of 7.5 N, at speeds of some 0.03 m/s a viscous damping of sqrt(2 / pi) 7.5 / 0.03 =
+/// 200 N s/m, adds 200 / (12 * 2 pi 25) = 0.1 at 25 Hz and less above.
 const BELIEVED: f64 = 0.1;
 const FRICTION_AT_25_HZ: f64 = 0.1;
 
@@ -167,7 +194,8 @@ fn regress_the_bench_axis_is_measured_where_it_was_excited() {
     fs::write(folder.path().join("machine.toml"), late).unwrap();
     let found = json(&["frf", path(folder.path()), "--json"]);
     let ratios = ratios(&found);
-    // Sines 1.3 Hz apart up to 20 Hz, and 4.7 Hz apart from there to 160 Hz; the first lies below two over the record's length.
+    // Sines 1.3 Hz apart up to 20 Hz, and 4.7 Hz apart from there to 160 Hz; the first lies below two over
+    // the record's length.
     assert_eq!(ratios.len(), 44);
     for (f, ratio, radius) in ratios.iter().filter(|(f, ..)| *f > 24.0) {
         let off = (ratio - 1.0).norm();
@@ -185,11 +213,15 @@ fn regress_check_names_what_is_wrong_with_the_rows_of_a_dataset() {
     let file = folder.path().join("record.csv");
     let sound = fs::read_to_string(&file).unwrap();
     let lines: Vec<&str> = sound.lines().collect();
-    let without = |rows: std::ops::Range<usize>| [&lines[..rows.start], &lines[rows.end..]].concat().join("\n");
+    let without =
+        |rows: std::ops::Range<usize>| [&lines[..rows.start], &lines[rows.end..]].concat().join("\n");
     let mut back = lines.clone();
     back.swap(200, 201);
     let cases = [
-        (sound.replacen(lines[200], "0.1990,0.1,nan", 1), "record.csv:201: `acceleration_mps2`: no number here"),
+        (
+            sound.replacen(lines[200], "0.1990,0.1,nan", 1),
+            "record.csv:201: `acceleration_mps2`: no number here",
+        ),
         (back.join("\n"), "record.csv:202: the time stamp does not advance"),
         (without(200..250), "record.csv:201: 0.0500 s are missing"),
     ];
@@ -201,7 +233,11 @@ fn regress_check_names_what_is_wrong_with_the_rows_of_a_dataset() {
     // What interpolation mends is a warning, with what was assumed.
     fs::write(&file, without(200..201)).unwrap();
     let said = printed(&["check", path(folder.path())]);
-    assert!(said.starts_with("ok ") && said.contains("warning: record.csv:201: rows depart from even spacing by up to 100 %"), "{said}");
+    assert!(
+        said.starts_with("ok ")
+            && said.contains("warning: record.csv:201: rows depart from even spacing by up to 100 %"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -212,14 +248,25 @@ fn regress_what_the_check_warns_of_is_said_with_the_response() {
         let mut bytes = fs::read(&file).unwrap();
         if file.ends_with("free-sines-1.csv") {
             let text = String::from_utf8(bytes).unwrap();
-            bytes = text.lines().enumerate().filter(|(i, _)| *i != 400).flat_map(|(_, line)| [line, "\n"]).collect::<String>().into_bytes();
+            bytes = text
+                .lines()
+                .enumerate()
+                .filter(|(i, _)| *i != 400)
+                .flat_map(|(_, line)| [line, "\n"])
+                .collect::<String>()
+                .into_bytes();
         }
         fs::write(folder.path().join(file.file_name().unwrap()), bytes).unwrap();
     }
-    let said = "rows depart from even spacing by up to 100 % (series were brought to an even grid by interpolation)";
+    let said =
+        "rows depart from even spacing by up to 100 % (series were brought to an even grid by interpolation)";
     let found = json(&["frf", path(folder.path()), "--experiment", "free-sines-1.csv", "--json"]);
-    let notes: Vec<&str> = found["notes"].as_array().unwrap().iter().map(|note| note.as_str().unwrap()).collect();
-    assert!(notes.iter().any(|note| note.starts_with("free-sines-1.csv:401") && note.ends_with(said)), "{notes:?}");
+    let notes: Vec<&str> =
+        found["notes"].as_array().unwrap().iter().map(|note| note.as_str().unwrap()).collect();
+    assert!(
+        notes.iter().any(|note| note.starts_with("free-sines-1.csv:401") && note.ends_with(said)),
+        "{notes:?}"
+    );
     assert!(printed(&["frf", path(folder.path()), "--experiment", "free-sines-1.csv"]).contains(said));
     // Of an experiment that is not looked at it is only counted.
     let other = printed(&["frf", path(folder.path()), "--experiment", "free-sines-2.csv"]);

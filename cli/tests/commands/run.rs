@@ -32,7 +32,17 @@ fn truth_the_summary_has_the_keys_of_the_contract() {
     bench.write("press.toml", PRESS);
     assert_eq!(bench.feeler(&["run", "press.toml", "--out", "here"]).code, DONE);
     let summary = summary(&bench, "here");
-    for key in ["peak_force_n", "bounces", "settling_time_s", "contact_share", "outcome", "events", "energy", "steps", "wall_s"] {
+    for key in [
+        "peak_force_n",
+        "bounces",
+        "settling_time_s",
+        "contact_share",
+        "outcome",
+        "events",
+        "energy",
+        "steps",
+        "wall_s",
+    ] {
         assert!(!summary[key].is_null(), "{key}");
     }
     assert_eq!(summary["outcome"], "settled");
@@ -60,7 +70,8 @@ fn truth_the_csv_holds_the_recorded_signals_at_their_rate() {
     let csv = bench.read("out/press/trace.csv");
     let mut lines = csv.lines();
     assert_eq!(lines.next(), Some("t_s,tool.force,tip.position,drive.command,force.reading"));
-    let rows: Vec<Vec<f64>> = lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+    let rows: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
     // 0.5 s at 1 kHz, both ends included.
     assert_eq!(rows.len(), 501);
     for (row, values) in rows.iter().enumerate() {
@@ -76,7 +87,8 @@ fn prop_the_same_file_gives_the_same_bytes_whatever_the_threads() {
     bench.write("press.toml", PRESS);
     let noisy = ["--set", "sensors.force.noise=0.2", "--csv"];
     for (folder, threads) in [("a", "1"), ("b", "1"), ("c", "4")] {
-        let said = bench.feeler(&[&["run", "press.toml", "--out", folder, "--threads", threads], &noisy[..]].concat());
+        let said = bench
+            .feeler(&[&["run", "press.toml", "--out", folder, "--threads", threads], &noisy[..]].concat());
         assert_eq!(said.code, DONE, "{}", said.err);
     }
     for name in ["trace.parquet", "trace.csv", "report.html"] {
@@ -125,7 +137,14 @@ fn truth_a_page_carries_all_it_needs() {
 fn truth_chatter_is_told_in_words() {
     let bench = Bench::new();
     assert_eq!(bench.feeler(&["new", "chatter", "--out", "chatter.toml"]).code, DONE);
-    let said = bench.feeler(&["run", "chatter.toml", "--set", "controllers.force.kp=1.0", "--set", "controllers.force.ki=0"]);
+    let said = bench.feeler(&[
+        "run",
+        "chatter.toml",
+        "--set",
+        "controllers.force.kp=1.0",
+        "--set",
+        "controllers.force.ki=0",
+    ]);
     assert!(said.out.starts_with("chatter: The tool chatters at "), "{}", said.out);
     let summary = summary(&bench, "out/chatter");
     assert_eq!(summary["outcome"], "chatter");
@@ -184,9 +203,16 @@ fn truth_a_folder_that_cannot_be_made_is_one_clear_error() {
     bench.write("taken", "a file");
     let said = bench.feeler(&["run", "press.toml", "--out", "taken/inside"]);
     assert_eq!(said.code, BAD_INPUT);
-    assert_eq!(said.err, "error: cannot write taken/inside: taken is a file, not a folder\n  help: name another folder with --out\n");
+    assert_eq!(
+        said.err,
+        "error: cannot write taken/inside: taken is a file, not a folder\n  help: name another folder with --out\n"
+    );
     let said = bench.feeler(&["run", "press.toml", "--out", "taken"]);
-    assert!(said.err.starts_with("error: cannot write taken: taken is a file, not a folder\n"), "{}", said.err);
+    assert!(
+        said.err.starts_with("error: cannot write taken: taken is a file, not a folder\n"),
+        "{}",
+        said.err
+    );
 }
 
 #[test]
@@ -194,7 +220,12 @@ fn truth_another_engine_moves_the_bodies_and_agrees() {
     let bench = Bench::new();
     bench.write("press.toml", PRESS);
     assert_eq!(bench.feeler(&["run", "press.toml", "--out", "own"]).code, DONE);
-    assert_eq!(bench.feeler(&["run", "press.toml", "--engine", "rapier", "--set", "run.step=25 us", "--out", "other"]).code, DONE);
+    assert_eq!(
+        bench
+            .feeler(&["run", "press.toml", "--engine", "rapier", "--set", "run.step=25 us", "--out", "other"])
+            .code,
+        DONE
+    );
     let [own, other] = ["own", "other"].map(|folder| summary(&bench, folder));
     assert_eq!(own["outcome"], other["outcome"]);
     let peak = |summary: &Value| summary["peak_force_n"].as_f64().unwrap();
@@ -208,7 +239,13 @@ fn truth_another_engine_moves_the_bodies_and_agrees() {
     let stepped = PRESS.to_owned() + "integrator = \"rk4\"\n";
     bench.write("both.toml", &stepped);
     let said = bench.feeler(&["run", "both.toml", "--engine", "rapier"]);
-    assert!(said.code == BAD_INPUT && said.err.contains("run.integrator") && said.err.contains("leave one of them out"), "{}", said.err);
+    assert!(
+        said.code == BAD_INPUT
+            && said.err.contains("run.integrator")
+            && said.err.contains("leave one of them out"),
+        "{}",
+        said.err
+    );
 }
 
 /// 5 N m on 1 g m² for 0.16 s: from there on a step of 1 ms turns it by more than an eighth of a circle.
@@ -221,7 +258,12 @@ fn regress_a_body_that_becomes_too_fast_for_rapier_is_no_instability() {
     bench.write("turning.toml", turning);
     let said = bench.feeler(&["run", "turning.toml", "--engine", "rapier"]);
     assert_eq!(said.code, BAD_INPUT, "{}", said.out);
-    assert!(said.err.contains("run.step") && said.err.contains("Rapier follows a turn of at most 0.785 rad per step"), "{}", said.err);
+    assert!(
+        said.err.contains("run.step")
+            && said.err.contains("Rapier follows a turn of at most 0.785 rad per step"),
+        "{}",
+        said.err
+    );
     assert_eq!(bench.feeler(&["run", "turning.toml"]).code, DONE);
 }
 
@@ -230,7 +272,9 @@ fn truth_a_long_chain_is_stepped_by_what_takes_less_time_and_told_so() {
     let bench = Bench::new();
     let chain = |bodies: usize, stiffness: f64| {
         let body = |i: usize| format!("[bodies.b{i}]\nmass = 1.0\n");
-        let spring = |i: usize| format!("[springs.s{i}]\nbetween = [\"b{i}\", \"b{}\"]\nstiffness = {stiffness:?}\n", i + 1);
+        let spring = |i: usize| {
+            format!("[springs.s{i}]\nbetween = [\"b{i}\", \"b{}\"]\nstiffness = {stiffness:?}\n", i + 1)
+        };
         let bodies_text: String = (0..bodies).map(body).collect();
         let springs: String = (0..bodies - 1).map(spring).collect();
         format!("{bodies_text}{springs}[run]\nduration = \"1 ms\"\n")
@@ -243,8 +287,13 @@ fn truth_a_long_chain_is_stepped_by_what_takes_less_time_and_told_so() {
     assert!(long.contains(&format!("{less}, and stepped this run")), "{long}");
     // Two springs at each body: |s|^2 <= 2 * 2e9 / 1, and a step is at most one over that.
     let stiff = bench.feeler(&["run", "stiff.toml"]).out;
-    assert!(stiff.contains(&format!("{less}, but not at steps of 100 µs")) && stiff.contains("15.81 µs"), "{stiff}");
-    for arguments in [["run", "short.toml", "--out", "a"].as_slice(), &["run", "long.toml", "--integrator", "exact"]] {
+    assert!(
+        stiff.contains(&format!("{less}, but not at steps of 100 µs")) && stiff.contains("15.81 µs"),
+        "{stiff}"
+    );
+    for arguments in
+        [["run", "short.toml", "--out", "a"].as_slice(), &["run", "long.toml", "--integrator", "exact"]]
+    {
         let said = bench.feeler(arguments);
         assert_eq!(said.code, DONE, "{}", said.err);
         assert!(!said.out.contains("takes less time"), "{}", said.out);

@@ -20,7 +20,8 @@ const FOLDERS: [&str; 3] = ["/usr/sbin", "/usr/local/sbin", "/sbin"];
 /// What it takes.
 const PROGRAMS: [&str; 5] = ["munged", "slurmctld", "slurmd", "sinfo", "sbatch"];
 
-/// A Slurm of one host with its own folder, ports, keys and configuration: it neither meets one that serves this host nor needs its rights.
+/// A Slurm of one host with its own folder, ports, keys and configuration: it neither meets one that serves
+/// this host nor needs its rights.
 struct Slurm {
     folder: tempfile::TempDir,
     daemons: Vec<(&'static str, Child)>,
@@ -31,15 +32,24 @@ impl Slurm {
     fn start() -> Result<Self, String> {
         let missing: Vec<&str> = PROGRAMS.into_iter().filter(|name| program(name).is_none()).collect();
         if !missing.is_empty() {
-            return Err(format!("not installed: {} (on Debian `apt-get install slurm-wlm munge`)", missing.join(", ")));
+            return Err(format!(
+                "not installed: {} (on Debian `apt-get install slurm-wlm munge`)",
+                missing.join(", ")
+            ));
         }
         let said = |what: &'static str| move |error: std::io::Error| format!("{what}: {error}");
-        let folder = tempfile::Builder::new().prefix("feeler-slurm-").tempdir().map_err(said("a folder for it"))?;
+        let folder =
+            tempfile::Builder::new().prefix("feeler-slurm-").tempdir().map_err(said("a folder for it"))?;
         let mut slurm = Self { folder, daemons: Vec::new() };
         slurm.configure().map_err(said("its configuration"))?;
         let munge = ["--foreground".into()].into_iter().chain(
-            [("key-file", "munge.key"), ("socket", "munge.socket"), ("pid-file", "munge.pid"), ("seed-file", "munge.seed")]
-                .map(|(option, name)| format!("--{option}={}", slurm.at(name).display())),
+            [
+                ("key-file", "munge.key"),
+                ("socket", "munge.socket"),
+                ("pid-file", "munge.pid"),
+                ("seed-file", "munge.seed"),
+            ]
+            .map(|(option, name)| format!("--{option}={}", slurm.at(name).display())),
         );
         slurm.daemon("munged", munge.collect())?;
         for name in ["slurmctld", "slurmd"] {
@@ -66,7 +76,10 @@ impl Slurm {
         // A mount point of no meaning: nothing of the host's control groups is touched.
         fs::write(
             self.at("cgroup.conf"),
-            format!("CgroupPlugin=cgroup/v1\nCgroupAutomount=no\nCgroupMountpoint={}\n", self.at("cgroup").display()),
+            format!(
+                "CgroupPlugin=cgroup/v1\nCgroupAutomount=no\nCgroupMountpoint={}\n",
+                self.at("cgroup").display()
+            ),
         )?;
         let free = [TcpListener::bind("127.0.0.1:0")?, TcpListener::bind("127.0.0.1:0")?];
         let [controller, node] = [free[0].local_addr()?.port(), free[1].local_addr()?.port()];
@@ -87,7 +100,8 @@ impl Slurm {
     }
 
     fn daemon(&mut self, name: &'static str, arguments: Vec<String>) -> Result<(), String> {
-        let said = fs::File::create(self.at(&format!("{name}.out"))).map_err(|error| format!("{name}: {error}"))?;
+        let said =
+            fs::File::create(self.at(&format!("{name}.out"))).map_err(|error| format!("{name}: {error}"))?;
         let mut command = self.command(name);
         command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(said);
         let child = command.spawn().map_err(|error| format!("{name}: {error}"))?;
@@ -117,8 +131,14 @@ impl Slurm {
                 return Ok(());
             }
             if started.elapsed() > PATIENCE {
-                let last: Vec<String> = self.daemons.iter().map(|(name, _)| tail(&self.at(&format!("{name}.out")))).collect();
-                return Err(format!("its node is `{}` after {} s: {}", states.trim(), PATIENCE.as_secs(), last.join("; ")));
+                let last: Vec<String> =
+                    self.daemons.iter().map(|(name, _)| tail(&self.at(&format!("{name}.out")))).collect();
+                return Err(format!(
+                    "its node is `{}` after {} s: {}",
+                    states.trim(),
+                    PATIENCE.as_secs(),
+                    last.join("; ")
+                ));
             }
             std::thread::sleep(Duration::from_millis(100));
         }
@@ -126,11 +146,16 @@ impl Slurm {
 
     /// Submits a job and waits for its end.
     fn submit(&self, arguments: &[&str], folder: &Path) -> Output {
-        let mut child = (self.command("sbatch").arg("--wait").args(arguments).env("FEELER", cargo_bin("feeler")).current_dir(folder))
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let mut child = (self
+            .command("sbatch")
+            .arg("--wait")
+            .args(arguments)
+            .env("FEELER", cargo_bin("feeler"))
+            .current_dir(folder))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
         let started = Instant::now();
         while child.try_wait().unwrap().is_none() {
             if started.elapsed() > PATIENCE {
@@ -158,7 +183,10 @@ fn program(name: &str) -> Option<PathBuf> {
 }
 
 fn printed(name: &str, arguments: &[&str]) -> std::io::Result<String> {
-    Command::new(name).args(arguments).output().map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    Command::new(name)
+        .args(arguments)
+        .output()
+        .map(|output| String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
 fn text(output: &Output) -> String {
@@ -178,7 +206,10 @@ fn prop_an_array_job_of_slurm_gives_the_same_bytes() {
         Ok(slurm) => slurm,
         Err(why) => {
             // Not by the macro for errors, whose words a passing test keeps to itself.
-            let _ = writeln!(std::io::stderr(), "skipped: no Slurm can be started on this host, {why}; the job script was not run by one");
+            let _ = writeln!(
+                std::io::stderr(),
+                "skipped: no Slurm can be started on this host, {why}; the job script was not run by one"
+            );
             return;
         }
     };
@@ -187,12 +218,18 @@ fn prop_an_array_job_of_slurm_gives_the_same_bytes() {
     fs::write(&sweep, SWEEP.replace("points = 20", "points = 2")).unwrap();
     let [one, array] = ["one", "array"].map(|name| folder.path().join(name));
     run(&["sweep", sweep.to_str().unwrap(), "--out", one.to_str().unwrap()]);
-    let ended = slurm.submit(&["--array=1-3", JOB_SCRIPT, sweep.to_str().unwrap(), array.to_str().unwrap()], folder.path());
+    let ended = slurm.submit(
+        &["--array=1-3", JOB_SCRIPT, sweep.to_str().unwrap(), array.to_str().unwrap()],
+        folder.path(),
+    );
     let tasks = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
-    let said = tasks.filter(|path| path.extension().is_some_and(|end| end == "out")).fold(String::new(), |mut said, path| {
-        let _ = writeln!(said, "{}: {}", path.display(), tail(&path));
-        said
-    });
+    let said = tasks.filter(|path| path.extension().is_some_and(|end| end == "out")).fold(
+        String::new(),
+        |mut said, path| {
+            let _ = writeln!(said, "{}: {}", path.display(), tail(&path));
+            said
+        },
+    );
     assert!(ended.status.success(), "{}{said}", text(&ended));
     assert_eq!(fs::read_dir(array.join("chunks")).unwrap().count(), 3, "{said}");
     run(&["merge", array.to_str().unwrap()]);

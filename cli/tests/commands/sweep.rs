@@ -59,7 +59,10 @@ fn prop_threads_shards_and_kills_leave_no_trace_in_the_bytes() {
     for shard in ["1/3", "3/3", "2/3"] {
         run(&["sweep", sweep, "--shard", shard, "--out", &text(&out(&format!("shard-{}", &shard[..1])))]);
     }
-    let incomplete = feeler(&["merge", &text(&out("shard-1")), &text(&out("shard-2")), "--out", &text(&out("part"))]).output().unwrap();
+    let incomplete =
+        feeler(&["merge", &text(&out("shard-1")), &text(&out("shard-2")), "--out", &text(&out("part"))])
+            .output()
+            .unwrap();
     assert_eq!(incomplete.status.code(), Some(2));
     let shards = ["shard-2", "shard-1", "shard-3"].map(|name| text(&out(name)));
     run(&["merge", &shards[0], &shards[1], &shards[2], "--out", &text(&out("merged"))]);
@@ -72,7 +75,10 @@ fn prop_threads_shards_and_kills_leave_no_trace_in_the_bytes() {
         let before = chunks(&killed);
         let mut child = feeler(&["sweep", sweep, "--threads", "2", "--out", &text(&killed)]).spawn().unwrap();
         let started = Instant::now();
-        while chunks(&killed) < before + 2 && started.elapsed() < Duration::from_secs(60) && child.try_wait().unwrap().is_none() {
+        while chunks(&killed) < before + 2
+            && started.elapsed() < Duration::from_secs(60)
+            && child.try_wait().unwrap().is_none()
+        {
             std::thread::sleep(Duration::from_millis(1));
         }
         assert!(child.try_wait().unwrap().is_none(), "the sweep ended before it could be killed five times");
@@ -85,7 +91,8 @@ fn prop_threads_shards_and_kills_leave_no_trace_in_the_bytes() {
     fs::write(killed.join("sweep.parquet.0123456789abcdef.tmp"), "PAR1").unwrap();
     run(&["sweep", sweep, "--threads", "2", "--out", &text(&killed)]);
     let names = fs::read_dir(&killed).unwrap().map(|entry| entry.unwrap().path());
-    let left: Vec<PathBuf> = names.filter(|path| path.extension().is_some_and(|extension| extension == "tmp")).collect();
+    let left: Vec<PathBuf> =
+        names.filter(|path| path.extension().is_some_and(|extension| extension == "tmp")).collect();
     assert!(left.is_empty(), "{left:?}");
     assert!(bytes("killed") == expected, "a sweep that was killed five times gives other bytes");
 }
@@ -98,7 +105,8 @@ fn truth_a_folder_of_another_sweep_is_refused() {
     fs::write(&sweep, &short).unwrap();
     run(&["sweep", sweep.to_str().unwrap(), "--out", out.to_str().unwrap()]);
     fs::write(&sweep, short.replace("2.1", "2.2")).unwrap();
-    let refused = feeler(&["sweep", sweep.to_str().unwrap(), "--out", out.to_str().unwrap()]).output().unwrap();
+    let refused =
+        feeler(&["sweep", sweep.to_str().unwrap(), "--out", out.to_str().unwrap()]).output().unwrap();
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&refused.stderr).contains("another sweep"));
 }
@@ -111,7 +119,8 @@ fn prop_the_job_script_runs_each_part_once() {
     let [one, array] = ["one", "array"].map(|name| folder.path().join(name));
     run(&["sweep", sweep.to_str().unwrap(), "--out", one.to_str().unwrap()]);
     let tasks = ["5", "6", "7"].map(|task| {
-        let told = [("SLURM_ARRAY_TASK_ID", task), ("SLURM_ARRAY_TASK_MIN", "5"), ("SLURM_ARRAY_TASK_COUNT", "3")];
+        let told =
+            [("SLURM_ARRAY_TASK_ID", task), ("SLURM_ARRAY_TASK_MIN", "5"), ("SLURM_ARRAY_TASK_COUNT", "3")];
         let mut command = Command::new("sh");
         command.arg(JOB_SCRIPT).args([&sweep, &array]).envs(told).env("FEELER", cargo_bin("feeler"));
         command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
@@ -129,10 +138,17 @@ fn truth_the_verdict_is_printed_and_written() {
     let (folder, _) = project();
     let out = folder.path().join("why");
     let scenario = folder.path().join("chatter.toml");
-    let output = Command::new(cargo_bin("feeler")).args(["why"]).arg(&scenario).arg("--out").arg(&out).output().unwrap();
+    let output = Command::new(cargo_bin("feeler"))
+        .args(["why"])
+        .arg(&scenario)
+        .arg("--out")
+        .arg(&out)
+        .output()
+        .unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(text.starts_with("The chatter is due to sampling and delay"), "{text}");
-    let found: serde_json::Value = serde_json::from_str(&fs::read_to_string(out.join("why.json")).unwrap()).unwrap();
+    let found: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(out.join("why.json")).unwrap()).unwrap();
     assert_eq!(found["causes"], serde_json::json!(["sampling-and-delay"]));
     assert!(found["remedies"].as_array().unwrap().len() > 2);
     assert!(fs::read_to_string(out.join("report.html")).unwrap().contains("What to do"));
@@ -152,7 +168,8 @@ fn truth_the_command_under_the_pointer_is_the_same_however_paths_are_typed_and_g
     assert!(page == bench.read("two/report.html"));
     assert!(page.contains("\"command\":\"feeler run chatter.toml --as-sweep\""));
     let settings = ["--set", "controllers.force.kp=2.5", "--set", "run.duration=0.5 s"];
-    let said = bench.feeler(&[&["run", "chatter.toml", "--as-sweep", "--json", "--out", "run"], &settings[..]].concat());
+    let said = bench
+        .feeler(&[&["run", "chatter.toml", "--as-sweep", "--json", "--out", "run"], &settings[..]].concat());
     assert_eq!(said.code, DONE, "{}", said.err);
     let summary: serde_json::Value = serde_json::from_str(&said.out).unwrap();
     let table = Table::read(&bench.path("one/sweep.parquet")).unwrap();
@@ -179,7 +196,8 @@ fn truth_limit_cycles_through_saturation_stand_beside_theory_and_nothing_empty_i
     assert!(bench.read("out/strobe.svg").contains("clip-path"), "the predicted cycle is drawn");
 }
 
-/// Of two gains one settles: its diagram is said to be empty, and not left out in silence; and over two axes of numbers it is said where diagrams are.
+/// Of two gains one settles: its diagram is said to be empty, and not left out in silence; and over two axes
+/// of numbers it is said where diagrams are.
 #[test]
 fn regress_what_is_not_drawn_is_said() {
     let bench = Bench::new();
@@ -200,5 +218,9 @@ fn regress_what_is_not_drawn_is_said() {
     let said = bench.feeler(&["sweep", "two.toml", "--out", "two"]);
     assert!(said.code == DONE && said.out.contains("as this seed puts it"), "{} {}", said.out, said.err);
     let page = bench.read("two/report.html");
-    assert!(page.contains("Bifurcation diagrams") && page.contains("nearest") && page.contains("as this seed puts it"));
+    assert!(
+        page.contains("Bifurcation diagrams")
+            && page.contains("nearest")
+            && page.contains("as this seed puts it")
+    );
 }

@@ -6,14 +6,16 @@ use std::path::{Path, PathBuf};
 use assert_cmd::Command;
 use serde_json::Value;
 
-/// Closed and simulated responses of a linear machine under noise: leakage left by local polynomials next to a resonance of 2 % damping.
+/// Closed and simulated responses of a linear machine under noise: leakage left by local polynomials next to
+/// a resonance of 2 % damping.
 const LEAKAGE_DB: f64 = 0.05;
 
 /// A line within 0.1 Hz of the corner of a first-order filter, 1 % of it in modulus at most.
 const FILTERED: f64 = 0.01;
 
-/// At 0.1 N rms about 30 N, what the tangent and the transient to 30 N leave is half a decibel at the resonance of the stiffest law; a tangent at
-/// another force puts the resonance elsewhere, tens of decibels off.
+/// At 0.1 N rms about 30 N, what the tangent and the transient to 30 N leave is half a decibel at the
+/// resonance of the stiffest law; a tangent at another force puts the resonance elsewhere, tens of decibels
+/// off.
 const SMALL_SIGNAL_DB: f64 = 1.0;
 
 fn feeler() -> Command {
@@ -42,7 +44,11 @@ pub(crate) fn json(arguments: &[&str]) -> Value {
 fn reference_analysis_of_the_flexible_axis_as_programs_read_it() {
     let found = json(&["analyze", "paper/flexible.toml", "--json"]);
     let near = |value: &Value, expected: f64| (value.as_f64().unwrap() - expected).abs() < 1e-3;
-    assert!(near(&found["poles_hz"][0], 19.967) && near(&found["poles_hz"][1], 105.049) && near(&found["zeros_hz"][0], 1591.549));
+    assert!(
+        near(&found["poles_hz"][0], 19.967)
+            && near(&found["poles_hz"][1], 105.049)
+            && near(&found["zeros_hz"][0], 1591.549)
+    );
     assert!(near(&found["gain"]["continuous"]["stable"][1], 5.6083));
     assert_eq!(found["modes"][1]["class"], "noncolocated");
     for key in ["gain", "phase_deg", "delay_s", "crossover_hz"] {
@@ -58,7 +64,15 @@ fn reference_analysis_of_the_flexible_axis_as_programs_read_it() {
 #[test]
 fn truth_the_tables_of_an_analysis_have_both_edges_the_count_and_the_peaks() {
     let text = printed(&["analyze", "paper/flexible.toml"]);
-    for part in ["swings there (Hz)", "-1 ", "clockwise turns about -1", "|S|", "|T|", "times the product of (s - zero)", "1 % more of"] {
+    for part in [
+        "swings there (Hz)",
+        "-1 ",
+        "clockwise turns about -1",
+        "|S|",
+        "|T|",
+        "times the product of (s - zero)",
+        "1 % more of",
+    ] {
         assert!(text.contains(part), "{part}: {text}");
     }
 }
@@ -66,7 +80,10 @@ fn truth_the_tables_of_an_analysis_have_both_edges_the_count_and_the_peaks() {
 #[test]
 fn truth_an_analysis_says_of_which_loop_it_speaks() {
     let text = printed(&["analyze", "paper/flexible.toml", "--output", "motor.position"]);
-    assert!(text.contains("are of the loop of controllers.force, from drive.command to tool.spring_force."), "{text}");
+    assert!(
+        text.contains("are of the loop of controllers.force, from drive.command to tool.spring_force."),
+        "{text}"
+    );
     assert!(!printed(&["analyze", "paper/flexible.toml"]).contains("are of the loop of"));
 }
 
@@ -77,13 +94,21 @@ const SAME_MACHINE: f64 = 1e-8;
 fn truth_a_contact_that_depends_on_force_is_taken_at_the_last_reference() {
     let poles = |arguments: &[&str]| -> Vec<f64> {
         let found = json(&[&["analyze"], arguments, &["--json"]].concat());
-        found["poles"].as_array().unwrap().iter().flat_map(|pole| [pole[0].as_f64().unwrap(), pole[1].as_f64().unwrap()]).collect()
+        found["poles"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .flat_map(|pole| [pole[0].as_f64().unwrap(), pole[1].as_f64().unwrap()])
+            .collect()
     };
     let same = |file: &str, setting: &str| {
         let (law, tangent) = (poles(&[file]), poles(&["effects/ideal.toml", "--set", setting]));
         let largest = tangent.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
         assert_eq!(law.len(), tangent.len());
-        assert!(law.iter().zip(&tangent).all(|(a, b)| (a - b).abs() < SAME_MACHINE * largest), "{file}: {law:?} {tangent:?}");
+        assert!(
+            law.iter().zip(&tangent).all(|(a, b)| (a - b).abs() < SAME_MACHINE * largest),
+            "{file}: {law:?} {tangent:?}"
+        );
     };
     // k d + cubic d^3 = 30 N at d, where the slope is k + 3 cubic d^2.
     let (k, cubic) = (2e5, 1e13_f64);
@@ -97,14 +122,24 @@ fn truth_a_contact_that_depends_on_force_is_taken_at_the_last_reference() {
     let hardening = json(&["analyze", "effects/hardening-stiffness.toml", "--json"]);
     assert_eq!(hardening["preload_n"], 30.0);
     let hertz = json(&["analyze", "effects/hertz-contact.toml", "--json"]);
-    assert_eq!(json(&["analyze", "effects/hertz-contact.toml", "--clamped", "--json"])["poles"], hertz["poles"]);
+    assert_eq!(
+        json(&["analyze", "effects/hertz-contact.toml", "--clamped", "--json"])["poles"],
+        hertz["poles"]
+    );
     let note = feeler().args(["analyze", "effects/hardening-stiffness.toml"]).output().unwrap().stderr;
     assert!(String::from_utf8(note).unwrap().contains("linearised at the last reference, 30 N"));
 }
 
 #[test]
 fn truth_a_contact_without_stiffness_at_rest_asks_for_a_force() {
-    let settings = ["analyze", "control/impedance.toml", "--set", "contacts.tool.law=hertz", "--set", "contacts.tool.stiffness=5e7"];
+    let settings = [
+        "analyze",
+        "control/impedance.toml",
+        "--set",
+        "contacts.tool.law=hertz",
+        "--set",
+        "contacts.tool.stiffness=5e7",
+    ];
     let said = refused(&settings);
     assert!(said.contains("no stiffness without force") && said.contains("--preload 30"), "{said}");
     printed(&[&settings[..], &["--preload", "30"]].concat());
@@ -139,7 +174,11 @@ fn truth_a_response_is_linearised_under_the_mean_of_its_command() {
         let pairs = sizes("response").into_iter().zip(sizes("linear"));
         pairs.map(|(measured, linear)| (20.0 * (measured / linear).log10()).abs()).fold(0.0, f64::max)
     };
-    for file in ["effects/hertz-contact.toml", "effects/hardening-stiffness.toml", "effects/hunt-crossley-contact.toml"] {
+    for file in [
+        "effects/hertz-contact.toml",
+        "effects/hardening-stiffness.toml",
+        "effects/hunt-crossley-contact.toml",
+    ] {
         let decibels = difference_db(file, "30");
         assert!(decibels < SMALL_SIGNAL_DB, "{file}: {decibels}");
     }
@@ -149,8 +188,12 @@ fn truth_a_response_is_linearised_under_the_mean_of_its_command() {
 #[test]
 fn truth_the_loop_of_a_law_of_motion_is_that_of_its_motion_sensor() {
     let text = printed(&["analyze", "control/impedance.toml"]);
-    assert!(text.contains("(loop from drive.command to motor.position)") && !text.contains("spring_force"), "{text}");
-    let closed = printed(&["analyze", "control/impedance.toml", "--set", "controllers.spring.force_gain=0.5"]);
+    assert!(
+        text.contains("(loop from drive.command to motor.position)") && !text.contains("spring_force"),
+        "{text}"
+    );
+    let closed =
+        printed(&["analyze", "control/impedance.toml", "--set", "controllers.spring.force_gain=0.5"]);
     assert!(closed.contains("(loop from drive.command to tool.spring_force)"), "{closed}");
 }
 
@@ -159,7 +202,22 @@ fn truth_a_response_is_that_of_the_reading_which_the_controller_gets() {
     // A low-pass filter of the sensor at 20 Hz takes 45 degrees there, and 3 dB.
     let measured = |output: &[&str]| {
         let found = json(
-            &[&["frf", "why/force-lag.toml", "--clamped", "--from", "19.9", "--to", "20.1", "--duration", "20", "--json"], output].concat(),
+            &[
+                &[
+                    "frf",
+                    "why/force-lag.toml",
+                    "--clamped",
+                    "--from",
+                    "19.9",
+                    "--to",
+                    "20.1",
+                    "--duration",
+                    "20",
+                    "--json",
+                ],
+                output,
+            ]
+            .concat(),
         );
         let value = &found["linear"][found["linear"].as_array().unwrap().len() / 2];
         (
@@ -197,7 +255,8 @@ fn truth_the_page_of_an_analysis_has_every_part_and_needs_no_network() {
         assert!(page.contains(part), "{part}");
     }
     assert!(!page.contains("src=\"http") && !page.contains("href=\"http") && page.len() < 3_000_000);
-    let kept: Value = serde_json::from_str(&std::fs::read_to_string(folder.path().join("analyze.json")).unwrap()).unwrap();
+    let kept: Value =
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join("analyze.json")).unwrap()).unwrap();
     assert_eq!(kept["sensitivities"].as_array().unwrap().len(), 13);
 }
 
@@ -205,22 +264,36 @@ fn truth_the_page_of_an_analysis_has_every_part_and_needs_no_network() {
 fn truth_a_saturating_velocity_source_is_limited_by_its_force() {
     let with_limit = |limit: &str| {
         let setting = format!("actuators.drive.limit={limit}");
-        json(&["analyze", "paper/rigid-source.toml", "--json", "--set", &setting])["limit"].as_str().unwrap().to_owned()
+        json(&["analyze", "paper/rigid-source.toml", "--json", "--set", &setting])["limit"]
+            .as_str()
+            .unwrap()
+            .to_owned()
     };
     assert_eq!(with_limit("1"), "saturation");
     assert_eq!(with_limit("1e6"), "rigid-body");
     // The advice is of what limits.
     let said = printed(&["analyze", "paper/rigid-source.toml", "--set", "actuators.drive.limit=9.5"]);
-    let parts = ["at which the drive saturates, first: ", "saturation frequency (%)", "actuators.drive.limit"];
+    let parts =
+        ["at which the drive saturates, first: ", "saturation frequency (%)", "actuators.drive.limit"];
     assert!(parts.iter().all(|part| said.contains(part)), "{said}");
-    assert!(printed(&["analyze", "paper/rigid-source.toml", "--set", "actuators.drive.limit=1"]).contains("even at rest"));
+    assert!(
+        printed(&["analyze", "paper/rigid-source.toml", "--set", "actuators.drive.limit=1"])
+            .contains("even at rest")
+    );
 }
 
 #[test]
 fn truth_a_delay_of_hundreds_of_samples_is_analysed_or_refused_with_the_arithmetic() {
     let text = printed(&["analyze", "paper/flexible.toml", "--set", "controllers.force.delay=0.5"]);
     assert!(text.contains("limited by: sampling"), "{text}");
-    let said = refused(&["analyze", "paper/flexible.toml", "--set", "sensors.force.delay=0.5", "--set", "controllers.force.damping=10"]);
+    let said = refused(&[
+        "analyze",
+        "paper/flexible.toml",
+        "--set",
+        "sensors.force.delay=0.5",
+        "--set",
+        "controllers.force.damping=10",
+    ]);
     assert!(said.contains("500 samples are under way") && said.contains("lengthen the period"), "{said}");
 }
 
@@ -233,11 +306,19 @@ fn truth_every_excitation_measures_the_linear_response() {
         &["--excitation", "stepped-sine", "--points", "8"],
     ];
     for excitation in excitations {
-        let found = json(&[&["frf", "paper/rigid.toml", "--from", "2", "--to", "200", "--json"], excitation].concat());
+        let found = json(
+            &[&["frf", "paper/rigid.toml", "--from", "2", "--to", "200", "--json"], excitation].concat(),
+        );
         let agreement = &found["agreement"];
         assert!(agreement["frequencies_compared"].as_u64().unwrap() >= 8, "{excitation:?}");
-        assert!(agreement["largest_difference_db"].as_f64().unwrap() < LEAKAGE_DB, "{excitation:?}: {agreement}");
-        assert_eq!(found["frequencies_hz"].as_array().unwrap().len(), found["linear"].as_array().unwrap().len());
+        assert!(
+            agreement["largest_difference_db"].as_f64().unwrap() < LEAKAGE_DB,
+            "{excitation:?}: {agreement}"
+        );
+        assert_eq!(
+            found["frequencies_hz"].as_array().unwrap().len(),
+            found["linear"].as_array().unwrap().len()
+        );
     }
 }
 
@@ -245,7 +326,8 @@ fn truth_every_excitation_measures_the_linear_response() {
 fn truth_a_response_is_written_as_page_table_and_json() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
-    let text = printed(&["frf", "paper/flexible.toml", "--estimator", "hv", "--duration", "20", "--out", out]);
+    let text =
+        printed(&["frf", "paper/flexible.toml", "--estimator", "hv", "--duration", "20", "--out", out]);
     assert!(text.contains("Hv of segments") && text.contains("coherence"));
     let csv = std::fs::read_to_string(folder.path().join("frf.csv")).unwrap();
     assert!(csv.starts_with("frequency_hz,magnitude_db,") && csv.lines().count() > 100);
@@ -262,21 +344,42 @@ fn truth_bad_requests_are_refused_with_what_to_do() {
         ),
         (&["frf", "paper/rigid.toml", "--input", "force.reading"], "is no input"),
         (&["frf", "paper/rigid.toml", "--to", "600"], "frequencies end at 500 Hz"),
-        (&["frf", "paper/rigid.toml", "--excitation", "multisine", "--period", "0.0137772"], "no whole number of holds"),
+        (
+            &["frf", "paper/rigid.toml", "--excitation", "multisine", "--period", "0.0137772"],
+            "no whole number of holds",
+        ),
         (&["frf", "paper/rigid.toml", "--experiment", "a.csv"], "this is a scenario"),
         (&["analyze", "paper/rigid.toml", "--gain", "controllers.force.kq"], "has no gain `kq`"),
         (&["frf", "paper/rigid.toml", "--segment", "4"], "nothing is averaged here"),
         (&["frf", "paper/rigid.toml", "--segment", "4", "--excitation", "chirp"], "nothing is averaged here"),
-        (&["frf", "datasets/bench-axis", "--set", "bodies.tip.mass=6"], "--set belongs to an experiment on the simulated machine"),
-        (&["frf", "datasets/bench-axis", "--offset", "1"], "--offset belongs to an experiment on the simulated machine"),
+        (
+            &["frf", "datasets/bench-axis", "--set", "bodies.tip.mass=6"],
+            "--set belongs to an experiment on the simulated machine",
+        ),
+        (
+            &["frf", "datasets/bench-axis", "--offset", "1"],
+            "--offset belongs to an experiment on the simulated machine",
+        ),
         (&["frf", "datasets/bench-axis", "--periods", "3"], "--periods belongs"),
         (&["frf", "datasets/bench-axis", "--realisations", "3"], "--realisations belongs"),
         (&["frf", "datasets/bench-axis", "--points", "3"], "--points belongs"),
-        (&["frf", "paper/rigid.toml", "--points", "3"], "--points has no meaning for --excitation white-noise"),
+        (
+            &["frf", "paper/rigid.toml", "--points", "3"],
+            "--points has no meaning for --excitation white-noise",
+        ),
         (&["frf", "paper/rigid.toml", "--from", "-3"], "no band from -3"),
-        (&["frf", "paper/rigid.toml", "--excitation", "stepped-sine", "--points", "100000"], "1e8 are the most"),
-        (&["frf", "paper/rigid.toml", "--free", "--output", "tool.force"], "nothing of drive.command arrives at tool.force"),
-        (&["frf", "datasets/bench-axis", "--output", "force_n"], "nothing of drive.command arrives at force.reading"),
+        (
+            &["frf", "paper/rigid.toml", "--excitation", "stepped-sine", "--points", "100000"],
+            "1e8 are the most",
+        ),
+        (
+            &["frf", "paper/rigid.toml", "--free", "--output", "tool.force"],
+            "nothing of drive.command arrives at tool.force",
+        ),
+        (
+            &["frf", "datasets/bench-axis", "--output", "force_n"],
+            "nothing of drive.command arrives at force.reading",
+        ),
         (&["frf", "sweeps/boundary.toml"], "this is a sweep file"),
         (&["why", "sweeps/boundary.toml"], "`feeler sweep` takes it"),
         (&["analyze", "arms/six-joint.toml"], "`feeler reduce` takes it"),
@@ -296,7 +399,8 @@ fn truth_records_of_a_dataset_give_a_response() {
         let _ = writeln!(std::io::stderr(), "skipped: no practice datasets");
         return;
     };
-    let found = json(&["frf", &folder, "--experiment", "clamped-1.csv", "--experiment", "clamped-2.csv", "--json"]);
+    let found =
+        json(&["frf", &folder, "--experiment", "clamped-1.csv", "--experiment", "clamped-2.csv", "--json"]);
     assert_eq!(found["output"], "force.reading");
     assert!(found["coherence"].as_array().unwrap().iter().all(Value::is_number));
     assert!(refused(&["frf", &folder, "--experiment", "clamped-9.csv"]).contains("did you mean `clamped-"));
@@ -306,7 +410,18 @@ fn truth_records_of_a_dataset_give_a_response() {
 #[test]
 fn regress_sensor_noise_of_a_linear_machine_is_no_distortion() {
     let said = |machine: &str, setting: &str, seed: &str| {
-        printed(&["frf", machine, "--set", setting, "--excitation", "multisine", "--to", "100", "--seed", seed])
+        printed(&[
+            "frf",
+            machine,
+            "--set",
+            setting,
+            "--excitation",
+            "multisine",
+            "--to",
+            "100",
+            "--seed",
+            seed,
+        ])
     };
     for seed in ["1", "2", "3"] {
         let text = said("paper/flexible.toml", "sensors.force.noise=0.02", seed);
@@ -331,11 +446,16 @@ fn regress_what_an_analysis_leaves_out_is_listed() {
         let path = format!("effects/{file}.toml");
         let found = json(&["analyze", &path, "--json"]);
         let listed = found["assumptions"].as_array().unwrap().iter().any(|assumption| {
-            assumption["of"] == of && assumption["property"] == property && assumption["taken"].as_str().unwrap().contains(taken)
+            assumption["of"] == of
+                && assumption["property"] == property
+                && assumption["taken"].as_str().unwrap().contains(taken)
         });
         assert!(listed, "{file}: {}", found["assumptions"]);
         let text = printed(&["analyze", &path]);
-        assert!(text.lines().any(|line| line.contains(of) && line.contains(property) && line.contains(taken)), "{text}");
+        assert!(
+            text.lines().any(|line| line.contains(of) && line.contains(property) && line.contains(taken)),
+            "{text}"
+        );
     }
     // A linear machine is all there.
     assert_eq!(json(&["analyze", "paper/flexible.toml", "--json"])["assumptions"], serde_json::json!([]));
@@ -347,17 +467,38 @@ fn regress_what_an_analysis_leaves_out_is_listed() {
 
 #[test]
 fn regress_the_reason_is_told_where_no_problem_is_named() {
-    let text = printed(&["analyze", "control/two-rates.toml", "--gain", "damper.damping", "--set", "controllers.damper.period=1 ms"]);
-    assert!(text.contains("controllers.damper samples every 1 ms") && !text.contains("no continuous counterpart"), "{text}");
+    let text = printed(&[
+        "analyze",
+        "control/two-rates.toml",
+        "--gain",
+        "damper.damping",
+        "--set",
+        "controllers.damper.period=1 ms",
+    ]);
+    assert!(
+        text.contains("controllers.damper samples every 1 ms") && !text.contains("no continuous counterpart"),
+        "{text}"
+    );
 }
 
 #[test]
 fn regress_a_row_of_the_account_says_why_it_differs_from_the_one_above() {
-    let jump = ["analyze", "paper/flexible.toml", "--set", "controllers.force.ki=3", "--set", "controllers.force.feed_forward=0"];
+    let jump = [
+        "analyze",
+        "paper/flexible.toml",
+        "--set",
+        "controllers.force.ki=3",
+        "--set",
+        "controllers.force.feed_forward=0",
+    ];
     let text = printed(&jump);
     let row = text.lines().find(|line| line.trim_start().starts_with("filters")).unwrap();
     assert!(row.contains("integral action ends there: beyond,"), "{text}");
-    assert!(text.contains("the first limit of the gain") && text.contains("lower: the gain above is unstable here"), "{text}");
+    assert!(
+        text.contains("the first limit of the gain")
+            && text.contains("lower: the gain above is unstable here"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -372,15 +513,24 @@ fn regress_a_number_of_tiny_effect_is_not_recommended() {
     ];
     let settings = settings.into_iter().flat_map(|setting| ["--set", setting]);
     let text = printed(&["analyze", "paper/rigid.toml"].into_iter().chain(settings).collect::<Vec<_>>());
-    assert!(!text.contains(", first: ") && text.contains("No single mass, stiffness or damping helps much"), "{text}");
+    assert!(
+        !text.contains(", first: ") && text.contains("No single mass, stiffness or damping helps much"),
+        "{text}"
+    );
 }
 
 #[test]
 fn regress_mistakes_of_a_request_name_what_there_is() {
     for (arguments, parts) in [
-        (&["analyze", "paper/flexible.toml", "--gain", "nope.kp"][..], &["no controller `nope`", "being `force`"][..]),
+        (
+            &["analyze", "paper/flexible.toml", "--gain", "nope.kp"][..],
+            &["no controller `nope`", "being `force`"][..],
+        ),
         (&["analyze", "paper/flexible.toml", "--gain", "force.kq"], &["no gain `kq`", "kp, ki, kd"]),
-        (&["analyze", "paper/flexible.toml", "--preload", "-3"], &["--preload -3 presses nothing", "above zero"]),
+        (
+            &["analyze", "paper/flexible.toml", "--preload", "-3"],
+            &["--preload -3 presses nothing", "above zero"],
+        ),
         (&["frf", "paper/flexible.toml", "--from", "0"], &["no band from 0", "must be above zero"]),
         (&["frf", "paper/flexible.toml", "--from", "50", "--to", "5"], &["ends before it begins"]),
         (
@@ -396,16 +546,30 @@ fn regress_mistakes_of_a_request_name_what_there_is() {
 #[test]
 fn regress_a_fit_of_the_landmarks_says_how_many_starts_reach_them() {
     let text = printed(&["fit-landmarks", "--starts", "2"]);
-    assert!(text.contains("of 2 starts reach every landmark") && text.contains("None knows of an earlier fit."), "{text}");
+    assert!(
+        text.contains("of 2 starts reach every landmark") && text.contains("None knows of an earlier fit."),
+        "{text}"
+    );
     assert!(!text.contains("Missed by more than"), "{text}");
     let stuck = printed(&["fit-landmarks", "--starts", "1", "--iterations", "0"]);
-    assert!(stuck.contains("0 of 1 start reaches every landmark") && stuck.contains("Missed by more than 1 Hz"), "{stuck}");
+    assert!(
+        stuck.contains("0 of 1 start reaches every landmark") && stuck.contains("Missed by more than 1 Hz"),
+        "{stuck}"
+    );
 }
 
-/// Once per common period a motion at 502.8 Hz looks like one at 2.8 Hz; where both controllers are as fast, nothing is folded.
+/// Once per common period a motion at 502.8 Hz looks like one at 2.8 Hz; where both controllers are as fast,
+/// nothing is folded.
 #[test]
 fn regress_an_edge_of_two_rates_has_the_frequency_at_which_the_bodies_move() {
-    let asked = ["analyze", "control/two-rates.toml", "--gain", "damper.damping", "--set", "controllers.damper.period=0.5 ms"];
+    let asked = [
+        "analyze",
+        "control/two-rates.toml",
+        "--gain",
+        "damper.damping",
+        "--set",
+        "controllers.damper.period=0.5 ms",
+    ];
     let swings = |hz: &str| format!("where it begins to swing at {hz} Hz");
     let text = printed(&asked);
     assert!(text.contains(&swings("502.9")), "{text}");

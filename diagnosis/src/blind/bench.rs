@@ -1,4 +1,5 @@
-//! A bench written out by hand: base, motor, tip and workpiece in a row, a drive, and sensors, moved in small semi-implicit steps.
+//! A bench written out by hand: base, motor, tip and workpiece in a row, a drive, and sensors, moved in small
+//! semi-implicit steps.
 
 /// Step, s.
 pub(super) const STEP_S: f64 = 4e-6;
@@ -124,11 +125,16 @@ impl Bench {
     pub(super) fn step(&self, state: &mut State, command: f64, hold: Hold) -> Truths {
         let h = STEP_S;
         let wanted = self.drive_force(command, state);
-        state.drive = if self.drive_lag_s > 0.0 { state.drive + (wanted - state.drive) * h / self.drive_lag_s } else { wanted };
+        state.drive = if self.drive_lag_s > 0.0 {
+            state.drive + (wanted - state.drive) * h / self.drive_lag_s
+        } else {
+            wanted
+        };
         let stroke = state.motor[0] - state.base[0];
         let speed = state.motor[1] - state.base[1];
-        let ripple =
-            self.ripple.map_or(0.0, |[amplitude, pitch, phase]| amplitude * (std::f64::consts::TAU * stroke / pitch + phase).sin());
+        let ripple = self.ripple.map_or(0.0, |[amplitude, pitch, phase]| {
+            amplitude * (std::f64::consts::TAU * stroke / pitch + phase).sin()
+        });
         let drive = state.drive + ripple;
         let (contact, spring) = self.contact(state, hold);
         let guide = self.guide(state, speed, stroke, contact);
@@ -165,14 +171,21 @@ impl Bench {
                 (both, both)
             }
         };
-        for (body, acceleration) in
-            [(&mut state.motor, motor), (&mut state.tip, tip), (&mut state.base, base), (&mut state.workpiece, workpiece)]
-        {
+        for (body, acceleration) in [
+            (&mut state.motor, motor),
+            (&mut state.tip, tip),
+            (&mut state.base, base),
+            (&mut state.workpiece, workpiece),
+        ] {
             body[1] += h * acceleration;
             body[0] += h * body[1];
         }
         let sensed = spring + self.tool_kg * tip;
-        state.lagged = if self.force_lag_s > 0.0 { state.lagged + (sensed - state.lagged) * h / self.force_lag_s } else { sensed };
+        state.lagged = if self.force_lag_s > 0.0 {
+            state.lagged + (sensed - state.lagged) * h / self.force_lag_s
+        } else {
+            sensed
+        };
         let force_n = match self.creep {
             Some([share, time]) => {
                 state.crept += (state.lagged - state.crept) * h / time;
@@ -180,14 +193,23 @@ impl Bench {
             }
             None => state.lagged,
         };
-        Truths { encoder_m: state.motor[0] - state.base[0], motor_acceleration: motor, tip_acceleration: tip, force_n }
+        Truths {
+            encoder_m: state.motor[0] - state.base[0],
+            motor_acceleration: motor,
+            tip_acceleration: tip,
+            force_n,
+        }
     }
 
     fn drive_force(&self, command: f64, state: &State) -> f64 {
         let through = command - command.clamp(-self.deadband, self.deadband);
         let scaled = through * self.drive_gain * (1.0 - self.sag * (through.abs() / 100.0));
         let limited = scaled.clamp(-self.limit_n, self.limit_n);
-        if self.slew.is_finite() { state.drive + (limited - state.drive).clamp(-self.slew * STEP_S, self.slew * STEP_S) } else { limited }
+        if self.slew.is_finite() {
+            state.drive + (limited - state.drive).clamp(-self.slew * STEP_S, self.slew * STEP_S)
+        } else {
+            limited
+        }
     }
 
     /// Force between tip and workpiece, and the part of it that its spring carries.
@@ -202,21 +224,30 @@ impl Bench {
             return (0.0, 0.0);
         }
         // A clamped tool pulls as it pushes.
-        let curve =
-            if (self.wall_exponent - 1.0).abs() > 1e-12 { pressed.abs().powf(self.wall_exponent).copysign(pressed) } else { pressed };
+        let curve = if (self.wall_exponent - 1.0).abs() > 1e-12 {
+            pressed.abs().powf(self.wall_exponent).copysign(pressed)
+        } else {
+            pressed
+        };
         let linear = self.wall_stiffness * curve;
         let spring = linear + self.wall_cubic * pressed.powi(3);
-        let damper =
-            if hold == Hold::Wall && self.hunt_crossley > 0.0 { self.hunt_crossley * spring * speed } else { self.wall_damping * speed };
+        let damper = if hold == Hold::Wall && self.hunt_crossley > 0.0 {
+            self.hunt_crossley * spring * speed
+        } else {
+            self.wall_damping * speed
+        };
         let whole = spring + damper;
         if hold == Hold::Wall && whole < 0.0 { (0.0, spring) } else { (whole, spring) }
     }
 
     /// What the guide takes from the motor.
     fn guide(&self, state: &mut State, speed: f64, stroke: f64, contact: f64) -> f64 {
-        let smooth = self.guide_damping * speed + self.drag * speed * speed.abs() + self.cable * stroke.max(0.0) - self.constant_load;
+        let smooth =
+            self.guide_damping * speed + self.drag * speed * speed.abs() + self.cable * stroke.max(0.0)
+                - self.constant_load;
         let sided = self.coulomb * (1.0 + self.asymmetry * speed.signum());
-        let curve = self.stribeck.map_or(0.0, |[above, velocity]| above * (-(speed / velocity).powi(2)).exp());
+        let curve =
+            self.stribeck.map_or(0.0, |[above, velocity]| above * (-(speed / velocity).powi(2)).exp());
         let level = sided + curve + self.load_ratio * contact.abs();
         if level <= 0.0 {
             state.bristle = 0.0;
@@ -274,7 +305,8 @@ mod tests {
         for _ in 0..50_000 {
             last = bench.step(&mut state, 9.0, Hold::Free);
         }
-        // Dahl's curve has bent by ln 4 lengths at three quarters of the level; the sudden start bends it further.
+        // Dahl's curve has bent by ln 4 lengths at three quarters of the level; the sudden start bends it
+        // further.
         assert!(last.encoder_m.abs() < 5.0 * BRISTLE_M && state.motor[1].abs() < 1e-6);
         for _ in 0..50_000 {
             last = bench.step(&mut state, 24.0, Hold::Free);

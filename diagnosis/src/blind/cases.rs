@@ -76,7 +76,13 @@ pub(super) fn ideal() -> Bench {
 pub(super) fn built(random: &mut Random) -> Bench {
     let mut bench = ideal();
     let mut off = |value: &mut f64, share: f64| *value *= 1.0 + share * (2.0 * random.share() - 1.0);
-    for value in [&mut bench.motor_kg, &mut bench.tip_kg, &mut bench.workpiece_kg, &mut bench.wall_stiffness, &mut bench.base_kg] {
+    for value in [
+        &mut bench.motor_kg,
+        &mut bench.tip_kg,
+        &mut bench.workpiece_kg,
+        &mut bench.wall_stiffness,
+        &mut bench.base_kg,
+    ] {
         off(value, 0.04);
     }
     off(&mut bench.guide_damping, 0.25);
@@ -86,7 +92,8 @@ pub(super) fn built(random: &mut Random) -> Bench {
     bench
 }
 
-/// An effect that can be hidden: kind, place, and what it does to the bench, with the parameters that it draws.
+/// An effect that can be hidden: kind, place, and what it does to the bench, with the parameters that it
+/// draws.
 type Recipe = (&'static str, &'static str, fn(&mut Bench, &mut Random) -> Vec<(&'static str, f64)>);
 
 /// Effects of the library.
@@ -116,7 +123,8 @@ pub(super) const LIBRARY: &[Recipe] = &[
         vec![("rate", b.slew)]
     }),
     ("force-ripple", "drive", |b, r| {
-        let [amplitude, pitch, phase] = [r.log_between(3.0, 8.0), r.log_between(4e-3, 9e-3), r.between(0.0, std::f64::consts::TAU)];
+        let [amplitude, pitch, phase] =
+            [r.log_between(3.0, 8.0), r.log_between(4e-3, 9e-3), r.between(0.0, std::f64::consts::TAU)];
         b.ripple = Some([amplitude, pitch, phase]);
         vec![("amplitude", amplitude), ("pitch", pitch), ("phase", phase)]
     }),
@@ -129,7 +137,8 @@ pub(super) const LIBRARY: &[Recipe] = &[
         vec![("level", b.coulomb)]
     }),
     ("stribeck-friction", "guide", |b, r| {
-        let [coulomb, above, velocity] = [r.log_between(4.0, 8.0), r.between(4.0, 9.0), r.log_between(8e-3, 3e-2)];
+        let [coulomb, above, velocity] =
+            [r.log_between(4.0, 8.0), r.between(4.0, 9.0), r.log_between(8e-3, 3e-2)];
         (b.coulomb, b.stribeck) = (coulomb, Some([above, velocity]));
         vec![("coulomb", coulomb), ("static", coulomb + above), ("velocity", velocity)]
     }),
@@ -172,7 +181,8 @@ pub(super) const LIBRARY: &[Recipe] = &[
         vec![("mass", b.base_kg), ("stiffness", stiffness), ("damping", damping)]
     }),
     ("workpiece-dynamics", "workpiece", |b, r| {
-        let [mass, stiffness, damping] = [r.between(2.5, 6.0), r.log_between(8e5, 3e6), r.log_between(100.0, 400.0)];
+        let [mass, stiffness, damping] =
+            [r.between(2.5, 6.0), r.log_between(8e5, 3e6), r.log_between(100.0, 400.0)];
         b.workpiece_kg = mass;
         b.fixture = Some(Compliance::elastic(stiffness, damping));
         vec![("mass", mass), ("stiffness", stiffness), ("damping", damping)]
@@ -258,7 +268,8 @@ const PAIRED: [[&str; 2]; 8] = [
     ["actuator-lag", "contact-stiffness"],
 ];
 
-/// Of twelve cases in a row: one with nothing, two with a pair, one of no library, and single effects in turn.
+/// Of twelve cases in a row: one with nothing, two with a pair, one of no library, and single effects in
+/// turn.
 const TURN: usize = 12;
 
 /// The bench of case `index` of a benchmark, with what is hidden in it.
@@ -267,7 +278,8 @@ pub(super) fn case(index: usize, random: &mut Random) -> (Bench, Case) {
     let mut effects = Vec::new();
     let mut hide = |recipe: &Recipe, outside_library: bool, random: &mut Random| {
         let (kind, place, apply) = *recipe;
-        let parameters = apply(&mut bench, random).into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        let parameters =
+            apply(&mut bench, random).into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
         effects.push(HiddenEffect { kind: kind.into(), place: place.into(), parameters, outside_library });
     };
     let round = index / TURN;
@@ -306,8 +318,10 @@ mod tests {
 
     #[test]
     fn truth_every_effect_has_its_turn() {
-        let mut hidden: Vec<String> =
-            (0..240).flat_map(|i| case(i, &mut Random::new(i as u64)).1.effects).map(|effect| effect.kind).collect();
+        let mut hidden: Vec<String> = (0..240)
+            .flat_map(|i| case(i, &mut Random::new(i as u64)).1.effects)
+            .map(|effect| effect.kind)
+            .collect();
         hidden.sort_unstable();
         hidden.dedup();
         assert_eq!(hidden.len(), LIBRARY.len() + OUTSIDE.len());

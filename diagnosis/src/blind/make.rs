@@ -62,14 +62,28 @@ fn experiments(random: &mut Random) -> (Vec<Experiment>, Vec<Experiment>) {
     add("free-sines-1", Hold::Free, sines(18.0, 160.0), 2.0, "fit", false);
     add("free-sines-2", Hold::Free, sines(random.between(24.0, 32.0), 160.0), 2.0, "check", false);
     add("strokes-1", Hold::Free, Task::Strokes { stroke_m: 0.012, period_s: 1.1 }, 2.4, "fit", false);
-    add("strokes-2", Hold::Free, Task::Strokes { stroke_m: random.between(0.016, 0.022), period_s: 1.5 }, 2.4, "check", false);
+    add(
+        "strokes-2",
+        Hold::Free,
+        Task::Strokes { stroke_m: random.between(0.016, 0.022), period_s: 1.5 },
+        2.4,
+        "check",
+        false,
+    );
     add("clamped-1", Hold::Clamped, sines(14.0, 220.0), 1.8, "fit", false);
     add("clamped-2", Hold::Clamped, sines(30.0, 220.0), 1.8, "fit", false);
     add("clamped-3", Hold::Clamped, sines(random.between(18.0, 26.0), 220.0), 1.8, "check", false);
     let press = |speed: f64, levels_n| Task::Press { speed_m_per_s: speed, levels_n };
     add("press-1", Hold::Wall, press(0.03, [15.0, 30.0, 10.0, 40.0]), 2.5, "fit", true);
     add("press-2", Hold::Wall, press(0.03, [15.0, 30.0, 10.0, 40.0]), 2.5, "fit", true);
-    add("press-3", Hold::Wall, press(random.between(0.04, 0.06), [20.0, 45.0, 25.0, 12.0]), 2.5, "check", false);
+    add(
+        "press-3",
+        Hold::Wall,
+        press(random.between(0.04, 0.06), [20.0, 45.0, 25.0, 12.0]),
+        2.5,
+        "check",
+        false,
+    );
     let mut held = Vec::new();
     let mut keep = |name: &str, hold, task, seconds| {
         held.push(Experiment { name: name.into(), hold, task, seconds, role: "check", repeat: false });
@@ -115,8 +129,13 @@ impl Controller {
     fn command(&mut self, t_s: f64, position_m: f64, speed: f64, force_n: f64, hold: Hold) -> f64 {
         let command = match self.task {
             Task::Sines { .. } => {
-                let sum: f64 =
-                    self.sines.iter().map(|[hz, amplitude, phase]| amplitude * (std::f64::consts::TAU * hz * t_s + phase).sin()).sum();
+                let sum: f64 = self
+                    .sines
+                    .iter()
+                    .map(|[hz, amplitude, phase]| {
+                        amplitude * (std::f64::consts::TAU * hz * t_s + phase).sin()
+                    })
+                    .sum();
                 if hold == Hold::Free { sum - 900.0 * position_m - 40.0 * speed } else { sum }
             }
             Task::Strokes { stroke_m, period_s } => {
@@ -135,7 +154,8 @@ impl Controller {
                 if self.is_touching {
                     let which = (((t_s - self.touched_s) / 0.5) as usize).min(levels_n.len() - 1);
                     let error = levels_n[which] - force_n;
-                    self.integral = (self.integral + 18.0 * error * ROW_S * ROWS_PER_SAMPLE as f64).clamp(-60.0, 60.0);
+                    self.integral =
+                        (self.integral + 18.0 * error * ROW_S * ROWS_PER_SAMPLE as f64).clamp(-60.0, 60.0);
                     levels_n[which] + 0.25 * error + self.integral - 120.0 * speed
                 } else {
                     self.aim_m += speed_m_per_s * ROW_S * ROWS_PER_SAMPLE as f64;
@@ -167,14 +187,17 @@ fn measure(bench: &Bench, experiment: &Experiment, random: &mut Random) -> Strin
     let mut at_drive = 0.0;
     let late_rows = bench.force_delay_s / ROW_S;
     let mut forces: Vec<f64> = Vec::with_capacity(rows);
-    let mut text = String::from("t_s,command_n,encoder_m,motor_acceleration_mps2,tip_acceleration_mps2,force_n\n");
+    let mut text =
+        String::from("t_s,command_n,encoder_m,motor_acceleration_mps2,tip_acceleration_mps2,force_n\n");
     let mut step = 0;
     for k in 0..rows {
-        let mut noise =
-            |channel: usize, sigma: f64, random: &mut Random| sigma * (random.normal() + COLOURED_SHARE * colours[channel].next(random));
+        let mut noise = |channel: usize, sigma: f64, random: &mut Random| {
+            sigma * (random.normal() + COLOURED_SHARE * colours[channel].next(random))
+        };
         forces.push(seen.force_n);
         let force = late(&forces, late_rows);
-        let quantised = |value: f64, step: f64| if step > 0.0 { (value / step).round() * step } else { value };
+        let quantised =
+            |value: f64, step: f64| if step > 0.0 { (value / step).round() * step } else { value };
         let encoder = quantised(seen.encoder_m + noise(0, NOISE[0], random), bench.encoder_resolution);
         let motor = seen.motor_acceleration + noise(1, NOISE[1], random);
         let tip = seen.tip_acceleration + noise(2, NOISE[1], random);
@@ -186,7 +209,8 @@ fn measure(bench: &Bench, experiment: &Experiment, random: &mut Random) -> Strin
             let jitter = (JITTER_S * random.normal().abs()).min(ROW_S);
             arriving.push((step + ((bench.drive_delay_s + jitter) / STEP_S).round() as usize, command));
         }
-        let _ = writeln!(text, "{:.4},{command},{encoder:.8},{motor:.5},{tip:.5},{force:.5}", k as f64 * ROW_S);
+        let _ =
+            writeln!(text, "{:.4},{command},{encoder:.8},{motor:.5},{tip:.5},{force:.5}", k as f64 * ROW_S);
         for _ in 0..STEPS_PER_ROW {
             while arriving.first().is_some_and(|(at, _)| *at <= step) {
                 at_drive = arriving.remove(0).1;
@@ -212,7 +236,8 @@ fn late(series: &[f64], rows: f64) -> f64 {
 const MACHINE: &str = include_str!("believed.toml");
 const COLUMNS: &str = include_str!("columns.toml");
 
-/// Writes `cases` cases: datasets, experiments held back, and the sealed truth. `progress` is told how many are done.
+/// Writes `cases` cases: datasets, experiments held back, and the sealed truth. `progress` is told how many
+/// are done.
 ///
 /// # Errors
 /// Where a file cannot be written.
@@ -238,14 +263,18 @@ pub fn write_case(folder: &Path, index: usize, seed: u64) -> io::Result<Case> {
     let mut random = Random::new(seed.wrapping_mul(1_000_003).wrapping_add(index as u64));
     let (bench, case) = case(index, &mut random);
     let (shown, held) = experiments(&mut random);
-    for (group, experiments, machine) in
-        [(CASES, shown, "machine.toml".to_owned()), (HELD_BACK, held, format!("../../{CASES}/{}/machine.toml", case.case))]
-    {
+    for (group, experiments, machine) in [
+        (CASES, shown, "machine.toml".to_owned()),
+        (HELD_BACK, held, format!("../../{CASES}/{}/machine.toml", case.case)),
+    ] {
         let folder = folder.join(group).join(&case.case);
         fs::create_dir_all(&folder)?;
         let mut dataset = format!("name = \"{}\"\nmachine = \"{machine}\"\n\n{COLUMNS}", case.case);
         for experiment in &experiments {
-            fs::write(folder.join(format!("{}.csv", experiment.name)), measure(&bench, experiment, &mut random))?;
+            fs::write(
+                folder.join(format!("{}.csv", experiment.name)),
+                measure(&bench, experiment, &mut random),
+            )?;
             let engagement = match experiment.hold {
                 Hold::Free => "free",
                 Hold::Clamped => "clamped",
@@ -253,7 +282,10 @@ pub fn write_case(folder: &Path, index: usize, seed: u64) -> io::Result<Case> {
             };
             let repeat = if experiment.repeat { "repeat = \"press\"\n" } else { "" };
             let (name, role) = (&experiment.name, experiment.role);
-            let _ = write!(dataset, "\n[[experiments]]\nfile = \"{name}.csv\"\nengagement = \"{engagement}\"\nrole = \"{role}\"\n{repeat}");
+            let _ = write!(
+                dataset,
+                "\n[[experiments]]\nfile = \"{name}.csv\"\nengagement = \"{engagement}\"\nrole = \"{role}\"\n{repeat}"
+            );
         }
         fs::write(folder.join("dataset.toml"), dataset)?;
         if group == CASES {

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::cases::Case;
 
-/// What was answered in a case: the parts of `diagnosis.json` that are scored, and what the repaired machine does on experiments held back.
+/// What was answered in a case: the parts of `diagnosis.json` that are scored, and what the repaired machine
+/// does on experiments held back.
 ///
 /// The verdict is that of the diagnosis, or says why there is none.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -136,12 +137,15 @@ impl Tally {
 
 /// Scores answers; hidden cases that have none are left out.
 pub fn score(truth: &[Case], answers: &[Answered]) -> Score {
-    let [mut place, mut first, mut top3, mut pair, mut outside, mut alarm, mut inside] = <[Tally; 7]>::default();
+    let [mut place, mut first, mut top3, mut pair, mut outside, mut alarm, mut inside] =
+        <[Tally; 7]>::default();
     let (mut errors, mut closed, mut claims, mut times) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let mut confusion: IndexMap<(String, String), usize> = IndexMap::new();
     let mut stated: Vec<(f64, bool)> = Vec::new();
     let mut cases = Vec::new();
-    for (case, answer) in truth.iter().filter_map(|case| Some((case, answers.iter().find(|answer| answer.case == case.case)?))) {
+    for (case, answer) in
+        truth.iter().filter_map(|case| Some((case, answers.iter().find(|answer| answer.case == case.case)?)))
+    {
         times.push(answer.wall_s);
         let accepted: Vec<&AnsweredEffect> = answer.effects.iter().filter(|effect| effect.accepted).collect();
         let said = match accepted.first() {
@@ -182,7 +186,8 @@ pub fn score(truth: &[Case], answers: &[Answered]) -> Score {
                 right
             }
             several => {
-                let right = several.iter().all(|hidden| accepted.iter().any(|effect| effect.kind == hidden.kind));
+                let right =
+                    several.iter().all(|hidden| accepted.iter().any(|effect| effect.kind == hidden.kind));
                 pair.add(right);
                 closed.push(answer.claimed);
                 right
@@ -216,7 +221,10 @@ pub fn score(truth: &[Case], answers: &[Answered]) -> Score {
     }
     let reliability = reliability(&stated);
     let count = stated.len().max(1) as f64;
-    let calibration_error = reliability.iter().map(|bin| bin.count as f64 / count * (bin.mean_stated - bin.frequency).abs()).sum::<f64>();
+    let calibration_error = reliability
+        .iter()
+        .map(|bin| bin.count as f64 / count * (bin.mean_stated - bin.frequency).abs())
+        .sum::<f64>();
     let middle = |what, mut values: Vec<f64>, wanted, reached: fn(f64) -> bool| {
         values.sort_by(f64::total_cmp);
         let value = values.get(values.len() / 2).copied();
@@ -224,7 +232,9 @@ pub fn score(truth: &[Case], answers: &[Answered]) -> Score {
     };
     let measures = vec![
         place.measure("place right, single effect of the library", "at least 95 %", |x| x >= 0.95),
-        first.measure("kind right at rank 1, look-alikes as a set of at most 3", "at least 90 %", |x| x >= 0.9),
+        first.measure("kind right at rank 1, look-alikes as a set of at most 3", "at least 90 %", |x| {
+            x >= 0.9
+        }),
         top3.measure("kind among the first 3", "", |_| true),
         alarm.measure("false alarm where nothing is hidden", "at most 2 %", |x| x <= 0.02),
         outside.measure("effect of no library: refused, place right", "at least 80 %", |x| x >= 0.8),
@@ -242,13 +252,15 @@ pub fn score(truth: &[Case], answers: &[Answered]) -> Score {
         },
         middle("wall time of a diagnosis (s), median", times, "at most 60", |x| x <= 60.0),
     ];
-    let mut confusion: Vec<(String, String, usize)> = confusion.into_iter().map(|((a, b), n)| (a, b, n)).collect();
+    let mut confusion: Vec<(String, String, usize)> =
+        confusion.into_iter().map(|((a, b), n)| (a, b, n)).collect();
     confusion.sort();
     let unanswered = truth.len() - cases.len();
     Score { measures, confusion, reliability, cases, unanswered }
 }
 
-/// The first kind with those declared to look like any that was accepted, where that makes no more than [`MOST_ALIKE`].
+/// The first kind with those declared to look like any that was accepted, where that makes no more than
+/// [`MOST_ALIKE`].
 fn alike<'a>(answer: &'a Answered, accepted: &[&'a str]) -> Vec<&'a str> {
     let Some(&first) = accepted.first() else { return Vec::new() };
     let mut set = vec![first];
@@ -267,7 +279,8 @@ fn reliability(stated: &[(f64, bool)]) -> Vec<Calibration> {
         .filter_map(|i| {
             let edges = [i, i + 1].map(|edge| edge as f64 / BINS as f64);
             let is_last = i + 1 == BINS;
-            let inside: Vec<_> = stated.iter().filter(|(p, _)| *p >= edges[0] && (*p < edges[1] || is_last)).collect();
+            let inside: Vec<_> =
+                stated.iter().filter(|(p, _)| *p >= edges[0] && (*p < edges[1] || is_last)).collect();
             let n = inside.len();
             let mean = |sum: f64| sum / n as f64;
             (n > 0).then(|| Calibration {
@@ -301,7 +314,10 @@ mod tests {
             accepted: true,
             probability: 0.9,
             parameters: IndexMap::from([("level".to_owned(), 10.4)]),
-            intervals: IndexMap::from([("level".to_owned(), if case == "e" { [10.2, 10.6] } else { [9.8, 11.0] })]),
+            intervals: IndexMap::from([(
+                "level".to_owned(),
+                if case == "e" { [10.2, 10.6] } else { [9.8, 11.0] },
+            )]),
         };
         Answered {
             case: case.into(),

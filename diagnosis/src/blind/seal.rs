@@ -7,7 +7,8 @@ use super::noise::Random;
 /// Where the stream that covers a truth starts.
 const START: u64 = 0x5EA1_ED00;
 
-/// Covers a text: hexadecimal digits of it under a stream of random bytes. It hides from eyes and from searches, not from an attacker.
+/// Covers a text: hexadecimal digits of it under a stream of random bytes. It hides from eyes and from
+/// searches, not from an attacker.
 pub fn seal(text: &str) -> String {
     covered(text.as_bytes()).iter().fold(String::new(), |mut digits, byte| {
         let _ = write!(digits, "{byte:02x}");
@@ -21,7 +22,8 @@ pub fn unseal(sealed: &str) -> Option<String> {
     if !digits.is_ascii() || !digits.len().is_multiple_of(2) {
         return None;
     }
-    let bytes: Option<Vec<u8>> = (0..digits.len() / 2).map(|i| u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).ok()).collect();
+    let bytes: Option<Vec<u8>> =
+        (0..digits.len() / 2).map(|i| u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).ok()).collect();
     String::from_utf8(covered(&bytes?)).ok()
 }
 

@@ -12,14 +12,17 @@ const TIME: &str = "t_s";
 const FEWEST_ROWS: usize = 50;
 /// A spacing this many times the median is a gap.
 const GAP_FACTOR: f64 = 4.0;
-/// Rows this many holds of a command apart are seconds that were taken for something else: what was commanded in between is unknown.
+/// Rows this many holds of a command apart are seconds that were taken for something else: what was commanded
+/// in between is unknown.
 const MOST_HOLDS: f64 = 100.0;
 /// Departure from even spacing, in fractions of it, above which series are interpolated.
 const UNEVEN_SHARE: f64 = 0.01;
-/// Rows at an extreme value, and how many of them one after the other, that are taken for clipping: noise hits the same value hardly twice.
+/// Rows at an extreme value, and how many of them one after the other, that are taken for clipping: noise
+/// hits the same value hardly twice.
 const CLIPPED_ROWS: usize = 8;
 const CLIPPED_RUN: usize = 3;
-/// Difference of spacings, as a fraction, that is taken for a clock that runs fast or slow: more is another rate, less is rounding.
+/// Difference of spacings, as a fraction, that is taken for a clock that runs fast or slow: more is another
+/// rate, less is rounding.
 const OTHER_CLOCK: std::ops::Range<f64> = 1e-3..0.1;
 /// Variation over noise below which a series can tell little.
 const WEAK_RATIO: f64 = 3.0;
@@ -29,11 +32,21 @@ const BELOW_NOISE: f64 = 0.8;
 const FIRST_ROW: usize = 2;
 
 /// Turns tables into records and gives every fault found on the way.
-pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables: Vec<Table>, holds: &[Option<f64>]) -> Vec<Fault> {
+pub(super) fn assemble(
+    dataset: &mut Dataset,
+    experiments: &[Experiment],
+    tables: Vec<Table>,
+    holds: &[Option<f64>],
+) -> Vec<Fault> {
     let mut faults = Vec::new();
     let grains: Vec<f64> = dataset.channels.iter().map(|channel| grain(channel, &tables)).collect();
     if dataset.drives.is_empty() {
-        faults.push(Fault { file: dataset.name.clone(), column: None, row: None, kind: FaultKind::NoCommand });
+        faults.push(Fault {
+            file: dataset.name.clone(),
+            column: None,
+            row: None,
+            kind: FaultKind::NoCommand,
+        });
     }
     for (experiment, table) in experiments.iter().zip(tables) {
         let before = faults.len();
@@ -54,7 +67,11 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
             }
         }
         let mut time = table.columns.first().cloned().unwrap_or_default();
-        if let Some(first) = table.header.first().filter(|first| *first != TIME && table.header.iter().any(|header| header == TIME)) {
+        if let Some(first) = table
+            .header
+            .first()
+            .filter(|first| *first != TIME && table.header.iter().any(|header| header == TIME))
+        {
             note(None, None, FaultKind::TimeNotFirst { first: first.clone() });
             continue;
         }
@@ -65,7 +82,9 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
         if columns.len() < names.len() {
             continue;
         }
-        for (name, column) in std::iter::once((&table.header[0].as_str(), &time)).chain(names.iter().zip(&columns)) {
+        for (name, column) in
+            std::iter::once((&table.header[0].as_str(), &time)).chain(names.iter().zip(&columns))
+        {
             if let Some(row) = column.iter().position(|x| !x.is_finite()) {
                 let cells = column.iter().filter(|x| !x.is_finite()).count();
                 note(Some(name), Some(row + FIRST_ROW), FaultKind::NotANumber { cells });
@@ -81,7 +100,8 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
         let mut is_lost = false;
         let is_clamped = experiment.engagement == Some(Engagement::Clamped);
         for (i, (name, column)) in names.iter().zip(&columns).enumerate() {
-            // Noise and motion alike were rounded away: the step, which other experiments show, is the finding.
+            // Noise and motion alike were rounded away: the step, which other experiments show, is the
+            // finding.
             if i >= drives && grains[i - drives] > 0.0 && range(column) <= 2.0 * grains[i - drives] {
                 continue;
             }
@@ -100,7 +120,8 @@ pub(super) fn assemble(dataset: &mut Dataset, experiments: &[Experiment], tables
                     continue;
                 }
                 // A force out of contact is nothing but noise, and must be.
-                let is_idle = experiment.engagement == Some(Engagement::Free) && channel.is_of_contact(&dataset.machine);
+                let is_idle = experiment.engagement == Some(Engagement::Free)
+                    && channel.is_of_contact(&dataset.machine);
                 series_faults(column, channel, tells_place, &mut |row, kind| {
                     let is_clipped = matches!(kind, FaultKind::Clipped { .. });
                     silent[i - drives] |= is_clipped;
@@ -144,11 +165,16 @@ fn other_clocks(dataset: &Dataset, faults: &mut Vec<Fault>) {
     let mut spacings: Vec<f64> = dataset.records.iter().map(|record| record.spacing_s).collect();
     spacings.sort_by(f64::total_cmp);
     let Some(&usual_s) = spacings.get(spacings.len() / 2) else { return };
-    let agree = spacings.iter().filter(|spacing| (*spacing / usual_s - 1.0).abs() < OTHER_CLOCK.start).count();
+    let agree =
+        spacings.iter().filter(|spacing| (*spacing / usual_s - 1.0).abs() < OTHER_CLOCK.start).count();
     if 2 * agree <= spacings.len() {
         return;
     }
-    for record in dataset.records.iter().filter(|record| OTHER_CLOCK.contains(&(record.spacing_s / usual_s - 1.0).abs())) {
+    for record in dataset
+        .records
+        .iter()
+        .filter(|record| OTHER_CLOCK.contains(&(record.spacing_s / usual_s - 1.0).abs()))
+    {
         let kind = FaultKind::OtherSpacing { spacing_s: record.spacing_s, usual_s };
         faults.push(Fault { file: record.name.clone(), column: None, row: None, kind });
     }
@@ -195,17 +221,33 @@ fn extremes(column: &[f64]) -> (f64, f64) {
     column.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)))
 }
 
-fn series_faults(column: &[f64], channel: &Channel, tells_place: bool, note: &mut impl FnMut(Option<usize>, FaultKind)) {
+fn series_faults(
+    column: &[f64],
+    channel: &Channel,
+    tells_place: bool,
+    note: &mut impl FnMut(Option<usize>, FaultKind),
+) {
     let noise = channel.noise;
     let step = quantum(column);
     let (low, high) = extremes(column);
     for extreme in [low, high] {
         let at = |x: f64| x.to_bits() == extreme.to_bits();
-        let longest = column.chunk_by(|a, b| at(*a) == at(*b)).filter(|run| at(run[0])).map(<[f64]>::len).max().unwrap_or(0);
-        // A coarse channel at rest repeats its extreme as well; a clipped one has left its noise behind on one side only.
+        let longest = column
+            .chunk_by(|a, b| at(*a) == at(*b))
+            .filter(|run| at(run[0]))
+            .map(<[f64]>::len)
+            .max()
+            .unwrap_or(0);
+        // A coarse channel at rest repeats its extreme as well; a clipped one has left its noise behind on
+        // one side only.
         let rows = column.iter().filter(|&&x| at(x)).count();
         let share = rows as f64 / column.len() as f64;
-        if longest >= CLIPPED_RUN && rows >= CLIPPED_ROWS && noise > 0.0 && channel.resolution < noise && step.is_none() {
+        if longest >= CLIPPED_RUN
+            && rows >= CLIPPED_ROWS
+            && noise > 0.0
+            && channel.resolution < noise
+            && step.is_none()
+        {
             let row = column.iter().position(|&x| at(x)).unwrap_or(0);
             note(Some(row + FIRST_ROW), FaultKind::Clipped { value: extreme, share, tells_place });
         }
@@ -223,8 +265,8 @@ fn series_faults(column: &[f64], channel: &Channel, tells_place: bool, note: &mu
     }
 }
 
-/// The step of which all values are multiples, if there are few enough different values for it to show: the smallest distance of different
-/// values, refined over all of them.
+/// The step of which all values are multiples, if there are few enough different values for it to show: the
+/// smallest distance of different values, refined over all of them.
 pub(crate) fn quantum(column: &[f64]) -> Option<f64> {
     let mut values = column.to_vec();
     values.sort_by(f64::total_cmp);
@@ -241,7 +283,8 @@ pub(crate) fn quantum(column: &[f64]) -> Option<f64> {
     if step <= 0.0 {
         return None;
     }
-    // Refined by least squares on ever longer distances: an early error of the step would otherwise miscount them.
+    // Refined by least squares on ever longer distances: an early error of the step would otherwise miscount
+    // them.
     let first = values[0];
     for reach in [4.0, 16.0, 64.0, 256.0, 1024.0, 4096.0] {
         let (mut xx, mut xy) = (0.0, 0.0);
@@ -285,7 +328,8 @@ mod tests {
     #[test]
     fn truth_a_quantised_sine_shows_its_step() {
         let step = 0.037;
-        let column: Vec<f64> = (0..4000).map(|k| ((f64::from(k) * 0.01).sin() / step).round() * step).collect();
+        let column: Vec<f64> =
+            (0..4000).map(|k| ((f64::from(k) * 0.01).sin() / step).round() * step).collect();
         let found = quantum(&column).unwrap();
         // Least squares over levels that are multiples to rounding.
         assert!((found / step - 1.0).abs() < 1e-9);
@@ -300,6 +344,8 @@ mod tests {
         assert_eq!(faults, [(Some(5), FaultKind::TimeGoesBack)]);
         faults.clear();
         time_faults(&[0.0, 0.1, 0.2, 0.3, 0.4, 1.4, 1.5], &mut |row, kind| faults.push((row, kind)));
-        assert!(matches!(faults.as_slice(), [(Some(7), FaultKind::Gap { seconds })] if (seconds - 0.9).abs() < 1e-12));
+        assert!(
+            matches!(faults.as_slice(), [(Some(7), FaultKind::Gap { seconds })] if (seconds - 0.9).abs() < 1e-12)
+        );
     }
 }

@@ -35,7 +35,9 @@ pub(super) const SURE: f64 = 6.0;
 /// The acceleration of a position, under a triangle of `2 span` rows.
 pub(super) fn second_difference(series: &[f64], span: usize, spacing_s: f64) -> Vec<f64> {
     let scale = (span as f64 * spacing_s).powi(2);
-    (span..series.len() - span).map(|k| (series[k + span] - 2.0 * series[k] + series[k - span]) / scale).collect()
+    (span..series.len() - span)
+        .map(|k| (series[k + span] - 2.0 * series[k] + series[k - span]) / scale)
+        .collect()
 }
 
 /// A series under the triangle that a second difference puts an acceleration under.
@@ -45,7 +47,8 @@ pub(super) fn smoothed(series: &[f64], span: usize) -> Vec<f64> {
     (span..series.len() - span).map(at).collect()
 }
 
-/// Compares two series, the second shifted by up to `most` rows either way; none where they correlate by less than `same`: they are not of one motion.
+/// Compares two series, the second shifted by up to `most` rows either way; none where they correlate by less
+/// than `same`: they are not of one motion.
 pub(super) fn compare(first: &[f64], second: &[f64], most: usize, same: f64) -> Option<Comparison> {
     if first.len() <= 2 * most {
         return None;
@@ -83,7 +86,13 @@ pub(super) fn compare(first: &[f64], second: &[f64], most: usize, same: f64) -> 
         let half_waves = inner.len() as f64 * omega / PI;
         late_sd = ((top.powi(-2) - 1.0).max(0.0) / half_waves).sqrt() / omega;
     }
-    Some(Comparison { late_rows: best as f64 + part - most as f64, late_sd, omega, factor: factor(best), correlation: heights[best] })
+    Some(Comparison {
+        late_rows: best as f64 + part - most as f64,
+        late_sd,
+        omega,
+        factor: factor(best),
+        correlation: heights[best],
+    })
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
-//! Columns that tell of one motion, held against each other: units that were mixed up, and clocks that differ.
+//! Columns that tell of one motion, held against each other: units that were mixed up, and clocks that
+//! differ.
 //!
-//! Bodies that are believed rigid together move as one far below any resonance, so that every encoder and accelerometer on them tells of one
-//! acceleration; in free motion the command over the mass does too, if roughly; and in contact the command less what accelerates the mass is the contact
-//! force. In every experiment the column that most others agree with is the yardstick, and who departs from it by a factor between units, or by a shift
-//! in time, is named.
+//! Bodies that are believed rigid together move as one far below any resonance, so that every encoder and
+//! accelerometer on them tells of one acceleration; in free motion the command over the mass does too, if
+//! roughly; and in contact the command less what accelerates the mass is the contact force. In every
+//! experiment the column that most others agree with is the yardstick, and who departs from it by a factor
+//! between units, or by a shift in time, is named.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -24,12 +26,15 @@ const MOST_SHIFT_S: f64 = 0.05;
 const STATED_ROWS: f64 = 1.0;
 /// The same between bodies that may give way a little.
 const STATED_ROWS_ACROSS: f64 = 3.0;
-/// Shift from which on it is stated of a force or a command between experiments, s: delays and lags of a drive shift it by some milliseconds.
+/// Shift from which on it is stated of a force or a command between experiments, s: delays and lags of a
+/// drive shift it by some milliseconds.
 const STATED_OF_FORCE_S: f64 = 6e-3;
-/// Correlation from which on two readings are of the same motion, and from which on a push makes a motion or a force.
+/// Correlation from which on two readings are of the same motion, and from which on a push makes a motion or
+/// a force.
 const SAME_MOTION: f64 = 0.85;
 const SAME_PUSH: f64 = 0.7;
-/// Correlation from which on a shift between different bodies is believed: a joint that bends changes the shape of a motion as well.
+/// Correlation from which on a shift between different bodies is believed: a joint that bends changes the
+/// shape of a motion as well.
 const SAME_SHAPE: f64 = 0.95;
 /// How near a factor between units must be between readings of one motion, as a fraction.
 const NEAR: f64 = 0.15;
@@ -76,15 +81,18 @@ struct Body<'a> {
     groups: Vec<usize>,
 }
 
-/// States factors between units and shifts of time, each with the first experiment that shows it and how many do.
+/// States factors between units and shifts of time, each with the first experiment that shows it and how many
+/// do.
 pub(super) fn check(dataset: &Dataset) -> Vec<Fault> {
     let Ok(assembly) = assemble(&dataset.machine) else { return Vec::new() };
     let groups = groups(&assembly);
     let body = Body { dataset, assembly, groups };
     let sticks: Vec<Vec<Stick>> = dataset.records.iter().map(|record| body.sticks(record)).collect();
-    // How often a column agrees with another one, over all experiments: the better witness where one experiment leaves it open.
+    // How often a column agrees with another one, over all experiments: the better witness where one
+    // experiment leaves it open.
     let mut agreements = vec![0_usize; dataset.channels.len()];
-    let pairs: Vec<Vec<(usize, usize, Comparison)>> = (0..dataset.records.len()).map(|r| body.pairs(r, &sticks[r])).collect();
+    let pairs: Vec<Vec<(usize, usize, Comparison)>> =
+        (0..dataset.records.len()).map(|r| body.pairs(r, &sticks[r])).collect();
     for (sticks, pairs) in sticks.iter().zip(&pairs) {
         for (i, j, comparison) in pairs {
             if agrees(comparison.factor) {
@@ -113,18 +121,30 @@ fn agrees(factor: f64) -> bool {
 /// One fault per column and cause, with the first experiment that shows it.
 fn merge(dataset: &Dataset, odd: Vec<Odd>) -> Vec<Fault> {
     let alike = |a: &FaultKind, b: &FaultKind| match (a, b) {
-        (FaultKind::Units { what: a, other: x, .. }, FaultKind::Units { what: b, other: y, .. }) => a == b && x == y,
-        (FaultKind::ClockOffset { late_s: a, against: x, .. }, FaultKind::ClockOffset { late_s: b, against: y, .. }) => {
-            x == y && (a - b).abs() < 2.0 * dataset.records[0].spacing_s
+        (FaultKind::Units { what: a, other: x, .. }, FaultKind::Units { what: b, other: y, .. }) => {
+            a == b && x == y
         }
+        (
+            FaultKind::ClockOffset { late_s: a, against: x, .. },
+            FaultKind::ClockOffset { late_s: b, against: y, .. },
+        ) => x == y && (a - b).abs() < 2.0 * dataset.records[0].spacing_s,
         _ => false,
     };
     let mut faults: Vec<Fault> = Vec::new();
     for Odd { record, column, kind } in odd {
-        let known = faults.iter_mut().find(|fault| fault.column.as_ref() == Some(&column) && alike(&fault.kind, &kind));
+        let known = faults
+            .iter_mut()
+            .find(|fault| fault.column.as_ref() == Some(&column) && alike(&fault.kind, &kind));
         match known.map(|fault| &mut fault.kind) {
-            Some(FaultKind::Units { experiments, .. } | FaultKind::ClockOffset { experiments, .. }) => *experiments += 1,
-            _ => faults.push(Fault { file: dataset.records[record].name.clone(), column: Some(column), row: None, kind }),
+            Some(FaultKind::Units { experiments, .. } | FaultKind::ClockOffset { experiments, .. }) => {
+                *experiments += 1
+            }
+            _ => faults.push(Fault {
+                file: dataset.records[record].name.clone(),
+                column: Some(column),
+                row: None,
+                kind,
+            }),
         }
     }
     faults
@@ -221,7 +241,8 @@ impl Body<'_> {
         done.dedup();
         let mut references = Vec::new();
         for group in done {
-            let members: Vec<usize> = (0..sticks.len()).filter(|&i| self.groups[sticks[i].node] == group).collect();
+            let members: Vec<usize> =
+                (0..sticks.len()).filter(|&i| self.groups[sticks[i].node] == group).collect();
             let between = |i: usize, j: usize| {
                 pairs.iter().find_map(|(a, b, comparison)| match (*a == i && *b == j, *a == j && *b == i) {
                     (true, _) => Some(*comparison),
@@ -230,19 +251,30 @@ impl Body<'_> {
                 })
             };
             let driven = self.driven_by(record, group);
-            let of_command =
-                |i: usize| driven.as_ref().and_then(|(_, makes)| compare(makes, &sticks[i].values, Self::most(record), SAME_PUSH));
-            let plausible = |i: usize| of_command(i).is_some_and(|c| (1.0 / PLAUSIBLE..PLAUSIBLE).contains(&c.factor));
+            let of_command = |i: usize| {
+                driven
+                    .as_ref()
+                    .and_then(|(_, makes)| compare(makes, &sticks[i].values, Self::most(record), SAME_PUSH))
+            };
+            let plausible =
+                |i: usize| of_command(i).is_some_and(|c| (1.0 / PLAUSIBLE..PLAUSIBLE).contains(&c.factor));
             let count = |i: usize, holds: &dyn Fn(Comparison) -> bool| {
                 members.iter().filter(|&&j| j != i && between(i, j).is_some_and(holds)).count()
             };
             let is_position = |i: usize| sticks[i].quantity == Quantity::Position;
-            let by_factor = |i: usize| (count(i, &|c| agrees(c.factor)), plausible(i), agreements[sticks[i].channel], is_position(i));
+            let by_factor = |i: usize| {
+                (count(i, &|c| agrees(c.factor)), plausible(i), agreements[sticks[i].channel], is_position(i))
+            };
             let Some(&reference) = members.iter().max_by_key(|&&i| by_factor(i)) else { continue };
             for &i in members.iter().filter(|&&i| i != reference) {
                 let Some(comparison) = between(i, reference) else { continue };
                 if let Some(what) = mixed_up(comparison.factor, sticks[i].quantity, NEAR) {
-                    let kind = FaultKind::Units { other: name(reference), factor: comparison.factor, what, experiments: 1 };
+                    let kind = FaultKind::Units {
+                        other: name(reference),
+                        factor: comparison.factor,
+                        what,
+                        experiments: 1,
+                    };
                     odd.push(Odd { record: r, column: name(i), kind });
                 }
             }
@@ -251,23 +283,46 @@ impl Body<'_> {
                 let rows = if sticks[i].node == sticks[j].node { STATED_ROWS } else { STATED_ROWS_ACROSS };
                 c.is_off_by(rows) && (sticks[i].node == sticks[j].node || c.correlation > SAME_SHAPE)
             };
-            let in_time = |i: usize| members.iter().filter(|&&j| j != i && between(i, j).is_some_and(|c| !stated(i, j, &c))).count();
-            let Some(&clock) = members.iter().max_by_key(|&&i| (in_time(i), is_position(i))) else { continue };
+            let in_time = |i: usize| {
+                members
+                    .iter()
+                    .filter(|&&j| j != i && between(i, j).is_some_and(|c| !stated(i, j, &c)))
+                    .count()
+            };
+            let Some(&clock) = members.iter().max_by_key(|&&i| (in_time(i), is_position(i))) else {
+                continue;
+            };
             // What is held against this motion needs a yardstick that is right in size and in time.
-            references.push(if between(clock, reference).is_some_and(|c| agrees(c.factor)) { clock } else { reference });
+            references.push(if between(clock, reference).is_some_and(|c| agrees(c.factor)) {
+                clock
+            } else {
+                reference
+            });
             for &i in members.iter().filter(|&&i| i != clock) {
                 if let Some(comparison) = between(i, clock).filter(|c| stated(i, clock, c)) {
                     let late_s = comparison.late_rows * record.spacing_s;
-                    let kind = FaultKind::ClockOffset { against: Yardstick::Column(name(clock)), late_s, experiments: 1 };
+                    let kind = FaultKind::ClockOffset {
+                        against: Yardstick::Column(name(clock)),
+                        late_s,
+                        experiments: 1,
+                    };
                     odd.push(Odd { record: r, column: name(i), kind });
                 }
             }
-            self.against_command(r, sticks, reference, members.len(), driven.as_ref().zip(of_command(reference)), odd);
+            self.against_command(
+                r,
+                sticks,
+                reference,
+                members.len(),
+                driven.as_ref().zip(of_command(reference)),
+                odd,
+            );
         }
         references
     }
 
-    /// All columns of a motion against the command: of two that agree the command is the odd one, one alone is odd itself.
+    /// All columns of a motion against the command: of two that agree the command is the odd one, one alone
+    /// is odd itself.
     fn against_command(
         &self,
         r: usize,
@@ -285,18 +340,25 @@ impl Body<'_> {
             (column, command.clone(), comparison.factor, sticks[reference].quantity)
         };
         if let Some(what) = mixed_up(factor, quantity, NEAR_FORCE) {
-            odd.push(Odd { record: r, column, kind: FaultKind::Units { other, factor, what, experiments: 1 } });
+            odd.push(Odd {
+                record: r,
+                column,
+                kind: FaultKind::Units { other, factor, what, experiments: 1 },
+            });
         }
     }
 
-    /// The command of the drive that pushes a group, and the acceleration that it makes of the group's mass in free motion.
+    /// The command of the drive that pushes a group, and the acceleration that it makes of the group's mass
+    /// in free motion.
     fn driven_by(&self, record: &Record, group: usize) -> Option<(String, Vec<f64>)> {
-        let is_free = record.engagement.map_or(self.assembly.contacts.is_empty(), |engagement| engagement == Engagement::Free);
-        let held = self
-            .assembly
-            .links
-            .iter()
-            .any(|link| !link.rigid && link.stiffness > 0.0 && (self.groups[link.a] == group || self.groups[link.b] == group));
+        let is_free = record
+            .engagement
+            .map_or(self.assembly.contacts.is_empty(), |engagement| engagement == Engagement::Free);
+        let held = self.assembly.links.iter().any(|link| {
+            !link.rigid
+                && link.stiffness > 0.0
+                && (self.groups[link.a] == group || self.groups[link.b] == group)
+        });
         let (command, column, mass) = self.drive_of(record, group)?;
         let span = Self::span(record);
         (is_free && !held).then(|| (column, smoothed(command, span).into_iter().map(|u| u / mass).collect()))
@@ -322,19 +384,30 @@ impl Body<'_> {
         let mut late = Vec::new();
         for (c, channel) in self.dataset.channels.iter().enumerate() {
             let Some(group) = self.pushed_by(channel) else { continue };
-            let Some(&reference) = references.iter().find(|&&i| self.groups[sticks[i].node] == group) else { continue };
+            let Some(&reference) = references.iter().find(|&&i| self.groups[sticks[i].node] == group) else {
+                continue;
+            };
             let Some((command, other, mass)) = self.drive_of(record, group) else { continue };
             let is_constant = record.series[c].iter().all(|x| x.to_bits() == record.series[c][0].to_bits());
             if is_constant {
                 continue;
             }
             let span = Self::span(record);
-            let pushed: Vec<f64> = smoothed(command, span).iter().zip(&sticks[reference].values).map(|(u, a)| u - mass * a).collect();
+            let pushed: Vec<f64> = smoothed(command, span)
+                .iter()
+                .zip(&sticks[reference].values)
+                .map(|(u, a)| u - mass * a)
+                .collect();
             let felt = smoothed(&record.series[c], span);
             let Some(comparison) = compare(&pushed, &felt, Self::most(record), SAME_PUSH) else { continue };
             let column = channel.column.clone();
             if let Some(what) = mixed_up(comparison.factor, Quantity::Force, NEAR_FORCE) {
-                let kind = FaultKind::Units { other: other.clone(), factor: comparison.factor, what, experiments: 1 };
+                let kind = FaultKind::Units {
+                    other: other.clone(),
+                    factor: comparison.factor,
+                    what,
+                    experiments: 1,
+                };
                 odd.push(Odd { record: r, column, kind });
             }
             // What stays tells little of time: rises do.
@@ -359,7 +432,10 @@ impl Body<'_> {
 
     /// Those of which it is known when they come.
     fn known<'l>(&self, late: impl Iterator<Item = &'l Late>) -> Vec<&'l Late> {
-        late.filter(|late| SURE * late.comparison.late_sd * self.dataset.records[late.record].spacing_s < STATED_OF_FORCE_S).collect()
+        late.filter(|late| {
+            SURE * late.comparison.late_sd * self.dataset.records[late.record].spacing_s < STATED_OF_FORCE_S
+        })
+        .collect()
     }
 
     /// By how much `late` is behind more than `best` is, s, where that is enough to be stated.
@@ -369,12 +445,16 @@ impl Body<'_> {
         (behind_s.abs() >= STATED_OF_FORCE_S).then_some(behind_s)
     }
 
-    /// A motion that is late behind its command in every experiment may be an effect of the machine; in some alone it is the command's clock.
+    /// A motion that is late behind its command in every experiment may be an effect of the machine; in some
+    /// alone it is the command's clock.
     fn command_clocks(&self, motions: &[Late], odd: &mut Vec<Odd>) {
         let known = self.known(motions.iter());
-        let Some(best) = known.iter().min_by(|a, b| a.rows().abs().total_cmp(&b.rows().abs())) else { return };
+        let Some(best) = known.iter().min_by(|a, b| a.rows().abs().total_cmp(&b.rows().abs())) else {
+            return;
+        };
         for motion in &known {
-            // Friction and damping turn a motion against its command, too, but by less than a quarter of its wave.
+            // Friction and damping turn a motion against its command, too, but by less than a quarter of its
+            // wave.
             let is_turned = (motion.rows() * motion.comparison.omega).abs() > FRAC_PI_2;
             if let Some(late_s) = self.behind_s(motion, best).filter(|_| is_turned) {
                 let against = Yardstick::Itself { file: self.dataset.records[best.record].name.clone() };
@@ -391,27 +471,36 @@ impl Body<'_> {
             source => source,
         };
         match source {
-            Source::Contact(contact, Quantity::Force | Quantity::SpringForce) => Some(self.groups[self.assembly.contacts.get(contact)?.a]),
+            Source::Contact(contact, Quantity::Force | Quantity::SpringForce) => {
+                Some(self.groups[self.assembly.contacts.get(contact)?.a])
+            }
             _ => None,
         }
     }
 
-    /// A force that is late in every experiment may be an effect of the machine; in some alone it is a clock. A force that comes before what pushes it
-    /// is no yardstick: there the command is late.
+    /// A force that is late in every experiment may be an effect of the machine; in some alone it is a clock.
+    /// A force that comes before what pushes it is no yardstick: there the command is late.
     fn force_clocks(&self, forces: &[Late], odd: &mut Vec<Odd>) {
         for c in 0..self.dataset.channels.len() {
             let known = self.known(forces.iter().filter(|force| force.channel == c));
             let causal = known.iter().filter(|force| force.rows() > -STATED_ROWS);
-            let Some(best) = causal.min_by(|a, b| a.rows().abs().total_cmp(&b.rows().abs())) else { continue };
+            let Some(best) = causal.min_by(|a, b| a.rows().abs().total_cmp(&b.rows().abs())) else {
+                continue;
+            };
             for force in &known {
                 let Some(behind_s) = self.behind_s(force, best) else { continue };
-                let (column, file) = (self.dataset.channels[c].column.clone(), self.dataset.records[best.record].name.clone());
+                let (column, file) =
+                    (self.dataset.channels[c].column.clone(), self.dataset.records[best.record].name.clone());
                 let (column, against, late_s) = if force.rows() > -STATED_ROWS {
                     (column, Yardstick::Itself { file }, behind_s)
                 } else {
                     (force.command.clone(), Yardstick::ColumnAsIn { other: column, file }, -behind_s)
                 };
-                odd.push(Odd { record: force.record, column, kind: FaultKind::ClockOffset { against, late_s, experiments: 1 } });
+                odd.push(Odd {
+                    record: force.record,
+                    column,
+                    kind: FaultKind::ClockOffset { against, late_s, experiments: 1 },
+                });
             }
         }
     }

@@ -153,7 +153,8 @@ impl FaultKind {
         )
     }
 
-    /// Whether the records contradict each other, so that a diagnosis of them may find the fault in place of a cause.
+    /// Whether the records contradict each other, so that a diagnosis of them may find the fault in place of
+    /// a cause.
     pub fn is_contradiction(&self) -> bool {
         matches!(self, Self::Units { .. } | Self::ClockOffset { .. } | Self::BelowNoise { .. })
     }
@@ -274,7 +275,8 @@ impl fmt::Display for Fault {
     }
 }
 
-/// Faults in words, a sentence each: one that columns of several experiments share is told once, of the first of them.
+/// Faults in words, a sentence each: one that columns of several experiments share is told once, of the first
+/// of them.
 pub fn in_words(faults: &[Fault]) -> Vec<String> {
     let mut told: Vec<(&Fault, usize)> = Vec::new();
     for fault in faults {
@@ -301,7 +303,9 @@ impl Fault {
             | (FaultKind::SlowRows { .. }, FaultKind::SlowRows { .. })
             | (FaultKind::WeakExcitation { .. }, FaultKind::WeakExcitation { .. })
             | (FaultKind::BelowNoise { .. }, FaultKind::BelowNoise { .. }) => true,
-            (FaultKind::Quantised { step: a }, FaultKind::Quantised { step: b }) => (a / b - 1.0).abs() < 0.01,
+            (FaultKind::Quantised { step: a }, FaultKind::Quantised { step: b }) => {
+                (a / b - 1.0).abs() < 0.01
+            }
             _ => false,
         };
         is_alike && self.column == other.column && self.file != other.file
@@ -318,15 +322,25 @@ mod tests {
 
     #[test]
     fn truth_a_sign_is_turned_and_a_unit_brought_to_si() {
-        let units = |factor, what| fault(FaultKind::Units { other: "encoder_m".into(), factor, what, experiments: 1 });
+        let units = |factor, what| {
+            fault(FaultKind::Units { other: "encoder_m".into(), factor, what, experiments: 1 })
+        };
         assert!(units(-1.01, "-1 (a sign?)").ends_with("(turn the sign of one of the two columns)"));
         assert!(units(1000.0, "1000 (mm for m?)").ends_with("(bring both columns to SI)"));
     }
 
     #[test]
     fn truth_a_column_that_is_late_against_another_file_reads_so() {
-        let late = |late_s| fault(FaultKind::ClockOffset { against: Yardstick::Itself { file: "b.csv".into() }, late_s, experiments: 1 });
-        assert!(late(0.0501).starts_with("c.csv: `command_n`: runs 50.100 ms later here than in b.csv, each against what moves with it ("));
+        let late = |late_s| {
+            fault(FaultKind::ClockOffset {
+                against: Yardstick::Itself { file: "b.csv".into() },
+                late_s,
+                experiments: 1,
+            })
+        };
+        assert!(late(0.0501).starts_with(
+            "c.csv: `command_n`: runs 50.100 ms later here than in b.csv, each against what moves with it ("
+        ));
         assert!(late(-0.0501).starts_with("c.csv: `command_n`: runs 50.100 ms earlier here than in b.csv"));
     }
 }

@@ -1,8 +1,10 @@
 //! MCAP logs (mcap.dev) with JSON messages.
 //!
-//! Every number in a message is a column: `topic.field`, with dots down nested objects, and the topic alone for a message that is a number or whose only
-//! number is called `value` or `data`. A leading slash of a topic is left out, others become dots. Time is the log time, from the first message of the file
-//! on. Rows are those of the topic with the most messages; other topics are interpolated on them, held columns keep their last value.
+//! Every number in a message is a column: `topic.field`, with dots down nested objects, and the topic alone
+//! for a message that is a number or whose only number is called `value` or `data`. A leading slash of a
+//! topic is left out, others become dots. Time is the log time, from the first message of the file on. Rows
+//! are those of the topic with the most messages; other topics are interpolated on them, held columns keep
+//! their last value.
 
 use std::path::Path;
 
@@ -26,7 +28,8 @@ struct Series {
 }
 
 pub(super) fn table(path: &Path, held: &[&str]) -> Result<Table, DiagnosisError> {
-    let damaged = "the log is damaged or cut off: `mcap recover` may save what is whole, else record it again";
+    let damaged =
+        "the log is damaged or cut off: `mcap recover` may save what is whole, else record it again";
     let fail = |reason: String, remedy| DiagnosisError::Unreadable { file: path.to_owned(), reason, remedy };
     let bytes = std::fs::read(path).map_err(|error| fail(error.to_string(), NOT_THERE))?;
     let mut columns: IndexMap<String, Series> = IndexMap::new();
@@ -38,8 +41,9 @@ pub(super) fn table(path: &Path, held: &[&str]) -> Result<Table, DiagnosisError>
             continue;
         }
         let topic = message.channel.topic.trim_start_matches('/').replace('/', ".");
-        let value: Value = serde_json::from_slice(&message.data)
-            .map_err(|error| fail(format!("topic {topic}: {error}"), "write each message as one JSON value"))?;
+        let value: Value = serde_json::from_slice(&message.data).map_err(|error| {
+            fail(format!("topic {topic}: {error}"), "write each message as one JSON value")
+        })?;
         let mut numbers = Vec::new();
         flatten(&value, String::new(), &mut numbers);
         let alone = numbers.len() == 1;
@@ -55,8 +59,14 @@ pub(super) fn table(path: &Path, held: &[&str]) -> Result<Table, DiagnosisError>
         }
     }
     let Some(longest) = columns.values().max_by_key(|series| series.values.len()) else {
-        let what = other.map_or_else(|| "no messages".to_owned(), |encoding| format!("only messages encoded as `{encoding}`"));
-        return Err(fail(format!("it has {what}"), "convert its channels to JSON messages, or the log to CSV or Parquet"));
+        let what = other.map_or_else(
+            || "no messages".to_owned(),
+            |encoding| format!("only messages encoded as `{encoding}`"),
+        );
+        return Err(fail(
+            format!("it has {what}"),
+            "convert its channels to JSON messages, or the log to CSV or Parquet",
+        ));
     };
     let start = columns.values().filter_map(|series| series.times_ns.first()).min().copied().unwrap_or(0);
     let grid = longest.times_ns.clone();

@@ -28,8 +28,8 @@ pub struct Channel {
     pub column: String,
     /// The signal.
     pub source: Source,
-    /// One sigma of white noise, signal units: as stated, or that of the sensor, or else from the scatter of its own readings
-    /// ([`Dataset::is_noise_stated`]).
+    /// One sigma of white noise, signal units: as stated, or that of the sensor, or else from the scatter of
+    /// its own readings ([`Dataset::is_noise_stated`]).
     pub noise: f64,
     /// Quantisation step believed, signal units; zero for none.
     pub resolution: f64,
@@ -104,7 +104,8 @@ pub struct Dataset {
     pub machine: Machine,
     /// How far believed values may be off, as fractions, by dotted key.
     pub tolerance: IndexMap<String, f64>,
-    /// Drives whose command was recorded: index of the actuator and its column, in the order of [`Record::commands`].
+    /// Drives whose command was recorded: index of the actuator and its column, in the order of
+    /// [`Record::commands`].
     pub drives: Vec<(usize, String)>,
     /// Measured channels, in the order of [`Record::series`].
     pub channels: Vec<Channel>,
@@ -118,7 +119,8 @@ impl Dataset {
     /// Reads a dataset folder (or its `dataset.toml`) and every series that it names.
     ///
     /// # Errors
-    /// Mistakes in the files, series that cannot be read, and faults of the series that no stated assumption can repair.
+    /// Mistakes in the files, series that cannot be read, and faults of the series that no stated assumption
+    /// can repair.
     pub fn load(path: &Path) -> Result<Self, DiagnosisError> {
         let file = DatasetFile::load(path)?;
         let machine = file.machine.scenario.machine.clone();
@@ -142,7 +144,11 @@ impl Dataset {
         Self::of(&file, machine.clone(), IndexMap::new())
     }
 
-    fn of(file: &DatasetFile, machine: Machine, tolerance: IndexMap<String, f64>) -> Result<Self, DiagnosisError> {
+    fn of(
+        file: &DatasetFile,
+        machine: Machine,
+        tolerance: IndexMap<String, f64>,
+    ) -> Result<Self, DiagnosisError> {
         let mut drives = Vec::new();
         let mut channels = Vec::new();
         for (name, column) in &file.columns {
@@ -163,11 +169,24 @@ impl Dataset {
             });
         }
         let held: Vec<&str> = drives.iter().map(|(_, name)| name.as_str()).collect();
-        let tables = file.experiments.iter().map(|experiment| read::table(&experiment.file, &held)).collect::<Result<Vec<_>, _>>()?;
+        let tables = file
+            .experiments
+            .iter()
+            .map(|experiment| read::table(&experiment.file, &held))
+            .collect::<Result<Vec<_>, _>>()?;
         let holds: Vec<Option<f64>> = drives.iter().map(|(_, name)| file.columns[name].hold_s).collect();
-        let mut dataset = Self { name: file.name.clone(), machine, tolerance, drives, channels, records: Vec::new(), warnings: Vec::new() };
+        let mut dataset = Self {
+            name: file.name.clone(),
+            machine,
+            tolerance,
+            drives,
+            channels,
+            records: Vec::new(),
+            warnings: Vec::new(),
+        };
         let faults = check::assemble(&mut dataset, &file.experiments, tables, &holds);
-        let (fatal, warnings): (Vec<Fault>, Vec<Fault>) = faults.into_iter().partition(|fault| fault.kind.is_fatal());
+        let (fatal, warnings): (Vec<Fault>, Vec<Fault>) =
+            faults.into_iter().partition(|fault| fault.kind.is_fatal());
         if !fatal.is_empty() {
             return Err(DiagnosisError::Data { faults: fatal });
         }
@@ -176,9 +195,13 @@ impl Dataset {
         let contradictions = consistency::check(&dataset);
         // What a wrong unit makes of noise and resolution is no news where the unit is named.
         dataset.warnings.retain(|fault| {
-            let named = |other: &&Fault| other.column == fault.column && matches!(other.kind, FaultKind::Units { .. });
-            let follows =
-                matches!(fault.kind, FaultKind::BelowNoise { .. } | FaultKind::WeakExcitation { .. } | FaultKind::Quantised { .. });
+            let named = |other: &&Fault| {
+                other.column == fault.column && matches!(other.kind, FaultKind::Units { .. })
+            };
+            let follows = matches!(
+                fault.kind,
+                FaultKind::BelowNoise { .. } | FaultKind::WeakExcitation { .. } | FaultKind::Quantised { .. }
+            );
             !(follows && contradictions.iter().any(|other| named(&other)))
         });
         dataset.warnings.extend(contradictions);
@@ -187,11 +210,13 @@ impl Dataset {
         Ok(dataset)
     }
 
-    /// Where neither a column nor its sensor states a noise, takes the scatter of the readings for it, and says so.
+    /// Where neither a column nor its sensor states a noise, takes the scatter of the readings for it, and
+    /// says so.
     fn estimate_noise(&mut self, file: &DatasetFile) {
         for c in 0..self.channels.len() {
             let channel = &self.channels[c];
-            let is_stated = channel.noise > 0.0 || file.columns.get(&channel.column).is_some_and(|column| column.noise.is_some());
+            let is_stated = channel.noise > 0.0
+                || file.columns.get(&channel.column).is_some_and(|column| column.noise.is_some());
             if is_stated || self.records.is_empty() {
                 continue;
             }
@@ -200,18 +225,25 @@ impl Dataset {
             let noise = (scatter.powi(2) - channel.resolution.powi(2) / 12.0).max(0.0).sqrt();
             self.channels[c].noise = noise;
             let (file, column) = (self.name.clone(), Some(self.channels[c].column.clone()));
-            self.warnings.push(Fault { file, column, row: None, kind: FaultKind::NoiseNotStated { scatter } });
+            self.warnings.push(Fault {
+                file,
+                column,
+                row: None,
+                kind: FaultKind::NoiseNotStated { scatter },
+            });
         }
     }
 
     /// Whether the noise of a channel is stated, and not taken from the scatter of its readings.
     pub fn is_noise_stated(&self, column: &str) -> bool {
-        let is_of = |fault: &Fault| matches!(fault.kind, FaultKind::NoiseNotStated { .. }) && fault.column.as_deref() == Some(column);
+        let is_of = |fault: &Fault| {
+            matches!(fault.kind, FaultKind::NoiseNotStated { .. }) && fault.column.as_deref() == Some(column)
+        };
         !self.warnings.iter().any(is_of)
     }
 
-    /// Where no experiment is set aside for scoring, sets aside about every third, so that every kind of experiment is fitted and scored. Those
-    /// that were not to be are named.
+    /// Where no experiment is set aside for scoring, sets aside about every third, so that every kind of
+    /// experiment is fitted and scored. Those that were not to be are named.
     fn split(&mut self, roles: &[Option<Role>]) {
         if self.records.iter().any(|record| record.is_check) || self.records.len() < 2 {
             return;
@@ -234,7 +266,12 @@ impl Dataset {
         }
         for (record, role) in self.records.iter().zip(roles) {
             if record.is_check && role.is_some() {
-                self.warnings.push(Fault { file: record.name.clone(), column: None, row: None, kind: FaultKind::SetAside });
+                self.warnings.push(Fault {
+                    file: record.name.clone(),
+                    column: None,
+                    row: None,
+                    kind: FaultKind::SetAside,
+                });
             }
         }
     }

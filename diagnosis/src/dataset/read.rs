@@ -1,4 +1,5 @@
-//! Files into columns of numbers: CSV, Parquet, MCAP, told apart by their ending. What is no number becomes NaN, and the checks say where.
+//! Files into columns of numbers: CSV, Parquet, MCAP, told apart by their ending. What is no number becomes
+//! NaN, and the checks say where.
 
 use std::path::Path;
 
@@ -24,14 +25,29 @@ pub(super) fn table(path: &Path, held: &[&str]) -> Result<Table, DiagnosisError>
 
 fn csv_table(path: &Path) -> Result<Table, DiagnosisError> {
     let fail = |source| DiagnosisError::Read { file: path.to_owned(), source };
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).flexible(true).comment(Some(b'#')).from_path(path).map_err(fail)?;
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .flexible(true)
+        .comment(Some(b'#'))
+        .from_path(path)
+        .map_err(fail)?;
     let header: Vec<String> = reader.headers().map_err(fail)?.iter().map(str::to_owned).collect();
     let remedy = "write a header with the names of the columns, and a row of numbers for each instant";
     if header.iter().all(String::is_empty) {
-        return Err(DiagnosisError::Unreadable { file: path.to_owned(), reason: "it is empty".into(), remedy });
+        return Err(DiagnosisError::Unreadable {
+            file: path.to_owned(),
+            reason: "it is empty".into(),
+            remedy,
+        });
     }
-    if header.iter().any(|name| name.contains(|c: char| c.is_control())) && !header.iter().any(|name| name.contains('\t')) {
-        return Err(DiagnosisError::Unreadable { file: path.to_owned(), reason: "it is no text with columns".into(), remedy });
+    if header.iter().any(|name| name.contains(|c: char| c.is_control()))
+        && !header.iter().any(|name| name.contains('\t'))
+    {
+        return Err(DiagnosisError::Unreadable {
+            file: path.to_owned(),
+            reason: "it is no text with columns".into(),
+            remedy,
+        });
     }
     if let [only] = header.as_slice()
         && let Some(mark) = [';', '\t', '|'].into_iter().find(|mark| only.contains(*mark))

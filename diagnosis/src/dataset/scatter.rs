@@ -1,14 +1,18 @@
 //! The noise of a channel of which nothing is stated, from the scatter of its own readings.
 //!
-//! Differences of a high order take a motion out and leave white noise, whose variance they multiply by a binomial coefficient (Gasser, Sroka and
-//! Jennen-Steinmetz 1986; Hall, Kay and Titterington 1990). Noise that a filter has taken out of the upper band is not seen: the figure is the least that
-//! the channel can have.
+//! Differences of a high order take a motion out and leave white noise, whose variance they multiply by a
+//! binomial coefficient (Gasser, Sroka and Jennen-Steinmetz 1986; Hall, Kay and Titterington 1990). Noise
+//! that a filter has taken out of the upper band is not seen: the figure is the least that the channel can
+//! have.
 
-/// Order of the differences: at an eighth of the sampling rate a motion is down to a thousandth, so that only noise and impacts are left.
+/// Order of the differences: at an eighth of the sampling rate a motion is down to a thousandth, so that only
+/// noise and impacts are left.
 const ORDER: usize = 8;
-/// Binomial coefficient of twice the order over the order: by what a difference multiplies the variance of white noise.
+/// Binomial coefficient of twice the order over the order: by what a difference multiplies the variance of
+/// white noise.
 const GAIN: f64 = 12870.0;
-/// One sigma of a normal distribution over its median absolute value. A median does not see the few rows of an impact.
+/// One sigma of a normal distribution over its median absolute value. A median does not see the few rows of
+/// an impact.
 const SIGMA_OVER_MEDIAN: f64 = 1.4826;
 
 /// One sigma of white noise in a series.
@@ -22,8 +26,8 @@ fn of_series(series: &[f64]) -> f64 {
     sizes.get(sizes.len() / 2).map_or(0.0, |middle| SIGMA_OVER_MEDIAN * middle / GAIN.sqrt())
 }
 
-/// One sigma of white noise in a channel, from its series in all experiments: the middle one, so that neither an experiment that was filtered nor one
-/// of impacts decides.
+/// One sigma of white noise in a channel, from its series in all experiments: the middle one, so that neither
+/// an experiment that was filtered nor one of impacts decides.
 pub(super) fn of_channel<'a>(series: impl Iterator<Item = &'a Vec<f64>>) -> f64 {
     let mut found: Vec<f64> = series.map(|series| of_series(series)).collect();
     found.sort_by(f64::total_cmp);
@@ -43,7 +47,11 @@ mod tests {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
         };
-        let at = |k: usize| (0.01 * k as f64).sin() + 0.1 * (0.7 * k as f64).sin() + if (900..905).contains(&k) { 30.0 } else { 0.0 };
+        let at = |k: usize| {
+            (0.01 * k as f64).sin()
+                + 0.1 * (0.7 * k as f64).sin()
+                + if (900..905).contains(&k) { 30.0 } else { 0.0 }
+        };
         (0..4000).map(|k| at(k) + sigma * draw()).collect()
     }
 
@@ -51,7 +59,8 @@ mod tests {
     fn truth_scatter_is_the_noise_and_not_the_motion() {
         // Neighbouring differences share rows, so that 4000 of them tell the median to about four percent.
         assert!((of_series(&noisy(SIGMA)) / SIGMA - 1.0).abs() < 0.1);
-        // A tenth at 0.7 radians a row, times (2 sin 0.35)^8 / sqrt(12870): what a motion in the upper band passes for.
+        // A tenth at 0.7 radians a row, times (2 sin 0.35)^8 / sqrt(12870): what a motion in the upper band
+        // passes for.
         assert!(of_series(&noisy(0.0)) < 1e-4);
         let [a, b, c] = [SIGMA, 0.0, 2.0 * SIGMA].map(noisy);
         assert!((of_channel([a, b, c].iter()) / SIGMA - 1.0).abs() < 0.1);

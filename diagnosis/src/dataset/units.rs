@@ -42,7 +42,10 @@ pub(super) fn mixed_up(factor: f64, quantity: Quantity, near: f64) -> Option<&'s
     if factor < 0.0 {
         return ((-factor).ln().abs() < near.ln_1p()).then_some("-1 (a sign?)");
     }
-    factors(quantity).iter().find(|(wanted, _)| (factor / wanted).ln().abs() < near.ln_1p()).map(|(_, what)| *what)
+    factors(quantity)
+        .iter()
+        .find(|(wanted, _)| (factor / wanted).ln().abs() < near.ln_1p())
+        .map(|(_, what)| *what)
 }
 
 #[cfg(test)]

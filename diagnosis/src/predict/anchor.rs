@@ -1,10 +1,12 @@
 //! Keeping the rigid motion of a prediction on what was measured.
 //!
-//! The bodies that an encoder rides on, and all that hang on them by springs, are moved together: by what accelerometers on them read beyond the
-//! prediction (so that a force the model lacks does not spoil its motion), and slowly towards the encoder (so that the accelerometers' noise does not
-//! add up). Relative motion inside the chain, and bodies that are not part of it (base, workpiece), keep their predicted course: a hidden mode needs
-//! no restart. The gains are those of the steady Kalman filter of a mass whose acceleration is read with noise and whose position is read with noise:
-//! a critically shaped pair at `omega = (q / r)^(1/4)`, `q` and `r` the two noise densities.
+//! The bodies that an encoder rides on, and all that hang on them by springs, are moved together: by what
+//! accelerometers on them read beyond the prediction (so that a force the model lacks does not spoil its
+//! motion), and slowly towards the encoder (so that the accelerometers' noise does not add up). Relative
+//! motion inside the chain, and bodies that are not part of it (base, workpiece), keep their predicted
+//! course: a hidden mode needs no restart. The gains are those of the steady Kalman filter of a mass whose
+//! acceleration is read with noise and whose position is read with noise: a critically shaped pair at
+//! `omega = (q / r)^(1/4)`, `q` and `r` the two noise densities.
 
 use feeler_plant::assembly::{Assembly, GROUND_NODE, Source};
 use feeler_plant::description::Quantity;
@@ -15,7 +17,8 @@ use crate::dataset::Channel;
 
 /// Slowest and fastest anchoring, rad/s.
 const OMEGA_RANGE: (f64, f64) = (6.0, 320.0);
-/// Anchoring without accelerometers, rad/s: slow against the motion, so that the model's forces show, and fast against drift.
+/// Anchoring without accelerometers, rad/s: slow against the motion, so that the model's forces show, and
+/// fast against drift.
 const OMEGA_WITHOUT_ACCELEROMETERS: f64 = 40.0;
 /// A step this many times the noise rules the error of a reading.
 const COARSE: f64 = 4.0;
@@ -63,13 +66,16 @@ fn nodes_of(assembly: &Assembly, source: Source) -> Option<(usize, usize, Quanti
     }
 }
 
-/// Nodes that move with `node` when nothing is excited: joined rigidly or by stiffness, without passing through ground or `stop`.
+/// Nodes that move with `node` when nothing is excited: joined rigidly or by stiffness, without passing
+/// through ground or `stop`.
 fn chain(assembly: &Assembly, node: usize, stop: usize) -> Vec<usize> {
     let mut members = vec![node];
     let mut next = 0;
     while let Some(&at) = members.get(next) {
         next += 1;
-        for link in assembly.links.iter().filter(|link| link.rigid || link.stiffness > 0.0 || link.cubic > 0.0) {
+        for link in
+            assembly.links.iter().filter(|link| link.rigid || link.stiffness > 0.0 || link.cubic > 0.0)
+        {
             for (from, to) in [(link.a, link.b), (link.b, link.a)] {
                 if from == at && to != GROUND_NODE && to != stop && !members.contains(&to) {
                     members.push(to);
@@ -83,12 +89,15 @@ fn chain(assembly: &Assembly, node: usize, stop: usize) -> Vec<usize> {
 /// Puts the bodies of every measured chain where the encoder's first row says.
 pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], first_row: &[f64]) {
     for (channel, &value) in channels.iter().zip(first_row) {
-        let Some((node, relative_to, Quantity::Position)) = nodes_of(assembly, channel.source) else { continue };
+        let Some((node, relative_to, Quantity::Position)) = nodes_of(assembly, channel.source) else {
+            continue;
+        };
         let (gain, bias) = match channel.source {
             Source::Sensor(i) => (assembly.sensors[i].gain, assembly.sensors[i].bias),
             _ => (1.0, 0.0),
         };
-        let shift = (value - bias) / gain + assembly.nodes[relative_to].position_m - assembly.nodes[node].position_m;
+        let shift =
+            (value - bias) / gain + assembly.nodes[relative_to].position_m - assembly.nodes[node].position_m;
         for member in chain(assembly, node, relative_to) {
             assembly.nodes[member].position_m += shift;
         }
@@ -97,8 +106,15 @@ pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], first_row: &[
 }
 
 impl Anchor {
-    /// The anchor of the first chain that a position is measured of, if there is one, by what is not silent. Sliding surfaces are left where friction holds them.
-    pub(super) fn new(motion: &Motion, channels: &[Channel], silent: &[bool], surfaces: &[usize], spacing_s: f64) -> Option<Self> {
+    /// The anchor of the first chain that a position is measured of, if there is one, by what is not silent.
+    /// Sliding surfaces are left where friction holds them.
+    pub(super) fn new(
+        motion: &Motion,
+        channels: &[Channel],
+        silent: &[bool],
+        surfaces: &[usize],
+        spacing_s: f64,
+    ) -> Option<Self> {
         let assembly = motion.assembly();
         let of_kind = |wanted: Quantity| {
             channels.iter().enumerate().filter_map(move |(i, channel)| {
@@ -108,8 +124,11 @@ impl Anchor {
         };
         let (_, _, first, stop) = of_kind(Quantity::Position).next()?;
         let members = chain(assembly, first, stop);
-        let mut coordinates: Vec<usize> =
-            members.iter().filter(|node| !surfaces.contains(node)).filter_map(|&node| motion.coordinates().of(node)).collect();
+        let mut coordinates: Vec<usize> = members
+            .iter()
+            .filter(|node| !surfaces.contains(node))
+            .filter_map(|&node| motion.coordinates().of(node))
+            .collect();
         coordinates.sort_unstable();
         coordinates.dedup();
         let tap = |i: usize, channel: &Channel, weight: f64| {
@@ -126,23 +145,28 @@ impl Anchor {
         };
         let mut positions = Vec::new();
         let mut variance = 0.0;
-        for (i, channel, _, _) in
-            of_kind(Quantity::Position).filter(|(_, _, node, to)| members.contains(node) && !members.contains(to)).take(1)
+        for (i, channel, _, _) in of_kind(Quantity::Position)
+            .filter(|(_, _, node, to)| members.contains(node) && !members.contains(to))
+            .take(1)
         {
             positions.push(tap(i, channel, 1.0));
             let step = match channel.source {
-                Source::Sensor(s) => assembly.sensors[s].resolutions.iter().copied().fold(channel.resolution, f64::max),
+                Source::Sensor(s) => {
+                    assembly.sensors[s].resolutions.iter().copied().fold(channel.resolution, f64::max)
+                }
                 _ => channel.resolution,
             };
             variance += channel.noise.powi(2) + step * step / 12.0;
         }
         let mut accelerations: Vec<Tap> = Vec::new();
         let mut density = 0.0;
-        let readable: Vec<_> =
-            of_kind(Quantity::Acceleration).filter(|(_, _, node, to)| members.contains(node) && *to == GROUND_NODE).collect();
+        let readable: Vec<_> = of_kind(Quantity::Acceleration)
+            .filter(|(_, _, node, to)| members.contains(node) && *to == GROUND_NODE)
+            .collect();
         let share = |node: usize| {
             let g = motion.coordinates().of(node)?;
-            let together = readable.iter().filter(|(_, _, other, _)| motion.coordinates().of(*other) == Some(g)).count();
+            let together =
+                readable.iter().filter(|(_, _, other, _)| motion.coordinates().of(*other) == Some(g)).count();
             Some(motion.coordinates().mass_kg(g) / together as f64)
         };
         let total: f64 = readable.iter().filter_map(|(_, _, node, _)| share(*node)).sum();
@@ -165,7 +189,15 @@ impl Anchor {
     }
 
     /// Corrects a state at row `row`, for the span until the next.
-    pub(super) fn correct(&self, machine: &Moving, state: &mut State, predicted: &[f64], series: &[Vec<f64>], row: usize, spacing_s: f64) {
+    pub(super) fn correct(
+        &self,
+        machine: &Moving,
+        state: &mut State,
+        predicted: &[f64],
+        series: &[Vec<f64>],
+        row: usize,
+        spacing_s: f64,
+    ) {
         let innovation = |tap: &Tap| {
             let measured = series[tap.channel][(row + tap.late).min(series[tap.channel].len() - 1)];
             let beyond = (measured - tap.bias) / tap.gain - predicted[tap.channel];

@@ -35,7 +35,8 @@ pub(super) struct Flow {
     moved: Vec<f64>,
     /// How fast the mode moves, 1/s.
     norm: f64,
-    /// What is looked at in every row: the channels, then position, speed and force of the first drive, then the contacts' forces and compressions.
+    /// What is looked at in every row: the channels, then position, speed and force of the first drive, then
+    /// the contacts' forces and compressions.
     looks: Blocks<f64>,
     /// By span, what carries the states over it, and the guards after it.
     spans: Vec<(u64, Blocks<f64>)>,
@@ -67,7 +68,8 @@ impl Flow {
         };
         let norm = derivative.chunks_exact(width).enumerate().map(rate).fold(0.0, f64::max);
         let none = Row::new();
-        let mut rows: Vec<Row> = channels.iter().map(|&source| motion.signal(&equations, source).unwrap_or_default()).collect();
+        let mut rows: Vec<Row> =
+            channels.iter().map(|&source| motion.signal(&equations, source).unwrap_or_default()).collect();
         let [position, speed] = equations.stroke.first().map_or([&none, &none], |[x, v]| [x, v]);
         rows.extend([position, speed, equations.drive_force.first().unwrap_or(&none)].map(Clone::clone));
         rows.extend(equations.contact_force.iter().cloned());
@@ -76,7 +78,20 @@ impl Flow {
         rows.iter().enumerate().for_each(|(i, row)| looks.set_row(0, i, row));
         let linear = equations.is_linear();
         let (spans, moved) = (Vec::new(), Vec::new());
-        Self { equations, linear, states, width, derivative, blocks, scratch, moved, norm, looks, spans, longest_s }
+        Self {
+            equations,
+            linear,
+            states,
+            width,
+            derivative,
+            blocks,
+            scratch,
+            moved,
+            norm,
+            looks,
+            spans,
+            longest_s,
+        }
     }
 
     /// What carries the states over `span_s` with everything else held.
@@ -95,7 +110,10 @@ impl Flow {
             carried.set_row(0, i, &e.row(i).iter().copied().collect::<Vec<_>>());
         }
         for (i, guard) in guards.iter().enumerate() {
-            let after: Vec<f64> = e.column_iter().map(|column| guard.row.iter().zip(column.iter()).map(|(g, e)| g * e).sum()).collect();
+            let after: Vec<f64> = e
+                .column_iter()
+                .map(|column| guard.row.iter().zip(column.iter()).map(|(g, e)| g * e).sum())
+                .collect();
             carried.set_row(0, states + i, &after);
         }
         self.spans.push((key, carried));
@@ -104,7 +122,12 @@ impl Flow {
 
     /// Carries `xi` over a span that recurs: `out` gets the states, then the guards as they are at its end.
     #[inline(always)]
-    pub(super) fn carry(&mut self, span_s: f64, xi: &[f64], out: &mut Vec<f64>) -> Result<(), DiagnosisError> {
+    pub(super) fn carry(
+        &mut self,
+        span_s: f64,
+        xi: &[f64],
+        out: &mut Vec<f64>,
+    ) -> Result<(), DiagnosisError> {
         let index = self.exponential(span_s)?;
         let carried = &self.spans[index].1;
         out.resize(carried.padded_rows(), 0.0);
@@ -120,7 +143,13 @@ impl Flow {
     }
 
     /// Carries the extended vector over a span into `out`.
-    pub(super) fn move_by(&mut self, span_s: f64, recurring: bool, xi: &[f64], out: &mut Vec<f64>) -> Result<(), DiagnosisError> {
+    pub(super) fn move_by(
+        &mut self,
+        span_s: f64,
+        recurring: bool,
+        xi: &[f64],
+        out: &mut Vec<f64>,
+    ) -> Result<(), DiagnosisError> {
         if recurring {
             dispatch(
                 #[inline(always)]
@@ -139,9 +168,15 @@ impl Flow {
         self.states
     }
 
-    /// Carries `xi` over any span, into `out`: over halves, quarters and so on of the longest span seen, whose exponentials are kept, then over the
-    /// rest by its Taylor series. A stiff mode costs no more than a soft one.
-    pub(super) fn carry_once(&mut self, span_s: f64, xi: &[f64], out: &mut Vec<f64>) -> Result<(), DiagnosisError> {
+    /// Carries `xi` over any span, into `out`: over halves, quarters and so on of the longest span seen,
+    /// whose exponentials are kept, then over the rest by its Taylor series. A stiff mode costs no more than
+    /// a soft one.
+    pub(super) fn carry_once(
+        &mut self,
+        span_s: f64,
+        xi: &[f64],
+        out: &mut Vec<f64>,
+    ) -> Result<(), DiagnosisError> {
         dispatch(
             #[inline(always)]
             || self.carry_once_by_blocks(span_s, xi, out),
@@ -149,7 +184,12 @@ impl Flow {
     }
 
     #[inline(always)]
-    fn carry_once_by_blocks(&mut self, span_s: f64, xi: &[f64], out: &mut Vec<f64>) -> Result<(), DiagnosisError> {
+    fn carry_once_by_blocks(
+        &mut self,
+        span_s: f64,
+        xi: &[f64],
+        out: &mut Vec<f64>,
+    ) -> Result<(), DiagnosisError> {
         out.clear();
         out.extend_from_slice(xi);
         let mut left = span_s;
@@ -183,7 +223,9 @@ impl Flow {
             // Inputs, the constant and held terms have no derivative: they count once.
             let mut columns = self.width;
             for k in 1..MOST_TERMS {
-                for (block, next) in self.blocks.chunks_exact(BLOCK * self.width).zip(next.chunks_exact_mut(BLOCK)) {
+                for (block, next) in
+                    self.blocks.chunks_exact(BLOCK * self.width).zip(next.chunks_exact_mut(BLOCK))
+                {
                     let mut sums = [0.0; BLOCK];
                     for (column, x) in block.chunks_exact(BLOCK).zip(&term[..columns]) {
                         for (sum, a) in sums.iter_mut().zip(column) {

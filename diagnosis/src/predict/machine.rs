@@ -6,7 +6,8 @@ use feeler_plant::motion::{GuardValue, Mode, Motion, StopSide, Switch, SwitchSta
 use super::flow::{Flow, dot};
 use crate::error::DiagnosisError;
 
-/// Events within one row after which the row is finished without looking at guards: a modelled clatter faster than the record can show.
+/// Events within one row after which the row is finished without looking at guards: a modelled clatter faster
+/// than the record can show.
 const MOST_EVENTS: usize = 12;
 /// Secant steps that place an event; each is exact to the next, and rows are short against the motion.
 const SECANT_STEPS: usize = 3;
@@ -33,7 +34,11 @@ pub(super) struct Moving {
 }
 
 impl Moving {
-    pub(super) fn new(mut assembly: Assembly, channels: Vec<Source>, spacing_s: f64) -> Result<Self, DiagnosisError> {
+    pub(super) fn new(
+        mut assembly: Assembly,
+        channels: Vec<Source>,
+        spacing_s: f64,
+    ) -> Result<Self, DiagnosisError> {
         // A feed is not in the dataset: when it began, relative to a record, nobody knows.
         for contact in &mut assembly.contacts {
             contact.profile = None;
@@ -96,12 +101,14 @@ impl Moving {
             return;
         }
         for (j, (term, arguments)) in self.motion.terms().iter().zip(&flow.equations.arguments).enumerate() {
-            let value = arguments.as_ref().map_or(0.0, |[a, b]| term.value(dot(a, &state.xi), dot(b, &state.xi)));
+            let value =
+                arguments.as_ref().map_or(0.0, |[a, b]| term.value(dot(a, &state.xi), dot(b, &state.xi)));
             state.xi[self.motion.layout().term(j)] = value;
         }
     }
 
-    /// The channels as the plant has them, before gains, delays and quantisation, then what else is looked at in every row.
+    /// The channels as the plant has them, before gains, delays and quantisation, then what else is looked at
+    /// in every row.
     #[inline(always)]
     pub(super) fn look(&self, state: &State, out: &mut Vec<f64>) {
         self.flows[state.flow].look(&state.xi, out);
@@ -111,7 +118,9 @@ impl Moving {
     pub(super) fn set_input(&mut self, state: &mut State, drive: usize, value: f64) {
         state.xi[self.motion.layout().input(drive)] = value;
         let Some(ramp) = self.motion.layout().ramp(drive) else { return };
-        let Some(switch) = self.motion.switches().iter().position(|&s| s == Switch::Ramp(drive)) else { return };
+        let Some(switch) = self.motion.switches().iter().position(|&s| s == Switch::Ramp(drive)) else {
+            return;
+        };
         let left = value - state.xi[ramp];
         let towards = match left {
             l if l > 0.0 => SwitchState::Plus,
@@ -150,7 +159,8 @@ impl Moving {
             let whole = left.to_bits() == span_s.to_bits();
             let mut next = std::mem::take(&mut self.next);
             self.move_by(state, left, whole, &mut next)?;
-            let crossed = if events < MOST_EVENTS { self.first_crossing(state, &mut next, left)? } else { None };
+            let crossed =
+                if events < MOST_EVENTS { self.first_crossing(state, &mut next, left)? } else { None };
             if let Some((guard, share)) = crossed {
                 if share > 0.0 {
                     self.move_by(state, share * left, false, &mut next)?;
@@ -171,7 +181,13 @@ impl Moving {
     }
 
     /// One span in one mode. Nonlinear terms are averaged over it (trapezoidal, second order).
-    fn move_by(&mut self, state: &mut State, span_s: f64, recurring: bool, out: &mut Vec<f64>) -> Result<(), DiagnosisError> {
+    fn move_by(
+        &mut self,
+        state: &mut State,
+        span_s: f64,
+        recurring: bool,
+        out: &mut Vec<f64>,
+    ) -> Result<(), DiagnosisError> {
         let i = state.flow;
         self.flows[i].move_by(span_s, recurring, &state.xi, out)?;
         if self.flows[i].linear {
@@ -194,7 +210,12 @@ impl Moving {
     }
 
     /// The first guard that falls below zero on the way to `next`, and at which share of the span.
-    fn first_crossing(&mut self, state: &State, next: &mut [f64], span_s: f64) -> Result<Option<(usize, f64)>, DiagnosisError> {
+    fn first_crossing(
+        &mut self,
+        state: &State,
+        next: &mut [f64],
+        span_s: f64,
+    ) -> Result<Option<(usize, f64)>, DiagnosisError> {
         let flow = &self.flows[state.flow];
         let mut first: Option<(usize, f64)> = None;
         for (i, guard) in flow.equations.guards.iter().enumerate() {
@@ -204,7 +225,8 @@ impl Moving {
             }
             let start = dot(&guard.row, &state.xi);
             if start <= 0.0 {
-                // Just crossed the other way, or pushed over by a correction: it switches unless it is on its way back.
+                // Just crossed the other way, or pushed over by a correction: it switches unless it is on its
+                // way back.
                 if start < 0.0 || end < start {
                     return Ok(Some((i, 0.0)));
                 }
@@ -257,7 +279,8 @@ impl Moving {
         let mut rested = State { xi: state.xi.clone(), flow };
         self.fill(&mut rested);
         let guards = &self.flows[flow].equations.guards;
-        let exceeded = guards.iter().find(|guard| guard.switch == switch && dot(&guard.row, &rested.xi) < 0.0);
+        let exceeded =
+            guards.iter().find(|guard| guard.switch == switch && dot(&guard.row, &rested.xi) < 0.0);
         match exceeded.map(|guard| guard.value) {
             Some(GuardValue::To(to)) => to,
             _ => SwitchState::Rest,

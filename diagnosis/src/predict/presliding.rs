@@ -1,8 +1,10 @@
 //! Dry friction as records show it: before it slides it gives way like a spring, by micrometres.
 //!
-//! A set-valued law holds a guide perfectly still, so that every small motion about a reversal, or under a preload, would count against it. Here the
-//! surface that slides is joined to its body by a stiff damped spring (Prandtl's element, the one-bristle case of Maxwell slip): stuck, the body rings
-//! on that spring; sliding, the level acts as before. The spring is no effect of its own but belongs to how any dry friction is observed.
+//! A set-valued law holds a guide perfectly still, so that every small motion about a reversal, or under a
+//! preload, would count against it. Here the surface that slides is joined to its body by a stiff damped
+//! spring (Prandtl's element, the one-bristle case of Maxwell slip): stuck, the body rings on that spring;
+//! sliding, the level acts as before. The spring is no effect of its own but belongs to how any dry friction
+//! is observed.
 
 use std::f64::consts::TAU;
 
@@ -24,7 +26,8 @@ impl Default for Presliding {
     }
 }
 
-/// Share of a body's mass that its sliding surface takes along: small against the body, large enough that its own motion needs no finer steps.
+/// Share of a body's mass that its sliding surface takes along: small against the body, large enough that its
+/// own motion needs no finer steps.
 const SURFACE_SHARE: f64 = 0.02;
 
 impl Presliding {
@@ -64,7 +67,13 @@ impl Presliding {
             };
             let added = [
                 bare(from, to, 0.0, 0.0, friction),
-                bare(body, surface, all * omega * omega, 2.0 * self.damping_ratio * all * omega, Friction::NONE),
+                bare(
+                    body,
+                    surface,
+                    all * omega * omega,
+                    2.0 * self.damping_ratio * all * omega,
+                    Friction::NONE,
+                ),
             ];
             assembly.links.extend(added);
             surfaces.push(surface);

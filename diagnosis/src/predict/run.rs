@@ -31,7 +31,8 @@ pub struct Prediction {
     pub series: Vec<Vec<f64>>,
     /// The same without coarse quantisation steps, for slopes.
     pub(crate) smooth: Vec<Vec<f64>>,
-    /// Half the step of channels whose quantisation is coarse against their noise, else zero: a reading says no more than that.
+    /// Half the step of channels whose quantisation is coarse against their noise, else zero: a reading says
+    /// no more than that.
     pub(crate) dead_zone: Vec<f64>,
     /// Relative position and speed of the first drive, and its force, as predicted.
     pub(crate) stroke: Vec<[f64; 3]>,
@@ -105,18 +106,25 @@ impl<'a> Predictor<'a> {
     ///
     /// # Errors
     /// Where an exponential fails.
-    pub(crate) fn follow(&mut self, anchoring: Anchoring, start: Start) -> Result<Prediction, DiagnosisError> {
+    pub(crate) fn follow(
+        &mut self,
+        anchoring: Anchoring,
+        start: Start,
+    ) -> Result<Prediction, DiagnosisError> {
         let dt = self.record.spacing_s;
         let rows = self.record.len();
         let anchor = match anchoring {
-            Anchoring::Continuous => Anchor::new(&self.machine.motion, self.channels, &self.record.silent, &self.surfaces, dt),
+            Anchoring::Continuous => {
+                Anchor::new(&self.machine.motion, self.channels, &self.record.silent, &self.surfaces, dt)
+            }
             Anchoring::Never => None,
         };
         let commands = self.effective_commands();
         let mut state = self.machine.start();
         let mut window: Option<State> = None;
         let mut signals = vec![Vec::with_capacity(rows); self.channels.len()];
-        let mut prediction = Prediction { omega: anchor.as_ref().map_or(0.0, Anchor::omega), ..Prediction::default() };
+        let mut prediction =
+            Prediction { omega: anchor.as_ref().map_or(0.0, Anchor::omega), ..Prediction::default() };
         let mut seen = Vec::new();
         let (channels, contacts) = (self.channels.len(), self.machine.motion.assembly().contacts.len());
         prediction.compressions = vec![Vec::with_capacity(rows); contacts];
@@ -186,13 +194,22 @@ impl<'a> Predictor<'a> {
         self.drives
             .iter()
             .zip(&self.record.commands)
-            .map(|((drive, _), commands)| commands.iter().map(|&command| chain(&drives[*drive], command)).collect())
+            .map(|((drive, _), commands)| {
+                commands.iter().map(|&command| chain(&drives[*drive], command)).collect()
+            })
             .collect()
     }
 
-    /// From row `k` to the next, through the commands that arrive on the way. (Commands of a delayed drive arrive between rows.)
+    /// From row `k` to the next, through the commands that arrive on the way. (Commands of a delayed drive
+    /// arrive between rows.)
     #[inline(always)]
-    fn drive_on(&mut self, state: &mut State, commands: &[Vec<f64>], k: usize, dt: f64) -> Result<(), DiagnosisError> {
+    fn drive_on(
+        &mut self,
+        state: &mut State,
+        commands: &[Vec<f64>],
+        k: usize,
+        dt: f64,
+    ) -> Result<(), DiagnosisError> {
         let mut is_delayed = false;
         for ((drive, _), commands) in self.drives.iter().zip(commands) {
             let delay = self.machine.motion.assembly().drives[*drive].delay / dt;
@@ -203,10 +220,20 @@ impl<'a> Predictor<'a> {
             let back = whole + usize::from(is_part);
             self.machine.set_input(state, *drive, if k >= back { commands[k - back] } else { 0.0 });
         }
-        if is_delayed { self.drive_on_delayed(state, commands, k, dt) } else { self.machine.advance(state, dt) }
+        if is_delayed {
+            self.drive_on_delayed(state, commands, k, dt)
+        } else {
+            self.machine.advance(state, dt)
+        }
     }
 
-    fn drive_on_delayed(&mut self, state: &mut State, commands: &[Vec<f64>], k: usize, dt: f64) -> Result<(), DiagnosisError> {
+    fn drive_on_delayed(
+        &mut self,
+        state: &mut State,
+        commands: &[Vec<f64>],
+        k: usize,
+        dt: f64,
+    ) -> Result<(), DiagnosisError> {
         let mut arrivals: Vec<(f64, usize, f64)> = Vec::new();
         for ((drive, _), commands) in self.drives.iter().zip(commands) {
             let delay = self.machine.motion.assembly().drives[*drive].delay / dt;

@@ -2,18 +2,28 @@
 
 use feeler_plant::assembly::SensorPart;
 
-/// Readings without noise of a filtered signal sampled every `spacing_s`. With `quantised` false the steps are left out.
+/// Readings without noise of a filtered signal sampled every `spacing_s`. With `quantised` false the steps
+/// are left out.
 pub(super) fn readings(sensor: &SensorPart, signal: &[f64], spacing_s: f64, quantised: bool) -> Vec<f64> {
     let rows = sensor.delay / spacing_s;
-    let delayed: Vec<f64> = if rows > 0.0 { (0..signal.len()).map(|k| at(signal, k as f64 - rows)).collect() } else { signal.to_vec() };
+    let delayed: Vec<f64> = if rows > 0.0 {
+        (0..signal.len()).map(|k| at(signal, k as f64 - rows)).collect()
+    } else {
+        signal.to_vec()
+    };
     let resolutions: &[f64] = if quantised { &sensor.resolutions } else { &[] };
     delayed
         .into_iter()
-        .map(|x| resolutions.iter().fold(sensor.gain * x + sensor.bias, |y, q| if *q > 0.0 { (y / q).round() * q } else { y }))
+        .map(|x| {
+            resolutions
+                .iter()
+                .fold(sensor.gain * x + sensor.bias, |y, q| if *q > 0.0 { (y / q).round() * q } else { y })
+        })
         .collect()
 }
 
-/// A series between its rows: the cubic through four neighbours (Catmull and Rom); its first value before the start.
+/// A series between its rows: the cubic through four neighbours (Catmull and Rom); its first value before the
+/// start.
 fn at(series: &[f64], row: f64) -> f64 {
     if row <= 0.0 {
         return series[0];

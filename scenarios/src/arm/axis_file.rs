@@ -36,11 +36,13 @@ pub struct AxisFile {
     pub reduction: Reduction,
     /// How well it stands for the whole arm in contact.
     pub agreement: Agreement,
-    /// Largest stable proportional force gain at 1 kHz; zero where none is stable, infinite where every one is.
+    /// Largest stable proportional force gain at 1 kHz; zero where none is stable, infinite where every one
+    /// is.
     pub largest_gain: f64,
 }
 
-/// Why no machine file can be made of the numbers of an axis: nobody has written the file in which they stand.
+/// Why no machine file can be made of the numbers of an axis: nobody has written the file in which they
+/// stand.
 fn no_machine(error: &FormatError) -> ArmFileError {
     let why = error.problems.first().map_or_else(String::new, |problem| problem.message.clone());
     ArmFileError::Extreme { why }
@@ -50,10 +52,17 @@ fn no_machine(error: &FormatError) -> ArmFileError {
 ///
 /// # Errors
 /// [`ArmFileError`] for poses and directions in which the arm cannot move.
-pub fn axis_file(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, contact: ToolContact) -> Result<AxisFile, ArmFileError> {
+pub fn axis_file(
+    file: &ArmFile,
+    pose: &[f64],
+    normal: [f64; 3],
+    others: Others,
+    contact: ToolContact,
+) -> Result<AxisFile, ArmFileError> {
     let touch = [contact.stiffness_n_per_m, contact.damping_n_s_per_m];
     let (reduction, agreement) = file.arm.reduce_in_contact(pose, normal, others, touch)?;
-    let document = Document::parse(&axis_text(&reduction, contact, TRIED_GAIN), "axis.toml").map_err(|error| no_machine(&error))?;
+    let document = Document::parse(&axis_text(&reduction, contact, TRIED_GAIN), "axis.toml")
+        .map_err(|error| no_machine(&error))?;
     let report = analyze(&document.scenario, &Request::default())?;
     let edge = largest_stable(report.gain.as_ref());
     let gain = (GAIN_SHARE * edge).min(LARGEST_GAIN);
@@ -65,7 +74,13 @@ pub fn axis_file(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others,
     let name = format!("{}-axis", file.name);
     let held = if others == Others::Held { "the other directions held" } else { "the other directions free" };
     let about = format!("The single axis that {} is at one pose along one normal, {held}", file.name);
-    let _ = write!(text, "name  = {}\nabout = {}\n\n{}", quoted(&name), quoted(&about), axis_text(&reduction, contact, gain));
+    let _ = write!(
+        text,
+        "name  = {}\nabout = {}\n\n{}",
+        quoted(&name),
+        quoted(&about),
+        axis_text(&reduction, contact, gain)
+    );
     Ok(AxisFile { text, reduction, agreement, largest_gain: edge })
 }
 
@@ -96,8 +111,12 @@ pub fn distrust(axis: &Reduction, agreement: &Agreement) -> Option<String> {
             false => format!("without bound in the {}", landmark.name()),
         })
         .collect();
-    let sharing: Vec<String> =
-        axis.modes.iter().filter(|mode| mode.drive_share.abs() > SHARES).map(|mode| format!("{:.1}", mode.frequency_hz)).collect();
+    let sharing: Vec<String> = axis
+        .modes
+        .iter()
+        .filter(|mode| mode.drive_share.abs() > SHARES)
+        .map(|mode| format!("{:.1}", mode.frequency_hz))
+        .collect();
     Some(format!(
         "this axis is off the arm by {}, more than {:.0} %: modes of the arm at {} Hz share the way from drive to tool, which no few masses on springs show; choose \
          another pose, or do not rely on what the axis says of that",
@@ -107,7 +126,8 @@ pub fn distrust(axis: &Reduction, agreement: &Agreement) -> Option<String> {
     ))
 }
 
-/// A largest stable gain in words where it is no number: `none` where no gain is stable, `every gain` where all are.
+/// A largest stable gain in words where it is no number: `none` where no gain is stable, `every gain` where
+/// all are.
 pub fn gain_in_words(gain: f64) -> Option<&'static str> {
     match gain {
         gain if gain.is_nan() => Some("unknown"),
@@ -121,7 +141,14 @@ fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
 
-fn header(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, agreement: &Agreement, stiffness: f64) -> String {
+fn header(
+    file: &ArmFile,
+    pose: &[f64],
+    normal: [f64; 3],
+    others: Others,
+    agreement: &Agreement,
+    stiffness: f64,
+) -> String {
     let pose: Vec<String> = pose.iter().map(|x| format!("{x:.5}")).collect();
     let [nx, ny, nz] = normal;
     let said = |landmark: &Landmark, [arm, own]: [f64; 2], misfit: f64| {
@@ -142,7 +169,8 @@ fn header(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, agreem
         if landmark.is_gain() && number(arm) == number(own) && gain_in_words(arm).is_some() {
             return format!("#   {name}: of both {}\n", number(arm));
         }
-        let with_unit = |value: f64| if value.is_finite() { format!("{}{unit}", number(value)) } else { number(value) };
+        let with_unit =
+            |value: f64| if value.is_finite() { format!("{}{unit}", number(value)) } else { number(value) };
         format!("#   {name}: {} and {}: off by {} %\n", with_unit(arm), with_unit(own), percent(misfit))
     };
     let landmarks: String = (Landmark::ALL.iter().zip(agreement.landmarks()).zip(agreement.misfits()))
@@ -165,11 +193,15 @@ fn percent(misfit: f64) -> String {
 
 /// How many bodies there are beside motor and tool, and why.
 fn bodies_note(axis: &Reduction) -> String {
-    let frequencies: Vec<String> = axis.branches.iter().map(|branch| format!("{:.2}", branch.frequency_hz())).collect();
+    let frequencies: Vec<String> =
+        axis.branches.iter().map(|branch| format!("{:.2}", branch.frequency_hz())).collect();
     let (bodies, verb) = if frequencies.len() == 1 { ("a body", "stands") } else { ("bodies", "stand") };
     let linked = axis.branches.iter().any(Branch::is_linked);
-    let (place, held) =
-        if linked { ("beside motor and tool, fitted to the arm's response,", "motor and tool") } else { ("beside the motor", "motors") };
+    let (place, held) = if linked {
+        ("beside motor and tool, fitted to the arm's response,", "motor and tool")
+    } else {
+        ("beside the motor", "motors")
+    };
     if frequencies.is_empty() {
         return String::new();
     }
@@ -186,8 +218,14 @@ fn axis_text(axis: &Reduction, contact: ToolContact, gain: f64) -> String {
         text.push_str(&line);
         text.push('\n');
     };
-    line(format!("[bodies.motor]\nmass = {:?}\n\n[bodies.tip]\nmass = {:?}\n", axis.motor_mass_kg, axis.tip_mass_kg));
-    line(format!("[springs.guide]\nbetween = [\"ground\", \"motor\"]\ndamping = {:?}\n", axis.guide_damping_n_s_per_m));
+    line(format!(
+        "[bodies.motor]\nmass = {:?}\n\n[bodies.tip]\nmass = {:?}\n",
+        axis.motor_mass_kg, axis.tip_mass_kg
+    ));
+    line(format!(
+        "[springs.guide]\nbetween = [\"ground\", \"motor\"]\ndamping = {:?}\n",
+        axis.guide_damping_n_s_per_m
+    ));
     if axis.dry_friction_n > 0.0 {
         line(format!("[springs.guide.effects.coulomb-friction]\nlevel = {:?}\n", axis.dry_friction_n));
     }
@@ -219,7 +257,10 @@ fn axis_text(axis: &Reduction, contact: ToolContact, gain: f64) -> String {
     if let Some(bandwidth) = axis.bandwidth_hz {
         line(format!("bandwidth = {bandwidth:?}"));
     }
-    line("\n[sensors.force]\nreads = \"tool.spring_force\"\n\n[sensors.encoder]\nreads = \"motor.position\"\n".into());
+    line(
+        "\n[sensors.force]\nreads = \"tool.spring_force\"\n\n[sensors.encoder]\nreads = \"motor.position\"\n"
+            .into(),
+    );
     line(format!(
         "[controllers.force]\nlaw = \"explicit-force\"\nreads = \"force\"\nmotion = \"encoder\"\ndrives = \"drive\"\nperiod = \"1 ms\"\nfeed_forward = 1.0\n\
          kp = {gain:?}\napproach = {{ speed = \"10 mm/s\", until = \"3 N\" }}\nreference = 20.0\n"

@@ -65,8 +65,9 @@ pub struct MapValues {
     pub agreement: Agreement,
 }
 
-/// The arm's axis and its force bandwidth at every place of a grid, the tool's x axis along the normal; poses follow from one place to the next, beginning at
-/// `start`. A place without an axis says why. `progress` is told the share of the places that are done, by any thread.
+/// The arm's axis and its force bandwidth at every place of a grid, the tool's x axis along the normal; poses
+/// follow from one place to the next, beginning at `start`. A place without an axis says why. `progress` is
+/// told the share of the places that are done, by any thread.
 ///
 /// # Errors
 /// [`ArmError::Normal`].
@@ -121,7 +122,8 @@ fn reason(error: ArmFileError) -> NoAxis {
 
 /// Why places of a map have no axis, and how many for each reason, in the order of the alphabet.
 pub fn without_axis(map: &[MapPoint]) -> Vec<(&str, usize)> {
-    let mut reasons: Vec<&str> = map.iter().filter_map(|point| Some(point.found.as_ref().err()?.reason())).collect();
+    let mut reasons: Vec<&str> =
+        map.iter().filter_map(|point| Some(point.found.as_ref().err()?.reason())).collect();
     reasons.sort_unstable();
     reasons.chunk_by(|a, b| a == b).map(|same| (same[0], same.len())).collect()
 }
@@ -136,7 +138,13 @@ pub fn tool_target(file: &ArmFile, place_m: [f64; 3], normal: [f64; 3]) -> Resul
     Ok(if file.arm.chain().joints() >= 5 { Target::Pointing(place, along) } else { Target::Position(place) })
 }
 
-fn values(file: &ArmFile, pose: &[f64], normal: [f64; 3], others: Others, contact: ToolContact) -> Result<MapValues, ArmFileError> {
+fn values(
+    file: &ArmFile,
+    pose: &[f64],
+    normal: [f64; 3],
+    others: Others,
+    contact: ToolContact,
+) -> Result<MapValues, ArmFileError> {
     let touch = [contact.stiffness_n_per_m, contact.damping_n_s_per_m];
     let (axis, agreement) = file.arm.reduce_in_contact(pose, normal, others, touch)?;
     let stiffness_n_per_m = axis.static_stiffness_n_per_m;

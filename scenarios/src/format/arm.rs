@@ -57,8 +57,15 @@ pub(super) struct ReadArm {
     pub(super) folder: PathBuf,
 }
 
-/// Reads the tree of an arm file, which begins at `at`; keys in `besides` of a joint are left to others. None where there are mistakes.
-pub(super) fn read(root: &Table, sources: &Sources, at: &Origin, besides: &[&str], problems: &mut Problems) -> Option<ReadArm> {
+/// Reads the tree of an arm file, which begins at `at`; keys in `besides` of a joint are left to others. None
+/// where there are mistakes.
+pub(super) fn read(
+    root: &Table,
+    sources: &Sources,
+    at: &Origin,
+    besides: &[&str],
+    problems: &mut Problems,
+) -> Option<ReadArm> {
     let before = problems.count();
     let fields = Reader { problems, scope: Scope::new(true) }.fields(&ARM, &["joints"], root, at, "");
     let source = root.get("urdf").map_or(0, |entry| entry.node.origin.source);
@@ -95,7 +102,12 @@ fn urdf(path: &Path, fields: &Fields, root: &Table, problems: &mut Problems) -> 
     let text = match super::file::read_text(path, LARGEST_URDF) {
         Ok(text) => text,
         Err(error) => {
-            problems.add(&origin, "urdf", format!("{shown}: {error}"), "name a URDF file, relative to this one");
+            problems.add(
+                &origin,
+                "urdf",
+                format!("{shown}: {error}"),
+                "name a URDF file, relative to this one",
+            );
             return None;
         }
     };
@@ -109,7 +121,8 @@ fn urdf(path: &Path, fields: &Fields, root: &Table, problems: &mut Problems) -> 
     let folder = path.parent().unwrap_or(Path::new(""));
     for MeshFile { link, file, line } in urdf.meshes() {
         if !mesh_path(folder, file).is_some_and(|path| path.is_file()) {
-            let message = format!("{shown}, line {line}: link `{link}` names the mesh `{file}`, which is not there");
+            let message =
+                format!("{shown}, line {line}: link `{link}` names the mesh `{file}`, which is not there");
             problems.add(&origin, "urdf", message, "put the file beside the URDF, or remove the geometry");
         }
     }
@@ -121,7 +134,13 @@ fn urdf(path: &Path, fields: &Fields, root: &Table, problems: &mut Problems) -> 
 }
 
 /// The chain of the joints to the tool, and the shapes of what they move.
-fn chain(urdf: &Urdf, tool: &str, path: &Path, root: &Table, problems: &mut Problems) -> Option<(Chain, Vec<Vec<Collision>>)> {
+fn chain(
+    urdf: &Urdf,
+    tool: &str,
+    path: &Path,
+    root: &Table,
+    problems: &mut Problems,
+) -> Option<(Chain, Vec<Vec<Collision>>)> {
     let found = urdf.chain(tool).and_then(|chain| Ok((chain, urdf.collisions(tool)?)));
     if let Err(error) = &found {
         let key = if root.contains_key("tool") { "tool" } else { "urdf" };
@@ -132,27 +151,47 @@ fn chain(urdf: &Urdf, tool: &str, path: &Path, root: &Table, problems: &mut Prob
 
 /// Where a mesh is: beside the URDF, or, of a package, in one of the folders above it.
 pub(super) fn mesh_path(folder: &Path, file: &str) -> Option<PathBuf> {
-    let Some(inner) = file.strip_prefix("package://") else { return Some(folder.join(file.strip_prefix("file://").unwrap_or(file))) };
+    let Some(inner) = file.strip_prefix("package://") else {
+        return Some(folder.join(file.strip_prefix("file://").unwrap_or(file)));
+    };
     let inside = inner.split_once('/').map_or(inner, |(_, inside)| inside);
-    let found = folder.ancestors().flat_map(|above| [above.join(inner), above.join(inside)]).find(|path| path.is_file());
+    let found = folder
+        .ancestors()
+        .flat_map(|above| [above.join(inner), above.join(inside)])
+        .find(|path| path.is_file());
     found.or_else(|| Some(folder.join(inner)))
 }
 
 fn drives(chain: &Chain, root: &Table, besides: &[&str], problems: &mut Problems) -> Vec<JointDrive> {
     let remedy = "add [joints.NAME] with gear_ratio, rotor_inertia and stiffness for each joint that moves";
     let Some(entry) = root.get("joints") else {
-        problems.add(&Origin::default(), "joints", "`joints` is missing: a URDF says nothing of gears and rotors", remedy);
+        problems.add(
+            &Origin::default(),
+            "joints",
+            "`joints` is missing: a URDF says nothing of gears and rotors",
+            remedy,
+        );
         return Vec::new();
     };
     let Value::Table(table) = &entry.node.value else {
-        problems.add(&entry.node.origin, "joints", format!("this must be a table, not {}", entry.node.value.kind()), remedy);
+        problems.add(
+            &entry.node.origin,
+            "joints",
+            format!("this must be a table, not {}", entry.node.value.kind()),
+            remedy,
+        );
         return Vec::new();
     };
     let names = || chain.joints.iter().map(|joint| joint.name.as_str());
     for (name, entry) in table {
         if !names().any(|known| known == name) {
             let remedy = did_you_mean(name, names());
-            problems.add(&entry.key, join("joints", name), format!("no joint `{name}` moves on the way to the tool"), remedy);
+            problems.add(
+                &entry.key,
+                join("joints", name),
+                format!("no joint `{name}` moves on the way to the tool"),
+                remedy,
+            );
         }
     }
     let mut found = Vec::new();
@@ -164,8 +203,15 @@ fn drives(chain: &Chain, root: &Table, besides: &[&str], problems: &mut Problems
                 let fields = Reader { problems, scope }.fields(&JOINT, besides, keys, origin, &path);
                 found.push(drive(joint, &fields));
             }
-            Some((value, origin)) => problems.add(origin, &path, format!("this must be a table, not {}", value.kind()), remedy),
-            None => problems.add(&entry.node.origin, &path, format!("joint `{}` has no drive", joint.name), remedy),
+            Some((value, origin)) => {
+                problems.add(origin, &path, format!("this must be a table, not {}", value.kind()), remedy)
+            }
+            None => problems.add(
+                &entry.node.origin,
+                &path,
+                format!("joint `{}` has no drive", joint.name),
+                remedy,
+            ),
         }
     }
     found

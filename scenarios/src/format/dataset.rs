@@ -15,7 +15,8 @@ use super::read::{Field, Reader, Scope, join};
 use super::source::Origin;
 use super::tree::{Table, Value};
 
-/// A dataset file that has been checked, with the machine that is believed. The series themselves are not read here.
+/// A dataset file that has been checked, with the machine that is believed. The series themselves are not
+/// read here.
 #[derive(Clone, Debug)]
 pub struct DatasetFile {
     /// Short name; the folder's where none is given.
@@ -125,7 +126,12 @@ fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) ->
         return found;
     };
     let Value::Table(table) = &entry.node.value else {
-        problems.add(&entry.node.origin, "columns", format!("this must be a table, not {}", entry.node.value.kind()), remedy);
+        problems.add(
+            &entry.node.origin,
+            "columns",
+            format!("this must be a table, not {}", entry.node.value.kind()),
+            remedy,
+        );
         return found;
     };
     for (name, entry) in table {
@@ -140,7 +146,12 @@ fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) ->
         let mut scope = Scope::new(false);
         if let (Some(signal), Some(machine), Some(node)) = (&signal, machine, written) {
             if let Err(problem) = resolve(&machine.scenario.machine, signal) {
-                problems.add(&node.origin, join(&path, "signal"), problem.message, problem.remedy.unwrap_or_default());
+                problems.add(
+                    &node.origin,
+                    join(&path, "signal"),
+                    problem.message,
+                    problem.remedy.unwrap_or_default(),
+                );
             }
             scope = signal_scope(machine.draft(), machine.scenario.machine.axis, signal);
         }
@@ -173,16 +184,32 @@ fn experiments(root: &Table, directory: &Path, problems: &mut Problems) -> Vec<E
         return found;
     };
     let Value::Array(items) = &entry.node.value else {
-        problems.add(&entry.node.origin, "experiments", format!("this must be a list, not {}", entry.node.value.kind()), remedy);
+        problems.add(
+            &entry.node.origin,
+            "experiments",
+            format!("this must be a list, not {}", entry.node.value.kind()),
+            remedy,
+        );
         return found;
     };
     for (index, item) in items.iter().enumerate() {
         let path = format!("experiments[{index}]");
         let Value::Table(table) = &item.value else {
-            problems.add(&item.origin, &path, format!("this must be a table, not {}", item.value.kind()), remedy);
+            problems.add(
+                &item.origin,
+                &path,
+                format!("this must be a table, not {}", item.value.kind()),
+                remedy,
+            );
             continue;
         };
-        let fields = Reader { problems, scope: Scope::new(false) }.fields(&EXPERIMENT, &[], table, &item.origin, &path);
+        let fields = Reader { problems, scope: Scope::new(false) }.fields(
+            &EXPERIMENT,
+            &[],
+            table,
+            &item.origin,
+            &path,
+        );
         let Some(file) = fields.text("file") else { continue };
         let file = directory.join(file);
         let origin = table.get("file").map_or(&item.origin, |entry| &entry.node.origin);
@@ -195,14 +222,24 @@ fn experiments(root: &Table, directory: &Path, problems: &mut Problems) -> Vec<E
             );
         }
         if found.iter().any(|other: &Experiment| other.file == file) {
-            problems.add(origin, join(&path, "file"), "this file is an experiment already", "name each file once");
+            problems.add(
+                origin,
+                join(&path, "file"),
+                "this file is an experiment already",
+                "name each file once",
+            );
         }
         let role = match fields.text("role") {
             Some("fit") => Some(Role::Fit),
             Some("check") => Some(Role::Check),
             _ => None,
         };
-        found.push(Experiment { file, engagement: engagement(&fields), role, repeat: fields.text("repeat").map(str::to_owned) });
+        found.push(Experiment {
+            file,
+            engagement: engagement(&fields),
+            role,
+            repeat: fields.text("repeat").map(str::to_owned),
+        });
     }
     found
 }

@@ -4,7 +4,8 @@ use std::ops::{Div, Mul};
 
 use feeler_plant::units::Dimension;
 
-/// `kg^mass m^length s^time` of a translational axis. Exponents are real: a contact law `k d^n` takes N/m^n with any `n`.
+/// `kg^mass m^length s^time` of a translational axis. Exponents are real: a contact law `k d^n` takes N/m^n
+/// with any `n`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Dim {
     pub(crate) mass: f64,
@@ -34,7 +35,8 @@ impl Dim {
     }
 
     /// That of a signal which is not known, so that nothing is said of units that may be right.
-    pub(crate) const UNKNOWN: Self = Self { mass: 0.0, length: 0.0, time: 0.0, any_length: false, unknown: true };
+    pub(crate) const UNKNOWN: Self =
+        Self { mass: 0.0, length: 0.0, time: 0.0, any_length: false, unknown: true };
 
     /// Whether two dimensions are the same.
     pub(crate) fn is(self, other: Self) -> bool {
@@ -54,7 +56,10 @@ impl Dim {
 
     /// SI unit, in the notation of files.
     pub(crate) fn si_unit(self, rotational: bool) -> String {
-        let known = NAMES.iter().map(|(dimension, ..)| *dimension).find(|dimension| !self.any_length && Self::from(*dimension).is(self));
+        let known = NAMES
+            .iter()
+            .map(|(dimension, ..)| *dimension)
+            .find(|dimension| !self.any_length && Self::from(*dimension).is(self));
         if let Some(dimension) = known {
             return dimension.si_unit(rotational).to_owned();
         }
@@ -94,7 +99,13 @@ impl Dim {
 impl From<Dimension> for Dim {
     fn from(dimension: Dimension) -> Self {
         let any_length = dimension.any_length;
-        Self { mass: dimension.mass.into(), length: dimension.length.into(), time: dimension.time.into(), any_length, unknown: false }
+        Self {
+            mass: dimension.mass.into(),
+            length: dimension.length.into(),
+            time: dimension.time.into(),
+            any_length,
+            unknown: false,
+        }
     }
 }
 

@@ -74,7 +74,10 @@ impl Document {
     ///
     /// # Errors
     /// Keys that do not exist, and every mistake that the values make.
-    pub fn with<'a>(&self, settings: impl IntoIterator<Item = (&'a str, Setting)>) -> Result<Self, FormatError> {
+    pub fn with<'a>(
+        &self,
+        settings: impl IntoIterator<Item = (&'a str, Setting)>,
+    ) -> Result<Self, FormatError> {
         let mut draft = self.draft.clone();
         for (key, setting) in settings {
             draft.set_value(key, &setting)?;
@@ -106,15 +109,22 @@ impl Document {
             return Err(problems.into_error(draft.sources));
         }
         let top = top_fields(&draft, &mut problems);
-        let axis = if top.text("axis") == Some("rotational") { Axis::Rotational } else { Axis::Translational };
-        let stem = Path::new(&draft.sources.0[draft.main].name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+        let axis =
+            if top.text("axis") == Some("rotational") { Axis::Rotational } else { Axis::Translational };
+        let stem = Path::new(&draft.sources.0[draft.main].name)
+            .file_stem()
+            .map(|stem| stem.to_string_lossy().into_owned());
         let name = top.text("name").map(str::to_owned).or(stem).unwrap_or_default();
         let mut builder = Builder::new(&draft, &mut problems, axis);
-        let machine = Machine { name, about: top.text("about").unwrap_or_default().into(), ..builder.machine() };
+        let machine =
+            Machine { name, about: top.text("about").unwrap_or_default().into(), ..builder.machine() };
         names::check(&draft.root, &mut problems);
         if let Err(found) = assemble(&machine) {
-            // What the reader has refused already is not assembled rightly; two mistakes of the assembly may share a key.
-            for problem in found.into_iter().filter(|problem| !problems.covers(&problem.key)).collect::<Vec<_>>() {
+            // What the reader has refused already is not assembled rightly; two mistakes of the assembly may
+            // share a key.
+            for problem in
+                found.into_iter().filter(|problem| !problems.covers(&problem.key)).collect::<Vec<_>>()
+            {
                 add_problem(&draft, &mut problems, problem);
             }
         }
@@ -132,13 +142,19 @@ impl Document {
 /// What is told of a scenario of a whole arm where a single axis is needed.
 pub(super) fn refuse_arm(entry: &super::tree::Entry, problems: &mut Problems) {
     let remedy = "`feeler run` simulates it; for all else make the axis that it is along its normal with `feeler reduce`";
-    problems.add(&entry.key, "arm", "this is a scenario of a whole arm, and what is asked for needs a single axis", remedy);
+    problems.add(
+        &entry.key,
+        "arm",
+        "this is a scenario of a whole arm, and what is asked for needs a single axis",
+        remedy,
+    );
 }
 
 fn add_problem(draft: &Draft, problems: &mut Problems, problem: Problem) {
     let origin = locate(&draft.root, &problem.key).0.unwrap_or(Origin { source: draft.main, span: 0..0 });
     // An entry of a list is shown by its place; its key is that of the list.
-    let key = problem.key.trim_end_matches(|c: char| c.is_ascii_digit()).strip_suffix('.').unwrap_or(&problem.key);
+    let key =
+        problem.key.trim_end_matches(|c: char| c.is_ascii_digit()).strip_suffix('.').unwrap_or(&problem.key);
     problems.add(&origin, key, problem.message, problem.remedy.unwrap_or_default());
 }
 
@@ -184,10 +200,13 @@ fn is_believed(root: &Table, path: &str) -> bool {
     node_at(root, &[table, name]).is_some() && (known || locate(root, path).1)
 }
 
-/// Place of the deepest part of a dotted path that is in the tree, and whether that is all of it. Entries of lists count from zero.
+/// Place of the deepest part of a dotted path that is in the tree, and whether that is all of it. Entries of
+/// lists count from zero.
 pub(crate) fn locate(root: &Table, path: &str) -> (Option<Origin>, bool) {
     let mut segments = path.split('.');
-    let Some(mut node) = segments.next().and_then(|first| root.get(first)).map(|entry| &entry.node) else { return (None, false) };
+    let Some(mut node) = segments.next().and_then(|first| root.get(first)).map(|entry| &entry.node) else {
+        return (None, false);
+    };
     for segment in segments {
         let below = match &node.value {
             Value::Table(table) => table.get(segment).map(|entry| &entry.node),

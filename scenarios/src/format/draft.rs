@@ -26,7 +26,11 @@ const LARGEST_WHOLE: f64 = 9_007_199_254_740_992.0;
 const OTHER_KINDS: [(&str, &str, &str); 3] = [
     ("axes", "`feeler sweep` takes it; name the scenario that it varies here", "a sweep file"),
     ("urdf", "`feeler reduce` takes it, and writes a machine file", "an arm file"),
-    ("columns", "`feeler diagnose` takes it; name the machine that it was recorded on here", "a dataset file"),
+    (
+        "columns",
+        "`feeler diagnose` takes it; name the machine that it was recorded on here",
+        "a dataset file",
+    ),
 ];
 
 /// Files that build on each other.
@@ -67,7 +71,8 @@ impl Draft {
     /// Those of both; where settings are wrong, every other mistake with them.
     pub fn load_with(path: &Path, settings: &[String]) -> Result<Self, FormatError> {
         let mut draft = Self::load(path)?;
-        let wrong: Vec<FormatError> = settings.iter().filter_map(|setting| draft.set(setting).err()).collect();
+        let wrong: Vec<FormatError> =
+            settings.iter().filter_map(|setting| draft.set(setting).err()).collect();
         if wrong.is_empty() {
             return Ok(draft);
         }
@@ -90,11 +95,19 @@ impl Draft {
         Ok(draft)
     }
 
-    /// A file of another kind has none of what a scenario needs: one sentence says more than every key that is missing.
+    /// A file of another kind has none of what a scenario needs: one sentence says more than every key that
+    /// is missing.
     fn refuse_other_kinds(&self, table: &Table) -> Result<(), FormatError> {
-        let Some((key, remedy, kind)) = OTHER_KINDS.iter().find(|(key, ..)| table.contains_key(*key)) else { return Ok(()) };
+        let Some((key, remedy, kind)) = OTHER_KINDS.iter().find(|(key, ..)| table.contains_key(*key)) else {
+            return Ok(());
+        };
         let origin = table.get(*key).map(|entry| entry.key.clone()).unwrap_or_default();
-        Err(self.refuse(&origin, key, format!("this is {kind}, and a machine or scenario file is wanted"), *remedy))
+        Err(self.refuse(
+            &origin,
+            key,
+            format!("this is {kind}, and a machine or scenario file is wanted"),
+            *remedy,
+        ))
     }
 
     /// `table` laid over the machine that it names.
@@ -109,7 +122,11 @@ impl Draft {
             Err(problems.into_error(draft.sources.clone()))
         };
         if depth >= LONGEST_CHAIN {
-            return refuse(self, format!("more than {LONGEST_CHAIN} files build on each other"), "a file may not build on itself");
+            return refuse(
+                self,
+                format!("more than {LONGEST_CHAIN} files build on each other"),
+                "a file may not build on itself",
+            );
         }
         let path = source::beside(&self.sources.0[origin.source].directory, name);
         let text = match read_text(&path) {
@@ -120,7 +137,11 @@ impl Draft {
                     Some(problem) => (problem.message.as_str(), None),
                     None => ("", None),
                 };
-                return refuse(self, format!("{}: {message}", path.display()), remedy.unwrap_or("name a file relative to this one"));
+                return refuse(
+                    self,
+                    format!("{}: {message}", path.display()),
+                    remedy.unwrap_or("name a file relative to this one"),
+                );
             }
         };
         let base = parse_toml(&text, &path.display().to_string(), &mut self.sources)?;
@@ -132,7 +153,8 @@ impl Draft {
         Ok(base)
     }
 
-    /// Sets a key, as `controllers.force.kp=0.8`: the value is TOML, and whatever is no TOML is a text, so that `contacts.tool.gap=5 mm` works.
+    /// Sets a key, as `controllers.force.kp=0.8`: the value is TOML, and whatever is no TOML is a text, so
+    /// that `contacts.tool.gap=5 mm` works.
     ///
     /// # Errors
     /// No `=`, or a path through elements that do not exist.
@@ -205,22 +227,37 @@ impl Draft {
             _ => path.split('.').collect(),
         };
         self.check_path(path, &segments, at)?;
-        if segments.len() == 2 && ELEMENTS.iter().any(|element| element.table == segments[0]) && node.as_table().is_none() {
+        if segments.len() == 2
+            && ELEMENTS.iter().any(|element| element.table == segments[0])
+            && node.as_table().is_none()
+        {
             let message = format!("`{path}` is a whole table, not {}", node.value.kind());
-            return Err(self.refuse(at, path, message, format!("name one of its keys, as in `{path}.{}`", self.first_key(&segments))));
+            return Err(self.refuse(
+                at,
+                path,
+                message,
+                format!("name one of its keys, as in `{path}.{}`", self.first_key(&segments)),
+            ));
         }
         let Some((last, way)) = segments.split_last() else { return Ok(()) };
         let mut table = &mut self.root;
         let mut walked = String::new();
         for segment in way {
             walked = join(&walked, segment);
-            let entry = table.entry((*segment).to_owned()).or_insert_with(|| Entry { key: at.clone(), node: Node::table(at.clone()) });
+            let entry = table
+                .entry((*segment).to_owned())
+                .or_insert_with(|| Entry { key: at.clone(), node: Node::table(at.clone()) });
             let kind = entry.node.value.kind();
             if let Some(inner) = entry.node.as_table_mut() {
                 table = inner;
             } else {
                 let mut problems = Problems::default();
-                problems.add(at, path, format!("`{walked}` is {kind}, not a table"), format!("set `{walked}` as a whole"));
+                problems.add(
+                    at,
+                    path,
+                    format!("`{walked}` is {kind}, not a table"),
+                    format!("set `{walked}` as a whole"),
+                );
                 return Err(problems.into_error(self.sources.clone()));
             }
         }
@@ -235,26 +272,51 @@ impl Draft {
         for name in way {
             table = table.and_then(|table| table.get(*name)).and_then(|entry| entry.node.as_table());
         }
-        let keys = table.into_iter().flatten().filter(|(_, entry)| matches!(entry.node.value, Value::Float(_) | Value::Integer(_)));
+        let keys = table
+            .into_iter()
+            .flatten()
+            .filter(|(_, entry)| matches!(entry.node.value, Value::Float(_) | Value::Integer(_)));
         keys.map(|(key, _)| key.clone()).next().unwrap_or_else(|| "KEY".into())
     }
 
     fn check_path(&self, path: &str, segments: &[&str], at: &Origin) -> Result<(), FormatError> {
         let first = segments[0];
         let tables = ELEMENTS.iter().map(|element| element.table);
-        let of_cell = CELL.keys.iter().map(|key| key.name).chain(CELL_TABLES.iter().map(|(table, ..)| *table)).chain(["joints"]);
+        let of_cell = CELL
+            .keys
+            .iter()
+            .map(|key| key.name)
+            .chain(CELL_TABLES.iter().map(|(table, ..)| *table))
+            .chain(["joints"]);
         let top = TOP.iter().map(|key| key.name).chain(tables).chain(["run", TOLERANCE]);
         let top = top.chain(of_cell.filter(|_| self.has_arm()));
         if !top.clone().any(|name| name == first) {
-            return Err(self.refuse(at, path, format!("there is no `{first}` in a scenario"), did_you_mean(first, top)));
+            return Err(self.refuse(
+                at,
+                path,
+                format!("there is no `{first}` in a scenario"),
+                did_you_mean(first, top),
+            ));
         }
         let Some(element) = ELEMENTS.iter().find(|element| element.table == first) else { return Ok(()) };
         let names = self.root.get(first).and_then(|entry| entry.node.as_table());
         let names = names.into_iter().flat_map(|table| table.keys().map(String::as_str));
         match segments.get(1) {
-            None => return Err(self.refuse(at, path, format!("`{first}` is a whole table"), "name one of its elements and a key")),
+            None => {
+                return Err(self.refuse(
+                    at,
+                    path,
+                    format!("`{first}` is a whole table"),
+                    "name one of its elements and a key",
+                ));
+            }
             Some(name) if !names.clone().any(|known| known == *name) => {
-                return Err(self.refuse(at, path, format!("there is no {} `{name}`", element.singular), did_you_mean(name, names)));
+                return Err(self.refuse(
+                    at,
+                    path,
+                    format!("there is no {} `{name}`", element.singular),
+                    did_you_mean(name, names),
+                ));
             }
             Some(_) => {}
         }
@@ -262,13 +324,19 @@ impl Draft {
             && !LIBRARY.iter().any(|definition| definition.kind == *kind)
         {
             let kinds = LIBRARY.iter().map(|definition| definition.kind);
-            return Err(self.refuse(at, path, format!("there is no effect `{kind}`"), did_you_mean(kind, kinds)));
+            return Err(self.refuse(
+                at,
+                path,
+                format!("there is no effect `{kind}`"),
+                did_you_mean(kind, kinds),
+            ));
         }
         Ok(())
     }
 }
 
-/// Keys of `over` replace those of `base`. Element tables and their effects are merged key by key; values, inline tables and lists are replaced whole.
+/// Keys of `over` replace those of `base`. Element tables and their effects are merged key by key; values,
+/// inline tables and lists are replaced whole.
 pub(crate) fn lay_over(base: &mut Table, over: Table, depth: usize) {
     for (name, entry) in over {
         let merges = depth < 2 || name == EFFECTS || depth > 2;
@@ -308,7 +376,8 @@ fn moved(mut node: Node, by: usize) -> Node {
 /// No such file, a folder, more than 16 MiB, or no UTF-8.
 pub fn read_text(path: &Path) -> Result<String, FormatError> {
     let name = path.display().to_string();
-    let metadata = fs::metadata(path).map_err(|error| unreadable(&name, error.to_string(), "name an existing file"))?;
+    let metadata =
+        fs::metadata(path).map_err(|error| unreadable(&name, error.to_string(), "name an existing file"))?;
     if metadata.is_dir() {
         return Err(unreadable(&name, "this is a folder".into(), "name a file in it"));
     }
@@ -322,7 +391,10 @@ pub fn read_text(path: &Path) -> Result<String, FormatError> {
 }
 
 /// Reads a file and has its text, with its name, taken as what `parse` makes of it.
-pub(super) fn load<T>(path: &Path, parse: impl FnOnce(&str, &str) -> Result<T, FormatError>) -> Result<T, FormatError> {
+pub(super) fn load<T>(
+    path: &Path,
+    parse: impl FnOnce(&str, &str) -> Result<T, FormatError>,
+) -> Result<T, FormatError> {
     parse(&read_text(path)?, &path.display().to_string())
 }
 

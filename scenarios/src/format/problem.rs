@@ -80,7 +80,13 @@ pub(crate) struct Problems {
 }
 
 impl Problems {
-    pub(crate) fn add(&mut self, origin: &Origin, key: impl Into<String>, message: impl Into<String>, remedy: impl Into<String>) {
+    pub(crate) fn add(
+        &mut self,
+        origin: &Origin,
+        key: impl Into<String>,
+        message: impl Into<String>,
+        remedy: impl Into<String>,
+    ) {
         if self.found.len() >= MOST_PROBLEMS {
             self.omitted += 1;
             return;
@@ -91,9 +97,9 @@ impl Problems {
 
     /// Whether a problem with this key, or with a table that holds it, has been noted.
     pub(crate) fn covers(&self, key: &str) -> bool {
-        self.found
-            .iter()
-            .any(|(_, noted, ..)| key.strip_prefix(noted.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.')))
+        self.found.iter().any(|(_, noted, ..)| {
+            key.strip_prefix(noted.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        })
     }
 
     pub(crate) fn count(&self) -> usize {
@@ -106,12 +112,15 @@ impl Problems {
 
     /// The error of these mistakes, each once, in the order of files and lines.
     pub(crate) fn into_error(mut self, sources: Sources) -> FormatError {
-        self.found.sort_by(|(a, a_key, ..), (b, b_key, ..)| (a.source, a.span.start, a_key).cmp(&(b.source, b.span.start, b_key)));
+        self.found.sort_by(|(a, a_key, ..), (b, b_key, ..)| {
+            (a.source, a.span.start, a_key).cmp(&(b.source, b.span.start, b_key))
+        });
         let mut cursor = Cursor::new(&sources);
         let mut problems: Vec<Located> = (self.found.into_iter())
             .map(|(origin, key, message, remedy)| {
                 let (line, column) = cursor.position(&origin);
-                let file = sources.0.get(origin.source).map_or_else(String::new, |source| source.name.clone());
+                let file =
+                    sources.0.get(origin.source).map_or_else(String::new, |source| source.name.clone());
                 Located { file, line, column, key, message, remedy, span: origin.span, source: origin.source }
             })
             .collect();
@@ -123,6 +132,15 @@ impl Problems {
 /// The error of a file that cannot be read at all.
 pub(crate) fn unreadable(file: &str, message: String, remedy: &str) -> FormatError {
     let remedy = Some(remedy.to_owned());
-    let problem = Located { file: file.into(), line: 0, column: 0, key: String::new(), message, remedy, span: 0..0, source: usize::MAX };
+    let problem = Located {
+        file: file.into(),
+        line: 0,
+        column: 0,
+        key: String::new(),
+        message,
+        remedy,
+        span: 0..0,
+        source: usize::MAX,
+    };
     FormatError { problems: vec![problem], omitted: 0, sources: Sources::default() }
 }

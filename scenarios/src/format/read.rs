@@ -69,7 +69,8 @@ pub(crate) struct Fields {
     values: HashMap<&'static str, Field>,
 }
 
-/// Accessors by kind. A key that was wrong gives a harmless stand-in: the file as a whole is refused then, and nothing sees it.
+/// Accessors by kind. A key that was wrong gives a harmless stand-in: the file as a whole is refused then,
+/// and nothing sees it.
 impl Fields {
     pub(crate) fn get(&self, key: &str) -> Option<&Field> {
         self.values.get(key)
@@ -128,7 +129,14 @@ pub(crate) struct Reader<'a> {
 
 impl Reader<'_> {
     /// The fields of `table`, which stands at `at` under `path`. Keys in `besides` are left to others.
-    pub(crate) fn fields(&mut self, shape: &'static Shape, besides: &[&str], table: &Table, at: &Origin, path: &str) -> Fields {
+    pub(crate) fn fields(
+        &mut self,
+        shape: &'static Shape,
+        besides: &[&str],
+        table: &Table,
+        at: &Origin,
+        path: &str,
+    ) -> Fields {
         let chosen = shape.choice.as_ref().map(|choice| self.choose(choice, table, at, path));
         let mut fields = Fields::default();
         let mut keys: Vec<&'static Key> = shape.keys.iter().collect();
@@ -154,21 +162,35 @@ impl Reader<'_> {
     }
 
     /// The variant that a table names; where there is none, a problem is noted.
-    fn choose(&mut self, choice: &Choice, table: &Table, at: &Origin, path: &str) -> Option<&'static Variant> {
+    fn choose(
+        &mut self,
+        choice: &Choice,
+        table: &Table,
+        at: &Origin,
+        path: &str,
+    ) -> Option<&'static Variant> {
         let names = || choice.variants.iter().map(|variant| variant.name);
         if choice.key.is_empty() {
             // Told by which key is there.
-            let found: Vec<_> = choice.variants.iter().filter(|variant| table.contains_key(variant.name)).collect();
+            let found: Vec<_> =
+                choice.variants.iter().filter(|variant| table.contains_key(variant.name)).collect();
             if let [one] = found.as_slice() {
                 return Some(one);
             }
             let remedy = format!("give one of {}", list(names()));
-            self.problems.add(at, path, if found.is_empty() { "says nothing" } else { "says two things" }, remedy);
+            self.problems.add(
+                at,
+                path,
+                if found.is_empty() { "says nothing" } else { "says two things" },
+                remedy,
+            );
             return None;
         }
         let path = join(path, choice.key);
         let Some(entry) = table.get(choice.key) else {
-            let default = choice.default.and_then(|default| choice.variants.iter().find(|variant| variant.name == default));
+            let default = choice
+                .default
+                .and_then(|default| choice.variants.iter().find(|variant| variant.name == default));
             if default.is_none() {
                 let remedy = format!("add `{} = \"...\"`: {}", choice.key, list(names()));
                 self.problems.add(at, &path, format!("`{}` is missing", choice.key), remedy);
@@ -182,13 +204,25 @@ impl Reader<'_> {
         };
         let found = choice.variants.iter().find(|variant| variant.name == text);
         if found.is_none() {
-            self.problems.add(&entry.node.origin, &path, format!("there is no {} `{text}`", choice.key), did_you_mean(text, names()));
+            self.problems.add(
+                &entry.node.origin,
+                &path,
+                format!("there is no {} `{text}`", choice.key),
+                did_you_mean(text, names()),
+            );
         }
         found
     }
 
     /// Notes the keys that do not exist, and gives those that they may stand for.
-    fn unknown(&mut self, shape: &'static Shape, keys: &[&'static Key], besides: &[&str], table: &Table, path: &str) -> Vec<&'static str> {
+    fn unknown(
+        &mut self,
+        shape: &'static Shape,
+        keys: &[&'static Key],
+        besides: &[&str],
+        table: &Table,
+        path: &str,
+    ) -> Vec<&'static str> {
         let mut meant = Vec::new();
         let choice = shape.choice.as_ref().map(|choice| choice.key).filter(|key| !key.is_empty());
         let known = || keys.iter().map(|key| key.name).chain(choice).chain(besides.iter().copied());
@@ -198,7 +232,8 @@ impl Reader<'_> {
             }
             let elsewhere = shape.variant_of(name).zip(choice);
             let (message, remedy) = if let Some((variant, choice)) = elsewhere {
-                let message = format!("`{name}` has no meaning here: it belongs to {choice} = \"{}\"", variant.name);
+                let message =
+                    format!("`{name}` has no meaning here: it belongs to {choice} = \"{}\"", variant.name);
                 (message, format!("remove it, or set {choice} = \"{}\"", variant.name))
             } else {
                 let absent = keys.iter().map(|key| key.name).filter(|key| !table.contains_key(*key));
@@ -256,7 +291,9 @@ impl Reader<'_> {
             },
             Kind::Pair => match &node.value {
                 Value::Array(items) => match items.as_slice() {
-                    [Node { value: Value::Text(a), .. }, Node { value: Value::Text(b), .. }] => Some(Field::Pair([a.clone(), b.clone()])),
+                    [Node { value: Value::Text(a), .. }, Node { value: Value::Text(b), .. }] => {
+                        Some(Field::Pair([a.clone(), b.clone()]))
+                    }
                     _ => self.mistyped(node, "a list of two body names, as in [\"ground\", \"motor\"]", path),
                 },
                 _ => self.mistyped(node, "a list of two body names, as in [\"ground\", \"motor\"]", path),

@@ -6,14 +6,21 @@ use feeler_manipulator::joint_effects;
 use feeler_plant::effects::LIBRARY;
 
 use super::keys::{
-    ARM, AXIS, CELL, CELL_TABLES, COLUMN, DATASET, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFERENCE, REFINE, RUN, SWEEP, TOLERANCE_TEXT, TOP,
+    ARM, AXIS, CELL, CELL_TABLES, COLUMN, DATASET, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFERENCE, REFINE, RUN,
+    SWEEP, TOLERANCE_TEXT, TOP,
 };
 use super::shape::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Word};
 
 /// The reference as Markdown; `docs/format.md` is this text.
 pub fn reference_markdown() -> String {
     let mut text = String::from(INTRODUCTION);
-    section(&mut text, 2, "Machine and scenario", "One file may hold both.", &Shape { keys: TOP, choice: None });
+    section(
+        &mut text,
+        2,
+        "Machine and scenario",
+        "One file may hold both.",
+        &Shape { keys: TOP, choice: None },
+    );
     for element in ELEMENTS {
         section(&mut text, 3, &format!("`[{}.NAME]`", element.table), element.text, &element.shape);
         nested(&mut text, &element.shape);
@@ -29,11 +36,20 @@ pub fn reference_markdown() -> String {
         "A robot arm for `feeler reduce`: a URDF, and the drives of its joints, of which a URDF says nothing.",
         &ARM,
     );
-    section(&mut text, 3, "`[joints.NAME]`", "One for each joint that moves; of a joint that slides read kg, N and m.", &JOINT);
+    section(
+        &mut text,
+        3,
+        "`[joints.NAME]`",
+        "One for each joint that moves; of a joint that slides read kg, N and m.",
+        &JOINT,
+    );
     section(&mut text, 2, "Scenario of a whole arm", CELL_TEXT, &CELL);
     for (table, shape, about) in CELL_TABLES.iter().filter(|(table, ..)| *table != "workpiece") {
         let both = if *table == "tip" { "`[tip]`, `[workpiece]`".to_owned() } else { format!("`[{table}]`") };
-        let more = CELL_TABLES.iter().find(|(other, ..)| *table == "tip" && *other == "workpiece").map_or("", |(.., text)| text);
+        let more = CELL_TABLES
+            .iter()
+            .find(|(other, ..)| *table == "tip" && *other == "workpiece")
+            .map_or("", |(.., text)| text);
         section(&mut text, 3, &both, &format!("{about} {more}").trim_end().replace("  ", " "), shape);
     }
     let kinds: Vec<String> = joint_effects().map(|kind| format!("`{kind}`")).collect();
@@ -43,7 +59,13 @@ pub fn reference_markdown() -> String {
          joint turns: {}. Coulomb friction adds to `dry_friction`.\n",
         kinds.join(", ")
     );
-    section(&mut text, 2, "Sweep", "A scenario, `[axes]` over its keys, and what to `[keep]` of each run.", &SWEEP);
+    section(
+        &mut text,
+        2,
+        "Sweep",
+        "A scenario, `[axes]` over its keys, and what to `[keep]` of each run.",
+        &SWEEP,
+    );
     section(&mut text, 3, "`[axes]`", "`\"key.path\" = [...]` lists values; tables make them.", &AXIS);
     section(&mut text, 3, "`[keep]`", "What is kept of each run.", &KEEP);
     section(
@@ -111,11 +133,16 @@ fn section(text: &mut String, level: usize, title: &str, about: &str, shape: &Sh
 
 fn variants(text: &mut String, choice: &Choice) {
     if !choice.key.is_empty() {
-        let default = choice.default.map_or_else(|| "required".into(), |default| format!("`{default}` where absent"));
+        let default =
+            choice.default.map_or_else(|| "required".into(), |default| format!("`{default}` where absent"));
         let _ = write!(text, "\n`{}`, {default}: {}.\n", choice.key, choice.text);
     }
     for variant in choice.variants {
-        let name = if choice.key.is_empty() { format!("`{}`", variant.name) } else { format!("`{} = \"{}\"`", choice.key, variant.name) };
+        let name = if choice.key.is_empty() {
+            format!("`{}`", variant.name)
+        } else {
+            format!("`{} = \"{}\"`", choice.key, variant.name)
+        };
         let _ = write!(text, "\n{name}: {}.\n", variant.text);
         if !variant.keys.is_empty() {
             table(text, variant.keys);
@@ -127,7 +154,11 @@ fn variants(text: &mut String, choice: &Choice) {
 fn nested(text: &mut String, shape: &Shape) {
     let mut seen = Vec::new();
     for key in shape.all_keys() {
-        let (Kind::Table(inner) | Kind::QuantityOrTable(_, _, inner) | Kind::WordOrTable(_, inner)) = key.kind else { continue };
+        let (Kind::Table(inner) | Kind::QuantityOrTable(_, _, inner) | Kind::WordOrTable(_, inner)) =
+            key.kind
+        else {
+            continue;
+        };
         if !seen.contains(&key.name) {
             seen.push(key.name);
             inner_table(text, key.name, inner, &mut Vec::new());
@@ -136,7 +167,12 @@ fn nested(text: &mut String, shape: &Shape) {
 }
 
 /// A table within a table, and those within it; a shape that has been described is named only.
-fn inner_table(text: &mut String, name: &str, shape: &'static Shape, described: &mut Vec<(*const Shape, String)>) {
+fn inner_table(
+    text: &mut String,
+    name: &str,
+    shape: &'static Shape,
+    described: &mut Vec<(*const Shape, String)>,
+) {
     if let Some((_, before)) = described.iter().find(|(known, _)| std::ptr::eq(*known, shape)) {
         let _ = write!(text, "\n`{name}` as a table: as `{before}`.\n");
         return;
@@ -159,7 +195,14 @@ fn inner_table(text: &mut String, name: &str, shape: &'static Shape, described: 
 fn table(text: &mut String, keys: &[Key]) {
     text.push_str("\n| key | value | default | meaning |\n|---|---|---|---|\n");
     for key in keys {
-        let _ = writeln!(text, "| `{}` | {} | {} | {} |", key.name, value(key.kind), default(key.absent), escaped(key.text));
+        let _ = writeln!(
+            text,
+            "| `{}` | {} | {} | {} |",
+            key.name,
+            value(key.kind),
+            default(key.absent),
+            escaped(key.text)
+        );
     }
 }
 
@@ -206,12 +249,16 @@ fn quantity(unit: Unit, bound: Bound) -> String {
     };
     match bound {
         Bound::Any => unit,
-        bound => format!("{unit}, {}", bound.words().trim_start_matches("must ").trim_start_matches("be ").trim_start_matches("lie ")),
+        bound => format!(
+            "{unit}, {}",
+            bound.words().trim_start_matches("must ").trim_start_matches("be ").trim_start_matches("lie ")
+        ),
     }
 }
 
 fn choices(words: &[Word]) -> String {
-    let each: Vec<String> = words.iter().map(|word| format!("`{}` ({})", word.name, escaped(word.text))).collect();
+    let each: Vec<String> =
+        words.iter().map(|word| format!("`{}` ({})", word.name, escaped(word.text))).collect();
     each.join(", ")
 }
 
@@ -228,7 +275,8 @@ fn effects(text: &mut String) {
         let parameters: Vec<String> = (definition.parameters.iter())
             .map(|parameter| {
                 let unit = Unit::Of(parameter.dimension).words();
-                let default = parameter.default.map_or_else(String::new, |value| format!(", {value} where absent"));
+                let default =
+                    parameter.default.map_or_else(String::new, |value| format!(", {value} where absent"));
                 let colon = if unit.is_empty() { "" } else { " " };
                 format!("`{}`{colon}{unit}: {}{default}", parameter.name, escaped(parameter.text))
             })

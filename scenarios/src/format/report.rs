@@ -27,7 +27,11 @@ pub(crate) fn render(problems: &[Located], omitted: usize, sources: &Sources, co
 }
 
 fn one(problem: &Located, source: Option<&Source>, renderer: &Renderer) -> String {
-    let title = if problem.key.is_empty() { problem.message.clone() } else { format!("{}: {}", problem.key, problem.message) };
+    let title = if problem.key.is_empty() {
+        problem.message.clone()
+    } else {
+        format!("{}: {}", problem.key, problem.message)
+    };
     let Some(source) = source else {
         let group = Level::ERROR.primary_title(format!("{}: {title}", problem.file));
         let remedy = problem.remedy.iter().map(|remedy| Level::HELP.message(remedy.as_str()));
@@ -36,7 +40,8 @@ fn one(problem: &Located, source: Option<&Source>, renderer: &Renderer) -> Strin
     // Only the lines of the span are handed over: a report on a large file stays as quick as on a small one.
     let (first, excerpt, span) = excerpt(source, problem);
     let annotation = AnnotationKind::Primary.span(span);
-    let snippet = Snippet::source(excerpt).line_start(first).path(problem.file.as_str()).annotation(annotation);
+    let snippet =
+        Snippet::source(excerpt).line_start(first).path(problem.file.as_str()).annotation(annotation);
     let group = Level::ERROR.primary_title(title).element(snippet);
     let remedy = problem.remedy.iter().map(|remedy| Level::HELP.message(remedy.as_str()));
     renderer.render(&[group.elements(remedy)])

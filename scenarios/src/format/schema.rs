@@ -6,8 +6,8 @@ use serde_json::{Map, Value, json};
 
 use super::build::bound_of;
 use super::keys::{
-    AXIS, CELL, CELL_TABLES, COLUMN, DATASET, EFFECTS, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFINE, RUN, SHARED, SWEEP, TOLERANCE,
-    TOLERANCE_TEXT, TOP,
+    AXIS, CELL, CELL_TABLES, COLUMN, DATASET, EFFECTS, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFINE, RUN,
+    SHARED, SWEEP, TOLERANCE, TOLERANCE_TEXT, TOP,
 };
 use super::shape::{Absent, Bound, Element, Key, Kind, Shape, Unit, Variant, Word};
 
@@ -22,7 +22,8 @@ enum Part {
     Changes,
 }
 
-/// Schema of machine and scenario files. A file that names a `machine` lays its keys over that one's, and may leave out whatever stands there.
+/// Schema of machine and scenario files. A file that names a `machine` lays its keys over that one's, and may
+/// leave out whatever stands there.
 pub fn schema() -> Value {
     let mut properties = properties(TOP);
     for element in ELEMENTS {
@@ -30,10 +31,16 @@ pub fn schema() -> Value {
     }
     properties.insert("run".into(), described(of_shape(&RUN, &Map::new()), "how to run it"));
     let share = json!({ "type": "number", "minimum": 0.0 });
-    properties.insert(TOLERANCE.into(), json!({ "description": TOLERANCE_TEXT, "type": "object", "additionalProperties": share }));
+    properties.insert(
+        TOLERANCE.into(),
+        json!({ "description": TOLERANCE_TEXT, "type": "object", "additionalProperties": share }),
+    );
     let elements = |part: Part| {
         let tables = ELEMENTS.iter().map(|element| {
-            (element.table.to_owned(), json!({ "description": element.text, "additionalProperties": of_element(element, part) }))
+            (
+                element.table.to_owned(),
+                json!({ "description": element.text, "additionalProperties": of_element(element, part) }),
+            )
         });
         json!({ "properties": tables.collect::<Map<_, _>>() })
     };
@@ -55,10 +62,11 @@ pub fn cell_schema() -> Value {
     for (table, shape, text) in CELL_TABLES {
         properties.insert(table.into(), described(changes_of(shape, Map::new()), text));
     }
-    let effects = joint_effects().filter_map(|kind| LIBRARY.iter().copied().find(|definition| definition.kind == kind));
-    let effects: Map<String, Value> = effects.map(|definition| (definition.kind.into(), of_effect(definition, Part::Changes))).collect();
     let effects =
-        json!({ "description": "departures from the ideal", "type": "object", "properties": effects, "additionalProperties": false });
+        joint_effects().filter_map(|kind| LIBRARY.iter().copied().find(|definition| definition.kind == kind));
+    let effects: Map<String, Value> =
+        effects.map(|definition| (definition.kind.into(), of_effect(definition, Part::Changes))).collect();
+    let effects = json!({ "description": "departures from the ideal", "type": "object", "properties": effects, "additionalProperties": false });
     let joint = changes_of(&JOINT, [(EFFECTS.to_owned(), effects)].into_iter().collect());
     properties
         .insert("joints".into(), json!({ "description": "drives and effects of joints", "type": "object", "additionalProperties": joint }));
@@ -68,8 +76,10 @@ pub fn cell_schema() -> Value {
     }
     properties.insert("run".into(), described(of_shape(&RUN, &Map::new()), "how to run it"));
     // A file that builds on no other has all that a table needs.
-    let whole: Map<String, Value> =
-        CELL_TABLES.iter().map(|(table, shape, _)| ((*table).to_owned(), of_shape(shape, &Map::new()))).collect();
+    let whole: Map<String, Value> = CELL_TABLES
+        .iter()
+        .map(|(table, shape, _)| ((*table).to_owned(), of_shape(shape, &Map::new())))
+        .collect();
     json!({
         "$schema": DIALECT, "title": "feeler scenario of a whole arm", "type": "object",
         "properties": properties, "additionalProperties": false,
@@ -81,7 +91,8 @@ pub fn cell_schema() -> Value {
 
 /// Schema of sweep files.
 pub fn sweep_schema() -> Value {
-    let list = json!({ "type": "array", "minItems": 1, "items": { "type": ["number", "string", "boolean"] } });
+    let list =
+        json!({ "type": "array", "minItems": 1, "items": { "type": ["number", "string", "boolean"] } });
     let axis = json!({ "anyOf": [list, of_shape(&AXIS, &Map::new())] });
     let mut properties = properties(SWEEP.keys);
     properties.insert(
@@ -89,7 +100,10 @@ pub fn sweep_schema() -> Value {
         json!({ "description": "key paths, in quotes, and their values", "type": "object", "additionalProperties": axis }),
     );
     properties.insert("keep".into(), described(of_shape(&KEEP, &Map::new()), "what is kept of each run"));
-    properties.insert("refine".into(), described(of_shape(&REFINE, &Map::new()), "makes a grid finer along boundaries"));
+    properties.insert(
+        "refine".into(),
+        described(of_shape(&REFINE, &Map::new()), "makes a grid finer along boundaries"),
+    );
     let required = required(SWEEP.keys).into_iter().chain(["axes"]).collect::<Vec<_>>();
     json!({
         "$schema": DIALECT, "title": "feeler sweep", "type": "object",
@@ -104,7 +118,10 @@ pub fn dataset_schema() -> Value {
     properties
         .insert("columns".into(), json!({ "description": "columns of the CSV files", "type": "object", "additionalProperties": column }));
     let experiment = of_shape(&EXPERIMENT, &Map::new());
-    properties.insert("experiments".into(), json!({ "description": "what was done", "type": "array", "minItems": 1, "items": experiment }));
+    properties.insert(
+        "experiments".into(),
+        json!({ "description": "what was done", "type": "array", "minItems": 1, "items": experiment }),
+    );
     let required = required(DATASET.keys).into_iter().chain(["columns", "experiments"]).collect::<Vec<_>>();
     json!({
         "$schema": DIALECT, "title": "feeler dataset", "type": "object",
@@ -120,11 +137,15 @@ fn described(mut schema: Value, text: &str) -> Value {
 }
 
 fn of_element(element: &Element, part: Part) -> Value {
-    let fits = |definition: &&&Definition| definition.hosts.iter().any(|host: &HostKind| element.hosts.contains(host));
-    let kinds: Map<String, Value> =
-        LIBRARY.iter().filter(fits).map(|definition| (definition.kind.into(), of_effect(definition, part))).collect();
-    let effects =
-        json!({ "description": "departures from the ideal", "type": "object", "properties": kinds, "additionalProperties": false });
+    let fits = |definition: &&&Definition| {
+        definition.hosts.iter().any(|host: &HostKind| element.hosts.contains(host))
+    };
+    let kinds: Map<String, Value> = LIBRARY
+        .iter()
+        .filter(fits)
+        .map(|definition| (definition.kind.into(), of_effect(definition, part)))
+        .collect();
+    let effects = json!({ "description": "departures from the ideal", "type": "object", "properties": kinds, "additionalProperties": false });
     let besides = [(EFFECTS.to_owned(), effects)].into_iter().collect();
     match part {
         Part::Whole => of_shape(&element.shape, &besides),
@@ -132,7 +153,8 @@ fn of_element(element: &Element, part: Part) -> Value {
     }
 }
 
-/// Any keys of a table. What a key may hold depends on its variant, which may stand in the other file: any variant's is admitted.
+/// Any keys of a table. What a key may hold depends on its variant, which may stand in the other file: any
+/// variant's is admitted.
 fn changes_of(shape: &Shape, besides: Map<String, Value>) -> Value {
     let mut admitted = besides;
     for key in shape.all_keys() {
@@ -145,12 +167,22 @@ fn changes_of(shape: &Shape, besides: Map<String, Value>) -> Value {
                 forms.push(form);
             }
         }
-        let schema = if forms.len() == 1 { forms.swap_remove(0) } else { json!({ "description": texts(shape, key.name), "anyOf": forms }) };
+        let schema = if forms.len() == 1 {
+            forms.swap_remove(0)
+        } else {
+            json!({ "description": texts(shape, key.name), "anyOf": forms })
+        };
         admitted.insert(key.name.into(), schema);
     }
     if let Some(choice) = &shape.choice {
-        let words = choice.variants.iter().map(|variant| json!({ "const": variant.name, "description": variant.text }));
-        admitted.insert(choice.key.into(), json!({ "description": choice.text, "oneOf": words.collect::<Vec<_>>() }));
+        let words = choice
+            .variants
+            .iter()
+            .map(|variant| json!({ "const": variant.name, "description": variant.text }));
+        admitted.insert(
+            choice.key.into(),
+            json!({ "description": choice.text, "oneOf": words.collect::<Vec<_>>() }),
+        );
     }
     json!({ "type": "object", "properties": admitted, "additionalProperties": false })
 }
@@ -170,7 +202,8 @@ fn of_effect(definition: &Definition, part: Part) -> Value {
     let parameter = |parameter: &Parameter| {
         let quantity = of_quantity(Unit::Of(parameter.dimension), bound_of(parameter));
         let unit = Unit::Of(parameter.dimension).words();
-        let text = if unit.is_empty() { parameter.text.to_owned() } else { format!("{}, {unit}", parameter.text) };
+        let text =
+            if unit.is_empty() { parameter.text.to_owned() } else { format!("{}, {unit}", parameter.text) };
         let mut quantity = described(quantity, &text);
         if let (Some(object), Some(default)) = (quantity.as_object_mut(), parameter.default) {
             object.insert("default".into(), default.into());
@@ -179,7 +212,8 @@ fn of_effect(definition: &Definition, part: Part) -> Value {
     };
     let properties: Map<String, Value> = definition.parameters.iter().map(parameter).collect();
     let needed = |parameter: &&Parameter| part == Part::Whole && parameter.default.is_none();
-    let required: Vec<&str> = definition.parameters.iter().filter(needed).map(|parameter| parameter.name).collect();
+    let required: Vec<&str> =
+        definition.parameters.iter().filter(needed).map(|parameter| parameter.name).collect();
     json!({
         "description": definition.summary, "type": "object",
         "properties": properties, "required": required, "additionalProperties": false,
@@ -229,9 +263,11 @@ fn required(keys: &[Key]) -> Vec<&'static str> {
 
 fn of_key(key: &Key) -> Value {
     let unit = match key.kind {
-        Kind::Quantity(unit, _) | Kind::QuantityOrTable(_, unit, _) | Kind::Range(unit) | Kind::Numbers(unit, _) | Kind::Points(unit) => {
-            unit.words()
-        }
+        Kind::Quantity(unit, _)
+        | Kind::QuantityOrTable(_, unit, _)
+        | Kind::Range(unit)
+        | Kind::Numbers(unit, _)
+        | Kind::Points(unit) => unit.words(),
         _ => String::new(),
     };
     let text = if unit.is_empty() { key.text.to_owned() } else { format!("{}, {unit}", key.text) };
@@ -262,9 +298,13 @@ fn of_kind(kind: Kind) -> Value {
         Kind::Signals => json!({ "type": "array", "items": signal }),
         Kind::Word(words) => of_words(words),
         Kind::Table(shape) => nested(shape),
-        Kind::QuantityOrTable(_, unit, shape) => json!({ "anyOf": [of_quantity(unit, Bound::Positive), nested(shape)] }),
+        Kind::QuantityOrTable(_, unit, shape) => {
+            json!({ "anyOf": [of_quantity(unit, Bound::Positive), nested(shape)] })
+        }
         Kind::WordOrTable(words, shape) => json!({ "anyOf": [of_words(words), nested(shape)] }),
-        Kind::Range(unit) => json!({ "type": "array", "items": of_quantity(unit, Bound::Any), "minItems": 2, "maxItems": 2 }),
+        Kind::Range(unit) => {
+            json!({ "type": "array", "items": of_quantity(unit, Bound::Any), "minItems": 2, "maxItems": 2 })
+        }
         Kind::Numbers(unit, 0) => json!({ "type": "array", "items": of_quantity(unit, Bound::Any) }),
         Kind::Numbers(unit, count) => {
             json!({ "type": "array", "items": of_quantity(unit, Bound::Any), "minItems": count, "maxItems": count })
@@ -282,7 +322,10 @@ fn of_words(words: &[Word]) -> Value {
 }
 
 fn of_points(unit: Unit) -> Value {
-    let pair = [of_quantity(Unit::Of(feeler_plant::units::Dimension::TIME), Bound::Any), of_quantity(unit, Bound::Any)];
+    let pair = [
+        of_quantity(Unit::Of(feeler_plant::units::Dimension::TIME), Bound::Any),
+        of_quantity(unit, Bound::Any),
+    ];
     json!({ "type": "array", "minItems": 1, "items": { "type": "array", "prefixItems": pair, "items": false, "minItems": 2 } })
 }
 
@@ -306,7 +349,6 @@ fn of_quantity(unit: Unit, bound: Bound) -> Value {
             limit("maximum", most);
         }
     }
-    let text =
-        json!({ "type": "string", "pattern": "^[+-]?[0-9.]", "description": format!("a number with a unit such as {}", unit.words()) });
+    let text = json!({ "type": "string", "pattern": "^[+-]?[0-9.]", "description": format!("a number with a unit such as {}", unit.words()) });
     json!({ "anyOf": [number, text] })
 }

@@ -1,4 +1,5 @@
-//! How the keys of a table are declared: one line per key, from which parsing, the schema and the reference are made.
+//! How the keys of a table are declared: one line per key, from which parsing, the schema and the reference
+//! are made.
 
 use feeler_plant::effects::HostKind;
 use feeler_plant::units::Dimension;
@@ -120,7 +121,11 @@ impl Bound {
 
 /// A number without rows of zeros.
 pub(crate) fn short(value: f64) -> String {
-    if value != 0.0 && !(1e-4..1e6).contains(&value.abs()) { format!("{value:e}") } else { format!("{value}") }
+    if value != 0.0 && !(1e-4..1e6).contains(&value.abs()) {
+        format!("{value:e}")
+    } else {
+        format!("{value}")
+    }
 }
 
 impl Unit {
@@ -197,7 +202,10 @@ impl Shape {
 
     /// The variant whose keys hold a key.
     pub(crate) fn variant_of(&self, key: &str) -> Option<&'static Variant> {
-        self.choice.iter().flat_map(|choice| choice.variants).find(|variant| variant.keys.iter().any(|k| k.name == key))
+        self.choice
+            .iter()
+            .flat_map(|choice| choice.variants)
+            .find(|variant| variant.keys.iter().any(|k| k.name == key))
     }
 }
 
@@ -225,7 +233,13 @@ pub(crate) const fn optional(name: &'static str, kind: Kind, text: &'static str)
 }
 
 /// A quantity with a default in SI.
-pub(crate) const fn number(name: &'static str, unit: Unit, bound: Bound, default: f64, text: &'static str) -> Key {
+pub(crate) const fn number(
+    name: &'static str,
+    unit: Unit,
+    bound: Bound,
+    default: f64,
+    text: &'static str,
+) -> Key {
     Key { name, kind: Kind::Quantity(unit, bound), absent: Absent::Number(default), text }
 }
 

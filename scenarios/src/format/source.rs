@@ -38,7 +38,8 @@ impl Sources {
     }
 }
 
-/// A file that another names, by the shortest path that leads there: `a/../b` is `b`, unless `a` is a link to somewhere else.
+/// A file that another names, by the shortest path that leads there: `a/../b` is `b`, unless `a` is a link to
+/// somewhere else.
 pub(crate) fn beside(directory: &Path, name: &str) -> PathBuf {
     let path = directory.join(name);
     let mut short = PathBuf::new();
@@ -51,11 +52,13 @@ pub(crate) fn beside(directory: &Path, name: &str) -> PathBuf {
             part => short.push(part),
         }
     }
-    let is_same = path.canonicalize().is_ok_and(|there| short.canonicalize().is_ok_and(|found| found == there));
+    let is_same =
+        path.canonicalize().is_ok_and(|there| short.canonicalize().is_ok_and(|found| found == there));
     if is_same { short } else { path }
 }
 
-/// Finds lines and columns. Places that are asked for in the order of the text cost one walk through it, however many they are.
+/// Finds lines and columns. Places that are asked for in the order of the text cost one walk through it,
+/// however many they are.
 #[derive(Debug)]
 pub(crate) struct Cursor<'a> {
     sources: &'a Sources,
@@ -83,7 +86,8 @@ impl<'a> Cursor<'a> {
             *self = Self { source: origin.source, walked: self.walked, ..Self::new(self.sources) };
         }
         for c in source.text[self.at..start].chars() {
-            (self.line, self.column) = if c == '\n' { (self.line + 1, 1) } else { (self.line, self.column + 1) };
+            (self.line, self.column) =
+                if c == '\n' { (self.line + 1, 1) } else { (self.line, self.column + 1) };
         }
         self.walked += start - self.at;
         self.at = start;
@@ -98,7 +102,8 @@ mod tests {
     #[test]
     fn truth_lines_and_columns_count_from_one_and_columns_in_characters() {
         let text = "ab\nµ = 1\n";
-        let sources = Sources(vec![Source { name: "x".into(), text: text.into(), directory: PathBuf::new() }]);
+        let sources =
+            Sources(vec![Source { name: "x".into(), text: text.into(), directory: PathBuf::new() }]);
         let at = |start| sources.position(&Origin { source: 0, span: start..start });
         assert_eq!([at(0), at(1), at(3), at(5), at(6)], [(1, 1), (1, 2), (2, 1), (2, 2), (2, 3)]);
         assert_eq!(at(1_000), (3, 1));
@@ -114,7 +119,8 @@ mod tests {
     #[test]
     fn regress_places_in_order_cost_one_walk() {
         let text = "a = 1\n".repeat(2_000);
-        let sources = Sources(vec![Source { name: "x".into(), text: text.as_str().into(), directory: PathBuf::new() }]);
+        let sources =
+            Sources(vec![Source { name: "x".into(), text: text.as_str().into(), directory: PathBuf::new() }]);
         let mut cursor = Cursor::new(&sources);
         for line in 0..2_000 {
             assert_eq!(cursor.position(&Origin { source: 0, span: 6 * line..6 * line + 1 }), (line + 1, 1));

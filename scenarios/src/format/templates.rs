@@ -13,20 +13,36 @@ pub struct Template {
 
 /// Every template.
 pub const TEMPLATES: &[Template] = &[
-    Template { name: "rigid", about: "one mass against a stiff wall under force control", text: include_str!("templates/rigid.toml") },
+    Template {
+        name: "rigid",
+        about: "one mass against a stiff wall under force control",
+        text: include_str!("templates/rigid.toml"),
+    },
     Template {
         name: "flexible",
         about: "motor and tip with a flexible transmission between them",
         text: include_str!("templates/flexible.toml"),
     },
-    Template { name: "base", about: "an axis on a base that moves", text: include_str!("templates/base.toml") },
-    Template { name: "workpiece", about: "an axis that pushes on a workpiece that yields", text: include_str!("templates/workpiece.toml") },
+    Template {
+        name: "base",
+        about: "an axis on a base that moves",
+        text: include_str!("templates/base.toml"),
+    },
+    Template {
+        name: "workpiece",
+        about: "an axis that pushes on a workpiece that yields",
+        text: include_str!("templates/workpiece.toml"),
+    },
     Template {
         name: "all-three",
         about: "transmission, base and workpiece all flexible, driven by a voltage amplifier",
         text: include_str!("templates/all-three.toml"),
     },
-    Template { name: "chatter", about: "sustained bouncing on a stiff wall", text: include_str!("templates/chatter.toml") },
+    Template {
+        name: "chatter",
+        about: "sustained bouncing on a stiff wall",
+        text: include_str!("templates/chatter.toml"),
+    },
 ];
 
 /// The template of this name.

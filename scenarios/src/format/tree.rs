@@ -72,7 +72,10 @@ impl Node {
 pub(crate) fn from_table(table: &DeTable<'_>, source: usize) -> Table {
     let entry = |(key, value): (&Spanned<_>, &Spanned<DeValue<'_>>)| {
         let key: &Spanned<std::borrow::Cow<'_, str>> = key;
-        (key.get_ref().to_string(), Entry { key: Origin { source, span: key.span() }, node: from_value(value, source) })
+        (
+            key.get_ref().to_string(),
+            Entry { key: Origin { source, span: key.span() }, node: from_value(value, source) },
+        )
     };
     table.iter().map(entry).collect()
 }
@@ -82,10 +85,10 @@ pub(crate) fn from_value(value: &Spanned<DeValue<'_>>, source: usize) -> Node {
     let origin = Origin { source, span: value.span() };
     let value = match value.get_ref() {
         DeValue::String(text) => Value::Text(text.to_string()),
-        // An integer that does not fit any key's range is still a number: as a float it runs into the key's own bound.
-        DeValue::Integer(integer) => {
-            i128::from_str_radix(integer.as_str(), integer.radix()).map_or(Value::Float(f64::INFINITY), Value::Integer)
-        }
+        // An integer that does not fit any key's range is still a number: as a float it runs into the key's
+        // own bound.
+        DeValue::Integer(integer) => i128::from_str_radix(integer.as_str(), integer.radix())
+            .map_or(Value::Float(f64::INFINITY), Value::Integer),
         DeValue::Float(float) => Value::Float(float.as_str().parse().unwrap_or(f64::NAN)),
         DeValue::Boolean(flag) => Value::Flag(*flag),
         DeValue::Datetime(_) => Value::Date,

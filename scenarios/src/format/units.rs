@@ -1,7 +1,7 @@
 //! Numbers with units, as in `"1.2 kN/mm"`.
 //!
-//! Factors are separated by a space, `*` or `·`; powers are written `m2`, `m^2` or `m²`; there is at most one `/`, and a denominator of several
-//! factors stands in parentheses, so that `N/m s` cannot mean two things.
+//! Factors are separated by a space, `*` or `·`; powers are written `m2`, `m^2` or `m²`; there is at most one
+//! `/`, and a denominator of several factors stands in parentheses, so that `N/m s` cannot mean two things.
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
@@ -52,7 +52,8 @@ pub(crate) enum UnitError {
     },
 }
 
-/// Exponents of kg, m, s and rad. The radian is kept apart from pure numbers so that `rad/s` is not taken for `Hz`.
+/// Exponents of kg, m, s and rad. The radian is kept apart from pure numbers so that `rad/s` is not taken for
+/// `Hz`.
 #[derive(Clone, Copy, Debug, Default)]
 struct Bases {
     kg: f64,
@@ -81,7 +82,10 @@ impl Bases {
         if !same_exponent(self.kg, dim.mass) || !same_exponent(self.s, dim.time) {
             return false;
         }
-        let number = same_exponent(dim.mass, 0.0) && same_exponent(dim.length, 0.0) && same_exponent(dim.time, 0.0) && !dim.any_length;
+        let number = same_exponent(dim.mass, 0.0)
+            && same_exponent(dim.length, 0.0)
+            && same_exponent(dim.time, 0.0)
+            && !dim.any_length;
         if number {
             return same_exponent(self.m, 0.0);
         }
@@ -121,8 +125,17 @@ const SYMBOLS: &[(&str, f64, Bases, bool)] = &[
     ("rpm", PI / 30.0, Bases::new(0.0, 0.0, -1.0, 1.0), false),
 ];
 
-const PREFIXES: &[(&str, f64)] =
-    &[("n", 1e-9), ("u", 1e-6), ("µ", 1e-6), ("μ", 1e-6), ("m", 1e-3), ("c", 1e-2), ("k", 1e3), ("M", 1e6), ("G", 1e9)];
+const PREFIXES: &[(&str, f64)] = &[
+    ("n", 1e-9),
+    ("u", 1e-6),
+    ("µ", 1e-6),
+    ("μ", 1e-6),
+    ("m", 1e-3),
+    ("c", 1e-2),
+    ("k", 1e3),
+    ("M", 1e6),
+    ("G", 1e9),
+];
 
 /// The value in SI of a text such as `"30 mm/s"`, which must have the dimension `dim`.
 ///
@@ -142,10 +155,15 @@ pub(crate) fn parse(text: &str, dim: Dim, rotational: bool) -> Result<f64, UnitE
     Err(UnitError::WrongDimension { text: text.into(), given })
 }
 
-/// Dividing by a power of ten is correctly rounded where multiplying by its inverse is not, so that `"5 mm"` is 0.005 to the bit.
+/// Dividing by a power of ten is correctly rounded where multiplying by its inverse is not, so that `"5 mm"`
+/// is 0.005 to the bit.
 fn scaled(number: f64, factor: f64) -> f64 {
     let inverse = (1.0 / factor).round();
-    if factor < 1.0 && (inverse * factor - 1.0).abs() < 4.0 * f64::EPSILON { number / inverse } else { number * factor }
+    if factor < 1.0 && (inverse * factor - 1.0).abs() < 4.0 * f64::EPSILON {
+        number / inverse
+    } else {
+        number * factor
+    }
 }
 
 /// Number and rest of a text.
@@ -219,7 +237,11 @@ fn apply(part: &str, side: f64, factor: &mut f64, bases: &mut Bases) -> Result<(
     let (scale, base) = symbol_bases(symbol).ok_or_else(unknown)?;
     let power = side * power;
     // powf is not correctly rounded, powi of a power of ten nearly always is.
-    *factor *= if same_exponent(power, power.round()) { scale.powi(power.round() as i32) } else { scale.powf(power) };
+    *factor *= if same_exponent(power, power.round()) {
+        scale.powi(power.round() as i32)
+    } else {
+        scale.powf(power)
+    };
     bases.add(base, power);
     Ok(())
 }
@@ -227,7 +249,9 @@ fn apply(part: &str, side: f64, factor: &mut f64, bases: &mut Bases) -> Result<(
 /// Symbol and power of a factor; powers stay below 10, so that factors stay finite.
 fn power(part: &str) -> Option<(&str, f64)> {
     let superscripts = [("²", 2.0), ("³", 3.0), ("⁴", 4.0)];
-    if let Some((symbol, power)) = superscripts.iter().find_map(|(mark, power)| Some((part.strip_suffix(mark)?, *power))) {
+    if let Some((symbol, power)) =
+        superscripts.iter().find_map(|(mark, power)| Some((part.strip_suffix(mark)?, *power)))
+    {
         return Some((symbol, power));
     }
     let (symbol, digits) = match part.split_once('^') {
@@ -235,16 +259,19 @@ fn power(part: &str) -> Option<(&str, f64)> {
         None if part == "1" => (part, ""),
         None => part.split_at(part.find(|c: char| c.is_ascii_digit() || c == '-').unwrap_or(part.len())),
     };
-    let power = if digits.is_empty() { 1.0 } else { digits.parse().ok().filter(|power: &f64| power.abs() < 10.0)? };
+    let power =
+        if digits.is_empty() { 1.0 } else { digits.parse().ok().filter(|power: &f64| power.abs() < 10.0)? };
     Some((symbol, power))
 }
 
 fn symbol_bases(text: &str) -> Option<(f64, Bases)> {
-    let exact = SYMBOLS.iter().find(|(symbol, ..)| *symbol == text).map(|(_, factor, bases, _)| (*factor, *bases));
+    let exact =
+        SYMBOLS.iter().find(|(symbol, ..)| *symbol == text).map(|(_, factor, bases, _)| (*factor, *bases));
     exact.or_else(|| {
         PREFIXES.iter().find_map(|(prefix, scale)| {
             let rest = text.strip_prefix(prefix)?;
-            let (_, factor, bases, _) = SYMBOLS.iter().find(|(symbol, _, _, prefixed)| *prefixed && *symbol == rest)?;
+            let (_, factor, bases, _) =
+                SYMBOLS.iter().find(|(symbol, _, _, prefixed)| *prefixed && *symbol == rest)?;
             // 1e3 * 1e-3 of "kg" is 1 to the bit; so are all others that files use.
             Some((scale * factor, *bases))
         })
@@ -254,8 +281,10 @@ fn symbol_bases(text: &str) -> Option<(f64, Bases)> {
 fn nearest(symbol: &str) -> Option<String> {
     let common = ["kg", "g", "mm", "um", "ms", "us", "kHz", "kN", "mN", "MN", "mrad", "cm"];
     let known = SYMBOLS.iter().map(|(symbol, ..)| *symbol).chain(common);
-    let distance = |candidate: &str| strsim::damerau_levenshtein(&symbol.to_lowercase(), &candidate.to_lowercase());
-    let (edits, best) = known.map(|candidate| (distance(candidate), candidate)).min_by_key(|(edits, _)| *edits)?;
+    let distance =
+        |candidate: &str| strsim::damerau_levenshtein(&symbol.to_lowercase(), &candidate.to_lowercase());
+    let (edits, best) =
+        known.map(|candidate| (distance(candidate), candidate)).min_by_key(|(edits, _)| *edits)?;
     (edits <= 1).then(|| best.to_owned())
 }
 
@@ -281,7 +310,8 @@ pub(crate) fn parse_any(text: &str) -> Result<f64, UnitError> {
     if unit.is_empty() { Ok(number) } else { unit_bases(unit).map(|(factor, _)| scaled(number, factor)) }
 }
 
-/// Whether the units of two texts have the same bases. A text that is no quantity is like any other: what is wrong with it is told elsewhere.
+/// Whether the units of two texts have the same bases. A text that is no quantity is like any other: what is
+/// wrong with it is told elsewhere.
 pub(crate) fn are_alike(one: &str, other: &str) -> bool {
     let bases = |text| match split(text)? {
         (_, "") => Some(Bases::default()),
@@ -338,7 +368,10 @@ mod tests {
         ];
         for (text, dimension, rotational, expected) in cases {
             match si(text, dimension, rotational) {
-                Ok(value) => assert!((value - expected).abs() <= ROUNDING * expected.abs(), "{text}: {value}, not {expected}"),
+                Ok(value) => assert!(
+                    (value - expected).abs() <= ROUNDING * expected.abs(),
+                    "{text}: {value}, not {expected}"
+                ),
                 Err(error) => assert!(expected.is_nan(), "{text}: {error}"),
             }
         }

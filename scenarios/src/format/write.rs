@@ -15,7 +15,8 @@ use super::keys::{EFFECTS, RAPIER, TOLERANCE};
 
 /// The file of a scenario: reading it gives the scenario back, to the bit.
 ///
-/// What a controller knows of its machine (the mass that its approach moves) is not written: it follows from the machine when read.
+/// What a controller knows of its machine (the mass that its approach moves) is not written: it follows from
+/// the machine when read.
 pub fn to_toml(scenario: &Scenario) -> String {
     let mut writer = Writer::default();
     writer.machine(&scenario.machine);
@@ -63,7 +64,8 @@ fn key(name: &str) -> String {
 }
 
 fn points(points: impl IntoIterator<Item = (f64, f64)>) -> String {
-    let pairs: Vec<String> = points.into_iter().map(|(time, value)| format!("[{}, {}]", number(time), number(value))).collect();
+    let pairs: Vec<String> =
+        points.into_iter().map(|(time, value)| format!("[{}, {}]", number(time), number(value))).collect();
     format!("[{}]", pairs.join(", "))
 }
 

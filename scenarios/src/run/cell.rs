@@ -56,15 +56,17 @@ pub struct LimitMet {
 /// What a run of a whole arm came to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CellSummary {
-    /// What is measured of an axis too. Energies are not kept; saturation counts the time at which a joint's torque or the controller was at its
-    /// limit, and events are those of the contact and, the first thousand, of the joints.
+    /// What is measured of an axis too. Energies are not kept; saturation counts the time at which a joint's
+    /// torque or the controller was at its limit, and events are those of the contact and, the first
+    /// thousand, of the joints.
     #[serde(flatten)]
     pub figures: Summary,
     /// Mean force over the last tenth of the run.
     pub final_force_n: f64,
     /// How far the tool got off the line along the normal through its start.
     pub sideways_m: f64,
-    /// How often a joint stuck or broke loose, a flank of its play met or parted, or it met the end of its travel.
+    /// How often a joint stuck or broke loose, a flank of its play met or parted, or it met the end of its
+    /// travel.
     pub joint_events: usize,
     /// Joints that met an end of their travel, with the first time of each.
     pub limits: Vec<LimitMet>,
@@ -87,7 +89,8 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
     let mut simulation = Simulation::new(cell, rate_hz, every as u64)?;
     let rows = (duration_s * rate_hz).floor();
     // Slices end where the record stops anyway, so that slicing leaves every bit as it is.
-    let slices = (1..SLICES).map(|slice| (rows * slice as f64 / SLICES as f64).floor() / rate_hz).chain([duration_s]);
+    let slices =
+        (1..SLICES).map(|slice| (rows * slice as f64 / SLICES as f64).floor() / rate_hz).chain([duration_s]);
     let mut finished = simulation.run_to(0.0);
     for until_s in slices.filter(|until_s| *until_s > 0.0) {
         if finished.end != RunEnd::Completed {
@@ -129,7 +132,8 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
     figures.name.clone_from(&file.name);
     figures.events = events(&figures.events, &found.joint_events, file);
     figures.wall_s = started.elapsed().as_secs_f64();
-    let force_n = contacts.first().and_then(|contact| record.column(&contact.force_signal())).unwrap_or_default();
+    let force_n =
+        contacts.first().and_then(|contact| record.column(&contact.force_signal())).unwrap_or_default();
     let last = &force_n[force_n.len() - force_n.len().div_ceil(10)..];
     let summary = CellSummary {
         final_force_n: last.iter().sum::<f64>() / last.len().max(1) as f64,
@@ -137,21 +141,31 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
         joint_events: found.joint_events.len(),
         limits: limits_met(&found.joint_events, file),
         step_s,
-        wall_s_per_simulated_s: if figures.simulated_s > 0.0 { figures.wall_s / figures.simulated_s } else { 0.0 },
+        wall_s_per_simulated_s: if figures.simulated_s > 0.0 {
+            figures.wall_s / figures.simulated_s
+        } else {
+            0.0
+        },
         figures,
     };
-    let contact = contacts.into_iter().next().ok_or(feeler_manipulator::ManipulatorError::Count { what: "contact", count: 0 })?;
+    let contact = contacts
+        .into_iter()
+        .next()
+        .ok_or(feeler_manipulator::ManipulatorError::Count { what: "contact", count: 0 })?;
     Ok(CellRun { record, motion: found.motion, contact, force_loop, saturated: limits.saturated, summary })
 }
 
-/// Adds what the joints' dry friction did to a record, as that of the axis's guide: it tells hunting from other oscillations.
+/// Adds what the joints' dry friction did to a record, as that of the axis's guide: it tells hunting from
+/// other oscillations.
 fn with_slips(record: &mut Trace, joints: &[JointEvent]) {
     let kind = |what| match what {
         "stick" => Some(EventKind::Stick),
         "slip" => Some(EventKind::Slip),
         _ => None,
     };
-    let slips = joints.iter().filter_map(|event| Some(Event { t_s: event.t_s, kind: kind(event.what)?, switch: Switch::Friction(0) }));
+    let slips = joints.iter().filter_map(|event| {
+        Some(Event { t_s: event.t_s, kind: kind(event.what)?, switch: Switch::Friction(0) })
+    });
     record.events.extend(slips);
     record.events.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
 }
@@ -160,7 +174,8 @@ fn with_slips(record: &mut Trace, joints: &[JointEvent]) {
 fn events(of_axis: &[EventRecord], joints: &[JointEvent], file: &CellFile) -> Vec<EventRecord> {
     let name = |joint: usize| file.cell.joints[joint].name.clone();
     let slips = [EventKind::Stick, EventKind::Slip].map(EventKind::name);
-    let mut events: Vec<EventRecord> = of_axis.iter().filter(|event| !slips.contains(&event.what)).cloned().collect();
+    let mut events: Vec<EventRecord> =
+        of_axis.iter().filter(|event| !slips.contains(&event.what)).cloned().collect();
     events.extend(joints.iter().take(MOST_JOINT_EVENTS).map(|event| EventRecord {
         t_s: event.t_s,
         what: event.what,

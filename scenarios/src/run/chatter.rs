@@ -15,7 +15,8 @@ const LEAST_REPEATS: usize = 3;
 /// A sustained oscillation of a contact force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Oscillation {
-    /// How often it repeats, Hz: from the instants of touch-down where the tool leaves the workpiece and the impacts repeat, else from the spectrum.
+    /// How often it repeats, Hz: from the instants of touch-down where the tool leaves the workpiece and the
+    /// impacts repeat, else from the spectrum.
     pub frequency_hz: f64,
     /// Half of peak to peak, N.
     pub amplitude_n: f64,
@@ -27,15 +28,25 @@ pub struct Oscillation {
     pub impacts_per_s: f64,
     /// Share of the time in contact.
     pub contact_share: f64,
-    /// Impacts after which it repeats (1, or more where the period has doubled); none where impacts do not repeat.
+    /// Impacts after which it repeats (1, or more where the period has doubled); none where impacts do not
+    /// repeat.
     pub impacts_per_period: Option<usize>,
 }
 
-/// The oscillation of `force_n` (rows `period_s` apart) within `tail_s`, of a contact with these touch-downs, which pushed for these spans.
-pub(super) fn oscillation(touches_s: &[f64], spans: &[Interval], force_n: &[f64], period_s: f64, tail_s: [f64; 2]) -> Oscillation {
-    let (low, high) = force_n.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &f| (low.min(f), high.max(f)));
+/// The oscillation of `force_n` (rows `period_s` apart) within `tail_s`, of a contact with these touch-downs,
+/// which pushed for these spans.
+pub(super) fn oscillation(
+    touches_s: &[f64],
+    spans: &[Interval],
+    force_n: &[f64],
+    period_s: f64,
+    tail_s: [f64; 2],
+) -> Oscillation {
+    let (low, high) =
+        force_n.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &f| (low.min(f), high.max(f)));
     let length_s = tail_s[1] - tail_s[0];
-    let touches: Vec<f64> = touches_s.iter().copied().filter(|t| (tail_s[0]..=tail_s[1]).contains(t)).collect();
+    let touches: Vec<f64> =
+        touches_s.iter().copied().filter(|t| (tail_s[0]..=tail_s[1]).contains(t)).collect();
     let impacts_per_s = match touches.as_slice() {
         [first, .., last] => (touches.len() - 1) as f64 / (last - first),
         _ => 0.0,
@@ -67,7 +78,8 @@ fn impacts_per_period(touches_s: &[f64]) -> Option<usize> {
         let mean = periods.iter().sum::<f64>() / periods.len() as f64;
         (periods.iter().map(|p| (p - mean).powi(2)).sum::<f64>() / periods.len() as f64).sqrt() / mean
     };
-    (1..=MOST_IMPACTS_PER_PERIOD).find(|&step| touches_s.len() > step * LEAST_REPEATS && spread(step) < REPEATS_WITHIN / step as f64)
+    (1..=MOST_IMPACTS_PER_PERIOD)
+        .find(|&step| touches_s.len() > step * LEAST_REPEATS && spread(step) < REPEATS_WITHIN / step as f64)
 }
 
 #[cfg(test)]
@@ -84,7 +96,10 @@ mod tests {
         assert_eq!(impacts_per_period(&touches(&[0.04, 0.05], 20)), Some(2));
         assert_eq!(impacts_per_period(&touches(&[0.04, 0.05, 0.04, 0.06], 20)), Some(4));
         // Intervals of a logistic map in chaos.
-        let chaos: Vec<f64> = std::iter::successors(Some(0.3), |x| Some(4.0 * x * (1.0 - x))).take(60).map(|x| 0.02 + 0.02 * x).collect();
+        let chaos: Vec<f64> = std::iter::successors(Some(0.3), |x| Some(4.0 * x * (1.0 - x)))
+            .take(60)
+            .map(|x| 0.02 + 0.02 * x)
+            .collect();
         assert_eq!(impacts_per_period(&touches(&chaos, 60)), None);
         assert_eq!(impacts_per_period(&[0.0, 0.1, 0.2]), None);
     }

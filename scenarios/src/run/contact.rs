@@ -41,11 +41,13 @@ pub struct ContactRun {
     pub touches_s: Vec<f64>,
     /// Instants of lift-off, s.
     pub lifts_s: Vec<f64>,
-    /// Largest force, N: that of the motion itself where the integrator is the exact one, else of the record, and between its rows by a parabola.
+    /// Largest force, N: that of the motion itself where the integrator is the exact one, else of the record,
+    /// and between its rows by a parabola.
     pub peak_force_n: f64,
     /// When, s.
     pub peak_at_s: f64,
-    /// Where a clamped contact pulls harder than it ever pushes: its largest pull, as a positive force, by the record.
+    /// Where a clamped contact pulls harder than it ever pushes: its largest pull, as a positive force, by
+    /// the record.
     pub pull: Option<Peak>,
 }
 
@@ -76,17 +78,39 @@ impl ContactRun {
     }
 }
 
-/// `found` are the peaks that the engine has found, per contact; where it looks for none, they are taken from the record. Those at the ends of fixed steps
-/// may be lower than what a parabola through the rows tells.
-pub(super) fn contacts(scenario: &Scenario, assembly: &Assembly, record: &Trace, found: &[Vec<Peak>], end_s: f64) -> Vec<ContactRun> {
+/// `found` are the peaks that the engine has found, per contact; where it looks for none, they are taken from
+/// the record. Those at the ends of fixed steps may be lower than what a parabola through the rows tells.
+pub(super) fn contacts(
+    scenario: &Scenario,
+    assembly: &Assembly,
+    record: &Trace,
+    found: &[Vec<Peak>],
+    end_s: f64,
+) -> Vec<ContactRun> {
     let is_exact = scenario.run.integrator == Integrator::Exact;
     let found = |i: usize| found.get(i).map(|peaks| (peaks.as_slice(), is_exact));
-    scenario.machine.contacts.keys().enumerate().map(|(i, name)| contact(i, name, assembly, record, found(i), end_s)).collect()
+    scenario
+        .machine
+        .contacts
+        .keys()
+        .enumerate()
+        .map(|(i, name)| contact(i, name, assembly, record, found(i), end_s))
+        .collect()
 }
 
-fn contact(index: usize, name: &str, assembly: &Assembly, record: &Trace, found: Option<(&[Peak], bool)>, end_s: f64) -> ContactRun {
+fn contact(
+    index: usize,
+    name: &str,
+    assembly: &Assembly,
+    record: &Trace,
+    found: Option<(&[Peak], bool)>,
+    end_s: f64,
+) -> ContactRun {
     let instants = |kind: EventKind| {
-        let meant = record.events.iter().filter(move |event| event.kind == kind && event.switch == Switch::Contact(index));
+        let meant = record
+            .events
+            .iter()
+            .filter(move |event| event.kind == kind && event.switch == Switch::Contact(index));
         meant.map(|event| event.t_s).collect::<Vec<_>>()
     };
     let (touches_s, lifts_s) = (instants(EventKind::Touch), instants(EventKind::Lift));
@@ -97,7 +121,9 @@ fn contact(index: usize, name: &str, assembly: &Assembly, record: &Trace, found:
     let peak_within = |interval: &Interval| {
         let touches = touches_s.binary_search_by(|touch| touch.total_cmp(&interval.start_s)).is_ok();
         // A row at the very instant of a touch is still one without it.
-        let first = record.t_s.partition_point(|&t| if touches { t <= interval.start_s } else { t < interval.start_s });
+        let first = record
+            .t_s
+            .partition_point(|&t| if touches { t <= interval.start_s } else { t < interval.start_s });
         let rows = first..record.t_s.partition_point(|&t| t <= interval.end_s).max(first);
         let (t_s, force_n) = (&record.t_s[rows.clone()], &force_n[rows]);
         let begins = touches.then(|| at_touch(interval.start_s, t_s, force_n)).flatten();
@@ -111,12 +137,15 @@ fn contact(index: usize, name: &str, assembly: &Assembly, record: &Trace, found:
         None => of_record.collect(),
     };
     debug_assert_eq!(peaks.len(), intervals.len(), "one peak for every time that `{name}` pushes");
-    let hardest = peaks.iter().copied().reduce(|a, b| if b.force_n > a.force_n { b } else { a }).unwrap_or_default();
+    let hardest =
+        peaks.iter().copied().reduce(|a, b| if b.force_n > a.force_n { b } else { a }).unwrap_or_default();
     let engagement = assembly.contacts[index].engagement;
     ContactRun {
         name: name.to_owned(),
         engagement,
-        pull: Some(engagement).filter(|held| *held == Engagement::Clamped).and_then(|_| pull(&record.t_s, force_n, hardest.force_n)),
+        pull: Some(engagement)
+            .filter(|held| *held == Engagement::Clamped)
+            .and_then(|_| pull(&record.t_s, force_n, hardest.force_n)),
         interval_peaks_n: peaks.iter().map(|peak| peak.force_n).collect(),
         intervals,
         touches_s,
@@ -137,13 +166,15 @@ fn pull(t_s: &[f64], force_n: &[f64], push_n: f64) -> Option<Peak> {
 
 fn intervals(closed_at_start: bool, touches_s: &[f64], lifts_s: &[f64], end_s: f64) -> Vec<Interval> {
     // A touch at time zero is already in the state of the first row.
-    let at_start = closed_at_start && !touches_s.first().is_some_and(|&touch| lifts_s.first().is_none_or(|&lift| touch < lift));
+    let at_start = closed_at_start
+        && !touches_s.first().is_some_and(|&touch| lifts_s.first().is_none_or(|&lift| touch < lift));
     let starts = at_start.then_some(0.0).into_iter().chain(touches_s.iter().copied());
     let ends = lifts_s.iter().copied().chain(std::iter::once(end_s));
     starts.zip(ends).map(|(start_s, end_s)| Interval { start_s, end_s }).collect()
 }
 
-/// The force with which a touch begins, where it only falls from there on: a damper is pushed at once. By a parabola through the first three rows.
+/// The force with which a touch begins, where it only falls from there on: a damper is pushed at once. By a
+/// parabola through the first three rows.
 fn at_touch(touch_s: f64, t_s: &[f64], force_n: &[f64]) -> Option<f64> {
     let (&[t1, t2, ..], &[f1, f2, f3, ..]) = (t_s, force_n) else { return None };
     let falls = f1 > f2 && force_n.iter().all(|&force| force <= f1);
@@ -151,18 +182,27 @@ fn at_touch(touch_s: f64, t_s: &[f64], force_n: &[f64]) -> Option<f64> {
     falls.then_some(f1 + before * (f1 - f2) + 0.5 * before * (before + 1.0) * (f1 - 2.0 * f2 + f3))
 }
 
-/// The largest value of a record and when: the vertex of the parabola through the largest row and its neighbours.
+/// The largest value of a record and when: the vertex of the parabola through the largest row and its
+/// neighbours.
 pub(super) fn peak(t_s: &[f64], values: &[f64]) -> Peak {
-    let Some((row, &largest)) = values.iter().enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)) else { return Peak::default() };
+    let Some((row, &largest)) = values.iter().enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)) else {
+        return Peak::default();
+    };
     let at_row = Peak { t_s: t_s[row], force_n: largest.max(0.0) };
-    let (Some(&before), Some(&after)) = (row.checked_sub(1).and_then(|i| values.get(i)), values.get(row + 1)) else { return at_row };
+    let (Some(&before), Some(&after)) = (row.checked_sub(1).and_then(|i| values.get(i)), values.get(row + 1))
+    else {
+        return at_row;
+    };
     let bend = before - 2.0 * largest + after;
     // A parabola across a jump of the force would overshoot it.
     if before <= 0.0 || after <= 0.0 || bend >= 0.0 {
         return at_row;
     }
     let shift = 0.5 * (before - after) / bend;
-    Peak { t_s: t_s[row] + shift * (t_s[row + 1] - t_s[row]), force_n: largest - 0.25 * (before - after) * shift }
+    Peak {
+        t_s: t_s[row] + shift * (t_s[row + 1] - t_s[row]),
+        force_n: largest - 0.25 * (before - after) * shift,
+    }
 }
 
 #[cfg(test)]
@@ -176,13 +216,17 @@ mod tests {
     fn truth_the_peak_of_a_sine_is_found_between_rows() {
         let t_s: Vec<f64> = (0..200).map(|i| f64::from(i) * 1e-4).collect();
         let shift_s = 0.37e-4;
-        let force: Vec<f64> = t_s.iter().map(|t| 50.0 + 40.0 * (std::f64::consts::TAU * 150.0 * (t - 5e-3 - shift_s)).cos()).collect();
+        let force: Vec<f64> = t_s
+            .iter()
+            .map(|t| 50.0 + 40.0 * (std::f64::consts::TAU * 150.0 * (t - 5e-3 - shift_s)).cos())
+            .collect();
         let found = peak(&t_s[..100], &force[..100]);
         assert!((found.force_n - 90.0).abs() < 40.0 * PARABOLA, "{found:?}");
         assert!((found.t_s - 5e-3 - shift_s).abs() < 1e-6, "{found:?}");
     }
 
-    /// `100 exp(-t / 1 ms)` from a touch between two rows on: the parabola errs by `(dt / tau)^3 s (s + 1) (s + 2) / 6`, 3e-4 here.
+    /// `100 exp(-t / 1 ms)` from a touch between two rows on: the parabola errs by
+    /// `(dt / tau)^3 s (s + 1) (s + 2) / 6`, 3e-4 here.
     #[test]
     fn truth_the_force_at_touch_down_is_found_before_the_first_row() {
         let touch_s = 4.5e-5;

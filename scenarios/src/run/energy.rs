@@ -7,7 +7,8 @@ use serde::Serialize;
 /// Energy that one element put in or took out.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EnergyItem {
-    /// `drive-work`, `load-work`, `feed-work`, `link-damping`, `friction`, `contact-damping`, or `controller-work`.
+    /// `drive-work`, `load-work`, `feed-work`, `link-damping`, `friction`, `contact-damping`, or
+    /// `controller-work`.
     pub what: &'static str,
     /// The element.
     pub on: String,
@@ -22,8 +23,8 @@ pub struct EnergyTable {
     pub supplied: Vec<EnergyItem>,
     /// Energy taken out of it, J.
     pub dissipated: Vec<EnergyItem>,
-    /// Work of each controller's command through its drive, J; part of what the drives supply. Controllers that did none, and those of velocity
-    /// sources, to which none is attributed, are left out.
+    /// Work of each controller's command through its drive, J; part of what the drives supply. Controllers
+    /// that did none, and those of velocity sources, to which none is attributed, are left out.
     pub controllers: Vec<EnergyItem>,
     /// Kinetic energy at start and end, J.
     pub kinetic: [f64; 2],

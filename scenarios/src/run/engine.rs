@@ -4,7 +4,8 @@ use feeler_engine::{BodyEngine, EngineError, Integrator, Program, Simulation};
 use feeler_multibody::RapierBodies;
 use feeler_plant::description::Axis;
 
-/// One variant in the engine that it asks for: Feeler's, or Rapier where the integrator is [`Integrator::External`]. `axis` is that of its machine.
+/// One variant in the engine that it asks for: Feeler's, or Rapier where the integrator is
+/// [`Integrator::External`]. `axis` is that of its machine.
 ///
 /// # Errors
 /// Those of [`Simulation::new`].

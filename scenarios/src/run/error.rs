@@ -63,7 +63,9 @@ impl RunError {
 /// What the system said, where that is what a format's library passes on.
 pub(crate) fn system_error(source: ParquetError) -> Result<std::io::Error, ParquetError> {
     match source {
-        ParquetError::External(inner) => inner.downcast::<std::io::Error>().map(|inner| *inner).map_err(ParquetError::External),
+        ParquetError::External(inner) => {
+            inner.downcast::<std::io::Error>().map(|inner| *inner).map_err(ParquetError::External)
+        }
         other => Err(other),
     }
 }

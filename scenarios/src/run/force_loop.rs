@@ -18,7 +18,8 @@ pub struct ForceLoop {
 }
 
 impl ForceLoop {
-    /// The first controller whose reference is a force and whose sensor reads a contact, or another force where there is only one contact.
+    /// The first controller whose reference is a force and whose sensor reads a contact, or another force
+    /// where there is only one contact.
     pub fn find(scenario: &Scenario) -> Option<Self> {
         let machine = &scenario.machine;
         scenario.controllers.iter().enumerate().find_map(|(controller, (name, used))| {
@@ -51,8 +52,8 @@ impl ForceLoop {
     }
 }
 
-/// One sigma of the noisiest sensor as a force, N: of a position what the stiffest contact makes of it, of a velocity or an acceleration what that comes to
-/// within the shortest period of a controller.
+/// One sigma of the noisiest sensor as a force, N: of a position what the stiffest contact makes of it, of a
+/// velocity or an acceleration what that comes to within the shortest period of a controller.
 pub(super) fn sensor_noise_n(scenario: &Scenario) -> f64 {
     let stiffness = scenario.machine.contacts.values().map(|contact| contact.stiffness).fold(0.0, f64::max);
     let period_s = scenario.controllers.values().map(|used| used.spec.period_s).fold(f64::INFINITY, f64::min);

@@ -5,10 +5,12 @@ use feeler_lanes::Lane;
 
 use super::record;
 
-/// Rows that are taken apart into lanes together, so that each column grows by a piece that is worth the call.
+/// Rows that are taken apart into lanes together, so that each column grows by a piece that is worth the
+/// call.
 const ROWS: usize = 32;
 
-/// One trace per lane; of a lane that is closed nothing more is kept. Its memory serves one block of variants after another.
+/// One trace per lane; of a lane that is closed nothing more is kept. Its memory serves one block of variants
+/// after another.
 #[derive(Debug)]
 pub(super) struct Lanes<L> {
     traces: Vec<Trace>,
@@ -20,7 +22,12 @@ pub(super) struct Lanes<L> {
 
 impl<L: Lane> Lanes<L> {
     pub(super) fn new() -> Self {
-        Self { traces: vec![Trace::default(); L::WIDTH], open: vec![true; L::WIDTH], t_s: Vec::new(), rows: Vec::new() }
+        Self {
+            traces: vec![Trace::default(); L::WIDTH],
+            open: vec![true; L::WIDTH],
+            t_s: Vec::new(),
+            rows: Vec::new(),
+        }
     }
 
     /// Begins anew with other variants, one per lane.

@@ -59,7 +59,9 @@ mod winding;
 
 use std::time::Instant;
 
-use feeler_engine::{EnergyBalance, Observer, Peak, Program, RunEnd, RunSettings, Scenario, Simulation, Trace};
+use feeler_engine::{
+    EnergyBalance, Observer, Peak, Program, RunEnd, RunSettings, Scenario, Simulation, Trace,
+};
 use feeler_lanes::Lane;
 use feeler_lti::spectral::{AmplitudeSpectrum, Window, amplitude_spectrum};
 use feeler_plant::assembly::Assembly;
@@ -88,7 +90,8 @@ use summary::Finished;
 
 /// Slices in which a run goes, each followed by a word on its progress.
 const SLICES: usize = 200;
-/// Rows of the tail from which its spectrum is computed, the last ones; enough for any frequency that a run shows, and quick.
+/// Rows of the tail from which its spectrum is computed, the last ones; enough for any frequency that a run
+/// shows, and quick.
 const SPECTRUM_ROWS: usize = 1 << 16;
 
 /// How far a run has come.
@@ -105,7 +108,8 @@ pub struct Progress {
 pub struct RunResult {
     /// The signals that the scenario asks for, at its rate.
     pub trace: Trace,
-    /// What the measures were taken from: those signals and contacts, drives, controllers and bodies beside them, at no less than the scenario's rate.
+    /// What the measures were taken from: those signals and contacts, drives, controllers and bodies beside
+    /// them, at no less than the scenario's rate.
     pub record: Trace,
     /// Each contact with when it pushed.
     pub contacts: Vec<ContactRun>,
@@ -118,7 +122,8 @@ pub struct RunResult {
 }
 
 impl RunResult {
-    /// Amplitude spectrum of the main contact's force over the tail of the run; none where there is no contact or no tail.
+    /// Amplitude spectrum of the main contact's force over the tail of the run; none where there is no
+    /// contact or no tail.
     pub fn tail_spectrum(&self) -> Option<AmplitudeSpectrum> {
         let contact = self.contacts.get(self.summary.main_contact?)?;
         let rows = self.tail_rows();
@@ -140,10 +145,12 @@ impl RunResult {
     }
 }
 
-/// Runs a scenario with its energy ledger, and calls `progress` now and then; what it is told does not change the run.
+/// Runs a scenario with its energy ledger, and calls `progress` now and then; what it is told does not change
+/// the run.
 ///
 /// # Errors
-/// A machine or wiring with mistakes, and exponentials that cannot be computed. A motion that diverges is a result.
+/// A machine or wiring with mistakes, and exponentials that cannot be computed. A motion that diverges is a
+/// result.
 pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<RunResult, RunError> {
     recorded(scenario, &Recording::new(scenario), Manner { energy: true, extends: false }, progress)
 }
@@ -177,11 +184,19 @@ fn recorded(
         let is_longest = extends && until_s > MOST_EXTENSION * duration_s;
         record::drop_undefined_rows(&mut record);
         let ended = Ended { is_longest, ..Ended::of(&simulation, 0) };
-        let Judged { contacts, force_loop, limits, mut summary } = Judged::new(scenario, &assembly, &record, &ended, simulation.energy(0));
+        let Judged { contacts, force_loop, limits, mut summary } =
+            Judged::new(scenario, &assembly, &record, &ended, simulation.energy(0));
         if is_longest || !extends || !summary.verdict.may_be_decided() {
             summary.wall_s = started.elapsed().as_secs_f64();
             let trace = recording.wanted(&record);
-            return Ok(RunResult { trace, record, contacts, force_loop, saturated: limits.saturated, summary });
+            return Ok(RunResult {
+                trace,
+                record,
+                contacts,
+                force_loop,
+                saturated: limits.saturated,
+                summary,
+            });
         }
     }
 }
@@ -229,7 +244,13 @@ struct Judged {
 }
 
 impl Judged {
-    fn new(scenario: &Scenario, assembly: &Assembly, record: &Trace, ended: &Ended, energy: Option<EnergyBalance>) -> Self {
+    fn new(
+        scenario: &Scenario,
+        assembly: &Assembly,
+        record: &Trace,
+        ended: &Ended,
+        energy: Option<EnergyBalance>,
+    ) -> Self {
         let force_loop = ForceLoop::find(scenario);
         let contacts = contact::contacts(scenario, assembly, record, &ended.peaks, ended.end_s);
         let limits = Limits::of(scenario, assembly, record);
@@ -252,7 +273,8 @@ impl Judged {
     }
 }
 
-/// Runs to the end in slices that end where the record stops anyway, so that slicing leaves every bit as it is.
+/// Runs to the end in slices that end where the record stops anyway, so that slicing leaves every bit as it
+/// is.
 fn advance(
     simulation: &mut Simulation<f64>,
     observer: &mut impl Observer<f64>,

@@ -78,7 +78,8 @@ pub enum Undecided {
     TooFewBounces,
     /// The tool is still on its way to the workpiece, or pressed upon it by an approach that has not ended.
     StillApproaching,
-    /// The force rests, away from where it should, and a command moves on: something sticks and will break loose.
+    /// The force rests, away from where it should, and a command moves on: something sticks and will break
+    /// loose.
     StillWinding,
     /// The oscillation grows, and where to does not show yet.
     StillGrowing,

@@ -3,8 +3,8 @@
 use feeler_engine::{Integrator, RunSettings, Scenario, Trace};
 use feeler_plant::description::{ActuatorKind, Machine, Quantity, SignalName};
 
-/// Measures are taken at no less than this rate: a force peak of 150 Hz is then met within 0.3 %, and where the engine finds none itself a parabola finds the
-/// rest.
+/// Measures are taken at no less than this rate: a force peak of 150 Hz is then met within 0.3 %, and where
+/// the engine finds none itself a parabola finds the rest.
 const MEASURE_RATE_HZ: f64 = 1e4;
 /// Where only measures are wanted; the engine finds the peaks between rows.
 const LEAN_RATE_HZ: f64 = 2e3;
@@ -41,12 +41,15 @@ impl Recording {
         Self { signals, wanted: run.record.len(), multiple, rate_hz: rate_hz * multiple as f64 }
     }
 
-    /// No more than the measures need: a row at every sample of the fastest controller, or a whole number of rows between two of them.
+    /// No more than the measures need: a row at every sample of the fastest controller, or a whole number of
+    /// rows between two of them.
     pub(super) fn lean(scenario: &Scenario) -> Self {
         let signals = measured(scenario);
         let run = &scenario.run;
-        let fastest_hz = scenario.controllers.values().map(|used| 1.0 / used.spec.period_s).fold(0.0, f64::max);
-        let wanted_hz = if fastest_hz > 0.0 { fastest_hz * (LEAN_RATE_HZ / fastest_hz).ceil() } else { LEAN_RATE_HZ };
+        let fastest_hz =
+            scenario.controllers.values().map(|used| 1.0 / used.spec.period_s).fold(0.0, f64::max);
+        let wanted_hz =
+            if fastest_hz > 0.0 { fastest_hz * (LEAN_RATE_HZ / fastest_hz).ceil() } else { LEAN_RATE_HZ };
         let rate_hz = if run.integrator == Integrator::Exact {
             wanted_hz
         } else {
@@ -57,10 +60,16 @@ impl Recording {
         Self { signals, wanted: 0, multiple: 1, rate_hz: rate_hz.min(affordable_hz) }
     }
 
-    /// What the file asks for and all that tells of a run, at the instants of [`Self::lean`]. Readings are left out: a delayed one is an instant of its own.
+    /// What the file asks for and all that tells of a run, at the instants of [`Self::lean`]. Readings are
+    /// left out: a delayed one is an instant of its own.
     pub(super) fn as_swept(scenario: &Scenario) -> Self {
-        let mut signals: Vec<SignalName> =
-            scenario.run.record.iter().filter(|signal| signal.quantity != Quantity::Reading).cloned().collect();
+        let mut signals: Vec<SignalName> = scenario
+            .run
+            .record
+            .iter()
+            .filter(|signal| signal.quantity != Quantity::Reading)
+            .cloned()
+            .collect();
         let wanted = signals.len();
         for signal in telling(scenario) {
             if !signals.contains(&signal) {
@@ -71,7 +80,12 @@ impl Recording {
     }
 
     pub(super) fn settings(&self, run: &RunSettings) -> RunSettings {
-        RunSettings { record: self.signals.clone(), record_rate_hz: Some(self.rate_hz), peaks: true, ..run.clone() }
+        RunSettings {
+            record: self.signals.clone(),
+            record_rate_hz: Some(self.rate_hz),
+            peaks: true,
+            ..run.clone()
+        }
     }
 
     /// The part of a record that the file asks for.
@@ -86,7 +100,8 @@ impl Recording {
     }
 }
 
-/// Rows for each row asked for. A fixed step ends at every row, so there the finer rows must fall on its own grid.
+/// Rows for each row asked for. A fixed step ends at every row, so there the finer rows must fall on its own
+/// grid.
 fn multiple(run: &RunSettings, rate_hz: f64, most_rows: f64) -> usize {
     let most = most_rows / (run.duration_s * rate_hz).max(1.0);
     let needed = (MEASURE_RATE_HZ / rate_hz).ceil().min(most.floor()).max(1.0);
@@ -124,7 +139,9 @@ fn measured(scenario: &Scenario) -> Vec<SignalName> {
 fn telling(scenario: &Scenario) -> Vec<SignalName> {
     let machine = &scenario.machine;
     let mut signals = Vec::new();
-    let mut add = |name: &str, quantities: &[Quantity]| signals.extend(quantities.iter().map(|&quantity| SignalName::new(name, quantity)));
+    let mut add = |name: &str, quantities: &[Quantity]| {
+        signals.extend(quantities.iter().map(|&quantity| SignalName::new(name, quantity)))
+    };
     for name in machine.contacts.keys() {
         add(name, &[Quantity::Force, Quantity::Compression, Quantity::Contact]);
     }
@@ -141,8 +158,11 @@ fn telling(scenario: &Scenario) -> Vec<SignalName> {
 }
 
 fn telling_bodies(machine: &Machine) -> impl Iterator<Item = &str> {
-    let touches = |name: &str| machine.contacts.values().any(|contact| contact.between.iter().any(|body| body == name));
-    let driven = |name: &str| machine.actuators.values().any(|actuator| actuator.on == name || actuator.reacts_on == name);
+    let touches =
+        |name: &str| machine.contacts.values().any(|contact| contact.between.iter().any(|body| body == name));
+    let driven = |name: &str| {
+        machine.actuators.values().any(|actuator| actuator.on == name || actuator.reacts_on == name)
+    };
     let few = machine.bodies.len() <= MOST_BODIES;
     machine.bodies.keys().map(String::as_str).filter(move |name| few || touches(name) || driven(name))
 }
@@ -167,7 +187,9 @@ mod tests {
 
     #[test]
     fn truth_the_measuring_rate_is_a_multiple_of_the_record_rate() {
-        let of = |integrator, step_s, rate_hz| multiple(&settings(integrator, step_s, rate_hz), rate_hz, MOST_VALUES / 10.0);
+        let of = |integrator, step_s, rate_hz| {
+            multiple(&settings(integrator, step_s, rate_hz), rate_hz, MOST_VALUES / 10.0)
+        };
         assert_eq!(of(Integrator::Exact, 1e-4, 2e3), 5);
         assert_eq!(of(Integrator::Exact, 1e-4, 2e4), 1);
         assert_eq!(of(Integrator::Exact, 1e-4, 3e3), 4);

@@ -6,17 +6,18 @@ use feeler_plant::description::{Quantity, SignalName};
 
 use super::summary::EventRecord;
 
-/// A value this close to its limit is at it: limits act on held numbers, so all that separates the two is rounding.
+/// A value this close to its limit is at it: limits act on held numbers, so all that separates the two is
+/// rounding.
 const AT_LIMIT: f64 = 1.0 - 1e-9;
 
 /// Where limits were reached.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Limits {
-    /// For each row of the record whether some drive or controller was at its limit. Commands and outputs are held between controller samples, so
-    /// the share of rows is the share of samples.
+    /// For each row of the record whether some drive or controller was at its limit. Commands and outputs are
+    /// held between controller samples, so the share of rows is the share of samples.
     pub(super) saturated: Vec<bool>,
-    /// When a force drive reached its limit and left it. Its clamp acts on held commands, so nothing within a step happens there; the instants are
-    /// those of the first row that shows it.
+    /// When a force drive reached its limit and left it. Its clamp acts on held commands, so nothing within a
+    /// step happens there; the instants are those of the first row that shows it.
     pub(super) events: Vec<EventRecord>,
 }
 
@@ -29,7 +30,8 @@ impl Limits {
                 limits.mark(record, &drive.name, Quantity::Force, drive.limit);
                 continue;
             }
-            let at_limit = limits.mark(record, &drive.name, Quantity::Command, drive.limit / drive.gain.abs());
+            let at_limit =
+                limits.mark(record, &drive.name, Quantity::Command, drive.limit / drive.gain.abs());
             let changes = at_limit.windows(2).enumerate().filter(|(_, pair)| pair[0] != pair[1]);
             limits.events.extend(changes.map(|(row, pair)| EventRecord {
                 t_s: record.t_s[row + 1],

@@ -8,7 +8,8 @@ use super::contact::peak;
 pub(super) const SETTLING_BAND: f64 = 0.02;
 /// A reference that has not moved over this part of the run is at rest.
 const RESTS_OVER: f64 = 0.2;
-/// A rest before a late step is longer than that by more than a row or a sample may make of it, so that a staircase whose treads are as long is none.
+/// A rest before a late step is longer than that by more than a row or a sample may make of it, so that a
+/// staircase whose treads are as long is none.
 const CLEARLY: f64 = 1.02;
 /// So many rests make a staircase ...
 const LEAST_TREADS: usize = 3;
@@ -38,7 +39,8 @@ impl Ending {
         let spans_s = changes_s.map(|at_s| at_s - std::mem::replace(&mut before_s, at_s));
         let rests_s: Vec<f64> = spans_s.filter(|span_s| *span_s > CLEARLY * RESTS_OVER * end_s).collect();
         let longest_s = rests_s.iter().copied().fold(0.0, f64::max);
-        let is_staircase = rests_s.len() >= LEAST_TREADS && rests_s.iter().all(|rest_s| longest_s <= EVEN * rest_s);
+        let is_staircase =
+            rests_s.len() >= LEAST_TREADS && rests_s.iter().all(|rest_s| longest_s <= EVEN * rest_s);
         if rests_s.is_empty() || is_staircase { Self::Moves } else { Self::JustMoved }
     }
 }
@@ -48,17 +50,20 @@ impl Ending {
 pub struct Response {
     /// The reference at the end, N; none where it moves all the time.
     pub final_reference_n: Option<f64>,
-    /// The instant from which settling counts: the last change of the reference, or the first touch if that is later, s.
+    /// The instant from which settling counts: the last change of the reference, or the first touch if that
+    /// is later, s.
     pub starts_at_s: f64,
-    /// Half-width of the settling band, N: 2 % of the final reference (where that is zero, of the largest before it, else of the peak force), or what the sensor
-    /// cannot resolve where that is more.
+    /// Half-width of the settling band, N: 2 % of the final reference (where that is zero, of the largest
+    /// before it, else of the peak force), or what the sensor cannot resolve where that is more.
     pub band_n: f64,
     /// That without what the sensor cannot resolve, N.
     #[serde(skip)]
     pub(super) share_n: f64,
-    /// How far the force passes the final reference after [`Self::starts_at_s`], as a share of it: above it where it came from below.
+    /// How far the force passes the final reference after [`Self::starts_at_s`], as a share of it: above it
+    /// where it came from below.
     pub overshoot: Option<f64>,
-    /// From [`Self::starts_at_s`] until the force is within the band for good; none where it does not stay there.
+    /// From [`Self::starts_at_s`] until the force is within the band for good; none where it does not stay
+    /// there.
     pub settling_time_s: Option<f64>,
     /// Mean of the last tenth of the run less the reference, N.
     pub steady_error_n: Option<f64>,
@@ -94,13 +99,16 @@ impl Answer<'_> {
         }
     }
 
-    /// What the band is a share of: a reference of zero tells no scale, so that it is that of the references before, or of the force.
+    /// What the band is a share of: a reference of zero tells no scale, so that it is that of the references
+    /// before, or of the force.
     fn scale_n(&self, reference: f64) -> f64 {
-        let before_n = self.reference_n.iter().filter(|r| r.is_finite()).fold(0.0_f64, |most, r| most.max(r.abs()));
+        let before_n =
+            self.reference_n.iter().filter(|r| r.is_finite()).fold(0.0_f64, |most, r| most.max(r.abs()));
         [reference.abs(), before_n, self.peak_force_n].into_iter().find(|scale| *scale > 0.0).unwrap_or(0.0)
     }
 
-    /// From short of the reference, the farthest force counts; from beyond it, the one that falls short of it most.
+    /// From short of the reference, the farthest force counts; from beyond it, the one that falls short of it
+    /// most.
     fn overshoot(&self, reference: f64, starts_at_s: f64) -> f64 {
         if starts_at_s <= self.first_contact_s && reference > 0.0 {
             return (self.peak_force_n / reference - 1.0).max(0.0);
@@ -150,10 +158,19 @@ mod tests {
     #[test]
     fn truth_a_first_order_answer_settles_after_four_time_constants() {
         let t_s: Vec<f64> = (0..30_000).map(|i| f64::from(i) * 1e-4).collect();
-        let force_n: Vec<f64> = t_s.iter().map(|t| if *t < 1.0 { 0.0 } else { 20.0 * (1.0 - (-(t - 1.0) / 0.1).exp()) }).collect();
+        let force_n: Vec<f64> = t_s
+            .iter()
+            .map(|t| if *t < 1.0 { 0.0 } else { 20.0 * (1.0 - (-(t - 1.0) / 0.1).exp()) })
+            .collect();
         let reference_n = vec![20.0; t_s.len()];
-        let answer =
-            Answer { t_s: &t_s, force_n: &force_n, reference_n: &reference_n, peak_force_n: 20.0, first_contact_s: 1.0, unresolved_n: 0.0 };
+        let answer = Answer {
+            t_s: &t_s,
+            force_n: &force_n,
+            reference_n: &reference_n,
+            peak_force_n: 20.0,
+            first_contact_s: 1.0,
+            unresolved_n: 0.0,
+        };
         let response = answer.response();
         // Rows are 0.1 ms apart.
         assert!((response.settling_time_s.unwrap() - 0.1 * 50.0_f64.ln()).abs() < 1.1e-4);
@@ -169,15 +186,22 @@ mod tests {
         let t_s: Vec<f64> = (0..100).map(|i| f64::from(i) * 1e-2).collect();
         let reference_n: Vec<f64> = t_s.iter().map(|t| if *t < 0.5 { 10.0 } else { 20.0 }).collect();
         let force_n: Vec<f64> = t_s.iter().map(|t| if *t < 0.6 { 10.0 } else { 20.0 }).collect();
-        let answer =
-            Answer { t_s: &t_s, force_n: &force_n, reference_n: &reference_n, peak_force_n: 20.0, first_contact_s: 0.1, unresolved_n: 0.0 };
+        let answer = Answer {
+            t_s: &t_s,
+            force_n: &force_n,
+            reference_n: &reference_n,
+            peak_force_n: 20.0,
+            first_contact_s: 0.1,
+            unresolved_n: 0.0,
+        };
         let response = answer.response();
         assert!((response.starts_at_s - 0.5).abs() < 1e-12);
         assert!((response.settling_time_s.unwrap() - 0.1).abs() < 1e-12);
         // What came before the step is no overshoot of it; from above, what falls below the reference is.
         assert_eq!(Answer { peak_force_n: 50.0, ..answer }.response().overshoot, Some(0.0));
         let down_n: Vec<f64> = reference_n.iter().map(|n| 30.0 - n).collect();
-        let dips: Vec<f64> = t_s.iter().map(|t| if *t < 0.6 { 20.0 } else { 10.0 - 10.0 * (0.7 - t).max(0.0) }).collect();
+        let dips: Vec<f64> =
+            t_s.iter().map(|t| if *t < 0.6 { 20.0 } else { 10.0 - 10.0 * (0.7 - t).max(0.0) }).collect();
         let down = Answer { reference_n: &down_n, force_n: &dips, ..answer }.response();
         assert!((down.overshoot.unwrap() - 0.1).abs() < 1e-12, "{down:?}");
         let moving: Vec<f64> = t_s.iter().map(|t| 10.0 + t).collect();
@@ -187,13 +211,21 @@ mod tests {
     /// Rows 1 ms apart over 1 s, and what changes at these instants.
     fn ending(changes_s: &[f64]) -> Ending {
         let t_s: Vec<f64> = (0..=1000).map(|i| f64::from(i) * 1e-3).collect();
-        let reference_n: Vec<f64> = t_s.iter().map(|t| 20.0 + changes_s.iter().filter(|at| *t >= **at).count() as f64).collect();
+        let reference_n: Vec<f64> =
+            t_s.iter().map(|t| 20.0 + changes_s.iter().filter(|at| *t >= **at).count() as f64).collect();
         Ending::of(&t_s, &reference_n)
     }
 
     #[test]
     fn regress_a_late_step_of_a_reference_at_rest_is_no_moving_reference() {
-        for late in [&[0.99][..], &[0.9], &[0.1, 0.85], &[0.1, 0.2, 0.3, 0.9], &[0.1, 0.6, 0.9], &[0.9, 0.91, 0.92, 0.93]] {
+        for late in [
+            &[0.99][..],
+            &[0.9],
+            &[0.1, 0.85],
+            &[0.1, 0.2, 0.3, 0.9],
+            &[0.1, 0.6, 0.9],
+            &[0.9, 0.91, 0.92, 0.93],
+        ] {
             assert_eq!(ending(late), Ending::JustMoved, "{late:?}");
         }
         for early in [&[][..], &[0.1], &[0.1, 0.79]] {
@@ -201,11 +233,13 @@ mod tests {
         }
     }
 
-    /// Treads of a tenth to three tenths of the run, the last of them just begun, and what changes at every row.
+    /// Treads of a tenth to three tenths of the run, the last of them just begun, and what changes at every
+    /// row.
     #[test]
     fn truth_staircases_and_lasting_drives_move_to_the_end() {
         for tread in [0.1, 0.2, 0.25, 0.3] {
-            let stairs: Vec<f64> = (1..10).map(|i| f64::from(i) * tread - 0.01).filter(|at| *at < 1.0).collect();
+            let stairs: Vec<f64> =
+                (1..10).map(|i| f64::from(i) * tread - 0.01).filter(|at| *at < 1.0).collect();
             assert_eq!(ending(&stairs), Ending::Moves, "{stairs:?}");
         }
         assert_eq!(ending(&[0.15, 0.4, 0.65, 0.9]), Ending::Moves);
@@ -218,9 +252,16 @@ mod tests {
         // 20 N, let go to nothing at 1 s: 20 exp(-t / 0.1) is within 2 % of 20 N after 0.1 ln 50.
         let t_s: Vec<f64> = (0..3000).map(|i| f64::from(i) * 1e-3).collect();
         let reference_n: Vec<f64> = t_s.iter().map(|&t| if t < 1.0 { 20.0 } else { 0.0 }).collect();
-        let force_n: Vec<f64> = t_s.iter().map(|&t| if t < 1.0 { 20.0 } else { 20.0 * (-(t - 1.0) / 0.1).exp() }).collect();
-        let answer =
-            Answer { t_s: &t_s, force_n: &force_n, reference_n: &reference_n, peak_force_n: 20.0, first_contact_s: 0.0, unresolved_n: 0.0 };
+        let force_n: Vec<f64> =
+            t_s.iter().map(|&t| if t < 1.0 { 20.0 } else { 20.0 * (-(t - 1.0) / 0.1).exp() }).collect();
+        let answer = Answer {
+            t_s: &t_s,
+            force_n: &force_n,
+            reference_n: &reference_n,
+            peak_force_n: 20.0,
+            first_contact_s: 0.0,
+            unresolved_n: 0.0,
+        };
         let found = answer.response();
         assert!((found.band_n - 0.4).abs() < 1e-12);
         // To a row.

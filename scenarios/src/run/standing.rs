@@ -20,7 +20,8 @@ impl Standing {
         Self { is_approaching: simulation.is_approaching(lane), compressions: simulation.compressions(lane) }
     }
 
-    /// Of a whole arm, which has one contact; apart by more than can be measured, only an approach brings it near.
+    /// Of a whole arm, which has one contact; apart by more than can be measured, only an approach brings it
+    /// near.
     pub(super) fn of_arm(simulation: &feeler_manipulator::Simulation) -> Self {
         Self {
             is_approaching: simulation.is_approaching() && simulation.has_a_way(),
@@ -28,10 +29,13 @@ impl Standing {
         }
     }
 
-    /// Whether the tool may yet touch: a controller approaches, or some gap closes within `horizon_s` at its present rate and acceleration.
+    /// Whether the tool may yet touch: a controller approaches, or some gap closes within `horizon_s` at its
+    /// present rate and acceleration.
     pub(super) fn is_on_its_way(&self, contacts: &[ContactRun], horizon_s: f64) -> bool {
-        let arrives = |(contact, state): (&ContactRun, &[f64; 3])| can_touch(contact) && closes(*state, horizon_s);
-        (self.is_approaching && contacts.iter().any(can_touch)) || contacts.iter().zip(&self.compressions).any(arrives)
+        let arrives =
+            |(contact, state): (&ContactRun, &[f64; 3])| can_touch(contact) && closes(*state, horizon_s);
+        (self.is_approaching && contacts.iter().any(can_touch))
+            || contacts.iter().zip(&self.compressions).any(arrives)
     }
 }
 
@@ -44,7 +48,8 @@ fn closes([compression, rate, acceleration]: [f64; 3], horizon_s: f64) -> bool {
     nearest_s > 0.0 && after(nearest_s) >= 0.0
 }
 
-/// Whether no contact of a scenario ever touches, so that a wall, if there is one, is one that a controller renders, and `no-contact` is its rest.
+/// Whether no contact of a scenario ever touches, so that a wall, if there is one, is one that a controller
+/// renders, and `no-contact` is its rest.
 pub(crate) fn nothing_can_touch(scenario: &Scenario) -> bool {
     scenario.machine.contacts.values().all(|contact| contact.engagement == Engagement::Free)
 }

@@ -27,8 +27,8 @@ pub struct Summary {
     pub peak_force_n: f64,
     /// Peak force over the final reference less one, of the force-controlled contact.
     pub overshoot: Option<f64>,
-    /// From the first touch or the last change of the reference (the later) until the force stays within 2 % of the reference (or what the sensor
-    /// resolves); none where it does not.
+    /// From the first touch or the last change of the reference (the later) until the force stays within 2 %
+    /// of the reference (or what the sensor resolves); none where it does not.
     pub settling_time_s: Option<f64>,
     /// Lift-offs of the main contact.
     pub bounces: usize,
@@ -44,7 +44,8 @@ pub struct Summary {
     pub response: Option<Response>,
     /// Each contact.
     pub contacts: Vec<ContactSummary>,
-    /// Index of the contact that the outcome refers to: the force-controlled one, else the one that pushed hardest.
+    /// Index of the contact that the outcome refers to: the force-controlled one, else the one that pushed
+    /// hardest.
     #[serde(skip)]
     pub main_contact: Option<usize>,
     /// How the outcome was judged.
@@ -121,7 +122,10 @@ impl<'a> Finished<'a> {
         let mut response = self.response();
         let verdict = self.verdict(main, response.as_ref());
         // What is within the band at the end by chance has not settled.
-        if let Some(response) = response.as_mut().filter(|_| !matches!(verdict.outcome, Outcome::Settled | Outcome::BouncesThenSettles)) {
+        if let Some(response) = response
+            .as_mut()
+            .filter(|_| !matches!(verdict.outcome, Outcome::Settled | Outcome::BouncesThenSettles))
+        {
             response.settling_time_s = None;
         }
         let contact_time_s = main.map_or(0.0, ContactRun::contact_time_s);
@@ -174,8 +178,13 @@ impl<'a> Finished<'a> {
 
     /// What the engine located and what the record shows, in order.
     fn events(&self) -> Vec<EventRecord> {
-        let of = |event: &Event| EventRecord { t_s: event.t_s, what: event.kind.name(), on: event.element(self.assembly).to_owned() };
-        let mut events: Vec<EventRecord> = self.record.events.iter().map(of).chain(self.limits.events.iter().cloned()).collect();
+        let of = |event: &Event| EventRecord {
+            t_s: event.t_s,
+            what: event.kind.name(),
+            on: event.element(self.assembly).to_owned(),
+        };
+        let mut events: Vec<EventRecord> =
+            self.record.events.iter().map(of).chain(self.limits.events.iter().cloned()).collect();
         events.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
         events
     }
@@ -198,7 +207,8 @@ impl<'a> Finished<'a> {
         Some(answer.response())
     }
 
-    /// Amplitude of the motion that counts as rest, N. A force may rest anywhere within a step of its sensor; but to swing there is no rest.
+    /// Amplitude of the motion that counts as rest, N. A force may rest anywhere within a step of its sensor;
+    /// but to swing there is no rest.
     fn rest_n(&self, response: &Response) -> Option<f64> {
         let hidden_n = self.force_loop?.hidden_by_noise_n(self.scenario);
         response.final_reference_n.map(|_| response.share_n.max(hidden_n))
@@ -214,14 +224,23 @@ impl<'a> Finished<'a> {
         let still = vec![0.0; self.record.t_s.len()];
         let force_n = self.judged_force_n(contact);
         let moves = response.is_some_and(|response| response.final_reference_n.is_none());
-        let sticks = self.record.events.iter().filter(|event| matches!(event.kind, EventKind::Stick | EventKind::Slip));
+        let sticks = self
+            .record
+            .events
+            .iter()
+            .filter(|event| matches!(event.kind, EventKind::Stick | EventKind::Slip));
         let sticks_s: Vec<f64> = sticks.map(|event| event.t_s).collect();
         let horizon_s = super::MOST_EXTENSION * self.scenario.run.duration_s - self.end_s;
         let commands = self.commands();
         let endings = self.endings();
-        let starts_at_s = response.map(|response| response.starts_at_s).or(contact.and_then(ContactRun::first_contact_s));
+        let starts_at_s =
+            response.map(|response| response.starts_at_s).or(contact.and_then(ContactRun::first_contact_s));
         let impacts: Vec<(f64, f64)> = contact.map_or_else(Vec::new, |contact| {
-            let peaks = contact.intervals.iter().zip(&contact.interval_peaks_n).map(|(interval, peak)| (interval.start_s, *peak));
+            let peaks = contact
+                .intervals
+                .iter()
+                .zip(&contact.interval_peaks_n)
+                .map(|(interval, peak)| (interval.start_s, *peak));
             peaks.filter(|(start, _)| starts_at_s.is_none_or(|from| *start >= from)).collect()
         });
         let lost = contact.filter(|contact| !contact.ends_in_contact(self.end_s));
@@ -235,7 +254,10 @@ impl<'a> Finished<'a> {
             force_n: force_n.unwrap_or(&still),
             driven: moves || (response.is_none() && endings.contains(&Ending::Moves)),
             has_just_moved: endings.contains(&Ending::JustMoved),
-            moving_reference_n: self.force_loop.filter(|_| moves).and_then(|found| self.reference_n(&found.name)),
+            moving_reference_n: self
+                .force_loop
+                .filter(|_| moves)
+                .and_then(|found| self.reference_n(&found.name)),
             starts_at_s,
             lost_at_s: lost.and_then(|contact| contact.lifts_s.last().copied()),
             impacts: &impacts,
@@ -249,13 +271,18 @@ impl<'a> Finished<'a> {
         evidence.verdict()
     }
 
-    /// Whether nothing can touch and controllers are at work: then a wall, if there is one, is one that they render.
+    /// Whether nothing can touch and controllers are at work: then a wall, if there is one, is one that they
+    /// render.
     fn is_rendered(&self) -> bool {
         !self.scenario.controllers.is_empty()
-            && self.contacts.iter().all(|contact| !standing::can_touch(contact) && contact.intervals.is_empty())
+            && self
+                .contacts
+                .iter()
+                .all(|contact| !standing::can_touch(contact) && contact.intervals.is_empty())
     }
 
-    /// The force that the outcome is judged by: that of the contact, or of the first drive where nothing can touch.
+    /// The force that the outcome is judged by: that of the contact, or of the first drive where nothing can
+    /// touch.
     fn judged_force_n(&self, contact: Option<&ContactRun>) -> Option<&'a [f64]> {
         if self.is_rendered() {
             return self.assembly.drives.iter().find_map(|drive| self.driven_n(drive));
@@ -272,18 +299,22 @@ impl<'a> Finished<'a> {
     /// The commands that hold the force: those of the force loop's drive, or of all.
     fn commands(&self) -> Vec<Command<'a>> {
         let of_loop = self.force_loop.map(|found| &self.scenario.controllers[found.controller].drives);
-        let drives = self.assembly.drives.iter().filter(|drive| of_loop.is_none_or(|name| *name == drive.name));
+        let drives =
+            self.assembly.drives.iter().filter(|drive| of_loop.is_none_or(|name| *name == drive.name));
         drives.filter_map(|drive| Some(Command::of(drive, self.driven_n(drive)?))).collect()
     }
 
     fn oscillation(&self, contact: Option<&ContactRun>, verdict: &Verdict) -> Oscillation {
         let t_s = &self.record.t_s;
-        let first = t_s.partition_point(|&t| t < verdict.tail_s[0]).max(t_s.len().saturating_sub(super::SPECTRUM_ROWS));
+        let first = t_s
+            .partition_point(|&t| t < verdict.tail_s[0])
+            .max(t_s.len().saturating_sub(super::SPECTRUM_ROWS));
         let force_n = self.judged_force_n(contact).and_then(|column| column.get(first..)).unwrap_or_default();
         let rows = t_s.len().saturating_sub(first + 1).max(1) as f64;
         let from_s = t_s.get(first).copied().unwrap_or(0.0);
         let to_s = t_s.last().copied().unwrap_or(0.0);
-        let (touches_s, spans) = contact.map_or((&[][..], &[][..]), |contact| (&contact.touches_s, &contact.intervals));
+        let (touches_s, spans) =
+            contact.map_or((&[][..], &[][..]), |contact| (&contact.touches_s, &contact.intervals));
         oscillation(touches_s, spans, force_n, (to_s - from_s) / rows, [from_s, to_s])
     }
 }

@@ -5,7 +5,8 @@ const TURN: f64 = 0.25;
 
 /// How often the values turn back.
 pub(super) fn turns(values: &[f64]) -> usize {
-    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)));
+    let (low, high) =
+        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &v| (low.min(v), high.max(v)));
     let least = TURN * (high - low);
     let Some(&first) = values.first() else { return 0 };
     let (mut lowest, mut highest) = (first, first);

@@ -32,7 +32,8 @@ pub fn write_parquet(trace: &Trace, about: &[(&str, String)], path: &Path) -> Re
 fn parquet(trace: &Trace, about: &[(&str, String)], file: File) -> Result<(), parquet::errors::ParquetError> {
     let names = std::iter::once(TIME).chain(trace.names.iter().map(String::as_str));
     let column = |name| {
-        let kind = Type::primitive_type_builder(name, PhysicalType::DOUBLE).with_repetition(Repetition::REQUIRED);
+        let kind =
+            Type::primitive_type_builder(name, PhysicalType::DOUBLE).with_repetition(Repetition::REQUIRED);
         kind.build().map(Arc::new)
     };
     let columns = names.map(column).collect::<Result<Vec<_>, _>>()?;
@@ -65,7 +66,9 @@ fn parquet(trace: &Trace, about: &[(&str, String)], file: File) -> Result<(), pa
 pub fn write_csv(trace: &Trace, path: &Path) -> Result<(), RunError> {
     let file = File::create(path).map_err(RunError::write(path))?;
     let mut writer = csv::Writer::from_writer(BufWriter::new(file));
-    writer.write_record(std::iter::once(TIME).chain(trace.names.iter().map(String::as_str))).map_err(RunError::csv(path))?;
+    writer
+        .write_record(std::iter::once(TIME).chain(trace.names.iter().map(String::as_str)))
+        .map_err(RunError::csv(path))?;
     let mut file = writer.into_inner().map_err(|error| RunError::write(path)(error.into_error()))?;
     for (row, t) in trace.t_s.iter().enumerate() {
         // `{:?}` writes small numbers with an exponent, where `{}` would write all their zeros.

@@ -1,11 +1,13 @@
 //! Whether an oscillation grows or dies out, however slowly.
 //!
-//! The record is cut into windows of whole cycles and more. In each the amplitude is the root of the mean square about the mean, weighed by a Hann
-//! window so that parts of cycles at its ends and how rows fall on a peak do not show. A line through the logarithms of the amplitudes is the rate of
-//! growth; how far they scatter about it says how well it is known.
+//! The record is cut into windows of whole cycles and more. In each the amplitude is the root of the mean
+//! square about the mean, weighed by a Hann window so that parts of cycles at its ends and how rows fall on a
+//! peak do not show. A line through the logarithms of the amplitudes is the rate of growth; how far they
+//! scatter about it says how well it is known.
 //!
-//! That takes each window to scatter by itself. The swing of a loop that noise keeps moving wanders instead, from window to window, and a line fits a part of
-//! such a way well. How well its rate is known is then told by how much the rises from each window to the next differ.
+//! That takes each window to scatter by itself. The swing of a loop that noise keeps moving wanders instead,
+//! from window to window, and a line fits a part of such a way well. How well its rate is known is then told
+//! by how much the rises from each window to the next differ.
 
 use std::f64::consts::TAU;
 
@@ -52,10 +54,12 @@ impl Trend {
         if count < WINDOWS[0] {
             return None;
         }
-        let logs: Vec<f64> =
-            (0..count).map(|i| amplitude(&values[i * values.len() / count..(i + 1) * values.len() / count]).ln()).collect();
+        let logs: Vec<f64> = (0..count)
+            .map(|i| amplitude(&values[i * values.len() / count..(i + 1) * values.len() / count]).ln())
+            .collect();
         let (change, error) = line(&logs, count)?;
-        let [(earlier, _), (later, _)] = [line(&logs[..count / 2], count)?, line(&logs[count - count / 2..], count)?];
+        let [(earlier, _), (later, _)] =
+            [line(&logs[..count / 2], count)?, line(&logs[count - count / 2..], count)?];
         Some(Self { change, error: error.max(least_error(&logs)), halves: [earlier, later] })
     }
 
@@ -86,9 +90,12 @@ impl Trend {
 
 /// Root of the weighed mean square about the weighed mean.
 fn amplitude(values: &[f64]) -> f64 {
-    let weights = || (0..values.len()).map(|i| 0.5 - 0.5 * (TAU * (i as f64 + 0.5) / values.len() as f64).cos());
+    let weights =
+        || (0..values.len()).map(|i| 0.5 - 0.5 * (TAU * (i as f64 + 0.5) / values.len() as f64).cos());
     // The weights of a whole window come to half as many as there are.
-    let mean_of = |of: &dyn Fn(f64) -> f64| weights().zip(values).map(|(w, v)| w * of(*v)).sum::<f64>() * 2.0 / values.len() as f64;
+    let mean_of = |of: &dyn Fn(f64) -> f64| {
+        weights().zip(values).map(|(w, v)| w * of(*v)).sum::<f64>() * 2.0 / values.len() as f64
+    };
     let mean = mean_of(&|v| v);
     mean_of(&|v| (v - mean).powi(2)).sqrt()
 }
@@ -102,7 +109,8 @@ fn wandering(values: &[f64]) -> f64 {
     (variance / n).sqrt() * values.len() as f64
 }
 
-/// Slope per `whole` values of the line through values at equal distances, and its standard error; none where some value is no number.
+/// Slope per `whole` values of the line through values at equal distances, and its standard error; none where
+/// some value is no number.
 fn line(values: &[f64], whole: usize) -> Option<(f64, f64)> {
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
@@ -121,7 +129,10 @@ mod tests {
     const RATE: f64 = 0.005;
 
     fn swing(rate: f64, hz: f64) -> Vec<f64> {
-        (0..2000).map(|i| f64::from(i) * 5e-4).map(|t| 20.0 + (rate * t).exp() * (TAU * hz * t).sin()).collect()
+        (0..2000)
+            .map(|i| f64::from(i) * 5e-4)
+            .map(|t| 20.0 + (rate * t).exp() * (TAU * hz * t).sin())
+            .collect()
     }
 
     #[test]
@@ -144,7 +155,10 @@ mod tests {
 
     #[test]
     fn truth_growth_that_comes_to_an_end_is_told_from_growth_that_goes_on() {
-        let bounded: Vec<f64> = (0..2000).map(|i| f64::from(i) * 5e-4).map(|t| (2.0 - (-4.0 * t).exp()) * (TAU * 80.0 * t).sin()).collect();
+        let bounded: Vec<f64> = (0..2000)
+            .map(|i| f64::from(i) * 5e-4)
+            .map(|t| (2.0 - (-4.0 * t).exp()) * (TAU * 80.0 * t).sin())
+            .collect();
         let trend = Trend::of(&bounded).unwrap();
         assert!(trend.rises() && !trend.rises_on(), "{trend:?}");
         assert_eq!(Trend::of(&swing(0.5, 3.0)), None);

@@ -1,8 +1,9 @@
 //! What became of a run: settled, chattering, unstable, or something else, by criteria on its tail.
 //!
-//! The *tail* is the second half of what follows the last change of the reference or the first touch, whichever is later (the second half of what
-//! follows the first touch where the reference moves to the end). It is cut into three equal parts whose amplitudes `A1, A2, A3` (half of peak to peak
-//! of the force, less its reference where that moves) tell growth from decay. In this order:
+//! The *tail* is the second half of what follows the last change of the reference or the first touch,
+//! whichever is later (the second half of what follows the first touch where the reference moves to the end).
+//! It is cut into three equal parts whose amplitudes `A1, A2, A3` (half of peak to peak of the force, less
+//! its reference where that moves) tell growth from decay. In this order:
 //!
 //! | outcome | when |
 //! |---|---|
@@ -16,10 +17,12 @@
 //! | oscillates | the same with neither, over 12 cycles at least or to the end of the longest extension |
 //! | undecided | none of these: oscillation or bouncing that decays but has not ended, that creeps up or down (by a line through the logarithms of the amplitudes of 4 to 24 windows, see [`super::trend`]; by more than 1.05 from part to part where there are fewer than 12 cycles), a tool on its way, a reference that was at rest over a fifth of the run and has moved in the last one, a command that winds, growth in a run that left the workpiece and may yet be bounded by that, or a tail too short to judge, with less than two cycles of what lasts or grows |
 //!
-//! Where nothing can touch, so that a wall is one that a controller renders, the first drive's command takes the force's place: it is unstable where that grows (and at
-//! the end of the longest extension where it creeps up), a limit cycle where it swings between limits, and `no-contact` otherwise.
+//! Where nothing can touch, so that a wall is one that a controller renders, the first drive's command takes
+//! the force's place: it is unstable where that grows (and at the end of the longest extension where it
+//! creeps up), a limit cycle where it swings between limits, and `no-contact` otherwise.
 //!
-//! A longer run decides most of what a short one leaves undecided: [`super::measure()`] extends the run until it is.
+//! A longer run decides most of what a short one leaves undecided: [`super::measure()`] extends the run until
+//! it is.
 
 mod growth;
 mod rendered;
@@ -32,13 +35,15 @@ use super::swings::turns;
 use super::trend::Trend;
 use super::winding::Command;
 
-/// Growth (or decay) from one part of the tail to the next that is more than the fluctuation of a steady oscillation of too few cycles for a trend.
+/// Growth (or decay) from one part of the tail to the next that is more than the fluctuation of a steady
+/// oscillation of too few cycles for a trend.
 const CREEPS: f64 = 1.05;
 /// The last part's amplitude over the first part's, below which the oscillation dies out.
 const LASTS: f64 = 0.7;
 /// Share of the tail at a limit that makes an oscillation one of saturation.
 const SATURATES: f64 = 0.01;
-/// From part to part a swing within the settling band grows by more than this, where it has too few cycles for a trend.
+/// From part to part a swing within the settling band grows by more than this, where it has too few cycles
+/// for a trend.
 const FEW_CYCLES: f64 = 1.01;
 /// Share of the settling band below which growth may be that of rounding and noise.
 const LEAST_GROWTH: f64 = 0.001;
@@ -46,7 +51,8 @@ const LEAST_GROWTH: f64 = 0.001;
 const LEAST_LIFTS: (usize, usize) = (3, 2);
 /// Changes between sticking and sliding in the tail that make hunting.
 const LEAST_STICKS: usize = 2;
-/// Turns of the force in the three parts of the tail together, and in each, that make it an oscillation: two cycles.
+/// Turns of the force in the three parts of the tail together, and in each, that make it an oscillation: two
+/// cycles.
 const LEAST_TURNS: (usize, usize) = (4, 1);
 /// Fewer rows tell nothing.
 const LEAST_ROWS: usize = 30;
@@ -110,7 +116,8 @@ pub(super) struct Evidence<'a> {
     pub(super) sticks_s: &'a [f64],
     /// What the drives are commanded that hold the force.
     pub(super) commands: &'a [Command<'a>],
-    /// Amplitude of the motion that counts as rest, N; none where no force is wanted: then 2 % of the mean force is taken.
+    /// Amplitude of the motion that counts as rest, N; none where no force is wanted: then 2 % of the mean
+    /// force is taken.
     pub(super) band_n: Option<f64>,
     /// One sigma of what the sensors' noise makes of the readings, N; zero where there is none.
     pub(super) noise_n: f64,
@@ -128,7 +135,10 @@ impl Evidence<'_> {
         let growth_per_s = (amplitudes_n[2] / amplitudes_n[0]).ln() / (2.0 / 3.0 * (tail_s[1] - tail_s[0]));
         match self.end {
             RunEnd::Diverged { .. } => {
-                return Verdict { growth_per_s: Some(growth_per_s).filter(|rate| rate.is_finite()), ..say(Outcome::Unstable) };
+                return Verdict {
+                    growth_per_s: Some(growth_per_s).filter(|rate| rate.is_finite()),
+                    ..say(Outcome::Unstable)
+                };
             }
             RunEnd::EventStorm { .. } => return unsure(Undecided::EventStorm),
             _ => {}
@@ -150,7 +160,11 @@ impl Evidence<'_> {
             return grows(rate_per_s);
         }
         if self.starts_at_s.is_none() || self.lost_at_s.is_some_and(|lost| lost < tail_s[0]) {
-            return if self.is_on_its_way && !self.is_longest { unsure(Undecided::StillApproaching) } else { say(Outcome::NoContact) };
+            return if self.is_on_its_way && !self.is_longest {
+                unsure(Undecided::StillApproaching)
+            } else {
+                say(Outcome::NoContact)
+            };
         }
         if self.t_s.len() - first < LEAST_ROWS {
             return unsure(Undecided::TooShort);
@@ -161,7 +175,8 @@ impl Evidence<'_> {
         let [a1, a2, a3] = amplitudes_n;
         let noisy = self.may_be_noise(a3);
         let trend = self.trend(force, a3);
-        if growth::soars(amplitudes_n) && a3 > 0.1 * band_n && (!noisy || trend.is_some_and(Trend::rises_on)) {
+        if growth::soars(amplitudes_n) && a3 > 0.1 * band_n && (!noisy || trend.is_some_and(Trend::rises_on))
+        {
             return grows(growth_per_s);
         }
         let last_part_s = tail_s[1] - (tail_s[1] - tail_s[0]) / 3.0;
@@ -180,7 +195,8 @@ impl Evidence<'_> {
         if self.driven {
             return say(Outcome::Driven);
         }
-        // An unstable loop that has not left the band yet: what grows there is more than noise, and goes on to grow.
+        // An unstable loop that has not left the band yet: what grows there is more than noise, and goes on
+        // to grow.
         if a3 <= band_n && a3 > LEAST_GROWTH * band_n && a3 > a2 && a2 > a1 {
             if let Some(trend) = trend.filter(|trend| trend.rises_on()) {
                 return grows(trend.change / (tail_s[1] - tail_s[0]));
@@ -212,7 +228,10 @@ impl Evidence<'_> {
             if self.is_longest && !saturates && !sticks && trend.is_some_and(Trend::rises_on) {
                 return grows(rate_per_s);
             }
-            return Verdict { growth_per_s: Some(rate_per_s).filter(|rate| rate.is_finite()), ..unsure(Undecided::StillGrowing) };
+            return Verdict {
+                growth_per_s: Some(rate_per_s).filter(|rate| rate.is_finite()),
+                ..unsure(Undecided::StillGrowing)
+            };
         }
         if !swings {
             return unsure(Undecided::TooShort);
@@ -223,7 +242,8 @@ impl Evidence<'_> {
         if sticks {
             return say(Outcome::Hunting);
         }
-        // In contact, without limits or friction, what neither grows nor dies out is rare, and a few cycles do not tell it.
+        // In contact, without limits or friction, what neither grows nor dies out is rare, and a few cycles
+        // do not tell it.
         if trend.is_none() && !self.is_longest {
             return unsure(Undecided::TooShort);
         }
@@ -233,7 +253,8 @@ impl Evidence<'_> {
     /// Whether the tail, from row `first` on, has cycles enough to tell a swing from a slow move.
     fn swings(&self, first: usize) -> bool {
         let force_n = &self.force_n[first..self.t_s.len()];
-        let parts: [usize; 3] = std::array::from_fn(|i| turns(&force_n[i * force_n.len() / 3..(i + 1) * force_n.len() / 3]));
+        let parts: [usize; 3] =
+            std::array::from_fn(|i| turns(&force_n[i * force_n.len() / 3..(i + 1) * force_n.len() / 3]));
         parts.iter().sum::<usize>() >= LEAST_TURNS.0 && parts.iter().all(|&turns| turns >= LEAST_TURNS.1)
     }
 
@@ -243,10 +264,13 @@ impl Evidence<'_> {
 
     fn amplitudes_n(&self, first: usize) -> [f64; 3] {
         let rows = self.t_s.len() - first;
-        let error = |row: usize| self.force_n[row] - self.moving_reference_n.map_or(0.0, |reference| reference[row]);
+        let error =
+            |row: usize| self.force_n[row] - self.moving_reference_n.map_or(0.0, |reference| reference[row]);
         std::array::from_fn(|part| {
             let part_rows = first + part * rows / 3..first + (part + 1) * rows / 3;
-            let (low, high) = part_rows.map(error).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), e| (low.min(e), high.max(e)));
+            let (low, high) = part_rows
+                .map(error)
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), e| (low.min(e), high.max(e)));
             if high > low { 0.5 * (high - low) } else { 0.0 }
         })
     }
@@ -319,8 +343,12 @@ pub(super) mod tests {
         let verdict = verdict_of(grows, |_| {});
         assert_eq!(verdict.outcome, Outcome::Unstable);
         let left = verdict_of(grows, |e| e.lifts_s = &[0.21]);
-        assert_eq!((left.undecided, left.growth_per_s), (Some(Undecided::StillGrowing), verdict.growth_per_s));
-        // Each part's largest swing lies within one period of 17 ms of its end, so the ratio errs by less than exp(3 / 60).
+        assert_eq!(
+            (left.undecided, left.growth_per_s),
+            (Some(Undecided::StillGrowing), verdict.growth_per_s)
+        );
+        // Each part's largest swing lies within one period of 17 ms of its end, so the ratio errs by less
+        // than exp(3 / 60).
         assert!((verdict.growth_per_s.unwrap() - 3.0).abs() < 0.2, "{verdict:?}");
         let diverged = verdict_of(grows, |e| e.end = RunEnd::Diverged { t_s: 2.0 });
         assert_eq!(diverged.outcome, Outcome::Unstable);
@@ -359,7 +387,13 @@ pub(super) mod tests {
         let of = |force: &dyn Fn(f64) -> f64| {
             let t_s = times();
             let force_n: Vec<f64> = t_s.iter().map(|&t| force(t)).collect();
-            let evidence = Evidence { t_s: &t_s, force_n: &force_n, lifts_s: &lifts, saturated: &[true; ROWS], ..still() };
+            let evidence = Evidence {
+                t_s: &t_s,
+                force_n: &force_n,
+                lifts_s: &lifts,
+                saturated: &[true; ROWS],
+                ..still()
+            };
             evidence.verdict()
         };
         assert_eq!(of(&bounces).outcome, Outcome::Chatter);
@@ -377,11 +411,15 @@ pub(super) mod tests {
         assert_eq!(verdict_of(|t| 20.0 + 5.0 * (TAU * 24.0 * t).sin(), |_| {}).outcome, Outcome::Oscillates);
         let t_s = times();
         let force_n: Vec<f64> = t_s.iter().map(|&t| swings(t)).collect();
-        let base = Evidence { t_s: &t_s, force_n: &force_n, saturated: &[true; ROWS], sticks_s: &sticks, ..still() };
+        let base =
+            Evidence { t_s: &t_s, force_n: &force_n, saturated: &[true; ROWS], sticks_s: &sticks, ..still() };
         assert_eq!(base.verdict().outcome, Outcome::LimitCycle);
         assert_eq!(Evidence { saturated: &[false; ROWS], ..base }.verdict().outcome, Outcome::Hunting);
         let reference: Vec<f64> = t_s.iter().map(|t| 20.0 + t).collect();
-        assert_eq!(Evidence { driven: true, moving_reference_n: Some(&reference), ..base }.verdict().outcome, Outcome::Driven);
+        assert_eq!(
+            Evidence { driven: true, moving_reference_n: Some(&reference), ..base }.verdict().outcome,
+            Outcome::Driven
+        );
     }
 
     #[test]
@@ -390,9 +428,13 @@ pub(super) mod tests {
         assert_eq!(verdict_of(|_| 0.0, |e| e.lost_at_s = Some(0.3)).outcome, Outcome::NoContact);
         let comes = |e: &mut Evidence<'_>| (e.starts_at_s, e.is_on_its_way) = (None, true);
         assert_eq!(verdict_of(|_| 0.0, comes).undecided, Some(Undecided::StillApproaching));
-        let in_vain = |e: &mut Evidence<'_>| (e.starts_at_s, e.is_on_its_way, e.is_longest) = (None, true, true);
+        let in_vain =
+            |e: &mut Evidence<'_>| (e.starts_at_s, e.is_on_its_way, e.is_longest) = (None, true, true);
         assert_eq!(verdict_of(|_| 0.0, in_vain).outcome, Outcome::NoContact);
-        assert_eq!(verdict_of(|_| 1.0, |e| e.is_approaching = true).undecided, Some(Undecided::StillApproaching));
+        assert_eq!(
+            verdict_of(|_| 1.0, |e| e.is_approaching = true).undecided,
+            Some(Undecided::StillApproaching)
+        );
         let late = verdict_of(|_| 20.0, |e| e.starts_at_s = Some(1.999));
         assert_eq!(late.undecided, Some(Undecided::TooShort));
         let storm = verdict_of(|_| 20.0, |e| e.end = RunEnd::EventStorm { t_s: 1.0 });

@@ -1,6 +1,7 @@
 //! Whether a drive's command goes on moving while the force that it should move rests.
 //!
-//! An integrator in front of a guide that sticks does so until the guide breaks loose: such a run only looks settled.
+//! An integrator in front of a guide that sticks does so until the guide breaks loose: such a run only looks
+//! settled.
 
 use feeler_plant::assembly::Drive;
 
@@ -27,7 +28,8 @@ impl<'a> Command<'a> {
         Self { values, gain, bound: drive.limit + gain * drive.deadband }
     }
 
-    /// Whether it winds on over the rows from `first` on, where `force_n` stays within a band of half-width `band_n`.
+    /// Whether it winds on over the rows from `first` on, where `force_n` stays within a band of half-width
+    /// `band_n`.
     pub(super) fn winds(&self, force_n: &[f64], first: usize, band_n: f64) -> bool {
         let moves = |of: &dyn Fn(usize) -> f64| {
             let rows = self.values.len() - first;
@@ -40,7 +42,9 @@ impl<'a> Command<'a> {
         };
         let [before, last] = moves(&|row| (self.gain * self.values[row]).clamp(-self.bound, self.bound));
         let [_, answer] = moves(&|row| force_n[row]);
-        before * last > 0.0 && last.abs() > GOES_ON * before.abs() && last.abs() - answer.abs() > LEAST * band_n
+        before * last > 0.0
+            && last.abs() > GOES_ON * before.abs()
+            && last.abs() - answer.abs() > LEAST * band_n
     }
 }
 
@@ -63,6 +67,9 @@ mod tests {
         assert!(!winds(|t| 20.0 + (-5.0 * t).exp(), f64::INFINITY), "comes to rest");
         assert!(!winds(|t| 20.0 + 0.05 * t, f64::INFINITY), "less than the band resolves");
         let follows: Vec<f64> = (0..ROWS).map(|i| 20.0 + 0.3 * i as f64 / ROWS as f64).collect();
-        assert!(!Command { values: &follows, gain: 1.0, bound: f64::INFINITY }.winds(&follows, 0, 0.4), "the force follows");
+        assert!(
+            !Command { values: &follows, gain: 1.0, bound: f64::INFINITY }.winds(&follows, 0, 0.4),
+            "the force follows"
+        );
     }
 }

@@ -20,7 +20,8 @@ pub struct DrawnAxis {
 }
 
 impl DrawnAxis {
-    /// Every axis of a sweep that runs over numbers, in order of the file. A list is none, since its values need not be in order.
+    /// Every axis of a sweep that runs over numbers, in order of the file. A list is none, since its values
+    /// need not be in order.
     pub fn of(sweep: &SweepFile) -> Vec<Self> {
         let drawn = |(key, axis): (&String, &Axis)| {
             let (range, points, log) = match *axis {
@@ -30,7 +31,13 @@ impl DrawnAxis {
                 Axis::LogUniform { from, to } => ([from, to], None, true),
                 _ => return None,
             };
-            Some(Self { key: key.clone(), unit: sweep.units.get(key).cloned().unwrap_or_default(), range, points, log })
+            Some(Self {
+                key: key.clone(),
+                unit: sweep.units.get(key).cloned().unwrap_or_default(),
+                range,
+                points,
+                log,
+            })
         };
         sweep.axes.iter().filter_map(drawn).collect()
     }
@@ -57,7 +64,8 @@ pub fn share_between([from, to]: [f64; 2], log: bool, value: f64) -> f64 {
     if log { (value / from).ln() / (to / from).ln() } else { (value - from) / (to - from) }
 }
 
-/// Combinations of values that each have a map or diagram of their own: of the axes that are lists, and of what a grid has beyond two axes of numbers.
+/// Combinations of values that each have a map or diagram of their own: of the axes that are lists, and of
+/// what a grid has beyond two axes of numbers.
 #[derive(Clone, Debug)]
 pub struct Panels<'a> {
     axes: Vec<(&'a String, &'a Axis)>,
@@ -68,7 +76,9 @@ impl<'a> Panels<'a> {
     pub fn of(sweep: &'a SweepFile) -> Self {
         let drawn: Vec<String> = DrawnAxis::of(sweep).into_iter().take(2).map(|axis| axis.key).collect();
         let is_grid = sweep.sampling == Sampling::Grid;
-        let apart = |(key, axis): &(&String, &Axis)| matches!(axis, Axis::List(_)) || (is_grid && !drawn.contains(key));
+        let apart = |(key, axis): &(&String, &Axis)| {
+            matches!(axis, Axis::List(_)) || (is_grid && !drawn.contains(key))
+        };
         Self { axes: sweep.axes.iter().filter(apart).collect() }
     }
 
@@ -113,7 +123,8 @@ mod tests {
 
     fn sweep(text: &str) -> SweepFile {
         let place = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("sweeps/panels.toml");
-        SweepFile::parse(&format!("scenario = \"../paper/rigid.toml\"\n{text}"), &place.display().to_string()).unwrap()
+        SweepFile::parse(&format!("scenario = \"../paper/rigid.toml\"\n{text}"), &place.display().to_string())
+            .unwrap()
     }
 
     #[test]
@@ -126,7 +137,9 @@ mod tests {
         assert_eq!((panels.count(), found.len()), (6, 6));
         let number = |key: &str, value| (key.to_owned(), Setting::Number(value));
         assert_eq!(found[1], [number("run.seed", 1.0), number("bodies.motor.mass", 11.0)]);
-        let drawn = sweep("samples = 9\n[axes]\n\"controllers.force.kp\" = { uniform = [0.1, 1.0] }\n\"run.seed\" = [1, 2]\n");
+        let drawn = sweep(
+            "samples = 9\n[axes]\n\"controllers.force.kp\" = { uniform = [0.1, 1.0] }\n\"run.seed\" = [1, 2]\n",
+        );
         assert!(Panels::of(&drawn).has("run.seed") && !Panels::of(&drawn).has("controllers.force.kp"));
     }
 }

@@ -1,7 +1,8 @@
-//! Where linear theory puts the limit of stability on a map: of the loop as it is sampled, and of the continuous one.
+//! Where linear theory puts the limit of stability on a map: of the loop as it is sampled, and of the
+//! continuous one.
 //!
-//! The machine is seen in contact. Where an axis is a gain, its stable values are computed at each value of the other axis, exactly; elsewhere the rate
-//! of growth is computed on a grid and its zero level drawn.
+//! The machine is seen in contact. Where an axis is a gain, its stable values are computed at each value of
+//! the other axis, exactly; elsewhere the rate of growth is computed on a grid and its zero level drawn.
 
 use feeler_analysis::{AnalysisError, Band, ContinuousLoop, ControlLoop, SampledLoop, gain_names};
 use feeler_engine::Scenario;
@@ -30,9 +31,15 @@ pub struct LinearLimits {
     pub continuous: Vec<Line>,
 }
 
-/// The limits on the map of two axes, with `fixed` settings besides. Where theory has no answer for a variant, its part is left out.
-pub fn linear_limits(document: &Document, [x, y]: [&DrawnAxis; 2], fixed: &[(String, Setting)]) -> LinearLimits {
-    let fixed: Vec<(&str, Setting)> = fixed.iter().map(|(key, value)| (key.as_str(), value.clone())).collect();
+/// The limits on the map of two axes, with `fixed` settings besides. Where theory has no answer for a
+/// variant, its part is left out.
+pub fn linear_limits(
+    document: &Document,
+    [x, y]: [&DrawnAxis; 2],
+    fixed: &[(String, Setting)],
+) -> LinearLimits {
+    let fixed: Vec<(&str, Setting)> =
+        fixed.iter().map(|(key, value)| (key.as_str(), value.clone())).collect();
     let base = document.with(fixed).unwrap_or_else(|_| document.clone());
     if is_gain(&base.scenario, &y.key) {
         return along(&base, x, y, |section, gain| [section, gain]);
@@ -51,33 +58,50 @@ fn is_gain(scenario: &Scenario, key: &str) -> bool {
 }
 
 fn with(document: &Document, settings: &[(&str, f64)]) -> Option<Scenario> {
-    document.with(settings.iter().map(|(key, value)| (*key, Setting::Number(*value)))).ok().map(|document| document.scenario)
+    document
+        .with(settings.iter().map(|(key, value)| (*key, Setting::Number(*value))))
+        .ok()
+        .map(|document| document.scenario)
 }
 
 /// Intervals of stable values of the gain that a key names.
 type Intervals = fn(&ControlLoop, &str) -> Result<Vec<Band>, AnalysisError>;
 
 /// Stable values of the gain on `along` at each value of `across`.
-fn along(document: &Document, across: &DrawnAxis, along: &DrawnAxis, place: impl Fn(f64, f64) -> [f64; 2]) -> LinearLimits {
+fn along(
+    document: &Document,
+    across: &DrawnAxis,
+    along: &DrawnAxis,
+    place: impl Fn(f64, f64) -> [f64; 2],
+) -> LinearLimits {
     let sections = across.values(SECTIONS);
     let reaches_below_zero = along.values(2).iter().any(|gain| *gain < 0.0);
     let bands: Vec<[Option<Vec<Band>>; 2]> = (sections.par_iter())
         .map(|&value| {
-            let whole = with(document, &[(&across.key, value)])
-                .and_then(|scenario| ControlLoop::varying(&scenario, &contact_view(&scenario), &along.key).ok());
+            let whole = with(document, &[(&across.key, value)]).and_then(|scenario| {
+                ControlLoop::varying(&scenario, &contact_view(&scenario), &along.key).ok()
+            });
             let of: [Intervals; 2] = if reaches_below_zero {
                 [ControlLoop::sampled_intervals, ControlLoop::continuous_intervals]
             } else {
-                [|whole, key| Ok(whole.sampled_bands(key)?.bands), |whole, key| Ok(whole.continuous_bands(key)?.bands)]
+                [
+                    |whole, key| Ok(whole.sampled_bands(key)?.bands),
+                    |whole, key| Ok(whole.continuous_bands(key)?.bands),
+                ]
             };
             of.map(|intervals| intervals(whole.as_ref()?, &along.key).ok())
         })
         .collect();
     let lines = |which: usize| {
-        let of_sections: Vec<Vec<f64>> =
-            bands.iter().map(|found| found[which].as_ref().map_or_else(Vec::new, |bands| edges(bands))).collect();
+        let of_sections: Vec<Vec<f64>> = bands
+            .iter()
+            .map(|found| found[which].as_ref().map_or_else(Vec::new, |bands| edges(bands)))
+            .collect();
         let lines = joined(&of_sections);
-        lines.into_iter().map(|line| line.into_iter().map(|(i, gain)| place(sections[i], gain)).collect()).collect()
+        lines
+            .into_iter()
+            .map(|line| line.into_iter().map(|(i, gain)| place(sections[i], gain)).collect())
+            .collect()
     };
     LinearLimits { sampled: lines(0), continuous: lines(1) }
 }
@@ -86,8 +110,9 @@ fn edges(bands: &[Band]) -> Vec<f64> {
     bands.iter().flat_map(|band| [&band.lower, &band.upper]).flatten().map(|edge| edge.gain).collect()
 }
 
-/// Edges of one section after another, by rising gain, as lines of section and gain. Where the next section has fewer or more, those that are nearest
-/// belong together; of the others two neighbours are the two ends of a line that turns back between the sections, and one is where a line leaves or enters.
+/// Edges of one section after another, by rising gain, as lines of section and gain. Where the next section
+/// has fewer or more, those that are nearest belong together; of the others two neighbours are the two ends
+/// of a line that turns back between the sections, and one is where a line leaves or enters.
 fn joined(sections: &[Vec<f64>]) -> Vec<Vec<(usize, f64)>> {
     let mut lines: Vec<Vec<(usize, f64)>> = Vec::new();
     // The lines of the last section's edges.
@@ -110,7 +135,8 @@ fn joined(sections: &[Vec<f64>]) -> Vec<Vec<(usize, f64)>> {
             let other = std::mem::take(&mut lines[from]);
             lines[line].extend(other.into_iter().rev());
         }
-        // At the first section lines come from beyond the axis; later the line begins on the other branch, so that the two are drawn as one.
+        // At the first section lines come from beyond the axis; later the line begins on the other branch, so
+        // that the two are drawn as one.
         for pair in neighbours(&begun).into_iter().filter(|_| i > 0) {
             let start = (i, edges[pair[0]]);
             lines[next[pair[1]]].insert(0, start);
@@ -136,7 +162,8 @@ fn neighbours(indices: &[usize]) -> Vec<[usize; 2]> {
     pairs
 }
 
-/// For each edge of a section the one of the section before to which it belongs: in order, as many as there can be, the nearest by ratio.
+/// For each edge of a section the one of the section before to which it belongs: in order, as many as there
+/// can be, the nearest by ratio.
 fn partners(before: &[f64], edges: &[f64]) -> Vec<Option<usize>> {
     let apart = |a: f64, b: f64| if a * b > 0.0 { (a / b).ln().abs() } else { (a - b).abs() };
     // cost[i][j]: of the last i of the one and the last j of the other, the shorter of which are all matched.
@@ -173,14 +200,20 @@ fn by_growth(document: &Document, x: &DrawnAxis, y: &DrawnAxis) -> LinearLimits 
     let rates_at = |column: f64, row: f64| {
         let whole = with(document, &[(&x.key, column), (&y.key, row)])
             .and_then(|scenario| ControlLoop::new(&scenario, &contact_view(&scenario)).ok());
-        whole.map_or([f64::NAN; 2], |whole| [sampled_growth_per_s(&whole), continuous_growth_per_s(&whole)].map(|r| r.unwrap_or(f64::NAN)))
+        whole.map_or([f64::NAN; 2], |whole| {
+            [sampled_growth_per_s(&whole), continuous_growth_per_s(&whole)].map(|r| r.unwrap_or(f64::NAN))
+        })
     };
     let (columns, rows) = (x.values(GRID), y.values(GRID));
-    let rates: Vec<Vec<[f64; 2]>> = (rows.par_iter()).map(|&row| columns.iter().map(|&column| rates_at(column, row)).collect()).collect();
+    let rates: Vec<Vec<[f64; 2]>> =
+        (rows.par_iter()).map(|&row| columns.iter().map(|&column| rates_at(column, row)).collect()).collect();
     let share = |at: f64| at / (GRID - 1) as f64;
     let lines = |which: usize| {
-        let values: Vec<Vec<f64>> = rates.iter().map(|row| row.iter().map(|rate| rate[which]).collect()).collect();
-        let centre = |i: usize, j: usize| rates_at(x.value(share(i as f64 + 0.5)), y.value(share(j as f64 + 0.5)))[which];
+        let values: Vec<Vec<f64>> =
+            rates.iter().map(|row| row.iter().map(|rate| rate[which]).collect()).collect();
+        let centre = |i: usize, j: usize| {
+            rates_at(x.value(share(i as f64 + 0.5)), y.value(share(j as f64 + 0.5)))[which]
+        };
         let place = |[i, j]: [f64; 2]| [x.value(share(i)), y.value(share(j))];
         zero_level(&values, &centre).into_iter().map(|line| line.into_iter().map(place).collect()).collect()
     };
@@ -194,7 +227,11 @@ fn by_growth(document: &Document, x: &DrawnAxis, y: &DrawnAxis) -> LinearLimits 
 pub fn sampled_growth_per_s(whole: &ControlLoop) -> Result<f64, AnalysisError> {
     let sampled = SampledLoop::new(whole)?;
     let domain = sampled.domain()?;
-    Ok(sampled.eigenvalues()?.into_iter().map(|pole| domain.growth_per_s(pole)).fold(f64::NEG_INFINITY, f64::max))
+    Ok(sampled
+        .eigenvalues()?
+        .into_iter()
+        .map(|pole| domain.growth_per_s(pole))
+        .fold(f64::NEG_INFINITY, f64::max))
 }
 
 fn continuous_growth_per_s(whole: &ControlLoop) -> Result<f64, AnalysisError> {
@@ -214,12 +251,16 @@ mod tests {
         DrawnAxis { key: key.into(), unit: String::new(), range, points: Some(9), log: true }
     }
 
-    /// At the machine's own stiffness of 2e5 N/m, the middle of the axis, the limits are 1.5068 sampled and 5.6083 continuous.
+    /// At the machine's own stiffness of 2e5 N/m, the middle of the axis, the limits are 1.5068 sampled and
+    /// 5.6083 continuous.
     #[test]
     fn reference_the_lines_pass_through_the_known_limits() {
-        let (kp, wall) = (axis("controllers.force.kp", [0.1, 10.0]), axis("contacts.tool.stiffness", [2e4, 2e6]));
+        let (kp, wall) =
+            (axis("controllers.force.kp", [0.1, 10.0]), axis("contacts.tool.stiffness", [2e4, 2e6]));
         let limits = linear_limits(&flexible(), [&wall, &kp], &[]);
-        let middle = |lines: &[Line]| lines.iter().flatten().find(|point| (point[0] / 2e5 - 1.0).abs() < 1e-9).unwrap()[1];
+        let middle = |lines: &[Line]| {
+            lines.iter().flatten().find(|point| (point[0] / 2e5 - 1.0).abs() < 1e-9).unwrap()[1]
+        };
         assert!((middle(&limits.sampled) - 1.5068).abs() < 1e-3, "{}", middle(&limits.sampled));
         assert!((middle(&limits.continuous) - 5.6083).abs() < 1e-3, "{}", middle(&limits.continuous));
         let turned = linear_limits(&flexible(), [&kp, &wall], &[]);
@@ -232,27 +273,33 @@ mod tests {
         let kp = DrawnAxis { log: false, ..axis("controllers.force.kp", [-2.0, 0.2]) };
         let limits = linear_limits(&flexible(), [&kp, &axis("contacts.tool.stiffness", [2e4, 2e6])], &[]);
         for lines in [&limits.sampled, &limits.continuous] {
-            let below: Vec<f64> = lines.iter().flatten().map(|point| point[0]).filter(|kp| *kp < 0.0).collect();
+            let below: Vec<f64> =
+                lines.iter().flatten().map(|point| point[0]).filter(|kp| *kp < 0.0).collect();
             assert!(below.len() == SECTIONS && below.iter().all(|kp| (kp + 1.0).abs() < 1e-6), "{below:?}");
         }
     }
 
-    /// The same limit as a level of the growth rate, over two keys that are no gains: it passes where the exact search puts it.
+    /// The same limit as a level of the growth rate, over two keys that are no gains: it passes where the
+    /// exact search puts it.
     #[test]
     fn truth_limits_over_keys_that_are_no_gains_are_those_of_the_gain() {
         let document = flexible().with([("controllers.force.kp", Setting::Number(0.5641))]).unwrap();
-        let (delay, wall) =
-            (DrawnAxis { log: false, ..axis("controllers.force.delay", [0.0, 2e-3]) }, axis("contacts.tool.stiffness", [2e4, 2e6]));
+        let (delay, wall) = (
+            DrawnAxis { log: false, ..axis("controllers.force.delay", [0.0, 2e-3]) },
+            axis("contacts.tool.stiffness", [2e4, 2e6]),
+        );
         let limits = linear_limits(&document, [&delay, &wall], &[]);
         // kp = 0.5641 is the limit at one sample of delay on the wall of 2e5 N/m. Cells are 0.06 ms by 15 %.
         let near = |p: &&[f64; 2]| (p[0] - 1e-3).abs() < 0.1e-3 && (p[1] / 2e5).ln().abs() < 0.3;
         assert!(limits.sampled.iter().flatten().any(|point| near(&point)), "{:?}", limits.sampled);
     }
 
-    /// A stable band that opens and closes beyond an edge that goes on: one line across, and one around the band.
+    /// A stable band that opens and closes beyond an edge that goes on: one line across, and one around the
+    /// band.
     #[test]
     fn regress_edges_that_come_and_go_in_pairs_are_the_ends_of_one_line() {
-        let sections = [vec![1.0], vec![1.1], vec![1.2, 5.0, 8.0], vec![1.3, 4.0, 9.0], vec![1.4, 5.0, 8.0], vec![1.5]];
+        let sections =
+            [vec![1.0], vec![1.1], vec![1.2, 5.0, 8.0], vec![1.3, 4.0, 9.0], vec![1.4, 5.0, 8.0], vec![1.5]];
         let lines = joined(&sections);
         assert_eq!(lines.len(), 2, "{lines:?}");
         assert_eq!(lines[0], [(0, 1.0), (1, 1.1), (2, 1.2), (3, 1.3), (4, 1.4), (5, 1.5)]);

@@ -1,7 +1,8 @@
 //! Where a function of two variables is zero, from its values on a grid.
 
-/// Polylines of the zero level, in units of the grid: `values[j][i]` stands at `(i, j)`. Cells with a value that is no number are left out. `centre` gives
-/// the value in the middle of the cell at `(i, j)`; it is asked for where the corners leave open which of two lines pass.
+/// Polylines of the zero level, in units of the grid: `values[j][i]` stands at `(i, j)`. Cells with a value
+/// that is no number are left out. `centre` gives the value in the middle of the cell at `(i, j)`; it is
+/// asked for where the corners leave open which of two lines pass.
 pub(super) fn zero_level(values: &[Vec<f64>], centre: &dyn Fn(usize, usize) -> f64) -> Vec<Vec<[f64; 2]>> {
     let mut pieces: Vec<[[f64; 2]; 2]> = Vec::new();
     for j in 0..values.len().saturating_sub(1) {
@@ -20,12 +21,14 @@ pub(super) fn zero_level(values: &[Vec<f64>], centre: &dyn Fn(usize, usize) -> f
                 })
             };
             let mut found: Vec<[f64; 2]> = (0..4).filter_map(crossing).collect();
-            // Each line cuts off a corner: the first and third, or the other two, whichever are not of the sign that holds in the middle.
+            // Each line cuts off a corner: the first and third, or the other two, whichever are not of the
+            // sign that holds in the middle.
             if found.len() == 4 && (at(0) > 0.0) != (centre(i, j) > 0.0) {
                 found.rotate_right(1);
             }
             // Where the level passes through a corner, a piece may have no length.
-            pieces.extend(found.chunks_exact(2).map(|pair| [pair[0], pair[1]]).filter(|[a, b]| !meets(*a, *b)));
+            pieces
+                .extend(found.chunks_exact(2).map(|pair| [pair[0], pair[1]]).filter(|[a, b]| !meets(*a, *b)));
         }
     }
     join(pieces)
@@ -43,7 +46,12 @@ fn join(mut pieces: Vec<[[f64; 2]; 2]>) -> Vec<Vec<[f64; 2]>> {
         let mut line = std::collections::VecDeque::from([start, end]);
         while let Some((i, forward, other)) = (pieces.iter().enumerate()).find_map(|(i, &[a, b])| {
             let (first, last) = (line[0], line[line.len() - 1]);
-            let cases = [(meets(last, a), true, b), (meets(last, b), true, a), (meets(first, a), false, b), (meets(first, b), false, a)];
+            let cases = [
+                (meets(last, a), true, b),
+                (meets(last, b), true, a),
+                (meets(first, a), false, b),
+                (meets(first, b), false, a),
+            ];
             cases.into_iter().find(|(meets, ..)| *meets).map(|(_, forward, other)| (i, forward, other))
         }) {
             pieces.swap_remove(i);
@@ -58,11 +66,13 @@ fn join(mut pieces: Vec<[[f64; 2]; 2]>) -> Vec<Vec<[f64; 2]>> {
 mod tests {
     use super::*;
 
-    /// A circle of radius 6 about (10, 10); linear interpolation on cells of size one errs by up to 1 / (8 * 6).
+    /// A circle of radius 6 about (10, 10); linear interpolation on cells of size one errs by up to 1 / (8 *
+    /// 6).
     #[test]
     fn truth_a_circle_is_one_closed_line() {
-        let values: Vec<Vec<f64>> =
-            (0..21).map(|j| (0..21).map(|i| (f64::from(i) - 10.0).hypot(f64::from(j) - 10.0) - 6.0).collect()).collect();
+        let values: Vec<Vec<f64>> = (0..21)
+            .map(|j| (0..21).map(|i| (f64::from(i) - 10.0).hypot(f64::from(j) - 10.0) - 6.0).collect())
+            .collect();
         let lines = zero_level(&values, &|_, _| panic!("no cell of a circle this large is open"));
         assert_eq!(lines.len(), 1);
         assert!(lines[0].iter().all(|[x, y]| ((x - 10.0).hypot(y - 10.0) - 6.0).abs() < 0.03));
@@ -74,7 +84,8 @@ mod tests {
     fn regress_a_strip_narrower_than_a_cell_is_two_lines() {
         for sign in [1.0, -1.0] {
             let strip = |x: f64, y: f64| sign * ((x + y - 9.0).abs() - 0.4);
-            let values: Vec<Vec<f64>> = (0..10).map(|j| (0..10).map(|i| strip(f64::from(i), f64::from(j))).collect()).collect();
+            let values: Vec<Vec<f64>> =
+                (0..10).map(|j| (0..10).map(|i| strip(f64::from(i), f64::from(j))).collect()).collect();
             let lines = zero_level(&values, &|i, j| strip(i as f64 + 0.5, j as f64 + 0.5));
             assert_eq!(lines.len(), 2, "{lines:?}");
             for line in lines {

@@ -6,8 +6,14 @@ use rayon::prelude::*;
 use super::axes::DrawnAxis;
 use crate::format::{Document, Setting};
 
-/// Predicted cycles at each value of an axis, those of the largest peak first; none where there are none, or where the theory does not apply.
-pub fn predicted_cycles(document: &Document, axis: &DrawnAxis, values: &[f64], fixed: &[(String, Setting)]) -> Vec<Vec<LimitCycle>> {
+/// Predicted cycles at each value of an axis, those of the largest peak first; none where there are none, or
+/// where the theory does not apply.
+pub fn predicted_cycles(
+    document: &Document,
+    axis: &DrawnAxis,
+    values: &[f64],
+    fixed: &[(String, Setting)],
+) -> Vec<Vec<LimitCycle>> {
     let cycles = |&value: &f64| {
         let settings = fixed.iter().map(|(key, setting)| (key.as_str(), setting.clone()));
         let document = document.with(settings.chain([(axis.key.as_str(), Setting::Number(value))])).ok()?;

@@ -96,7 +96,9 @@ mod tests {
 
     #[test]
     fn regress_a_full_disk_is_no_mistake_of_a_table() {
-        let of = |kind: ErrorKind| SweepError::parquet(Path::new("sweep.parquet"))(ParquetError::from(std::io::Error::from(kind)));
+        let of = |kind: ErrorKind| {
+            SweepError::parquet(Path::new("sweep.parquet"))(ParquetError::from(std::io::Error::from(kind)))
+        };
         assert!(matches!(of(ErrorKind::StorageFull), SweepError::Io { .. }));
         assert!(matches!(of(ErrorKind::UnexpectedEof), SweepError::Parquet { .. }));
     }

@@ -21,7 +21,10 @@ const TRACES: &str = "traces";
 
 impl Sweep {
     /// Runs whatever is missing of a pass, and gives its chunks. `first` is the number of its first variant.
-    #[expect(clippy::too_many_arguments, reason = "each is what it says, and a struct for one call would only rename them")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "each is what it says, and a struct for one call would only rename them"
+    )]
     pub(super) fn pass(
         &self,
         points: &Points<'_>,
@@ -62,8 +65,9 @@ impl Sweep {
     fn block(&self, points: &Points<'_>, first: u64, indices: &[u64], folder: &Path) -> Vec<Row> {
         let settings: Vec<Vec<Setting>> = indices.iter().map(|&i| points.settings(i)).collect();
         let mut candidates = Vec::new();
-        let refused: Vec<Option<String>> =
-            (settings.iter()).map(|settings| self.candidate(settings).map(|candidate| candidates.push(candidate)).err()).collect();
+        let refused: Vec<Option<String>> = (settings.iter())
+            .map(|settings| self.candidate(settings).map(|candidate| candidates.push(candidate)).err())
+            .collect();
         let mut measured = self.measured(&candidates).into_iter();
         let rows = indices.iter().zip(settings).zip(refused).map(|((&index, settings), refused)| {
             let variant = first + index;
@@ -71,7 +75,8 @@ impl Sweep {
                 Some(error) => Err(error),
                 None => measured.next().unwrap_or_else(|| Err("there is no result".into())),
             };
-            let result = result.and_then(|measured| self.keep_trace(&settings, variant, folder).map(|()| measured));
+            let result =
+                result.and_then(|measured| self.keep_trace(&settings, variant, folder).map(|()| measured));
             Row { variant, settings, result }
         });
         rows.collect()
@@ -80,7 +85,11 @@ impl Sweep {
     fn candidate(&self, settings: &[Setting]) -> Result<Candidate, String> {
         let keyed = self.file.axes.keys().map(String::as_str).zip(settings.iter().cloned());
         let document = self.document.with(keyed).map_err(|error| {
-            let problems: Vec<String> = error.problems.iter().map(|problem| format!("{}: {}", problem.key, problem.message)).collect();
+            let problems: Vec<String> = error
+                .problems
+                .iter()
+                .map(|problem| format!("{}: {}", problem.key, problem.message))
+                .collect();
             problems.join("; ")
         })?;
         Candidate::new(document.scenario).map_err(|error| error.to_string())

@@ -1,8 +1,9 @@
 //! Runs a scenario in many variants.
 //!
-//! Variants are numbered, and each is computed from its number, so that running a sweep of any size takes the memory of the chunks in hand. A chunk's results
-//! are on disk before the next is begun: a sweep that is killed goes on where it was, and what it writes in the end does not depend on that, nor on the
-//! number of threads, nor on how it was cut into shards. A variant that fails is a row with its error.
+//! Variants are numbered, and each is computed from its number, so that running a sweep of any size takes the
+//! memory of the chunks in hand. A chunk's results are on disk before the next is begun: a sweep that is
+//! killed goes on where it was, and what it writes in the end does not depend on that, nor on the number of
+//! threads, nor on how it was cut into shards. A variant that fails is a row with its error.
 
 mod axes;
 mod boundary;
@@ -116,8 +117,14 @@ impl Sweep {
     /// Runs the sweep, or goes on with it, in `folder`.
     ///
     /// # Errors
-    /// [`SweepError::OtherSweep`], [`SweepError::RefineShard`], and what the system says to files and threads.
-    pub fn run(&self, folder: &Path, options: Options, progress: &(dyn Fn(SweepProgress) + Sync)) -> Result<SweepResult, SweepError> {
+    /// [`SweepError::OtherSweep`], [`SweepError::RefineShard`], and what the system says to files and
+    /// threads.
+    pub fn run(
+        &self,
+        folder: &Path,
+        options: Options,
+        progress: &(dyn Fn(SweepProgress) + Sync),
+    ) -> Result<SweepResult, SweepError> {
         if options.shard.is_some() && self.file.refine.is_some() {
             return Err(SweepError::RefineShard);
         }
@@ -130,11 +137,21 @@ impl Sweep {
             return Ok(SweepResult { table: Some(store.table()), progress, passes: None });
         }
         let threads = options.threads.unwrap_or(0);
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|source| SweepError::Threads { source })?;
-        let counters = Counters { done: AtomicU64::new(0), found: AtomicU64::new(0), total: AtomicU64::new(0), tell: progress };
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|source| SweepError::Threads { source })?;
+        let counters = Counters {
+            done: AtomicU64::new(0),
+            found: AtomicU64::new(0),
+            total: AtomicU64::new(0),
+            tell: progress,
+        };
         let ran = pool.install(|| match self.file.refine {
             Some(refine) => refine::run(self, refine, folder, &store, &counters),
-            None => self.pass(&Points::Plan(&self.file), 0, 0, options.shard, folder, &store, &counters).map(|chunks| vec![chunks]),
+            None => self
+                .pass(&Points::Plan(&self.file), 0, 0, options.shard, folder, &store, &counters)
+                .map(|chunks| vec![chunks]),
         });
         let passes = match ran {
             // Another call has put the results together, and taken away the chunks that were to be read.
@@ -142,7 +159,8 @@ impl Sweep {
             ran => ran?,
         };
         let (count, ids) = (passes.len(), passes.concat());
-        // Of several shards at work in one folder none knows when the others are done reading: [`merge`] puts their chunks together.
+        // Of several shards at work in one folder none knows when the others are done reading: [`merge`] puts
+        // their chunks together.
         let is_part = options.shard.is_some_and(Shard::is_part);
         let table = if store.is_complete() {
             store.tidy()?;

@@ -1,6 +1,8 @@
-//! A random permutation that is computed where it is needed, so that a Latin hypercube of any size takes no memory.
+//! A random permutation that is computed where it is needed, so that a Latin hypercube of any size takes no
+//! memory.
 
-/// Rounds of the Feistel network; four make it a good permutation (Luby and Rackoff, "How to construct pseudorandom permutations", 1988).
+/// Rounds of the Feistel network; four make it a good permutation (Luby and Rackoff, "How to construct
+/// pseudorandom permutations", 1988).
 const ROUNDS: u64 = 4;
 
 /// A permutation of `0..count`.
@@ -19,7 +21,8 @@ impl Permutation {
 
     /// Where `index` goes.
     pub(super) fn at(self, index: u64) -> u64 {
-        // Walking the cycle until it comes back into range: a permutation of the larger set stays one on the smaller.
+        // Walking the cycle until it comes back into range: a permutation of the larger set stays one on the
+        // smaller.
         let mut value = index;
         loop {
             value = self.network(value);
@@ -39,7 +42,8 @@ impl Permutation {
     }
 }
 
-/// The finaliser of `SplitMix64` (Steele, Lea and Flood, 2014): every bit of the input reaches every bit of the output.
+/// The finaliser of `SplitMix64` (Steele, Lea and Flood, 2014): every bit of the input reaches every bit of
+/// the output.
 fn mixed(value: u64) -> u64 {
     let value = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let value = (value ^ value >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -49,11 +49,20 @@ fn planned(sweep: &SweepFile, index: u64) -> Vec<Setting> {
                 let permutation = Permutation::new(sweep.samples, shift(&stream));
                 (permutation.at(index) as f64 + stream.uniform_at(index)) / sweep.samples as f64
             }
-            Sampling::Sobol => f64::from(sobol(dimension, index as u32) ^ (shift(&stream) >> 32) as u32) * 0.5_f64.powi(32),
+            Sampling::Sobol => {
+                f64::from(sobol(dimension, index as u32) ^ (shift(&stream) >> 32) as u32) * 0.5_f64.powi(32)
+            }
             _ => stream.uniform_at(index),
         }
     };
-    sweep.axes.keys().enumerate().map(share).zip(sweep.axes.values()).map(|(share, axis)| axis.at(share)).collect()
+    sweep
+        .axes
+        .keys()
+        .enumerate()
+        .map(share)
+        .zip(sweep.axes.values())
+        .map(|(share, axis)| axis.at(share))
+        .collect()
 }
 
 /// A number that belongs to an axis as a whole; no variant has this index.
@@ -90,7 +99,8 @@ mod tests {
     use crate::format::Keep;
 
     fn sweep(sampling: Sampling, samples: u64) -> SweepFile {
-        let axes = [("a", Axis::Uniform { from: 0.0, to: 1.0 }), ("b", Axis::LogUniform { from: 1.0, to: 100.0 })];
+        let axes =
+            [("a", Axis::Uniform { from: 0.0, to: 1.0 }), ("b", Axis::LogUniform { from: 1.0, to: 100.0 })];
         SweepFile {
             name: String::new(),
             about: String::new(),
@@ -117,7 +127,10 @@ mod tests {
         grid.axes["b"] = Axis::Log { from: 1.0, to: 100.0, points: 3 };
         let expected = [[0.0, 1.0], [0.0, 10.0], [0.0, 100.0], [1.0, 1.0], [1.0, 10.0], [1.0, 100.0]];
         for (found, expected) in numbers(&grid).iter().zip(expected) {
-            assert!((found[0] - expected[0]).abs() < 1e-12 && (found[1] / expected[1] - 1.0).abs() < 1e-12, "{found:?}");
+            assert!(
+                (found[0] - expected[0]).abs() < 1e-12 && (found[1] / expected[1] - 1.0).abs() < 1e-12,
+                "{found:?}"
+            );
         }
     }
 
@@ -128,8 +141,13 @@ mod tests {
             let drawn = numbers(&sweep(sampling, 500));
             let mean = drawn.iter().map(|point| point[0]).sum::<f64>() / 500.0;
             let mean_log = drawn.iter().map(|point| point[1].log10() / 2.0).sum::<f64>() / 500.0;
-            let product = drawn.iter().map(|point| (point[0] - 0.5) * (point[1].log10() / 2.0 - 0.5)).sum::<f64>() / 500.0;
-            assert!((mean - 0.5).abs() < 0.04 && (mean_log - 0.5).abs() < 0.04, "{sampling:?}: {mean} {mean_log}");
+            let product =
+                drawn.iter().map(|point| (point[0] - 0.5) * (point[1].log10() / 2.0 - 0.5)).sum::<f64>()
+                    / 500.0;
+            assert!(
+                (mean - 0.5).abs() < 0.04 && (mean_log - 0.5).abs() < 0.04,
+                "{sampling:?}: {mean} {mean_log}"
+            );
             assert!(product.abs() < 0.012, "{sampling:?}: {product}");
         }
     }

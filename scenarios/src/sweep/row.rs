@@ -46,7 +46,10 @@ const MEASURES: &[Measure] = &[
 /// The rows as a table.
 pub(super) fn table(sweep: &SweepFile, rows: &[Row]) -> Table {
     let mut columns = IndexMap::new();
-    columns.insert("variant".to_owned(), Column::Whole(rows.iter().map(|row| row.variant.cast_signed()).collect()));
+    columns.insert(
+        "variant".to_owned(),
+        Column::Whole(rows.iter().map(|row| row.variant.cast_signed()).collect()),
+    );
     for (i, (key, axis)) in sweep.axes.iter().enumerate() {
         columns.insert(key.clone(), axis_column(axis, rows.iter().map(|row| &row.settings[i])));
     }
@@ -55,7 +58,8 @@ pub(super) fn table(sweep: &SweepFile, rows: &[Row]) -> Table {
     if sweep.keep.outcome {
         let outcome = summaries.iter().map(|s| s.as_ref().map(|s| s.outcome.name().to_owned()));
         columns.insert("outcome".to_owned(), Column::Text(outcome.collect()));
-        let undecided = summaries.iter().map(|s| s.as_ref()?.verdict.undecided.map(|why| why.name().to_owned()));
+        let undecided =
+            summaries.iter().map(|s| s.as_ref()?.verdict.undecided.map(|why| why.name().to_owned()));
         columns.insert("undecided".to_owned(), Column::Text(undecided.collect()));
         for (name, of) in MEASURES {
             let values = summaries.iter().map(|s| s.as_ref().and_then(of).filter(|value| value.is_finite()));
@@ -64,19 +68,29 @@ pub(super) fn table(sweep: &SweepFile, rows: &[Row]) -> Table {
     }
     if sweep.keep.tail > 0 {
         let lists = |of: fn(&Measured) -> &Vec<f64>| {
-            Column::List(rows.iter().map(|row| row.result.as_ref().map_or_else(|_| Vec::new(), |measured| of(measured).clone())).collect())
+            Column::List(
+                rows.iter()
+                    .map(|row| {
+                        row.result.as_ref().map_or_else(|_| Vec::new(), |measured| of(measured).clone())
+                    })
+                    .collect(),
+            )
         };
         columns.insert("impact_peaks_n".to_owned(), lists(|measured| &measured.impact_peaks_n));
         columns.insert("strobe_n".to_owned(), lists(|measured| &measured.strobe_n));
     }
-    columns.insert("error".to_owned(), Column::Text(rows.iter().map(|row| row.result.as_ref().err().cloned()).collect()));
+    columns.insert(
+        "error".to_owned(),
+        Column::Text(rows.iter().map(|row| row.result.as_ref().err().cloned()).collect()),
+    );
     Table { columns, rows: rows.len() }
 }
 
 fn axis_column<'a>(axis: &Axis, settings: impl Iterator<Item = &'a Setting>) -> Column {
     let numeric = !matches!(axis, Axis::List(values) if values.iter().any(|value| !matches!(value, Setting::Number(_))));
     if numeric {
-        let number = |setting: &Setting| if let Setting::Number(value) = setting { Some(*value) } else { None };
+        let number =
+            |setting: &Setting| if let Setting::Number(value) = setting { Some(*value) } else { None };
         return Column::Real(settings.map(number).collect());
     }
     let text = |setting: &Setting| match setting {

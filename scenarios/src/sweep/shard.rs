@@ -31,7 +31,8 @@ impl Shard {
         self.count > 1
     }
 
-    /// Whether a chunk belongs to it. Chunks are dealt out in turn, so that parts of a map that take longer are shared.
+    /// Whether a chunk belongs to it. Chunks are dealt out in turn, so that parts of a map that take longer
+    /// are shared.
     pub(super) fn has(self, chunk: usize) -> bool {
         chunk % self.count == self.index - 1
     }
@@ -41,7 +42,8 @@ impl FromStr for Shard {
     type Err = ParseShardError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let parts = text.split_once('/').and_then(|(k, n)| Some((k.trim().parse().ok()?, n.trim().parse().ok()?)));
+        let parts =
+            text.split_once('/').and_then(|(k, n)| Some((k.trim().parse().ok()?, n.trim().parse().ok()?)));
         match parts {
             Some((index, count)) if index >= 1 && index <= count => Ok(Self { index, count }),
             _ => Err(ParseShardError { text: text.into() }),
@@ -55,11 +57,12 @@ impl fmt::Display for Shard {
     }
 }
 
-/// Puts the shards of a sweep together: `folders` hold them (several may share one folder, and one that is finished is enough), `out` takes
-/// the results. Gives the table's path.
+/// Puts the shards of a sweep together: `folders` hold them (several may share one folder, and one that is
+/// finished is enough), `out` takes the results. Gives the table's path.
 ///
 /// # Errors
-/// [`SweepError::NoSweep`], [`SweepError::OtherSweep`] where the folders hold different sweeps, [`SweepError::Incomplete`].
+/// [`SweepError::NoSweep`], [`SweepError::OtherSweep`] where the folders hold different sweeps,
+/// [`SweepError::Incomplete`].
 pub fn merge(folders: &[PathBuf], out: &Path) -> Result<PathBuf, SweepError> {
     let stores = folders.iter().map(|folder| Store::existing(folder)).collect::<Result<Vec<_>, _>>()?;
     let Some((_, plan)) = stores.first() else { return Err(SweepError::NoSweep { folder: out.into() }) };
@@ -74,9 +77,12 @@ pub fn merge(folders: &[PathBuf], out: &Path) -> Result<PathBuf, SweepError> {
         target.take_results(finished)?;
         return Ok(target.table());
     }
-    let variants = super::planned_variants(plan).ok_or_else(|| SweepError::NoSweep { folder: folders[0].clone() })?;
+    let variants =
+        super::planned_variants(plan).ok_or_else(|| SweepError::NoSweep { folder: folders[0].clone() })?;
     let ids = chunk_ids(0, variants);
-    let holder = |id: &ChunkId| stores.iter().map(|(store, _)| store).find(|store| store.has(*id)).map(|store| (store, *id));
+    let holder = |id: &ChunkId| {
+        stores.iter().map(|(store, _)| store).find(|store| store.has(*id)).map(|store| (store, *id))
+    };
     let found: Vec<_> = ids.iter().filter_map(holder).collect();
     if found.len() < ids.len() {
         let first = ids.iter().position(|id| holder(id).is_none()).unwrap_or(0);

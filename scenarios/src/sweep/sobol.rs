@@ -1,9 +1,10 @@
 //! The Sobol sequence, a low-discrepancy sequence.
 //!
-//! Source: S. Joe and F. Y. Kuo, "Constructing Sobol sequences with better two-dimensional projections", SIAM J. Sci. Comput. 30 (2008): primitive
-//! polynomials and initial direction numbers of the first dimensions.
+//! Source: S. Joe and F. Y. Kuo, "Constructing Sobol sequences with better two-dimensional projections", SIAM
+//! J. Sci. Comput. 30 (2008): primitive polynomials and initial direction numbers of the first dimensions.
 
-/// Degree and coefficients of each dimension's polynomial, and its initial direction numbers; the first dimension, van der Corput's, has none.
+/// Degree and coefficients of each dimension's polynomial, and its initial direction numbers; the first
+/// dimension, van der Corput's, has none.
 const DIMENSIONS: [(u32, u32, &[u32]); 20] = [
     (1, 0, &[1]),
     (2, 1, &[1, 3]),
@@ -41,7 +42,10 @@ pub(super) fn sobol(dimension: usize, index: u32) -> u32 {
 
 fn directions(dimension: usize) -> [u32; BITS as usize] {
     let mut v: [u32; BITS as usize] = std::array::from_fn(|i| 1 << (BITS as usize - 1 - i));
-    let Some(&(degree, coefficients, initial)) = dimension.checked_sub(1).and_then(|i| DIMENSIONS.get(i)) else { return v };
+    let Some(&(degree, coefficients, initial)) = dimension.checked_sub(1).and_then(|i| DIMENSIONS.get(i))
+    else {
+        return v;
+    };
     let s = degree as usize;
     for (i, m) in initial.iter().enumerate() {
         v[i] = m << (BITS as usize - 1 - i);
@@ -71,7 +75,8 @@ mod tests {
         }
     }
 
-    /// Any two of the first dimensions put one of the first 2^8 points into each box of 16 by 16 (a net of strength zero).
+    /// Any two of the first dimensions put one of the first 2^8 points into each box of 16 by 16 (a net of
+    /// strength zero).
     #[test]
     fn reference_the_first_two_dimensions_are_a_net() {
         let boxes: HashSet<(u32, u32)> = (0..256).map(|i| (sobol(0, i) >> 28, sobol(1, i) >> 28)).collect();

@@ -1,8 +1,8 @@
 //! A sweep's folder: the plan it belongs to, chunks as they are done, and the table in the end.
 //!
-//! Every file is written under another name, synchronised and renamed, so that a file that is there is whole, whenever the process is killed. Several
-//! processes may work in one folder: names until renamed are each writer's own, and chunks that vanish while they are read mean that another has put the
-//! results together.
+//! Every file is written under another name, synchronised and renamed, so that a file that is there is whole,
+//! whenever the process is killed. Several processes may work in one folder: names until renamed are each
+//! writer's own, and chunks that vanish while they are read mean that another has put the results together.
 
 use std::fs::{self, File};
 use std::io::{ErrorKind, Write};
@@ -51,7 +51,8 @@ impl Store {
 
     /// An existing folder with the plan in it.
     pub(super) fn existing(folder: &Path) -> Result<(Self, String), SweepError> {
-        let plan = fs::read_to_string(folder.join(PLAN)).map_err(|_| SweepError::NoSweep { folder: folder.into() })?;
+        let plan = fs::read_to_string(folder.join(PLAN))
+            .map_err(|_| SweepError::NoSweep { folder: folder.into() })?;
         Ok((Self { folder: folder.into() }, plan))
     }
 
@@ -113,8 +114,8 @@ impl Store {
         self.tidy()
     }
 
-    /// Removes what the results have made superfluous: the chunks, and what was begun of results and plan by a call that was killed. Whoever else puts the
-    /// results together at this time finds them complete.
+    /// Removes what the results have made superfluous: the chunks, and what was begun of results and plan by
+    /// a call that was killed. Whoever else puts the results together at this time finds them complete.
     pub(super) fn tidy(&self) -> Result<(), SweepError> {
         for name in [TABLE, PLAN] {
             remove_unfinished(&self.folder.join(name)).map_err(SweepError::io(&self.folder))?;
@@ -133,7 +134,10 @@ impl Store {
         }
     }
 
-    fn put_table(path: &Path, mut tables: impl Iterator<Item = Result<Table, SweepError>>) -> Result<(), SweepError> {
+    fn put_table(
+        path: &Path,
+        mut tables: impl Iterator<Item = Result<Table, SweepError>>,
+    ) -> Result<(), SweepError> {
         let Some(first) = tables.next().transpose()? else { return Ok(()) };
         put(path, |file| {
             let mut writer = TableWriter::new(file, &first).map_err(SweepError::parquet(path))?;

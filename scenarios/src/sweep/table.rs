@@ -79,7 +79,9 @@ impl Column {
         match self {
             Self::Whole(_) => builder(PhysicalType::INT64, Repetition::REQUIRED).build(),
             Self::Real(_) => builder(PhysicalType::DOUBLE, Repetition::OPTIONAL).build(),
-            Self::Text(_) => builder(PhysicalType::BYTE_ARRAY, Repetition::OPTIONAL).with_logical_type(Some(LogicalType::String)).build(),
+            Self::Text(_) => builder(PhysicalType::BYTE_ARRAY, Repetition::OPTIONAL)
+                .with_logical_type(Some(LogicalType::String))
+                .build(),
             Self::List(_) => builder(PhysicalType::DOUBLE, Repetition::REPEATED).build(),
         }
     }
@@ -135,11 +137,16 @@ impl Table {
         Self::read_part(path, &|_| true, &|_| true)
     }
 
-    /// Reads the columns and rows that are wanted, by name and by number, without ever holding more of the others than a part of the file.
+    /// Reads the columns and rows that are wanted, by name and by number, without ever holding more of the
+    /// others than a part of the file.
     ///
     /// # Errors
     /// As [`Self::read`].
-    pub fn read_part(path: &Path, column: &dyn Fn(&str) -> bool, row: &dyn Fn(usize) -> bool) -> Result<Self, SweepError> {
+    pub fn read_part(
+        path: &Path,
+        column: &dyn Fn(&str) -> bool,
+        row: &dyn Fn(usize) -> bool,
+    ) -> Result<Self, SweepError> {
         let mut table = Self::default();
         scan(path, column, row, &mut |first, mut part: Self| {
             let marked: Vec<bool> = (first..first + part.rows).map(row).collect();
@@ -150,11 +157,16 @@ impl Table {
         Ok(table)
     }
 
-    /// Goes through a file part by part, reading only the columns that are wanted by name; `visit` gets the number of each part's first row, and the part.
+    /// Goes through a file part by part, reading only the columns that are wanted by name; `visit` gets the
+    /// number of each part's first row, and the part.
     ///
     /// # Errors
     /// As [`Self::read`].
-    pub fn scan(path: &Path, column: &dyn Fn(&str) -> bool, visit: &mut dyn FnMut(usize, Self)) -> Result<(), SweepError> {
+    pub fn scan(
+        path: &Path,
+        column: &dyn Fn(&str) -> bool,
+        visit: &mut dyn FnMut(usize, Self),
+    ) -> Result<(), SweepError> {
         scan(path, column, &|_| true, visit)
     }
 
@@ -169,7 +181,8 @@ impl Table {
     }
 }
 
-/// Writes tables with the same columns one after another, in row groups whose size does not depend on how the rows arrive.
+/// Writes tables with the same columns one after another, in row groups whose size does not depend on how the
+/// rows arrive.
 pub(super) struct TableWriter {
     file: SerializedFileWriter<File>,
     waiting: Table,
@@ -180,9 +193,16 @@ pub(super) struct TableWriter {
 impl TableWriter {
     /// A file with the columns of `like`.
     pub(super) fn new(file: File, like: &Table) -> Result<Self, ParquetError> {
-        let fields = like.columns.iter().map(|(name, column)| column.field(name).map(Arc::new)).collect::<Result<_, _>>()?;
+        let fields = like
+            .columns
+            .iter()
+            .map(|(name, column)| column.field(name).map(Arc::new))
+            .collect::<Result<_, _>>()?;
         let schema = Arc::new(Type::group_type_builder("sweep").with_fields(fields).build()?);
-        let properties = WriterProperties::builder().set_compression(Compression::SNAPPY).set_created_by("feeler".into()).build();
+        let properties = WriterProperties::builder()
+            .set_compression(Compression::SNAPPY)
+            .set_created_by("feeler".into())
+            .build();
         let columns = like.columns.iter().map(|(name, column)| (name.clone(), column.empty_like())).collect();
         let waiting = Table { columns, rows: 0 };
         Ok(Self { file: SerializedFileWriter::new(file, schema, Arc::new(properties))?, waiting, entries: 0 })
@@ -191,7 +211,11 @@ impl TableWriter {
     pub(super) fn add(&mut self, table: Table) -> Result<(), ParquetError> {
         self.entries += table.columns.values().map(Column::entries).sum::<usize>();
         self.waiting.append(table);
-        if self.waiting.rows >= ROWS_PER_GROUP || self.entries >= ENTRIES_PER_GROUP { self.flush() } else { Ok(()) }
+        if self.waiting.rows >= ROWS_PER_GROUP || self.entries >= ENTRIES_PER_GROUP {
+            self.flush()
+        } else {
+            Ok(())
+        }
     }
 
     /// Ends the file and gives it back to be synchronised.
@@ -215,16 +239,22 @@ impl TableWriter {
                     writer.typed::<DoubleType>().write_batch(&present, Some(&definition(values)), None)?;
                 }
                 Column::Text(values) => {
-                    let present: Vec<ByteArray> = values.iter().flatten().map(|text| ByteArray::from(text.as_str())).collect();
+                    let present: Vec<ByteArray> =
+                        values.iter().flatten().map(|text| ByteArray::from(text.as_str())).collect();
                     writer.typed::<ByteArrayType>().write_batch(&present, Some(&definition(values)), None)?;
                 }
                 Column::List(lists) => {
                     let values: Vec<f64> = lists.iter().flatten().copied().collect();
                     // An empty list is one entry that is not defined; a list begins at repetition 0.
-                    let levels =
-                        lists.iter().flat_map(|list| (0..list.len().max(1)).map(|i| (i16::from(!list.is_empty()), i16::from(i > 0))));
+                    let levels = lists.iter().flat_map(|list| {
+                        (0..list.len().max(1)).map(|i| (i16::from(!list.is_empty()), i16::from(i > 0)))
+                    });
                     let (definition, repetition): (Vec<i16>, Vec<i16>) = levels.unzip();
-                    writer.typed::<DoubleType>().write_batch(&values, Some(&definition), Some(&repetition))?;
+                    writer.typed::<DoubleType>().write_batch(
+                        &values,
+                        Some(&definition),
+                        Some(&repetition),
+                    )?;
                 }
             }
             writer.close()?;
@@ -284,7 +314,12 @@ fn column(reader: ColumnReader, rows: usize, repeated: bool) -> Result<Column, P
         }
         ColumnReader::DoubleColumnReader(mut reader) => {
             let mut values = Vec::new();
-            reader.read_records(rows, Some(&mut definition), repeated.then_some(&mut repetition), &mut values)?;
+            reader.read_records(
+                rows,
+                Some(&mut definition),
+                repeated.then_some(&mut repetition),
+                &mut values,
+            )?;
             if !repeated {
                 return Ok(Column::Real(spread(&definition, values)));
             }
@@ -303,7 +338,10 @@ fn column(reader: ColumnReader, rows: usize, repeated: bool) -> Result<Column, P
         ColumnReader::ByteArrayColumnReader(mut reader) => {
             let mut values = Vec::new();
             reader.read_records(rows, Some(&mut definition), None, &mut values)?;
-            let texts = values.iter().map(|value| Ok(value.as_utf8()?.to_owned())).collect::<Result<Vec<_>, ParquetError>>()?;
+            let texts = values
+                .iter()
+                .map(|value| Ok(value.as_utf8()?.to_owned()))
+                .collect::<Result<Vec<_>, ParquetError>>()?;
             Ok(Column::Text(spread(&definition, texts)))
         }
         _ => Err(ParquetError::General("a sweep has no columns of this kind".into())),
@@ -328,7 +366,10 @@ mod tests {
             ("outcome", Column::Text(vec![Some("settled".into()), Some(String::new()), None])),
             ("peaks", Column::List(vec![vec![1.0, 2.0], vec![], vec![3.0]])),
         ];
-        let table = Table { columns: columns.into_iter().map(|(name, column)| (name.to_owned(), column)).collect(), rows: 3 };
+        let table = Table {
+            columns: columns.into_iter().map(|(name, column)| (name.to_owned(), column)).collect(),
+            rows: 3,
+        };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("table.parquet");
         let mut writer = TableWriter::new(File::create(&path).unwrap(), &table).unwrap();
@@ -342,7 +383,8 @@ mod tests {
         assert_eq!(read.reals("kp").unwrap()[3..], table.reals("kp").unwrap()[..]);
         assert_eq!(read.columns["variant"], Column::Whole(vec![3, 4, 5, 3, 4, 5]));
         assert_eq!(Table::count_rows(&path).unwrap(), 6);
-        let part = Table::read_part(&path, &|name| ["variant", "peaks"].contains(&name), &|row| row % 2 == 1).unwrap();
+        let part = Table::read_part(&path, &|name| ["variant", "peaks"].contains(&name), &|row| row % 2 == 1)
+            .unwrap();
         assert_eq!((part.rows, part.columns.len()), (3, 2));
         assert_eq!(part.columns["variant"], Column::Whole(vec![4, 3, 5]));
         assert_eq!(part.lists("peaks").unwrap(), [vec![], vec![1.0, 2.0], vec![3.0]]);

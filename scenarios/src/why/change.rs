@@ -158,7 +158,11 @@ impl Change {
             Self::ContinuousController => continuous(&mut changed),
             Self::NoDelay => without_delay(&mut changed),
             Self::BilateralContact => {
-                let unilateral = changed.machine.contacts.values_mut().filter(|contact| contact.engagement == Engagement::Unilateral);
+                let unilateral = changed
+                    .machine
+                    .contacts
+                    .values_mut()
+                    .filter(|contact| contact.engagement == Engagement::Unilateral);
                 unilateral.for_each(|contact| contact.engagement = Engagement::Clamped);
             }
             Self::RigidTransmission => {
@@ -187,12 +191,16 @@ impl Change {
                 drop_effects(&mut changed, &["encoder-resolution", "force-resolution"]);
             }
             Self::NoFriction => {
-                drop_effects(&mut changed, &["coulomb-friction", "stribeck-friction", "load-friction", "asymmetric-friction"]);
+                drop_effects(
+                    &mut changed,
+                    &["coulomb-friction", "stribeck-friction", "load-friction", "asymmetric-friction"],
+                );
             }
             // A surface passes by at its own time: a tool that came later would meet another part of it.
             Self::SlowerApproach if !scenario.machine.profiles.is_empty() => {}
             Self::SlowerApproach => {
-                let approaches = changed.controllers.values_mut().filter_map(|used| used.spec.approach.as_mut());
+                let approaches =
+                    changed.controllers.values_mut().filter_map(|used| used.spec.approach.as_mut());
                 approaches.for_each(|approach| approach.speed /= SLOWER);
                 changed.machine.bodies.values_mut().for_each(|body| body.velocity_m_per_s /= SLOWER);
             }
@@ -238,11 +246,14 @@ fn without_delay(scenario: &mut Scenario) {
 }
 
 fn ideal_actuators(scenario: &mut Scenario) {
-    let period_s = scenario.controllers.values().map(|used| used.spec.period_s).fold(scenario.run.step_s, f64::min);
+    let period_s =
+        scenario.controllers.values().map(|used| used.spec.period_s).fold(scenario.run.step_s, f64::min);
     for actuator in scenario.machine.actuators.values_mut() {
         match &mut actuator.kind {
             ActuatorKind::Force { bandwidth_hz } => *bandwidth_hz = None,
-            ActuatorKind::VelocitySource { time_constant_s, .. } => *time_constant_s = time_constant_s.min(QUICK_DRIVE * period_s),
+            ActuatorKind::VelocitySource { time_constant_s, .. } => {
+                *time_constant_s = time_constant_s.min(QUICK_DRIVE * period_s)
+            }
         }
     }
     drop_effects(scenario, &["actuator-lag", "drive-deadband", "force-ripple"]);
@@ -258,7 +269,8 @@ fn rigid(scenario: &mut Scenario, springs: &[String]) {
 }
 
 fn drop_effects(scenario: &mut Scenario, kinds: &[&str]) {
-    let keep = |effects: &mut Vec<EffectUse>| effects.retain(|effect| !kinds.contains(&effect.definition.kind));
+    let keep =
+        |effects: &mut Vec<EffectUse>| effects.retain(|effect| !kinds.contains(&effect.definition.kind));
     let machine = &mut scenario.machine;
     machine.bodies.values_mut().for_each(|body| keep(&mut body.effects));
     machine.springs.values_mut().for_each(|spring| keep(&mut spring.effects));

@@ -30,8 +30,8 @@ pub(super) fn is_stable_in_contact(scenario: &Scenario) -> Option<bool> {
     is_stable(&whole, 1.0)
 }
 
-/// The largest factor on the loop's gain up to which it is stable in contact: below one where it is unstable as it is, infinite where none within
-/// reason destabilises it, zero where no smaller gain helps.
+/// The largest factor on the loop's gain up to which it is stable in contact: below one where it is unstable
+/// as it is, infinite where none within reason destabilises it, zero where no smaller gain helps.
 pub(super) fn gain_margin(scenario: &Scenario) -> Option<f64> {
     let whole = ControlLoop::new(scenario, &contact_view(scenario)).ok()?;
     let factor = |i: u32| SMALLEST_FACTOR * SMALLEST_FACTOR.powf(-2.0 * f64::from(i) / f64::from(FACTORS));
@@ -57,24 +57,29 @@ pub(super) fn gain_margin(scenario: &Scenario) -> Option<f64> {
 
 /// Growth within a period that rounding makes of none.
 const ROUNDING: f64 = 1e-9;
-/// Growth that is left, as a share of that of the loop as it is, when it is no more than what extrapolation errs by.
+/// Growth that is left, as a share of that of the loop as it is, when it is no more than what extrapolation
+/// errs by.
 const GROWTH_LEFT: f64 = 0.01;
 
-/// Whether a loop that grows in contact does so only because of its period: `faster` is the same loop at a much shorter one. By the line through its
-/// growth at that period and at half of it, none is left at none. A loop may be unstable at every gain and period, and yet stable in continuous time.
+/// Whether a loop that grows in contact does so only because of its period: `faster` is the same loop at a
+/// much shorter one. By the line through its growth at that period and at half of it, none is left at none. A
+/// loop may be unstable at every gain and period, and yet stable in continuous time.
 pub(super) fn grows_only_by_period(scenario: &Scenario, faster: &Scenario) -> bool {
-    let growth = |scenario: &Scenario| sampled_growth_per_s(&ControlLoop::new(scenario, &contact_view(scenario)).ok()?).ok();
+    let growth = |scenario: &Scenario| {
+        sampled_growth_per_s(&ControlLoop::new(scenario, &contact_view(scenario)).ok()?).ok()
+    };
     let [as_it_is, short, shorter] = [scenario, faster, &sampled_faster(faster, 2.0)].map(growth);
     let Some(((as_it_is, short), shorter)) = as_it_is.zip(short).zip(shorter) else { return false };
     let period_s = scenario.controllers.values().map(|used| used.spec.period_s).fold(f64::INFINITY, f64::min);
     as_it_is * period_s > ROUNDING && short > 0.0 && 2.0 * shorter - short < GROWTH_LEFT * as_it_is
 }
 
-/// Whether the loop in contact pushes itself away as a feedback of the wrong sign does: its fastest motion grows without swinging, and with the sign
-/// reversed that is gone.
+/// Whether the loop in contact pushes itself away as a feedback of the wrong sign does: its fastest motion
+/// grows without swinging, and with the sign reversed that is gone.
 pub(super) fn has_wrong_sign(scenario: &Scenario) -> bool {
     let Ok(whole) = ControlLoop::new(scenario, &contact_view(scenario)) else { return false };
-    swings_as_it_grows(&whole) == Some(false) && scaled(&whole, -1.0).is_some_and(|reversed| swings_as_it_grows(&reversed) != Some(false))
+    swings_as_it_grows(&whole) == Some(false)
+        && scaled(&whole, -1.0).is_some_and(|reversed| swings_as_it_grows(&reversed) != Some(false))
 }
 
 /// Damping ratios below this are rounding.
@@ -83,7 +88,9 @@ const NO_DAMPING: f64 = 1e-9;
 /// Whether the machine in contact has a mode that nothing damps: bouncing on it loses nothing either.
 pub(super) fn is_undamped(scenario: &Scenario) -> bool {
     let found = ControlLoop::new(scenario, &contact_view(scenario)).and_then(|whole| modes(whole.plant()));
-    found.is_ok_and(|found| found.iter().any(|mode| mode.frequency_hz() > 0.0 && mode.damping_ratio().abs() < NO_DAMPING))
+    found.is_ok_and(|found| {
+        found.iter().any(|mode| mode.frequency_hz() > 0.0 && mode.damping_ratio().abs() < NO_DAMPING)
+    })
 }
 
 /// Whether the fastest growing motion of a loop swings; none where none grows.
@@ -110,7 +117,9 @@ mod tests {
     use crate::format::{Document, Setting};
 
     fn bandwidth(settings: &[(&str, f64)]) -> f64 {
-        let document = Document::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("paper/flexible-contact.toml")).unwrap();
+        let document =
+            Document::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("paper/flexible-contact.toml"))
+                .unwrap();
         let settings = settings.iter().map(|(key, value)| (*key, Setting::Number(*value)));
         bandwidth_hz(&document.with(settings).unwrap().scenario).unwrap()
     }

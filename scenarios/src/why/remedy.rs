@@ -23,9 +23,11 @@ pub struct Remedy {
     pub what: String,
     /// Factor on the loop's gain that goes with it: 1 where the gain can stay.
     pub gain_factor: f64,
-    /// Frequency up to which the force then follows its reference, to 3 dB, Hz; absent where linear theory has no answer.
+    /// Frequency up to which the force then follows its reference, to 3 dB, Hz; absent where linear theory
+    /// has no answer.
     pub bandwidth_hz: Option<f64>,
-    /// What that costs, as a share of the bandwidth of the loop as it is; below zero where something is gained.
+    /// What that costs, as a share of the bandwidth of the loop as it is; below zero where something is
+    /// gained.
     pub cost: Option<f64>,
     /// Whether the force then settles in simulation.
     pub settles: bool,
@@ -47,8 +49,9 @@ pub(super) fn remedies(scenario: &Scenario, found: &Explanation) -> Vec<Remedy> 
 fn remedy(what: String, changed: &Scenario, wanted_hz: Option<f64>) -> Remedy {
     let gain_factor = gain_margin(changed).map_or(1.0, |margin| (GAIN_SHARE * margin).min(1.0)).max(1e-3);
     let scaled = with_gain(changed, gain_factor);
-    let settles =
-        Candidate::new(scaled.clone()).and_then(|candidate| candidate.measure(0)).is_ok_and(|measured| is_cured(&scaled, &measured));
+    let settles = Candidate::new(scaled.clone())
+        .and_then(|candidate| candidate.measure(0))
+        .is_ok_and(|measured| is_cured(&scaled, &measured));
     let bandwidth_hz = bandwidth_hz(&scaled);
     let cost = wanted_hz.zip(bandwidth_hz).map(|(wanted, found)| 1.0 - found / wanted);
     Remedy { what, gain_factor, bandwidth_hz, cost, settles }
@@ -59,11 +62,19 @@ fn with_gain(scenario: &Scenario, factor: f64) -> Scenario {
     let mut scaled = scenario.clone();
     for used in scaled.controllers.values_mut() {
         match &mut used.spec.law {
-            Law::ExplicitForce(gains) => [&mut gains.kp, &mut gains.ki, &mut gains.kd].into_iter().for_each(|gain| *gain *= factor),
-            Law::Position(gains) => [&mut gains.kp, &mut gains.ki, &mut gains.kd].into_iter().for_each(|gain| *gain *= factor),
-            Law::Impedance(gains) => [&mut gains.stiffness, &mut gains.force_gain].into_iter().for_each(|gain| *gain *= factor),
+            Law::ExplicitForce(gains) => {
+                [&mut gains.kp, &mut gains.ki, &mut gains.kd].into_iter().for_each(|gain| *gain *= factor)
+            }
+            Law::Position(gains) => {
+                [&mut gains.kp, &mut gains.ki, &mut gains.kd].into_iter().for_each(|gain| *gain *= factor)
+            }
+            Law::Impedance(gains) => {
+                [&mut gains.stiffness, &mut gains.force_gain].into_iter().for_each(|gain| *gain *= factor)
+            }
             // The loop's gain falls as the virtual body grows heavier.
-            Law::Admittance(AdmittanceGains { mass, damping, .. }) => [mass, damping].into_iter().for_each(|gain| *gain /= factor),
+            Law::Admittance(AdmittanceGains { mass, damping, .. }) => {
+                [mass, damping].into_iter().for_each(|gain| *gain /= factor)
+            }
             _ => {}
         }
     }
@@ -86,18 +97,24 @@ fn candidates(scenario: &Scenario, found: &Explanation) -> Vec<(String, Scenario
         add("the gains with the other sign", &|s| *s = with_gain(s, -1.0));
     }
     if has(Cause::NumericalArtefact) {
-        add("integrate exactly (run.integrator = \"exact\")", &|s| s.run.integrator = feeler_engine::Integrator::Exact);
+        add("integrate exactly (run.integrator = \"exact\")", &|s| {
+            s.run.integrator = feeler_engine::Integrator::Exact
+        });
     }
     if has(Cause::SamplingAndDelay) {
         add("halve every delay", &|s| {
             s.controllers.values_mut().for_each(|used| used.spec.delay_s /= 2.0);
             s.machine.sensors.values_mut().for_each(|sensor| sensor.delay_s /= 2.0);
         });
-        add("sample twice as fast", &|s| s.controllers.values_mut().for_each(|used| used.spec.period_s /= 2.0));
+        add("sample twice as fast", &|s| {
+            s.controllers.values_mut().for_each(|used| used.spec.period_s /= 2.0)
+        });
     }
     if has(Cause::NoncolocatedMode) {
         add("a transmission four times as stiff", &|s| scale_springs(s, &roles.transmissions, MORE, 1.0));
-        add("a transmission with four times the damping", &|s| scale_springs(s, &roles.transmissions, 1.0, MORE));
+        add("a transmission with four times the damping", &|s| {
+            scale_springs(s, &roles.transmissions, 1.0, MORE)
+        });
     }
     if has(Cause::ColocatedMode) {
         add("four times the damping of base and fixture", &|s| {
@@ -113,10 +130,14 @@ fn candidates(scenario: &Scenario, found: &Explanation) -> Vec<(String, Scenario
         add("a drive four times as fast", &|s| {
             for actuator in s.machine.actuators.values_mut() {
                 match &mut actuator.kind {
-                    ActuatorKind::Force { bandwidth_hz } => *bandwidth_hz = bandwidth_hz.map(|bandwidth| bandwidth * MORE),
+                    ActuatorKind::Force { bandwidth_hz } => {
+                        *bandwidth_hz = bandwidth_hz.map(|bandwidth| bandwidth * MORE)
+                    }
                     ActuatorKind::VelocitySource { time_constant_s, .. } => *time_constant_s /= MORE,
                 }
-                for effect in actuator.effects.iter_mut().filter(|effect| effect.definition.kind == "actuator-lag") {
+                for effect in
+                    actuator.effects.iter_mut().filter(|effect| effect.definition.kind == "actuator-lag")
+                {
                     effect.values[0] /= MORE;
                 }
             }
@@ -130,7 +151,9 @@ fn candidates(scenario: &Scenario, found: &Explanation) -> Vec<(String, Scenario
         add("sensors and outputs with a fine resolution", &|s| *s = super::Change::NoQuantiser.applied(s));
     }
     if has(Cause::SensorNoise) {
-        add("sensors with a quarter of the noise", &|s| s.machine.sensors.values_mut().for_each(|sensor| sensor.noise /= MORE));
+        add("sensors with a quarter of the noise", &|s| {
+            s.machine.sensors.values_mut().for_each(|sensor| sensor.noise /= MORE)
+        });
     }
     if has(Cause::LossOfContact) {
         add("approach at a quarter of the speed", &|s| *s = super::Change::SlowerApproach.applied(s));
@@ -156,8 +179,18 @@ fn scale_springs(scenario: &mut Scenario, names: &[String], stiffness: f64, damp
 /// Damping of `m w`, half of critical, where the loop reads the motion of its own drive.
 fn add_damping(scenario: &mut Scenario) {
     let stiffness = scenario.machine.contacts.values().map(|contact| contact.stiffness).fold(0.0, f64::max);
-    let mass: f64 = scenario.machine.actuators.values().filter_map(|a| scenario.machine.bodies.get(&a.on)).map(|body| body.mass_kg).sum();
-    let sensed = scenario.machine.sensors.values().any(|sensor| scenario.machine.actuators.values().any(|a| a.on == sensor.reads.element));
+    let mass: f64 = scenario
+        .machine
+        .actuators
+        .values()
+        .filter_map(|a| scenario.machine.bodies.get(&a.on))
+        .map(|body| body.mass_kg)
+        .sum();
+    let sensed = scenario
+        .machine
+        .sensors
+        .values()
+        .any(|sensor| scenario.machine.actuators.values().any(|a| a.on == sensor.reads.element));
     for used in scenario.controllers.values_mut() {
         if let Law::ExplicitForce(gains) = &mut used.spec.law
             && sensed

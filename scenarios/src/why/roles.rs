@@ -17,15 +17,21 @@ pub(super) struct Roles {
 
 impl Roles {
     pub(super) fn of(machine: &Machine) -> Self {
-        let known = |names: Vec<&String>| names.into_iter().filter(|name| *name != GROUND).cloned().collect::<BTreeSet<String>>();
+        let known = |names: Vec<&String>| {
+            names.into_iter().filter(|name| *name != GROUND).cloned().collect::<BTreeSet<String>>()
+        };
         let base = known(machine.actuators.values().map(|actuator| &actuator.reacts_on).collect());
-        let work: BTreeSet<String> = &known(machine.contacts.values().map(|contact| &contact.between[1]).collect()) - &base;
+        let work: BTreeSet<String> =
+            &known(machine.contacts.values().map(|contact| &contact.between[1]).collect()) - &base;
         let driven = machine.actuators.values().map(|actuator| &actuator.on);
-        let mut robot = known(driven.chain(machine.contacts.values().map(|contact| &contact.between[0])).collect());
+        let mut robot =
+            known(driven.chain(machine.contacts.values().map(|contact| &contact.between[0])).collect());
         // What springs join to the robot belongs to it; a guide without stiffness joins nothing.
         let outside = |name: &String| name == GROUND || base.contains(name) || work.contains(name);
         for _ in 0..machine.bodies.len() {
-            for spring in machine.springs.values().filter(|spring| spring.rigid || spring.stiffness_n_per_m > 0.0) {
+            for spring in
+                machine.springs.values().filter(|spring| spring.rigid || spring.stiffness_n_per_m > 0.0)
+            {
                 let [a, b] = &spring.between;
                 if !outside(a) && !outside(b) && (robot.contains(a) || robot.contains(b)) {
                     robot.extend([a.clone(), b.clone()]);
@@ -33,8 +39,14 @@ impl Roles {
             }
         }
         let springs = |wanted: &dyn Fn(&str, &str) -> bool| {
-            let joins = |between: &[String; 2]| wanted(&between[0], &between[1]) || wanted(&between[1], &between[0]);
-            machine.springs.iter().filter(|(_, spring)| joins(&spring.between)).map(|(name, _)| name.clone()).collect()
+            let joins =
+                |between: &[String; 2]| wanted(&between[0], &between[1]) || wanted(&between[1], &between[0]);
+            machine
+                .springs
+                .iter()
+                .filter(|(_, spring)| joins(&spring.between))
+                .map(|(name, _)| name.clone())
+                .collect()
         };
         Self {
             transmissions: springs(&|a, b| robot.contains(a) && robot.contains(b)),

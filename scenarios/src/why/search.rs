@@ -13,7 +13,8 @@ use crate::run::{Candidate, Measured, Outcome, RunError};
 /// Sets larger than this are not tried.
 const LARGEST_SET: usize = 3;
 
-/// With noise, the largest part of the amplitude that a cure leaves: from one part of a run to another the swing of a loop near its limit changes by less.
+/// With noise, the largest part of the amplitude that a cure leaves: from one part of a run to another the
+/// swing of a loop near its limit changes by less.
 const LEFT_BY_CURE: f64 = 0.5;
 
 /// A run with some changes.
@@ -21,20 +22,22 @@ const LEFT_BY_CURE: f64 = 0.5;
 pub struct Trial {
     /// What was changed.
     pub changes: Vec<Change>,
-    /// Whether the scenario has what the changes take away; where not, they were not run, and the figures are those of the scenario as it is.
+    /// Whether the scenario has what the changes take away; where not, they were not run, and the figures are
+    /// those of the scenario as it is.
     pub applies: bool,
     /// What became of it; absent where it could not be run.
     pub outcome: Option<Outcome>,
     /// Whether the force comes to rest.
     pub cured: bool,
-    /// Whether it counts as cured though it grows, since by linear theory it grows only by the period, short as that is, of a controller that stands for a
-    /// continuous one.
+    /// Whether it counts as cured though it grows, since by linear theory it grows only by the period, short
+    /// as that is, of a controller that stands for a continuous one.
     pub only_by_period: bool,
     /// Amplitude of what lasts, N.
     pub amplitude_n: Option<f64>,
     /// Its frequency, Hz.
     pub frequency_hz: Option<f64>,
-    /// Largest factor on the loop's gain up to which the sampled loop is stable in contact; absent where unbounded or unknown.
+    /// Largest factor on the loop's gain up to which the sampled loop is stable in contact; absent where
+    /// unbounded or unknown.
     pub gain_margin: Option<f64>,
     /// Why it could not be run.
     pub error: Option<String>,
@@ -55,12 +58,20 @@ impl<'a> Search<'a> {
     }
 
     pub(super) fn explain(&self) -> Explanation {
-        let baseline = trial_of(&self.scenario, &[], true, &Ok(self.baseline.clone()), linear::gain_margin(&self.scenario));
+        let baseline = trial_of(
+            &self.scenario,
+            &[],
+            true,
+            &Ok(self.baseline.clone()),
+            linear::gain_margin(&self.scenario),
+        );
         let linear_stable = linear::is_stable_in_contact(&self.scenario);
         // What pushes itself away from the workpiece has no chatter, and a cause all the same.
-        let is_pushed_away = self.baseline.summary.outcome == Outcome::NoContact && self.baseline.summary.contact_time_s > 0.0;
-        let wrong_sign =
-            (is_troubled(&self.baseline) || is_pushed_away) && linear_stable == Some(false) && linear::has_wrong_sign(&self.scenario);
+        let is_pushed_away =
+            self.baseline.summary.outcome == Outcome::NoContact && self.baseline.summary.contact_time_s > 0.0;
+        let wrong_sign = (is_troubled(&self.baseline) || is_pushed_away)
+            && linear_stable == Some(false)
+            && linear::has_wrong_sign(&self.scenario);
         let chatters = is_troubled(&self.baseline) || wrong_sign;
         let mut explanation = Explanation {
             gain_margin: baseline.gain_margin,
@@ -80,16 +91,26 @@ impl<'a> Search<'a> {
             let verdict = &self.baseline.summary.verdict;
             explanation.verdict = match verdict.undecided {
                 Some(why) => {
-                    format!("Whether there is chatter to explain is undecided ({}): a longer `run.duration` may tell.", why.name())
+                    format!(
+                        "Whether there is chatter to explain is undecided ({}): a longer `run.duration` may tell.",
+                        why.name()
+                    )
                 }
-                None => format!("There is no chatter to explain: the run ends as `{}`.", verdict.outcome.name()),
+                None => {
+                    format!("There is no chatter to explain: the run ends as `{}`.", verdict.outcome.name())
+                }
             };
             return explanation;
         }
         explanation.singles = Change::ALL.par_iter().map(|change| self.trial(&[*change], true)).collect();
-        let useful: Vec<Change> = explanation.singles.iter().filter(|trial| trial.applies).map(|trial| trial.changes[0]).collect();
-        let mut smallest: Vec<Vec<Change>> =
-            explanation.singles.iter().filter(|trial| trial.applies && trial.cured).map(|trial| trial.changes.clone()).collect();
+        let useful: Vec<Change> =
+            explanation.singles.iter().filter(|trial| trial.applies).map(|trial| trial.changes[0]).collect();
+        let mut smallest: Vec<Vec<Change>> = explanation
+            .singles
+            .iter()
+            .filter(|trial| trial.applies && trial.cured)
+            .map(|trial| trial.changes.clone())
+            .collect();
         for size in 2..=LARGEST_SET {
             if !smallest.is_empty() {
                 break;
@@ -99,7 +120,9 @@ impl<'a> Search<'a> {
             smallest = trials.into_iter().filter(|trial| trial.cured).map(|trial| trial.changes).collect();
         }
         let weights: Vec<f64> = Change::ALL.iter().map(|change| weight(*change, &explanation)).collect();
-        let weigh = |change: &Change| Change::ALL.iter().position(|known| known == change).map_or(0.0, |i| weights[i]);
+        let weigh = |change: &Change| {
+            Change::ALL.iter().position(|known| known == change).map_or(0.0, |i| weights[i])
+        };
         let mean = |set: &Vec<Change>| set.iter().map(weigh).sum::<f64>() / set.len() as f64;
         smallest.sort_by(|a, b| mean(b).total_cmp(&mean(a)));
         for set in &mut smallest {
@@ -108,10 +131,14 @@ impl<'a> Search<'a> {
         if let Some(chosen) = smallest.first() {
             let mut sets = vec![chosen.clone()];
             if chosen.len() > 1 {
-                sets.extend(
-                    (0..chosen.len())
-                        .map(|left_out| chosen.iter().enumerate().filter(|(i, _)| *i != left_out).map(|(_, change)| *change).collect()),
-                );
+                sets.extend((0..chosen.len()).map(|left_out| {
+                    chosen
+                        .iter()
+                        .enumerate()
+                        .filter(|(i, _)| *i != left_out)
+                        .map(|(_, change)| *change)
+                        .collect()
+                }));
             }
             explanation.contributions = sets.par_iter().map(|set| self.trial(set, true)).collect();
             for change in chosen {
@@ -127,28 +154,38 @@ impl<'a> Search<'a> {
     }
 
     fn trial(&self, changes: &[Change], with_theory: bool) -> Trial {
-        let mut changed = changes.iter().fold(self.scenario.clone(), |scenario, change| change.applied(&scenario));
+        let mut changed =
+            changes.iter().fold(self.scenario.clone(), |scenario, change| change.applied(&scenario));
         let applies = changed != self.scenario;
         if !applies {
             return trial_of(&self.scenario, changes, false, &Ok(self.baseline.clone()), None);
         }
         if changes.contains(&Change::SlowerApproach) {
             // As much later as the tool arrives: a quarter of the speed takes four times as long.
-            let contact = self.baseline.summary.contacts.iter().filter_map(|contact| contact.first_contact_s).fold(0.0, f64::max);
+            let contact = self
+                .baseline
+                .summary
+                .contacts
+                .iter()
+                .filter_map(|contact| contact.first_contact_s)
+                .fold(0.0, f64::max);
             changed.run.duration_s += 3.0 * contact;
         }
-        let set_off_otherwise = changes.contains(&Change::SlowerApproach) || changes.contains(&Change::NoNoise);
+        let set_off_otherwise =
+            changes.contains(&Change::SlowerApproach) || changes.contains(&Change::NoNoise);
         let margin = if with_theory || set_off_otherwise { linear::gain_margin(&changed) } else { None };
         let result = Candidate::new(changed.clone()).and_then(|candidate| candidate.measure(0));
         (self.progress)(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
         let trial = trial_of(&self.scenario, changes, true, &result, margin);
-        // The speed of arrival and noise change nothing in contact: what is unstable there has only not yet begun to grow.
+        // The speed of arrival and noise change nothing in contact: what is unstable there has only not yet
+        // begun to grow.
         let only_later = set_off_otherwise && margin.is_some_and(|margin| margin < 1.0);
         // The loss of contact bounds growth, and is not what makes it.
         let lasts = |outcome: Outcome| matches!(outcome, Outcome::Unstable | Outcome::Chatter);
         let grows = trial.outcome.is_some_and(lasts) && lasts(self.baseline.summary.outcome);
-        let only_by_period =
-            grows && changes.contains(&Change::ContinuousController) && linear::grows_only_by_period(&self.scenario, &changed);
+        let only_by_period = grows
+            && changes.contains(&Change::ContinuousController)
+            && linear::grows_only_by_period(&self.scenario, &changed);
         let by_chance = is_noisy(&changed) && self.swings_in_noise() && self.is_as_large(&result);
         let cured = trial.cured && !only_later && !by_chance;
         Trial { cured: cured || only_by_period, only_by_period, ..trial }
@@ -161,7 +198,8 @@ impl<'a> Search<'a> {
 
     /// Whether a run swings by about as much as the scenario does.
     fn is_as_large(&self, result: &Result<Measured, RunError>) -> bool {
-        let size = |measured: &Measured| measured.summary.verdict.amplitudes_n.into_iter().fold(0.0, f64::max);
+        let size =
+            |measured: &Measured| measured.summary.verdict.amplitudes_n.into_iter().fold(0.0, f64::max);
         result.as_ref().is_ok_and(|measured| size(measured) > LEFT_BY_CURE * size(&self.baseline))
     }
 }
@@ -186,7 +224,9 @@ fn trial_of(
         outcome: measured.map(|measured| measured.summary.outcome),
         cured: measured.is_some_and(|measured| is_cured(scenario, measured)),
         only_by_period: false,
-        amplitude_n: oscillation.map(|o| o.amplitude_n).or(grows.map(|measured| measured.summary.verdict.amplitudes_n[2])),
+        amplitude_n: oscillation
+            .map(|o| o.amplitude_n)
+            .or(grows.map(|measured| measured.summary.verdict.amplitudes_n[2])),
         frequency_hz: oscillation.map(|o| o.frequency_hz),
         gain_margin: gain_margin.filter(|margin| margin.is_finite()),
         error: result.as_ref().err().map(ToString::to_string),
@@ -194,11 +234,14 @@ fn trial_of(
 }
 
 fn combinations(changes: &[Change], size: usize) -> Vec<Vec<Change>> {
-    let Some((first, rest)) = changes.split_first() else { return if size == 0 { vec![Vec::new()] } else { Vec::new() } };
+    let Some((first, rest)) = changes.split_first() else {
+        return if size == 0 { vec![Vec::new()] } else { Vec::new() };
+    };
     if size == 0 {
         return vec![Vec::new()];
     }
-    let with = combinations(rest, size - 1).into_iter().map(|set| std::iter::once(*first).chain(set).collect());
+    let with =
+        combinations(rest, size - 1).into_iter().map(|set| std::iter::once(*first).chain(set).collect());
     with.chain(combinations(rest, size)).collect()
 }
 
@@ -207,7 +250,11 @@ fn weight(change: Change, found: &Explanation) -> f64 {
     let linear_stable = found.linear_stable.unwrap_or(false);
     let own = |cause: Cause| match cause {
         Cause::NumericalArtefact => 100.0,
-        Cause::SensorNoise if found.baseline.outcome == Some(Outcome::Oscillates) && found.linear_stable != Some(false) => 60.0,
+        Cause::SensorNoise
+            if found.baseline.outcome == Some(Outcome::Oscillates) && found.linear_stable != Some(false) =>
+        {
+            60.0
+        }
         // Noise may set off what something else keeps going.
         Cause::SensorNoise => 10.0,
         Cause::StictionOrQuantiser => 50.0,
@@ -222,7 +269,11 @@ fn weight(change: Change, found: &Explanation) -> f64 {
     }
     let before = found.gain_margin.unwrap_or(f64::INFINITY);
     let trial = found.singles.iter().find(|trial| trial.changes == [change]);
-    let after = trial.and_then(|trial| trial.gain_margin).unwrap_or(if trial.is_some_and(|t| t.cured) { f64::INFINITY } else { before });
+    let after = trial.and_then(|trial| trial.gain_margin).unwrap_or(if trial.is_some_and(|t| t.cured) {
+        f64::INFINITY
+    } else {
+        before
+    });
     let gain = if before > 0.0 { (after / before).clamp(1e-3, 1e3).log10() } else { 0.0 };
     // Linear causes weigh by what their absence gains; in a loop that is stable anyway they come last.
     gain + if linear_stable { 0.0 } else { 30.0 }
@@ -236,7 +287,8 @@ fn sentence(found: &Explanation) -> String {
     };
     let Some(chosen) = found.smallest.first() else {
         let tried = format!("No change or set of up to {LARGEST_SET} changes removes the chatter");
-        let upto = found.gain_margin.map_or_else(String::new, |margin| format!(" beyond {margin:.2} of its gain"));
+        let upto =
+            found.gain_margin.map_or_else(String::new, |margin| format!(" beyond {margin:.2} of its gain"));
         if found.wrong_sign && found.baseline.outcome == Some(Outcome::NoContact) {
             return "The tool is pushed away from the workpiece: the force is fed back with the wrong sign, so that what it touches drives it off; reverse a \
                  sign, of the gain or of the drive."
@@ -260,19 +312,25 @@ fn sentence(found: &Explanation) -> String {
                     "{tried}: the gain itself is too high; by linear theory the loop in contact is stable only up to {margin:.2} of it."
                 )
             }
-            (Some(false), Some(_)) => format!("{tried}: by linear theory the loop in contact is unstable at every lower gain too."),
+            (Some(false), Some(_)) => {
+                format!("{tried}: by linear theory the loop in contact is unstable at every lower gain too.")
+            }
             _ => format!("{tried}; its cause is none of those tried."),
         };
     };
     let causes = list(found.causes.iter().map(|cause| cause.words()).collect());
     let changes = list(chosen.iter().map(|change| change.words()).collect());
     let theory = match (found.linear_stable, found.gain_margin) {
-        (Some(true), Some(margin)) => format!("; by linear theory the loop in contact is stable, up to {margin:.2} times its gain"),
+        (Some(true), Some(margin)) => {
+            format!("; by linear theory the loop in contact is stable, up to {margin:.2} times its gain")
+        }
         (Some(true), None) => "; by linear theory the loop in contact is stable".into(),
         (Some(false), Some(margin)) if margin > 0.0 => {
             format!("; by linear theory the loop in contact is stable only up to {margin:.2} of its gain")
         }
-        (Some(false), Some(_)) => "; by linear theory the sampled loop in contact is unstable at every gain".into(),
+        (Some(false), Some(_)) => {
+            "; by linear theory the sampled loop in contact is unstable at every gain".into()
+        }
         _ => String::new(),
     };
     if found.causes == [Cause::SensorNoise] && found.linear_stable != Some(false) {
@@ -280,9 +338,14 @@ fn sentence(found: &Explanation) -> String {
             "What lasts is the answer of a loop that is at rest by itself to the noise of its sensors: with {changes} it is gone{theory}."
         )
     } else if found.causes.len() > 1 {
-        format!("The chatter has {} causes, {causes}: it takes {changes} together to remove it{theory}.", found.causes.len())
+        format!(
+            "The chatter has {} causes, {causes}: it takes {changes} together to remove it{theory}.",
+            found.causes.len()
+        )
     } else if found.contributions.first().is_some_and(|trial| trial.only_by_period) {
-        format!("The growth is due to {causes}: it falls with the controller's period, and with {changes} it is gone{theory}.")
+        format!(
+            "The growth is due to {causes}: it falls with the controller's period, and with {changes} it is gone{theory}."
+        )
     } else {
         format!("The chatter is due to {causes}: with {changes} it is gone{theory}.")
     }

@@ -7,7 +7,9 @@ use feeler_scenarios::run::{RunResult, run};
 
 pub(crate) fn file(name: &str, settings: &[(&str, Setting)]) -> Document {
     let document = Document::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(name));
-    document.and_then(|document| document.with(settings.iter().cloned())).unwrap_or_else(|mistakes| panic!("{mistakes}"))
+    document
+        .and_then(|document| document.with(settings.iter().cloned()))
+        .unwrap_or_else(|mistakes| panic!("{mistakes}"))
 }
 
 pub(crate) fn result_of(document: &Document) -> RunResult {

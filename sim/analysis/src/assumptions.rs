@@ -19,7 +19,8 @@ pub struct Assumption {
 }
 
 impl ControlLoop {
-    /// Every nonlinear property of machine and controllers, effects applied, with what stands in its place under `view`.
+    /// Every nonlinear property of machine and controllers, effects applied, with what stands in its place
+    /// under `view`.
     pub fn assumptions(&self, view: &View) -> Vec<Assumption> {
         let mut found = Found(Vec::new());
         self.of_springs(view, &mut found);
@@ -27,15 +28,40 @@ impl ControlLoop {
         self.assembly().drives.iter().for_each(|drive| of_drive(drive, &mut found));
         for sensor in &self.assembly().sensors {
             let of = format!("sensors.{}", sensor.name);
-            found.when(sensor.resolutions.iter().any(|q| *q > 0.0), &of, "quantisation", "left out: readings are continuous");
-            found.when(sensor.noise > 0.0, &of, "noise", "left out: it disturbs the loop and does not change it");
+            found.when(
+                sensor.resolutions.iter().any(|q| *q > 0.0),
+                &of,
+                "quantisation",
+                "left out: readings are continuous",
+            );
+            found.when(
+                sensor.noise > 0.0,
+                &of,
+                "noise",
+                "left out: it disturbs the loop and does not change it",
+            );
         }
         for controller in self.controllers() {
             let (of, spec) = (format!("controllers.{}", controller.name), &controller.spec);
-            found.when(spec.jitter_s > 0.0, &of, "timing jitter", "left out: samples are exactly a period apart");
-            found.when(spec.output_resolution.is_some_and(|q| q > 0.0), &of, "quantisation", "left out: the output is continuous");
+            found.when(
+                spec.jitter_s > 0.0,
+                &of,
+                "timing jitter",
+                "left out: samples are exactly a period apart",
+            );
+            found.when(
+                spec.output_resolution.is_some_and(|q| q > 0.0),
+                &of,
+                "quantisation",
+                "left out: the output is continuous",
+            );
             found.when(spec.output_limit.is_some(), &of, "output limit", NOT_REACHED);
-            found.when(spec.approach.is_some(), &of, "approach", "left out: the law that follows it acts all the time");
+            found.when(
+                spec.approach.is_some(),
+                &of,
+                "approach",
+                "left out: the law that follows it acts all the time",
+            );
         }
         found.0
     }
@@ -57,7 +83,12 @@ impl ControlLoop {
                 FrictionView::Stuck => "taken as sticking: both bodies move as one",
             };
             found.when(link.friction.acts(), &of, "dry friction", friction);
-            found.when(!link.rigid && link.cubic != 0.0, &of, "hardening", "taken as its tangent at the operating point");
+            found.when(
+                !link.rigid && link.cubic != 0.0,
+                &of,
+                "hardening",
+                "taken as its tangent at the operating point",
+            );
         }
     }
 
@@ -78,19 +109,30 @@ impl ControlLoop {
                 "taken as its tangent without force".into()
             };
             found.when(!contact.law.is_linear(), &of, "nonlinear contact law", &tangent);
-            found.when(contact.profile.is_some(), &of, "surface", "taken as flat: it disturbs the loop and does not change it");
+            found.when(
+                contact.profile.is_some(),
+                &of,
+                "surface",
+                "taken as flat: it disturbs the loop and does not change it",
+            );
         }
     }
 }
 
 /// What is said of every limit.
-const NOT_REACHED: &str = "taken as never reached; where a reference of the file's size reaches it is found apart (saturation)";
+const NOT_REACHED: &str =
+    "taken as never reached; where a reference of the file's size reaches it is found apart (saturation)";
 
 fn of_drive(drive: &Drive, found: &mut Found) {
     let of = format!("actuators.{}", drive.name);
     found.when(drive.limit.is_finite(), &of, "force limit", NOT_REACHED);
     found.when(drive.rate_limit.is_finite(), &of, "rate limit", NOT_REACHED);
-    found.when(drive.deadband > 0.0, &of, "deadband", "taken as crossed: the drive answers in full; a command inside it moves nothing");
+    found.when(
+        drive.deadband > 0.0,
+        &of,
+        "deadband",
+        "taken as crossed: the drive answers in full; a command inside it moves nothing",
+    );
     found.when(
         drive.ripples.iter().any(|r| r.amplitude > 0.0),
         &of,

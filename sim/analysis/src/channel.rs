@@ -11,7 +11,8 @@ const CANCELS: f64 = 1e-13;
 pub struct Channel {
     /// One input, one output.
     pub system: StateSpace,
-    /// What each state is, as in `motor.position`; a distance where bodies that nothing holds in place are described by one.
+    /// What each state is, as in `motor.position`; a distance where bodies that nothing holds in place are
+    /// described by one.
     pub states: Vec<String>,
     /// Delay of drive and sensor together, s.
     pub delay_s: f64,
@@ -53,7 +54,8 @@ impl Channel {
         Ok(frequencies_hz(Continuous, &self.zeros()?))
     }
 
-    /// The factored form `gain (s - zero) ... / (s - pole) ...`; `None` where the output does not depend on the input.
+    /// The factored form `gain (s - zero) ... / (s - pole) ...`; `None` where the output does not depend on
+    /// the input.
     ///
     /// # Errors
     /// [`LtiError::EigenvaluesNotConverged`].
@@ -97,8 +99,9 @@ impl Reduction {
     }
 }
 
-/// Replaces the positions of bodies that nothing holds in place by their distances from the first of them, then keeps the states that an input
-/// reaches and an output sees. The first `2 coordinates` states are positions and speeds.
+/// Replaces the positions of bodies that nothing holds in place by their distances from the first of them,
+/// then keeps the states that an input reaches and an output sees. The first `2 coordinates` states are
+/// positions and speeds.
 pub(crate) fn reduce(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, coordinates: usize) -> Reduction {
     let whole = relative_coordinates(a, b, c, coordinates);
     let n = whole.a.nrows();
@@ -124,7 +127,8 @@ fn relative_coordinates(a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, nc
         let free = (nc..2 * nc).all(|row| sum(&a, row).abs() <= CANCELS * size(&a, row));
         let (Some(&lead), true) = (group.first(), free && group.len() > 1) else { continue };
         let blind = |m: &DMatrix<f64>, row: usize| sum(m, row).abs() <= CANCELS * size(m, row);
-        // Drives and filters, too, may depend on distances only; what rounding leaves of the drift would join it to the loop.
+        // Drives and filters, too, may depend on distances only; what rounding leaves of the drift would join
+        // it to the loop.
         let blind_states: Vec<usize> = (nc..a.nrows()).filter(|&row| blind(&a, row)).collect();
         let blind_outputs: Vec<usize> = (0..c.nrows()).filter(|&row| blind(&c, row)).collect();
         for &g in &group[1..] {
@@ -165,7 +169,10 @@ fn spring_groups(a: &DMatrix<f64>, nc: usize) -> Vec<Vec<usize>> {
             }
         }
     }
-    (0..nc).map(|lead| (0..nc).filter(|&g| group[g] == lead).collect::<Vec<_>>()).filter(|members| !members.is_empty()).collect()
+    (0..nc)
+        .map(|lead| (0..nc).filter(|&g| group[g] == lead).collect::<Vec<_>>())
+        .filter(|members| !members.is_empty())
+        .collect()
 }
 
 fn closure(n: usize, from: impl Fn(usize) -> bool, leads: impl Fn(usize, usize) -> bool) -> Vec<bool> {

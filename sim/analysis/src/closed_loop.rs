@@ -20,14 +20,16 @@ const LOWEST_HZ: f64 = 1e-3;
 const HIGHEST_HZ: f64 = 1e5;
 /// Ratio of neighbouring frequencies of the search: a notch narrower than that is passed over.
 const STEP: f64 = 1.02;
-/// A shelf is looked for at so many times the bandwidth; a first-order fall has left a fifth and a tenth there, a shelf as much at both, and this share at least.
+/// A shelf is looked for at so many times the bandwidth; a first-order fall has left a fifth and a tenth
+/// there, a shelf as much at both, and this share at least.
 const SHELF_AT: [f64; 2] = [5.0, 10.0];
 const SHELF_SHARE: f64 = 0.05;
 const SHELF_FLAT: f64 = 1.25;
 /// Relative accuracy of a bandwidth.
 const ACCURACY: f64 = 1e-12;
 
-/// The transfer function from a controller's reference to what it controls ([`LoopController::controlled`]), all loops closed.
+/// The transfer function from a controller's reference to what it controls ([`LoopController::controlled`]),
+/// all loops closed.
 #[derive(Debug)]
 pub struct ClosedLoop<T: TimeDomain> {
     domain: T,
@@ -41,7 +43,8 @@ pub struct ClosedLoop<T: TimeDomain> {
     integrates: bool,
 }
 
-/// Where the reading, 3 dB down, goes on following a share of the reference: what is left to proportional action where the integral one ends.
+/// Where the reading, 3 dB down, goes on following a share of the reference: what is left to proportional
+/// action where the integral one ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Shelf {
     /// Share of what it is at low frequency.
@@ -100,7 +103,10 @@ impl ClosedLoop<Continuous> {
             domain: Continuous,
             plant: Evaluator::prompt(&plant),
             around: Evaluator::prompt(&around),
-            law: ReferencePath::Continuous { spec: Box::new(own.spec.clone()), law: TransferEvaluator::new(&law) },
+            law: ReferencePath::Continuous {
+                spec: Box::new(own.spec.clone()),
+                law: TransferEvaluator::new(&law),
+            },
             highest_hz: HIGHEST_HZ,
             integrates: integrates(own),
         }))
@@ -123,8 +129,8 @@ impl<T: TimeDomain> ClosedLoop<T> {
         Ok(if self.integrates { reading / C64::new(0.0, w) } else { reading })
     }
 
-    /// The frequency at which the reading first falls 3 dB below what it is at low frequency, Hz; none where it never does up to half of the sampling
-    /// rate, or does not follow the reference at all.
+    /// The frequency at which the reading first falls 3 dB below what it is at low frequency, Hz; none where
+    /// it never does up to half of the sampling rate, or does not follow the reference at all.
     ///
     /// # Errors
     /// As [`Self::at`].
@@ -133,7 +139,8 @@ impl<T: TimeDomain> ClosedLoop<T> {
         if least == 0.0 { Ok(None) } else { self.falls_below(least, LOWEST_HZ) }
     }
 
-    /// What of the reference is still followed beyond the bandwidth of a law with integral action, if it is about as much over a good part of a decade.
+    /// What of the reference is still followed beyond the bandwidth of a law with integral action, if it is
+    /// about as much over a good part of a decade.
     ///
     /// # Errors
     /// As [`Self::at`].
@@ -175,7 +182,9 @@ impl<T: TimeDomain> ClosedLoop<T> {
 
 /// Whether a position is wanted and its speed is felt.
 fn integrates(controller: &LoopController) -> bool {
-    controller.motion_is_velocity && controller.motion.is_some() && controller.controlled() == controller.motion
+    controller.motion_is_velocity
+        && controller.motion.is_some()
+        && controller.controlled() == controller.motion
 }
 
 /// From the reference to the output of a sampled law, in the z plane.
@@ -184,12 +193,18 @@ pub(crate) fn law_of_reference(controller: &LoopController) -> Result<TransferEv
     let n = law.c.len();
     let a = DMatrix::from_fn(n, n, |i, j| law.a[i][j]);
     let b = DMatrix::from_fn(n, 1, |i, _| law.b[i][0]);
-    let system =
-        StateSpace::discrete(a, b, DMatrix::from_row_slice(1, n, &law.c), DMatrix::from_element(1, 1, law.d[0]), controller.spec.period_s)?;
+    let system = StateSpace::discrete(
+        a,
+        b,
+        DMatrix::from_row_slice(1, n, &law.c),
+        DMatrix::from_element(1, 1, law.d[0]),
+        controller.spec.period_s,
+    )?;
     Ok(TransferEvaluator::new(&system))
 }
 
-/// From the reference to the output of a law on paper: it enters wherever the reading does, with the other sign, and may be fed forward.
+/// From the reference to the output of a law on paper: it enters wherever the reading does, with the other
+/// sign, and may be fed forward.
 fn continuous_reference(spec: &ControllerSpec, law: &DMatrix<C64>, s: C64) -> C64 {
     let of = |value: usize, rate: usize| -(law[(0, value)] + s * law[(0, rate)]);
     match &spec.law {

@@ -16,7 +16,8 @@ pub(crate) const VELOCITY: usize = 3;
 /// How many there are.
 pub(crate) const INPUTS: usize = 4;
 
-/// `x' = A x + B in`, `u = C x + D in`, `in = [reading, its rate, position, velocity]`, for a reference at rest.
+/// `x' = A x + B in`, `u = C x + D in`, `in = [reading, its rate, position, velocity]`, for a reference at
+/// rest.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ContinuousLaw {
     pub(crate) a: DMatrix<f64>,
@@ -46,7 +47,12 @@ impl ContinuousLaw {
     }
 
     fn memoryless(d: [f64; INPUTS]) -> Self {
-        Self { a: DMatrix::zeros(0, 0), b: DMatrix::zeros(0, INPUTS), c: RowDVector::zeros(0), d: RowDVector::from_row_slice(&d) }
+        Self {
+            a: DMatrix::zeros(0, 0),
+            b: DMatrix::zeros(0, INPUTS),
+            c: RowDVector::zeros(0),
+            d: RowDVector::from_row_slice(&d),
+        }
     }
 
     /// `u = -(kp + ki / s + kd s / (tau s + 1)) reading`.

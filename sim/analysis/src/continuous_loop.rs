@@ -1,4 +1,5 @@
-//! The loop as drawn on paper: laws in continuous time, no sampling, hold, delay or filters of sensors and readings. Drives keep their lags.
+//! The loop as drawn on paper: laws in continuous time, no sampling, hold, delay or filters of sensors and
+//! readings. Drives keep their lags.
 
 use feeler_control::ControllerSpec;
 use feeler_lti::StateSpace;
@@ -32,7 +33,11 @@ impl ContinuousLoop {
     ///
     /// # Errors
     /// As [`Self::closed_loop`].
-    pub fn response_to(whole: &ControlLoop, controller: usize, sensor: usize) -> Result<StateSpace, AnalysisError> {
+    pub fn response_to(
+        whole: &ControlLoop,
+        controller: usize,
+        sensor: usize,
+    ) -> Result<StateSpace, AnalysisError> {
         let whole = on_paper(whole)?;
         let output = whole.plant().output(Source::Sensor(sensor))?;
         let plant = whole.loop_plant(Some((controller, output)))?;
@@ -52,11 +57,17 @@ impl ContinuousLoop {
     ///
     /// # Errors
     /// [`AnalysisError::NoGain`], [`AnalysisError::Improper`].
-    pub fn closed_loop_with(&self, controller: usize, gain: &str, value: f64) -> Result<DMatrix<f64>, AnalysisError> {
+    pub fn closed_loop_with(
+        &self,
+        controller: usize,
+        gain: &str,
+        value: f64,
+    ) -> Result<DMatrix<f64>, AnalysisError> {
         Ok(self.assemble(&self.whole.specs_with(controller, gain, value)?, None)?.a().clone())
     }
 
-    /// The loop broken at the output of one controller, the others closed: from that output to what the controller answers, negated.
+    /// The loop broken at the output of one controller, the others closed: from that output to what the
+    /// controller answers, negated.
     ///
     /// # Errors
     /// As [`Self::closed_loop`].
@@ -74,14 +85,23 @@ impl ContinuousLoop {
     }
 
     /// All states and, per controller, its inputs as `H x + J u`; then the loop closed around them.
-    fn assemble(&self, specs: &[ControllerSpec], broken: Option<(usize, Probe)>) -> Result<StateSpace, AnalysisError> {
+    fn assemble(
+        &self,
+        specs: &[ControllerSpec],
+        broken: Option<(usize, Probe)>,
+    ) -> Result<StateSpace, AnalysisError> {
         let controllers = self.whole.controllers();
         let laws: Vec<ContinuousLaw> = specs.iter().map(ContinuousLaw::new).collect();
         let part = &self.plant.reduced;
         let (n, drives) = part.b.shape();
-        let integrates: Vec<bool> =
-            controllers.iter().zip(&laws).map(|(c, law)| c.motion_is_velocity && c.motion.is_some() && law.uses(POSITION)).collect();
-        let order = n + laws.iter().map(|law| law.a.nrows()).sum::<usize>() + integrates.iter().filter(|i| **i).count();
+        let integrates: Vec<bool> = controllers
+            .iter()
+            .zip(&laws)
+            .map(|(c, law)| c.motion_is_velocity && c.motion.is_some() && law.uses(POSITION))
+            .collect();
+        let order = n
+            + laws.iter().map(|law| law.a.nrows()).sum::<usize>()
+            + integrates.iter().filter(|i| **i).count();
         let mut a = DMatrix::zeros(order, order);
         a.view_mut((0, 0), (n, n)).copy_from(&part.a);
         let mut b = DMatrix::zeros(order, drives);
@@ -119,7 +139,9 @@ impl ContinuousLoop {
             q.row_mut(i).copy_from(&(&law.d * &j));
             match broken {
                 Some((controller, Probe::Law)) if controller == i => probe = (-p.row(i), -q.row(i)),
-                Some((controller, Probe::Reading)) if controller == i => probe = (h.row(READING).into_owned(), j.row(READING).into_owned()),
+                Some((controller, Probe::Reading)) if controller == i => {
+                    probe = (h.row(READING).into_owned(), j.row(READING).into_owned())
+                }
                 _ => {}
             }
             next += states;
@@ -163,7 +185,8 @@ fn on_paper(whole: &ControlLoop) -> Result<ControlLoop, AnalysisError> {
     })
 }
 
-/// Controllers' outputs `p x + q u` drive `u`; the broken one's place is taken by the input, and the output is the probe, `c x + d u`.
+/// Controllers' outputs `p x + q u` drive `u`; the broken one's place is taken by the input, and the output
+/// is the probe, `c x + d u`.
 fn close(
     [a, b, p, q]: [&DMatrix<f64>; 4],
     drive_of: &[usize],
@@ -172,10 +195,13 @@ fn close(
 ) -> Result<StateSpace, AnalysisError> {
     let drives = b.ncols();
     // Which controllers feed which drive.
-    let select = DMatrix::from_fn(drives, drive_of.len(), |d, i| f64::from(u8::from(drive_of[i] == d && broken != Some(i))));
+    let select = DMatrix::from_fn(drives, drive_of.len(), |d, i| {
+        f64::from(u8::from(drive_of[i] == d && broken != Some(i)))
+    });
     let around = DMatrix::identity(drives, drives) - &select * q;
     let inverse = around.try_inverse().ok_or(feeler_lti::LtiError::AlgebraicLoop)?;
-    let enter = DMatrix::from_fn(drives, 1, |d, _| f64::from(u8::from(broken.is_some_and(|i| drive_of[i] == d))));
+    let enter =
+        DMatrix::from_fn(drives, 1, |d, _| f64::from(u8::from(broken.is_some_and(|i| drive_of[i] == d))));
     let u_x = &inverse * &select * p;
     let u_r = &inverse * enter;
     let c = c + d * &u_x;

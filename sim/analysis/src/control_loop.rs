@@ -29,20 +29,27 @@ pub struct LoopController {
 }
 
 impl LoopController {
-    /// The sensor through which the law closes its loop: what it controls, or the motion where it makes no use of that.
+    /// The sensor through which the law closes its loop: what it controls, or the motion where it makes no
+    /// use of that.
     pub fn fed_back(&self) -> Option<usize> {
         let unused = matches!(self.spec.law, Law::Impedance(gains) if gains.force_gain == 0.0);
         self.reading.filter(|_| !unused).or(self.motion)
     }
 
-    /// The sensor through which the loop of a gain closes: what an impedance's force gain multiplies, also where it is zero so far, else [`Self::fed_back`].
+    /// The sensor through which the loop of a gain closes: what an impedance's force gain multiplies, also
+    /// where it is zero so far, else [`Self::fed_back`].
     pub fn sensor_of_gain(&self, gain: &str) -> Option<usize> {
         if gain == "force_gain" { self.reading.or(self.motion) } else { self.fed_back() }
     }
 
-    /// The sensor of what the reference is of, and its bandwidth: motion under an impedance, whose reference is a position, else what is read.
+    /// The sensor of what the reference is of, and its bandwidth: motion under an impedance, whose reference
+    /// is a position, else what is read.
     pub fn controlled(&self) -> Option<usize> {
-        if matches!(self.spec.law, Law::Impedance(_)) { self.motion.or(self.reading) } else { self.reading.or(self.motion) }
+        if matches!(self.spec.law, Law::Impedance(_)) {
+            self.motion.or(self.reading)
+        } else {
+            self.reading.or(self.motion)
+        }
     }
 }
 
@@ -95,11 +102,12 @@ impl ControlLoop {
         Ok(Self { plant, assembly, view: *view, controllers: controllers.collect() })
     }
 
-    /// Linearises a scenario for the gain that a key names to be varied: a controller that would need a motion sensor with that gain has one,
-    /// also where the gain is zero in the scenario.
+    /// Linearises a scenario for the gain that a key names to be varied: a controller that would need a
+    /// motion sensor with that gain has one, also where the gain is zero in the scenario.
     ///
     /// # Errors
-    /// Those of [`Self::new`] and [`Self::gain_of_key`], [`AnalysisError::NoGain`], and a machine without such a sensor.
+    /// Those of [`Self::new`] and [`Self::gain_of_key`], [`AnalysisError::NoGain`], and a machine without
+    /// such a sensor.
     pub fn varying(scenario: &Scenario, view: &View, key: &str) -> Result<Self, AnalysisError> {
         let mut whole = Self::new(scenario, view)?;
         let (controller, gain) = whole.gain_of_key(key)?;
@@ -119,7 +127,10 @@ impl ControlLoop {
     ///
     /// # Errors
     /// [`AnalysisError::NoEquilibrium`], and the mistakes of the new machine.
-    pub fn altered(&self, change: impl FnOnce(&mut Assembly, &mut Vec<LoopController>)) -> Result<Self, AnalysisError> {
+    pub fn altered(
+        &self,
+        change: impl FnOnce(&mut Assembly, &mut Vec<LoopController>),
+    ) -> Result<Self, AnalysisError> {
         let (mut assembly, mut controllers) = (self.assembly.clone(), self.controllers.clone());
         change(&mut assembly, &mut controllers);
         let plant = LinearMachine::of_assembly(self.plant.machine(), &assembly, &self.view)?;
@@ -150,7 +161,8 @@ impl ControlLoop {
         found.ok_or_else(|| AnalysisError::NoController { name: name.into() })
     }
 
-    /// Controller and gain that a key such as `controllers.force.kp` (or `force.kp`, or `kp` for the first controller) names.
+    /// Controller and gain that a key such as `controllers.force.kp` (or `force.kp`, or `kp` for the first
+    /// controller) names.
     ///
     /// # Errors
     /// [`AnalysisError::NoController`]; the gain itself is checked where it is set.
@@ -164,7 +176,8 @@ impl ControlLoop {
         Ok((controller, gain.into()))
     }
 
-    /// The gain that is looked at unless another is asked for: of the first controller that closes a loop, the first that is not zero.
+    /// The gain that is looked at unless another is asked for: of the first controller that closes a loop,
+    /// the first that is not zero.
     pub fn default_gain_key(&self) -> Option<String> {
         let closes = |c: &&LoopController| !matches!(c.spec.law, Law::OpenLoop);
         let controller = self.controllers.iter().find(closes)?;
@@ -176,18 +189,28 @@ impl ControlLoop {
     }
 
     /// Specifications with one gain changed.
-    pub(crate) fn specs_with(&self, controller: usize, gain: &str, value: f64) -> Result<Vec<ControllerSpec>, AnalysisError> {
+    pub(crate) fn specs_with(
+        &self,
+        controller: usize,
+        gain: &str,
+        value: f64,
+    ) -> Result<Vec<ControllerSpec>, AnalysisError> {
         let mut specs: Vec<ControllerSpec> = self.controllers.iter().map(|c| c.spec.clone()).collect();
         specs[controller] = with_gain(&specs[controller], gain, value)?;
         Ok(specs)
     }
 
     /// The plant between drives and sensors. `outputs` may replace the readings of controllers.
-    pub(crate) fn loop_plant(&self, replaced: Option<(usize, OutputRow)>) -> Result<LoopPlant, AnalysisError> {
+    pub(crate) fn loop_plant(
+        &self,
+        replaced: Option<(usize, OutputRow)>,
+    ) -> Result<LoopPlant, AnalysisError> {
         let plant = &self.plant;
         let sensor = |index: Option<usize>| index.map(|i| plant.output(Source::Sensor(i))).transpose();
-        let mut reading: Vec<Option<OutputRow>> = self.controllers.iter().map(|c| sensor(c.reading)).collect::<Result<_, _>>()?;
-        let mut motion: Vec<Option<OutputRow>> = self.controllers.iter().map(|c| sensor(c.motion)).collect::<Result<_, _>>()?;
+        let mut reading: Vec<Option<OutputRow>> =
+            self.controllers.iter().map(|c| sensor(c.reading)).collect::<Result<_, _>>()?;
+        let mut motion: Vec<Option<OutputRow>> =
+            self.controllers.iter().map(|c| sensor(c.motion)).collect::<Result<_, _>>()?;
         if let Some((controller, output)) = replaced {
             reading[controller] = Some(output);
         }

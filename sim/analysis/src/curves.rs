@@ -1,4 +1,5 @@
-//! What a page shows of a loop: frequency responses, sampled and continuous, and root loci over the gain in question.
+//! What a page shows of a loop: frequency responses, sampled and continuous, and root loci over the gain in
+//! question.
 
 use std::f64::consts::TAU;
 
@@ -22,15 +23,17 @@ use crate::sampled_loop::SampledLoop;
 const POINTS: u32 = 500;
 /// Points on each side of every resonance and antiresonance, spaced by its own width.
 const POINTS_BESIDE: i32 = 12;
-/// Between neighbouring points a response changes by no more than this share of itself, and a loop and its closed form on the sphere of complex
-/// numbers by no more than this much of its radius: curves look round, on a logarithmic scale and in the plane, wherever they are.
+/// Between neighbouring points a response changes by no more than this share of itself, and a loop and its
+/// closed form on the sphere of complex numbers by no more than this much of its radius: curves look round,
+/// on a logarithmic scale and in the plane, wherever they are.
 const CHANGE: f64 = 0.12;
 const ARC: f64 = 0.02;
 /// Halvings of a step, and points, at most.
 const HALVINGS: usize = 12;
 const MOST_POINTS: usize = 3000;
 
-/// Responses over frequency, not a number where a response has none: at a pole on the axis, and beyond half of the sampling rate.
+/// Responses over frequency, not a number where a response has none: at a pole on the axis, and beyond half
+/// of the sampling rate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curves {
     /// Hz, rising.
@@ -39,7 +42,8 @@ pub struct Curves {
     pub plant: Vec<C64>,
     /// The same under the controller's hold, sampled; absent without a controller.
     pub plant_sampled: Option<Vec<C64>>,
-    /// The loop broken at its controller, without sampling, delay and filters; absent as the continuous gain of a [`Report`].
+    /// The loop broken at its controller, without sampling, delay and filters; absent as the continuous gain
+    /// of a [`Report`].
     pub open: Option<Vec<C64>>,
     /// The loop broken at its controller, as built.
     pub open_sampled: Option<Vec<C64>>,
@@ -47,7 +51,8 @@ pub struct Curves {
     pub nyquist_hz: Option<f64>,
     /// Root locus of the continuous loop.
     pub locus: Option<Locus>,
-    /// Root locus of the loop as built, in the z plane of [`Locus::period_s`]; absent where a long delay makes its branches countless.
+    /// Root locus of the loop as built, in the z plane of [`Locus::period_s`]; absent where a long delay
+    /// makes its branches countless.
     pub locus_sampled: Option<Locus>,
 }
 
@@ -56,7 +61,9 @@ pub struct Curves {
 /// # Errors
 /// As [`crate::analyze`].
 pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result<Curves, AnalysisError> {
-    let name = |text: &str| text.parse::<SignalName>().map_err(|_| AnalysisError::NotLinear { name: text.to_owned() });
+    let name = |text: &str| {
+        text.parse::<SignalName>().map_err(|_| AnalysisError::NotLinear { name: text.to_owned() })
+    };
     let (scenario, input) = commanded(scenario, &name(&report.input)?);
     let (scenario, output) = (scenario.as_ref(), name(&report.output)?);
     let whole = match &report.gain {
@@ -66,7 +73,10 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
     let channel = whole.plant().channel(&input, &output)?;
     let drive = whole.plant().drive(&input)?;
     let looped = report.gain.as_ref().map(|g| whole.gain_of_key(&g.key)).transpose()?;
-    let holder = looped.as_ref().map(|(controller, _)| *controller).or_else(|| whole.controllers().iter().position(|c| c.drive == drive));
+    let holder = looped
+        .as_ref()
+        .map(|(controller, _)| *controller)
+        .or_else(|| whole.controllers().iter().position(|c| c.drive == drive));
     let nyquist_hz = holder.map(|controller| 0.5 / whole.controllers()[controller].spec.period_s);
     let roots: Vec<C64> = channel.poles()?.into_iter().chain(channel.zeros()?).collect();
 
@@ -89,7 +99,13 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
         if !late {
             let zeros = broken.map(|open| open.system.zeros().unwrap_or_default()).unwrap_or_default();
             let closed = |k: f64| sampled.closed_loop_with(*controller, key, k);
-            locus_sampled = Some(follow(Some(sampled.common_period_s()), closed, zeros, present, gains.sampled.stable[1])?);
+            locus_sampled = Some(follow(
+                Some(sampled.common_period_s()),
+                closed,
+                zeros,
+                present,
+                gains.sampled.stable[1],
+            )?);
         }
         if let Some(range) = &gains.continuous {
             let continuous = ContinuousLoop::new(&whole)?;
@@ -102,8 +118,11 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
     let loops = [open, open_sampled];
     let plants = [Some(plant), plant_sampled];
     let frequencies_hz = refined(grid(&roots, nyquist_hz), &plants, &loops);
-    let values = |response: &Option<Response>| response.as_ref().map(|at| frequencies_hz.iter().map(|&f| at(f)).collect::<Vec<C64>>());
-    let [[plant, plant_sampled], [open, open_sampled]] = [&plants, &loops].map(|pair| [values(&pair[0]), values(&pair[1])]);
+    let values = |response: &Option<Response>| {
+        response.as_ref().map(|at| frequencies_hz.iter().map(|&f| at(f)).collect::<Vec<C64>>())
+    };
+    let [[plant, plant_sampled], [open, open_sampled]] =
+        [&plants, &loops].map(|pair| [values(&pair[0]), values(&pair[1])]);
     let plant = plant.unwrap_or_default();
     Ok(Curves { frequencies_hz, plant, plant_sampled, open, open_sampled, nyquist_hz, locus, locus_sampled })
 }
@@ -112,20 +131,29 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
 type Response = Box<dyn Fn(f64) -> C64>;
 
 /// Frequencies (Hz) with as many more between as the curves need to look round.
-fn refined(mut frequencies_hz: Vec<f64>, plants: &[Option<Response>], loops: &[Option<Response>]) -> Vec<f64> {
+fn refined(
+    mut frequencies_hz: Vec<f64>,
+    plants: &[Option<Response>],
+    loops: &[Option<Response>],
+) -> Vec<f64> {
     let at = |f: f64| Point {
         values: plants.iter().flatten().map(|response| response(f)).collect(),
         loops: loops.iter().flatten().map(|response| response(f)).collect(),
     };
     let mut points: Vec<Point> = frequencies_hz.iter().map(|&f| at(f)).collect();
     for _ in 0..HALVINGS {
-        let coarse: Vec<usize> = (1..points.len()).filter(|&i| points[i - 1].is_far_from(&points[i])).collect();
+        let coarse: Vec<usize> =
+            (1..points.len()).filter(|&i| points[i - 1].is_far_from(&points[i])).collect();
         if coarse.is_empty() || points.len() + coarse.len() > MOST_POINTS {
             break;
         }
         let middle = |i: &usize| (frequencies_hz[i - 1] * frequencies_hz[*i]).sqrt();
-        let mut all: Vec<(f64, Point)> =
-            coarse.iter().map(middle).map(|f| (f, at(f))).chain(frequencies_hz.iter().copied().zip(points)).collect();
+        let mut all: Vec<(f64, Point)> = coarse
+            .iter()
+            .map(middle)
+            .map(|f| (f, at(f)))
+            .chain(frequencies_hz.iter().copied().zip(points))
+            .collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         (frequencies_hz, points) = all.into_iter().unzip();
     }
@@ -141,11 +169,17 @@ struct Point {
 impl Point {
     fn is_far_from(&self, other: &Self) -> bool {
         let change = |(a, b): (&C64, &C64)| (a - b).norm() > CHANGE * a.norm().max(b.norm());
-        let arc = |a: C64, b: C64| 2.0 * (a - b).norm() > ARC * ((1.0 + a.norm_sqr()) * (1.0 + b.norm_sqr())).sqrt();
+        let arc = |a: C64, b: C64| {
+            2.0 * (a - b).norm() > ARC * ((1.0 + a.norm_sqr()) * (1.0 + b.norm_sqr())).sqrt()
+        };
         let closed = |l: &C64| l / (l + 1.0);
         // What is not a number is far from nothing.
         self.values.iter().zip(&other.values).any(change)
-            || self.loops.iter().zip(&other.loops).any(|(a, b)| arc(*a, *b) || arc(closed(a), closed(b)) || change((a, b)))
+            || self
+                .loops
+                .iter()
+                .zip(&other.loops)
+                .any(|(a, b)| arc(*a, *b) || arc(closed(a), closed(b)) || change((a, b)))
     }
 }
 
@@ -159,7 +193,8 @@ fn held_plant(whole: &ControlLoop, controller: usize, row: OutputRow) -> Result<
     alone.response_to(0, row)
 }
 
-/// Frequencies (Hz) that show every root near the axis, and end beyond the last of them and half of the sampling rate.
+/// Frequencies (Hz) that show every root near the axis, and end beyond the last of them and half of the
+/// sampling rate.
 fn grid(roots: &[C64], nyquist_hz: Option<f64>) -> Vec<f64> {
     let sizes = || roots.iter().map(|r| r.norm() / TAU).filter(|f| *f > 1e-3);
     let (lowest, highest) = (sizes().fold(f64::INFINITY, f64::min), sizes().fold(0.0, f64::max));
@@ -168,7 +203,8 @@ fn grid(roots: &[C64], nyquist_hz: Option<f64>) -> Vec<f64> {
     let high = (2.0 * highest.min(4.0 * nyquist.max(100.0))).max(nyquist).max(100.0 * low);
     // Scales end at 1, 2 or 5 of a decade.
     let (low, high) = (1.0 / round_above(1.0 / low), round_above(high));
-    let mut all: Vec<f64> = (0..=POINTS).map(|i| low * (high / low).powf(f64::from(i) / f64::from(POINTS))).collect();
+    let mut all: Vec<f64> =
+        (0..=POINTS).map(|i| low * (high / low).powf(f64::from(i) / f64::from(POINTS))).collect();
     for root in roots.iter().filter(|r| r.im > 0.0) {
         let width = root.re.abs().max(1e-5 * root.im) / TAU;
         let beside = (-POINTS_BESIDE..=POINTS_BESIDE).map(|i| root.im / TAU + 0.4 * f64::from(i) * width);

@@ -1,14 +1,16 @@
 //! Drift that a loop neither sees nor moves: a machine that nothing holds in place, wandering off as a whole.
 //!
-//! It is an eigenvalue on the limit of stability at every gain, so it says nothing about any gain, while its rounding errors look like crossings.
-//! A search over gains is done without it.
+//! It is an eigenvalue on the limit of stability at every gain, so it says nothing about any gain, while its
+//! rounding errors look like crossings. A search over gains is done without it.
 
 use feeler_lti::{C64, balance};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
-/// A direction is left alone by a row whose terms cancel to this share of their sizes; exponentials are good to 1e-14 or so.
+/// A direction is left alone by a row whose terms cancel to this share of their sizes; exponentials are good
+/// to 1e-14 or so.
 const CANCELS: f64 = 1e-10;
-/// Singular values below this share of the largest, rows scaled alike, may belong to a drift; [`CANCELS`] then decides.
+/// Singular values below this share of the largest, rows scaled alike, may belong to a drift; [`CANCELS`]
+/// then decides.
 const SMALL: f64 = 1e-9;
 
 /// A state matrix A0 + k A1 as a function of a gain k, without its drift.
@@ -22,7 +24,8 @@ pub(crate) struct WithoutDrift {
     left_out: Vec<LeftOut>,
 }
 
-/// A state whose value only says how far a drift has gone, and by how much the drift moves the others while it moves this one by 1.
+/// A state whose value only says how far a drift has gone, and by how much the drift moves the others while
+/// it moves this one by 1.
 #[derive(Clone, Debug)]
 struct LeftOut {
     state: usize,
@@ -32,7 +35,8 @@ struct LeftOut {
 }
 
 impl WithoutDrift {
-    /// Leaves out every direction v with `A0 v = neutral v` and `A1 v = 0`; `neutral` is 0 in continuous time and 1 in discrete time.
+    /// Leaves out every direction v with `A0 v = neutral v` and `A1 v = 0`; `neutral` is 0 in continuous time
+    /// and 1 in discrete time.
     pub(crate) fn new(zero: DMatrix<f64>, slope: DMatrix<f64>, neutral: f64) -> Self {
         let mut drifts = drifts(&zero, &slope, neutral);
         let mut rest = Self { zero, slope, neutral, left_out: Vec::new() };
@@ -66,7 +70,8 @@ impl WithoutDrift {
     /// The eigenvector in all states, from the one in those that are left.
     pub(crate) fn whole(&self, gain: f64, eigenvalue: C64, vector: &DVector<C64>) -> DVector<C64> {
         self.left_out.iter().rev().fold(vector.clone(), |vector, out| {
-            let pull: C64 = (&out.zero + &out.slope * gain).iter().zip(vector.iter()).map(|(a, v)| v * *a).sum();
+            let pull: C64 =
+                (&out.zero + &out.slope * gain).iter().zip(vector.iter()).map(|(a, v)| v * *a).sum();
             let away = eigenvalue - self.neutral;
             let gone = if away.norm() > CANCELS { pull / away } else { C64::new(0.0, 0.0) };
             let moved = vector + out.direction.map(|d| gone * d);
@@ -122,10 +127,13 @@ mod tests {
     /// Eigenvalues of these matrices are good to about n eps times their size.
     const EIGEN: f64 = 1e-9;
 
-    /// Two masses joined by a spring, of which the relative speed is fed back; positions and speeds, nothing held in place.
+    /// Two masses joined by a spring, of which the relative speed is fed back; positions and speeds, nothing
+    /// held in place.
     fn floating() -> (DMatrix<f64>, DMatrix<f64>) {
-        let zero = dmatrix![0.0, 0.0, 1.0, 0.0; 0.0, 0.0, 0.0, 1.0; -4e5, 4e5, -30.0, 0.0; 4e5, -4e5, 0.0, 0.0];
-        let slope = dmatrix![0.0, 0.0, 0.0, 0.0; 0.0, 0.0, 0.0, 0.0; 0.0, 0.0, -1.0, 1.0; 0.0, 0.0, 1.0, -1.0];
+        let zero =
+            dmatrix![0.0, 0.0, 1.0, 0.0; 0.0, 0.0, 0.0, 1.0; -4e5, 4e5, -30.0, 0.0; 4e5, -4e5, 0.0, 0.0];
+        let slope =
+            dmatrix![0.0, 0.0, 0.0, 0.0; 0.0, 0.0, 0.0, 0.0; 0.0, 0.0, -1.0, 1.0; 0.0, 0.0, 1.0, -1.0];
         (zero, slope)
     }
 
@@ -151,13 +159,17 @@ mod tests {
         let matrix = (&zero + &slope * gain).map(|v| C64::new(v, 0.0));
         for (value, vector) in left.values.iter().zip(&left.vectors).filter(|(v, _)| v.norm() > 1.0) {
             let vector = rest.whole(gain, *value, vector);
-            assert!((&matrix * &vector - &vector * *value).norm() <= EIGEN * matrix.norm() * vector.norm(), "{value}");
+            assert!(
+                (&matrix * &vector - &vector * *value).norm() <= EIGEN * matrix.norm() * vector.norm(),
+                "{value}"
+            );
         }
     }
 
     #[test]
     fn truth_a_drift_that_grows_is_kept() {
-        // A free mass under no force: its speed is a second neutral motion, and the position that it feeds grows without bound.
+        // A free mass under no force: its speed is a second neutral motion, and the position that it feeds
+        // grows without bound.
         let (zero, slope) = (dmatrix![0.0, 1.0; 0.0, 0.0], DMatrix::zeros(2, 2));
         let rest = WithoutDrift::new(zero, slope, 0.0);
         assert_eq!(rest.zero, dmatrix![0.0]);

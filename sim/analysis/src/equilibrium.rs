@@ -57,8 +57,13 @@ pub(crate) enum Holding {
     },
 }
 
-/// Finds the state of rest nearest to the start under what holds it: positions, drive and filter states, and the inputs where they are not given.
-pub(crate) fn equilibrium(motion: &Motion, equations: &Equations, holding: Holding) -> Result<OperatingPoint, AnalysisError> {
+/// Finds the state of rest nearest to the start under what holds it: positions, drive and filter states, and
+/// the inputs where they are not given.
+pub(crate) fn equilibrium(
+    motion: &Motion,
+    equations: &Equations,
+    holding: Holding,
+) -> Result<OperatingPoint, AnalysisError> {
     let layout = motion.layout();
     let mut xi = motion.initial_state();
     xi.resize(layout.width(), 0.0);
@@ -70,8 +75,10 @@ pub(crate) fn equilibrium(motion: &Motion, equations: &Equations, holding: Holdi
         Holding::Drive { .. } => layout.states(),
     };
     let unknowns: Vec<usize> = (0..nc).chain(2 * nc..last).collect();
-    let mut conditions: Vec<(Row, f64)> = (nc..layout.states()).map(|i| (equations.derivative[i].clone(), 0.0)).collect();
-    let engaged = motion.assembly().contacts.first().is_some_and(|contact| contact.engagement != Engagement::Free);
+    let mut conditions: Vec<(Row, f64)> =
+        (nc..layout.states()).map(|i| (equations.derivative[i].clone(), 0.0)).collect();
+    let engaged =
+        motion.assembly().contacts.first().is_some_and(|contact| contact.engagement != Engagement::Free);
     match holding {
         Holding::Preload(preload_n) if preload_n != 0.0 && !equations.contact_force.is_empty() => {
             conditions.push((equations.contact_force[0].clone(), preload_n));
@@ -89,8 +96,14 @@ pub(crate) fn equilibrium(motion: &Motion, equations: &Equations, holding: Holdi
     let mut residual = f64::INFINITY;
     for _ in 0..MAX_STEPS {
         motion.fill_terms(equations, &mut xi);
-        let error = DVector::from_iterator(conditions.len(), conditions.iter().map(|(row, value)| dot(row, &xi) - value));
-        let scale = conditions.iter().map(|(row, value)| size(row, &xi) + value.abs()).fold(f64::MIN_POSITIVE, f64::max);
+        let error = DVector::from_iterator(
+            conditions.len(),
+            conditions.iter().map(|(row, value)| dot(row, &xi) - value),
+        );
+        let scale = conditions
+            .iter()
+            .map(|(row, value)| size(row, &xi) + value.abs())
+            .fold(f64::MIN_POSITIVE, f64::max);
         residual = error.amax();
         if residual <= BALANCED * scale {
             return Ok(OperatingPoint { xi, balanced: true });
@@ -110,7 +123,8 @@ pub(crate) fn equilibrium(motion: &Motion, equations: &Equations, holding: Holdi
     Err(AnalysisError::NoEquilibrium { residual_m_per_s2: residual })
 }
 
-/// Moves everything in front of the first contact so far that the contact carries about this force: a power law has no slope at zero.
+/// Moves everything in front of the first contact so far that the contact carries about this force: a power
+/// law has no slope at zero.
 fn start_in_contact(motion: &Motion, equations: &Equations, preload_n: f64, xi: &mut [f64]) {
     let part = &motion.assembly().contacts[0];
     let depth = (preload_n.abs() / part.law.stiffness).powf(1.0 / part.law.exponent) * preload_n.signum();
@@ -133,7 +147,9 @@ fn least_step(rows: &[Row], unknowns: &[usize], error: &DVector<f64>) -> DVector
             error[i] /= norm;
         }
     }
-    let columns: Vec<f64> = (0..unknowns.len()).map(|j| Some(jacobian.column(j).norm()).filter(|n| *n > 0.0).unwrap_or(1.0)).collect();
+    let columns: Vec<f64> = (0..unknowns.len())
+        .map(|j| Some(jacobian.column(j).norm()).filter(|n| *n > 0.0).unwrap_or(1.0))
+        .collect();
     for (j, norm) in columns.iter().enumerate() {
         jacobian.column_mut(j).scale_mut(1.0 / norm);
     }

@@ -32,7 +32,9 @@ pub enum AnalysisError {
         name: String,
     },
     /// The input of a linear analysis must be the command of an actuator or the force on a body.
-    #[error("`{name}` is no input: name an actuator's command, as in `drive.command`, or the force on a body, as in `tip.force`")]
+    #[error(
+        "`{name}` is no input: name an actuator's command, as in `drive.command`, or the force on a body, as in `tip.force`"
+    )]
     NotAnInput {
         /// The signal.
         name: String,
@@ -66,7 +68,9 @@ pub enum AnalysisError {
         limit: usize,
     },
     /// Delays so long that the sampled loop has too many states.
-    #[error("{stored} samples are under way in the delays of this loop, and {most} are the most (it repeats every {common_s} s)")]
+    #[error(
+        "{stored} samples are under way in the delays of this loop, and {most} are the most (it repeats every {common_s} s)"
+    )]
     LongDelay {
         /// Samples under way when a common period begins, each a state.
         stored: usize,
@@ -75,7 +79,8 @@ pub enum AnalysisError {
         /// The period with which all controllers repeat.
         common_s: f64,
     },
-    /// A loop that is broken at one controller is time-invariant only if nothing else repeats more slowly than this controller.
+    /// A loop that is broken at one controller is time-invariant only if nothing else repeats more slowly
+    /// than this controller.
     #[error("`{name}` samples every {period_s} s, but the loop repeats only every {common_s} s")]
     SlowerThanLoop {
         /// The controller.

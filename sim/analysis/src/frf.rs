@@ -1,7 +1,9 @@
-//! Frequency responses measured on the simulated machine as an analyst would on the robot, with the linear response beside them.
+//! Frequency responses measured on the simulated machine as an analyst would on the robot, with the linear
+//! response beside them.
 //!
-//! The command is held between samples and the output is sampled at the same instants, just before the next command acts; the linear response
-//! that is laid over the measured one is that of the held and sampled machine, delays exact.
+//! The command is held between samples and the output is sampled at the same instants, just before the next
+//! command acts; the linear response that is laid over the measured one is that of the held and sampled
+//! machine, delays exact.
 
 use std::f64::consts::TAU;
 
@@ -10,8 +12,9 @@ use feeler_control::{ControllerSpec, Law, ReferenceSpec};
 use feeler_engine::{ControllerUse, Program, RunEnd, RunSettings, Scenario, Simulation, Trace};
 use feeler_lti::C64;
 use feeler_lti::spectral::{
-    Estimator, Evidence, LocalPolynomialSettings, Realisation, ResponseEstimate, SteppedSinePoint, WelchSettings,
-    best_linear_approximation, cross_spectra, local_polynomial, periodic_response, smoothed_spectra, stepped_sine,
+    Estimator, Evidence, LocalPolynomialSettings, Realisation, ResponseEstimate, SteppedSinePoint,
+    WelchSettings, best_linear_approximation, cross_spectra, local_polynomial, periodic_response,
+    smoothed_spectra, stepped_sine,
 };
 use feeler_plant::description::{ActuatorKind, Machine, Quantity, SignalName};
 
@@ -102,7 +105,8 @@ pub struct MeasuredResponse {
     pub estimate: ResponseEstimate,
     /// The machine's linear response with hold, sampling and delays, at the frequencies of the estimate.
     pub linear: Vec<C64>,
-    /// Per frequency, variance of a single realisation due to nonlinear distortion; only from two realisations of a multisine on.
+    /// Per frequency, variance of a single realisation due to nonlinear distortion; only from two
+    /// realisations of a multisine on.
     pub distortion_variance: Option<Vec<f64>>,
     /// Per frequency, variance of the estimate due to noise alone; as the distortion.
     pub noise_variance: Option<Vec<f64>>,
@@ -110,7 +114,8 @@ pub struct MeasuredResponse {
     pub evidence: Option<Evidence>,
 }
 
-/// The response between two frequencies from records of input and output under a noise-like excitation, simulated or measured on a real machine.
+/// The response between two frequencies from records of input and output under a noise-like excitation,
+/// simulated or measured on a real machine.
 ///
 /// # Errors
 /// [`AnalysisError::Lti`] for records of different length, too short, or without power at a frequency.
@@ -132,14 +137,17 @@ pub fn response_from_noise(
             let segment = (input.len() / COHERENCE_SEGMENTS).max(2);
             let segments = cross_spectra(input, output, sample_s, &WelchSettings::hann(segment))?;
             let coherence = segments.coherence();
-            let nearest = |f: &f64| coherence[((f * segment as f64 * sample_s).round() as usize).min(coherence.len() - 1)];
+            let nearest = |f: &f64| {
+                coherence[((f * segment as f64 * sample_s).round() as usize).min(coherence.len() - 1)]
+            };
             estimate.coherence = Some(estimate.frequencies_hz.iter().map(nearest).collect());
             estimate
         }
     })
 }
 
-/// What rounding of a long simulation makes of a response, as a share of itself and of the largest: standard deviations.
+/// What rounding of a long simulation makes of a response, as a share of itself and of the largest: standard
+/// deviations.
 const ROUNDING: (f64, f64) = (1e-12, 1e-14);
 
 /// A simulation without noise is exact to rounding, which its bands have to hold.
@@ -151,35 +159,62 @@ fn add_rounding(estimate: &mut ResponseEstimate) {
 }
 
 impl Experiment {
-    /// Excites the machine with root mean square `rms` (amplitude of a sine: `sqrt(2) rms`) between two frequencies and estimates the response.
+    /// Excites the machine with root mean square `rms` (amplitude of a sine: `sqrt(2) rms`) between two
+    /// frequencies and estimates the response.
     ///
     /// # Errors
-    /// The mistakes of the machine; [`AnalysisError::RunEnded`] where the motion diverges; [`AnalysisError::Lti`] for a record too short.
-    pub fn measure(&self, excitation: &Excitation, rms: f64, (low_hz, high_hz): (f64, f64)) -> Result<MeasuredResponse, AnalysisError> {
+    /// The mistakes of the machine; [`AnalysisError::RunEnded`] where the motion diverges;
+    /// [`AnalysisError::Lti`] for a record too short.
+    pub fn measure(
+        &self,
+        excitation: &Excitation,
+        rms: f64,
+        (low_hz, high_hz): (f64, f64),
+    ) -> Result<MeasuredResponse, AnalysisError> {
         let (mut distortion_variance, mut noise_variance, mut evidence) = (None, None, None);
         let mut estimate = match *excitation {
             Excitation::WhiteNoise { duration_s, method } => {
-                let spec = ReferenceSpec::WhiteNoise { low_hz: 0.0, high_hz: high_hz.min(0.499 / self.hold_s), rms, offset: self.offset };
+                let spec = ReferenceSpec::WhiteNoise {
+                    low_hz: 0.0,
+                    high_hz: high_hz.min(0.499 / self.hold_s),
+                    rms,
+                    offset: self.offset,
+                };
                 let (u, y) = self.record(spec, self.seed, duration_s)?;
                 response_from_noise(&u, &y, self.hold_s, method, (low_hz, high_hz))?
             }
             Excitation::Multisine { period_s, periods, transient_periods, realisations } => {
                 let samples_per_period = (period_s / self.hold_s).round() as usize;
-                let spec = ReferenceSpec::Multisine { lines: Lines::All, low_hz, high_hz, period_s, rms, offset: self.offset };
+                let spec = ReferenceSpec::Multisine {
+                    lines: Lines::All,
+                    low_hz,
+                    high_hz,
+                    period_s,
+                    rms,
+                    offset: self.offset,
+                };
                 let duration_s = (transient_periods + periods) as f64 * period_s;
                 let records = (0..realisations.max(1))
                     .map(|i| self.record(spec.clone(), self.seed + i as u64, duration_s))
                     .collect::<Result<Vec<_>, _>>()?;
                 let periodic: Vec<Realisation<'_>> = records
                     .iter()
-                    .map(|(input, output)| Realisation { input, output, period_s: self.hold_s, samples_per_period, transient_periods })
+                    .map(|(input, output)| Realisation {
+                        input,
+                        output,
+                        period_s: self.hold_s,
+                        samples_per_period,
+                        transient_periods,
+                    })
                     .collect();
-                let lines: Vec<usize> = ((low_hz * period_s).ceil() as usize..=(high_hz * period_s).floor() as usize).collect();
+                let lines: Vec<usize> =
+                    ((low_hz * period_s).ceil() as usize..=(high_hz * period_s).floor() as usize).collect();
                 if let [only] = periodic.as_slice() {
                     periodic_response(only, &lines)?
                 } else {
                     let best = best_linear_approximation(&periodic, &lines)?;
-                    (distortion_variance, noise_variance) = (Some(best.distortion_variance), Some(best.noise_variance));
+                    (distortion_variance, noise_variance) =
+                        (Some(best.distortion_variance), Some(best.noise_variance));
                     evidence = Some(best.evidence);
                     best.estimate
                 }
@@ -189,17 +224,28 @@ impl Experiment {
                 // The ends of the band lie within the sweep, where its spectrum is flat.
                 let end_hz = (1.1 * high_hz).min(0.499 / self.hold_s);
                 let (start_hz, duration_s, offset) = (0.5 * low_hz, sweep_s, self.offset);
-                let spec = ReferenceSpec::Chirp { sweep: Sweep::Linear, amplitude, start_hz, end_hz, duration_s, offset };
+                let spec = ReferenceSpec::Chirp {
+                    sweep: Sweep::Linear,
+                    amplitude,
+                    start_hz,
+                    end_hz,
+                    duration_s,
+                    offset,
+                };
                 let (u, y) = self.record(spec, self.seed, sweep_s + rest_s)?;
                 smoothed_spectra(&u, &y, self.hold_s, half_width)?.response(Estimator::H1, low_hz, high_hz)?
             }
             Excitation::SteppedSine { points, settle_s, measure_s } => {
                 let step = (high_hz / low_hz).powf(1.0 / (points.max(2) - 1) as f64);
                 let frequencies: Vec<f64> = (0..points).map(|i| low_hz * step.powf(i as f64)).collect();
-                let records = frequencies.iter().map(|&f| self.sine(f, rms, settle_s, measure_s)).collect::<Result<Vec<_>, _>>()?;
+                let records = frequencies
+                    .iter()
+                    .map(|&f| self.sine(f, rms, settle_s, measure_s))
+                    .collect::<Result<Vec<_>, _>>()?;
                 let points = frequencies.iter().zip(&records);
-                let points: Vec<_> =
-                    points.map(|(&frequency_hz, (input, output))| SteppedSinePoint { frequency_hz, input, output }).collect();
+                let points: Vec<_> = points
+                    .map(|(&frequency_hz, (input, output))| SteppedSinePoint { frequency_hz, input, output })
+                    .collect();
                 stepped_sine(&points, self.hold_s)?
             }
         };
@@ -208,14 +254,18 @@ impl Experiment {
         Ok(MeasuredResponse { estimate, linear, distortion_variance, noise_variance, evidence })
     }
 
-    /// How the machine is taken where it is seen as linear: at rest under the mean of the command. A velocity source has no rest but at zero.
+    /// How the machine is taken where it is seen as linear: at rest under the mean of the command. A velocity
+    /// source has no rest but at zero.
     pub fn view(&self) -> View {
         let drive = self.machine.actuators.get_full(&self.actuator);
-        let held = drive.filter(|(_, _, actuator)| self.offset != 0.0 && matches!(actuator.kind, ActuatorKind::Force { .. }));
+        let held = drive.filter(|(_, _, actuator)| {
+            self.offset != 0.0 && matches!(actuator.kind, ActuatorKind::Force { .. })
+        });
         View { held: held.map(|(drive, ..)| HeldCommand { drive, command: self.offset }), ..View::default() }
     }
 
-    /// The machine's linear response from held command to sampled output at these frequencies, about its rest under the mean of the command.
+    /// The machine's linear response from held command to sampled output at these frequencies, about its rest
+    /// under the mean of the command.
     ///
     /// # Errors
     /// The mistakes of the machine; [`AnalysisError::NoEquilibrium`]; [`AnalysisError::NotLinear`].
@@ -231,7 +281,12 @@ impl Experiment {
     ///
     /// # Errors
     /// The mistakes of the machine; [`AnalysisError::RunEnded`].
-    pub fn record(&self, command: ReferenceSpec, seed: u64, duration_s: f64) -> Result<(Vec<f64>, Vec<f64>), AnalysisError> {
+    pub fn record(
+        &self,
+        command: ReferenceSpec,
+        seed: u64,
+        duration_s: f64,
+    ) -> Result<(Vec<f64>, Vec<f64>), AnalysisError> {
         let program = Program::new(&self.scenario(command, seed, duration_s))?;
         let mut trace = Trace::new(program.record_names());
         let mut simulation = Simulation::<f64>::new(vec![program])?;
@@ -247,13 +302,35 @@ impl Experiment {
 
     fn scenario(&self, command: ReferenceSpec, seed: u64, duration_s: f64) -> Scenario {
         let spec = ControllerSpec { reference: command, ..ControllerSpec::new(Law::OpenLoop, self.hold_s) };
-        let control = ControllerUse { spec, reads: None, motion: None, drives: self.actuator.clone(), effects: Vec::new() };
+        let control = ControllerUse {
+            spec,
+            reads: None,
+            motion: None,
+            drives: self.actuator.clone(),
+            effects: Vec::new(),
+        };
         let record = vec![SignalName::new(&self.actuator, Quantity::Command), self.output.clone()];
-        let run = RunSettings { duration_s, record, record_rate_hz: Some(1.0 / self.hold_s), seed, ..RunSettings::default() };
-        Scenario { machine: self.machine.clone(), controllers: [("excitation".to_string(), control)].into_iter().collect(), run }
+        let run = RunSettings {
+            duration_s,
+            record,
+            record_rate_hz: Some(1.0 / self.hold_s),
+            seed,
+            ..RunSettings::default()
+        };
+        Scenario {
+            machine: self.machine.clone(),
+            controllers: [("excitation".to_string(), control)].into_iter().collect(),
+            run,
+        }
     }
 
-    fn sine(&self, frequency_hz: f64, rms: f64, settle_s: f64, measure_s: f64) -> Result<(Vec<f64>, Vec<f64>), AnalysisError> {
+    fn sine(
+        &self,
+        frequency_hz: f64,
+        rms: f64,
+        settle_s: f64,
+        measure_s: f64,
+    ) -> Result<(Vec<f64>, Vec<f64>), AnalysisError> {
         let samples = ((settle_s + measure_s) / self.hold_s).round() as usize;
         let times_s: Vec<f64> = (0..samples).map(|k| k as f64 * self.hold_s).collect();
         let values = times_s.iter().map(|t| rms * 2.0_f64.sqrt() * (TAU * frequency_hz * t).sin()).collect();

@@ -1,13 +1,17 @@
 //! Sampled loops with many samples of dead time.
 //!
-//! Lifted, every sample of delay is a state, and the eigenvalues of so many cost too much. A whole number of samples is a factor `z^-n` of the loop broken at
-//! its controller, exactly, so here it stands beside a system of few states: responses and margins are those of that system, late. Gains at which a
-//! root of `1 + z^-n (H0 + k H1)` lies on the unit circle are those at which `-(1 + z^-n H0) / (z^-n H1)` is real; between them the number of unstable roots
-//! does not change, and at each it changes by the way that its root goes (D-decomposition; Neimark 1948).
+//! Lifted, every sample of delay is a state, and the eigenvalues of so many cost too much. A whole number of
+//! samples is a factor `z^-n` of the loop broken at its controller, exactly, so here it stands beside a
+//! system of few states: responses and margins are those of that system, late. Gains at which a root of
+//! `1 + z^-n (H0 + k H1)` lies on the unit circle are those at which `-(1 + z^-n H0) / (z^-n H1)` is real;
+//! between them the number of unstable roots does not change, and at each it changes by the way that its root
+//! goes (D-decomposition; Neimark 1948).
 
 use std::f64::consts::TAU;
 
-use feeler_lti::{C64, Discrete, DiscreteStateSpace, LoopTransfer, StateSpace, TimeDomain, TransferEvaluator};
+use feeler_lti::{
+    C64, Discrete, DiscreteStateSpace, LoopTransfer, StateSpace, TimeDomain, TransferEvaluator,
+};
 use nalgebra::{DMatrix, DVector};
 
 use crate::control_loop::ControlLoop;
@@ -24,7 +28,8 @@ const LATE: usize = 12;
 const MOST_LATE: usize = 2000;
 /// A delay within this share of a whole number of samples is that number.
 const WHOLE: f64 = 1e-9;
-/// Shares of half of the sampling rate at which a loop's size is looked at, and whether it is a straight line in the gain.
+/// Shares of half of the sampling rate at which a loop's size is looked at, and whether it is a straight line
+/// in the gain.
 const PROBES: [f64; 7] = [1e-3, 3.1e-3, 1.1e-2, 3.3e-2, 0.1, 0.31, 0.93];
 /// Rounding within which it is.
 const AFFINE: f64 = 1e-9;
@@ -78,7 +83,8 @@ impl Evaluator {
 }
 
 impl ControlLoop {
-    /// The loop broken at the output of one controller, the others closed: from that output to what the controller answers, negated.
+    /// The loop broken at the output of one controller, the others closed: from that output to what the
+    /// controller answers, negated.
     ///
     /// # Errors
     /// Those of [`SampledLoop::open_loop`].
@@ -87,12 +93,16 @@ impl ControlLoop {
         Ok(LateResponse { system: SampledLoop::new(&short)?.open_loop(controller)?, samples })
     }
 
-    /// From the output of one controller, held, to any signal as it would be sampled by that controller just before it acts; the other
-    /// controllers closed.
+    /// From the output of one controller, held, to any signal as it would be sampled by that controller just
+    /// before it acts; the other controllers closed.
     ///
     /// # Errors
     /// Those of [`SampledLoop::open_loop`].
-    pub fn response_to(&self, controller: usize, mut output: OutputRow) -> Result<LateResponse, AnalysisError> {
+    pub fn response_to(
+        &self,
+        controller: usize,
+        mut output: OutputRow,
+    ) -> Result<LateResponse, AnalysisError> {
         let (short, mut samples) = self.without_dead_time(controller, false)?;
         let period_s = self.controllers()[controller].spec.period_s;
         if whole_samples(output.delay_s, period_s) >= LATE {
@@ -101,19 +111,32 @@ impl ControlLoop {
         Ok(LateResponse { system: SampledLoop::response_to(&short, controller, output)?, samples })
     }
 
-    /// The same loop without the whole samples of delay between the output of a controller and the plant, and of its sensor where it is part of the loop,
-    /// and their number; as it is where they are few. A delay that another controller shares stays where it is.
-    fn without_dead_time(&self, controller: usize, with_sensor: bool) -> Result<(Self, usize), AnalysisError> {
+    /// The same loop without the whole samples of delay between the output of a controller and the plant, and
+    /// of its sensor where it is part of the loop, and their number; as it is where they are few. A delay
+    /// that another controller shares stays where it is.
+    fn without_dead_time(
+        &self,
+        controller: usize,
+        with_sensor: bool,
+    ) -> Result<(Self, usize), AnalysisError> {
         let own = &self.controllers()[controller];
         let (period_s, drive) = (own.spec.period_s, own.drive);
-        let others = || self.controllers().iter().enumerate().filter(|(i, _)| *i != controller).map(|(_, other)| other);
+        let others = || {
+            self.controllers().iter().enumerate().filter(|(i, _)| *i != controller).map(|(_, other)| other)
+        };
         let own_drive = others().all(|other| other.drive != drive);
         // With a second sensor beside it, its delay is no factor of the loop.
-        let alone = |sensor: &usize| with_sensor && others().all(|other| other.reading != Some(*sensor) && other.motion != Some(*sensor));
+        let alone = |sensor: &usize| {
+            with_sensor
+                && others().all(|other| other.reading != Some(*sensor) && other.motion != Some(*sensor))
+        };
         let sensor = own.reading.xor(own.motion).filter(alone);
         let of_drive = if own_drive { self.assembly().drives[drive].delay } else { 0.0 };
         let of_sensor = sensor.map_or(0.0, |sensor| self.assembly().sensors[sensor].delay);
-        let count: usize = [own.spec.delay_s, of_drive, of_sensor].map(|delay_s| whole_samples(delay_s, period_s)).iter().sum();
+        let count: usize = [own.spec.delay_s, of_drive, of_sensor]
+            .map(|delay_s| whole_samples(delay_s, period_s))
+            .iter()
+            .sum();
         if count < LATE {
             return Ok((self.clone(), 0));
         }
@@ -130,14 +153,27 @@ impl ControlLoop {
         Ok((short, samples))
     }
 
-    /// Stable values of a gain times a sign, from zero on, of a loop with much dead time; `None` where the dead time is no factor of the loop, or the
-    /// loop is no straight line in the gain. A delay beyond [`MOST_LATE`] samples is refused.
-    pub(crate) fn late_bands(&self, controller: usize, gain: &str, sign: f64) -> Result<Option<GainBands>, AnalysisError> {
+    /// Stable values of a gain times a sign, from zero on, of a loop with much dead time; `None` where the
+    /// dead time is no factor of the loop, or the loop is no straight line in the gain. A delay beyond
+    /// [`MOST_LATE`] samples is refused.
+    pub(crate) fn late_bands(
+        &self,
+        controller: usize,
+        gain: &str,
+        sign: f64,
+    ) -> Result<Option<GainBands>, AnalysisError> {
         let (short, samples) = self.without_dead_time(controller, true)?;
         if samples > MOST_LATE {
-            return Err(AnalysisError::LongDelay { stored: samples, most: MOST_LATE, common_s: own_period_s(&short, controller) });
+            return Err(AnalysisError::LongDelay {
+                stored: samples,
+                most: MOST_LATE,
+                common_s: own_period_s(&short, controller),
+            });
         }
-        if samples == 0 || (SampledLoop::new(&short)?.common_period_s() / own_period_s(&short, controller) - 1.0).abs() > WHOLE {
+        if samples == 0
+            || (SampledLoop::new(&short)?.common_period_s() / own_period_s(&short, controller) - 1.0).abs()
+                > WHOLE
+        {
             return Ok(None);
         }
         let search = LateSearch::new(short, samples, controller, gain, sign)?;
@@ -184,7 +220,13 @@ struct LateSearch {
 }
 
 impl LateSearch {
-    fn new(whole: ControlLoop, samples: usize, controller: usize, gain: &str, sign: f64) -> Result<Option<Self>, AnalysisError> {
+    fn new(
+        whole: ControlLoop,
+        samples: usize,
+        controller: usize,
+        gain: &str,
+        sign: f64,
+    ) -> Result<Option<Self>, AnalysisError> {
         let period_s = own_period_s(&whole, controller);
         let own = modes(whole.plant())?;
         let mut search = Self {
@@ -212,7 +254,9 @@ impl LateSearch {
         }
         search.unit = sign / size;
         let [one, two, three] = [values(&search, 1.0)?, values(&search, 2.0)?, values(&search, 3.0)?];
-        let bent = |i: usize| (one[i] - two[i] * 2.0 + three[i]).norm() > AFFINE * three[i].norm().max(one[i].norm());
+        let bent = |i: usize| {
+            (one[i] - two[i] * 2.0 + three[i]).norm() > AFFINE * three[i].norm().max(one[i].norm())
+        };
         if (0..probes.len()).any(bent) {
             return Ok(None);
         }
@@ -237,10 +281,13 @@ impl LateSearch {
         SampledLoop::new(&whole)?.open_loop(self.controller)
     }
 
-    /// The gain at which a root lies at this frequency, complex: only real ones are gains. Not a number at a pole of the loop.
+    /// The gain at which a root lies at this frequency, complex: only real ones are gains. Not a number at a
+    /// pole of the loop.
     fn gain_at(&self, w: f64) -> C64 {
         let z = C64::cis(w * self.period_s);
-        let [Ok(one), Ok(two)] = [0, 1].map(|i| self.ends[i].at(z)) else { return C64::new(f64::NAN, f64::NAN) };
+        let [Ok(one), Ok(two)] = [0, 1].map(|i| self.ends[i].at(z)) else {
+            return C64::new(f64::NAN, f64::NAN);
+        };
         let (one, two) = (one[(0, 0)], two[(0, 0)]);
         let late = C64::cis(w * self.period_s * self.samples as f64);
         -(late + one * 2.0 - two) / (two - one)
@@ -263,7 +310,11 @@ impl LateSearch {
                 let (mut low, mut high) = (before.0, here.0);
                 for _ in 0..HALVINGS {
                     let middle = 0.5 * (low + high);
-                    if (self.gain_at(middle).im > 0.0) == (before.1.im > 0.0) { low = middle } else { high = middle }
+                    if (self.gain_at(middle).im > 0.0) == (before.1.im > 0.0) {
+                        low = middle
+                    } else {
+                        high = middle
+                    }
                 }
                 let w = 0.5 * (low + high);
                 let gain = self.gain_at(w);
@@ -294,7 +345,9 @@ impl LateSearch {
     }
 
     fn unstable(&self, gain: f64) -> Result<isize, AnalysisError> {
-        Ok(LoopTransfer::late(&self.open(gain)?, self.samples)?.closed_loop_unstable_poles(1.0)?.cast_signed())
+        Ok(LoopTransfer::late(&self.open(gain)?, self.samples)?
+            .closed_loop_unstable_poles(1.0)?
+            .cast_signed())
     }
 
     fn bands(&self) -> Result<GainBands, AnalysisError> {
@@ -306,7 +359,9 @@ impl LateSearch {
             let mut after = unstable + crossing.change;
             if after <= 0 {
                 // What matters most is counted anew.
-                let next = crossings.get(i + 1).map_or(2.0 * crossing.gain, |next| 0.5 * (crossing.gain + next.gain));
+                let next = crossings
+                    .get(i + 1)
+                    .map_or(2.0 * crossing.gain, |next| 0.5 * (crossing.gain + next.gain));
                 after = self.unstable(next)?;
             }
             if unstable == 0 && after > 0 {

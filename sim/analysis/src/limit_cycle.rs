@@ -1,12 +1,13 @@
 //! Limit cycles of a contact that only pushes, by describing functions: what linear theory says of chatter.
 //!
-//! In a cycle the compression is taken as `b + a sin wt`. The one-sided spring then answers with a mean force and a first harmonic, which are those of
-//! a softer spring that also pulls; dry saturation of the drive likewise. The sampled loop with these equivalent gains, exact otherwise, must
-//! neither grow nor decay: each such amplitude is a cycle, stable if larger ones decay. Harmonics are neglected, so the answer is the better the more
-//! the machine filters them; impacts far apart are beyond it.
+//! In a cycle the compression is taken as `b + a sin wt`. The one-sided spring then answers with a mean force
+//! and a first harmonic, which are those of a softer spring that also pulls; dry saturation of the drive
+//! likewise. The sampled loop with these equivalent gains, exact otherwise, must neither grow nor decay: each
+//! such amplitude is a cycle, stable if larger ones decay. Harmonics are neglected, so the answer is the
+//! better the more the machine filters them; impacts far apart are beyond it.
 //!
-//! Source: A. Gelb and W. E. Vander Velde, "Multiple-Input Describing Functions and Nonlinear System Design", McGraw-Hill 1968, on dual-input
-//! describing functions.
+//! Source: A. Gelb and W. E. Vander Velde, "Multiple-Input Describing Functions and Nonlinear System Design",
+//! McGraw-Hill 1968, on dual-input describing functions.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -23,7 +24,8 @@ use crate::error::AnalysisError;
 use crate::prepare::View;
 use crate::sampled_loop::SampledLoop;
 
-/// Offsets `b / a` between which cycles are looked for: from oscillations far smaller than the mean compression to contacts a few per cent of the time.
+/// Offsets `b / a` between which cycles are looked for: from oscillations far smaller than the mean
+/// compression to contacts a few per cent of the time.
 const OFFSETS: [f64; 2] = [-0.995, 30.0];
 /// Points of the search between contact lost at times and never lost, each.
 const POINTS: u32 = 24;
@@ -53,16 +55,19 @@ pub struct LimitCycle {
     pub amplitude_m: f64,
     /// Share of the command's oscillation that the drive's limit lets through; 1 without saturation.
     pub drive_share: f64,
-    /// Whether it attracts. A cycle that does not is the largest disturbance from which the loop still settles.
+    /// Whether it attracts. A cycle that does not is the largest disturbance from which the loop still
+    /// settles.
     pub stable: bool,
 }
 
-/// Equivalent gains of a ramp that begins at zero, `max(x, 0)`, for `x = a (offset + sin)`; all as shares of `a` or of the slope.
+/// Equivalent gains of a ramp that begins at zero, `max(x, 0)`, for `x = a (offset + sin)`; all as shares of
+/// `a` or of the slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ramp {
     /// Mean value over `a`.
     mean: f64,
-    /// First harmonic over `a`; also that of a damper that acts while `x > 0`, over that of one that always acts.
+    /// First harmonic over `a`; also that of a damper that acts while `x > 0`, over that of one that always
+    /// acts.
     harmonic: f64,
     /// Share of the time with `x > 0`.
     share: f64,
@@ -97,7 +102,8 @@ struct Balance {
     whole: ControlLoop,
     controller: usize,
     limit: f64,
-    /// Of the command when the loop rests: what it is without any force, and how it answers to one newton of drive force.
+    /// Of the command when the loop rests: what it is without any force, and how it answers to one newton of
+    /// drive force.
     static_command: [f64; 2],
     /// Mean contact force for a drive force of one newton.
     force_per_command: f64,
@@ -107,7 +113,8 @@ struct Balance {
 /// Limit cycles of a scenario with one linear contact, by falling peak force; none where the loop has none.
 ///
 /// # Errors
-/// [`AnalysisError::NoLimitCycle`] for machines that this theory does not cover; the mistakes of the scenario; [`AnalysisError::Lti`].
+/// [`AnalysisError::NoLimitCycle`] for machines that this theory does not cover; the mistakes of the
+/// scenario; [`AnalysisError::Lti`].
 pub fn limit_cycles(scenario: &Scenario) -> Result<Vec<LimitCycle>, AnalysisError> {
     let balance = Balance::new(scenario)?;
     let mut cycles = Vec::new();
@@ -140,27 +147,37 @@ impl Balance {
     fn new(scenario: &Scenario) -> Result<Self, AnalysisError> {
         let refuse = |reason: &'static str| AnalysisError::NoLimitCycle { reason };
         let whole = ControlLoop::new(scenario, &View::CLAMPED)?;
-        let [contact] = whole.assembly().contacts.as_slice() else { return Err(refuse("the machine has not exactly one contact")) };
+        let [contact] = whole.assembly().contacts.as_slice() else {
+            return Err(refuse("the machine has not exactly one contact"));
+        };
         if !contact.law.is_linear() {
             return Err(refuse("the contact's force is not linear in compression and its rate"));
         }
         let stiffness_n_per_m = contact.law.stiffness;
         let name = SignalName::new(contact.name.clone(), Quantity::SpringForce);
-        let closes = |c: &crate::LoopController| c.reading.is_some() && !matches!(c.spec.law, feeler_control::Law::OpenLoop);
-        let controller = whole.controllers().iter().position(closes).ok_or_else(|| refuse("no controller closes a loop"))?;
+        let closes = |c: &crate::LoopController| {
+            c.reading.is_some() && !matches!(c.spec.law, feeler_control::Law::OpenLoop)
+        };
+        let controller = whole
+            .controllers()
+            .iter()
+            .position(closes)
+            .ok_or_else(|| refuse("no controller closes a loop"))?;
         let wiring = &whole.controllers()[controller];
         let drive = &whole.assembly().drives[wiring.drive];
         let limit = drive.limit.min(wiring.spec.output_limit.unwrap_or(f64::INFINITY));
 
         let plant = whole.plant();
         let force = plant.channel_of(wiring.drive, &plant.output(plant.source(&name)?)?)?;
-        let reading = plant.channel_of(wiring.drive, &plant.output(Source::Sensor(wiring.reading.unwrap_or(0)))?)?;
+        let reading =
+            plant.channel_of(wiring.drive, &plant.output(Source::Sensor(wiring.reading.unwrap_or(0)))?)?;
         let period_s = wiring.spec.period_s;
         let at = |channel: &crate::Channel| -> Result<f64, AnalysisError> {
             Ok(channel.frequency_response(&[NEARLY_STATIC / (TAU * period_s)])?[0].re)
         };
         let [of_reference, of_reading] = static_law(&wiring.spec, wiring.motion_is_velocity)?;
-        let reference = Reference::new(&wiring.spec.reference, scenario.run.seed, "reference")?.value(scenario.run.duration_s);
+        let reference = Reference::new(&wiring.spec.reference, scenario.run.seed, "reference")?
+            .value(scenario.run.duration_s);
         Ok(Self {
             controller,
             limit,
@@ -202,12 +219,18 @@ impl Balance {
                 };
                 return Ok(Trial { growth_per_s: motion.growth_per_s, cycle });
             }
-            // Half-way steps: the share falls as the command grows, so that whole ones may alternate for ever.
+            // Half-way steps: the share falls as the command grows, so that whole ones may alternate for
+            // ever.
             drive_share = 0.5 * (drive_share + next);
         }
     }
 
-    fn between(&self, mut grows: f64, mut decays: f64, first_grows: bool) -> Result<LimitCycle, AnalysisError> {
+    fn between(
+        &self,
+        mut grows: f64,
+        mut decays: f64,
+        first_grows: bool,
+    ) -> Result<LimitCycle, AnalysisError> {
         if !first_grows {
             std::mem::swap(&mut grows, &mut decays);
         }
@@ -218,7 +241,8 @@ impl Balance {
         Ok(self.trial(0.5 * (grows + decays))?.cycle)
     }
 
-    /// Mean of the command, N, when it oscillates with this amplitude: the root of a function that rises with it.
+    /// Mean of the command, N, when it oscillates with this amplitude: the root of a function that rises with
+    /// it.
     fn mean_command(&self, amplitude_n: f64) -> f64 {
         let [alone, per_newton] = self.static_command;
         let excess = |u: f64| u - alone - per_newton * saturation(self.limit, u, amplitude_n)[0];
@@ -276,7 +300,8 @@ impl Motion {
 fn static_law(spec: &ControllerSpec, motion_is_velocity: bool) -> Result<[f64; 2], AnalysisError> {
     let law = spec.linear(motion_is_velocity)?;
     let n = law.c.len();
-    let resolvent = DMatrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j)) * (1.0 + NEARLY_STATIC) - law.a[i][j]);
+    let resolvent =
+        DMatrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j)) * (1.0 + NEARLY_STATIC) - law.a[i][j]);
     let gain = |input: usize| {
         if n == 0 {
             return Some(law.d[input]);
@@ -321,7 +346,9 @@ mod tests {
         for offset in [-0.9, -0.4, 0.0, 0.3, 0.8, 1.0, 2.5] {
             let ramp = Ramp::new(offset);
             let [mean, harmonic, damper] = by_quadrature(offset);
-            for (found, truth, tolerance) in [(ramp.mean, mean, KINK), (ramp.harmonic, harmonic, KINK), (ramp.harmonic, damper, JUMP)] {
+            for (found, truth, tolerance) in
+                [(ramp.mean, mean, KINK), (ramp.harmonic, harmonic, KINK), (ramp.harmonic, damper, JUMP)]
+            {
                 assert!((found - truth).abs() <= tolerance, "{offset}: {found} {truth}");
             }
         }
@@ -333,7 +360,10 @@ mod tests {
         let r: f64 = 0.5;
         let textbook = 2.0 / PI * (r.asin() + r * (1.0 - r * r).sqrt());
         let [mean, share] = saturation(1.0, 0.0, 2.0);
-        assert!((share - textbook).abs() <= 4.0 * f64::EPSILON && mean.abs() <= 4.0 * f64::EPSILON, "{share} {textbook}");
+        assert!(
+            (share - textbook).abs() <= 4.0 * f64::EPSILON && mean.abs() <= 4.0 * f64::EPSILON,
+            "{share} {textbook}"
+        );
     }
 
     #[test]

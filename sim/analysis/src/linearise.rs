@@ -13,10 +13,12 @@ use crate::equilibrium::{Holding, OperatingPoint, eliminate, equilibrium, term_g
 use crate::error::AnalysisError;
 use crate::prepare::{View, without_switches};
 
-/// Small motions of a machine about an operating point: `x' = A x + B u` with one input per drive, its command.
+/// Small motions of a machine about an operating point: `x' = A x + B u` with one input per drive, its
+/// command.
 ///
-/// States are those of [`feeler_plant::motion::Layout`]: positions, speeds, then states of drives and sensor filters, all as deviations.
-/// Delays of drives and sensors are no part of it; they stand beside each input and output, exact.
+/// States are those of [`feeler_plant::motion::Layout`]: positions, speeds, then states of drives and sensor
+/// filters, all as deviations. Delays of drives and sensors are no part of it; they stand beside each input
+/// and output, exact.
 #[derive(Clone, Debug)]
 pub struct LinearMachine {
     machine: Machine,
@@ -70,7 +72,8 @@ impl LinearMachine {
         let gradients = term_gradients(&motion, &equations, &operating_point.xi);
         let layout = motion.layout();
         let (n, m) = (layout.states(), layout.inputs());
-        let rows: Vec<Row> = equations.derivative.iter().map(|row| eliminate(&motion, &gradients, row)).collect();
+        let rows: Vec<Row> =
+            equations.derivative.iter().map(|row| eliminate(&motion, &gradients, row)).collect();
         let a = DMatrix::from_fn(n, n, |i, j| rows[i][j]);
         let b = DMatrix::from_fn(n, m, |i, j| rows[i][layout.input(j)] * motion.assembly().drives[j].gain);
         Ok(Self { machine: machine.clone(), motion, equations, gradients, operating_point, a, b })
@@ -112,7 +115,9 @@ impl LinearMachine {
         let linear = eliminate(&self.motion, &self.gradients, row);
         OutputRow {
             c: RowDVector::from_fn(layout.states(), |_, j| linear[j]),
-            d: RowDVector::from_fn(layout.inputs(), |_, j| linear[layout.input(j)] * self.motion.assembly().drives[j].gain),
+            d: RowDVector::from_fn(layout.inputs(), |_, j| {
+                linear[layout.input(j)] * self.motion.assembly().drives[j].gain
+            }),
             delay_s: 0.0,
         }
     }
@@ -153,17 +158,20 @@ impl LinearMachine {
         }
     }
 
-    /// From the command of an actuator to a signal, with only the states that matter, and the delays of both ends.
+    /// From the command of an actuator to a signal, with only the states that matter, and the delays of both
+    /// ends.
     ///
-    /// Bodies that nothing holds in place are described by their distances from one of them, so that their drift is a pole at zero exactly,
-    /// and is left out where the output does not see it.
+    /// Bodies that nothing holds in place are described by their distances from one of them, so that their
+    /// drift is a pole at zero exactly, and is left out where the output does not see it.
     ///
     /// # Errors
     /// Those of [`Self::drive`] and [`Self::output`].
     pub fn channel(&self, input: &SignalName, output: &SignalName) -> Result<Channel, AnalysisError> {
         let drive = self.drive(input)?;
         let row = match self.output(self.source(output)?) {
-            Err(AnalysisError::NotLinear { .. }) => return Err(AnalysisError::NotLinear { name: output.to_string() }),
+            Err(AnalysisError::NotLinear { .. }) => {
+                return Err(AnalysisError::NotLinear { name: output.to_string() });
+            }
             other => other?,
         };
         self.channel_of(drive, &row)
@@ -176,7 +184,8 @@ impl LinearMachine {
     pub fn channel_of(&self, drive: usize, output: &OutputRow) -> Result<Channel, AnalysisError> {
         let c = DMatrix::from_fn(1, self.a.ncols(), |_, j| output.c[j]);
         let d = DMatrix::from_element(1, 1, output.d[drive]);
-        let part = reduce(&self.a, &self.b.columns(drive, 1).into_owned(), &c, self.motion.layout().coordinates());
+        let part =
+            reduce(&self.a, &self.b.columns(drive, 1).into_owned(), &c, self.motion.layout().coordinates());
         let states = part.names(&self.motion.state_names());
         let system = StateSpace::new(part.a, part.b, part.c, d)?;
         Ok(Channel { system, states, delay_s: output.delay_s + self.motion.assembly().drives[drive].delay })

@@ -10,22 +10,27 @@ const GAINS_PER_DECADE: f64 = 50.0;
 /// A locus begins this far below the largest stable gain and reaches at least this many times beyond it...
 const BELOW: f64 = 1e-3;
 const BEYOND: f64 = 20.0;
-/// ...and on, in steps of a decade up to so many, until some branch has come to each zero within this share of the zero's size.
+/// ...and on, in steps of a decade up to so many, until some branch has come to each zero within this share
+/// of the zero's size.
 const DECADES: i32 = 4;
 const ARRIVED: f64 = 0.02;
 /// A locus in the z plane ends where a pole is this far out.
 const FAR: f64 = 1e3;
-/// From one gain to the next no pole within the picture moves farther than this share of it, if dividing the step so finely, so often, helps.
+/// From one gain to the next no pole within the picture moves farther than this share of it, if dividing the
+/// step so finely, so often, helps.
 const STEP: f64 = 0.02;
 const FINEST: f64 = 16.0;
 const PASSES: usize = 3;
 const MOST_GAINS: usize = 1200;
-/// Rounding of matrices, over their largest element, within which they are a straight line, and a slope one product of a column and a row.
+/// Rounding of matrices, over their largest element, within which they are a straight line, and a slope one
+/// product of a column and a row.
 const AFFINE: f64 = 1e-10;
-/// The picture reaches this many times farther than what swings at gain zero, and than the zeros that do; it is at least this much as wide as high.
+/// The picture reaches this many times farther than what swings at gain zero, and than the zeros that do; it
+/// is at least this much as wide as high.
 const PICTURE: f64 = 1.5;
 const LEAST_WIDTH: f64 = 0.15;
-/// Where a law loses states as its gain vanishes, as without integral action, a locus begins at this share of the largest stable gain.
+/// Where a law loses states as its gain vanishes, as without integral action, a locus begins at this share of
+/// the largest stable gain.
 const NEXT_TO_NONE: f64 = 1e-9;
 
 /// Poles of a closed loop over its gain.
@@ -52,7 +57,8 @@ impl Locus {
     }
 }
 
-/// Follows the poles over the gain; the zeros of the open loop are taken where the loop does not tell those of the gain by itself.
+/// Follows the poles over the gain; the zeros of the open loop are taken where the loop does not tell those
+/// of the gain by itself.
 pub(crate) fn follow(
     period_s: Option<f64>,
     closed: impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>,
@@ -70,7 +76,8 @@ pub(crate) fn follow(
     let mut to = BEYOND * scale.max(present_gain);
     let first = if zero.nrows() == matrix(scale).nrows() { 0.0 } else { NEXT_TO_NONE * scale };
     let poles = eigenvalues(&matrix(first))?;
-    // Of the s plane, where zeros far out are asymptotes to the eye; the z plane is as large as its unit circle.
+    // Of the s plane, where zeros far out are asymptotes to the eye; the z plane is as large as its unit
+    // circle.
     let size = poles.iter().chain(&zeros).map(|p| p.norm()).fold(0.0, f64::max);
     for _ in 0..DECADES {
         let ends = eigenvalues(&matrix(to))?;
@@ -81,12 +88,14 @@ pub(crate) fn follow(
         to *= 10.0;
     }
     let count = (GAINS_PER_DECADE * (to / from).log10()).ceil();
-    let mut gains: Vec<f64> = (0..=count as u32).map(|i| from * (to / from).powf(f64::from(i) / count)).collect();
+    let mut gains: Vec<f64> =
+        (0..=count as u32).map(|i| from * (to / from).powf(f64::from(i) / count)).collect();
     gains.extend([first, present_gain.max(first)].into_iter().chain(largest));
     gains.sort_by(f64::total_cmp);
     gains.dedup();
     if period_s.is_some() {
-        // Powers of the gain, as of a fast loop within a slow one, send poles so far out that rounding leaves nothing of the others.
+        // Powers of the gain, as of a fast loop within a slow one, send poles so far out that rounding leaves
+        // nothing of the others.
         let near = |k: f64| eigenvalues(&matrix(k)).is_ok_and(|poles| poles.iter().all(|p| p.norm() <= FAR));
         let end = gains.iter().position(|&k| k > scale && !near(k)).unwrap_or(gains.len());
         gains.truncate(end);
@@ -105,8 +114,9 @@ pub(crate) fn follow(
     Ok(Locus { period_s, gains: traced.gains, branches: traced.branches, zeros, present_gain, present })
 }
 
-/// Zeros at which branches end: those from where the gain acts to what it multiplies, all other terms of the law being part of the machine. `None`
-/// where the closed loop is no straight line in the gain, or the gain acts in several places.
+/// Zeros at which branches end: those from where the gain acts to what it multiplies, all other terms of the
+/// law being part of the machine. `None` where the closed loop is no straight line in the gain, or the gain
+/// acts in several places.
 fn zeros_of_gain(matrix: &impl Fn(f64) -> DMatrix<f64>, scale: f64) -> Option<Vec<C64>> {
     let [one, two, three] = [1.0, 2.0, 3.0].map(|times| matrix(times * scale));
     let slope = &two - &one;
@@ -114,7 +124,8 @@ fn zeros_of_gain(matrix: &impl Fn(f64) -> DMatrix<f64>, scale: f64) -> Option<Ve
     if (&rest + &slope * 3.0 - &three).amax() > AFFINE * three.amax() {
         return None;
     }
-    // A column and a row through the largest element: where it acts and what it multiplies, their zeros exact.
+    // A column and a row through the largest element: where it acts and what it multiplies, their zeros
+    // exact.
     let (row, column) = slope.iamax_full();
     let largest = slope[(row, column)];
     let (b, c) = (slope.columns(column, 1).into_owned(), slope.rows(row, 1) / largest);
@@ -130,7 +141,8 @@ fn picture_of<'a>(points: impl Iterator<Item = &'a C64>) -> [f64; 2] {
     for p in points {
         largest = largest.max(p.norm());
         if p.im.abs() > 1e-9 * p.norm() {
-            swinging = [swinging[0].max(p.re.abs()).max(LEAST_WIDTH * p.im.abs()), swinging[1].max(p.im.abs())];
+            swinging =
+                [swinging[0].max(p.re.abs()).max(LEAST_WIDTH * p.im.abs()), swinging[1].max(p.im.abs())];
         }
     }
     swinging.map(|half| if half > 0.0 { half } else { largest.max(f64::MIN_POSITIVE) })
@@ -140,7 +152,11 @@ fn picture_of<'a>(points: impl Iterator<Item = &'a C64>) -> [f64; 2] {
 fn long_steps(traced: &RootLocus, [width, height]: [f64; 2]) -> Vec<f64> {
     let inside = |p: &C64| p.re.abs() <= PICTURE * width && p.im.abs() <= PICTURE * height;
     let parts = |j: usize| {
-        let moves = traced.branches.iter().map(|branch| (branch[j - 1], branch[j])).filter(|(a, b)| inside(a) || inside(b));
+        let moves = traced
+            .branches
+            .iter()
+            .map(|branch| (branch[j - 1], branch[j]))
+            .filter(|(a, b)| inside(a) || inside(b));
         let lengths = moves.map(|(a, b)| (0.5 * (b - a).re / width).hypot(0.5 * (b - a).im / height));
         (lengths.fold(0.0, f64::max) / STEP).clamp(1.0, FINEST).ceil() as usize
     };
@@ -186,7 +202,8 @@ mod tests {
         }
     }
 
-    /// s^3 + (0.6 + d) s^2 + 9 s + k z(s) = 0 with z = s + 2: the damping d is another term of the law, and has no part in the zeros of k.
+    /// s^3 + (0.6 + d) s^2 + 9 s + k z(s) = 0 with z = s + 2: the damping d is another term of the law, and
+    /// has no part in the zeros of k.
     #[test]
     fn regress_zeros_are_those_of_the_gain_and_not_of_the_whole_law() {
         let closed = |k: f64| Ok(dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -2.0 * k, -9.0 - k, -4.6]);
@@ -195,33 +212,44 @@ mod tests {
         assert!(locus.zeros.len() == 1 && (locus.zeros[0] + 2.0).norm() < 1e-9, "{:?}", locus.zeros);
     }
 
-    /// 1 + k (s^2 + 0.02 s + 4) / (s (s^2 + 0.02 s + 9)): two branches run into the lightly damped zeros, one away along the real axis.
+    /// 1 + k (s^2 + 0.02 s + 4) / (s (s^2 + 0.02 s + 9)): two branches run into the lightly damped zeros, one
+    /// away along the real axis.
     #[test]
     fn truth_branches_arrive_at_their_zeros_in_short_steps() {
         let zero = C64::new(-0.01, (4.0_f64 - 1e-4).sqrt());
-        let closed = |k: f64| Ok(dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -4.0 * k, -9.0 - 0.02 * k, -0.02 - k]);
+        let closed =
+            |k: f64| Ok(dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -4.0 * k, -9.0 - 0.02 * k, -0.02 - k]);
         let locus = follow(None, closed, vec![zero, zero.conj()], 0.1, None).unwrap();
         let ends: Vec<C64> = locus.branches.iter().map(|branch| branch[branch.len() - 1]).collect();
         assert!(ends.iter().any(|p| (p - zero).norm() < ARRIVED * zero.norm()));
         // The picture is 0.15 times as wide as high, and poles at gain zero lie at 3 rad/s.
         let inside = |p: &C64| p.re.abs() < LEAST_WIDTH * 3.0 && p.im.abs() < 3.0;
-        for pair in locus.branches.iter().flat_map(|branch| branch.windows(2)).filter(|pair| pair.iter().all(inside)) {
+        for pair in
+            locus.branches.iter().flat_map(|branch| branch.windows(2)).filter(|pair| pair.iter().all(inside))
+        {
             let step = pair[1] - pair[0];
             assert!((step.re / (LEAST_WIDTH * 6.0)).hypot(step.im / 6.0) < 2.0 * STEP, "{pair:?}");
         }
     }
 
-    /// A pair that hardly moves, and a pole at k^10, as of a loop ten times as fast as its common period: far out, its rounding would be all that is left of
-    /// the pair.
+    /// A pair that hardly moves, and a pole at k^10, as of a loop ten times as fast as its common period: far
+    /// out, its rounding would be all that is left of the pair.
     #[test]
     fn regress_a_locus_ends_before_a_far_pole_drowns_the_others() {
         let turn = dmatrix![1.0, 2.0, 0.5; -1.0, 1.5, 0.7; 0.3, -0.4, 2.0];
         let back = turn.clone().try_inverse().unwrap();
-        let closed = |k: f64| Ok(&turn * dmatrix![0.0, 1.0, 0.0; -0.5 - 0.01 * k, 1.2, 0.0; 0.0, 0.0, k.powi(10)] * &back);
+        let closed = |k: f64| {
+            Ok(&turn * dmatrix![0.0, 1.0, 0.0; -0.5 - 0.01 * k, 1.2, 0.0; 0.0, 0.0, k.powi(10)] * &back)
+        };
         let locus = follow(Some(1e-3), closed, Vec::new(), 0.5, Some(1.0)).unwrap();
         let last = locus.gains[locus.gains.len() - 1];
         assert!(last > 1.5 && last.powi(10) <= FAR, "{last}");
-        for pair in locus.branches.iter().flat_map(|branch| branch.windows(2)).filter(|pair| pair.iter().all(|z| z.norm() < 0.9)) {
+        for pair in locus
+            .branches
+            .iter()
+            .flat_map(|branch| branch.windows(2))
+            .filter(|pair| pair.iter().all(|z| z.norm() < 0.9))
+        {
             assert!((pair[1] - pair[0]).norm() < 0.05, "{pair:?}");
         }
     }

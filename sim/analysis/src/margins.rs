@@ -18,7 +18,8 @@ const FLAT: f64 = 1e-6;
 pub struct MarginReport {
     /// Factor by which the gain may rise; absent where no rise destabilises, and where the loop is unstable.
     pub gain: Option<f64>,
-    /// Factor by which the gain may fall, or to which that of an unstable loop must; absent where no fall destabilises the one, or stabilises the other.
+    /// Factor by which the gain may fall, or to which that of an unstable loop must; absent where no fall
+    /// destabilises the one, or stabilises the other.
     pub gain_decrease: Option<f64>,
     /// Smallest phase margin; absent where the loop is unstable.
     pub phase_deg: Option<f64>,
@@ -36,11 +37,13 @@ pub struct MarginReport {
     pub complementary_sensitivity_peak: f64,
     /// Where it is, Hz; zero where it is largest at rest, so that nothing resonates.
     pub complementary_sensitivity_peak_hz: f64,
-    /// Unstable poles of the closed loop by Nyquist's count: those of the open loop and the clockwise turns about -1.
+    /// Unstable poles of the closed loop by Nyquist's count: those of the open loop and the clockwise turns
+    /// about -1.
     pub unstable_poles: usize,
     /// Unstable poles of the open loop, from which the count starts.
     pub open_unstable_poles: usize,
-    /// Clockwise turns of the open loop about -1, over all frequencies; negative where it turns the other way.
+    /// Clockwise turns of the open loop about -1, over all frequencies; negative where it turns the other
+    /// way.
     pub encirclements: isize,
 }
 
@@ -69,7 +72,11 @@ impl MarginReport {
             sensitivity_peak: sensitivity.value,
             sensitivity_peak_hz: sensitivity.frequency_hz,
             complementary_sensitivity_peak: complementary.value,
-            complementary_sensitivity_peak_hz: if is_at_rest(open, &complementary) { 0.0 } else { complementary.frequency_hz },
+            complementary_sensitivity_peak_hz: if is_at_rest(open, &complementary) {
+                0.0
+            } else {
+                complementary.frequency_hz
+            },
             unstable_poles,
             open_unstable_poles: open.unstable_poles(),
             encirclements: unstable_poles.cast_signed() - open.unstable_poles().cast_signed(),

@@ -1,4 +1,5 @@
-//! Modes of vibration, and what each means for an actuator and a sensor: the paper's two kinds of flexibility.
+//! Modes of vibration, and what each means for an actuator and a sensor: the paper's two kinds of
+//! flexibility.
 
 use std::f64::consts::TAU;
 
@@ -15,11 +16,14 @@ use crate::linearise::LinearMachine;
 
 /// Displacements below this share of the largest of any body are none.
 const NEGLIGIBLE: f64 = 1e-3;
-/// Modes whose bodies move less than this share of the state vector belong to filters: drives and plant move by 1e-7 and more.
+/// Modes whose bodies move less than this share of the state vector belong to filters: drives and plant move
+/// by 1e-7 and more.
 const NO_MOTION: f64 = 1e-11;
-/// Zeros are mirror images where they lie no farther apart than this share of their size: damping moves both to the left.
+/// Zeros are mirror images where they lie no farther apart than this share of their size: damping moves both
+/// to the left.
 const MIRRORED: f64 = 0.3;
-/// Stiffness to ground, relative to the machine's largest, that holds free bodies while they are pushed quasi-statically.
+/// Stiffness to ground, relative to the machine's largest, that holds free bodies while they are pushed
+/// quasi-statically.
 const SLIGHT: f64 = 1e-12;
 
 /// A mode of vibration of the machine.
@@ -71,11 +75,14 @@ pub fn modes(plant: &LinearMachine) -> Result<Vec<Mode>, AnalysisError> {
         let nodes = motion.assembly().nodes.iter().enumerate().skip(1);
         let moves: Vec<(String, C64)> = nodes
             .map(|(i, node)| {
-                let moved = motion.coordinates().of(i).map_or(C64::new(0.0, 0.0), |g| vector[motion.layout().q(g)]);
+                let moved =
+                    motion.coordinates().of(i).map_or(C64::new(0.0, 0.0), |g| vector[motion.layout().q(g)]);
                 (node.name.clone(), moved)
             })
             .collect();
-        let Some(largest) = moves.iter().map(|(_, x)| *x).max_by(|a, b| a.norm().total_cmp(&b.norm())) else { continue };
+        let Some(largest) = moves.iter().map(|(_, x)| *x).max_by(|a, b| a.norm().total_cmp(&b.norm())) else {
+            continue;
+        };
         if largest.norm() <= NO_MOTION {
             continue;
         }
@@ -91,9 +98,10 @@ pub fn modes(plant: &LinearMachine) -> Result<Vec<Mode>, AnalysisError> {
 
 /// What a mode is to an actuator and a sensor (Eppinger and Seering, sections V and VI).
 ///
-/// The class is relative to rigid-body motion, the phase to what lies below: between neighbouring modes of one class there is a pair of zeros, where the
-/// class changes there is none. The first noncolocated mode thus takes 180 degrees for good; another one above it has the zeros beside it, and
-/// takes only what they gave (the workpiece's mode above that of the transmission, in the paper's machine with all three).
+/// The class is relative to rigid-body motion, the phase to what lies below: between neighbouring modes of
+/// one class there is a pair of zeros, where the class changes there is none. The first noncolocated mode
+/// thus takes 180 degrees for good; another one above it has the zeros beside it, and takes only what they
+/// gave (the workpiece's mode above that of the transmission, in the paper's machine with all three).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ModeClass {
@@ -110,11 +118,14 @@ pub enum ModeClass {
 pub struct ModeInPair {
     /// Its class.
     pub class: ModeClass,
-    /// Whether it is the rigid-body motion itself: the mode that gives most of the way when the actuator pushes slowly.
+    /// Whether it is the rigid-body motion itself: the mode that gives most of the way when the actuator
+    /// pushes slowly.
     pub rigid_body: bool,
-    /// The pair of zeros that goes with it, the one with positive imaginary part; none for a mode that only costs phase.
+    /// The pair of zeros that goes with it, the one with positive imaginary part; none for a mode that only
+    /// costs phase.
     pub zero: Option<C64>,
-    /// Phase that is lost for good beyond the mode: -180 for poles alone, 0 with a pair of zeros on the left, -360 with one on the right.
+    /// Phase that is lost for good beyond the mode: -180 for poles alone, 0 with a pair of zeros on the left,
+    /// -360 with one on the right.
     pub phase_change_deg: f64,
     /// The largest lag on the way.
     pub dip_deg: f64,
@@ -148,8 +159,9 @@ fn displacement_row(plant: &LinearMachine, source: Source) -> Option<Row> {
 
 /// Classifies every mode for a drive and a signal.
 ///
-/// The rigid-body relation is that of a slow push of the drive: its sign is that of (displacement of the driven body against the reacting one) times
-/// (displacement that the sensor measures), bodies that nothing holds being free to go.
+/// The rigid-body relation is that of a slow push of the drive: its sign is that of (displacement of the
+/// driven body against the reacting one) times (displacement that the sensor measures), bodies that nothing
+/// holds being free to go.
 ///
 /// # Errors
 /// [`AnalysisError::NotLinear`] for a signal that measures no displacement; [`AnalysisError::Lti`].
@@ -163,12 +175,15 @@ pub fn classify(
     let layout = plant.motion().layout();
     let nc = layout.coordinates();
     let stroke = &plant.equations().stroke[drive][0];
-    let sensed = displacement_row(plant, output).ok_or_else(|| AnalysisError::NotLinear { name: format!("{output:?}") })?;
-    let along = |row: &Row, mode: &Mode| (0..nc).map(|g| mode.vector[layout.q(g)] * row[layout.q(g)]).sum::<C64>();
+    let sensed = displacement_row(plant, output)
+        .ok_or_else(|| AnalysisError::NotLinear { name: format!("{output:?}") })?;
+    let along =
+        |row: &Row, mode: &Mode| (0..nc).map(|g| mode.vector[layout.q(g)] * row[layout.q(g)]).sum::<C64>();
 
     let mass = |g: usize| plant.motion().coordinates().mass_kg(g);
     let mut stiffness = DMatrix::from_fn(nc, nc, |g, h| -mass(g) * plant.a()[(layout.v(g), layout.q(h))]);
-    let slight = SLIGHT * (0..nc).map(|g| stiffness[(g, g)].abs() / mass(g)).fold(f64::MIN_POSITIVE, f64::max);
+    let slight =
+        SLIGHT * (0..nc).map(|g| stiffness[(g, g)].abs() / mass(g)).fold(f64::MIN_POSITIVE, f64::max);
     for g in 0..nc {
         stiffness[(g, g)] += slight * mass(g);
     }
@@ -184,7 +199,9 @@ pub fn classify(
     // Where the push carries the machine away, no mode is the rigid-body motion.
     let given: f64 = modes.iter().map(share).sum();
     let carried_away = (slow_way(stroke) * slow_way(&sensed)).abs().sqrt() > 1e3 * given.sqrt();
-    let rigid = (0..modes.len()).filter(|_| !carried_away).max_by(|&i, &j| share(&modes[i]).total_cmp(&share(&modes[j])));
+    let rigid = (0..modes.len())
+        .filter(|_| !carried_away)
+        .max_by(|&i, &j| share(&modes[i]).total_cmp(&share(&modes[j])));
 
     let class = |mode: &Mode| {
         let largest = (0..nc).map(|g| mode.vector[layout.q(g)].norm()).fold(0.0, f64::max);
@@ -201,7 +218,8 @@ pub fn classify(
     let zeros = pair_zeros(modes, &classes, rigid, &channel.zeros()?);
     let reaches = channel.system.c().amax() > 0.0 || channel.system.d().amax() > 0.0;
     let described = modes.iter().zip(&classes).zip(zeros).enumerate().map(|(i, ((mode, &class), zero))| {
-        let mut pair = ModeInPair { class, rigid_body: rigid == Some(i), zero, phase_change_deg: 0.0, dip_deg: 0.0 };
+        let mut pair =
+            ModeInPair { class, rigid_body: rigid == Some(i), zero, phase_change_deg: 0.0, dip_deg: 0.0 };
         if reaches && (class != ModeClass::Uninvolved || zero.is_some()) {
             pair.phase_change_deg = match zero {
                 None => -180.0,
@@ -215,8 +233,14 @@ pub fn classify(
     Ok(described.collect())
 }
 
-/// Gives each pair of zeros to a mode: the nearest first, colocated modes before noncolocated ones, the rigid-body motion last.
-fn pair_zeros(modes: &[Mode], classes: &[ModeClass], rigid: Option<usize>, zeros: &[C64]) -> Vec<Option<C64>> {
+/// Gives each pair of zeros to a mode: the nearest first, colocated modes before noncolocated ones, the
+/// rigid-body motion last.
+fn pair_zeros(
+    modes: &[Mode],
+    classes: &[ModeClass],
+    rigid: Option<usize>,
+    zeros: &[C64],
+) -> Vec<Option<C64>> {
     let mut given = vec![None; modes.len()];
     let mut left = without_quadruples(zeros);
     let rank = |i: usize| match classes[i] {
@@ -229,15 +253,19 @@ fn pair_zeros(modes: &[Mode], classes: &[ModeClass], rigid: Option<usize>, zeros
             let distance = |z: &C64, i: usize| (z.norm() / modes[i].eigenvalue.norm()).ln().abs();
             let open = (0..modes.len()).filter(|&i| rank(i) == stage && given[i].is_none());
             let candidates = open.flat_map(|i| (0..left.len()).map(move |j| (i, j)));
-            let Some((i, j)) = candidates.min_by(|a, b| distance(&left[a.1], a.0).total_cmp(&distance(&left[b.1], b.0))) else { break };
+            let Some((i, j)) =
+                candidates.min_by(|a, b| distance(&left[a.1], a.0).total_cmp(&distance(&left[b.1], b.0)))
+            else {
+                break;
+            };
             given[i] = Some(left.swap_remove(j));
         }
     }
     given
 }
 
-/// Pairs of zeros (of each the one above the axis) that are not half of a quadruple: what lies on the right and has its mirror image on the left
-/// takes as much phase as the image gives, and belongs to no mode.
+/// Pairs of zeros (of each the one above the axis) that are not half of a quadruple: what lies on the right
+/// and has its mirror image on the left takes as much phase as the image gives, and belongs to no mode.
 fn without_quadruples(zeros: &[C64]) -> Vec<C64> {
     let pairs = zeros.iter().copied().filter(|z| z.im > 1e-9 * z.norm());
     let (right, mut left): (Vec<C64>, Vec<C64>) = pairs.partition(|z| z.re > 0.0);
@@ -257,7 +285,8 @@ fn dip_deg(pair: &ModeInPair, mode: &Mode) -> f64 {
     let ends = [mode.eigenvalue, pair.zero.unwrap_or(mode.eigenvalue)];
     let low = ends.iter().map(|r| r.norm()).fold(f64::INFINITY, f64::min);
     let high = ends.iter().map(|r| r.norm()).fold(0.0, f64::max);
-    // Fine where the roots are: a tenth of the smallest damping, from a third of the lower to three times the higher.
+    // Fine where the roots are: a tenth of the smallest damping, from a third of the lower to three times the
+    // higher.
     let width = ends.iter().map(|r| (r.re / r.norm()).abs()).fold(f64::INFINITY, f64::min).clamp(1e-5, 0.1);
     let count = ((9.0 * high / low).ln() / (0.1 * width)).ceil().min(2e5) as usize;
     let response = (0..=count).map(|i| {

@@ -58,13 +58,19 @@ pub struct View {
     pub friction: FrictionView,
     /// Free play.
     pub play: PlayView,
-    /// The one command under which the machine rests, no other drive giving anything; absent where drives hold what must be held.
+    /// The one command under which the machine rests, no other drive giving anything; absent where drives
+    /// hold what must be held.
     pub held: Option<HeldCommand>,
 }
 
 impl View {
     /// All contacts clamped, which is what the paper's linear models assume.
-    pub const CLAMPED: Self = Self { contact: ContactView::Clamped, friction: FrictionView::Ignored, play: PlayView::Closed, held: None };
+    pub const CLAMPED: Self = Self {
+        contact: ContactView::Clamped,
+        friction: FrictionView::Ignored,
+        play: PlayView::Closed,
+        held: None,
+    };
     /// No contact.
     pub const FREE: Self = Self { contact: ContactView::Free, ..Self::CLAMPED };
 
@@ -74,7 +80,8 @@ impl View {
     }
 }
 
-/// The machine without anything that switches: limits are not reached, deadbands are crossed, bodies start at rest.
+/// The machine without anything that switches: limits are not reached, deadbands are crossed, bodies start at
+/// rest.
 pub(crate) fn without_switches(assembly: &Assembly, view: &View) -> Assembly {
     let mut frozen = assembly.clone();
     for node in &mut frozen.nodes {

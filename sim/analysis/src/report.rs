@@ -28,10 +28,11 @@ const UNDAMPED: f64 = 1e-9;
 /// What to analyse; what is absent is chosen from the scenario.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Request {
-    /// An actuator's command, or the force from outside on a body, as in `tip.force`; else that of the actuator of the controller in question, or of the first actuator.
+    /// An actuator's command, or the force from outside on a body, as in `tip.force`; else that of the
+    /// actuator of the controller in question, or of the first actuator.
     pub input: Option<SignalName>,
-    /// A signal; else what the sensor of the controller in question reads, the first contact's spring force, what the first sensor reads, or the
-    /// position of the driven body.
+    /// A signal; else what the sensor of the controller in question reads, the first contact's spring force,
+    /// what the first sensor reads, or the position of the driven body.
     pub output: Option<SignalName>,
     /// A gain; else the first controller's leading one.
     pub gain: Option<String>,
@@ -67,13 +68,15 @@ pub struct ModeReport {
 /// Stable values of a gain about its present value.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct StableRange {
-    /// Smallest and largest stable gain of those that are not below zero (of those below, where the present gain is); absent where there is none.
+    /// Smallest and largest stable gain of those that are not below zero (of those below, where the present
+    /// gain is); absent where there is none.
     pub stable: [Option<f64>; 2],
     /// Frequency at the upper edge, Hz (at the lower one where there is no upper).
     pub edge_hz: Option<f64>,
     /// Index of the mode that the motion at that edge is most like.
     pub edge_mode: Option<usize>,
-    /// Both edges of the interval, the lower one wherever it is, also below zero; absent where the interval has no end.
+    /// Both edges of the interval, the lower one wherever it is, also below zero; absent where the interval
+    /// has no end.
     pub edges: [Option<Edge>; 2],
     /// Every interval on either side of zero, rising.
     pub intervals: Vec<Band>,
@@ -136,7 +139,8 @@ pub struct Report {
     pub input: String,
     /// The output.
     pub output: String,
-    /// Force with which the first contact is pressed where the machine is linearised, N (N m for a rotary machine); absent without one.
+    /// Force with which the first contact is pressed where the machine is linearised, N (N m for a rotary
+    /// machine); absent without one.
     pub preload_n: Option<f64>,
     /// Exact delay from input to output beside poles and zeros, s.
     pub delay_s: f64,
@@ -148,14 +152,15 @@ pub struct Report {
     pub poles_hz: Vec<f64>,
     /// Moduli over 2 pi, conjugate pairs once.
     pub zeros_hz: Vec<f64>,
-    /// The response, without its delay, is this times the product of (s - zero) over the product of (s - pole); absent where the output does not depend on
-    /// the input.
+    /// The response, without its delay, is this times the product of (s - zero) over the product of (s -
+    /// pole); absent where the output does not depend on the input.
     pub zero_pole_gain: Option<f64>,
     /// The linear system of which these are poles and zeros.
     pub state_space: StateSpaceReport,
     /// Modes by rising frequency.
     pub modes: Vec<ModeReport>,
-    /// The loop that all that follows is of, whatever input and output are; absent without a controller that reads something.
+    /// The loop that all that follows is of, whatever input and output are; absent without a controller that
+    /// reads something.
     #[serde(rename = "loop")]
     pub of_loop: Option<LoopReport>,
     /// Absent without a controller that closes a loop.
@@ -170,7 +175,8 @@ pub struct Report {
     pub limit: Option<Limit>,
     /// The account behind the limit.
     pub waterfall: Option<Waterfall>,
-    /// Chatter of a contact that only pushes, as describing functions predict it; empty where there is none or the theory does not apply.
+    /// Chatter of a contact that only pushes, as describing functions predict it; empty where there is none
+    /// or the theory does not apply.
     pub limit_cycles: Vec<LimitCycle>,
     /// What to stiffen, lighten or damp first: the most telling number first; empty unless asked for.
     pub sensitivities: Vec<Sensitivity>,
@@ -192,10 +198,12 @@ pub enum Untold {
         period_s: f64,
         /// The period with which all repeat together, s.
         common_s: f64,
-        /// The controller that has this period, at which the loop can be broken; absent where no period is a multiple of all others.
+        /// The controller that has this period, at which the loop can be broken; absent where no period is a
+        /// multiple of all others.
         slowest: Option<String>,
     },
-    /// The law's continuous form differentiates a signal that jumps with the command, so that there is no loop on paper.
+    /// The law's continuous form differentiates a signal that jumps with the command, so that there is no
+    /// loop on paper.
     NoContinuousForm {
         /// The controller.
         controller: String,
@@ -227,7 +235,8 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
     let classified = classify(plant, &own, plant.drive(&input)?, plant.source(&output)?, &channel)?;
 
     let key = request.gain.clone().or_else(|| whole.default_gain_key());
-    let (mut gain, mut margins, mut waterfall, mut sensitivities, mut ranked_by) = (None, None, None, Vec::new(), None);
+    let (mut gain, mut margins, mut waterfall, mut sensitivities, mut ranked_by) =
+        (None, None, None, Vec::new(), None);
     let (mut pair, mut untold) = (None, None);
     if let Some(key) = key {
         let (controller, name) = whole.gain_of_key(&key)?;
@@ -241,11 +250,15 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
             }
             Err(other) => return Err(other),
         };
-        let sampled = StableRange::about(present, whole.sampled_bands(&key)?, whole.sampled_bands_below_zero(&key)?);
+        let sampled =
+            StableRange::about(present, whole.sampled_bands(&key)?, whole.sampled_bands_below_zero(&key)?);
         margins = match whole.open_loop(controller) {
             Ok(open) => Some(MarginReport::new(&open.transfer()?)?),
             Err(AnalysisError::SlowerThanLoop { name, period_s, common_s }) => {
-                let slowest = whole.controllers().iter().find(|c| (common_s - c.spec.period_s).abs() <= 1e-9 * common_s);
+                let slowest = whole
+                    .controllers()
+                    .iter()
+                    .find(|c| (common_s - c.spec.period_s).abs() <= 1e-9 * common_s);
                 let slowest = slowest.map(|controller| controller.name.clone());
                 untold = Some(Untold::SlowerLoop { controller: name, period_s, common_s, slowest });
                 None
@@ -253,7 +266,11 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
             Err(other) => return Err(other),
         };
         if continuous.is_some() && margins.is_some() {
-            waterfall = Some(whole.waterfall(&key, &own, pair.as_ref().map_or(&classified, |(_, in_loop)| in_loop))?);
+            waterfall = Some(whole.waterfall(
+                &key,
+                &own,
+                pair.as_ref().map_or(&classified, |(_, in_loop)| in_loop),
+            )?);
         }
         if request.sensitivities && margins.is_some() {
             sensitivities = whole.sensitivities(&key)?;
@@ -267,7 +284,8 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
         }
         gain = Some(GainReport { key, present, continuous, sampled });
     }
-    let pushes_only = scenario.machine.contacts.values().any(|contact| contact.engagement == Engagement::Unilateral);
+    let pushes_only =
+        scenario.machine.contacts.values().any(|contact| contact.engagement == Engagement::Unilateral);
     let limit_cycles = match pushes_only.then(|| limit_cycles(scenario)) {
         None | Some(Err(AnalysisError::NoLimitCycle { .. } | AnalysisError::LongDelay { .. })) => Vec::new(),
         Some(found) => found?,
@@ -322,7 +340,9 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
 /// Frequencies of modes that nothing damps and that a pair of actuator and sensor sees, Hz.
 pub(crate) fn undamped_hz(modes: &[Mode], pairs: &[ModeInPair]) -> Vec<f64> {
     let seen = modes.iter().zip(pairs).filter(|(_, pair)| pair.class != ModeClass::Uninvolved);
-    seen.filter(|(mode, _)| mode.damping_ratio().abs() < UNDAMPED).map(|(mode, _)| mode.frequency_hz()).collect()
+    seen.filter(|(mode, _)| mode.damping_ratio().abs() < UNDAMPED)
+        .map(|(mode, _)| mode.frequency_hz())
+        .collect()
 }
 
 impl Request {
@@ -336,12 +356,18 @@ impl Request {
         let machine = &scenario.machine;
         // The controller whose gain is asked for, if it reads something.
         let key = self.gain.clone().or_else(|| whole.default_gain_key());
-        let asked = key.and_then(|key| whole.gain_of_key(&key).ok()).map(|(i, gain)| (&whole.controllers()[i], gain));
-        let asked = asked.and_then(|(controller, gain)| Some((controller, controller.sensor_of_gain(&gain)?)));
+        let asked =
+            key.and_then(|key| whole.gain_of_key(&key).ok()).map(|(i, gain)| (&whole.controllers()[i], gain));
+        let asked =
+            asked.and_then(|(controller, gain)| Some((controller, controller.sensor_of_gain(&gain)?)));
         let reads_something = || whole.controllers().iter().find_map(|c| Some((c, c.fed_back()?)));
-        let (first, sensor) = asked.or_else(reads_something).map_or((whole.controllers().first(), None), |(c, i)| (Some(c), Some(i)));
+        let (first, sensor) = asked
+            .or_else(reads_something)
+            .map_or((whole.controllers().first(), None), |(c, i)| (Some(c), Some(i)));
         let drive = first.map_or(0, |c| c.drive);
-        let input = asked_input.or_else(|| machine.actuators.get_index(drive).map(|(name, _)| SignalName::new(name, Quantity::Command)));
+        let input = asked_input.or_else(|| {
+            machine.actuators.get_index(drive).map(|(name, _)| SignalName::new(name, Quantity::Command))
+        });
         let input = input.ok_or_else(|| AnalysisError::NotAnInput { name: "(no actuator)".into() })?;
         let read = sensor.and_then(|i| machine.sensors.get_index(i)).map(|(_, sensor)| sensor.reads.clone());
         // A contact that is absent feels nothing: what moves then is the body that would touch.

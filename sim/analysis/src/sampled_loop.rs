@@ -1,8 +1,10 @@
-//! The sampled loop, exact: plant under every hold, fractional delays of controllers, drives and sensors, filters, and several rates.
+//! The sampled loop, exact: plant under every hold, fractional delays of controllers, drives and sensors,
+//! filters, and several rates.
 //!
-//! All of it is linear in what is known when a common period begins: the plant's state, the outputs held, those under way, signals taken early
-//! and not yet read, and the controllers' states. One period is walked through instant by instant with each quantity as a row over that vector
-//! (lifting); what stands at the end is the matrix of the loop.
+//! All of it is linear in what is known when a common period begins: the plant's state, the outputs held,
+//! those under way, signals taken early and not yet read, and the controllers' states. One period is walked
+//! through instant by instant with each quantity as a row over that vector (lifting); what stands at the end
+//! is the matrix of the loop.
 
 use std::collections::VecDeque;
 
@@ -17,8 +19,8 @@ use crate::schedule::{Action, Schedule, Timing};
 
 /// Spans that differ by less than this share one exponential, s: the engine's grid.
 const SAME_SPAN_S: f64 = 1e-15;
-/// Outputs and readings under way, at most, of a loop whose eigenvalues are sought: each is a state, and an analysis takes some ten seconds with a hundred
-/// of them and eight times as long with twice as many.
+/// Outputs and readings under way, at most, of a loop whose eigenvalues are sought: each is a state, and an
+/// analysis takes some ten seconds with a hundred of them and eight times as long with twice as many.
 const MOST_STORED: usize = 100;
 
 /// The sampled loop of a [`ControlLoop`].
@@ -62,7 +64,8 @@ impl<'a> SampledLoop<'a> {
                 period_s: c.spec.period_s,
                 offset_s: c.spec.offset_s,
                 output_delay_s: c.spec.delay_s + plant.drive_delay_s[c.drive],
-                sensor_delay_s: [&plant.reading[i], &plant.motion[i]].map(|row| row.as_ref().map(|row| row.delay_s)),
+                sensor_delay_s: [&plant.reading[i], &plant.motion[i]]
+                    .map(|row| row.as_ref().map(|row| row.delay_s)),
             })
             .collect();
         let schedule = Schedule::new(&timings)?;
@@ -76,7 +79,12 @@ impl<'a> SampledLoop<'a> {
             Ok((known[known.len() - 1].1).clone())
         };
         let ends = schedule.instants.iter().skip(1).map(|(t, _)| *t).chain([schedule.common_s]);
-        let spans = schedule.instants.iter().zip(ends).map(|((t, _), end)| span(end - t.max(0.0))).collect::<Result<Vec<_>, _>>()?;
+        let spans = schedule
+            .instants
+            .iter()
+            .zip(ends)
+            .map(|((t, _), end)| span(end - t.max(0.0)))
+            .collect::<Result<Vec<_>, _>>()?;
         let lead_in = span(schedule.instants.first().map_or(0.0, |(t, _)| t.max(0.0)))?;
         Ok(Self { whole, plant, schedule, spans, lead_in })
     }
@@ -86,7 +94,8 @@ impl<'a> SampledLoop<'a> {
         self.schedule.common_s
     }
 
-    /// The common period where some controller samples more than once in it, so that motions faster than half of one over it look slower.
+    /// The common period where some controller samples more than once in it, so that motions faster than half
+    /// of one over it look slower.
     pub(crate) fn alias_s(&self) -> Option<f64> {
         let common_s = self.schedule.common_s;
         let is_fast = |period_s: f64| period_s < 0.75 * common_s;
@@ -113,7 +122,12 @@ impl<'a> SampledLoop<'a> {
     ///
     /// # Errors
     /// [`AnalysisError::NoGain`], [`AnalysisError::Control`].
-    pub fn closed_loop_with(&self, controller: usize, gain: &str, value: f64) -> Result<DMatrix<f64>, AnalysisError> {
+    pub fn closed_loop_with(
+        &self,
+        controller: usize,
+        gain: &str,
+        value: f64,
+    ) -> Result<DMatrix<f64>, AnalysisError> {
         self.closed_with(&self.whole.specs_with(controller, gain, value)?)
     }
 
@@ -130,20 +144,26 @@ impl<'a> SampledLoop<'a> {
         &self.plant.reduced.expand
     }
 
-    /// The loop broken at the output of one controller, the others closed: from that output to what the controller answers, negated.
+    /// The loop broken at the output of one controller, the others closed: from that output to what the
+    /// controller answers, negated.
     ///
     /// # Errors
-    /// [`AnalysisError::SlowerThanLoop`] where other controllers repeat more slowly, so that the broken loop varies in time.
+    /// [`AnalysisError::SlowerThanLoop`] where other controllers repeat more slowly, so that the broken loop
+    /// varies in time.
     pub fn open_loop(&self, controller: usize) -> Result<DiscreteStateSpace, AnalysisError> {
         self.broken(controller, Probe::Law)
     }
 
-    /// From the output of one controller, held, to any signal as it would be sampled by that controller just before it acts; the other
-    /// controllers closed.
+    /// From the output of one controller, held, to any signal as it would be sampled by that controller just
+    /// before it acts; the other controllers closed.
     ///
     /// # Errors
     /// As [`Self::open_loop`].
-    pub fn response_to(whole: &'a ControlLoop, controller: usize, output: OutputRow) -> Result<DiscreteStateSpace, AnalysisError> {
+    pub fn response_to(
+        whole: &'a ControlLoop,
+        controller: usize,
+        output: OutputRow,
+    ) -> Result<DiscreteStateSpace, AnalysisError> {
         Self::build(whole, whole.loop_plant(Some((controller, output)))?)?.broken(controller, Probe::Reading)
     }
 
@@ -151,7 +171,11 @@ impl<'a> SampledLoop<'a> {
         let own = &self.whole.controllers()[controller];
         let common_s = self.schedule.common_s;
         if (common_s - own.spec.period_s).abs() > 1e-9 * common_s {
-            return Err(AnalysisError::SlowerThanLoop { name: own.name.clone(), period_s: own.spec.period_s, common_s });
+            return Err(AnalysisError::SlowerThanLoop {
+                name: own.name.clone(),
+                period_s: own.spec.period_s,
+                common_s,
+            });
         }
         let (a, output) = self.walk(&self.specs(), Some((controller, probe)))?;
         let n = a.nrows();
@@ -180,22 +204,38 @@ impl<'a> SampledLoop<'a> {
         self.schedule.pending.iter().sum::<usize>() + self.schedule.taken.iter().flatten().sum::<usize>()
     }
 
-    /// One common period: what every entry of the lifted vector has become, as rows over the vector (and, where the loop is broken, over the
-    /// output that enters instead, as the last column); and the broken controller's answer.
-    fn walk(&self, specs: &[ControllerSpec], broken: Option<(usize, Probe)>) -> Result<(DMatrix<f64>, RowDVector<f64>), AnalysisError> {
+    /// One common period: what every entry of the lifted vector has become, as rows over the vector (and,
+    /// where the loop is broken, over the output that enters instead, as the last column); and the broken
+    /// controller's answer.
+    fn walk(
+        &self,
+        specs: &[ControllerSpec],
+        broken: Option<(usize, Probe)>,
+    ) -> Result<(DMatrix<f64>, RowDVector<f64>), AnalysisError> {
         let stored = self.stored();
         if stored > MOST_STORED {
-            return Err(AnalysisError::LongDelay { stored, most: MOST_STORED, common_s: self.schedule.common_s });
+            return Err(AnalysisError::LongDelay {
+                stored,
+                most: MOST_STORED,
+                common_s: self.schedule.common_s,
+            });
         }
         let motion_is_velocity = self.whole.controllers().iter().map(|c| c.motion_is_velocity);
-        let laws = specs.iter().zip(motion_is_velocity).map(|(spec, v)| spec.linear(v)).collect::<Result<Vec<_>, _>>()?;
+        let laws = specs
+            .iter()
+            .zip(motion_is_velocity)
+            .map(|(spec, v)| spec.linear(v))
+            .collect::<Result<Vec<_>, _>>()?;
         let mut walk = self.start(&laws, broken.is_some());
         let mut answer = RowDVector::zeros(walk.width);
         self.advance(&mut walk, &self.lead_in);
         for ((_, actions), span) in self.schedule.instants.iter().zip(&self.spans) {
             // Sensors are read before anything acts.
             let signals: Vec<[Option<RowDVector<f64>>; 2]> = (0..laws.len())
-                .map(|i| [&self.plant.reading[i], &self.plant.motion[i]].map(|row| self.signal(&walk, row.as_ref())))
+                .map(|i| {
+                    [&self.plant.reading[i], &self.plant.motion[i]]
+                        .map(|row| self.signal(&walk, row.as_ref()))
+                })
                 .collect();
             for action in actions {
                 match *action {
@@ -207,10 +247,13 @@ impl<'a> SampledLoop<'a> {
                     }
                     Action::Sample(i) => {
                         let now = |which: usize, walk: &mut Walk| {
-                            let delayed =
-                                [&self.plant.reading[i], &self.plant.motion[i]][which].as_ref().is_some_and(|row| row.delay_s > 0.0);
+                            let delayed = [&self.plant.reading[i], &self.plant.motion[i]][which]
+                                .as_ref()
+                                .is_some_and(|row| row.delay_s > 0.0);
                             let early = delayed.then(|| walk.taken[i][which].pop_front()).flatten();
-                            early.or_else(|| signals[i][which].clone()).unwrap_or_else(|| RowDVector::zeros(walk.width))
+                            early
+                                .or_else(|| signals[i][which].clone())
+                                .unwrap_or_else(|| RowDVector::zeros(walk.width))
                         };
                         let inputs = [now(0, &mut walk), now(1, &mut walk)];
                         let output = step(&laws[i], &mut walk.states[i], &inputs);
@@ -246,8 +289,14 @@ impl<'a> SampledLoop<'a> {
             row
         };
         let held = (0..controllers).map(|_| take()).collect();
-        let pending = self.schedule.pending.iter().map(|&count| (0..count).map(|_| take()).collect()).collect();
-        let taken = self.schedule.taken.iter().map(|counts| counts.map(|count| (0..count).map(|_| take()).collect())).collect();
+        let pending =
+            self.schedule.pending.iter().map(|&count| (0..count).map(|_| take()).collect()).collect();
+        let taken = self
+            .schedule
+            .taken
+            .iter()
+            .map(|counts| counts.map(|count| (0..count).map(|_| take()).collect()))
+            .collect();
         let states = laws.iter().map(|law| law.c.iter().map(|_| take()).collect()).collect();
         Walk { width, x: DMatrix::identity(n, width), held, pending, taken, states }
     }

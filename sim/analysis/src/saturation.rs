@@ -14,17 +14,23 @@ use crate::late::Evaluator;
 
 /// Frequency that counts as rest, as a share of half of the sampling rate.
 const AT_REST: f64 = 1e-6;
-/// Lowest frequency of the search, in the same, and steps from there: an excess that is narrower than one is passed over.
+/// Lowest frequency of the search, in the same, and steps from there: an excess that is narrower than one is
+/// passed over.
 const LOWEST: f64 = 1e-3;
 const STEPS: u32 = 2000;
 /// Relative accuracy of the frequency found.
 const ACCURACY: f64 = 1e-12;
 
 impl ControlLoop {
-    /// Lowest frequency at which a reference of the size that the file ends with asks for more than the drive gives: more command than the
-    /// controller may put out, or more force, or faster changes of it, than the drive can make; zero where it does so at rest. At half of the largest
-    /// stable gain where there is one, else at the gain as it is.
-    pub(crate) fn saturation_hz(&self, key: &str, largest_gain: Option<f64>) -> Result<Option<f64>, AnalysisError> {
+    /// Lowest frequency at which a reference of the size that the file ends with asks for more than the drive
+    /// gives: more command than the controller may put out, or more force, or faster changes of it, than the
+    /// drive can make; zero where it does so at rest. At half of the largest stable gain where there is one,
+    /// else at the gain as it is.
+    pub(crate) fn saturation_hz(
+        &self,
+        key: &str,
+        largest_gain: Option<f64>,
+    ) -> Result<Option<f64>, AnalysisError> {
         let (controller, gain) = self.gain_of_key(key)?;
         let own = &self.controllers()[controller];
         let drive = &self.assembly().drives[own.drive];
@@ -32,12 +38,17 @@ impl ControlLoop {
         if command_limit.is_infinite() && drive.limit.is_infinite() && drive.rate_limit.is_infinite() {
             return Ok(None);
         }
-        let half = largest_gain.filter(|largest| *largest > 0.0).map(|largest| self.at_half_of(controller, &gain, largest)).transpose()?;
+        let half = largest_gain
+            .filter(|largest| *largest > 0.0)
+            .map(|largest| self.at_half_of(controller, &gain, largest))
+            .transpose()?;
         let demand = Demand::new(half.as_ref().unwrap_or(self), controller)?;
         // By how many times the most is asked for.
         let excess = |frequency_hz: f64| -> Result<f64, AnalysisError> {
             let [command, force] = demand.at(frequency_hz)?;
-            Ok((command / command_limit).max(force / drive.limit).max(TAU * frequency_hz * force / drive.rate_limit))
+            Ok((command / command_limit)
+                .max(force / drive.limit)
+                .max(TAU * frequency_hz * force / drive.rate_limit))
         };
         let nyquist_hz = 0.5 / own.spec.period_s;
         let mut below = AT_REST * nyquist_hz;
@@ -90,7 +101,11 @@ impl<'a> Demand<'a> {
         let drive = &self.whole.assembly().drives[own.drive];
         let z = C64::cis(TAU * frequency_hz * own.spec.period_s);
         let command = self.law.at(z)?[(0, 0)] / (self.around.at(z)? + 1.0) * self.size;
-        let force = if drive.velocity_source.is_some() { (command * self.made.at(z)?).norm() } else { command.norm() * drive.gain };
+        let force = if drive.velocity_source.is_some() {
+            (command * self.made.at(z)?).norm()
+        } else {
+            command.norm() * drive.gain
+        };
         Ok([command.norm(), force])
     }
 }

@@ -4,7 +4,8 @@ use crate::error::AnalysisError;
 
 /// Instants closer than this are one, s, as in the engine's clock.
 const SAME_INSTANT_S: f64 = 1e-12;
-/// The most samples of the fastest controller in a common period: a search for stable gains walks through them some hundred times.
+/// The most samples of the fastest controller in a common period: a search for stable gains walks through
+/// them some hundred times.
 const MOST_SAMPLES: usize = 1000;
 /// Ratios of periods this close to a fraction are that fraction.
 const COMMENSURATE: f64 = 1e-9;
@@ -53,7 +54,8 @@ impl Schedule {
         for (i, timing) in timings.iter().enumerate() {
             let delays = timing.sensor_delay_s.iter().flatten().copied();
             let reach_s = delays.fold(timing.output_delay_s, f64::max);
-            // Samples from so early that their outputs arrive in this period, to so late that their readings are taken in it.
+            // Samples from so early that their outputs arrive in this period, to so late that their readings
+            // are taken in it.
             let first = ((-reach_s - timing.offset_s) / timing.period_s).floor() as i64 - 1;
             let last = ((common_s + reach_s - timing.offset_s) / timing.period_s).ceil() as i64 + 1;
             for k in first..=last {
@@ -102,7 +104,8 @@ fn common_period_s(timings: &[Timing]) -> Result<f64, AnalysisError> {
             (ratio - ratio.round()).abs() <= COMMENSURATE * ratio
         })
     };
-    let samples = (1..=most).find(|&samples| whole(samples)).ok_or(AnalysisError::Rates { limit: MOST_SAMPLES })?;
+    let samples =
+        (1..=most).find(|&samples| whole(samples)).ok_or(AnalysisError::Rates { limit: MOST_SAMPLES })?;
     Ok(samples as f64 * slowest)
 }
 
@@ -118,13 +121,21 @@ mod tests {
     fn truth_two_rates_repeat_after_their_common_multiple() {
         let schedule = Schedule::new(&[timing(2e-3, 0.0, 0.0), timing(3e-3, 0.0, 0.0)]).unwrap();
         assert!((schedule.common_s - 6e-3).abs() < 1e-15);
-        let samples = |i| schedule.instants.iter().flat_map(|(_, actions)| actions).filter(|a| **a == Action::Sample(i)).count();
+        let samples = |i| {
+            schedule
+                .instants
+                .iter()
+                .flat_map(|(_, actions)| actions)
+                .filter(|a| **a == Action::Sample(i))
+                .count()
+        };
         assert_eq!((samples(0), samples(1)), (3, 2));
     }
 
     #[test]
     fn truth_what_is_under_way_when_a_period_begins() {
-        // 2.5 samples late: at zero the outputs of the last two samples are still to come; half a sample of sensor delay takes one early.
+        // 2.5 samples late: at zero the outputs of the last two samples are still to come; half a sample of
+        // sensor delay takes one early.
         let schedule = Schedule::new(&[timing(1e-3, 2.5e-3, 0.5e-3)]).unwrap();
         assert_eq!((schedule.pending[0], schedule.taken[0]), (2, [1, 0]));
         assert_eq!(schedule.instants.len(), 2);

@@ -1,4 +1,5 @@
-//! How the bandwidth, and what else is achieved, answers to each number of a machine: what to stiffen, lighten or damp first.
+//! How the bandwidth, and what else is achieved, answers to each number of a machine: what to stiffen,
+//! lighten or damp first.
 
 use feeler_plant::assembly::Assembly;
 use feeler_plant::description::Engagement;
@@ -22,7 +23,8 @@ pub struct Sensitivity {
     pub value: f64,
     /// Derivative of the bandwidth, Hz per unit of the number.
     pub bandwidth_hz_per_unit: f64,
-    /// Relative change of the bandwidth over relative change of the number. Where the drive saturates, of the frequency at which it does.
+    /// Relative change of the bandwidth over relative change of the number. Where the drive saturates, of the
+    /// frequency at which it does.
     pub bandwidth_relative: f64,
     /// Relative change of the largest stable gain over relative change of the number.
     pub largest_gain_relative: f64,
@@ -36,15 +38,16 @@ pub struct Sensitivity {
 pub enum RankedBy {
     /// Bandwidth and largest stable gain together, those that trade the one for the other last.
     BandwidthAndGain,
-    /// The largest stable gain alone: the bandwidth lies on the flank of a mode's peak, and says how high that is.
+    /// The largest stable gain alone: the bandwidth lies on the flank of a mode's peak, and says how high
+    /// that is.
     LargestGain,
     /// The frequency at which the drive saturates, which is what is achieved.
     Saturation,
 }
 
 impl Sensitivity {
-    /// What a change of the number is worth, signed: a relative change of what is achieved over the relative change of the number. Not a number where
-    /// there is nothing to compare by.
+    /// What a change of the number is worth, signed: a relative change of what is achieved over the relative
+    /// change of the number. Not a number where there is nothing to compare by.
     pub fn worth(&self, by: RankedBy) -> f64 {
         match by {
             RankedBy::BandwidthAndGain => self.bandwidth_relative + self.largest_gain_relative,
@@ -66,9 +69,10 @@ pub(crate) fn rank(sensitivities: &mut [Sensitivity], by: RankedBy) {
 }
 
 impl ControlLoop {
-    /// How bandwidth and largest gain of the sampled loop answer to every mass, stiffness and damping that is not zero, and, where the drive saturates
-    /// below the bandwidth, how the frequency at which it does answers to these and to the limits themselves, the gain being kept. By falling worth; none where
-    /// no gain is stable.
+    /// How bandwidth and largest gain of the sampled loop answer to every mass, stiffness and damping that is
+    /// not zero, and, where the drive saturates below the bandwidth, how the frequency at which it does
+    /// answers to these and to the limits themselves, the gain being kept. By falling worth; none where no
+    /// gain is stable.
     ///
     /// # Errors
     /// Those of [`Self::sampled_bands`].
@@ -90,13 +94,20 @@ impl ControlLoop {
             }
             // Largest gain, and bandwidth or what is left of it.
             let at = |factor: f64| -> Result<[Option<f64>; 2], AnalysisError> {
-                let altered = self.altered(|assembly, controllers| *slot.of(assembly, controllers) *= factor)?;
+                let altered =
+                    self.altered(|assembly, controllers| *slot.of(assembly, controllers) *= factor)?;
                 let stage = altered.sampled_stage("", key, None)?;
-                let achieved = if saturates { altered.saturation_hz(key, base.largest_gain)? } else { stage.bandwidth_hz };
+                let achieved = if saturates {
+                    altered.saturation_hz(key, base.largest_gain)?
+                } else {
+                    stage.bandwidth_hz
+                };
                 Ok([stage.largest_gain, achieved])
             };
             let (low, high) = (at(1.0 - DIFFERENCE)?, at(1.0 + DIFFERENCE)?);
-            let slope = |which: usize| low[which].zip(high[which]).map_or(f64::NAN, |(a, b)| (b - a) / (DIFFERENCE * (a + b)));
+            let slope = |which: usize| {
+                low[which].zip(high[which]).map_or(f64::NAN, |(a, b)| (b - a) / (DIFFERENCE * (a + b)))
+            };
             let (largest_gain_relative, bandwidth_relative) = (slope(0), slope(1));
             let middle = low[1].zip(high[1]).map_or(f64::NAN, |(a, b)| 0.5 * (a + b));
             Ok(Some(Sensitivity {
@@ -126,7 +137,9 @@ impl ControlLoop {
             numbers.push((format!("springs.{}.damping", link.name), Slot::LinkDamping(i)));
         }
         let taken = &self.plant().motion().assembly().contacts;
-        for (i, contact) in taken.iter().enumerate().filter(|(_, contact)| contact.engagement != Engagement::Free) {
+        for (i, contact) in
+            taken.iter().enumerate().filter(|(_, contact)| contact.engagement != Engagement::Free)
+        {
             numbers.push((format!("contacts.{}.stiffness", contact.name), Slot::ContactStiffness(i)));
             numbers.push((format!("contacts.{}.damping", contact.name), Slot::ContactDamping(i)));
         }
@@ -144,7 +157,9 @@ impl ControlLoop {
                 limits.push((format!("actuators.{}.rate_limit", drive.name), Slot::DriveRateLimit(i)));
             }
         }
-        for (i, controller) in self.controllers().iter().enumerate().filter(|(_, c)| c.spec.output_limit.is_some()) {
+        for (i, controller) in
+            self.controllers().iter().enumerate().filter(|(_, c)| c.spec.output_limit.is_some())
+        {
             limits.push((format!("controllers.{}.output_limit", controller.name), Slot::OutputLimit(i)));
         }
         limits
@@ -190,13 +205,24 @@ mod tests {
 
     fn number(key: &str, bandwidth_relative: f64, largest_gain_relative: f64) -> Sensitivity {
         let trades = trades(bandwidth_relative, largest_gain_relative);
-        Sensitivity { key: key.into(), value: 1.0, bandwidth_hz_per_unit: 0.0, bandwidth_relative, largest_gain_relative, trades }
+        Sensitivity {
+            key: key.into(),
+            value: 1.0,
+            bandwidth_hz_per_unit: 0.0,
+            bandwidth_relative,
+            largest_gain_relative,
+            trades,
+        }
     }
 
     #[test]
     fn truth_what_raises_both_comes_before_what_trades_one_for_the_other() {
-        let mut all =
-            [number("trade", 0.3, -1.0), number("nothing known", f64::NAN, 0.2), number("both", 0.1, 0.3), number("mass", -0.3, 0.01)];
+        let mut all = [
+            number("trade", 0.3, -1.0),
+            number("nothing known", f64::NAN, 0.2),
+            number("both", 0.1, 0.3),
+            number("mass", -0.3, 0.01),
+        ];
         let mut order = |by| {
             rank(&mut all, by);
             all.iter().map(|s| s.key.clone()).collect::<Vec<_>>()

@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use feeler_lti::{AffineLoop, C64, GainEdge, GainSearch, StableGains, TimeDomain, eigen, eigenvalues, stable_gains};
+use feeler_lti::{
+    AffineLoop, C64, GainEdge, GainSearch, StableGains, TimeDomain, eigen, eigenvalues, stable_gains,
+};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -17,10 +19,12 @@ use crate::sampled_loop::SampledLoop;
 const DECADES: u32 = 7;
 /// Points of the search in each decade, before it is refined where growth rates bend.
 const POINTS_PER_DECADE: u32 = 12;
-/// Matrices that depart from a straight line in the gain by no more than this share of their largest element are on it, up to rounding.
+/// Matrices that depart from a straight line in the gain by no more than this share of their largest element
+/// are on it, up to rounding.
 const AFFINE: f64 = 1e-13;
-/// Growth rates below this cannot be told from none, 1/s: at gains next to zero an integrator's pole lies that close to the limit, where
-/// eigenvalues of sampled loops are good to 1e-12 per period of 1e-3 s or less.
+/// Growth rates below this cannot be told from none, 1/s: at gains next to zero an integrator's pole lies
+/// that close to the limit, where eigenvalues of sampled loops are good to 1e-12 per period of 1e-3 s or
+/// less.
 const TELLING_GROWTH_PER_S: f64 = 1e-7;
 
 /// An edge of stability.
@@ -28,10 +32,11 @@ const TELLING_GROWTH_PER_S: f64 = 1e-7;
 pub struct Edge {
     /// The gain.
     pub gain: f64,
-    /// Frequency of the motion that begins to grow, Hz. Where several rates repeat together, that of the bodies, of all that look alike once per common
-    /// period.
+    /// Frequency of the motion that begins to grow, Hz. Where several rates repeat together, that of the
+    /// bodies, of all that look alike once per common period.
     pub frequency_hz: f64,
-    /// Index of the machine's own mode that the motion is most like; `None` where it is like none, as that of a rigid body which nothing holds.
+    /// Index of the machine's own mode that the motion is most like; `None` where it is like none, as that of
+    /// a rigid body which nothing holds.
     pub mode: Option<usize>,
 }
 
@@ -64,7 +69,11 @@ impl BelowZero {
     /// From the intervals of the gain with its sign turned, from zero on.
     fn mirrored(turned: GainBands, at_zero: Edge) -> Self {
         let negated = |edge: Edge| Edge { gain: -edge.gain, ..edge };
-        let bands = turned.bands.into_iter().rev().map(|band| Band { lower: band.upper.map(negated), upper: band.lower.map(negated) });
+        let bands = turned
+            .bands
+            .into_iter()
+            .rev()
+            .map(|band| Band { lower: band.upper.map(negated), upper: band.lower.map(negated) });
         Self { bands: bands.collect(), at_zero }
     }
 }
@@ -101,17 +110,20 @@ impl GainBands {
         all
     }
 
-    /// The first edge met when the gain rises from zero: infinite where there is none, zero where nothing is stable.
+    /// The first edge met when the gain rises from zero: infinite where there is none, zero where nothing is
+    /// stable.
     pub fn first_upper(&self) -> f64 {
         self.bands.first().map_or(0.0, |band| band.upper.as_ref().map_or(f64::INFINITY, |edge| edge.gain))
     }
 }
 
 impl ControlLoop {
-    /// Stable values, from zero on, of the gain that a key names, in the sampled loop. Edges are exact to about 1e-12.
+    /// Stable values, from zero on, of the gain that a key names, in the sampled loop. Edges are exact to
+    /// about 1e-12.
     ///
     /// # Errors
-    /// [`AnalysisError::NoController`], [`AnalysisError::NoGain`], [`AnalysisError::Rates`], [`AnalysisError::Lti`].
+    /// [`AnalysisError::NoController`], [`AnalysisError::NoGain`], [`AnalysisError::Rates`],
+    /// [`AnalysisError::Lti`].
     pub fn sampled_bands(&self, key: &str) -> Result<GainBands, AnalysisError> {
         let (controller, gain) = self.gain_of_key(key)?;
         if let Some(bands) = self.late_bands(controller, &gain, 1.0)? {
@@ -133,7 +145,8 @@ impl ControlLoop {
         self.bands(feeler_lti::Continuous, matrix, continuous.expand(), None)
     }
 
-    /// Every interval of stable values of the gain that a key names, on either side of zero, rising, in the sampled loop.
+    /// Every interval of stable values of the gain that a key names, on either side of zero, rising, in the
+    /// sampled loop.
     ///
     /// # Errors
     /// As [`Self::sampled_bands`].
@@ -149,7 +162,8 @@ impl ControlLoop {
         Ok(self.continuous_bands(key)?.joined(self.continuous_bands_below_zero(key)?))
     }
 
-    /// Stable values below zero of the gain that a key names, in the sampled loop; none where the law allows none.
+    /// Stable values below zero of the gain that a key names, in the sampled loop; none where the law allows
+    /// none.
     ///
     /// # Errors
     /// As [`Self::sampled_bands`].
@@ -210,7 +224,11 @@ impl ControlLoop {
         let nearest = upper.min_by(|&i, &j| distance(found.values[i]).total_cmp(&distance(found.values[j])));
         let Some(i) = nearest else { return Ok(none) };
         let mode = self.most_alike(&modes(self.plant())?, &found.vectors[i], expand);
-        Ok(Edge { frequency_hz: self.frequency_hz(domain, found.values[i], &found.vectors[i], expand, alias_s), mode, ..none })
+        Ok(Edge {
+            frequency_hz: self.frequency_hz(domain, found.values[i], &found.vectors[i], expand, alias_s),
+            mode,
+            ..none
+        })
     }
 
     fn bands<T: TimeDomain>(
@@ -220,32 +238,46 @@ impl ControlLoop {
         expand: &DMatrix<f64>,
         alias_s: Option<f64>,
     ) -> Result<GainBands, AnalysisError> {
-        // Errors do not depend on the gain's value, so these calls tell of them all. Not at one: there the force gain -1 of an impedance makes it feel no motion.
+        // Errors do not depend on the gain's value, so these calls tell of them all. Not at one: there the
+        // force gain -1 of an impedance makes it feel no motion.
         let unit = finite_unit(&matrix)?;
         let (low, middle, high) = (matrix(2.0 * unit)?, matrix(4.0 * unit)?, matrix(6.0 * unit)?);
         let slope = (&middle - &low) / (2.0 * unit);
         let zero = &low - &slope * (2.0 * unit);
         let affine = (&zero + &slope * (6.0 * unit) - &high).amax() <= AFFINE * high.amax();
         let (zero, slope) = if affine { without_idle(&zero, &slope, expand.ncols()) } else { (zero, slope) };
-        let rest = affine.then(|| WithoutDrift::new(zero.clone(), slope.clone(), domain.point_of_s(C64::new(0.0, 0.0)).re));
+        let rest = affine.then(|| {
+            WithoutDrift::new(zero.clone(), slope.clone(), domain.point_of_s(C64::new(0.0, 0.0)).re)
+        });
         let (zero, slope) = rest.as_ref().map_or((&zero, &slope), |rest| (&rest.zero, &rest.slope));
         let scale = AffineLoop::new(zero.clone(), slope.clone(), domain)?.gain_scale();
         let at = |k: f64| if affine { zero + slope * k } else { matrix(k).unwrap_or_else(|_| low.clone()) };
         let lower = smallest_telling(domain, &at, scale)?;
-        let search = GainSearch { lower, decades: DECADES, points_per_decade: POINTS_PER_DECADE, ..GainSearch::non_negative(scale)? };
+        let search = GainSearch {
+            lower,
+            decades: DECADES,
+            points_per_decade: POINTS_PER_DECADE,
+            ..GainSearch::non_negative(scale)?
+        };
         let stable: StableGains = stable_gains(domain, at, &search)?;
         let own = modes(self.plant())?;
         let edge = |edge: GainEdge| {
             let vector = rest.as_ref().map(|rest| rest.whole(edge.gain, edge.eigenvalue, &edge.eigenvector));
             let vector = vector.as_ref().unwrap_or(&edge.eigenvector);
             let mode = self.most_alike(&own, vector, expand);
-            Edge { gain: edge.gain, frequency_hz: self.frequency_hz(domain, edge.eigenvalue, vector, expand, alias_s), mode }
+            Edge {
+                gain: edge.gain,
+                frequency_hz: self.frequency_hz(domain, edge.eigenvalue, vector, expand, alias_s),
+                mode,
+            }
         };
-        let bands = stable.intervals.into_iter().map(|i| Band { lower: i.lower.map(edge), upper: i.upper.map(edge) });
+        let bands =
+            stable.intervals.into_iter().map(|i| Band { lower: i.lower.map(edge), upper: i.upper.map(edge) });
         Ok(GainBands { bands: bands.collect() })
     }
 
-    /// Frequency of a motion of the loop, Hz; where several rates repeat together, every `alias_s`, that of the bodies.
+    /// Frequency of a motion of the loop, Hz; where several rates repeat together, every `alias_s`, that of
+    /// the bodies.
     fn frequency_hz<T: TimeDomain>(
         &self,
         domain: T,
@@ -260,8 +292,8 @@ impl ControlLoop {
         }
     }
 
-    /// Of all frequencies that turn by a share of a turn in a period, the one at which the bodies move: what their speeds are to their places in a motion
-    /// of the loop tells it roughly, with its sign.
+    /// Of all frequencies that turn by a share of a turn in a period, the one at which the bodies move: what
+    /// their speeds are to their places in a motion of the loop tells it roughly, with its sign.
     fn unfolded_hz(&self, turns: f64, vector: &DVector<C64>, expand: &DMatrix<f64>, period_s: f64) -> f64 {
         let motion = of_machine(vector, expand);
         let (coordinates, layout) = (self.plant().motion().coordinates(), self.plant().motion().layout());
@@ -275,14 +307,21 @@ impl ControlLoop {
         ((turns + whole) / period_s).abs()
     }
 
-    /// The mode whose shape has the largest modal assurance with the machine's part of a motion of the loop; `None` where more of the motion is in
-    /// none of them, as that of a whole machine which nothing holds.
-    pub(crate) fn most_alike(&self, own: &[Mode], vector: &DVector<C64>, expand: &DMatrix<f64>) -> Option<usize> {
+    /// The mode whose shape has the largest modal assurance with the machine's part of a motion of the loop;
+    /// `None` where more of the motion is in none of them, as that of a whole machine which nothing holds.
+    pub(crate) fn most_alike(
+        &self,
+        own: &[Mode],
+        vector: &DVector<C64>,
+        expand: &DMatrix<f64>,
+    ) -> Option<usize> {
         let motion = of_machine(vector, expand);
         let coordinates = self.plant().motion().coordinates();
         // In units of kinetic energy, so that light bodies do not outweigh heavy ones.
         let weighted = |v: &DVector<C64>| {
-            DVector::from_fn(coordinates.count(), |g, _| v[self.plant().motion().layout().q(g)] * coordinates.mass_kg(g).sqrt())
+            DVector::from_fn(coordinates.count(), |g, _| {
+                v[self.plant().motion().layout().q(g)] * coordinates.mass_kg(g).sqrt()
+            })
         };
         let motion = weighted(&motion);
         let likeness = |mode: &Mode| {
@@ -291,7 +330,8 @@ impl ControlLoop {
         };
         let alike: Vec<f64> = own.iter().map(likeness).collect();
         let best = (0..own.len()).max_by(|&i, &j| alike[i].total_cmp(&alike[j]))?;
-        // Shapes are orthogonal in kinetic energy, but for damping: what they leave of the motion is that of no oscillating mode.
+        // Shapes are orthogonal in kinetic energy, but for damping: what they leave of the motion is that of
+        // no oscillating mode.
         let elsewhere = 1.0 - alike.iter().sum::<f64>();
         (alike[best] > elsewhere).then_some(best)
     }
@@ -302,8 +342,8 @@ fn of_machine(vector: &DVector<C64>, expand: &DMatrix<f64>) -> DVector<C64> {
     expand.map(|v| C64::new(v, 0.0)) * vector.rows(0, expand.ncols())
 }
 
-/// The largest power of ten up to one of which a few times makes a finite matrix: an unstable loop lifted over thousands of periods grows beyond all
-/// numbers.
+/// The largest power of ten up to one of which a few times makes a finite matrix: an unstable loop lifted
+/// over thousands of periods grows beyond all numbers.
 fn finite_unit(matrix: &impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>) -> Result<f64, AnalysisError> {
     let decades = i32::try_from(DECADES).unwrap_or(i32::MAX);
     for decade in 0..=decades {
@@ -316,7 +356,11 @@ fn finite_unit(matrix: &impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>) -> 
 }
 
 /// The smallest gain of the search at which stability can be told; zero where it never can.
-fn smallest_telling<T: TimeDomain>(domain: T, at: &impl Fn(f64) -> DMatrix<f64>, scale: f64) -> Result<f64, AnalysisError> {
+fn smallest_telling<T: TimeDomain>(
+    domain: T,
+    at: &impl Fn(f64) -> DMatrix<f64>,
+    scale: f64,
+) -> Result<f64, AnalysisError> {
     let decades = i32::try_from(DECADES).unwrap_or(i32::MAX);
     for decade in -decades..=decades {
         let gain = scale * 10_f64.powi(decade);
@@ -324,7 +368,10 @@ fn smallest_telling<T: TimeDomain>(domain: T, at: &impl Fn(f64) -> DMatrix<f64>,
         if matrix.iter().any(|v| !v.is_finite()) {
             return Ok(0.0);
         }
-        let growth = eigenvalues(&matrix)?.into_iter().map(|p| domain.growth_per_s(p)).fold(f64::NEG_INFINITY, f64::max);
+        let growth = eigenvalues(&matrix)?
+            .into_iter()
+            .map(|p| domain.growth_per_s(p))
+            .fold(f64::NEG_INFINITY, f64::max);
         if growth.abs() > TELLING_GROWTH_PER_S {
             return Ok(gain);
         }
@@ -332,8 +379,9 @@ fn smallest_telling<T: TimeDomain>(domain: T, at: &impl Fn(f64) -> DMatrix<f64>,
     Ok(0.0)
 }
 
-/// Both matrices without the states, from `first` on, that nothing depends on: held outputs that are overwritten before they act. Each is an
-/// eigenvalue at exactly zero, whose rounding would only mislead the search.
+/// Both matrices without the states, from `first` on, that nothing depends on: held outputs that are
+/// overwritten before they act. Each is an eigenvalue at exactly zero, whose rounding would only mislead the
+/// search.
 fn without_idle(zero: &DMatrix<f64>, slope: &DMatrix<f64>, first: usize) -> (DMatrix<f64>, DMatrix<f64>) {
     let mut kept: Vec<usize> = (0..zero.ncols()).collect();
     loop {

@@ -1,4 +1,5 @@
-//! What limits the bandwidth: from the rigid body under a perfect drive down to the loop that is built, one ingredient after the other.
+//! What limits the bandwidth: from the rigid body under a perfect drive down to the loop that is built, one
+//! ingredient after the other.
 
 use feeler_control::Law;
 use feeler_lti::C64;
@@ -19,7 +20,8 @@ const SHARE_OF_LIMIT: f64 = 0.5;
 const MATTERS: f64 = 1.05;
 /// Modes damped less than this have a peak...
 const RESONANT: f64 = 0.3;
-/// ...on whose flank, 3 dB below where the response began, a bandwidth up to so many times the mode's frequency lies.
+/// ...on whose flank, 3 dB below where the response began, a bandwidth up to so many times the mode's
+/// frequency lies.
 const FLANK: f64 = 1.3;
 
 /// Which of the paper's three problems, or the controller itself, limits the bandwidth.
@@ -51,13 +53,16 @@ pub struct Stage {
     pub largest_gain: Option<f64>,
     /// Frequency at which the loop begins to swing there, Hz.
     pub edge_hz: Option<f64>,
-    /// Frequency at which, at half that gain, the reading's answer to the reference first falls 3 dB below what it is at low frequency, Hz; half of the
-    /// sampling rate where it never does; absent where the gain is unlimited.
+    /// Frequency at which, at half that gain, the reading's answer to the reference first falls 3 dB below
+    /// what it is at low frequency, Hz; half of the sampling rate where it never does; absent where the gain
+    /// is unlimited.
     pub bandwidth_hz: Option<f64>,
-    /// The same at the gain of the stage before, Hz: what this ingredient does by itself; the rest of the difference is that of the gain it allows. Absent where
-    /// there is no gain before, or this loop is unstable with it.
+    /// The same at the gain of the stage before, Hz: what this ingredient does by itself; the rest of the
+    /// difference is that of the gain it allows. Absent where there is no gain before, or this loop is
+    /// unstable with it.
     pub bandwidth_at_gain_before_hz: Option<f64>,
-    /// What of the reference is still followed beyond the bandwidth, where that is where integral action ends.
+    /// What of the reference is still followed beyond the bandwidth, where that is where integral action
+    /// ends.
     pub shelf: Option<Shelf>,
 }
 
@@ -69,12 +74,15 @@ impl Stage {
 
     /// What of the bandwidth is left.
     fn saturated(self, saturation_hz: Option<f64>) -> Self {
-        let bandwidth_hz = self.bandwidth_hz.map(|bandwidth| saturation_hz.map_or(bandwidth, |saturation| bandwidth.min(saturation)));
+        let bandwidth_hz = self
+            .bandwidth_hz
+            .map(|bandwidth| saturation_hz.map_or(bandwidth, |saturation| bandwidth.min(saturation)));
         Self { added: "saturation".into(), bandwidth_hz, bandwidth_at_gain_before_hz: bandwidth_hz, ..self }
     }
 }
 
-/// What becomes of the largest gain without an ingredient. Serialised as a number, `"unlimited"`, `"stable"` or `"none"`.
+/// What becomes of the largest gain without an ingredient. Serialised as a number, `"unlimited"`, `"stable"`
+/// or `"none"`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Relief {
     /// It is this many times as large.
@@ -88,7 +96,8 @@ pub enum Relief {
 }
 
 impl Relief {
-    /// From the largest gain with an ingredient to that without; zero where nothing is stable, infinite where everything is.
+    /// From the largest gain with an ingredient to that without; zero where nothing is stable, infinite where
+    /// everything is.
     fn new(with: f64, without: f64) -> Self {
         match (with > 0.0, without > 0.0) {
             (_, true) if without.is_infinite() => Self::Unlimited,
@@ -126,10 +135,11 @@ pub struct Waterfall {
     pub stages: Vec<Stage>,
     /// What would become of the largest gain without an ingredient, the others present.
     pub without: Vec<(String, Relief)>,
-    /// Frequency above which a reference of the size that the file ends with drives the command to its limit at half of the largest stable gain, Hz: zero
-    /// where it does so at rest, absent where it never does.
+    /// Frequency above which a reference of the size that the file ends with drives the command to its limit
+    /// at half of the largest stable gain, Hz: zero where it does so at rest, absent where it never does.
     pub saturation_hz: Option<f64>,
-    /// Index of a flexible mode on whose falling flank the bandwidth lies: it then moves with that mode's peak, whatever becomes of the loop below it.
+    /// Index of a flexible mode on whose falling flank the bandwidth lies: it then moves with that mode's
+    /// peak, whatever becomes of the loop below it.
     pub rides_mode: Option<usize>,
     /// The verdict.
     pub limit: Limit,
@@ -137,9 +147,16 @@ pub struct Waterfall {
 
 /// The lightly damped flexible mode on whose falling flank a frequency lies.
 fn flank(frequency_hz: f64, modes: &[Mode], pairs: &[ModeInPair]) -> Option<usize> {
-    let flexible = |i: &usize| !pairs[*i].rigid_body && pairs[*i].class != ModeClass::Uninvolved && modes[*i].damping_ratio() < RESONANT;
+    let flexible = |i: &usize| {
+        !pairs[*i].rigid_body
+            && pairs[*i].class != ModeClass::Uninvolved
+            && modes[*i].damping_ratio() < RESONANT
+    };
     let beside = |i: &usize| (1.0..=FLANK).contains(&(frequency_hz / modes[*i].frequency_hz()));
-    (0..modes.len()).filter(flexible).filter(beside).max_by(|&i, &j| modes[i].frequency_hz().total_cmp(&modes[j].frequency_hz()))
+    (0..modes.len())
+        .filter(flexible)
+        .filter(beside)
+        .max_by(|&i, &j| modes[i].frequency_hz().total_cmp(&modes[j].frequency_hz()))
 }
 
 /// Whether a law adds up its error.
@@ -190,9 +207,16 @@ impl ControlLoop {
     ///
     /// # Errors
     /// Those of [`Self::sampled_bands`] and [`Self::continuous_bands`].
-    pub fn waterfall(&self, key: &str, modes: &[Mode], pairs: &[ModeInPair]) -> Result<Waterfall, AnalysisError> {
+    pub fn waterfall(
+        &self,
+        key: &str,
+        modes: &[Mode],
+        pairs: &[ModeInPair],
+    ) -> Result<Waterfall, AnalysisError> {
         let flexible = self.flexible_links(modes, pairs);
-        let rigid = |assembly: &mut Assembly, links: &[(usize, ModeClass)]| links.iter().for_each(|(i, _)| assembly.links[*i].rigid = true);
+        let rigid = |assembly: &mut Assembly, links: &[(usize, ModeClass)]| {
+            links.iter().for_each(|(i, _)| assembly.links[*i].rigid = true)
+        };
         let mut stages: Vec<Stage> = Vec::new();
         let ideal = self.altered(|assembly, _| {
             rigid(assembly, &flexible);
@@ -219,20 +243,29 @@ impl ControlLoop {
         stages.push(last.clone());
 
         let relief = |bands: GainBands| Relief::new(limit_gain, bands.first_upper());
-        let mut candidates = vec![("sampling".to_string(), Limit::Sampling, relief(self.continuous_bands(key)?))];
+        let mut candidates =
+            vec![("sampling".to_string(), Limit::Sampling, relief(self.continuous_bands(key)?))];
         let perfect = self.altered(|assembly, _| idealise_drives(assembly))?;
         candidates.push(("actuator".into(), Limit::RigidBody, relief(perfect.sampled_bands(key)?)));
         for &(i, class) in &flexible {
-            let limit = if class == ModeClass::Noncolocated { Limit::NoncolocatedMode } else { Limit::ColocatedMode };
+            let limit =
+                if class == ModeClass::Noncolocated { Limit::NoncolocatedMode } else { Limit::ColocatedMode };
             let stiff = self.altered(|assembly, _| rigid(assembly, &[(i, class)]))?;
-            candidates.push((format!("springs.{}", self.assembly().links[i].name), limit, relief(stiff.sampled_bands(key)?)));
+            candidates.push((
+                format!("springs.{}", self.assembly().links[i].name),
+                limit,
+                relief(stiff.sampled_bands(key)?),
+            ));
         }
         let saturation_hz = self.saturation_hz(key, largest_gain)?;
         if saturation_hz.is_some() {
             stages.push(last.clone().saturated(saturation_hz));
         }
         let saturates = last.saturates(saturation_hz);
-        let rides_mode = last.bandwidth_hz.filter(|_| !saturates).and_then(|bandwidth_hz| flank(bandwidth_hz, modes, pairs));
+        let rides_mode = last
+            .bandwidth_hz
+            .filter(|_| !saturates)
+            .and_then(|bandwidth_hz| flank(bandwidth_hz, modes, pairs));
         let worst = candidates
             .iter()
             .max_by(|a, b| a.2.factor().total_cmp(&b.2.factor()))
@@ -249,7 +282,12 @@ impl ControlLoop {
         Ok(Waterfall { stages, without, saturation_hz, rides_mode, limit })
     }
 
-    fn continuous_stage(&self, added: &str, key: &str, before: Option<&Stage>) -> Result<Stage, AnalysisError> {
+    fn continuous_stage(
+        &self,
+        added: &str,
+        key: &str,
+        before: Option<&Stage>,
+    ) -> Result<Stage, AnalysisError> {
         let bands = self.continuous_bands(key)?;
         self.stage(added, key, &bands, before, |loops, controller| {
             let Some(closed) = ClosedLoop::continuous(loops, controller)? else { return Ok((None, None)) };
@@ -258,7 +296,12 @@ impl ControlLoop {
         })
     }
 
-    pub(crate) fn sampled_stage(&self, added: &str, key: &str, before: Option<&Stage>) -> Result<Stage, AnalysisError> {
+    pub(crate) fn sampled_stage(
+        &self,
+        added: &str,
+        key: &str,
+        before: Option<&Stage>,
+    ) -> Result<Stage, AnalysisError> {
         let bands = self.sampled_bands(key)?;
         self.stage(added, key, &bands, before, |loops, controller| {
             let nyquist_hz = 0.5 / loops.controllers()[controller].spec.period_s;
@@ -268,8 +311,9 @@ impl ControlLoop {
         })
     }
 
-    /// The bandwidth of a controller in the sampled loop: where its reading, as it answers the reference, first falls 3 dB below what it is at low
-    /// frequency, Hz; half of the sampling rate where it never does, none where it reads nothing.
+    /// The bandwidth of a controller in the sampled loop: where its reading, as it answers the reference,
+    /// first falls 3 dB below what it is at low frequency, Hz; half of the sampling rate where it never does,
+    /// none where it reads nothing.
     ///
     /// # Errors
     /// Those of [`crate::SampledLoop::open_loop`].
@@ -296,7 +340,9 @@ impl ControlLoop {
         // The gain before, where this loop is stable with it.
         let kept = before.and_then(|stage| stage.largest_gain).filter(|largest| *largest > 0.0);
         let kept = kept.filter(|largest| edge.is_some_and(|edge| SHARE_OF_LIMIT * largest < edge.gain));
-        let at_gain_before = kept.map(|largest| follows(&self.at_half_of(controller, &gain, largest)?, controller)).transpose()?;
+        let at_gain_before = kept
+            .map(|largest| follows(&self.at_half_of(controller, &gain, largest)?, controller))
+            .transpose()?;
         let largest_gain = if bands.bands.is_empty() { Some(0.0) } else { edge.map(|edge| edge.gain) };
         Ok(Stage {
             added: added.into(),
@@ -309,13 +355,22 @@ impl ControlLoop {
     }
 
     /// The same with a gain at half of its largest stable value.
-    pub(crate) fn at_half_of(&self, controller: usize, gain: &str, largest: f64) -> Result<Self, AnalysisError> {
+    pub(crate) fn at_half_of(
+        &self,
+        controller: usize,
+        gain: &str,
+        largest: f64,
+    ) -> Result<Self, AnalysisError> {
         let mut half = self.clone();
-        half.set_spec(controller, with_gain(&self.controllers()[controller].spec, gain, SHARE_OF_LIMIT * largest)?);
+        half.set_spec(
+            controller,
+            with_gain(&self.controllers()[controller].spec, gain, SHARE_OF_LIMIT * largest)?,
+        );
         Ok(half)
     }
 
-    /// Springs that can be taken for rigid while every drive can still move, with the class of the mode that strains each most, by rising frequency of that mode.
+    /// Springs that can be taken for rigid while every drive can still move, with the class of the mode that
+    /// strains each most, by rising frequency of that mode.
     fn flexible_links(&self, modes: &[Mode], pairs: &[ModeInPair]) -> Vec<(usize, ModeClass)> {
         let plant = self.plant();
         let layout = plant.motion().layout();
@@ -326,10 +381,18 @@ impl ControlLoop {
             e.norm_sqr() / speed
         };
         let mut links: Vec<(f64, usize, ModeClass)> = Vec::new();
-        for (i, link) in plant.motion().assembly().links.iter().enumerate().filter(|(_, link)| !link.rigid && link.stiffness > 0.0) {
+        for (i, link) in plant
+            .motion()
+            .assembly()
+            .links
+            .iter()
+            .enumerate()
+            .filter(|(_, link)| !link.rigid && link.stiffness > 0.0)
+        {
             let flexible = (0..modes.len()).filter(|&m| !pairs[m].rigid_body);
-            let most =
-                flexible.max_by(|&a, &b| (link.stiffness * strain(i, &modes[a])).total_cmp(&(link.stiffness * strain(i, &modes[b]))));
+            let most = flexible.max_by(|&a, &b| {
+                (link.stiffness * strain(i, &modes[a])).total_cmp(&(link.stiffness * strain(i, &modes[b])))
+            });
             if let Some(m) = most {
                 links.push((modes[m].frequency_hz(), i, pairs[m].class));
             }
@@ -341,7 +404,10 @@ impl ControlLoop {
         for (kept, (_, i, _)) in kept.iter_mut().zip(&links).rev() {
             let link = &self.assembly().links[*i];
             let after = merged(&joined, link.a, link.b);
-            *kept = self.controllers().iter().all(|c| self.drive_moves(c.drive, &after) || !self.drive_moves(c.drive, &joined));
+            *kept = self
+                .controllers()
+                .iter()
+                .all(|c| self.drive_moves(c.drive, &after) || !self.drive_moves(c.drive, &joined));
             if *kept {
                 joined = after;
             }
@@ -352,7 +418,11 @@ impl ControlLoop {
     /// For each node the one that stands for all that move as one with it.
     fn joined_by_rigid_links(&self) -> Vec<NodeId> {
         let apart: Vec<NodeId> = (0..self.assembly().nodes.len()).collect();
-        self.assembly().links.iter().filter(|link| link.rigid).fold(apart, |joined, link| merged(&joined, link.a, link.b))
+        self.assembly()
+            .links
+            .iter()
+            .filter(|link| link.rigid)
+            .fold(apart, |joined, link| merged(&joined, link.a, link.b))
     }
 
     fn drive_moves(&self, drive: usize, joined: &[NodeId]) -> bool {

@@ -10,7 +10,8 @@ use crate::linear_system::LinearSystem;
 use crate::reduce::Reduction;
 use crate::sampled::{Edge, Lag, Law, SampledPlant};
 
-/// Damping ratio that the motors' damping would give the contact mode if nothing bent, where integral force control is looked at.
+/// Damping ratio that the motors' damping would give the contact mode if nothing bent, where integral force
+/// control is looked at.
 const DAMPING_RATIO: f64 = 0.7;
 /// Share of the largest stable integral gain at which the force bandwidth is told: a gain margin of two.
 const GAIN_SHARE: f64 = 0.5;
@@ -28,18 +29,20 @@ const TO: f64 = 100.0;
 pub struct Agreement {
     /// Frequency of the mode in which the arm moves on the contact: whole arm, axis; Hz.
     pub contact_mode_hz: [f64; 2],
-    /// Where the phase from drive force to contact force, damper included and the drives' bandwidths left out, falls through -180 degrees: whole arm, axis; Hz. Not a
-    /// number where it does not.
+    /// Where the phase from drive force to contact force, damper included and the drives' bandwidths left
+    /// out, falls through -180 degrees: whole arm, axis; Hz. Not a number where it does not.
     pub phase_crossover_hz: [f64; 2],
-    /// Largest stable gain of proportional control of the contact's spring force, sampled at 1 kHz, behind the drives' bandwidths: whole arm, axis. Zero where no gain is stable, infinite
-    /// where all are.
+    /// Largest stable gain of proportional control of the contact's spring force, sampled at 1 kHz, behind
+    /// the drives' bandwidths: whole arm, axis. Zero where no gain is stable, infinite where all are.
     pub largest_kp: [f64; 2],
-    /// The same of integral control, 1/s, the motors damped by [`Self::motor_damping_n_s_per_m`] on the difference of their last two encoder positions.
+    /// The same of integral control, 1/s, the motors damped by [`Self::motor_damping_n_s_per_m`] on the
+    /// difference of their last two encoder positions.
     pub largest_ki_per_s: [f64; 2],
-    /// Where that integral loop has a gain of one at half of its own largest stable gain: whole arm, axis; Hz. Not a number where no gain is stable, or all are.
+    /// Where that integral loop has a gain of one at half of its own largest stable gain: whole arm, axis;
+    /// Hz. Not a number where no gain is stable, or all are.
     pub force_bandwidth_hz: [f64; 2],
-    /// `2 * 0.7 * omega * M` with the whole arm's contact mode `omega` and its mass `M` when nothing bends: the damping ratio of one mass on the contact would be 0.7,
-    /// those of the arm's own modes differ.
+    /// `2 * 0.7 * omega * M` with the whole arm's contact mode `omega` and its mass `M` when nothing bends:
+    /// the damping ratio of one mass on the contact would be 0.7, those of the arm's own modes differ.
     pub motor_damping_n_s_per_m: f64,
 }
 
@@ -85,7 +88,8 @@ impl Agreement {
         [self.contact_mode_hz, self.phase_crossover_hz, self.largest_kp, self.largest_ki_per_s]
     }
 
-    /// How far the axis is from the arm in each of [`Landmark::ALL`], over the arm's; infinite where only one of the two has it.
+    /// How far the axis is from the arm in each of [`Landmark::ALL`], over the arm's; infinite where only one
+    /// of the two has it.
     pub fn misfits(&self) -> [f64; 4] {
         self.landmarks().map(apart)
     }
@@ -118,7 +122,8 @@ impl Agreement {
     }
 }
 
-/// How far the second is from the first, over the first; zero where neither is a number above zero and finite, or both are alike, infinite where one is none.
+/// How far the second is from the first, over the first; zero where neither is a number above zero and
+/// finite, or both are alike, infinite where one is none.
 pub(crate) fn apart([one, other]: [f64; 2]) -> f64 {
     let is_one = |x: f64| x.is_finite() && x > 0.0;
     match (is_one(one), is_one(other)) {
@@ -136,7 +141,8 @@ impl Reduction {
         touch * self.moved(touch, s)[0]
     }
 
-    /// Way of the tool and of the motor per drive force, something under the tool that resists with `touch` per way.
+    /// Way of the tool and of the motor per drive force, something under the tool that resists with `touch`
+    /// per way.
     pub(crate) fn moved(&self, touch: Complex<f64>, s: Complex<f64>) -> [Complex<f64>; 2] {
         let mut joint = self.stiffness_n_per_m + self.damping_n_s_per_m * s;
         let mut motor = self.motor_mass_kg * s * s + self.guide_damping_n_s_per_m * s;
@@ -156,12 +162,14 @@ impl Reduction {
         [joint / determinant, at_tip / determinant]
     }
 
-    /// Modes of the axis with the tool on a spring, slowest first; with a spring of zero those of the axis in the air.
+    /// Modes of the axis with the tool on a spring, slowest first; with a spring of zero those of the axis in
+    /// the air.
     pub fn modes_in_contact(&self, contact_n_per_m: f64) -> Vec<VibrationMode> {
         self.system().modes(contact_n_per_m)
     }
 
-    /// Frequency of the mode in which the axis moves on a contact of so much stiffness, N/m: the first that carries a good part of a slow drive force to it.
+    /// Frequency of the mode in which the axis moves on a contact of so much stiffness, N/m: the first that
+    /// carries a good part of a slow drive force to it.
     pub fn contact_mode_hz(&self, contact_n_per_m: f64) -> f64 {
         self.system().contact_mode_hz(contact_n_per_m)
     }
@@ -169,12 +177,16 @@ impl Reduction {
     /// Coordinates are those of motor, tool and branches.
     fn system(&self) -> LinearSystem {
         let n = 2 + self.branches.len();
-        let masses = [self.motor_mass_kg, self.tip_mass_kg].into_iter().chain(self.branches.iter().map(|branch| branch.mass_kg));
+        let masses = [self.motor_mass_kg, self.tip_mass_kg]
+            .into_iter()
+            .chain(self.branches.iter().map(|branch| branch.mass_kg));
         let mass = DMatrix::from_diagonal(&DVector::from_iterator(n, masses));
         let (mut stiffness, mut damping) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
         damping[(0, 0)] = self.guide_damping_n_s_per_m;
         let mut join = |from: usize, to: usize, k: f64, c: f64| {
-            let ends = DVector::from_fn(n, |row, _| f64::from(u8::from(row == from)) - f64::from(u8::from(row == to)));
+            let ends = DVector::from_fn(n, |row, _| {
+                f64::from(u8::from(row == from)) - f64::from(u8::from(row == to))
+            });
             let square = &ends * ends.transpose();
             stiffness += k * &square;
             damping += c * &square;
@@ -188,7 +200,8 @@ impl Reduction {
         LinearSystem { mass, stiffness, damping, tip: unit(1), drive: unit(0), mass_kg: self.mass_kg }
     }
 
-    /// What force control reaches on a contact (N/m, N s/m), with so much damping of the motor (N s/m) where it is integral.
+    /// What force control reaches on a contact (N/m, N s/m), with so much damping of the motor (N s/m) where
+    /// it is integral.
     fn largest_gains(&self, contact: [f64; 2], damping_n_s_per_m: f64, first_hz: f64) -> Gains {
         let system = self.system();
         let lags = [(self.bandwidth_hz, system.drive.clone())];
@@ -205,7 +218,13 @@ struct Gains {
 }
 
 /// Not a number for what no computer can hold.
-fn largest_gains(system: &LinearSystem, lags: &[Lag], contact: [f64; 2], damping_n_s_per_m: f64, first_hz: f64) -> Gains {
+fn largest_gains(
+    system: &LinearSystem,
+    lags: &[Lag],
+    contact: [f64; 2],
+    damping_n_s_per_m: f64,
+    first_hz: f64,
+) -> Gains {
     let Ok(plant) = SampledPlant::new(system, lags, contact, first_hz) else {
         return Gains { largest: [Edge::UNKNOWN; 2], bandwidth_hz: f64::NAN };
     };
@@ -227,7 +246,9 @@ impl WholeArm {
     pub(crate) fn new(linear: &LinearArm, contact: [f64; 2]) -> Self {
         let contact_mode_hz = linear.system.contact_mode_hz(contact[0]);
         let steps = (PER_DECADE * (TO / FROM).log10()) as u32;
-        let grid_hz: Vec<f64> = (0..=steps).map(|i| contact_mode_hz * FROM * (TO / FROM).powf(f64::from(i) / f64::from(steps))).collect();
+        let grid_hz: Vec<f64> = (0..=steps)
+            .map(|i| contact_mode_hz * FROM * (TO / FROM).powf(f64::from(i) / f64::from(steps)))
+            .collect();
         let response = linear.system.response_in_contact(contact, &grid_hz);
         let motor_damping_n_s_per_m = 2.0 * DAMPING_RATIO * TAU * contact_mode_hz * linear.system.mass_kg;
         Self {
@@ -235,7 +256,13 @@ impl WholeArm {
             contact_mode_hz,
             phase_crossover_hz: falls_through_hz(&grid_hz, &response, PI),
             motor_damping_n_s_per_m,
-            gains: largest_gains(&linear.system, &linear.lags, contact, motor_damping_n_s_per_m, contact_mode_hz),
+            gains: largest_gains(
+                &linear.system,
+                &linear.lags,
+                contact,
+                motor_damping_n_s_per_m,
+                contact_mode_hz,
+            ),
             grid_hz,
         }
     }
@@ -260,7 +287,8 @@ impl WholeArm {
     }
 
     pub(crate) fn agreement(&self, axis: &Reduction) -> Agreement {
-        let response: Vec<_> = self.grid_hz.iter().map(|f| axis.response_in_contact(self.contact, *f)).collect();
+        let response: Vec<_> =
+            self.grid_hz.iter().map(|f| axis.response_in_contact(self.contact, *f)).collect();
         let gains = axis.largest_gains(self.contact, self.motor_damping_n_s_per_m, self.contact_mode_hz);
         Agreement {
             contact_mode_hz: [self.contact_mode_hz, axis.contact_mode_hz(self.contact[0])],
@@ -274,7 +302,8 @@ impl WholeArm {
 }
 
 impl Arm {
-    /// Holds an axis against the whole arm, both linear about the pose, the tool on a spring (N/m) and damper (N s/m).
+    /// Holds an axis against the whole arm, both linear about the pose, the tool on a spring (N/m) and damper
+    /// (N s/m).
     ///
     /// # Errors
     /// Those of [`Self::reduce`].
@@ -290,7 +319,8 @@ impl Arm {
     }
 }
 
-/// The first frequency at which a phase that starts near zero has fallen by `turn`, rad; between the points of the grid a straight line.
+/// The first frequency at which a phase that starts near zero has fallen by `turn`, rad; between the points
+/// of the grid a straight line.
 pub(crate) fn falls_through_hz(grid: &[f64], values: &[Complex<f64>], turn: f64) -> f64 {
     let mut phase = values[0].arg();
     for (f, z) in grid.windows(2).zip(values.windows(2)) {

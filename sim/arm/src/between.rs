@@ -1,7 +1,8 @@
 //! Bodies between motor and tool, from which fits begin.
 //!
-//! Motor and tool are joined by a spring, and every further body by one spring to each of the two. With both of them held, each such body is a mode of the arm (R.
-//! R. Craig, M. C. C. Bampton, AIAA J. 6 (1968), with two ends), so that as many bodies as there are modes are the arm exactly wherever all the springs come out
+//! Motor and tool are joined by a spring, and every further body by one spring to each of the two. With both
+//! of them held, each such body is a mode of the arm (R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968), with
+//! two ends), so that as many bodies as there are modes are the arm exactly wherever all the springs come out
 //! positive.
 
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -32,7 +33,9 @@ pub(crate) fn between(linear: &LinearArm, pair: &Reduction, count: usize) -> Opt
     let mut bodies: Vec<(Branch, f64)> = (squares.iter().zip(shapes.column_iter()))
         .map(|(square, shape)| {
             let share = shape.dot(&carried);
-            let joined = |matrix: &DMatrix<f64>, end: usize| (-share * (matrix * shape).dot(&alone.column(end))).max(0.0);
+            let joined = |matrix: &DMatrix<f64>, end: usize| {
+                (-share * (matrix * shape).dot(&alone.column(end))).max(0.0)
+            };
             let branch = Branch {
                 mass_kg: share * share,
                 stiffness_n_per_m: joined(&system.stiffness, 0),
@@ -70,13 +73,15 @@ fn fold(axis: &mut Reduction, body: &Branch) {
         axis.motor_mass_kg += motor * body.mass_kg;
         axis.tip_mass_kg += tool * body.mass_kg;
         axis.stiffness_n_per_m += motor * body.to_tool_n_per_m;
-        axis.damping_n_s_per_m += tool * tool * body.damping_n_s_per_m + motor * motor * body.to_tool_n_s_per_m;
+        axis.damping_n_s_per_m +=
+            tool * tool * body.damping_n_s_per_m + motor * motor * body.to_tool_n_s_per_m;
     }
 }
 
 /// The same axis without bodies faster than a frequency, which do nothing but make it stiff to simulate.
 pub(crate) fn without_fast(axis: Reduction, above_hz: f64) -> Reduction {
-    let (kept, fast): (Vec<Branch>, Vec<Branch>) = axis.branches.iter().partition(|body| body.frequency_hz() <= above_hz);
+    let (kept, fast): (Vec<Branch>, Vec<Branch>) =
+        axis.branches.iter().partition(|body| body.frequency_hz() <= above_hz);
     let mut slow = Reduction { branches: kept, ..axis };
     for body in &fast {
         fold(&mut slow, body);
@@ -87,10 +92,12 @@ pub(crate) fn without_fast(axis: Reduction, above_hz: f64) -> Reduction {
 /// A basis of what is square to all columns.
 fn complement(columns: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = columns.nrows();
-    let away = DMatrix::identity(n, n) - columns * columns.tr_mul(columns).cholesky()?.solve(&columns.transpose());
+    let away =
+        DMatrix::identity(n, n) - columns * columns.tr_mul(columns).cholesky()?.solve(&columns.transpose());
     // A projection: its eigenvalues are one and zero.
     let eigen = SymmetricEigen::new(0.5 * (&away + away.transpose()));
-    let kept: Vec<_> = (0..n).filter(|&i| eigen.eigenvalues[i] > 0.5).map(|i| eigen.eigenvectors.column(i)).collect();
+    let kept: Vec<_> =
+        (0..n).filter(|&i| eigen.eigenvalues[i] > 0.5).map(|i| eigen.eigenvectors.column(i)).collect();
     Some(DMatrix::from_columns(&kept))
 }
 

@@ -37,9 +37,15 @@ impl Inertial {
         let rotation = place.rotation.to_rotation_matrix();
         let centre = place * Point3::from(other.centre_m);
         let total = self.mass_kg + other.mass_kg;
-        let joint = if total > 0.0 { (self.centre_m * self.mass_kg + centre.coords * other.mass_kg) / total } else { Vector3::zeros() };
+        let joint = if total > 0.0 {
+            (self.centre_m * self.mass_kg + centre.coords * other.mass_kg) / total
+        } else {
+            Vector3::zeros()
+        };
         let turned = rotation * other.inertia_kg_m2 * rotation.transpose();
-        self.inertia_kg_m2 += steiner(self.mass_kg, &(self.centre_m - joint)) + turned + steiner(other.mass_kg, &(centre.coords - joint));
+        self.inertia_kg_m2 += steiner(self.mass_kg, &(self.centre_m - joint))
+            + turned
+            + steiner(other.mass_kg, &(centre.coords - joint));
         (self.mass_kg, self.centre_m) = (total, joint);
     }
 }
@@ -100,7 +106,11 @@ impl Chain {
     pub fn check_pose(&self, q: &[f64]) -> Result<(), ArmError> {
         if q.len() != self.joints.len() {
             let names: Vec<&str> = self.joints.iter().map(|joint| joint.name.as_str()).collect();
-            return Err(ArmError::Pose { given: q.len(), needed: self.joints.len(), names: names.join(", ") });
+            return Err(ArmError::Pose {
+                given: q.len(),
+                needed: self.joints.len(),
+                names: names.join(", "),
+            });
         }
         for (joint, &position) in self.joints.iter().zip(q) {
             let [lower, upper] = joint.limits;
@@ -116,7 +126,8 @@ impl Chain {
         self.posture(q).tool()
     }
 
-    /// Where the frames of all joints are, in the base's frame, and last that of the tool: the arm's skeleton.
+    /// Where the frames of all joints are, in the base's frame, and last that of the tool: the arm's
+    /// skeleton.
     pub fn skeleton(&self, q: &[f64]) -> Vec<Isometry3<f64>> {
         self.posture(q).skeleton()
     }

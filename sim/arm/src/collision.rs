@@ -50,7 +50,9 @@ pub enum CollisionShape {
 pub(crate) fn of_link(link: Node<'_, '_>) -> Result<Vec<Collision>, ArmError> {
     let nodes = link.children().filter(|node| node.has_tag_name("collision"));
     let shape = |node: Node<'_, '_>| -> Result<Option<Collision>, ArmError> {
-        let Some(geometry) = child(node, "geometry") else { return wrong(node, "this `<collision>` has no `<geometry>`; add one") };
+        let Some(geometry) = child(node, "geometry") else {
+            return wrong(node, "this `<collision>` has no `<geometry>`; add one");
+        };
         let Some(shape) = geometry.children().find(Node::is_element) else {
             return wrong(geometry, "this `<geometry>` is empty; add a shape");
         };
@@ -73,11 +75,15 @@ fn of_geometry(node: Node<'_, '_>) -> Result<Option<CollisionShape>, ArmError> {
             }
             CollisionShape::Box { half_extents_m: (0.5 * size).into() }
         }
-        "cylinder" => CollisionShape::Cylinder { radius_m: positive("radius")?, half_length_m: 0.5 * positive("length")? },
+        "cylinder" => CollisionShape::Cylinder {
+            radius_m: positive("radius")?,
+            half_length_m: 0.5 * positive("length")?,
+        },
         "sphere" => CollisionShape::Sphere { radius_m: positive("radius")? },
-        "mesh" => {
-            CollisionShape::Mesh { file: attribute(node, "filename")?.into(), scale_m: vector(node, "scale", Vector3::repeat(1.0))?.into() }
-        }
+        "mesh" => CollisionShape::Mesh {
+            file: attribute(node, "filename")?.into(),
+            scale_m: vector(node, "scale", Vector3::repeat(1.0))?.into(),
+        },
         // Shapes that some dialects add say nothing here.
         _ => return Ok(None),
     }))

@@ -1,4 +1,5 @@
-//! Newton and Euler along a chain: R. Featherstone, "Rigid Body Dynamics Algorithms", 2008, ch. 5; here in vectors of the base's frame.
+//! Newton and Euler along a chain: R. Featherstone, "Rigid Body Dynamics Algorithms", 2008, ch. 5; here in
+//! vectors of the base's frame.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -6,7 +7,8 @@ use crate::chain::{Chain, JointKind};
 use crate::posture::Posture;
 
 impl Chain {
-    /// Joint efforts that make the chain accelerate by `acceleration` at a state, against gravity: `M a + C v + g`.
+    /// Joint efforts that make the chain accelerate by `acceleration` at a state, against gravity:
+    /// `M a + C v + g`.
     pub fn inverse_dynamics(&self, q: &[f64], v: &[f64], acceleration: &[f64]) -> DVector<f64> {
         self.posture(q).efforts(v, acceleration, &self.gravity_m_per_s2)
     }

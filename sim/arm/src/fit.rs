@@ -1,8 +1,10 @@
 //! Bodies that are fitted to the arm's response, where its modes share the tool.
 //!
-//! The response of the force in contact, the tool's in the air and the motor's, over the frequencies from well below the contact mode to beyond the phase
-//! crossover and the edges of the sampled loops, and the motor's alone on to half the sample rate, which tells the mass that the drive itself feels; by least
-//! squares of their logarithms (K. Levenberg 1944, D. W. Marquardt 1963). Springs and dampers are squares, masses squares beyond a least one, so that none is negative.
+//! The response of the force in contact, the tool's in the air and the motor's, over the frequencies from
+//! well below the contact mode to beyond the phase crossover and the edges of the sampled loops, and the
+//! motor's alone on to half the sample rate, which tells the mass that the drive itself feels; by least
+//! squares of their logarithms (K. Levenberg 1944, D. W. Marquardt 1963). Springs and dampers are squares,
+//! masses squares beyond a least one, so that none is negative.
 
 use std::f64::consts::TAU;
 
@@ -21,18 +23,22 @@ const SPAN: [f64; 2] = [0.2, 1.6];
 /// Frequencies beyond, to half the sample rate, at which the motor's way alone counts, and its weight there.
 const BEYOND: u32 = 24;
 const OF_MOTOR: f64 = 0.5;
-/// Least mass of motor, tool or body over the whole: a lighter one is a damper between two springs that nothing can be told of, and stiff to simulate.
+/// Least mass of motor, tool or body over the whole: a lighter one is a damper between two springs that
+/// nothing can be told of, and stiff to simulate.
 const LEAST: f64 = 1e-3;
-/// Width of the neighbourhood of a landmark, as a logarithm of frequencies, and its weight over that of all else.
+/// Width of the neighbourhood of a landmark, as a logarithm of frequencies, and its weight over that of all
+/// else.
 const NEIGHBOURHOOD: f64 = 0.1;
 const NEAR: f64 = 4.0;
 /// Further frequencies about each landmark, over it.
 const ABOUT: [f64; 5] = [-0.04, -0.015, 0.0, 0.015, 0.04];
 /// Weight of each landmark, over that of the response at one frequency.
 const OF_LANDMARKS: f64 = 30.0;
-/// That of the contact mode, whose frequency masses and springs alone decide, over that of the others; squared.
+/// That of the contact mode, whose frequency masses and springs alone decide, over that of the others;
+/// squared.
 const OF_MODE: f64 = 5.0;
-/// Share of the crossover to either side over which its phase's slope is taken, and the flattest that is believed, rad per logarithm.
+/// Share of the crossover to either side over which its phase's slope is taken, and the flattest that is
+/// believed, rad per logarithm.
 const BESIDE_CROSSOVER: f64 = 2e-3;
 const FLATTEST: f64 = 0.1;
 /// Weight of the tool's way in the air, and of the motor's in contact, over that of the contact's force.
@@ -40,7 +46,8 @@ const BESIDE: f64 = 0.3;
 /// Steps of Levenberg and Marquardt, and the gain per step below which they end.
 const STEPS: usize = 100;
 const GAIN: f64 = 1e-4;
-/// Where a parameter begins that is zero, over its scale: the slope of a square is zero at zero, so that it would never move.
+/// Where a parameter begins that is zero, over its scale: the slope of a square is zero at zero, so that it
+/// would never move.
 const AWAKE: f64 = 1e-4;
 /// Finite difference of a parameter.
 const DIFFERENCE: f64 = 1e-6;
@@ -57,14 +64,16 @@ pub(crate) struct Wanted {
     responses: Vec<[Complex<f64>; 3]>,
     weights: Vec<[f64; 3]>,
     contact_mode_hz: f64,
-    /// Where the phase falls through -180 degrees, Hz, and its change there per logarithm of the frequency, rad.
+    /// Where the phase falls through -180 degrees, Hz, and its change there per logarithm of the frequency,
+    /// rad.
     crossover: Option<(f64, f64)>,
     loops: Vec<(Law, Edge)>,
     /// Weight of each landmark.
     of_landmarks: f64,
 }
 
-/// An axis as squares of parameters: masses of motor, tool and bodies, then stiffness and damping of every spring; all over `scale`.
+/// An axis as squares of parameters: masses of motor, tool and bodies, then stiffness and damping of every
+/// spring; all over `scale`.
 struct Shape {
     scale: Vec<f64>,
     bodies: usize,
@@ -72,18 +81,29 @@ struct Shape {
 
 impl Wanted {
     /// None for an arm whose contact mode is faster than half the sample rate.
-    pub(crate) fn new(linear: &LinearArm, pair: &Reduction, contact: [f64; 2], whole: &WholeArm) -> Option<Self> {
+    pub(crate) fn new(
+        linear: &LinearArm,
+        pair: &Reduction,
+        contact: [f64; 2],
+        whole: &WholeArm,
+    ) -> Option<Self> {
         let last = 0.5 / PERIOD_S;
-        let landmarks: Vec<f64> = whole.frequencies_hz().into_iter().filter(|f| *f > 0.0 && *f < last).collect();
+        let landmarks: Vec<f64> =
+            whole.frequencies_hz().into_iter().filter(|f| *f > 0.0 && *f < last).collect();
         let [mode, crossover, ..] = whole.frequencies_hz();
         if !(mode > 0.0 && mode < last) {
             return None;
         }
-        let (from, to) = (SPAN[0] * mode, (SPAN[1] * landmarks.iter().copied().fold(mode, f64::max)).min(last));
-        let spread = |from: f64, to: f64, count: u32| (0..count).map(move |i| from * (to / from).powf(f64::from(i) / f64::from(count - 1)));
-        let near = |f: f64| landmarks.iter().map(|at| (-((f / at).ln() / NEIGHBOURHOOD).powi(2)).exp()).sum::<f64>();
+        let (from, to) =
+            (SPAN[0] * mode, (SPAN[1] * landmarks.iter().copied().fold(mode, f64::max)).min(last));
+        let spread = |from: f64, to: f64, count: u32| {
+            (0..count).map(move |i| from * (to / from).powf(f64::from(i) / f64::from(count - 1)))
+        };
+        let near =
+            |f: f64| landmarks.iter().map(|at| (-((f / at).ln() / NEIGHBOURHOOD).powi(2)).exp()).sum::<f64>();
         let beside = BESIDE * BESIDE;
-        let within = spread(from, to, POINTS).map(|f| (f, [1.0, beside, beside].map(|share| share * (1.0 + NEAR * near(f)))));
+        let within = spread(from, to, POINTS)
+            .map(|f| (f, [1.0, beside, beside].map(|share| share * (1.0 + NEAR * near(f)))));
         let beyond = spread(to, last, BEYOND).skip(1).map(|f| (f, [0.0, 0.0, OF_MOTOR * OF_MOTOR]));
         let mut points: Vec<(f64, [f64; 3])> = within.chain(beyond).collect();
         let at = landmarks.iter().flat_map(|at| ABOUT.map(|about| at * (1.0 + about)));
@@ -92,7 +112,8 @@ impl Wanted {
         let system = &linear.system;
         let (pressed, free) = (system.moved(contact, &grid), system.moved([0.0; 2], &grid));
         let s: Vec<_> = grid.iter().map(|f| Complex::new(0.0, TAU * f)).collect();
-        let responses = (pressed.iter().zip(&free).zip(&s)).map(|((p, f), s)| [(contact[0] + contact[1] * s) * p[0], f[0], p[1]]);
+        let responses = (pressed.iter().zip(&free).zip(&s))
+            .map(|((p, f), s)| [(contact[0] + contact[1] * s) * p[0], f[0], p[1]]);
         let slope = |hz: f64| {
             let beside = [hz * (1.0 - BESIDE_CROSSOVER), hz * (1.0 + BESIDE_CROSSOVER)];
             let found = system.response_in_contact(contact, &beside);
@@ -130,7 +151,10 @@ impl Wanted {
             for i in 0..n {
                 let mut beside = p.clone();
                 beside[i] += DIFFERENCE;
-                slopes.set_column(i, &((self.residuals(&shape.axis(self, start, &beside)) - &left) / DIFFERENCE));
+                slopes.set_column(
+                    i,
+                    &((self.residuals(&shape.axis(self, start, &beside)) - &left) / DIFFERENCE),
+                );
             }
             let (normal, gradient) = (slopes.tr_mul(&slopes), slopes.tr_mul(&left));
             let mut gained = None;
@@ -155,12 +179,14 @@ impl Wanted {
         shape.axis(self, start, &p)
     }
 
-    /// The same, the landmarks weighing `factor` times as much: for an arm whose phase falls through -180 degrees hardly, or at a flat slope.
+    /// The same, the landmarks weighing `factor` times as much: for an arm whose phase falls through -180
+    /// degrees hardly, or at a flat slope.
     pub(crate) fn closer(&self, factor: f64) -> Self {
         Self { of_landmarks: factor * self.of_landmarks, ..self.clone() }
     }
 
-    /// How far the landmarks of an axis are off, as logarithms, to first order in what its responses are off at the arm's landmarks.
+    /// How far the landmarks of an axis are off, as logarithms, to first order in what its responses are off
+    /// at the arm's landmarks.
     fn landmarks(&self, axis: &Reduction) -> Vec<f64> {
         let at = |hz: f64| {
             let s = Complex::new(0.0, TAU * hz);
@@ -174,7 +200,9 @@ impl Wanted {
         });
         let loops = self.loops.iter().map(|(law, edge)| {
             let [tool, motor] = at(edge.frequency_hz).1;
-            let off = (-edge.gain * law.open_at(edge.frequency_hz, axis.bandwidth_hz, [self.contact[0] * tool, motor])).ln();
+            let off = (-edge.gain
+                * law.open_at(edge.frequency_hz, axis.bandwidth_hz, [self.contact[0] * tool, motor]))
+            .ln();
             off.re - off.im * edge.size_per_phase
         });
         std::iter::once(mode).chain(crossover).chain(loops).collect()
@@ -205,13 +233,18 @@ impl Wanted {
 impl Shape {
     fn parameters(&self, axis: &Reduction) -> DVector<f64> {
         let branches = &axis.branches;
-        let masses = [axis.motor_mass_kg, axis.tip_mass_kg].into_iter().chain(branches.iter().map(|b| b.mass_kg));
-        let stiffness =
-            std::iter::once(axis.stiffness_n_per_m).chain(branches.iter().flat_map(|b| [b.stiffness_n_per_m, b.to_tool_n_per_m]));
-        let damping =
-            std::iter::once(axis.damping_n_s_per_m).chain(branches.iter().flat_map(|b| [b.damping_n_s_per_m, b.to_tool_n_s_per_m]));
+        let masses =
+            [axis.motor_mass_kg, axis.tip_mass_kg].into_iter().chain(branches.iter().map(|b| b.mass_kg));
+        let stiffness = std::iter::once(axis.stiffness_n_per_m)
+            .chain(branches.iter().flat_map(|b| [b.stiffness_n_per_m, b.to_tool_n_per_m]));
+        let damping = std::iter::once(axis.damping_n_s_per_m)
+            .chain(branches.iter().flat_map(|b| [b.damping_n_s_per_m, b.to_tool_n_s_per_m]));
         let masses = masses.map(|mass| mass - LEAST * self.scale[0]);
-        let values = masses.chain(stiffness).chain(damping).zip(&self.scale).map(|(value, scale)| (value / scale).max(AWAKE).sqrt());
+        let values = masses
+            .chain(stiffness)
+            .chain(damping)
+            .zip(&self.scale)
+            .map(|(value, scale)| (value / scale).max(AWAKE).sqrt());
         DVector::from_iterator(self.scale.len(), values)
     }
 

@@ -38,8 +38,9 @@ pub struct Arm {
 /// What the drives do in the directions other than the contact normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Others {
-    /// Position control holds the tool's other directions: its motors move only so that the tool would move along the normal if the joints were rigid. Of an
-    /// arm with six joints or more all other directions are held, of one with fewer the two other directions of position.
+    /// Position control holds the tool's other directions: its motors move only so that the tool would move
+    /// along the normal if the joints were rigid. Of an arm with six joints or more all other directions are
+    /// held, of one with fewer the two other directions of position.
     #[default]
     Held,
     /// Nothing holds them: every motor is free to follow the forces.
@@ -53,14 +54,16 @@ pub struct VibrationMode {
     pub frequency_hz: f64,
     /// Damping ratio from the dampings of joints and motors, their coupling to other modes neglected.
     pub damping_ratio: f64,
-    /// Its part of the way from a drive force along the normal to the tool's motion, over that of the arm's mass: -1 where this mode alone parts the tool from
-    /// the motors. Negative is noncolocated.
+    /// Its part of the way from a drive force along the normal to the tool's motion, over that of the arm's
+    /// mass: -1 where this mode alone parts the tool from the motors. Negative is noncolocated.
     pub drive_share: f64,
-    /// Its part of the tool's own response to a force on it, over that of the arm's mass: ratio of motor to tip mass of the equivalent pair.
+    /// Its part of the tool's own response to a force on it, over that of the arm's mass: ratio of motor to
+    /// tip mass of the equivalent pair.
     pub tip_share: f64,
 }
 
-/// An arm at a pose in linear theory; coordinates are the motors' (in a basis of the directions in which they are free to move) and then the links'.
+/// An arm at a pose in linear theory; coordinates are the motors' (in a basis of the directions in which they
+/// are free to move) and then the links'.
 pub(crate) struct LinearArm {
     pub(crate) system: LinearSystem,
     /// Directions of joint space in which the motors move, one per column.
@@ -73,7 +76,8 @@ pub(crate) struct LinearArm {
     pub(crate) along: DVector<f64>,
     /// Mass of the links in joint space.
     pub(crate) link_mass: DMatrix<f64>,
-    /// What a force along the normal asks of the motors, by the bandwidths of their drives; together the system's `drive`.
+    /// What a force along the normal asks of the motors, by the bandwidths of their drives; together the
+    /// system's `drive`.
     pub(crate) lags: Vec<Lag>,
 }
 
@@ -90,7 +94,11 @@ impl Arm {
     pub fn new(chain: Chain, drives: Vec<JointDrive>) -> Result<Self, ArmError> {
         if drives.len() != chain.joints() {
             let names: Vec<&str> = chain.joints.iter().map(|joint| joint.name.as_str()).collect();
-            return Err(ArmError::Pose { given: drives.len(), needed: chain.joints(), names: names.join(", ") });
+            return Err(ArmError::Pose {
+                given: drives.len(),
+                needed: chain.joints(),
+                names: names.join(", "),
+            });
         }
         for (joint, drive) in chain.joints.iter().zip(&drives) {
             let positive = [
@@ -108,7 +116,10 @@ impl Arm {
                 None => Ok(()),
             };
             rule(positive.iter().find(|(_, x)| !(*x > 0.0 && x.is_finite())), "above zero and finite")?;
-            rule(not_negative.iter().find(|(_, x)| !(*x >= 0.0 && x.is_finite())), "zero or above, and finite")?;
+            rule(
+                not_negative.iter().find(|(_, x)| !(*x >= 0.0 && x.is_finite())),
+                "zero or above, and finite",
+            )?;
         }
         Ok(Self { chain, drives })
     }
@@ -125,7 +136,10 @@ impl Arm {
 
     /// Inertia of each rotor at its joint: the gear ratio squared times its own.
     pub fn reflected_inertia_kg_m2(&self) -> DVector<f64> {
-        DVector::from_iterator(self.drives.len(), self.drives.iter().map(|d| d.gear_ratio * d.gear_ratio * d.rotor_inertia_kg_m2))
+        DVector::from_iterator(
+            self.drives.len(),
+            self.drives.iter().map(|d| d.gear_ratio * d.gear_ratio * d.rotor_inertia_kg_m2),
+        )
     }
 
     pub(crate) fn per_joint(&self, number: impl Fn(&JointDrive) -> f64) -> DVector<f64> {
@@ -135,8 +149,10 @@ impl Arm {
     /// The arm at a pose in linear theory, gravity and its compensation left out.
     pub(crate) fn linear(&self, q: &[f64], normal: [f64; 3], others: Others) -> Result<LinearArm, ArmError> {
         self.chain.check_pose(q)?;
-        let unit =
-            Vector3::from(normal).try_normalize(1e-12).filter(|n| n.iter().all(|x| x.is_finite())).ok_or(ArmError::Normal { normal })?;
+        let unit = Vector3::from(normal)
+            .try_normalize(1e-12)
+            .filter(|n| n.iter().all(|x| x.is_finite()))
+            .ok_or(ArmError::Normal { normal })?;
         let jacobian = self.chain.jacobian(q);
         let n = self.chain.joints();
         let along = jacobian.rows(0, 3).transpose() * unit;
@@ -156,7 +172,11 @@ impl Arm {
                     return Err(ArmError::Singular { held: "", share });
                 }
                 // Positive definite, since every joint moves something: see `Urdf::chain`.
-                let solved = total_mass.clone().lu().solve(&along).ok_or(ArmError::Singular { held: "", share: 0.0 })?;
+                let solved = total_mass
+                    .clone()
+                    .lu()
+                    .solve(&along)
+                    .ok_or(ArmError::Singular { held: "", share: 0.0 })?;
                 let mobility = along.dot(&solved);
                 let rigid = solved / mobility;
                 (DMatrix::identity(n, n), rigid.clone(), rigid)
@@ -199,7 +219,8 @@ impl Arm {
             asked += basis.row(i).transpose() * along[i];
         }
         let mass_kg = (total_mass * &rigid).dot(&rigid);
-        let system = LinearSystem { mass, stiffness: coupled(&stiffness), damping: all_damping, tip, drive, mass_kg };
+        let system =
+            LinearSystem { mass, stiffness: coupled(&stiffness), damping: all_damping, tip, drive, mass_kg };
         Ok(LinearArm { system, basis, rigid, unbent, along, link_mass, lags })
     }
 }
@@ -210,7 +231,10 @@ fn held_direction(task: &DMatrix<f64>, normal: &Vector3<f64>) -> Result<DVector<
     let mut wanted = DVector::zeros(task.nrows());
     wanted.rows_mut(0, 3).copy_from(normal);
     let largest = task.singular_values().max();
-    let inverse = task.clone().pseudo_inverse(SINGULAR * largest).map_err(|_| ArmError::Singular { held, share: 0.0 })?;
+    let inverse = task
+        .clone()
+        .pseudo_inverse(SINGULAR * largest)
+        .map_err(|_| ArmError::Singular { held, share: 0.0 })?;
     let direction = inverse * &wanted;
     let share = 1.0 / (direction.norm() * largest);
     let missed = (task * &direction - wanted).norm();

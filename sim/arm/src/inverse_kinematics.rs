@@ -33,13 +33,15 @@ impl Target {
             let angle = axis.norm().atan2(from.dot(&to));
             axis.try_normalize(1e-12).map_or(Vector3::zeros(), |axis| axis * angle)
         };
-        let stack = |p: Vector3<f64>, r: Vector3<f64>| DVector::from_iterator(6, p.iter().chain(r.iter()).copied());
+        let stack =
+            |p: Vector3<f64>, r: Vector3<f64>| DVector::from_iterator(6, p.iter().chain(r.iter()).copied());
         match self {
             Self::Position(p) => DVector::from_column_slice((p - at.translation.vector).as_slice()),
             Self::Pointing(p, x) => stack(p - at.translation.vector, turn(at.rotation * Vector3::x(), *x)),
-            Self::Place(place) => {
-                stack(place.translation.vector - at.translation.vector, (place.rotation * at.rotation.inverse()).scaled_axis())
-            }
+            Self::Place(place) => stack(
+                place.translation.vector - at.translation.vector,
+                (place.rotation * at.rotation.inverse()).scaled_axis(),
+            ),
         }
     }
 
@@ -51,7 +53,8 @@ impl Target {
     }
 }
 
-/// A pose within the limits that brings the tool to a target, near one of the starts: damped least squares, C. W. Wampler, IEEE Trans. SMC 16 (1986).
+/// A pose within the limits that brings the tool to a target, near one of the starts: damped least squares,
+/// C. W. Wampler, IEEE Trans. SMC 16 (1986).
 ///
 /// # Errors
 /// [`ArmError::Unreachable`] where no start leads there.
@@ -67,8 +70,11 @@ pub fn inverse_kinematics(chain: &Chain, target: &Target, starts: &[Vec<f64>]) -
             }
             let jacobian = chain.jacobian(q.as_slice()).rows(0, error.len()).into_owned();
             let size = jacobian.norm();
-            let normal: DMatrix<f64> = jacobian.transpose() * &jacobian + DMatrix::identity(q.len(), q.len()) * (damping * size).powi(2);
-            let Some(mut step) = normal.cholesky().map(|c| c.solve(&(jacobian.transpose() * &error))) else { break };
+            let normal: DMatrix<f64> = jacobian.transpose() * &jacobian
+                + DMatrix::identity(q.len(), q.len()) * (damping * size).powi(2);
+            let Some(mut step) = normal.cholesky().map(|c| c.solve(&(jacobian.transpose() * &error))) else {
+                break;
+            };
             let largest = step.amax();
             if largest > LARGEST_STEP {
                 step *= LARGEST_STEP / largest;
@@ -93,9 +99,12 @@ pub fn inverse_kinematics(chain: &Chain, target: &Target, starts: &[Vec<f64>]) -
     Err(ArmError::Unreachable { target_m: target.position().into(), left_m })
 }
 
-/// Poses from which an arm that stands on its base is likely to reach a place: turned towards it, joints bent either way by various amounts.
+/// Poses from which an arm that stands on its base is likely to reach a place: turned towards it, joints bent
+/// either way by various amounts.
 pub fn usual_starts(chain: &Chain, place_m: [f64; 3]) -> Vec<Vec<f64>> {
-    let middle = |[lower, upper]: [f64; 2]| if lower.is_finite() && upper.is_finite() { 0.5 * (lower + upper) } else { 0.0 };
+    let middle = |[lower, upper]: [f64; 2]| {
+        if lower.is_finite() && upper.is_finite() { 0.5 * (lower + upper) } else { 0.0 }
+    };
     let facing = place_m[1].atan2(place_m[0]);
     (0..16)
         .map(|i| {

@@ -1,4 +1,5 @@
-//! Masses, springs and dampers between a drive and a tool: their modes, and the force that they put on a contact.
+//! Masses, springs and dampers between a drive and a tool: their modes, and the force that they put on a
+//! contact.
 
 use std::f64::consts::TAU;
 
@@ -9,7 +10,8 @@ use crate::flexible::VibrationMode;
 /// Part of the largest squared frequency below which a mode bends nothing.
 pub(crate) const BENDS_NOTHING: f64 = 1e-9;
 
-/// Part of a slow drive force on the contact from which on a mode counts as the one in which the arm as a whole moves on it.
+/// Part of a slow drive force on the contact from which on a mode counts as the one in which the arm as a
+/// whole moves on it.
 const WHOLE_ARM: f64 = 0.3;
 
 /// `M x'' + D x' + K x = b u`, the tool's way along the normal `c x`.
@@ -23,7 +25,8 @@ pub(crate) struct LinearSystem {
     pub(crate) mass_kg: f64,
 }
 
-/// Squared angular frequencies, and shapes (one per column) of modal mass one; none unless the mass matrix is positive definite.
+/// Squared angular frequencies, and shapes (one per column) of modal mass one; none unless the mass matrix is
+/// positive definite.
 pub(crate) fn eigen(mass: &DMatrix<f64>, stiffness: &DMatrix<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
     let lower = mass.clone().cholesky()?.l();
     // L^-1 K L^-T, through two triangular solutions.
@@ -35,7 +38,8 @@ pub(crate) fn eigen(mass: &DMatrix<f64>, stiffness: &DMatrix<f64>) -> Option<(DV
 }
 
 impl LinearSystem {
-    /// The largest squared angular frequency in the air, beside which modes that bend nothing are told: one on a contact may be as large as the contact is stiff.
+    /// The largest squared angular frequency in the air, beside which modes that bend nothing are told: one
+    /// on a contact may be as large as the contact is stiff.
     fn largest_square(&self) -> f64 {
         eigen(&self.mass, &self.stiffness).map_or(0.0, |(squares, _)| squares.amax())
     }
@@ -62,8 +66,8 @@ impl LinearSystem {
         modes
     }
 
-    /// Frequency of the mode in which drive and tool move on a contact, Hz: the first that carries a good part of a slow drive force to the contact, else the one
-    /// that carries most of it.
+    /// Frequency of the mode in which drive and tool move on a contact, Hz: the first that carries a good
+    /// part of a slow drive force to the contact, else the one that carries most of it.
     pub(crate) fn contact_mode_hz(&self, contact_n_per_m: f64) -> f64 {
         let stiffness = &self.stiffness + contact_n_per_m * &self.tip * self.tip.transpose();
         let Some((squares, shapes)) = eigen(&self.mass, &stiffness) else { return f64::NAN };
@@ -71,9 +75,10 @@ impl LinearSystem {
         let mut carried: Vec<(f64, f64)> = (squares.iter().zip(shapes.column_iter()))
             .filter(|(square, _)| **square > BENDS_NOTHING * largest)
             .map(|(square, shape)| {
-                // What the mode leaves of the contact's force is what the springs and the inertia at the tool do not take: exact for contacts so stiff that hardly
-                // anything moves there.
-                let force = (*square * (&self.mass * shape) - &self.stiffness * shape).dot(&self.tip) / self.tip.norm_squared();
+                // What the mode leaves of the contact's force is what the springs and the inertia at the tool
+                // do not take: exact for contacts so stiff that hardly anything moves there.
+                let force = (*square * (&self.mass * shape) - &self.stiffness * shape).dot(&self.tip)
+                    / self.tip.norm_squared();
                 (square.sqrt() / TAU, force * self.drive.dot(&shape) / square)
             })
             .collect();
@@ -85,8 +90,14 @@ impl LinearSystem {
 
     /// Force of a spring (N/m) and damper (N s/m) under the tool per drive force, at frequencies in Hz.
     pub(crate) fn response_in_contact(&self, contact: [f64; 2], frequencies_hz: &[f64]) -> Vec<Complex<f64>> {
-        let force = |f: &f64, [tool, _]: [Complex<f64>; 2]| (contact[0] + contact[1] * Complex::new(0.0, TAU * f)) * tool;
-        frequencies_hz.iter().zip(self.moved(contact, frequencies_hz)).map(|(f, moved)| force(f, moved)).collect()
+        let force = |f: &f64, [tool, _]: [Complex<f64>; 2]| {
+            (contact[0] + contact[1] * Complex::new(0.0, TAU * f)) * tool
+        };
+        frequencies_hz
+            .iter()
+            .zip(self.moved(contact, frequencies_hz))
+            .map(|(f, moved)| force(f, moved))
+            .collect()
     }
 
     /// Way of the tool and of the drive per drive force, the tool on a spring and damper.
@@ -102,7 +113,10 @@ impl LinearSystem {
             .map(|frequency_hz| {
                 let s = Complex::new(0.0, TAU * frequency_hz);
                 let dynamic = complex(&self.mass, s * s) + complex(&damping, s) + complex(&stiffness, one);
-                dynamic.lu().solve(&drive).map_or([Complex::new(f64::NAN, 0.0); 2], |x| [x.dot(&tip), x.dot(&drive)])
+                dynamic
+                    .lu()
+                    .solve(&drive)
+                    .map_or([Complex::new(f64::NAN, 0.0); 2], |x| [x.dot(&tip), x.dot(&drive)])
             })
             .collect()
     }

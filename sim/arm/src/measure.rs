@@ -50,8 +50,9 @@ impl Measured {
 }
 
 impl Arm {
-    /// Simulates the arm, tool on a spring (N/m) and damper (N s/m) that it is lightly pressed on, with a multisine on the drive, and holds an axis against the
-    /// response that is found: all links, joints and motors with all terms of the equations, dry friction and limits of the drives left out.
+    /// Simulates the arm, tool on a spring (N/m) and damper (N s/m) that it is lightly pressed on, with a
+    /// multisine on the drive, and holds an axis against the response that is found: all links, joints and
+    /// motors with all terms of the equations, dry friction and limits of the drives left out.
     ///
     /// # Errors
     /// Those of [`Self::reduce`], and [`ArmError::Diverged`].
@@ -67,16 +68,22 @@ impl Arm {
         let agreement = self.agreement(axis, q, normal, others, contact)?;
         let [mode_hz, own_mode_hz] = agreement.contact_mode_hz;
         let mode_hz = if mode_hz.is_finite() { mode_hz } else { own_mode_hz };
-        let crossover_hz = agreement.phase_crossover_hz.into_iter().filter(|f| f.is_finite()).fold(2.0 * mode_hz, f64::max);
+        let crossover_hz =
+            agreement.phase_crossover_hz.into_iter().filter(|f| f.is_finite()).fold(2.0 * mode_hz, f64::max);
         let spacing_hz = mode_hz / LINES_PER_MODE;
-        let (first, last) = ((BAND[0] * LINES_PER_MODE).ceil() as u32, (BAND[1] * crossover_hz / spacing_hz).ceil() as u32);
+        let (first, last) =
+            ((BAND[0] * LINES_PER_MODE).ceil() as u32, (BAND[1] * crossover_hz / spacing_hz).ceil() as u32);
         let lines: Vec<u32> = (first..=last).collect();
         let frequencies_hz: Vec<f64> = lines.iter().map(|line| f64::from(*line) * spacing_hz).collect();
         let modes = linear.system.modes(contact[0]);
         let fastest = TAU * modes.last().map_or(mode_hz, |mode| mode.frequency_hz);
-        let slowest = modes.iter().map(|mode| mode.damping_ratio * TAU * mode.frequency_hz).fold(f64::INFINITY, f64::min);
+        let slowest = modes
+            .iter()
+            .map(|mode| mode.damping_ratio * TAU * mode.frequency_hz)
+            .fold(f64::INFINITY, f64::min);
         let (period_s, settle_s) = (1.0 / spacing_hz, (SETTLED / slowest).min(LONGEST_S));
-        let steps = (period_s * (fastest / STABLE).max(PER_PERIOD * frequencies_hz[frequencies_hz.len() - 1])).ceil() as u32;
+        let steps = (period_s * (fastest / STABLE).max(PER_PERIOD * frequencies_hz[frequencies_hz.len() - 1]))
+            .ceil() as u32;
         let step_s = period_s / f64::from(steps);
         let periods = 1 + (settle_s / period_s).ceil() as u32;
         let sizes = linear.system.response_in_contact(contact, &frequencies_hz);
@@ -86,7 +93,9 @@ impl Arm {
         let phase = |i: f64| -PI * i * (i - 1.0) / count;
         let drive: Vec<f64> = (0..steps)
             .map(|step| {
-                let line = |(i, line): (usize, &u32)| (TAU * f64::from(*line) * f64::from(step) / f64::from(steps) + phase(i as f64)).cos();
+                let line = |(i, line): (usize, &u32)| {
+                    (TAU * f64::from(*line) * f64::from(step) / f64::from(steps) + phase(i as f64)).cos()
+                };
                 PRESS_N + amplitude_n * lines.iter().enumerate().map(line).sum::<f64>()
             })
             .collect();
@@ -110,10 +119,13 @@ impl Arm {
             let half = PI * f * step_s;
             Complex::from_polar(half.sin() / half, -half)
         };
-        let response: Vec<Complex<f64>> =
-            (lines.iter().zip(&frequencies_hz)).map(|(n, f)| line(&forces, *n) / (line(&drive, *n) * held(*f))).collect();
-        let own: Vec<Complex<f64>> = frequencies_hz.iter().map(|f| axis.response_in_contact(contact, *f)).collect();
-        let both = |turn: f64| [&response, &own].map(|values| falls_through_hz(&frequencies_hz, values, turn));
+        let response: Vec<Complex<f64>> = (lines.iter().zip(&frequencies_hz))
+            .map(|(n, f)| line(&forces, *n) / (line(&drive, *n) * held(*f)))
+            .collect();
+        let own: Vec<Complex<f64>> =
+            frequencies_hz.iter().map(|f| axis.response_in_contact(contact, *f)).collect();
+        let both =
+            |turn: f64| [&response, &own].map(|values| falls_through_hz(&frequencies_hz, values, turn));
         Ok(Measured {
             contact_mode_hz: both(FRAC_PI_2),
             phase_crossover_hz: both(PI),

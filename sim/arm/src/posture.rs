@@ -34,7 +34,10 @@ impl Chain {
             match joint.kind {
                 JointKind::Prismatic => at = Translation3::from(axis.into_inner() * position) * at,
                 JointKind::Revolute | JointKind::Continuous => {
-                    at = Isometry3::from_parts(at.translation, UnitQuaternion::from_axis_angle(&axis, position) * at.rotation);
+                    at = Isometry3::from_parts(
+                        at.translation,
+                        UnitQuaternion::from_axis_angle(&axis, position) * at.rotation,
+                    );
                 }
             }
             let rotation = at.rotation.to_rotation_matrix();
@@ -66,7 +69,10 @@ impl Posture<'_> {
         for (i, (joint, body)) in self.chain.joints.iter().zip(&self.bodies).enumerate() {
             let (linear, angular) = match joint.kind {
                 JointKind::Prismatic => (body.axis, Vector3::zeros()),
-                _ => (body.axis.cross(&(self.tool.translation.vector - body.frame.translation.vector)), body.axis),
+                _ => (
+                    body.axis.cross(&(self.tool.translation.vector - body.frame.translation.vector)),
+                    body.axis,
+                ),
             };
             jacobian.fixed_view_mut::<3, 1>(0, i).copy_from(&linear);
             jacobian.fixed_view_mut::<3, 1>(3, i).copy_from(&angular);

@@ -15,7 +15,8 @@ pub struct Reduction {
     pub motor_mass_kg: f64,
     /// Its part on the tool's side.
     pub tip_mass_kg: f64,
-    /// Further bodies, each on a spring of its own beside the motor, some joined to the tool as well; none where two masses do.
+    /// Further bodies, each on a spring of its own beside the motor, some joined to the tool as well; none
+    /// where two masses do.
     pub branches: Vec<Branch>,
     /// The spring between the two; the equivalent one of all joints where there are no branches.
     pub stiffness_n_per_m: f64,
@@ -42,10 +43,12 @@ pub struct Reduction {
 impl Arm {
     /// The axis of two masses that the arm is along `normal` at pose `q`; gravity is taken as compensated.
     ///
-    /// Kept are the mass of the whole, and how far slow forces bend it: the tool's lag behind the rigid motion per drive force, the tool's way beyond it per
-    /// force on the tool; and what the joints lose while a force on the tool changes slowly. For an arm with one joint this is the arm; for one with more,
-    /// whose modes are spread, it is the pair of masses that agrees with all of them at low frequency (matching of moments, as in model reduction); where none
-    /// does, since the tool leads the drive, the pair has the slowest mode.
+    /// Kept are the mass of the whole, and how far slow forces bend it: the tool's lag behind the rigid
+    /// motion per drive force, the tool's way beyond it per force on the tool; and what the joints lose while
+    /// a force on the tool changes slowly. For an arm with one joint this is the arm; for one with more,
+    /// whose modes are spread, it is the pair of masses that agrees with all of them at low frequency
+    /// (matching of moments, as in model reduction); where none does, since the tool leads the drive, the
+    /// pair has the slowest mode.
     ///
     /// # Errors
     /// [`ArmError::Pose`], [`ArmError::Limit`], [`ArmError::Normal`], [`ArmError::Singular`].
@@ -59,11 +62,13 @@ impl Arm {
         let singular = ArmError::Singular { held: "", share: 0.0 };
         // Bending per force, over modes: tool by drive (noncolocated, so negative), tool by tool.
         let tau = std::f64::consts::TAU;
-        let over =
-            |number: &dyn Fn(&VibrationMode) -> f64| modes.iter().map(|mode| number(mode) / (tau * mode.frequency_hz).powi(2)).sum::<f64>();
+        let over = |number: &dyn Fn(&VibrationMode) -> f64| {
+            modes.iter().map(|mode| number(mode) / (tau * mode.frequency_hz).powi(2)).sum::<f64>()
+        };
         let by_drive = -over(&|mode| mode.drive_share);
         let Some(slowest) = modes.first().filter(|_| by_drive.is_finite()) else { return Err(singular) };
-        // Held in other directions, an arm may lead its drive where it is pushed slowly, as no two masses do: then they have its slowest mode.
+        // Held in other directions, an arm may lead its drive where it is pushed slowly, as no two masses do:
+        // then they have its slowest mode.
         let omega = if by_drive > 0.0 { by_drive.recip().sqrt() } else { tau * slowest.frequency_hz };
         let ratio = over(&|mode| mode.tip_share) * omega * omega;
         let tip_mass_kg = mass_kg / (1.0 + ratio);
@@ -73,12 +78,18 @@ impl Arm {
         let direction = &linear.rigid;
         let sum = |number: &dyn Fn(usize) -> f64| (0..self.drives.len()).map(number).sum::<f64>();
         let compliance = sum(&|i| along[i] * along[i] / self.drives[i].stiffness_n_m_per_rad);
-        let loss = sum(&|i| self.drives[i].damping_n_m_s_per_rad * (along[i] / self.drives[i].stiffness_n_m_per_rad).powi(2));
+        let loss = sum(&|i| {
+            self.drives[i].damping_n_m_s_per_rad * (along[i] / self.drives[i].stiffness_n_m_per_rad).powi(2)
+        });
         let limp = linear.link_mass.clone().lu().solve(along).ok_or(singular)?;
-        let guide_damping = sum(&|i| self.drives[i].viscous_friction_n_m_s_per_rad * direction[i] * direction[i]);
+        let guide_damping =
+            sum(&|i| self.drives[i].viscous_friction_n_m_s_per_rad * direction[i] * direction[i]);
         let takes_part = |i: &usize| along[*i].abs() > 1e-9 * along.amax();
-        let limits = (0..self.drives.len()).filter(takes_part).filter_map(|i| Some(self.drives[i].effort_limit_n_m? / along[i].abs()));
-        let bandwidths = (0..self.drives.len()).filter(takes_part).filter_map(|i| self.drives[i].bandwidth_hz);
+        let limits = (0..self.drives.len())
+            .filter(takes_part)
+            .filter_map(|i| Some(self.drives[i].effort_limit_n_m? / along[i].abs()));
+        let bandwidths =
+            (0..self.drives.len()).filter(takes_part).filter_map(|i| self.drives[i].bandwidth_hz);
         Ok(Reduction {
             mass_kg,
             motor_mass_kg,
@@ -111,8 +122,8 @@ impl Arm {
         Ok(self.linear(q, normal, others)?.system.modes(contact_n_per_m))
     }
 
-    /// Force of a spring and damper under the tool per drive force along the normal, at frequencies in Hz: every joint's motor and link as it is, linear
-    /// about the pose.
+    /// Force of a spring and damper under the tool per drive force along the normal, at frequencies in Hz:
+    /// every joint's motor and link as it is, linear about the pose.
     ///
     /// # Errors
     /// Those of [`Self::reduce`].

@@ -1,7 +1,8 @@
 //! How far the gains of a sampled force loop may rise on a linear arm or axis in contact.
 //!
-//! Exact for what is sampled and held: the plant is carried over one period by its exponential, and where the open loop `L(z)` crosses the negative real axis
-//! on the unit circle, `-1 / L` is a gain at which a pole stands on the circle. The smallest of these bounds the stable gains from zero on, for the plant alone,
+//! Exact for what is sampled and held: the plant is carried over one period by its exponential, and where the
+//! open loop `L(z)` crosses the negative real axis on the unit circle, `-1 / L` is a gain at which a pole
+//! stands on the circle. The smallest of these bounds the stable gains from zero on, for the plant alone,
 //! which only loses energy, is stable.
 
 use std::f64::consts::{PI, TAU};
@@ -13,10 +14,12 @@ use crate::linear_system::LinearSystem;
 
 /// Period of the force loops that are looked at, s.
 pub const PERIOD_S: f64 = 1e-3;
-/// Points of the unit circle per factor of ten in frequency, and where they begin, over the first frequency that is given.
+/// Points of the unit circle per factor of ten in frequency, and where they begin, over the first frequency
+/// that is given.
 const PER_DECADE: f64 = 200.0;
 const FROM: f64 = 0.05;
-/// Points about each mode, in half widths of its peak, and the narrowest half width that is looked for, over its frequency.
+/// Points about each mode, in half widths of its peak, and the narrowest half width that is looked for, over
+/// its frequency.
 const ABOUT: [f64; 8] = [-6.0, -2.5, -1.2, -0.4, 0.4, 1.2, 2.5, 6.0];
 const NARROWEST: f64 = 1e-6;
 /// Angle on the unit circle below which no crossover is looked for: a microhertz.
@@ -31,7 +34,8 @@ const STEEPEST: f64 = 20.0;
 /// Forces of the drive: those of the motors that share a bandwidth, Hz, per force along the normal.
 pub(crate) type Lag = (Option<f64>, DVector<f64>);
 
-/// What hangs on the drive and touches something, sampled: force of the contact's spring and way of the drive, on the unit circle.
+/// What hangs on the drive and touches something, sampled: force of the contact's spring and way of the
+/// drive, on the unit circle.
 pub(crate) struct SampledPlant {
     plant: TransferEvaluator,
     /// Angles on the unit circle, rising to half a turn, and what the plant answers there.
@@ -45,7 +49,8 @@ pub(crate) struct Edge {
     pub(crate) gain: f64,
     /// Of the motion that grows beyond; not a number where every gain is stable.
     pub(crate) frequency_hz: f64,
-    /// Change of the logarithm of the open loop's size per change of its phase along the frequency there, 1/rad.
+    /// Change of the logarithm of the open loop's size per change of its phase along the frequency there,
+    /// 1/rad.
     pub(crate) size_per_phase: f64,
 }
 
@@ -67,20 +72,32 @@ pub(crate) enum Law {
 
 impl SampledPlant {
     /// A system on a contact (N/m, N s/m), driven through lags.
-    pub(crate) fn new(system: &LinearSystem, lags: &[Lag], contact: [f64; 2], first_hz: f64) -> Result<Self, LtiError> {
+    pub(crate) fn new(
+        system: &LinearSystem,
+        lags: &[Lag],
+        contact: [f64; 2],
+        first_hz: f64,
+    ) -> Result<Self, LtiError> {
         let plant = TransferEvaluator::new(&state_space(system, lags, contact)?.zero_order_hold(PERIOD_S)?);
         let last = PI / PERIOD_S / TAU;
         let from = (FROM * first_hz).min(0.5 * last);
         let steps = (PER_DECADE * (last / from).log10()).ceil();
-        let mut frequencies: Vec<f64> = (0..steps as u32).map(|i| from * (last / from).powf(f64::from(i) / steps)).collect();
+        let mut frequencies: Vec<f64> =
+            (0..steps as u32).map(|i| from * (last / from).powf(f64::from(i) / steps)).collect();
         for mode in system.modes(contact[0]) {
             let width = mode.frequency_hz * mode.damping_ratio.max(NARROWEST);
-            frequencies.extend(ABOUT.iter().map(|about| mode.frequency_hz + about * width).filter(|f| *f > from && *f < last));
+            frequencies.extend(
+                ABOUT
+                    .iter()
+                    .map(|about| mode.frequency_hz + about * width)
+                    .filter(|f| *f > from && *f < last),
+            );
         }
         frequencies.push(last);
         frequencies.sort_by(f64::total_cmp);
         let mut sampled = Self { plant, circle: Vec::with_capacity(frequencies.len()) };
-        sampled.circle = frequencies.iter().map(|f| TAU * f * PERIOD_S).map(|angle| (angle, sampled.at(angle))).collect();
+        sampled.circle =
+            frequencies.iter().map(|f| TAU * f * PERIOD_S).map(|angle| (angle, sampled.at(angle))).collect();
         Ok(sampled)
     }
 
@@ -89,21 +106,29 @@ impl SampledPlant {
         self.largest(Law::Proportional)
     }
 
-    /// Largest integral gain up to which every one is stable, 1/s, the drive's speed damped by so much, N s/m; zero where that damping alone is unstable.
+    /// Largest integral gain up to which every one is stable, 1/s, the drive's speed damped by so much, N
+    /// s/m; zero where that damping alone is unstable.
     pub(crate) fn largest_ki_per_s(&self, damping_n_s_per_m: f64) -> Edge {
         let damping = self.largest(Law::Damping);
-        if damping_n_s_per_m < damping.gain { self.largest(Law::Integral(damping_n_s_per_m)) } else { Edge { gain: 0.0, ..damping } }
+        if damping_n_s_per_m < damping.gain {
+            self.largest(Law::Integral(damping_n_s_per_m))
+        } else {
+            Edge { gain: 0.0, ..damping }
+        }
     }
 
-    /// Where the loop of integral control, the drive's speed damped by so much, N s/m, first has a gain of one on its way down from infinity, Hz; not a number
-    /// unless `ki`, 1/s, is above zero and finite.
+    /// Where the loop of integral control, the drive's speed damped by so much, N s/m, first has a gain of
+    /// one on its way down from infinity, Hz; not a number unless `ki`, 1/s, is above zero and finite.
     pub(crate) fn crossover_hz(&self, damping_n_s_per_m: f64, ki: f64) -> f64 {
         if !(ki > 0.0 && ki.is_finite()) {
             return f64::NAN;
         }
         let law = Law::Integral(damping_n_s_per_m);
-        let is_below = |angle: f64, [force, way]: [C64; 2]| ki * law.open(C64::cis(angle), force, way).norm() < 1.0;
-        let Some(below) = self.circle.iter().position(|&(angle, answer)| is_below(angle, answer)) else { return f64::NAN };
+        let is_below =
+            |angle: f64, [force, way]: [C64; 2]| ki * law.open(C64::cis(angle), force, way).norm() < 1.0;
+        let Some(below) = self.circle.iter().position(|&(angle, answer)| is_below(angle, answer)) else {
+            return f64::NAN;
+        };
         let mut high = self.circle[below].0;
         let mut low = if below == 0 { 0.5 * high } else { self.circle[below - 1].0 };
         // Below the circle's first point the loop is an integrator.
@@ -128,7 +153,8 @@ impl SampledPlant {
         let mut smallest = Edge { gain: f64::INFINITY, ..Edge::UNKNOWN };
         let mut take = |angle: f64, crossing: C64| {
             if crossing.re < 0.0 && -crossing.re.recip() < smallest.gain {
-                smallest = Edge { gain: -crossing.re.recip(), frequency_hz: angle / PERIOD_S / TAU, ..smallest };
+                smallest =
+                    Edge { gain: -crossing.re.recip(), frequency_hz: angle / PERIOD_S / TAU, ..smallest };
             }
         };
         for pair in self.circle.windows(2) {
@@ -148,10 +174,14 @@ impl SampledPlant {
             take(last.0, open(last));
         }
         let angle = TAU * smallest.frequency_hz * PERIOD_S;
-        let [before, after] = [1.0 - BESIDE, 1.0 + BESIDE].map(|factor| open(&(factor * angle, self.at(factor * angle))));
+        let [before, after] =
+            [1.0 - BESIDE, 1.0 + BESIDE].map(|factor| open(&(factor * angle, self.at(factor * angle))));
         let turned = (after / before).ln();
         let slope = turned.re / turned.im;
-        Edge { size_per_phase: if slope.is_finite() { slope.clamp(-STEEPEST, STEEPEST) } else { 0.0 }, ..smallest }
+        Edge {
+            size_per_phase: if slope.is_finite() { slope.clamp(-STEEPEST, STEEPEST) } else { 0.0 },
+            ..smallest
+        }
     }
 }
 
@@ -163,7 +193,8 @@ fn held(frequency_hz: f64, bandwidth_hz: Option<f64>) -> C64 {
 }
 
 impl Law {
-    /// The open loop per gain, from continuous responses of force and drive, frequencies beyond half the sample rate left out.
+    /// The open loop per gain, from continuous responses of force and drive, frequencies beyond half the
+    /// sample rate left out.
     pub(crate) fn open_at(self, frequency_hz: f64, bandwidth_hz: Option<f64>, [force, way]: [C64; 2]) -> C64 {
         let through = held(frequency_hz, bandwidth_hz);
         self.open(C64::cis(TAU * frequency_hz * PERIOD_S), through * force, through * way)
@@ -185,7 +216,8 @@ fn state_space(system: &LinearSystem, lags: &[Lag], [k, c]: [f64; 2]) -> Result<
     let touch = &system.tip * system.tip.transpose();
     let singular = LtiError::NotFinite { quantity: "inverse of the mass" };
     let mobility = system.mass.clone().cholesky().ok_or(singular)?.inverse();
-    let slow: Vec<(f64, &DVector<f64>)> = lags.iter().filter_map(|(hz, force)| Some((TAU * (*hz)?, force))).collect();
+    let slow: Vec<(f64, &DVector<f64>)> =
+        lags.iter().filter_map(|(hz, force)| Some((TAU * (*hz)?, force))).collect();
     let order = 2 * n + slow.len();
     let mut a = DMatrix::zeros(order, order);
     let mut b = DMatrix::zeros(order, 1);

@@ -1,4 +1,5 @@
-//! The arm in motion: rigid and free, or with flexible joints against a wall. Classical Runge-Kutta steps of fixed length.
+//! The arm in motion: rigid and free, or with flexible joints against a wall. Classical Runge-Kutta steps of
+//! fixed length.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
@@ -6,7 +7,11 @@ use crate::chain::Chain;
 use crate::error::ArmError;
 use crate::flexible::{Arm, Others};
 
-fn rk4<F: FnMut(&DVector<f64>) -> Option<DVector<f64>>>(x: &DVector<f64>, h: f64, mut slope: F) -> Option<DVector<f64>> {
+fn rk4<F: FnMut(&DVector<f64>) -> Option<DVector<f64>>>(
+    x: &DVector<f64>,
+    h: f64,
+    mut slope: F,
+) -> Option<DVector<f64>> {
     let a = slope(x)?;
     let b = slope(&(x + 0.5 * h * &a))?;
     let c = slope(&(x + 0.5 * h * &b))?;
@@ -29,7 +34,13 @@ pub struct SwingState {
 ///
 /// # Errors
 /// [`ArmError::Diverged`].
-pub fn free_swing(chain: &Chain, q: &[f64], v: &[f64], step_s: f64, duration_s: f64) -> Result<Vec<SwingState>, ArmError> {
+pub fn free_swing(
+    chain: &Chain,
+    q: &[f64],
+    v: &[f64],
+    step_s: f64,
+    duration_s: f64,
+) -> Result<Vec<SwingState>, ArmError> {
     let n = chain.joints();
     let mut x = DVector::from_iterator(2 * n, q.iter().chain(v).copied());
     let state = |x: &DVector<f64>| {
@@ -63,7 +74,8 @@ pub struct Wall {
     pub damping_n_s_per_m: f64,
 }
 
-/// An arm with flexible joints in motion, gravity compensated, no dry friction; the wall stands square to a normal.
+/// An arm with flexible joints in motion, gravity compensated, no dry friction; the wall stands square to a
+/// normal.
 #[derive(Clone, Debug)]
 pub struct FlexibleArm<'a> {
     arm: &'a Arm,
@@ -86,7 +98,13 @@ impl<'a> FlexibleArm<'a> {
     ///
     /// # Errors
     /// Those of [`Arm::reduce`].
-    pub fn new(arm: &'a Arm, q: &[f64], normal: [f64; 3], others: Others, wall: Wall) -> Result<Self, ArmError> {
+    pub fn new(
+        arm: &'a Arm,
+        q: &[f64],
+        normal: [f64; 3],
+        others: Others,
+        wall: Wall,
+    ) -> Result<Self, ArmError> {
         let linear = arm.linear(q, normal, others)?;
         let home = DVector::from_column_slice(q);
         let unit = Vector3::from(normal).normalize();
@@ -124,7 +142,8 @@ impl<'a> FlexibleArm<'a> {
         Ok(())
     }
 
-    /// Puts it where a force along the normal holds it on the wall, as far as nothing but wall and springs give way.
+    /// Puts it where a force along the normal holds it on the wall, as far as nothing but wall and springs
+    /// give way.
     pub(crate) fn press(&mut self, wall_n_per_m: f64, force_n: f64) {
         let (p, n) = (self.basis.ncols(), self.home.len());
         let depth_m = force_n / wall_n_per_m;
@@ -132,7 +151,11 @@ impl<'a> FlexibleArm<'a> {
         let beyond = self.along.dot(&bent);
         // The motors go as far as the tool goes, and what the joints bend back.
         let motors = &self.rigid * (depth_m + beyond);
-        self.state.rows_mut(0, p).copy_from(&if p == n { motors.clone() } else { DVector::from_element(1, depth_m + beyond) });
+        self.state.rows_mut(0, p).copy_from(&if p == n {
+            motors.clone()
+        } else {
+            DVector::from_element(1, depth_m + beyond)
+        });
         let links = &self.home + motors - bent;
         self.state.rows_mut(p, n).copy_from(&links);
     }
@@ -142,7 +165,8 @@ impl<'a> FlexibleArm<'a> {
     /// # Errors
     /// [`ArmError::Diverged`].
     pub fn step(&mut self, step_s: f64, drive_n: f64) -> Result<(), ArmError> {
-        let next = rk4(&self.state, step_s, |x| self.slope(x, drive_n)).filter(|x| x.iter().all(|x| x.is_finite()));
+        let next =
+            rk4(&self.state, step_s, |x| self.slope(x, drive_n)).filter(|x| x.iter().all(|x| x.is_finite()));
         self.state = next.ok_or(ArmError::Diverged { t_s: self.t_s })?;
         self.t_s += step_s;
         Ok(())
@@ -175,7 +199,11 @@ impl<'a> FlexibleArm<'a> {
     fn force_of(&self, x: &DVector<f64>) -> f64 {
         let [position, speed] = self.tool_of(x);
         let d = position - self.wall.gap_m;
-        if d > 0.0 { (self.wall.stiffness_n_per_m * d + self.wall.damping_n_s_per_m * speed).max(0.0) } else { 0.0 }
+        if d > 0.0 {
+            (self.wall.stiffness_n_per_m * d + self.wall.damping_n_s_per_m * speed).max(0.0)
+        } else {
+            0.0
+        }
     }
 
     fn slope(&self, x: &DVector<f64>, drive_n: f64) -> Option<DVector<f64>> {

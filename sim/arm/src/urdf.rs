@@ -11,7 +11,8 @@ use crate::error::ArmError;
 
 /// Standard acceleration of free fall, m/s².
 const GRAVITY: f64 = 9.806_65;
-/// Rounding that a table of inertias may have: the triangle inequality of principal moments holds within this share.
+/// Rounding that a table of inertias may have: the triangle inequality of principal moments holds within this
+/// share.
 const INERTIA_ROUNDING: f64 = 1e-3;
 
 /// A robot description: links, and the joints between them.
@@ -66,7 +67,8 @@ pub(crate) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i
 
 /// An attribute that must be there.
 pub(crate) fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, ArmError> {
-    node.attribute(name).map_or_else(|| wrong(node, format!("`<{}>` has no `{name}`; add it", node.tag_name().name())), Ok)
+    node.attribute(name)
+        .map_or_else(|| wrong(node, format!("`<{}>` has no `{name}`; add it", node.tag_name().name())), Ok)
 }
 
 pub(crate) fn number(node: Node<'_, '_>, name: &str) -> Result<f64, ArmError> {
@@ -83,7 +85,11 @@ fn optional_number(node: Node<'_, '_>, name: &str) -> Result<Option<f64>, ArmErr
 
 pub(crate) fn vector(node: Node<'_, '_>, name: &str, absent: Vector3<f64>) -> Result<Vector3<f64>, ArmError> {
     let Some(text) = node.attribute(name) else { return Ok(absent) };
-    let numbers: Vec<f64> = text.split_whitespace().filter_map(|word| word.parse().ok()).filter(|x: &f64| x.is_finite()).collect();
+    let numbers: Vec<f64> = text
+        .split_whitespace()
+        .filter_map(|word| word.parse().ok())
+        .filter(|x: &f64| x.is_finite())
+        .collect();
     match numbers.as_slice() {
         [x, y, z] if text.split_whitespace().count() == 3 => Ok(Vector3::new(*x, *y, *z)),
         _ => wrong(node, format!("`{name}=\"{text}\"` is not three finite numbers")),
@@ -100,12 +106,16 @@ pub(crate) fn origin(node: Node<'_, '_>) -> Result<Isometry3<f64>, ArmError> {
 
 fn inertial(link: Node<'_, '_>, name: &str) -> Result<Inertial, ArmError> {
     let Some(node) = child(link, "inertial") else { return Ok(Inertial::none()) };
-    let Some(mass) = child(node, "mass") else { return wrong(node, format!("the `inertial` of link `{name}` has no `mass`; add it")) };
+    let Some(mass) = child(node, "mass") else {
+        return wrong(node, format!("the `inertial` of link `{name}` has no `mass`; add it"));
+    };
     let mass_kg = number(mass, "value")?;
     if mass_kg <= 0.0 {
         return wrong(
             mass,
-            format!("link `{name}` has a mass of {mass_kg} kg; it must be above zero (leave `inertial` out for a massless link)"),
+            format!(
+                "link `{name}` has a mass of {mass_kg} kg; it must be above zero (leave `inertial` out for a massless link)"
+            ),
         );
     }
     let Some(inertia) = child(node, "inertia") else {
@@ -142,7 +152,11 @@ fn inertial(link: Node<'_, '_>, name: &str) -> Result<Inertial, ArmError> {
 
 fn meshes(link: Node<'_, '_>, name: &str) -> Result<Vec<MeshFile>, ArmError> {
     let named = link.descendants().filter(|node| node.has_tag_name("mesh"));
-    named.map(|node| Ok(MeshFile { link: name.into(), file: attribute(node, "filename")?.into(), line: line_of(node) })).collect()
+    named
+        .map(|node| {
+            Ok(MeshFile { link: name.into(), file: attribute(node, "filename")?.into(), line: line_of(node) })
+        })
+        .collect()
 }
 
 fn joint(node: Node<'_, '_>) -> Result<Described, ArmError> {
@@ -155,7 +169,9 @@ fn joint(node: Node<'_, '_>) -> Result<Described, ArmError> {
         other => {
             return wrong(
                 node,
-                format!("joint `{name}` is of type `{other}`; revolute, continuous, prismatic and fixed joints are simulated"),
+                format!(
+                    "joint `{name}` is of type `{other}`; revolute, continuous, prismatic and fixed joints are simulated"
+                ),
             );
         }
     };
@@ -164,25 +180,40 @@ fn joint(node: Node<'_, '_>) -> Result<Described, ArmError> {
         None => wrong(node, format!("joint `{name}` has no `{tag}`; add `<{tag} link=\"...\"/>`")),
     };
     let axis = child(node, "axis").map_or(Ok(Vector3::x()), |axis| vector(axis, "xyz", Vector3::x()))?;
-    let Some(axis) = Unit::try_new(axis, 1e-9) else { return wrong(node, format!("the axis of joint `{name}` has no direction")) };
+    let Some(axis) = Unit::try_new(axis, 1e-9) else {
+        return wrong(node, format!("the axis of joint `{name}` has no direction"));
+    };
     let mut limits = [f64::NEG_INFINITY, f64::INFINITY];
     let mut effort_limit = None;
     match child(node, "limit") {
         Some(limit) => {
             if kind != Some(JointKind::Continuous) {
-                limits = [optional_number(limit, "lower")?.unwrap_or(0.0), optional_number(limit, "upper")?.unwrap_or(0.0)];
+                limits = [
+                    optional_number(limit, "lower")?.unwrap_or(0.0),
+                    optional_number(limit, "upper")?.unwrap_or(0.0),
+                ];
             }
             effort_limit = optional_number(limit, "effort")?.filter(|effort| *effort > 0.0);
             if limits[0] > limits[1] {
-                return wrong(limit, format!("the limits of joint `{name}` are {} to {}; write the lower one first", limits[0], limits[1]));
+                return wrong(
+                    limit,
+                    format!(
+                        "the limits of joint `{name}` are {} to {}; write the lower one first",
+                        limits[0], limits[1]
+                    ),
+                );
             }
         }
         None if matches!(kind, Some(JointKind::Revolute | JointKind::Prismatic)) => {
-            return wrong(node, format!("joint `{name}` has no `limit`; add one, or make the joint continuous"));
+            return wrong(
+                node,
+                format!("joint `{name}` has no `limit`; add one, or make the joint continuous"),
+            );
         }
         None => {}
     }
-    let friction = |name: &str| child(node, "dynamics").map_or(Ok(None), |dynamics| optional_number(dynamics, name));
+    let friction =
+        |name: &str| child(node, "dynamics").map_or(Ok(None), |dynamics| optional_number(dynamics, name));
     Ok(Described {
         line: line_of(node),
         parent: end("parent")?,
@@ -212,7 +243,10 @@ impl Urdf {
         let document = Document::parse(text).map_err(|error| ArmError::Xml { what: error.to_string() })?;
         let root = document.root_element();
         if !root.has_tag_name("robot") {
-            return wrong(root, format!("this is a `<{}>` and no `<robot>`; name a URDF file", root.tag_name().name()));
+            return wrong(
+                root,
+                format!("this is a `<{}>` and no `<robot>`; name a URDF file", root.tag_name().name()),
+            );
         }
         let mut urdf = Self {
             name: root.attribute("name").unwrap_or_default().into(),
@@ -222,7 +256,11 @@ impl Urdf {
         };
         for node in root.children().filter(|node| node.has_tag_name("link")) {
             let name = attribute(node, "name")?;
-            let link = Link { inertial: inertial(node, name)?, collisions: collision::of_link(node)?, meshes: meshes(node, name)? };
+            let link = Link {
+                inertial: inertial(node, name)?,
+                collisions: collision::of_link(node)?,
+                meshes: meshes(node, name)?,
+            };
             if urdf.links.insert(name.into(), link).is_some() {
                 return wrong(node, format!("there are two links `{name}`; rename one"));
             }
@@ -232,7 +270,10 @@ impl Urdf {
             let described = joint(node)?;
             for end in [&described.parent, &described.child] {
                 if !urdf.links.contains_key(end) {
-                    return wrong(node, format!("joint `{}` names a link `{end}` that is not there", described.joint.name));
+                    return wrong(
+                        node,
+                        format!("joint `{}` names a link `{end}` that is not there", described.joint.name),
+                    );
                 }
             }
             if let Some(other) = urdf.joints.iter().find(|other| other.child == described.child) {
@@ -258,11 +299,12 @@ impl Urdf {
         self.link_names.iter().rfind(is_leaf).map(String::as_str)
     }
 
-    /// The chain from the base to a link, whose frame is the tool's. What hangs on fixed joints moves along with its link; so does what hangs on joints that
-    /// are not on the way, which stay at zero.
+    /// The chain from the base to a link, whose frame is the tool's. What hangs on fixed joints moves along
+    /// with its link; so does what hangs on joints that are not on the way, which stay at zero.
     ///
     /// # Errors
-    /// [`ArmError::Unknown`], [`ArmError::NoJoints`], [`ArmError::Massless`], and [`ArmError::Urdf`] for links in a circle.
+    /// [`ArmError::Unknown`], [`ArmError::NoJoints`], [`ArmError::Massless`], and [`ArmError::Urdf`] for
+    /// links in a circle.
     pub fn chain(&self, tool: &str) -> Result<Chain, ArmError> {
         let way = self.way(tool)?;
         let mut joints: Vec<Joint> = Vec::new();
@@ -282,12 +324,18 @@ impl Urdf {
         if joints.is_empty() {
             return Err(ArmError::NoJoints { tip: tool.into() });
         }
-        let chain = Chain { name: self.name.clone(), joints, tool: frame, gravity_m_per_s2: Vector3::new(0.0, 0.0, -GRAVITY) };
+        let chain = Chain {
+            name: self.name.clone(),
+            joints,
+            tool: frame,
+            gravity_m_per_s2: Vector3::new(0.0, 0.0, -GRAVITY),
+        };
         check_masses(&chain, &way)?;
         Ok(chain)
     }
 
-    /// Shapes for finding collisions, in the frames of what carries them: first those of the base, then those that each joint on the way to the tool moves.
+    /// Shapes for finding collisions, in the frames of what carries them: first those of the base, then those
+    /// that each joint on the way to the tool moves.
     ///
     /// # Errors
     /// [`ArmError::Unknown`], and [`ArmError::Urdf`] for links in a circle.
@@ -310,9 +358,24 @@ impl Urdf {
         Ok(found)
     }
 
-    fn gather_collisions(&self, link: &str, frame: &Isometry3<f64>, way: &[&Described], into: &mut Vec<Collision>) {
-        into.extend(self.links[link].collisions.iter().map(|part| Collision { place: frame * part.place, ..part.clone() }));
-        for joint in self.joints.iter().filter(|joint| joint.parent == link && !way.iter().any(|on| on.child == joint.child)) {
+    fn gather_collisions(
+        &self,
+        link: &str,
+        frame: &Isometry3<f64>,
+        way: &[&Described],
+        into: &mut Vec<Collision>,
+    ) {
+        into.extend(
+            self.links[link]
+                .collisions
+                .iter()
+                .map(|part| Collision { place: frame * part.place, ..part.clone() }),
+        );
+        for joint in self
+            .joints
+            .iter()
+            .filter(|joint| joint.parent == link && !way.iter().any(|on| on.child == joint.child))
+        {
             self.gather_collisions(&joint.child, &(frame * joint.joint.place), way, into);
         }
     }
@@ -320,13 +383,20 @@ impl Urdf {
     /// The joints from the base to a link.
     fn way(&self, tool: &str) -> Result<Vec<&Described>, ArmError> {
         if !self.links.contains_key(tool) {
-            return Err(ArmError::Unknown { kind: "link", name: tool.into(), known: self.link_names.join(", ") });
+            return Err(ArmError::Unknown {
+                kind: "link",
+                name: tool.into(),
+                known: self.link_names.join(", "),
+            });
         }
         let mut way: Vec<&Described> = Vec::new();
         let mut link = tool;
         while let Some(joint) = self.joints.iter().find(|joint| joint.child == link) {
             if way.len() > self.joints.len() {
-                return Err(ArmError::Urdf { line: joint.line, what: format!("link `{link}` hangs on itself; open the circle") });
+                return Err(ArmError::Urdf {
+                    line: joint.line,
+                    what: format!("link `{link}` hangs on itself; open the circle"),
+                });
             }
             way.push(joint);
             link = &joint.parent;
@@ -338,7 +408,11 @@ impl Urdf {
     /// Adds a link and all that hangs on it beside the way to the tool.
     fn gather(&self, link: &str, frame: &Isometry3<f64>, way: &[&Described], into: &mut Inertial) {
         into.add(&self.links[link].inertial, frame);
-        for joint in self.joints.iter().filter(|joint| joint.parent == link && !way.iter().any(|on| on.child == joint.child)) {
+        for joint in self
+            .joints
+            .iter()
+            .filter(|joint| joint.parent == link && !way.iter().any(|on| on.child == joint.child))
+        {
             self.gather(&joint.child, &(frame * joint.joint.place), way, into);
         }
     }

@@ -1,11 +1,18 @@
 //! The axis that an arm is along a normal: exact for one joint, and held against the whole arm for six.
 
-#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests fail as tests do, and say what they measured")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "helpers of tests fail as tests do, and say what they measured"
+)]
 
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use feeler_arm::{Agreement, Arm, ArmError, FlexibleArm, JointDrive, Others, Reduction, Target, Urdf, Wall, inverse_kinematics};
+use feeler_arm::{
+    Agreement, Arm, ArmError, FlexibleArm, JointDrive, Others, Reduction, Target, Urdf, Wall,
+    inverse_kinematics,
+};
 use nalgebra::{Complex, Vector3};
 
 /// Rounding of a small eigenvalue problem.
@@ -42,7 +49,9 @@ fn poses(arm: &Arm) -> Vec<Vec<f64>> {
             let at = Vector3::new(0.45 + 0.1 * f64::from(i), -0.3 + 0.2 * f64::from(k), 0.1);
             let pan = at.y.atan2(at.x);
             let start = vec![pan, -1.2, 1.9, 0.9, 0.0, 0.0];
-            poses.push(inverse_kinematics(arm.chain(), &Target::Pointing(at, -Vector3::z()), &[start]).unwrap());
+            poses.push(
+                inverse_kinematics(arm.chain(), &Target::Pointing(at, -Vector3::z()), &[start]).unwrap(),
+            );
         }
     }
     poses
@@ -79,7 +88,8 @@ fn truth_one_joint_is_two_masses_exactly() {
     assert!(matches!(arm.reduce(&[0.0], [0.0; 3], Others::Free), Err(ArmError::Normal { .. })));
 }
 
-/// What the modes move that take too little part to be counted, over the arm's mass: 1e-9 each, with room for closely spaced ones.
+/// What the modes move that take too little part to be counted, over the arm's mass: 1e-9 each, with room for
+/// closely spaced ones.
 const LEFT_OUT: f64 = 1e-6;
 
 #[test]
@@ -89,11 +99,16 @@ fn truth_with_all_its_branches_the_axis_has_the_arm_s_frequencies() {
         for q in poses(&arm) {
             let pair = arm.reduce(&q, DOWN, others).unwrap();
             let axis = arm.reduce_with_branches(&q, DOWN, others, usize::MAX).unwrap();
-            let bodies = axis.branches.iter().map(|branch| branch.mass_kg).sum::<f64>() + axis.motor_mass_kg + axis.tip_mass_kg;
+            let bodies = axis.branches.iter().map(|branch| branch.mass_kg).sum::<f64>()
+                + axis.motor_mass_kg
+                + axis.tip_mass_kg;
             assert!((bodies / pair.mass_kg - 1.0).abs() < ROUNDING && axis.motor_mass_kg > 0.0, "{axis:?}");
             for own in axis.modes_in_contact(0.0) {
-                let nearest =
-                    pair.modes.iter().map(|mode| (own.frequency_hz / mode.frequency_hz - 1.0).abs()).fold(f64::INFINITY, f64::min);
+                let nearest = pair
+                    .modes
+                    .iter()
+                    .map(|mode| (own.frequency_hz / mode.frequency_hz - 1.0).abs())
+                    .fold(f64::INFINITY, f64::min);
                 assert!(nearest < LEFT_OUT, "{others:?}: {} Hz is none of the arm's", own.frequency_hz);
             }
             assert!(axis.branches.len() >= 2, "{others:?}");
@@ -103,8 +118,9 @@ fn truth_with_all_its_branches_the_axis_has_the_arm_s_frequencies() {
 
 /// The phase crossover, on any contact.
 const CROSSOVER: f64 = 0.012;
-/// Contacts (N/m, N s/m), and what the contact mode on them may be off by: on the second the documents tell the figures; a softer and a harder one
-/// show that the axis is not made for one alone. The harder, the nearer comes the mode to those in which several joints bend against each other.
+/// Contacts (N/m, N s/m), and what the contact mode on them may be off by: on the second the documents tell
+/// the figures; a softer and a harder one show that the axis is not made for one alone. The harder, the
+/// nearer comes the mode to those in which several joints bend against each other.
 const CONTACTS: [([f64; 2], f64); 3] = [([5e3, 20.0], 2e-3), ([2e4, 40.0], 5e-3), ([5e4, 60.0], 0.01)];
 
 #[test]
@@ -117,7 +133,8 @@ fn reference_contact_mode_and_phase_crossover_are_the_whole_arm_s_at_twenty_pose
             let mut branches = Vec::new();
             for q in poses(&arm) {
                 let pair = arm.reduce(&q, DOWN, others).unwrap();
-                of_pair = of_pair.max(off(arm.agreement(&pair, &q, DOWN, others, contact).unwrap().phase_crossover_hz));
+                of_pair = of_pair
+                    .max(off(arm.agreement(&pair, &q, DOWN, others, contact).unwrap().phase_crossover_hz));
                 let (axis, found) = arm.reduce_in_contact(&q, DOWN, others, contact).unwrap();
                 branches.push(axis.branches.len());
                 mode = mode.max(off(found.contact_mode_hz));
@@ -135,7 +152,8 @@ fn reference_contact_mode_and_phase_crossover_are_the_whole_arm_s_at_twenty_pose
 /// A place of the tool, m, a normal, and a contact, N/m and N s/m.
 type Touch = ([f64; 3], [f64; 3], [f64; 2]);
 
-/// Places all over the arm's reach at heights from the table to 0.45 m, normals that are not only vertical, and contacts from soft to hard.
+/// Places all over the arm's reach at heights from the table to 0.45 m, normals that are not only vertical,
+/// and contacts from soft to hard.
 fn workspace() -> Vec<Touch> {
     let (xs, ys) = ([0.4, 0.55, 0.7, 0.85], [-0.3, 0.0, 0.2]);
     let mut all: Vec<Touch> = Vec::new();
@@ -147,25 +165,46 @@ fn workspace() -> Vec<Touch> {
     }
     for normal in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.3, 0.0, -1.0]] {
         for z in [0.1, 0.2] {
-            all.extend([0.45, 0.6, 0.75].iter().flat_map(|x| [0.0, 0.2].map(|y| ([*x, y, z], normal, [2e4, 40.0]))));
+            all.extend(
+                [0.45, 0.6, 0.75].iter().flat_map(|x| [0.0, 0.2].map(|y| ([*x, y, z], normal, [2e4, 40.0]))),
+            );
         }
     }
     all
 }
 
-/// How far the axis of a touch is off the arm, the other directions held; none where the arm does not reach, or cannot move along the normal.
+/// How far the axis of a touch is off the arm, the other directions held; none where the arm does not reach,
+/// or cannot move along the normal.
 fn misfit(arm: &Arm, (place, normal, contact): Touch) -> Option<Agreement> {
     let target = Target::Pointing(place.into(), Vector3::from(normal).normalize());
     let q = inverse_kinematics(arm.chain(), &target, &feeler_arm::usual_starts(arm.chain(), place)).ok()?;
     match arm.reduce_in_contact(&q, normal, Others::Held, contact) {
         Ok((axis, found)) => {
-            let masses = axis.motor_mass_kg + axis.tip_mass_kg + axis.branches.iter().map(|branch| branch.mass_kg).sum::<f64>();
-            assert!((masses / axis.mass_kg - 1.0).abs() < ROUNDING && axis.motor_mass_kg > 0.0 && axis.tip_mass_kg > 0.0, "{axis:?}");
+            let masses = axis.motor_mass_kg
+                + axis.tip_mass_kg
+                + axis.branches.iter().map(|branch| branch.mass_kg).sum::<f64>();
+            assert!(
+                (masses / axis.mass_kg - 1.0).abs() < ROUNDING
+                    && axis.motor_mass_kg > 0.0
+                    && axis.tip_mass_kg > 0.0,
+                "{axis:?}"
+            );
             assert_eq!(found.is_trusted(), found.worst() <= 0.05, "what is printed is what is warned of");
-            println!("{place:?} along {normal:?} on {contact:?}: off by {:.4?}, {} bodies", found.misfits(), axis.branches.len());
+            println!(
+                "{place:?} along {normal:?} on {contact:?}: off by {:.4?}, {} bodies",
+                found.misfits(),
+                axis.branches.len()
+            );
             // A thousandth of the whole, and a body that rounding leaves lighter by no more.
-            let lightest = axis.branches.iter().map(|branch| branch.mass_kg).fold(axis.motor_mass_kg.min(axis.tip_mass_kg), f64::min);
-            assert!(!axis.branches.iter().any(feeler_arm::Branch::is_linked) || lightest > 5e-4 * axis.mass_kg, "{axis:?}");
+            let lightest = axis
+                .branches
+                .iter()
+                .map(|branch| branch.mass_kg)
+                .fold(axis.motor_mass_kg.min(axis.tip_mass_kg), f64::min);
+            assert!(
+                !axis.branches.iter().any(feeler_arm::Branch::is_linked) || lightest > 5e-4 * axis.mass_kg,
+                "{axis:?}"
+            );
             Some(found)
         }
         Err(ArmError::Singular { .. }) => None,
@@ -173,10 +212,11 @@ fn misfit(arm: &Arm, (place, normal, contact): Touch) -> Option<Agreement> {
     }
 }
 
-/// Contact mode, phase crossover and the largest stable ki with damped motors, anywhere; what the files promise.
+/// Contact mode, phase crossover and the largest stable ki with damped motors, anywhere; what the files
+/// promise.
 const ANYWHERE: f64 = 0.05;
-/// The largest stable kp: where the phase lies along -180 degrees over several hertz, a hundredth of a radian decides which of two crossings is the loop's edge.
-/// There the axis says that it is off.
+/// The largest stable kp: where the phase lies along -180 degrees over several hertz, a hundredth of a radian
+/// decides which of two crossings is the loop's edge. There the axis says that it is off.
 const KP_ANYWHERE: f64 = 0.3;
 
 /// The largest misfit of what is promised anywhere; that of the stable kp is bounded here.
@@ -205,7 +245,8 @@ fn regress_the_axis_is_the_arm_s_where_modes_share_the_tool() {
     }
 }
 
-/// Held, the tool leads its drive here where it is pushed slowly, as in no two masses: such poses were refused as if the arm could not move.
+/// Held, the tool leads its drive here where it is pushed slowly, as in no two masses: such poses were
+/// refused as if the arm could not move.
 #[test]
 fn regress_an_arm_whose_tool_leads_its_drive_has_an_axis() {
     let arm = six_joint();
@@ -231,7 +272,8 @@ fn reference_the_axis_is_the_arm_s_all_over_the_workspace() {
     assert!(all.len() > 80 && worst < ANYWHERE && doubted * 8 < all.len(), "{worst} {doubted}");
 }
 
-/// The fit did not see what the drive itself feels: its motor of 0.56 kg where the arm's rotors are 1.70 kg left no stable ki, where the arm is stable to 114 1/s.
+/// The fit did not see what the drive itself feels: its motor of 0.56 kg where the arm's rotors are 1.70 kg
+/// left no stable ki, where the arm is stable to 114 1/s.
 #[test]
 fn regress_the_sampled_loop_with_damped_motors_is_the_arm_s() {
     let arm = six_joint();
@@ -241,7 +283,8 @@ fn regress_the_sampled_loop_with_damped_motors_is_the_arm_s() {
     }
 }
 
-/// Contacts so hard that no mode moves the tool on them: such had no contact mode, and no damping of the motors.
+/// Contacts so hard that no mode moves the tool on them: such had no contact mode, and no damping of the
+/// motors.
 #[test]
 fn regress_a_hard_contact_has_its_contact_mode() {
     let arm = six_joint();
@@ -254,7 +297,10 @@ fn regress_a_hard_contact_has_its_contact_mode() {
     for others in [Others::Free, Others::Held] {
         // Beyond the arm's own stiffness the mode is that of the arm against a wall.
         let ([hard, own], [harder, _]) = (mode(others, 1e9), mode(others, 1e11));
-        assert!((harder / hard - 1.0).abs() < 1e-3 && (own / hard - 1.0).abs() < ANYWHERE, "{others:?}: {hard} {own} {harder}");
+        assert!(
+            (harder / hard - 1.0).abs() < 1e-3 && (own / hard - 1.0).abs() < ANYWHERE,
+            "{others:?}: {hard} {own} {harder}"
+        );
     }
     let touch = ([0.691, -0.174, 0.399], [0.7868, -0.3285, 0.5226], [1e6, 300.0]);
     assert!(promised(&misfit(&arm, touch).unwrap()) < ANYWHERE);
@@ -275,11 +321,13 @@ const SIMULATED: f64 = 5e-3;
 fn truth_the_simulated_arm_swings_as_its_linear_model_says() {
     let arm = six_joint();
     let q = &poses(&arm)[5];
-    // Pressed on so that the swing stays in touch, and so lightly that a free arm does not drift into another pose meanwhile.
+    // Pressed on so that the swing stays in touch, and so lightly that a free arm does not drift into another
+    // pose meanwhile.
     let (contact, frequency_hz, press, swing) = ([2e4, 400.0], 12.0, 0.2, 0.01);
     for others in [Others::Free, Others::Held] {
         let wall = Wall { gap_m: 0.0, stiffness_n_per_m: contact[0], damping_n_s_per_m: contact[1] };
-        let expected = arm.response_in_contact(q, DOWN, others, contact, &[frequency_hz]).unwrap()[0].norm() * swing;
+        let expected =
+            arm.response_in_contact(q, DOWN, others, contact, &[frequency_hz]).unwrap()[0].norm() * swing;
         let mut moving = FlexibleArm::new(&arm, q, DOWN, others, wall).unwrap();
         let (per_period, settle, periods) = (160, 24, 6);
         let step_s = 1.0 / frequency_hz / f64::from(per_period);
@@ -321,7 +369,8 @@ fn measured_misfit(poses: &[Vec<f64>], others: Others) -> f64 {
     worst
 }
 
-/// Lines of the simulated arm from its linear model: what is left of the start, fourth-order steps, and the swing's size.
+/// Lines of the simulated arm from its linear model: what is left of the start, fourth-order steps, and the
+/// swing's size.
 const SIMULATED_LINES: f64 = 2e-3;
 
 #[test]
@@ -354,7 +403,9 @@ fn reference_impact_peaks_are_the_whole_arm_s_at_twenty_poses() {
     for others in [Others::Held, Others::Free] {
         let mut worst = 0.0_f64;
         for q in poses(&arm) {
-            let (axis, _) = arm.reduce_in_contact(&q, DOWN, others, [wall.stiffness_n_per_m, wall.damping_n_s_per_m]).unwrap();
+            let (axis, _) = arm
+                .reduce_in_contact(&q, DOWN, others, [wall.stiffness_n_per_m, wall.damping_n_s_per_m])
+                .unwrap();
             let mut moving = FlexibleArm::new(&arm, &q, DOWN, others, wall).unwrap();
             moving.throw(others, speed).unwrap();
             let mut peak = 0.0_f64;
@@ -377,7 +428,8 @@ fn reduced_peak(axis: &Reduction, wall: &Wall, speed: f64) -> f64 {
     let mut beside = vec![[0.0, speed]; axis.branches.len()];
     let mut peak = 0.0_f64;
     for _ in 0..80_000 {
-        let force = if x2 > 0.0 { (wall.stiffness_n_per_m * x2 + wall.damping_n_s_per_m * v2).max(0.0) } else { 0.0 };
+        let force =
+            if x2 > 0.0 { (wall.stiffness_n_per_m * x2 + wall.damping_n_s_per_m * v2).max(0.0) } else { 0.0 };
         let joint = axis.stiffness_n_per_m * (x1 - x2) + axis.damping_n_s_per_m * (v1 - v2);
         let [mut back, mut forth] = [0.0; 2];
         for ([x, v], branch) in beside.iter_mut().zip(&axis.branches) {

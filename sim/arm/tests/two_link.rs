@@ -1,6 +1,11 @@
-//! A planar arm of two links against the closed-form Lagrangian, its free swing, and Rapier's reduced coordinates.
+//! A planar arm of two links against the closed-form Lagrangian, its free swing, and Rapier's reduced
+//! coordinates.
 
-#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests fail as tests do, and say what they measured")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "helpers of tests fail as tests do, and say what they measured"
+)]
 
 use feeler_arm::{Chain, Urdf, free_swing};
 use rapier3d_f64::prelude as rapier;
@@ -58,7 +63,9 @@ fn truth_mass_gravity_and_coriolis_are_the_lagrangian_s() {
         let outer = m[1] * c[1] * G * (q[0] + q[1]).cos();
         let gravity = [(m[0] * c[0] + m[1] * l1) * G * q[0].cos() + outer, outer];
         let mass = chain.mass_matrix(&q);
-        for (found, expected) in [(mass[(0, 0)], m11), (mass[(0, 1)], m12), (mass[(1, 0)], m12), (mass[(1, 1)], m22)] {
+        for (found, expected) in
+            [(mass[(0, 0)], m11), (mass[(0, 1)], m12), (mass[(1, 0)], m12), (mass[(1, 1)], m22)]
+        {
             assert!((found - expected).abs() < ROUNDING * m11, "{q:?}: {found} {expected}");
         }
         let (found_coriolis, found_gravity) = (chain.coriolis_efforts(&q, &v), chain.gravity_efforts(&q));
@@ -66,9 +73,23 @@ fn truth_mass_gravity_and_coriolis_are_the_lagrangian_s() {
         let masses = [m11 * a[0] + m12 * a[1], m12 * a[0] + m22 * a[1]];
         for j in 0..2 {
             let size = 1.0 + masses[j].abs() + coriolis[j].abs() + gravity[j].abs();
-            assert!((found_coriolis[j] - coriolis[j]).abs() < ROUNDING * size, "{q:?} {v:?}: {} {}", found_coriolis[j], coriolis[j]);
-            assert!((found_gravity[j] - gravity[j]).abs() < ROUNDING * size, "{q:?}: {} {}", found_gravity[j], gravity[j]);
-            assert!((all[j] - masses[j] - coriolis[j] - gravity[j]).abs() < 10.0 * ROUNDING * size, "{}", all[j]);
+            assert!(
+                (found_coriolis[j] - coriolis[j]).abs() < ROUNDING * size,
+                "{q:?} {v:?}: {} {}",
+                found_coriolis[j],
+                coriolis[j]
+            );
+            assert!(
+                (found_gravity[j] - gravity[j]).abs() < ROUNDING * size,
+                "{q:?}: {} {}",
+                found_gravity[j],
+                gravity[j]
+            );
+            assert!(
+                (all[j] - masses[j] - coriolis[j] - gravity[j]).abs() < 10.0 * ROUNDING * size,
+                "{}",
+                all[j]
+            );
         }
     }
 }
@@ -84,7 +105,8 @@ fn order_energy_of_the_free_swing_drifts_with_the_fourth_power_of_the_step() {
     };
     let drifts = [8e-3, 4e-3, 2e-3].map(drift);
     println!("energy drift over 10 s at 8, 4, 2 ms: {drifts:?}");
-    // An error of the fourth order dissipates one order higher where it has a sign; a double pendulum has none to speak of: from 4 to 5.
+    // An error of the fourth order dissipates one order higher where it has a sign; a double pendulum has
+    // none to speak of: from 4 to 5.
     for pair in drifts.windows(2) {
         let order = (pair[0] / pair[1]).log2();
         assert!((3.5..6.0).contains(&order), "{drifts:?} {order}");
@@ -94,7 +116,10 @@ fn order_energy_of_the_free_swing_drifts_with_the_fourth_power_of_the_step() {
 
 /// The same arm as a multibody of Rapier; its angles after 0.5 s.
 fn rapier_swing(chain: &Chain, step_s: f64) -> [f64; 2] {
-    let mut world = rapier::PhysicsWorld { gravity: rapier::Vector::new(0.0, 0.0, -G), ..rapier::PhysicsWorld::default() };
+    let mut world = rapier::PhysicsWorld {
+        gravity: rapier::Vector::new(0.0, 0.0, -G),
+        ..rapier::PhysicsWorld::default()
+    };
     world.integration_parameters.dt = step_s;
     let mut parent = world.insert_body(rapier::RigidBodyBuilder::fixed());
     let mut bodies = Vec::new();
@@ -104,9 +129,14 @@ fn rapier_swing(chain: &Chain, step_s: f64) -> [f64; 2] {
         let properties = rapier::MassProperties::new(centre, joint.inertial.mass_kg, inertia);
         let x = if i == 0 { 0.0 } else { LINKS.l1 };
         let pose = rapier::Pose::from_translation(rapier::Vector::new(x, 0.0, 0.0));
-        let body =
-            world.insert_body(rapier::RigidBodyBuilder::dynamic().pose(pose).additional_mass_properties(properties).can_sleep(false));
-        let hinge = rapier::RevoluteJointBuilder::new(-rapier::Vector::Y).local_anchor1(rapier::Vector::new(x, 0.0, 0.0));
+        let body = world.insert_body(
+            rapier::RigidBodyBuilder::dynamic()
+                .pose(pose)
+                .additional_mass_properties(properties)
+                .can_sleep(false),
+        );
+        let hinge = rapier::RevoluteJointBuilder::new(-rapier::Vector::Y)
+            .local_anchor1(rapier::Vector::new(x, 0.0, 0.0));
         let handle = world.multibody_joints.insert(parent, body, hinge, true).unwrap();
         // Of its own accord Rapier damps joints.
         world.multibody_joints.get_mut(handle).unwrap().0.damping_mut().fill(0.0);

@@ -22,10 +22,16 @@ fn truth_what_is_written_is_read() {
     assert_eq!(chain.joints[0].effort_limit, Some(10.0));
     // A turntable with a slide: I1 + I2 + m (0.3 + 0.1)^2 about z, m along x.
     let mass = chain.mass_matrix(&[0.4, 0.3]);
-    assert!((mass[(0, 0)] - (0.1 + 0.02 + 0.16)).abs() < 1e-12 && (mass[(1, 1)] - 1.0).abs() < 1e-12, "{mass}");
+    assert!(
+        (mass[(0, 0)] - (0.1 + 0.02 + 0.16)).abs() < 1e-12 && (mass[(1, 1)] - 1.0).abs() < 1e-12,
+        "{mass}"
+    );
     // Turning at 2 rad/s it is pulled outward, and sliding out it is braked.
     let efforts = chain.coriolis_efforts(&[0.4, 0.3], &[2.0, 0.5]);
-    assert!((efforts[1] + 0.4 * 4.0).abs() < 1e-12 && (efforts[0] - 2.0 * 0.4 * 2.0 * 0.5).abs() < 1e-12, "{efforts}");
+    assert!(
+        (efforts[1] + 0.4 * 4.0).abs() < 1e-12 && (efforts[0] - 2.0 * 0.4 * 2.0 * 0.5).abs() < 1e-12,
+        "{efforts}"
+    );
 }
 
 #[test]
@@ -57,9 +63,15 @@ fn truth_mistakes_are_told_with_line_and_remedy() {
         (("<mass value=\"1\"/>", ""), "has no `mass`; add it"),
         (("ixx=\"0.01\"", "ixx=\"light\""), "`ixx=\"light\"` is no finite number"),
         (("type=\"prismatic\"", "type=\"floating\""), "line 7: joint `b` is of type `floating`"),
-        (("child link=\"two\"", "child link=\"three\""), "line 7: joint `b` names a link `three` that is not there"),
+        (
+            ("child link=\"two\"", "child link=\"three\""),
+            "line 7: joint `b` names a link `three` that is not there",
+        ),
         (("child link=\"two\"", "child link=\"one\""), "hangs on two joints, `a` and `b`"),
-        (("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 0\"/>"), "line 6: the axis of joint `a` has no direction"),
+        (
+            ("<axis xyz=\"0 0 1\"/>", "<axis xyz=\"0 0 0\"/>"),
+            "line 6: the axis of joint `a` has no direction",
+        ),
         (("lower=\"-2\"", "lower=\"3\""), "write the lower one first"),
         (("<limit lower=\"-2\" upper=\"2\" effort=\"10\"/>", ""), "joint `a` has no `limit`"),
         (("xyz=\"0.1 0 0\"", "xyz=\"0.1 0\""), "is not three finite numbers"),
@@ -92,6 +104,7 @@ fn truth_poses_are_checked_and_found() {
     let target = Target::Position(Vector3::new(0.12, 0.16, 0.0));
     let q = inverse_kinematics(&chain, &target, &[vec![0.0, 0.1]]).unwrap();
     assert!((q[0] - f64::atan2(0.16, 0.12)).abs() < 1e-7 && (q[1] - 0.2).abs() < 1e-7, "{q:?}");
-    let far = inverse_kinematics(&chain, &Target::Position(Vector3::new(0.0, 0.9, 0.0)), &[vec![0.0, 0.1]]).unwrap_err();
+    let far = inverse_kinematics(&chain, &Target::Position(Vector3::new(0.0, 0.9, 0.0)), &[vec![0.0, 0.1]])
+        .unwrap_err();
     assert!(matches!(far, ArmError::Unreachable { left_m, .. } if (left_m - 0.4).abs() < 1e-3), "{far}");
 }

@@ -4,11 +4,13 @@ use feeler_lanes::Lane;
 
 use crate::AdmittanceGains;
 
-/// The virtual body `M a + B v + K x = e`, `e = r - f` held over a period, and the inner loop that follows it.
+/// The virtual body `M a + B v + K x = e`, `e = r - f` held over a period, and the inner loop that follows
+/// it.
 ///
-/// The body is discretised exactly: with `s = [x, v]`, `s[n+1] = A s[n] + b e[n]` where `A = exp(F T)` and `b` is the integral of `exp(F t) g`
-/// over one period (`F`, `g` the continuous system). The inner loop aims at `s[n+1]`, the end of the interval over which its command is held,
-/// as the integral of the PID law includes the error of its own sample: a pure virtual damper is then an integral force loop without delay.
+/// The body is discretised exactly: with `s = [x, v]`, `s[n+1] = A s[n] + b e[n]` where `A = exp(F T)` and
+/// `b` is the integral of `exp(F t) g` over one period (`F`, `g` the continuous system). The inner loop aims
+/// at `s[n+1]`, the end of the interval over which its command is held, as the integral of the PID law
+/// includes the error of its own sample: a pure virtual damper is then an integral force loop without delay.
 #[derive(Clone, Copy)]
 pub(crate) struct AdmittanceConfig<L> {
     a: [[L; 2]; 2],
@@ -75,14 +77,16 @@ fn virtual_body(gains: &AdmittanceGains, period_s: f64) -> ([[f64; 2]; 2], [f64;
     ([[decay, 0.0], [-k * decay / b, 0.0]], [gain, (1.0 - k * gain) / b])
 }
 
-/// The exact step of `x'' + c x' + w2 x = g e` over `t`, by scaling and squaring of the exponential's Taylor series (Moler and Van Loan,
-/// "Nineteen dubious ways to compute the exponential of a matrix", SIAM Review 2003, method 3).
+/// The exact step of `x'' + c x' + w2 x = g e` over `t`, by scaling and squaring of the exponential's Taylor
+/// series (Moler and Van Loan, "Nineteen dubious ways to compute the exponential of a matrix", SIAM Review
+/// 2003, method 3).
 fn second_order_step(w2: f64, c: f64, g: f64, t: f64) -> ([[f64; 2]; 2], [f64; 2]) {
     type Matrix = [[f64; 3]; 3];
     fn product(p: &Matrix, q: &Matrix) -> Matrix {
         std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| p[i][k] * q[k][j]).sum()))
     }
-    // The held input is a third state that does not move. Time is scaled so that both rates are of order one in the series.
+    // The held input is a third state that does not move. Time is scaled so that both rates are of order one
+    // in the series.
     let norm = t * (w2.sqrt() + c) + t;
     let halvings = norm.max(f64::MIN_POSITIVE).log2().ceil().max(0.0) as i32 + 4;
     let h = t / 2_f64.powi(halvings);

@@ -46,14 +46,27 @@ pub(crate) struct Phase<L: Lane> {
 
 impl<L: Lane> ApproachConfig<L> {
     pub(crate) fn new(approach: impl Fn(usize) -> Option<Approach>) -> Self {
-        let value = |of: fn(&Approach) -> f64, absent: f64| L::from_fn(|i| approach(i).as_ref().map_or(absent, of));
+        let value =
+            |of: fn(&Approach) -> f64, absent: f64| L::from_fn(|i| approach(i).as_ref().map_or(absent, of));
         Self {
             present: L::Mask::from_fn(|i| approach(i).is_some()),
             speed: value(|a| a.speed, 0.0),
             until: value(|a| a.until, f64::NEG_INFINITY),
             release: value(|a| a.release.unwrap_or(f64::NEG_INFINITY), f64::NEG_INFINITY),
-            stiffness: value(|a| if a.velocity_drive { 0.0 } else { a.effective_mass * (TAU * a.bandwidth_hz).powi(2) }, 0.0),
-            damping: value(|a| if a.velocity_drive { 0.0 } else { 2.0 * DAMPING_RATIO * a.effective_mass * TAU * a.bandwidth_hz }, 0.0),
+            stiffness: value(
+                |a| if a.velocity_drive { 0.0 } else { a.effective_mass * (TAU * a.bandwidth_hz).powi(2) },
+                0.0,
+            ),
+            damping: value(
+                |a| {
+                    if a.velocity_drive {
+                        0.0
+                    } else {
+                        2.0 * DAMPING_RATIO * a.effective_mass * TAU * a.bandwidth_hz
+                    }
+                },
+                0.0,
+            ),
             command: value(|a| if a.velocity_drive { a.speed } else { 0.0 }, 0.0),
         }
     }

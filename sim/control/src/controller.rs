@@ -17,10 +17,11 @@ use crate::{AdmittanceGains, ControlError, ControllerSpec, ForceGains, Impedance
 pub struct Inputs<L> {
     /// The sensor that `reads` names: a force, or the position for the position law.
     pub reading: L,
-    /// The position or velocity sensor used for damping, approach, impedance and admittance; zero where there is none.
+    /// The position or velocity sensor used for damping, approach, impedance and admittance; zero where there
+    /// is none.
     pub motion: L,
-    /// Whether `motion` is a velocity. A position is differenced where a velocity is needed, and a velocity integrated from the first
-    /// sample where a position is needed.
+    /// Whether `motion` is a velocity. A position is differenced where a velocity is needed, and a velocity
+    /// integrated from the first sample where a position is needed.
     pub motion_is_velocity: bool,
 }
 
@@ -67,9 +68,10 @@ struct State<L: Lane> {
 
 /// A controller of `L::WIDTH` variants that share their law and sample instants and differ in numbers.
 ///
-/// One sample goes: low-pass of the reading; position and velocity from the motion sensor; approach or contact phase, lane by lane; the law;
-/// rounding to the output resolution; the output limit. A law that starts (at the first sample, or when an approach ends) has no history:
-/// its integral and derivative are zero and its lead is settled at the present error.
+/// One sample goes: low-pass of the reading; position and velocity from the motion sensor; approach or
+/// contact phase, lane by lane; the law; rounding to the output resolution; the output limit. A law that
+/// starts (at the first sample, or when an approach ends) has no history: its integral and derivative are
+/// zero and its lead is settled at the present error.
 #[derive(Clone)]
 pub struct Controller<L: Lane> {
     config: Config<L>,
@@ -77,8 +79,8 @@ pub struct Controller<L: Lane> {
 }
 
 impl<L: Lane> Controller<L> {
-    /// Compiles `per_lane[i]` into lane `i`. The laws' gains, the approach, the filters, the resolution and the limit may differ between lanes; the kind of law,
-    /// the period, the offset and the jitter may not.
+    /// Compiles `per_lane[i]` into lane `i`. The laws' gains, the approach, the filters, the resolution and
+    /// the limit may differ between lanes; the kind of law, the period, the offset and the jitter may not.
     ///
     /// # Errors
     /// A wrong number of specs, a number out of its range, or lanes that cannot run side by side.
@@ -116,9 +118,11 @@ impl<L: Lane> Controller<L> {
         Ok(Self { config, state: State::new() })
     }
 
-    /// Takes the inputs of the sample at `t_s` and gives the command to apply after the delay. Allocates nothing.
+    /// Takes the inputs of the sample at `t_s` and gives the command to apply after the delay. Allocates
+    /// nothing.
     ///
-    /// The difference equations use the nominal period, as a controller that believes its clock does; `t_s` moves the approach's ramp.
+    /// The difference equations use the nominal period, as a controller that believes its clock does; `t_s`
+    /// moves the approach's ramp.
     #[inline(always)]
     pub fn sample(&mut self, t_s: f64, inputs: &Inputs<L>, reference: L) -> L {
         let Self { config, state } = self;
@@ -130,7 +134,11 @@ impl<L: Lane> Controller<L> {
             y = low_pass.update(&mut state.low_pass, y);
         }
         state.started = true;
-        let motion = if matches!(config.law, LawConfig::Position(_)) && !inputs.motion_is_velocity { y } else { inputs.motion };
+        let motion = if matches!(config.law, LawConfig::Position(_)) && !inputs.motion_is_velocity {
+            y
+        } else {
+            inputs.motion
+        };
         let (x, v) = config.motion.update(&mut state.motion, motion, inputs.motion_is_velocity);
         let phase = config.approach.update(&mut state.approach, L::splat(t_s), y, x, v);
 
@@ -138,7 +146,9 @@ impl<L: Lane> Controller<L> {
         let law = &mut state.law;
         let in_contact = match &config.law {
             LawConfig::OpenLoop => r,
-            LawConfig::Force(pid) | LawConfig::Position(pid) => pid.update(&mut law.pid, r, y, v, limit, fresh),
+            LawConfig::Force(pid) | LawConfig::Position(pid) => {
+                pid.update(&mut law.pid, r, y, v, limit, fresh)
+            }
             LawConfig::Impedance(impedance) => impedance.update(&mut law.impedance, r, y, x, v, fresh),
             LawConfig::Admittance(admittance) => admittance.update(&mut law.admittance, r, y, x, v, fresh),
         };
@@ -166,7 +176,10 @@ impl<L: Lane> Controller<L> {
 
 impl<L: Lane> fmt::Debug for Controller<L> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Controller").field("law", &self.config.law.name()).field("lanes", &L::WIDTH).finish_non_exhaustive()
+        f.debug_struct("Controller")
+            .field("law", &self.config.law.name())
+            .field("lanes", &L::WIDTH)
+            .finish_non_exhaustive()
     }
 }
 
@@ -187,8 +200,12 @@ impl<L: Lane> LawConfig<L> {
             Law::OpenLoop => Self::OpenLoop,
             Law::ExplicitForce(_) => Self::Force(PidConfig::new(period_s, |i| per_lane[i].law.pid_gains())),
             Law::Position(_) => Self::Position(PidConfig::new(period_s, |i| per_lane[i].law.pid_gains())),
-            Law::Impedance(_) => Self::Impedance(ImpedanceConfig::new(period_s, |i| per_lane[i].law.impedance_gains())),
-            Law::Admittance(_) => Self::Admittance(AdmittanceConfig::new(period_s, |i| per_lane[i].law.admittance_gains())),
+            Law::Impedance(_) => {
+                Self::Impedance(ImpedanceConfig::new(period_s, |i| per_lane[i].law.impedance_gains()))
+            }
+            Law::Admittance(_) => {
+                Self::Admittance(AdmittanceConfig::new(period_s, |i| per_lane[i].law.admittance_gains()))
+            }
         }
     }
 }
@@ -264,7 +281,12 @@ impl State<f64> {
 
 impl Controller<f64> {
     /// One sample of the contact phase from state `x`: the next state and the output.
-    pub(crate) fn step_from(&mut self, x: [f64; STATE_LENGTH], inputs: &Inputs<f64>, reference: f64) -> ([f64; STATE_LENGTH], f64) {
+    pub(crate) fn step_from(
+        &mut self,
+        x: [f64; STATE_LENGTH],
+        inputs: &Inputs<f64>,
+        reference: f64,
+    ) -> ([f64; STATE_LENGTH], f64) {
         self.state = State::in_contact(x);
         let output = self.sample(0.0, inputs, reference);
         (self.state.vector(), output)

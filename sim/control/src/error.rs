@@ -49,19 +49,25 @@ pub enum ControlError {
         why: &'static str,
     },
     /// Variants that run side by side share their law.
-    #[error("lane {lane} has another control law than lane 0; variants side by side share the law and differ in numbers only")]
+    #[error(
+        "lane {lane} has another control law than lane 0; variants side by side share the law and differ in numbers only"
+    )]
     LawsDiffer {
         /// The first lane that differs.
         lane: usize,
     },
     /// Variants that run side by side are sampled at the same instants.
-    #[error("lane {lane} is sampled at other instants than lane 0; variants side by side share `period`, `offset` and `jitter`")]
+    #[error(
+        "lane {lane} is sampled at other instants than lane 0; variants side by side share `period`, `offset` and `jitter`"
+    )]
     TimingDiffers {
         /// The first lane that differs.
         lane: usize,
     },
     /// The approach phase ends at a force, and the position law reads none.
-    #[error("`approach` waits for a force, and the position law reads a position; use a force, impedance or admittance law")]
+    #[error(
+        "`approach` waits for a force, and the position law reads a position; use a force, impedance or admittance law"
+    )]
     ApproachNeedsForce,
     /// A virtual body that nothing resists has no target position.
     #[error("an admittance needs a virtual `mass` or a virtual `damping` above zero")]
@@ -91,7 +97,9 @@ pub enum ControlError {
         values: usize,
     },
     /// A band in which no line of the multisine falls.
-    #[error("no line of a multisine of period {period_s} s lies in {low_hz} to {high_hz} Hz; lengthen the period or widen the band")]
+    #[error(
+        "no line of a multisine of period {period_s} s lies in {low_hz} to {high_hz} Hz; lengthen the period or widen the band"
+    )]
     NoLines {
         /// Period.
         period_s: f64,

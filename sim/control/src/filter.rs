@@ -1,9 +1,11 @@
-//! Discrete filters: configuration apart from state, because one configuration serves any number of states and never changes in a run.
+//! Discrete filters: configuration apart from state, because one configuration serves any number of states
+//! and never changes in a run.
 //!
-//! All are second-order sections in transposed direct form II, got from the continuous filter by the bilinear transform
-//! `s = (2/T) (1 - z^-1) / (1 + z^-1)` (Oppenheim and Schafer, "Discrete-Time Signal Processing", section 7.2). The transform is prewarped
-//! at the one frequency each constructor names; elsewhere frequencies are compressed towards the Nyquist frequency, as with any such filter.
-//! Its gain at zero frequency is exact: 1 for all of them.
+//! All are second-order sections in transposed direct form II, got from the continuous filter by the bilinear
+//! transform `s = (2/T) (1 - z^-1) / (1 + z^-1)` (Oppenheim and Schafer, "Discrete-Time Signal Processing",
+//! section 7.2). The transform is prewarped at the one frequency each constructor names; elsewhere
+//! frequencies are compressed towards the Nyquist frequency, as with any such filter. Its gain at zero
+//! frequency is exact: 1 for all of them.
 
 use std::f64::consts::TAU;
 
@@ -30,28 +32,42 @@ impl Section<f64> {
     /// Passes its input unchanged.
     pub const IDENTITY: Self = Self { b0: 1.0, b1: 0.0, b2: 0.0, a1: 0.0, a2: 0.0 };
 
-    /// First-order low-pass `1 / (1 + s / w_c)`; -3 dB exactly at `cutoff_hz`, which must lie below half the sample rate.
+    /// First-order low-pass `1 / (1 + s / w_c)`; -3 dB exactly at `cutoff_hz`, which must lie below half the
+    /// sample rate.
     pub fn low_pass_first(cutoff_hz: f64, period_s: f64) -> Self {
         let g = (0.5 * TAU * cutoff_hz * period_s).tan();
         let b = g / (1.0 + g);
         Self { b0: b, b1: b, b2: 0.0, a1: (g - 1.0) / (1.0 + g), a2: 0.0 }
     }
 
-    /// Second-order low-pass `w^2 / (s^2 + 2 zeta w s + w^2)`; magnitude `1 / (2 zeta)` and phase -90 deg exactly at `natural_hz`, which
-    /// must lie below half the sample rate.
+    /// Second-order low-pass `w^2 / (s^2 + 2 zeta w s + w^2)`; magnitude `1 / (2 zeta)` and phase -90 deg
+    /// exactly at `natural_hz`, which must lie below half the sample rate.
     pub fn low_pass_second(natural_hz: f64, damping_ratio: f64, period_s: f64) -> Self {
         let g = (0.5 * TAU * natural_hz * period_s).tan();
         let a0 = 1.0 + 2.0 * damping_ratio * g + g * g;
         let b = g * g / a0;
-        Self { b0: b, b1: 2.0 * b, b2: b, a1: 2.0 * (g * g - 1.0) / a0, a2: (1.0 - 2.0 * damping_ratio * g + g * g) / a0 }
+        Self {
+            b0: b,
+            b1: 2.0 * b,
+            b2: b,
+            a1: 2.0 * (g * g - 1.0) / a0,
+            a2: (1.0 - 2.0 * damping_ratio * g + g * g) / a0,
+        }
     }
 
-    /// Lead `(1 + s / w_z) / (1 + s / w_p)`, not prewarped, so that the gain at half the sample rate is exactly `pole_hz / zero_hz`.
+    /// Lead `(1 + s / w_z) / (1 + s / w_p)`, not prewarped, so that the gain at half the sample rate is
+    /// exactly `pole_hz / zero_hz`.
     pub fn lead(zero_hz: f64, pole_hz: f64, period_s: f64) -> Self {
         // 2 / (T w): the bilinear image of s / w is this times (1 - z^-1) / (1 + z^-1).
         let z = 2.0 / (TAU * zero_hz * period_s);
         let p = 2.0 / (TAU * pole_hz * period_s);
-        Self { b0: (1.0 + z) / (1.0 + p), b1: (1.0 - z) / (1.0 + p), b2: 0.0, a1: (1.0 - p) / (1.0 + p), a2: 0.0 }
+        Self {
+            b0: (1.0 + z) / (1.0 + p),
+            b1: (1.0 - z) / (1.0 + p),
+            b2: 0.0,
+            a1: (1.0 - p) / (1.0 + p),
+            a2: 0.0,
+        }
     }
 
     /// `[real, imaginary]` part of the response at `frequency_hz` when run every `period_s`.
@@ -68,7 +84,9 @@ impl Section<f64> {
 impl<L: Lane> Section<L> {
     /// The section `of(i)` in lane `i`; none where every lane passes its input unchanged.
     pub(crate) fn of_lanes(of: impl Fn(usize) -> Option<Section<f64>>) -> Option<Self> {
-        (0..L::WIDTH).any(|i| of(i).is_some()).then(|| Self::from_lanes(|i| of(i).unwrap_or(Section::IDENTITY)))
+        (0..L::WIDTH)
+            .any(|i| of(i).is_some())
+            .then(|| Self::from_lanes(|i| of(i).unwrap_or(Section::IDENTITY)))
     }
 
     /// The section `of(i)` in lane `i`.
@@ -82,7 +100,8 @@ impl<L: Lane> Section<L> {
         }
     }
 
-    /// The state in which a constant input `u` has been passed for ever, for a section of gain 1 at zero frequency.
+    /// The state in which a constant input `u` has been passed for ever, for a section of gain 1 at zero
+    /// frequency.
     #[inline(always)]
     pub fn settled(&self, u: L) -> SectionState<L> {
         SectionState { s1: u - self.b0 * u, s2: (self.b2 - self.a2) * u }

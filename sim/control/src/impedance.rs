@@ -38,9 +38,18 @@ impl<L: Lane> ImpedanceConfig<L> {
         }
     }
 
-    /// The output before its limit; the reference is taken to stand still at the first sample of lanes in `fresh`.
+    /// The output before its limit; the reference is taken to stand still at the first sample of lanes in
+    /// `fresh`.
     #[inline(always)]
-    pub(crate) fn update(&self, state: &mut ImpedanceState<L>, x_r: L, f: L, x: L, v: L, fresh: L::Mask) -> L {
+    pub(crate) fn update(
+        &self,
+        state: &mut ImpedanceState<L>,
+        x_r: L,
+        f: L,
+        x: L,
+        v: L,
+        fresh: L::Mask,
+    ) -> L {
         let last = L::select(fresh, x_r, state.reference);
         let v_r = (x_r - last) / self.period;
         state.reference = x_r;

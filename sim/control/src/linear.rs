@@ -3,11 +3,12 @@
 use crate::controller::STATE_LENGTH;
 use crate::{ControlError, Controller, ControllerSpec, Inputs};
 
-/// A control law in contact, without its limit and resolution: `x[n+1] = A x[n] + B in[n]`, `u[n] = C x[n] + D in[n]` with
-/// `in = [reference, reading, motion]`. The delay and the hold are not in it; they belong to the loop.
+/// A control law in contact, without its limit and resolution: `x[n+1] = A x[n] + B in[n]`,
+/// `u[n] = C x[n] + D in[n]` with `in = [reference, reading, motion]`. The delay and the hold are not in it;
+/// they belong to the loop.
 ///
-/// It is got by running the controller itself on unit vectors, so it cannot differ from what is simulated. States that no input reaches or
-/// that do not reach the output are left out: a proportional law has none.
+/// It is got by running the controller itself on unit vectors, so it cannot differ from what is simulated.
+/// States that no input reaches or that do not reach the output are left out: a proportional law has none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearLaw {
     /// `a[i][j]`: from state j to the next state i.
@@ -21,7 +22,8 @@ pub struct LinearLaw {
 }
 
 impl ControllerSpec {
-    /// The law as a linear system, sampled every `period_s`, when its motion sensor is a velocity or a position sensor.
+    /// The law as a linear system, sampled every `period_s`, when its motion sensor is a velocity or a
+    /// position sensor.
     ///
     /// # Errors
     /// Those of [`Self::check`].

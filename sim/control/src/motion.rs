@@ -40,9 +40,9 @@ impl<L: Lane> MotionConfig<L> {
 
     /// Position and velocity at this sample.
     ///
-    /// A position sensor is differenced: `v[n] = pole v[n-1] + gain (x[n] - x[n-1])`, the backward-Euler form of `s / (tau s + 1)`; zero
-    /// at the first sample. A velocity sensor is integrated by the trapezoidal rule from zero at the first sample, which drifts with its
-    /// bias as any such estimate does.
+    /// A position sensor is differenced: `v[n] = pole v[n-1] + gain (x[n] - x[n-1])`, the backward-Euler form
+    /// of `s / (tau s + 1)`; zero at the first sample. A velocity sensor is integrated by the trapezoidal
+    /// rule from zero at the first sample, which drifts with its bias as any such estimate does.
     #[inline(always)]
     pub(crate) fn update(&self, state: &mut MotionState<L>, reading: L, is_velocity: bool) -> (L, L) {
         let last = if state.started { reading - state.reading } else { L::zero() };

@@ -5,13 +5,15 @@ use feeler_lanes::{Lane, LaneMask};
 use crate::filter::{Section, SectionState};
 use crate::{AntiWindup, ForceGains, PositionGains};
 
-/// `u = feed_forward r + kp e + i + kd d - damping v`, with `e` the error `r - y` after the lead compensator, and
+/// `u = feed_forward r + kp e + i + kd d - damping v`, with `e` the error `r - y` after the lead compensator,
+/// and
 /// - `i[n] = i[n-1] + ki T e[n]`: the integral includes the error of this sample,
 /// - `d[n] = (tau d[n-1] + e[n] - e[n-1]) / (tau + T)`: the backward-Euler form of `s / (tau s + 1)`
 ///   (Astrom and Wittenmark, "Computer-Controlled Systems", 3rd ed., section 8.5).
 ///
-/// As a system with state `x[n] = i[n-1]` the integral is `x[n+1] = x[n] + ki T e[n]`, `y[n] = x[n] + ki T e[n]`. On a pure stiffness k it
-/// closes to `f[n+1] = f[n] + T ki k (r - f[n])`, stable for `T ki k < 2`: the rule is the case of no sample of delay (n = 0) of
+/// As a system with state `x[n] = i[n-1]` the integral is `x[n+1] = x[n] + ki T e[n]`,
+/// `y[n] = x[n] + ki T e[n]`. On a pure stiffness k it closes to `f[n+1] = f[n] + T ki k (r - f[n])`, stable
+/// for `T ki k < 2`: the rule is the case of no sample of delay (n = 0) of
 /// `T G k < 2 sin(pi / (2 (2 n + 1)))`, and `delay_s = n period_s` gives the case n.
 #[derive(Clone, Copy)]
 pub(crate) struct PidConfig<L: Lane> {
@@ -61,17 +63,22 @@ impl<L: Lane> PidConfig<L> {
             damping: L::from_fn(|i| gains(i).damping),
             derivative_pole: tau / (tau + period),
             derivative_gain: L::splat(1.0) / (tau + period),
-            lead: Section::of_lanes(|i| gains(i).lead.map(|lead| Section::lead(lead.zero_hz, lead.pole_hz, period_s))),
+            lead: Section::of_lanes(|i| {
+                gains(i).lead.map(|lead| Section::lead(lead.zero_hz, lead.pole_hz, period_s))
+            }),
             conditional: L::Mask::from_fn(|i| gains(i).anti_windup == AntiWindup::Conditional),
             tracking: L::from_fn(|i| match gains(i).anti_windup {
                 // Without an integral gain there is nothing to drive back.
-                AntiWindup::BackCalculation { tracking_time_s } if gains(i).ki != 0.0 => period_s / tracking_time_s,
+                AntiWindup::BackCalculation { tracking_time_s } if gains(i).ki != 0.0 => {
+                    period_s / tracking_time_s
+                }
                 _ => 0.0,
             }),
         }
     }
 
-    /// The output before its limit. Lanes in `fresh` start here: no integral, no derivative, the lead settled at this error.
+    /// The output before its limit. Lanes in `fresh` start here: no integral, no derivative, the lead settled
+    /// at this error.
     #[inline(always)]
     pub(crate) fn update(&self, state: &mut PidState<L>, r: L, y: L, v: L, limit: L, fresh: L::Mask) -> L {
         let zero = L::zero();

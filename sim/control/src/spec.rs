@@ -24,14 +24,16 @@ pub struct ControllerSpec {
     pub output_limit: Option<f64>,
     /// Low-pass that the controller applies to `Inputs::reading` before anything else.
     pub reading_low_pass: Option<LowPassSpec>,
-    /// Time constant of the first-order low-pass on the velocity obtained by differencing a position sensor, s; zero for none.
+    /// Time constant of the first-order low-pass on the velocity obtained by differencing a position sensor,
+    /// s; zero for none.
     pub velocity_filter_s: f64,
     /// What the loop shall follow.
     pub reference: ReferenceSpec,
 }
 
 impl ControllerSpec {
-    /// A controller with `law` every `period_s`, and nothing else: no delay, jitter, approach or limit, and a reference of zero.
+    /// A controller with `law` every `period_s`, and nothing else: no delay, jitter, approach or limit, and a
+    /// reference of zero.
     pub fn new(law: Law, period_s: f64) -> Self {
         Self {
             law,
@@ -76,7 +78,11 @@ impl ControllerSpec {
 }
 
 fn below_nyquist(key: &'static str, value: f64, bound: f64) -> Result<(), ControlError> {
-    if value < bound { Ok(()) } else { Err(ControlError::TooLarge { key, value, bound, why: "half the sample rate" }) }
+    if value < bound {
+        Ok(())
+    } else {
+        Err(ControlError::TooLarge { key, value, bound, why: "half the sample rate" })
+    }
 }
 
 /// A control law.
@@ -148,17 +154,24 @@ impl Law {
                 not_negative("mass", g.mass)?;
                 not_negative("damping", g.damping)?;
                 not_negative("stiffness", g.stiffness)?;
-                for (key, value) in [("kp", g.kp), ("kd", g.kd), ("velocity_feed_forward", g.velocity_feed_forward)] {
+                for (key, value) in
+                    [("kp", g.kp), ("kd", g.kd), ("velocity_feed_forward", g.velocity_feed_forward)]
+                {
                     finite(key, value)?;
                 }
-                if g.mass > 0.0 || g.damping > 0.0 { Ok(()) } else { Err(ControlError::AdmittanceWithoutMassOrDamping) }
+                if g.mass > 0.0 || g.damping > 0.0 {
+                    Ok(())
+                } else {
+                    Err(ControlError::AdmittanceWithoutMassOrDamping)
+                }
             }
         }
     }
 }
 
-/// Gains of explicit force control, `u = feed_forward r + C(z) e - damping v`, `e = r - f`, with `C` a PID in series with an optional lead.
-/// Every gain is zero unless given. Units follow the drive: the output is a force, or a velocity for a velocity source.
+/// Gains of explicit force control, `u = feed_forward r + C(z) e - damping v`, `e = r - f`, with `C` a PID in
+/// series with an optional lead. Every gain is zero unless given. Units follow the drive: the output is a
+/// force, or a velocity for a velocity source.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ForceGains {
     /// Gain from the reference to the output.
@@ -179,7 +192,8 @@ pub struct ForceGains {
     pub anti_windup: AntiWindup,
 }
 
-/// Gains of position control, `u = kp e + ki int(e) + kd de/dt - damping v`, `e = r - x`. Every gain is zero unless given.
+/// Gains of position control, `u = kp e + ki int(e) + kd de/dt - damping v`, `e = r - x`. Every gain is zero
+/// unless given.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PositionGains {
     /// Proportional gain, output per m.
@@ -199,7 +213,8 @@ pub struct PositionGains {
 /// Gains of impedance control (Hogan, "Impedance Control", ASME J. Dyn. Sys. Meas. Control 107, 1985):
 /// `f_d = stiffness (x_r - x) + damping (v_r - v)`, `u = f_d + force_gain (f_d - f)`.
 ///
-/// With a force drive the force gain divides the apparent inertia by `1 + force_gain`; zero needs no force sensor.
+/// With a force drive the force gain divides the apparent inertia by `1 + force_gain`; zero needs no force
+/// sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ImpedanceGains {
     /// Stiffness of the programmed spring, N/m.
@@ -210,8 +225,9 @@ pub struct ImpedanceGains {
     pub force_gain: f64,
 }
 
-/// Gains of admittance control: `mass a_v + damping v_v + stiffness (x_v - x_0) = r - f` moves a virtual body, and
-/// `u = kp (x_v - x) + kd (v_v - v) + velocity_feed_forward v_v` makes the axis follow it; `x_0` is where the law starts.
+/// Gains of admittance control: `mass a_v + damping v_v + stiffness (x_v - x_0) = r - f` moves a virtual
+/// body, and `u = kp (x_v - x) + kd (v_v - v) + velocity_feed_forward v_v` makes the axis follow it; `x_0` is
+/// where the law starts.
 ///
 /// `velocity_feed_forward = 1` and `kd = 0` suit a velocity source.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -230,7 +246,8 @@ pub struct AdmittanceGains {
     pub velocity_feed_forward: f64,
 }
 
-/// A lead compensator `(1 + s / w_z) / (1 + s / w_p)`: gain 1 at zero frequency, `pole_hz / zero_hz` at high frequency.
+/// A lead compensator `(1 + s / w_z) / (1 + s / w_p)`: gain 1 at zero frequency, `pole_hz / zero_hz` at high
+/// frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LeadSpec {
     /// Frequency of the zero, Hz.
@@ -248,10 +265,12 @@ pub struct LowPassSpec {
     pub damping_ratio: Option<f64>,
 }
 
-/// What an integrator does while the output is at its limit (Astrom and Hagglund, "Advanced PID Control", 2006, section 3.5).
+/// What an integrator does while the output is at its limit (Astrom and Hagglund, "Advanced PID Control",
+/// 2006, section 3.5).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum AntiWindup {
-    /// Stops while the output is beyond its limit and the error would drive it further (conditional integration).
+    /// Stops while the output is beyond its limit and the error would drive it further (conditional
+    /// integration).
     #[default]
     Conditional,
     /// Is driven back at the rate (limited output - unlimited output) / `tracking_time_s`.
@@ -266,7 +285,9 @@ pub enum AntiWindup {
 impl AntiWindup {
     fn check(self) -> Result<(), ControlError> {
         match self {
-            Self::BackCalculation { tracking_time_s } => positive("anti_windup.tracking_time", tracking_time_s).map(drop),
+            Self::BackCalculation { tracking_time_s } => {
+                positive("anti_windup.tracking_time", tracking_time_s).map(drop)
+            }
             Self::Conditional | Self::Off => Ok(()),
         }
     }
@@ -274,20 +295,22 @@ impl AntiWindup {
 
 /// The phase before contact: move at a set speed until the reading reaches a force.
 ///
-/// With a force drive the axis follows the ramp `x_0 + speed (t - t_0)`, where `x_0` and `t_0` belong to the first sample of the phase, by
-/// `u = M w^2 (x_0 + speed (t - t_0) - x) + 2 * 0.7 M w (speed - v)`, `w = 2 pi bandwidth_hz`; with a velocity source the command is the
-/// speed itself.
+/// With a force drive the axis follows the ramp `x_0 + speed (t - t_0)`, where `x_0` and `t_0` belong to the
+/// first sample of the phase, by `u = M w^2 (x_0 + speed (t - t_0) - x) + 2 * 0.7 M w (speed - v)`,
+/// `w = 2 pi bandwidth_hz`; with a velocity source the command is the speed itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Approach {
     /// Speed towards the workpiece, m/s.
     pub speed: f64,
     /// The phase ends at the first sample whose reading is at least this, N.
     pub until: f64,
-    /// It starts again at the first sample whose reading is below this, N (hysteresis, so at most `until`); absent, contact latches.
+    /// It starts again at the first sample whose reading is below this, N (hysteresis, so at most `until`);
+    /// absent, contact latches.
     pub release: Option<f64>,
     /// Natural frequency of the approach's position loop, Hz.
     pub bandwidth_hz: f64,
-    /// The mass that the approach's position loop believes it moves, kg. The caller fills it in from the machine.
+    /// The mass that the approach's position loop believes it moves, kg. The caller fills it in from the
+    /// machine.
     pub effective_mass: f64,
     /// The drive is a velocity source.
     pub velocity_drive: bool,
@@ -299,7 +322,14 @@ impl Approach {
 
     /// An approach that latches, with the default bandwidth and a force drive that moves `effective_mass`.
     pub fn new(speed: f64, until: f64, effective_mass: f64) -> Self {
-        Self { speed, until, release: None, bandwidth_hz: Self::DEFAULT_BANDWIDTH_HZ, effective_mass, velocity_drive: false }
+        Self {
+            speed,
+            until,
+            release: None,
+            bandwidth_hz: Self::DEFAULT_BANDWIDTH_HZ,
+            effective_mass,
+            velocity_drive: false,
+        }
     }
 
     fn check(&self) -> Result<(), ControlError> {
@@ -309,7 +339,12 @@ impl Approach {
             && (release.is_nan() || release > self.until)
         {
             let why = "the threshold that ends the approach";
-            return Err(ControlError::TooLarge { key: "approach.release", value: release, bound: self.until, why });
+            return Err(ControlError::TooLarge {
+                key: "approach.release",
+                value: release,
+                bound: self.until,
+                why,
+            });
         }
         positive("approach.bandwidth", self.bandwidth_hz)?;
         if !self.velocity_drive {

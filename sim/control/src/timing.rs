@@ -5,7 +5,8 @@ use crate::{ControlError, ControllerSpec, Stream};
 /// Largest jitter as a share of the period: below one half, so that samples keep their order.
 const LARGEST_JITTER_IN_PERIODS: f64 = 0.49;
 
-/// The sample instants of one controller: sample `k` is at `offset + k period` plus a normal draw of one sigma `jitter`.
+/// The sample instants of one controller: sample `k` is at `offset + k period` plus a normal draw of one
+/// sigma `jitter`.
 ///
 /// A draw beyond 0.49 of the period is limited to that, so instants stay in order; no instant is before zero.
 #[derive(Clone, Debug)]

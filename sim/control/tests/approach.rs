@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use feeler_control::{Approach, ControlError, Controller, ControllerSpec, ForceGains, Inputs, Law, PositionGains};
+use feeler_control::{
+    Approach, ControlError, Controller, ControllerSpec, ForceGains, Inputs, Law, PositionGains,
+};
 use feeler_lanes::{LaneMask, Pack};
 
 const PERIOD_S: f64 = 1e-3;
@@ -51,7 +53,8 @@ fn truth_the_law_starts_fresh_at_the_threshold_and_latches() {
         controller.sample(f64::from(k) * PERIOD_S, &at(3.999, 0.0), 20.0);
         assert!(!controller.in_contact_phase());
     }
-    // Proportional part and one sample of integral: nothing was gathered on the way, and there is no derivative kick.
+    // Proportional part and one sample of integral: nothing was gathered on the way, and there is no
+    // derivative kick.
     let u = controller.sample(0.1, &at(4.0, 0.0), 20.0);
     assert!((u - (2.0 * 16.0 + 10.0 * PERIOD_S * 16.0)).abs() < ROUNDING);
     controller.sample(0.101, &at(0.0, 0.0), 20.0);
@@ -96,6 +99,9 @@ fn prop_an_approach_that_cannot_work_is_refused() {
     assert!(matches!(refused, ControlError::TooLarge { key: "approach.release", .. }), "{refused}");
     let massless = Controller::<f64>::new(&[spec(Approach::new(0.03, 4.0, 0.0))]).unwrap_err();
     assert_eq!(massless, ControlError::NotPositive { key: "approach.effective_mass", value: 0.0 });
-    let position = ControllerSpec { law: Law::Position(PositionGains::default()), ..spec(Approach::new(0.03, 4.0, 12.0)) };
+    let position = ControllerSpec {
+        law: Law::Position(PositionGains::default()),
+        ..spec(Approach::new(0.03, 4.0, 12.0))
+    };
     assert_eq!(Controller::<f64>::new(&[position]).unwrap_err(), ControlError::ApproachNeedsForce);
 }

@@ -24,7 +24,10 @@ fn truth_gain_at_zero_frequency_is_one() {
         assert!((magnitude(&section, 0.0) - 1.0).abs() < ROUNDING);
         let mut state = section.settled(3.0);
         for _ in 0..10 {
-            assert!((section.update(&mut state, 3.0) - 3.0).abs() < ROUNDING, "a settled filter stays settled");
+            assert!(
+                (section.update(&mut state, 3.0) - 3.0).abs() < ROUNDING,
+                "a settled filter stays settled"
+            );
         }
     }
 }
@@ -33,7 +36,8 @@ fn truth_gain_at_zero_frequency_is_one() {
 fn truth_lead_ends_at_the_ratio_of_its_frequencies() {
     let lead = Section::lead(15.0, 90.0, PERIOD_S);
     assert!((magnitude(&lead, NYQUIST_HZ) - 6.0).abs() < 6.0 * ROUNDING);
-    // Well under the Nyquist frequency the continuous lead is met: the bilinear transform moves 30 Hz by (pi f T)^2 / 3 = 0.3 %.
+    // Well under the Nyquist frequency the continuous lead is met: the bilinear transform moves 30 Hz by (pi
+    // f T)^2 / 3 = 0.3 %.
     let [re, im] = lead.response(30.0, PERIOD_S);
     let (over_zero, over_pole): (f64, f64) = (30.0 / 15.0, 30.0 / 90.0);
     assert!((im.atan2(re) - (over_zero.atan() - over_pole.atan())).abs() < 3e-3);

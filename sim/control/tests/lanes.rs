@@ -1,15 +1,16 @@
 //! A variant gives the same bits in any lane of any width.
 
 use feeler_control::{
-    AdmittanceGains, AntiWindup, Approach, Controller, ControllerSpec, ForceGains, ImpedanceGains, Inputs, Law, LeadSpec, LowPassSpec,
-    PositionGains, Stream,
+    AdmittanceGains, AntiWindup, Approach, Controller, ControllerSpec, ForceGains, ImpedanceGains, Inputs,
+    Law, LeadSpec, LowPassSpec, PositionGains, Stream,
 };
 use feeler_lanes::{Lane, LaneMask, Pack};
 
 const VARIANTS: usize = 8;
 const SAMPLES: u64 = 300;
 
-/// Variant `i` of a law: the gains differ, and some variants have a lead, a filter, an approach, a limit or a resolution where others have none.
+/// Variant `i` of a law: the gains differ, and some variants have a lead, a filter, an approach, a limit or a
+/// resolution where others have none.
 fn variant(law: usize, i: usize) -> ControllerSpec {
     let x = i as f64;
     let anti_windup = match i % 3 {
@@ -29,10 +30,17 @@ fn variant(law: usize, i: usize) -> ControllerSpec {
             lead: i.is_multiple_of(2).then_some(LeadSpec { zero_hz: 20.0 + x, pole_hz: 150.0 }),
             anti_windup,
         }),
-        2 => {
-            Law::Position(PositionGains { kp: 900.0 + x, ki: 40.0 * x, kd: 3.0, damping: 7.0 * x, derivative_filter_s: 2e-3, anti_windup })
+        2 => Law::Position(PositionGains {
+            kp: 900.0 + x,
+            ki: 40.0 * x,
+            kd: 3.0,
+            damping: 7.0 * x,
+            derivative_filter_s: 2e-3,
+            anti_windup,
+        }),
+        3 => {
+            Law::Impedance(ImpedanceGains { stiffness: 800.0 + 90.0 * x, damping: 11.0, force_gain: 0.2 * x })
         }
-        3 => Law::Impedance(ImpedanceGains { stiffness: 800.0 + 90.0 * x, damping: 11.0, force_gain: 0.2 * x }),
         _ => Law::Admittance(AdmittanceGains {
             mass: 0.5 * x,
             damping: 8.0 + x,
@@ -51,7 +59,8 @@ fn variant(law: usize, i: usize) -> ControllerSpec {
         approach,
         output_limit: (i % 3 != 2).then_some(6.0 + x),
         output_resolution: (i % 2 == 1).then_some(0.01 * x),
-        reading_low_pass: (i > 4).then_some(LowPassSpec { cutoff_hz: 80.0, damping_ratio: (i == 6).then_some(0.6) }),
+        reading_low_pass: (i > 4)
+            .then_some(LowPassSpec { cutoff_hz: 80.0, damping_ratio: (i == 6).then_some(0.6) }),
         velocity_filter_s: 1e-3 * (x - 1.0).max(0.0),
         ..ControllerSpec::new(law, 1e-3)
     }
@@ -74,7 +83,11 @@ fn run<L: Lane>(law: usize, first: usize, motion_is_velocity: bool) -> Vec<Vec<(
         let inputs = Inputs { reading: column(0), motion: column(1), motion_is_velocity };
         let u = controller.sample(k as f64 * 1e-3, &inputs, column(2));
         for (i, of_variant) in outputs.iter_mut().enumerate() {
-            of_variant.push((u.lane(i).to_bits(), controller.in_contact_phase().test(i), controller.saturated().test(i)));
+            of_variant.push((
+                u.lane(i).to_bits(),
+                controller.in_contact_phase().test(i),
+                controller.saturated().test(i),
+            ));
         }
     }
     outputs
@@ -85,7 +98,8 @@ fn prop_every_law_gives_the_same_bits_in_any_lane() {
     for law in 0..5 {
         for motion_is_velocity in [false, true] {
             let alone: Vec<_> = (0..VARIANTS).flat_map(|i| run::<f64>(law, i, motion_is_velocity)).collect();
-            let by_four: Vec<_> = [0, 4].into_iter().flat_map(|first| run::<Pack<4>>(law, first, motion_is_velocity)).collect();
+            let by_four: Vec<_> =
+                [0, 4].into_iter().flat_map(|first| run::<Pack<4>>(law, first, motion_is_velocity)).collect();
             assert_eq!(alone, by_four, "law {law}");
             assert_eq!(alone, run::<Pack<8>>(law, 0, motion_is_velocity), "law {law}");
             let differ = (1..VARIANTS).filter(|&i| alone[i] != alone[0]).count();

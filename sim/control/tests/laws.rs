@@ -1,7 +1,8 @@
 //! Each law against its closed form.
 
 use feeler_control::{
-    AdmittanceGains, AntiWindup, ControlError, Controller, ControllerSpec, ForceGains, ImpedanceGains, Inputs, Law, LeadSpec, PositionGains,
+    AdmittanceGains, AntiWindup, ControlError, Controller, ControllerSpec, ForceGains, ImpedanceGains,
+    Inputs, Law, LeadSpec, PositionGains,
 };
 use feeler_lanes::Pack;
 
@@ -29,7 +30,14 @@ fn assert_close(actual: f64, expected: f64) {
 #[test]
 fn truth_pid_step_response() {
     let (kp, ki, kd, tau, feed_forward) = (0.6, 25.0, 2e-3, 4e-3, 0.3);
-    let mut controller = compile(force(ForceGains { feed_forward, kp, ki, kd, derivative_filter_s: tau, ..ForceGains::default() }));
+    let mut controller = compile(force(ForceGains {
+        feed_forward,
+        kp,
+        ki,
+        kd,
+        derivative_filter_s: tau,
+        ..ForceGains::default()
+    }));
     assert_close(controller.sample(0.0, &reading(0.0), 0.0), 0.0);
     let (r, f) = (20.0, 5.0);
     for n in 0..200 {
@@ -56,7 +64,8 @@ fn truth_every_gain_is_zero_unless_given() {
     }
 }
 
-/// Amplitude after many samples of an integral force loop on a stiffness of 1 N/m with `delay` whole samples of delay, started off by 1 N.
+/// Amplitude after many samples of an integral force loop on a stiffness of 1 N/m with `delay` whole samples
+/// of delay, started off by 1 N.
 fn integral_loop_amplitude(loop_gain: f64, delay: usize) -> f64 {
     let mut controller = compile(force(ForceGains { ki: loop_gain / PERIOD_S, ..ForceGains::default() }));
     let mut pending = vec![0.0; delay + 1];
@@ -72,12 +81,14 @@ fn integral_loop_amplitude(loop_gain: f64, delay: usize) -> f64 {
     amplitude
 }
 
-/// Gain limit of an integral force loop with n samples of delay: `T G k < 2 sin(pi / (2 (2 n + 1)))`; n = 1 is Whitney's bound.
+/// Gain limit of an integral force loop with n samples of delay: `T G k < 2 sin(pi / (2 (2 n + 1)))`; n = 1
+/// is Whitney's bound.
 #[test]
 fn truth_integral_force_loop_limits() {
     for delay in 0..4 {
         let limit = 2.0 * (std::f64::consts::PI / (2.0 * (2.0 * delay as f64 + 1.0))).sin();
-        // One per cent from the limit the slowest mode changes by some 0.3 % per sample or more, e^18 over the run.
+        // One per cent from the limit the slowest mode changes by some 0.3 % per sample or more, e^18 over
+        // the run.
         assert!(integral_loop_amplitude(0.99 * limit, delay) < 1e-3, "delay {delay}");
         assert!(integral_loop_amplitude(1.01 * limit, delay) > 1e3, "delay {delay}");
     }
@@ -110,7 +121,10 @@ fn truth_position_law_damps_the_measured_velocity_only() {
     assert_close(controller.sample(0.0, &reading(0.1), 0.1), 0.0);
     // The reference steps: no kick. Then the axis moves.
     assert_close(controller.sample(PERIOD_S, &reading(0.1), 0.3), 100.0 * 0.2);
-    assert_close(controller.sample(2.0 * PERIOD_S, &reading(0.102), 0.3), 100.0 * 0.198 - 4.0 * 0.002 / PERIOD_S);
+    assert_close(
+        controller.sample(2.0 * PERIOD_S, &reading(0.102), 0.3),
+        100.0 * 0.198 - 4.0 * 0.002 / PERIOD_S,
+    );
     let sensed = Inputs { reading: 0.104, motion: 1.5, motion_is_velocity: true };
     assert_close(controller.sample(3.0 * PERIOD_S, &sensed, 0.3), 100.0 * 0.196 - 4.0 * 1.5);
 }
@@ -129,7 +143,8 @@ fn truth_impedance_is_a_spring_and_damper_about_the_reference() {
     }
 }
 
-/// The virtual body's position at the end of each period, seen through an inner loop of gain 1 on an axis that does not move.
+/// The virtual body's position at the end of each period, seen through an inner loop of gain 1 on an axis
+/// that does not move.
 fn admittance_path(gains: AdmittanceGains, error: f64, samples: i32) -> Vec<f64> {
     let gains = AdmittanceGains { kp: 1.0, ..gains };
     let mut controller = compile(ControllerSpec::new(Law::Admittance(gains), PERIOD_S));
@@ -189,9 +204,11 @@ fn after_saturation(anti_windup: AntiWindup) -> f64 {
 fn truth_anti_windup_recovers_at_once_where_a_wound_up_integrator_does_not() {
     // Wound up: i = ki e t = 30 after 1 s, so that an error of -1 leaves 30 - 0.03 - 1, far beyond the limit.
     assert_close(after_saturation(AntiWindup::Off), 5.0);
-    // Conditional: the integral grew by 0.03 per sample as long as kp e + i stayed within 5: 133 times, to 3.99.
+    // Conditional: the integral grew by 0.03 per sample as long as kp e + i stayed within 5: 133 times, to
+    // 3.99.
     assert_close(after_saturation(AntiWindup::Conditional), 3.99 - 0.03 - 1.0);
-    // Back-calculation settles where ki e = (u - limit) / T_t: u = 5 + 30 T_t, and the integral kept is u - kp e - ki T e.
+    // Back-calculation settles where ki e = (u - limit) / T_t: u = 5 + 30 T_t, and the integral kept is u -
+    // kp e - ki T e.
     let tracking_time_s = 0.01;
     let kept = 5.0 + 30.0 * tracking_time_s - 1.0 - 0.03;
     assert_close(after_saturation(AntiWindup::BackCalculation { tracking_time_s }), kept - 0.03 - 1.0);
@@ -199,11 +216,20 @@ fn truth_anti_windup_recovers_at_once_where_a_wound_up_integrator_does_not() {
 
 #[test]
 fn truth_output_is_rounded_and_limited() {
-    let spec = ControllerSpec { output_resolution: Some(0.25), output_limit: Some(1.1), ..ControllerSpec::new(Law::OpenLoop, PERIOD_S) };
+    let spec = ControllerSpec {
+        output_resolution: Some(0.25),
+        output_limit: Some(1.1),
+        ..ControllerSpec::new(Law::OpenLoop, PERIOD_S)
+    };
     let mut controller = compile(spec);
-    for (wanted, expected, saturated) in
-        [(0.1, 0.0, false), (0.2, 0.25, false), (-0.6, -0.5, false), (1.05, 1.0, false), (7.0, 1.1, true), (-7.0, -1.1, true)]
-    {
+    for (wanted, expected, saturated) in [
+        (0.1, 0.0, false),
+        (0.2, 0.25, false),
+        (-0.6, -0.5, false),
+        (1.05, 1.0, false),
+        (7.0, 1.1, true),
+        (-7.0, -1.1, true),
+    ] {
         assert_close(controller.sample(0.0, &Inputs::default(), wanted), expected);
         assert_eq!(controller.saturated(), saturated, "{wanted}");
     }
@@ -211,7 +237,10 @@ fn truth_output_is_rounded_and_limited() {
 
 #[test]
 fn prop_a_reading_that_is_not_a_number_is_not_hidden_by_the_limit() {
-    let mut controller = compile(ControllerSpec { output_limit: Some(5.0), ..force(ForceGains { kp: 1.0, ..ForceGains::default() }) });
+    let mut controller = compile(ControllerSpec {
+        output_limit: Some(5.0),
+        ..force(ForceGains { kp: 1.0, ..ForceGains::default() })
+    });
     assert!(controller.sample(0.0, &reading(f64::NAN), 1.0).is_nan());
 }
 
@@ -219,16 +248,31 @@ fn prop_a_reading_that_is_not_a_number_is_not_hidden_by_the_limit() {
 fn prop_mistakes_are_refused_with_their_key() {
     let good = force(ForceGains::default());
     let refused = |spec: ControllerSpec| Controller::<f64>::new(&[spec]).unwrap_err();
-    assert_eq!(refused(ControllerSpec { period_s: 0.0, ..good.clone() }), ControlError::NotPositive { key: "period", value: 0.0 });
-    assert_eq!(refused(ControllerSpec { delay_s: -1e-3, ..good.clone() }), ControlError::Negative { key: "delay", value: -1e-3 });
+    assert_eq!(
+        refused(ControllerSpec { period_s: 0.0, ..good.clone() }),
+        ControlError::NotPositive { key: "period", value: 0.0 }
+    );
+    assert_eq!(
+        refused(ControllerSpec { delay_s: -1e-3, ..good.clone() }),
+        ControlError::Negative { key: "delay", value: -1e-3 }
+    );
     let infinite = force(ForceGains { ki: f64::INFINITY, ..ForceGains::default() });
     assert_eq!(refused(infinite), ControlError::NotFinite { key: "ki", value: f64::INFINITY });
     let nothing_virtual = ControllerSpec::new(Law::Admittance(AdmittanceGains::default()), PERIOD_S);
     assert_eq!(refused(nothing_virtual), ControlError::AdmittanceWithoutMassOrDamping);
 
-    assert_eq!(Controller::<Pack<2>>::new(std::slice::from_ref(&good)).unwrap_err(), ControlError::LaneCount { lanes: 2, given: 1 });
+    assert_eq!(
+        Controller::<Pack<2>>::new(std::slice::from_ref(&good)).unwrap_err(),
+        ControlError::LaneCount { lanes: 2, given: 1 }
+    );
     let other_law = ControllerSpec::new(Law::OpenLoop, PERIOD_S);
-    assert_eq!(Controller::<Pack<2>>::new(&[good.clone(), other_law]).unwrap_err(), ControlError::LawsDiffer { lane: 1 });
+    assert_eq!(
+        Controller::<Pack<2>>::new(&[good.clone(), other_law]).unwrap_err(),
+        ControlError::LawsDiffer { lane: 1 }
+    );
     let other_period = ControllerSpec { period_s: 2e-3, ..good.clone() };
-    assert_eq!(Controller::<Pack<2>>::new(&[good, other_period]).unwrap_err(), ControlError::TimingDiffers { lane: 1 });
+    assert_eq!(
+        Controller::<Pack<2>>::new(&[good, other_period]).unwrap_err(),
+        ControlError::TimingDiffers { lane: 1 }
+    );
 }

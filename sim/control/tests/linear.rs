@@ -1,8 +1,8 @@
 //! The law as a linear system against the controller that it describes.
 
 use feeler_control::{
-    AdmittanceGains, Controller, ControllerSpec, ForceGains, ImpedanceGains, Inputs, Law, LeadSpec, LinearLaw, LowPassSpec, PositionGains,
-    Stream,
+    AdmittanceGains, Controller, ControllerSpec, ForceGains, ImpedanceGains, Inputs, Law, LeadSpec,
+    LinearLaw, LowPassSpec, PositionGains, Stream,
 };
 
 const PERIOD_S: f64 = 1e-3;
@@ -24,7 +24,14 @@ fn laws() -> Vec<(ControllerSpec, bool, usize)> {
     let lead = Some(LeadSpec { zero_hz: 20.0, pole_hz: 200.0 });
     let pid = ForceGains { ki: 9.0, kd: 0.01, derivative_filter_s: 3e-3, lead, damping: 20.0, ..p };
     let impedance = ImpedanceGains { stiffness: 500.0, damping: 30.0, force_gain: 1.5 };
-    let admittance = AdmittanceGains { mass: 2.0, damping: 30.0, stiffness: 100.0, kp: 70.0, kd: 3.0, velocity_feed_forward: 0.5 };
+    let admittance = AdmittanceGains {
+        mass: 2.0,
+        damping: 30.0,
+        stiffness: 100.0,
+        kp: 70.0,
+        kd: 3.0,
+        velocity_feed_forward: 0.5,
+    };
     let position = PositionGains { kp: 90.0, ki: 5.0, damping: 4.0, ..PositionGains::default() };
     let low_pass = |damping_ratio| Some(LowPassSpec { cutoff_hz: 90.0, damping_ratio });
     // Specs, whether motion is a velocity, states: counted by hand from the difference equations.
@@ -39,7 +46,14 @@ fn laws() -> Vec<(ControllerSpec, bool, usize)> {
         (ControllerSpec { reading_low_pass: low_pass(None), ..new(Law::ExplicitForce(p)) }, false, 1),
         (ControllerSpec { reading_low_pass: low_pass(Some(0.7)), ..new(Law::ExplicitForce(p)) }, false, 2),
         // Last position and filtered velocity.
-        (ControllerSpec { velocity_filter_s: 2e-3, ..new(Law::ExplicitForce(ForceGains { damping: 4.0, ..p })) }, false, 2),
+        (
+            ControllerSpec {
+                velocity_filter_s: 2e-3,
+                ..new(Law::ExplicitForce(ForceGains { damping: 4.0, ..p }))
+            },
+            false,
+            2,
+        ),
         (new(Law::Position(position)), false, 2),
         (new(Law::Impedance(impedance)), false, 2),
         // The velocity sensor is integrated: last reading and position, and the last reference.
@@ -54,14 +68,20 @@ fn prop_the_linear_system_is_the_controller() {
     for (spec, motion_is_velocity, order) in laws() {
         let law = spec.linear(motion_is_velocity).unwrap();
         assert_eq!(law.c.len(), order, "{:?}", spec.law);
-        // The controller starts settled at its first inputs, the system at zero; both agree on a first sample of zeros.
-        let inputs: Vec<[f64; 3]> =
-            (0..300).map(|k| std::array::from_fn(|j| if k == 0 { 0.0 } else { stream.normal_at(3 * k + j as u64) })).collect();
+        // The controller starts settled at its first inputs, the system at zero; both agree on a first sample
+        // of zeros.
+        let inputs: Vec<[f64; 3]> = (0..300)
+            .map(|k| std::array::from_fn(|j| if k == 0 { 0.0 } else { stream.normal_at(3 * k + j as u64) }))
+            .collect();
         let expected = outputs(&law, &inputs);
         let mut controller = Controller::<f64>::new(std::slice::from_ref(&spec)).unwrap();
         let scale = expected.iter().fold(0.0_f64, |scale, u| scale.max(u.abs()));
         for (k, (&[reference, reading, motion], u)) in inputs.iter().zip(&expected).enumerate() {
-            let sampled = controller.sample(k as f64 * PERIOD_S, &Inputs { reading, motion, motion_is_velocity }, reference);
+            let sampled = controller.sample(
+                k as f64 * PERIOD_S,
+                &Inputs { reading, motion, motion_is_velocity },
+                reference,
+            );
             // Rounding of some tens of operations per sample, carried along by the integrals.
             assert!((sampled - u).abs() <= 1e-12 * scale, "{:?} at sample {k}: {sampled}, {u}", spec.law);
         }

@@ -4,7 +4,8 @@ use feeler_control::{ControllerSpec, Law, SampleClock, Stream};
 
 const DRAWS: u64 = 100_000;
 
-/// Draws that no change of the program, the platform or the generator's version may move: index, bits of the uniform, normal.
+/// Draws that no change of the program, the platform or the generator's version may move: index, bits of the
+/// uniform, normal.
 const FROZEN: [(u64, u64, f64); 4] = [
     (0, 0x3fe8_8ff6_c39f_f9fc, -0.839_818_307_813_947),
     (1, 0x3fe8_194c_cedf_78bb, 0.638_621_771_282_528_5),
@@ -18,11 +19,16 @@ fn regress_draws_are_the_same_on_every_machine() {
     for (index, uniform_bits, normal) in FROZEN {
         assert_eq!(stream.uniform_at(index).to_bits(), uniform_bits, "index {index}");
         // The platform's logarithm and cosine may differ in the last bit.
-        assert!((stream.normal_at(index) - normal).abs() <= 4.0 * f64::EPSILON, "index {index}: {:?}", stream.normal_at(index));
+        assert!(
+            (stream.normal_at(index) - normal).abs() <= 4.0 * f64::EPSILON,
+            "index {index}: {:?}",
+            stream.normal_at(index)
+        );
     }
 }
 
-/// Mean and variance of white draws are known to 1 / sqrt(n) and sqrt(2 / n); a correlation to 1 / sqrt(n). Each at 4 sigma.
+/// Mean and variance of white draws are known to 1 / sqrt(n) and sqrt(2 / n); a correlation to 1 / sqrt(n).
+/// Each at 4 sigma.
 #[test]
 fn truth_moments() {
     let n = DRAWS as f64;

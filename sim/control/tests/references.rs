@@ -31,16 +31,25 @@ fn rms(values: &[f64]) -> f64 {
 #[test]
 fn truth_steps_lines_and_tables() {
     let steps = compile(&ReferenceSpec::Steps(vec![(0.0, 20.0), (1.2, 30.0)]));
-    // 12 x 0.1 is a rounding above 1.2, 3 x 0.4 likewise; a step that falls on a sample is seen by that sample.
-    for (t, expected) in [(-1e-6, 0.0), (0.0, 20.0), (1.199_999, 20.0), (12.0 * 0.1, 30.0), (1.2 - 2e-16, 30.0), (99.0, 30.0)] {
+    // 12 x 0.1 is a rounding above 1.2, 3 x 0.4 likewise; a step that falls on a sample is seen by that
+    // sample.
+    for (t, expected) in
+        [(-1e-6, 0.0), (0.0, 20.0), (1.199_999, 20.0), (12.0 * 0.1, 30.0), (1.2 - 2e-16, 30.0), (99.0, 30.0)]
+    {
         assert_close(steps.value(t), expected);
     }
     let ramp = compile(&ReferenceSpec::PiecewiseLinear(vec![(1.0, 2.0), (3.0, 10.0)]));
     for (t, expected) in [(0.0, 2.0), (1.0, 2.0), (1.5, 4.0), (3.0, 10.0), (4.0, 10.0)] {
         assert_close(ramp.value(t), expected);
     }
-    let table =
-        |between| compile(&ReferenceSpec::Table { times_s: vec![0.0, 0.1, 0.3], values: vec![1.0, -1.0, 3.0], between, offset: 5.0 });
+    let table = |between| {
+        compile(&ReferenceSpec::Table {
+            times_s: vec![0.0, 0.1, 0.3],
+            values: vec![1.0, -1.0, 3.0],
+            between,
+            offset: 5.0,
+        })
+    };
     assert_close(table(Between::Hold).value(0.25), 4.0);
     assert_close(table(Between::Linear).value(0.25), 7.0);
     assert_close(table(Between::Linear).value(-1.0), 6.0);
@@ -52,7 +61,14 @@ fn truth_steps_lines_and_tables() {
 fn truth_chirp_frequency() {
     let (start_hz, end_hz, duration_s) = (2.0, 50.0, 4.0);
     for (sweep, quarter_hz) in [(Sweep::Linear, 14.0), (Sweep::Logarithmic, 2.0 * 25_f64.powf(0.25))] {
-        let chirp = compile(&ReferenceSpec::Chirp { sweep, amplitude: 3.0, start_hz, end_hz, duration_s, offset: 1.0 });
+        let chirp = compile(&ReferenceSpec::Chirp {
+            sweep,
+            amplitude: 3.0,
+            start_hz,
+            end_hz,
+            duration_s,
+            offset: 1.0,
+        });
         // Rising zero crossings around a quarter of the duration.
         let step_s = 1e-6;
         let crossings: Vec<f64> = (900_000..1_400_000)
@@ -65,8 +81,8 @@ fn truth_chirp_frequency() {
             Sweep::Linear => 12.0,
             Sweep::Logarithmic => quarter_hz * 25_f64.ln() / duration_s,
         };
-        // The mean frequency of one cycle is that of its middle up to second order: (slope / f)^2 / f / 24 and less than 1e-3 here; the
-        // crossings are found to 1e-6 s of 0.1 s.
+        // The mean frequency of one cycle is that of its middle up to second order: (slope / f)^2 / f / 24
+        // and less than 1e-3 here; the crossings are found to 1e-6 s of 0.1 s.
         let expected_hz = quarter_hz + slope_hz_per_s * (middle - 1.0);
         assert!((1.0 / (second - first) / expected_hz - 1.0).abs() < 1e-2, "{sweep:?}");
         assert_close(chirp.value(0.0), 1.0);
@@ -96,8 +112,10 @@ fn truth_multisine_has_its_lines_and_no_others() {
             Lines::Odd => assert_eq!(excited, odd),
             Lines::OddSparse => {
                 assert!(excited.iter().all(|n| odd.contains(n)));
-                let kept_per_group: Vec<usize> =
-                    odd.chunks_exact(4).map(|group| group.iter().filter(|n| excited.contains(n)).count()).collect();
+                let kept_per_group: Vec<usize> = odd
+                    .chunks_exact(4)
+                    .map(|group| group.iter().filter(|n| excited.contains(n)).count())
+                    .collect();
                 assert!(kept_per_group.iter().all(|&kept| kept == 3), "{kept_per_group:?}");
             }
         }
@@ -107,7 +125,8 @@ fn truth_multisine_has_its_lines_and_no_others() {
     }
 }
 
-/// Cosines in phase have a crest factor of sqrt(2 N) = 12.4 for 77 lines, random ones some sqrt(2 ln(points)) = 3.5 or more.
+/// Cosines in phase have a crest factor of sqrt(2 N) = 12.4 for 77 lines, random ones some sqrt(2 ln(points))
+/// = 3.5 or more.
 #[test]
 fn prop_multisine_has_a_low_crest_factor() {
     let mut crest_factors: Vec<f64> = (0..20)
@@ -128,22 +147,31 @@ fn truth_white_noise_has_its_band_and_power() {
     let noise = compile(&ReferenceSpec::WhiteNoise { low_hz, high_hz, rms: sigma, offset: 0.0 });
     let (step_s, count) = (1e-3, 40_000_usize);
     let values: Vec<f64> = (0..count).map(|i| noise.value(i as f64 * step_s)).collect();
-    // 2 B t = 8000 independent values in 40 s: the variance is known to sqrt(2 / 8000) = 1.6 %, the rms to half of that; 4 sigma.
+    // 2 B t = 8000 independent values in 40 s: the variance is known to sqrt(2 / 8000) = 1.6 %, the rms to
+    // half of that; 4 sigma.
     assert!((rms(&values) / sigma - 1.0).abs() < 0.032);
-    // Mean power per hertz of Hann-windowed segments of 0.4 s, over 7 Hz wide stretches: 100 segments of 3 bins each, so to 6 %; 5 sigma.
+    // Mean power per hertz of Hann-windowed segments of 0.4 s, over 7 Hz wide stretches: 100 segments of 3
+    // bins each, so to 6 %; 5 sigma.
     let segment = 400;
     let window: Vec<f64> = (0..segment).map(|i| 1.0 - (TAU * i as f64 / segment as f64).cos()).collect();
     let density = |frequency_hz: f64| {
         let powers = values.chunks_exact(segment).map(|chunk| {
             let windowed: Vec<f64> = chunk.iter().zip(&window).map(|(x, w)| x * w).collect();
-            [-2.5, 0.0, 2.5].iter().map(|shift| amplitude(&windowed, step_s, frequency_hz + shift).powi(2) / 3.0).sum::<f64>()
+            [-2.5, 0.0, 2.5]
+                .iter()
+                .map(|shift| amplitude(&windowed, step_s, frequency_hz + shift).powi(2) / 3.0)
+                .sum::<f64>()
         });
         // A window of power 1.5 over 0.4 s.
         powers.sum::<f64>() / (count / segment) as f64 * 0.4 / (2.0 * 1.5)
     };
     let flat = sigma * sigma / (high_hz - low_hz);
     for inside_hz in [45.0, 60.0, 80.0, 100.0, 115.0] {
-        assert!((density(inside_hz) / flat - 1.0).abs() < 0.3, "{inside_hz} Hz: {}", density(inside_hz) / flat);
+        assert!(
+            (density(inside_hz) / flat - 1.0).abs() < 0.3,
+            "{inside_hz} Hz: {}",
+            density(inside_hz) / flat
+        );
     }
     // Ten hertz beyond the edges the Hann window's pulse is 30 dB down.
     for outside_hz in [10.0, 18.0, 142.0, 200.0, 400.0] {
@@ -157,7 +185,8 @@ fn truth_prbs_autocorrelation() {
     let prbs = compile(&ReferenceSpec::Prbs { order, clock_period_s, amplitude, offset: 0.5 });
     let length = 127;
     // Sampled at the chip boundaries, some of which are a rounding short in floating point.
-    let chips: Vec<f64> = (0..3 * length).map(|i| (prbs.value(i as f64 * clock_period_s) - 0.5) / amplitude).collect();
+    let chips: Vec<f64> =
+        (0..3 * length).map(|i| (prbs.value(i as f64 * clock_period_s) - 0.5) / amplitude).collect();
     assert!(chips.iter().all(|chip| (chip.abs() - 1.0).abs() < ROUNDING));
     for shift in 0..length {
         let product: f64 = (0..length).map(|i| chips[i] * chips[i + shift]).sum();
@@ -193,9 +222,21 @@ fn prop_mistakes_are_refused() {
     assert_eq!(refused(&ReferenceSpec::Steps(vec![])), ControlError::EmptyReference { kind: "steps" });
     let back = ReferenceSpec::PiecewiseLinear(vec![(0.0, 1.0), (2.0, 1.0), (1.0, 1.0)]);
     assert_eq!(refused(&back), ControlError::TimesNotIncreasing { index: 2, time_s: 1.0, previous_s: 2.0 });
-    let uneven = ReferenceSpec::Table { times_s: vec![0.0, 1.0], values: vec![1.0], between: Between::Hold, offset: 0.0 };
+    let uneven = ReferenceSpec::Table {
+        times_s: vec![0.0, 1.0],
+        values: vec![1.0],
+        between: Between::Hold,
+        offset: 0.0,
+    };
     assert_eq!(refused(&uneven), ControlError::TableLengths { times: 2, values: 1 });
-    let between_lines = ReferenceSpec::Multisine { lines: Lines::Odd, low_hz: 1.1, high_hz: 1.9, period_s: 1.0, rms: 1.0, offset: 0.0 };
+    let between_lines = ReferenceSpec::Multisine {
+        lines: Lines::Odd,
+        low_hz: 1.1,
+        high_hz: 1.9,
+        period_s: 1.0,
+        rms: 1.0,
+        offset: 0.0,
+    };
     assert_eq!(refused(&between_lines), ControlError::NoLines { period_s: 1.0, low_hz: 1.1, high_hz: 1.9 });
     let no_band = ReferenceSpec::WhiteNoise { low_hz: 9.0, high_hz: 9.0, rms: 1.0, offset: 0.0 };
     assert_eq!(refused(&no_band), ControlError::NotPositive { key: "reference.band width", value: 0.0 });

@@ -2,7 +2,8 @@
 
 use feeler_plant::description::Profile;
 
-/// Instants closer than this are one, s: far below any event tolerance, far above the rounding of sums of periods and delays.
+/// Instants closer than this are one, s: far below any event tolerance, far above the rounding of sums of
+/// periods and delays.
 pub const SAME_INSTANT_S: f64 = 1e-12;
 
 /// Whether an instant is due at `t_s`.

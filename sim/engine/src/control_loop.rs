@@ -33,10 +33,16 @@ pub(crate) struct ControlLoop<L: Lane> {
 
 impl<L: Lane> ControlLoop<L> {
     /// Controller `i` of all programs. `tap(sensor, first sample)` makes a tap where one is needed.
-    pub(crate) fn new(programs: &[Program], i: usize, mut tap: impl FnMut(Tapped, f64) -> Option<usize>) -> Result<Self, EngineError> {
-        let (name, used) = programs[0].controllers.get_index(i).ok_or(EngineError::Lanes { given: 0, lanes: L::WIDTH })?;
+    pub(crate) fn new(
+        programs: &[Program],
+        i: usize,
+        mut tap: impl FnMut(Tapped, f64) -> Option<usize>,
+    ) -> Result<Self, EngineError> {
+        let (name, used) =
+            programs[0].controllers.get_index(i).ok_or(EngineError::Lanes { given: 0, lanes: L::WIDTH })?;
         let specs: Vec<_> = programs.iter().map(|program| program.controllers[i].spec.clone()).collect();
-        let controller = Controller::new(&specs).map_err(|source| EngineError::Control { name: name.clone(), source })?;
+        let controller =
+            Controller::new(&specs).map_err(|source| EngineError::Control { name: name.clone(), source })?;
         let wiring = &programs[0].wiring[i];
         let next_sample_s = wiring.clock.sample_time_s(0);
         Ok(Self {
@@ -57,7 +63,13 @@ impl<L: Lane> ControlLoop<L> {
 
     /// Takes the sample that is due: its instant, and the output that follows from it after the delay.
     #[inline(always)]
-    pub(crate) fn sample(&mut self, i: usize, programs: &[Program], reading: Option<L>, motion: Option<L>) -> (f64, L) {
+    pub(crate) fn sample(
+        &mut self,
+        i: usize,
+        programs: &[Program],
+        reading: Option<L>,
+        motion: Option<L>,
+    ) -> (f64, L) {
         let sample_s = self.next_sample_s;
         self.reference = if self.reference_is_shared {
             L::splat(programs[0].wiring[i].reference.value(sample_s))

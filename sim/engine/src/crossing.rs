@@ -5,7 +5,8 @@ use feeler_plant::motion::{Motion, dot};
 use crate::extrapolation::Extrapolation;
 use crate::flow::Flow;
 
-/// A guard this close to zero, relative to the terms it is made of, may be the trace of the event that has just happened ...
+/// A guard this close to zero, relative to the terms it is made of, may be the trace of the event that has
+/// just happened ...
 const AT_ZERO: f64 = 1e-12;
 /// ... and so may one that was at zero this short a time ago, s (see [`crate::taylor`]).
 const AT_ZERO_S: f64 = 1e-13;
@@ -36,9 +37,11 @@ pub(crate) struct Look<'a> {
 }
 
 impl Look<'_> {
-    /// The first instant in `[0, h]` at which the guard, positive before, is no longer positive; `end` is the state at `h`.
+    /// The first instant in `[0, h]` at which the guard, positive before, is no longer positive; `end` is the
+    /// state at `h`.
     ///
-    /// A value at zero that is the rounded trace of an event counts as positive if it grows, and has already crossed if it does not.
+    /// A value at zero that is the rounded trace of an event counts as positive if it grows, and has already
+    /// crossed if it does not.
     pub(crate) fn first_crossing(&self, method: &mut Extrapolation, end: &[f64], h: f64) -> Option<f64> {
         let at_start = Instant { s: 0.0, value: dot(self.row, self.start), slope: self.slope(self.start, h) };
         let at_end = Instant { s: h, value: dot(self.row, end), slope: self.slope(end, h) };
@@ -90,11 +93,13 @@ impl Look<'_> {
         (dot(self.row, &moved) - dot(self.row, xi)) / delta
     }
 
-    /// An instant between two positive values at which the guard is negative, if its one minimum there is (see `taylor::Polynomial::dip`).
+    /// An instant between two positive values at which the guard is negative, if its one minimum there is
+    /// (see `taylor::Polynomial::dip`).
     fn dip(&self, method: &mut Extrapolation, left: Instant, right: Instant, h: f64) -> Option<Instant> {
         let (mut a, mut b) = (left, right);
         while b.s - a.s > LOCATED_S.max(f64::EPSILON * h) {
-            let lowest = (b.slope * a.value - a.slope * b.value + a.slope * b.slope * (b.s - a.s)) / (b.slope - a.slope);
+            let lowest = (b.slope * a.value - a.slope * b.value + a.slope * b.slope * (b.s - a.s))
+                / (b.slope - a.slope);
             if a.slope >= 0.0 || b.slope <= 0.0 || lowest > 0.0 {
                 return None;
             }
@@ -107,7 +112,8 @@ impl Look<'_> {
         None
     }
 
-    /// The zero between a positive value and one that is not: regula falsi (Illinois), each look a fresh step from the start.
+    /// The zero between a positive value and one that is not: regula falsi (Illinois), each look a fresh step
+    /// from the start.
     fn locate(&self, method: &mut Extrapolation, left: Instant, right: Instant) -> Option<f64> {
         let (mut a, mut fa, mut b, mut fb) = (left.s, left.value, right.s, right.value);
         while b - a > LOCATED_S.max(4.0 * f64::EPSILON * b) {

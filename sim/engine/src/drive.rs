@@ -1,4 +1,5 @@
-//! The part of a drive's chain that acts on held commands: delay, deadband, gain and limit. All of it is exact at any step.
+//! The part of a drive's chain that acts on held commands: delay, deadband, gain and limit. All of it is
+//! exact at any step.
 
 use std::collections::VecDeque;
 

@@ -1,4 +1,5 @@
-//! Matrix exponentials that variants share: those that differ in a controller's number alone have the same modes, and pay for each of them once.
+//! Matrix exponentials that variants share: those that differ in a controller's number alone have the same
+//! modes, and pay for each of them once.
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -8,7 +9,8 @@ use nalgebra::DMatrix;
 
 use crate::error::EngineError;
 
-/// Exponentials that a thread remembers: those of the modes of a machine, before and after its contacts and guides change.
+/// Exponentials that a thread remembers: those of the modes of a machine, before and after its contacts and
+/// guides change.
 const REMEMBERED: usize = 8;
 /// Largest order that is remembered: the memory stays below a megabyte for each thread.
 const LARGEST: usize = 96;
@@ -24,8 +26,9 @@ thread_local! {
     static LAST: RefCell<Vec<Exponential>> = const { RefCell::new(Vec::new()) };
 }
 
-/// Does some work, in which variants that this thread steps, now and later, share the exponentials of modes that are the same to the bit: what batches do whose
-/// varied keys leave modes alone. Results do not depend on it.
+/// Does some work, in which variants that this thread steps, now and later, share the exponentials of modes
+/// that are the same to the bit: what batches do whose varied keys leave modes alone. Results do not depend
+/// on it.
 pub fn sharing_exponentials<T>(work: impl FnOnce() -> T) -> T {
     struct Restore(bool);
     impl Drop for Restore {
@@ -37,8 +40,13 @@ pub fn sharing_exponentials<T>(work: impl FnOnce() -> T) -> T {
     work()
 }
 
-/// `exp(span [derivative; 0])`, of rows of states over an extended vector of `width` entries whose others do not change.
-pub(crate) fn exponential(derivative: &[f64], width: usize, span_fs: u64) -> Result<Rc<DMatrix<f64>>, EngineError> {
+/// `exp(span [derivative; 0])`, of rows of states over an extended vector of `width` entries whose others do
+/// not change.
+pub(crate) fn exponential(
+    derivative: &[f64],
+    width: usize,
+    span_fs: u64,
+) -> Result<Rc<DMatrix<f64>>, EngineError> {
     if !SHARES.get() {
         return compute(derivative, width, span_fs).map(Rc::new);
     }
@@ -49,7 +57,9 @@ pub(crate) fn exponential(derivative: &[f64], width: usize, span_fs: u64) -> Res
             && known.derivative.len() == derivative.len()
             && known.derivative.iter().zip(derivative).all(|(a, b)| a.to_bits() == b.to_bits())
     };
-    if let Some(value) = LAST.with_borrow(|last| last.iter().find(|known| same(known)).map(|known| Rc::clone(&known.value))) {
+    if let Some(value) =
+        LAST.with_borrow(|last| last.iter().find(|known| same(known)).map(|known| Rc::clone(&known.value)))
+    {
         return Ok(value);
     }
     let value = Rc::new(compute(derivative, width, span_fs)?);
@@ -77,17 +87,21 @@ mod tests {
 
     #[test]
     fn truth_what_is_remembered_is_what_was_asked_for() {
-        // x' = -a x + u held for a second: exp(-a) and (1 - exp(-a)) / a; more of them than are remembered, twice.
+        // x' = -a x + u held for a second: exp(-a) and (1 - exp(-a)) / a; more of them than are remembered,
+        // twice.
         for i in (0..2 * REMEMBERED).chain(0..2 * REMEMBERED) {
             let a = 0.1 * (i + 1) as f64;
             let of = || exponential(&[-a, 1.0], 2, 1_000_000_000_000_000).unwrap();
             let (first, second) = sharing_exponentials(|| (of(), of()));
             assert!(Rc::ptr_eq(&first, &second) && !Rc::ptr_eq(&first, &of()));
-            assert!((first[(0, 0)] - (-a).exp()).abs() < 1e-15 && (first[(0, 1)] - (1.0 - (-a).exp()) / a).abs() < 1e-14);
+            assert!(
+                (first[(0, 0)] - (-a).exp()).abs() < 1e-15
+                    && (first[(0, 1)] - (1.0 - (-a).exp()) / a).abs() < 1e-14
+            );
         }
         // Another span, and zeros of another sign, are other matrices.
-        let [half, plain, turned] =
-            [(5, 0.0), (10, 0.0), (10, -0.0)].map(|(tenths, zero)| exponential(&[-1.0, zero], 2, tenths * 100_000_000_000_000).unwrap());
+        let [half, plain, turned] = [(5, 0.0), (10, 0.0), (10, -0.0)]
+            .map(|(tenths, zero)| exponential(&[-1.0, zero], 2, tenths * 100_000_000_000_000).unwrap());
         assert!(half[(0, 0)] > plain[(0, 0)] && !Rc::ptr_eq(&plain, &turned));
     }
 }

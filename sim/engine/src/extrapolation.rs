@@ -1,7 +1,9 @@
-//! Modes that no matrix exponential solves: Gragg-Bulirsch-Stoer extrapolation of the modified midpoint rule, to rounding.
+//! Modes that no matrix exponential solves: Gragg-Bulirsch-Stoer extrapolation of the modified midpoint rule,
+//! to rounding.
 //!
-//! Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.9. Steps adapt until two columns of the extrapolation
-//! table agree to [`TOLERANCE`], so the result is as good as that of the linear modes.
+//! Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section II.9. Steps adapt until two
+//! columns of the extrapolation table agree to [`TOLERANCE`], so the result is as good as that of the linear
+//! modes.
 
 use feeler_plant::motion::{Motion, dot};
 
@@ -11,13 +13,14 @@ use crate::flow::Flow;
 const COLUMNS: usize = 9;
 /// Agreement of two columns relative to the size of each state over the step ...
 const TOLERANCE: f64 = 4e-14;
-/// ... or to the parts that it is made of, where their difference is so small that rounding is all that columns can agree to: a few units in the
-/// last place of each part, summed over the midpoint rule's substeps.
+/// ... or to the parts that it is made of, where their difference is so small that rounding is all that
+/// columns can agree to: a few units in the last place of each part, summed over the midpoint rule's
+/// substeps.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// A step that converged by this column may be doubled.
 const EASY_COLUMN: usize = 5;
-/// Steps are not cut below this share of the span asked for: a kink of the motion is then crossed as it is, and what that leaves is the square of
-/// so short a time.
+/// Steps are not cut below this share of the span asked for: a kink of the motion is then crossed as it is,
+/// and what that leaves is the square of so short a time.
 const SMALLEST_SHARE: f64 = 1e-9;
 /// Relative shift of an argument by which the slope of a law is found.
 const SLOPE_SHIFT: f64 = 1e-6;
@@ -35,7 +38,8 @@ pub(crate) struct Extrapolation {
     reach_s: Option<f64>,
 }
 
-/// `x'` and the power of as many meters as `out` has room for, at a full extended vector whose terms are filled in.
+/// `x'` and the power of as many meters as `out` has room for, at a full extended vector whose terms are
+/// filled in.
 fn derivative(flow: &Flow, xi: &[f64], out: &mut [f64]) {
     let (states, powers) = out.split_at_mut(flow.states);
     for (o, row) in states.iter_mut().zip(&flow.equations.derivative) {
@@ -51,8 +55,9 @@ fn parts(row: &[f64], sizes: &[f64]) -> f64 {
     row.iter().zip(sizes).map(|(r, size)| r.abs() * size).sum()
 }
 
-/// Sizes of the entries of an extended vector. That of a nonlinear term is no less than what its arguments, taken apart, would make of it:
-/// the small difference of two large positions is known no better than they are.
+/// Sizes of the entries of an extended vector. That of a nonlinear term is no less than what its arguments,
+/// taken apart, would make of it: the small difference of two large positions is known no better than they
+/// are.
 fn sizes(motion: &Motion, flow: &Flow, xi: &[f64]) -> Vec<f64> {
     let mut sizes: Vec<f64> = xi.iter().map(|x| x.abs()).collect();
     for (j, arguments) in flow.equations.arguments.iter().enumerate() {
@@ -61,7 +66,8 @@ fn sizes(motion: &Motion, flow: &Flow, xi: &[f64]) -> Vec<f64> {
             let [shift_a, shift_b] = rows.each_ref().map(|row| SLOPE_SHIFT * parts(row, &sizes));
             let term = &motion.terms()[j];
             let value = term.value(a, b);
-            let moved = (term.value(a + shift_a, b) - value).abs() + (term.value(a, b + shift_b) - value).abs();
+            let moved =
+                (term.value(a + shift_a, b) - value).abs() + (term.value(a, b + shift_b) - value).abs();
             sizes[motion.layout().term(j)] = value.abs().max(moved / SLOPE_SHIFT);
         }
     }
@@ -69,20 +75,34 @@ fn sizes(motion: &Motion, flow: &Flow, xi: &[f64]) -> Vec<f64> {
 }
 
 fn kinetic_energy(motion: &Motion, xi: &[f64]) -> f64 {
-    (0..motion.coordinates().count()).map(|g| 0.5 * motion.coordinates().mass_kg(g) * xi[motion.layout().v(g)].powi(2)).sum()
+    (0..motion.coordinates().count())
+        .map(|g| 0.5 * motion.coordinates().mass_kg(g) * xi[motion.layout().v(g)].powi(2))
+        .sum()
 }
 
 impl Extrapolation {
-    /// Advances `xi` (full extended vector) and the meter readings (none are kept where there are none to advance) by as much of `span_s` as one step
-    /// allows, and gives what it advanced; `None` where the motion leaves all numbers.
-    pub(crate) fn step(&mut self, motion: &Motion, flow: &Flow, xi: &mut [f64], meters: &mut [f64], span_s: f64) -> Option<f64> {
+    /// Advances `xi` (full extended vector) and the meter readings (none are kept where there are none to
+    /// advance) by as much of `span_s` as one step allows, and gives what it advanced; `None` where the
+    /// motion leaves all numbers.
+    pub(crate) fn step(
+        &mut self,
+        motion: &Motion,
+        flow: &Flow,
+        xi: &mut [f64],
+        meters: &mut [f64],
+        span_s: f64,
+    ) -> Option<f64> {
         let mut h = self.reach_s.map_or(span_s, |reach| reach.min(span_s));
         loop {
             let last_resort = h <= SMALLEST_SHARE * span_s;
             if let Some((result, column)) = self.attempt(motion, flow, xi, meters, h, last_resort) {
                 let reach = if column <= EASY_COLUMN { 2.0 * h } else { h };
                 // What was cut short by the span says nothing against a longer step.
-                self.reach_s = Some(if h < span_s { reach } else { self.reach_s.map_or(reach, |known| known.max(reach)) });
+                self.reach_s = Some(if h < span_s {
+                    reach
+                } else {
+                    self.reach_s.map_or(reach, |known| known.max(reach))
+                });
                 xi[..flow.states].copy_from_slice(&result[..flow.states]);
                 for (meter, gain) in meters.iter_mut().zip(&result[flow.states..]) {
                     *meter += gain;
@@ -97,7 +117,8 @@ impl Extrapolation {
         }
     }
 
-    /// One step of `h`, and the column at which it converged. As a last resort, a result is taken that has not.
+    /// One step of `h`, and the column at which it converged. As a last resort, a result is taken that has
+    /// not.
     fn attempt(
         &mut self,
         motion: &Motion,
@@ -113,9 +134,11 @@ impl Extrapolation {
         derivative(flow, xi, &mut self.first_slope);
         let entries: Vec<f64> = xi.iter().map(|x| x.abs()).collect();
         let rows = || flow.equations.derivative.iter().enumerate();
-        let over_step = |sizes: &[f64]| rows().map(|(i, row)| sizes[i].max(h * parts(row, sizes))).collect::<Vec<f64>>();
+        let over_step =
+            |sizes: &[f64]| rows().map(|(i, row)| sizes[i].max(h * parts(row, sizes))).collect::<Vec<f64>>();
         let mut size = over_step(&entries);
-        let mut rounding: Vec<f64> = over_step(&sizes(motion, flow, xi)).iter().map(|parts| ROUNDING * parts).collect();
+        let mut rounding: Vec<f64> =
+            over_step(&sizes(motion, flow, xi)).iter().map(|parts| ROUNDING * parts).collect();
         // Meters matter as shares of the energy that there is.
         let counted: f64 = meters.iter().map(|joule| joule.abs()).sum();
         size.resize(n, 0.0);
@@ -127,7 +150,8 @@ impl Extrapolation {
             for (i, (s, r)) in size.iter_mut().zip(&row).enumerate() {
                 *s = s.max(r.abs()).max(if i < states { 0.0 } else { energy });
             }
-            // Aitken-Neville in h^2; `row` becomes the newest diagonal entry, the table keeps the last entry of each column.
+            // Aitken-Neville in h^2; `row` becomes the newest diagonal entry, the table keeps the last entry
+            // of each column.
             let mut error = vec![f64::INFINITY; n];
             for k in 0..column {
                 let ratio = (substeps as f64 / (2 * (column - k)) as f64).powi(2);
@@ -152,7 +176,15 @@ impl Extrapolation {
     }
 
     /// The smoothed modified midpoint rule over `h` in `substeps` (even) parts; meters start at zero.
-    fn midpoint(&mut self, motion: &Motion, flow: &Flow, xi: &[f64], h: f64, substeps: usize, n: usize) -> Vec<f64> {
+    fn midpoint(
+        &mut self,
+        motion: &Motion,
+        flow: &Flow,
+        xi: &[f64],
+        h: f64,
+        substeps: usize,
+        n: usize,
+    ) -> Vec<f64> {
         let states = flow.states;
         let part = h / substeps as f64;
         self.slope.resize(n, 0.0);

@@ -1,8 +1,10 @@
-//! Fixed steps: semi-implicit Euler, RK4, and another engine's, all lanes together, events taken at the ends of steps.
+//! Fixed steps: semi-implicit Euler, RK4, and another engine's, all lanes together, events taken at the ends
+//! of steps.
 //!
-//! They are here to be compared with and for those who must reproduce another tool's steps. A step ends early at a controller's sample or a command's
-//! arrival, so these are placed exactly; within a step the mode does not change, which makes both methods first order through an impact.
-//! In linear modes a step is one product (see [`crate::step_map`]); nonlinear ones go through the stages one by one.
+//! They are here to be compared with and for those who must reproduce another tool's steps. A step ends early
+//! at a controller's sample or a command's arrival, so these are placed exactly; within a step the mode does
+//! not change, which makes both methods first order through an impact. In linear modes a step is one product
+//! (see [`crate::step_map`]); nonlinear ones go through the stages one by one.
 
 use feeler_lanes::{Lane, LaneMask, dispatch};
 use feeler_plant::motion::dot;
@@ -17,7 +19,8 @@ use crate::step_map::StepMap;
 
 /// Switches in one lane at the end of one step; more means that modes ask for each other.
 const MOST_SWITCHES: usize = 16;
-/// A remainder of a step below this share of it is rounding, and lengths of steps that differ by less are one.
+/// A remainder of a step below this share of it is rounding, and lengths of steps that differ by less are
+/// one.
 const SLIVER: f64 = 1e-9;
 /// Lengths of steps whose maps are kept.
 const MAPS_KEPT: usize = 16;
@@ -33,7 +36,8 @@ pub(crate) struct FixedStep<L> {
     bodies: Vec<Box<dyn BodyEngine>>,
     maps: Vec<StepMap<L>>,
     product: Vec<L>,
-    /// Work of the staged methods, of one lane: slope, weighted sum of slopes, where the next slope is taken, and the state.
+    /// Work of the staged methods, of one lane: slope, weighted sum of slopes, where the next slope is taken,
+    /// and the state.
     slope: Vec<f64>,
     sum: Vec<f64>,
     probe: Vec<f64>,
@@ -41,7 +45,12 @@ pub(crate) struct FixedStep<L> {
 }
 
 impl<L: Lane> FixedStep<L> {
-    pub(crate) fn new(method: Integrator, step_s: f64, lanes: &[LaneCore], bodies: Vec<Box<dyn BodyEngine>>) -> Self {
+    pub(crate) fn new(
+        method: Integrator,
+        step_s: f64,
+        lanes: &[LaneCore],
+        bodies: Vec<Box<dyn BodyEngine>>,
+    ) -> Self {
         let layout = lanes[0].motion.layout();
         Self {
             method,
@@ -75,8 +84,10 @@ impl<L: Lane> FixedStep<L> {
             let (h, most) = if done < whole { (self.step_s, whole - done) } else { (last_s, 1) };
             let step_s = self.step_s;
             let end_of = |k: u64| t_s + if k == steps { span_s } else { k as f64 * step_s };
-            let index = if lanes[0].ledger.is_none() && self.bodies.is_empty() { self.map(h, lanes) } else { None };
-            // A lane goes by the map or through the stages according to its own mode alone, so that its numbers do not depend on its neighbours.
+            let index =
+                if lanes[0].ledger.is_none() && self.bodies.is_empty() { self.map(h, lanes) } else { None };
+            // A lane goes by the map or through the stages according to its own mode alone, so that its
+            // numbers do not depend on its neighbours.
             let by_map = if index.is_some() { formation.travelling } else { L::Mask::splat(false) };
             let most = if formation.all_linear && index.is_some() { most } else { 1 };
             let (mut taken, mut changed) = (most, false);
@@ -116,10 +127,20 @@ impl<L: Lane> FixedStep<L> {
         known
     }
 
-    /// One step of every lane but those of `by_map` through the stages of the method. Gives whether a lane has changed its mode or ended.
-    fn stages(&mut self, lanes: &mut [LaneCore], xi: &mut [L], h: f64, t_s: f64, by_map: L::Mask) -> Result<bool, EngineError> {
+    /// One step of every lane but those of `by_map` through the stages of the method. Gives whether a lane
+    /// has changed its mode or ended.
+    fn stages(
+        &mut self,
+        lanes: &mut [LaneCore],
+        xi: &mut [L],
+        h: f64,
+        t_s: f64,
+        by_map: L::Mask,
+    ) -> Result<bool, EngineError> {
         let mut changed = false;
-        for (l, lane) in lanes.iter_mut().enumerate().filter(|(l, lane)| !by_map.test(*l) && !lane.has_ended()) {
+        for (l, lane) in
+            lanes.iter_mut().enumerate().filter(|(l, lane)| !by_map.test(*l) && !lane.has_ended())
+        {
             let mode = lane.current;
             take_lane(xi, l, &mut self.scratch);
             let mut state = std::mem::take(&mut self.scratch);
@@ -127,7 +148,9 @@ impl<L: Lane> FixedStep<L> {
             match self.method {
                 Integrator::Rk4 => self.rk4(lane, &mut state, h),
                 Integrator::External => self.external(lane, l, &mut state, h)?,
-                Integrator::SemiImplicitEuler | Integrator::Exact => self.semi_implicit_euler(lane, &mut state, h),
+                Integrator::SemiImplicitEuler | Integrator::Exact => {
+                    self.semi_implicit_euler(lane, &mut state, h)
+                }
             }
             lane.motion.fill_terms(&lane.flow().equations, &mut state);
             charge(lane, &state, &before, h);
@@ -157,7 +180,8 @@ impl<L: Lane> FixedStep<L> {
         }
     }
 
-    /// Drives and filters as semi-implicit Euler has them, the bodies by the lane's other engine under the forces at the start of the step.
+    /// Drives and filters as semi-implicit Euler has them, the bodies by the lane's other engine under the
+    /// forces at the start of the step.
     fn external(&mut self, lane: &LaneCore, l: usize, xi: &mut [f64], h: f64) -> Result<(), EngineError> {
         let n = self.coordinates;
         lane.motion.fill_terms(&lane.flow().equations, xi);
@@ -180,7 +204,9 @@ impl<L: Lane> FixedStep<L> {
         for (reach, weight) in [(0.5, 1.0), (0.5, 2.0), (1.0, 2.0), (0.0, 1.0)] {
             lane.motion.fill_terms(&lane.flow().equations, &mut self.probe);
             slopes(lane, &self.probe, &mut self.slope);
-            for ((&slope, sum), (probe, &x)) in self.slope.iter().zip(&mut self.sum).zip(self.probe.iter_mut().zip(xi.iter())) {
+            for ((&slope, sum), (probe, &x)) in
+                self.slope.iter().zip(&mut self.sum).zip(self.probe.iter_mut().zip(xi.iter()))
+            {
                 *sum += weight * slope;
                 *probe = x + reach * h * slope;
             }
@@ -191,7 +217,14 @@ impl<L: Lane> FixedStep<L> {
     }
 
     /// Switches the lanes whose guards ask for it, and ends those that have left all bounds.
-    fn events(&mut self, lanes: &mut [LaneCore], xi: &mut [L], t_s: f64, crossed: L::Mask, lost: L::Mask) -> Result<(), EngineError> {
+    fn events(
+        &mut self,
+        lanes: &mut [LaneCore],
+        xi: &mut [L],
+        t_s: f64,
+        crossed: L::Mask,
+        lost: L::Mask,
+    ) -> Result<(), EngineError> {
         for (l, lane) in lanes.iter_mut().enumerate() {
             if lost.test(l) {
                 lane.end = RunEnd::Diverged { t_s };

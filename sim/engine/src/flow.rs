@@ -9,10 +9,11 @@ use nalgebra::DMatrix;
 use crate::error::EngineError;
 use crate::exponentials::exponential;
 
-/// Largest angle of the fastest oscillation between two looks at the guards, rad: below a quarter turn, so that a guard has at most one
-/// minimum in between and its slopes at both ends betray it.
+/// Largest angle of the fastest oscillation between two looks at the guards, rad: below a quarter turn, so
+/// that a guard has at most one minimum in between and its slopes at both ends betray it.
 const CHECK_ANGLE: f64 = 1.2;
-/// Largest product of a mode's norm and the span of one Taylor polynomial; with [`crate::taylor`]'s 30 terms its remainder is below 1e-18.
+/// Largest product of a mode's norm and the span of one Taylor polynomial; with [`crate::taylor`]'s 30 terms
+/// its remainder is below 1e-18.
 const TAYLOR_REACH: f64 = 3.0;
 
 /// Angle of the fastest oscillation per step of a nonlinear mode, rad.
@@ -23,7 +24,8 @@ pub(crate) const BLOCK: usize = 8;
 
 /// Rows of a transition per line: value at the end, slope at the start, slope at the end, value at the start.
 pub(crate) const ROWS_PER_LINE: usize = 4;
-/// Further rows per contact whose peaks are kept, after those of the lines: how its force bends at start and end.
+/// Further rows per contact whose peaks are kept, after those of the lines: how its force bends at start and
+/// end.
 pub(crate) const ROWS_PER_BEND: usize = 2;
 /// Rows are proportional where their entries are so to this, a few roundings.
 const PROPORTIONAL: f64 = 8.0 * f64::EPSILON;
@@ -51,13 +53,16 @@ pub(crate) struct Flow {
     pub(crate) rate: f64,
     /// Longest span of one Taylor polynomial, or of one step where the mode is nonlinear, s.
     pub(crate) horizon_s: f64,
-    /// The fastest oscillation of the linear part, rad/s; none until the norm, which is never less, does not do.
+    /// The fastest oscillation of the linear part, rad/s; none until the norm, which is never less, does not
+    /// do.
     fastest: Option<f64>,
     /// Whether each contact pushes, or is clamped; empty where peaks are not kept.
     pub(crate) pushing: Vec<bool>,
-    /// The guards, and the forces of contacts that push where peaks are kept; then the first ones are those of the contacts, one for each.
+    /// The guards, and the forces of contacts that push where peaks are kept; then the first ones are those
+    /// of the contacts, one for each.
     pub(crate) lines: Vec<Line>,
-    /// Coordinates whose speed is that of another, or zero, because guides stick: each once, and the other is none of them.
+    /// Coordinates whose speed is that of another, or zero, because guides stick: each once, and the other is
+    /// none of them.
     pub(crate) joined: Vec<(usize, Option<usize>)>,
     /// Rows of the wanted signals; `None` for those no row can tell.
     pub(crate) signals: Vec<Option<Row>>,
@@ -68,11 +73,18 @@ pub(crate) struct Flow {
 }
 
 impl Flow {
-    pub(crate) fn new(motion: &Motion, mode: Mode, wanted: &[Source], energy: bool, peaks: bool) -> Result<Self, EngineError> {
+    pub(crate) fn new(
+        motion: &Motion,
+        mode: Mode,
+        wanted: &[Source],
+        energy: bool,
+        peaks: bool,
+    ) -> Result<Self, EngineError> {
         let equations = motion.equations(mode);
         let layout = motion.layout();
         let (states, width) = (layout.states(), layout.linear_width());
-        let derivative: Vec<f64> = equations.derivative.iter().flat_map(|row| row[..width].iter().copied()).collect();
+        let derivative: Vec<f64> =
+            equations.derivative.iter().flat_map(|row| row[..width].iter().copied()).collect();
         let matrix = DMatrix::from_row_slice(states, width, &derivative);
         let square = matrix.columns(0, states).into_owned();
         let balanced = balance(&square).matrix;
@@ -96,7 +108,9 @@ impl Flow {
             equations,
             columns: square
                 .column_iter()
-                .flat_map(|column| (0..states.next_multiple_of(BLOCK)).map(move |i| column.get(i).copied().unwrap_or(0.0)))
+                .flat_map(|column| {
+                    (0..states.next_multiple_of(BLOCK)).map(move |i| column.get(i).copied().unwrap_or(0.0))
+                })
                 .collect(),
             derivative,
             states,
@@ -143,19 +157,27 @@ impl Flow {
     /// Sum of the sizes of the parts that the slope of a linear functional is made of.
     pub(crate) fn slope_size(&self, row: &[f64], xi: &[f64]) -> f64 {
         let parts = |i: usize| self.derivative_row(i).iter().zip(xi).map(|(d, x)| (d * x).abs()).sum::<f64>();
-        row[..self.states].iter().enumerate().filter(|(_, factor)| **factor != 0.0).map(|(i, factor)| factor.abs() * parts(i)).sum()
+        row[..self.states]
+            .iter()
+            .enumerate()
+            .filter(|(_, factor)| **factor != 0.0)
+            .map(|(i, factor)| factor.abs() * parts(i))
+            .sum()
     }
 
-    /// The rows that carry the extended vector over `span_fs` femtoseconds: the states, then for every line its value at the end, its slopes
-    /// at start and end, and its value at the start, then for every contact whose peaks are kept the second derivatives at start and end, then the
-    /// wanted signals at the end.
+    /// The rows that carry the extended vector over `span_fs` femtoseconds: the states, then for every line
+    /// its value at the end, its slopes at start and end, and its value at the start, then for every contact
+    /// whose peaks are kept the second derivatives at start and end, then the wanted signals at the end.
     pub(crate) fn transition(&mut self, span_fs: u64) -> Result<&[f64], EngineError> {
         if let Some(i) = self.transitions.iter().position(|(key, _)| *key == span_fs) {
             return Ok(&self.transitions[i].1);
         }
         let n = self.width;
         let exponential = exponential(&self.derivative, n, span_fs)?;
-        let count = self.states + ROWS_PER_LINE * self.lines.len() + ROWS_PER_BEND * self.pushing.len() + self.signals.len();
+        let count = self.states
+            + ROWS_PER_LINE * self.lines.len()
+            + ROWS_PER_BEND * self.pushing.len()
+            + self.signals.len();
         let mut rows = Vec::with_capacity(count * n);
         for i in 0..self.states {
             rows.extend(exponential.row(i).iter());
@@ -199,14 +221,17 @@ pub(crate) fn pushes(motion: &Motion, mode: Mode, i: usize) -> bool {
     }
 }
 
-/// A force that a guard is proportional to stands for it, so that to look at peaks costs lanes that travel together no further rows.
+/// A force that a guard is proportional to stands for it, so that to look at peaks costs lanes that travel
+/// together no further rows.
 fn lines(motion: &Motion, equations: &Equations, pushing: &[bool]) -> Vec<Line> {
     let mut guards: Vec<&Guard> = equations.guards.iter().collect();
     let mut lines = Vec::new();
     for (i, &pushes) in pushing.iter().enumerate() {
         let force = &equations.contact_force[i];
-        let stands =
-            |guard: &&Guard| motion.switches()[guard.switch] == Switch::Contact(i) && (!pushes || are_proportional(&guard.row, force));
+        let stands = |guard: &&Guard| {
+            motion.switches()[guard.switch] == Switch::Contact(i)
+                && (!pushes || are_proportional(&guard.row, force))
+        };
         let guard = guards.iter().position(stands).map(|at| guards.remove(at));
         lines.push(match guard {
             Some(guard) if !pushes => Line { row: guard.row.clone(), is_guard: true },

@@ -1,4 +1,5 @@
-//! What the lanes of a simulation have in common at the moment, so that the loop need not ask each of them at every instant.
+//! What the lanes of a simulation have in common at the moment, so that the loop need not ask each of them at
+//! every instant.
 
 use feeler_lanes::{Lane, LaneMask};
 
@@ -19,7 +20,13 @@ pub(crate) struct Formation<L: Lane> {
 
 impl<L: Lane> Formation<L> {
     pub(crate) fn new(lanes: &[LaneCore]) -> Self {
-        let mut formation = Self { number: 0, travelling: L::Mask::splat(false), all_linear: false, all_ended: false, any_joined: false };
+        let mut formation = Self {
+            number: 0,
+            travelling: L::Mask::splat(false),
+            all_linear: false,
+            all_ended: false,
+            any_joined: false,
+        };
         formation.form(lanes);
         formation
     }

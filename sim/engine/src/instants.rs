@@ -1,4 +1,5 @@
-//! What happens at an instant: delayed readings are taken, controllers sample, commands arrive, signals are recorded. In this order.
+//! What happens at an instant: delayed readings are taken, controllers sample, commands arrive, signals are
+//! recorded. In this order.
 
 use feeler_lanes::{Lane, LaneMask};
 
@@ -69,7 +70,8 @@ impl<L: Lane> Simulation<L> {
         if moved {
             for l in 0..L::WIDTH {
                 take_lane(&self.xi, l, &mut self.scratch);
-                // A little later than now: an instant may come before its time by less than that, and the piece must be the next one.
+                // A little later than now: an instant may come before its time by less than that, and the
+                // piece must be the next one.
                 self.lanes[l].motion.set_gaps(t_s + SAME_INSTANT_S, &mut self.scratch);
                 put_lane(&mut self.xi, l, &self.scratch);
             }
@@ -223,10 +225,14 @@ impl<L: Lane> Simulation<L> {
         for i in 0..self.record.len() {
             self.record[i] = match self.programs[0].recorded[i] {
                 Recorded::Plant(signal) => self.signals[signal],
-                Recorded::Reading(sensor, signal) => self.read(Tapped { sensor, signal }, self.record_taps[i]),
+                Recorded::Reading(sensor, signal) => {
+                    self.read(Tapped { sensor, signal }, self.record_taps[i])
+                }
                 Recorded::Touch(contact, which) => L::from_fn(|l| {
                     let profile = self.lanes[l].motion.assembly().contacts[contact].profile.as_ref();
-                    profile.and_then(|profile| profile.touch_at(self.t_s)).map_or(f64::NAN, |touch| touch[which])
+                    profile
+                        .and_then(|profile| profile.touch_at(self.t_s))
+                        .map_or(f64::NAN, |touch| touch[which])
                 }),
                 Recorded::Touching(contact) => L::from_fn(|l| {
                     f64::from(u8::from({

@@ -1,6 +1,7 @@
 //! One variant on its own: the modes it has met, and its motion through events.
 //!
-//! Lanes travel together between events; whichever meets one goes through it here, alone, and joins the others at the end of the interval.
+//! Lanes travel together between events; whichever meets one goes through it here, alone, and joins the
+//! others at the end of the interval.
 
 use feeler_plant::assembly::Source;
 use feeler_plant::motion::{GuardValue, Mode, Motion, StopSide, Switch, SwitchState, dot};
@@ -14,7 +15,8 @@ use crate::ledger::{EnergyLedger, GAUSS_NODES};
 use crate::peaks::Peaks;
 use crate::taylor::Series;
 
-/// Events at one instant after which time is pushed on a little: rounding may leave two modes each asking for the other.
+/// Events at one instant after which time is pushed on a little: rounding may leave two modes each asking for
+/// the other.
 const EVENTS_BEFORE_PUSH: usize = 4;
 /// The first push, s; each further event at the instant doubles it.
 const PUSH_S: f64 = 1e-13;
@@ -24,8 +26,8 @@ const EVENTS_BEFORE_STORM: usize = 60;
 const MOST_EVENTS: usize = 1000;
 /// A nanosecond for each: thousands of times shorter than the period of the fastest machine.
 const STORM_S: f64 = 1e-6;
-/// Span of one polynomial over its longest while the ledger is kept: powers oscillate twice as fast as the motion, and eight nodes then integrate
-/// them to rounding.
+/// Span of one polynomial over its longest while the ledger is kept: powers oscillate twice as fast as the
+/// motion, and eight nodes then integrate them to rounding.
 const LEDGER_SHARE: f64 = 1.0 / 3.0;
 
 /// One variant.
@@ -51,7 +53,12 @@ impl LaneCore {
     pub(crate) const BOUND: f64 = 1e12;
 
     /// A variant at its start: the machine's initial state, and the mode it is in.
-    pub(crate) fn new(motion: Motion, wanted: Vec<Source>, energy: bool, peaks: bool) -> Result<(Self, Vec<f64>), EngineError> {
+    pub(crate) fn new(
+        motion: Motion,
+        wanted: Vec<Source>,
+        energy: bool,
+        peaks: bool,
+    ) -> Result<(Self, Vec<f64>), EngineError> {
         let mut xi = motion.initial_state();
         xi.resize(motion.layout().width(), 0.0);
         xi[motion.layout().one()] = 1.0;
@@ -112,7 +119,8 @@ impl LaneCore {
         self.enter(mode)?;
         self.motion.fill_terms(&self.flows[self.current].equations, xi);
         let pressed = self.current;
-        // What is compressed, but comes apart faster than its law pushes, does not pull. One side's force is nothing to another's, so once round is all.
+        // What is compressed, but comes apart faster than its law pushes, does not pull. One side's force is
+        // nothing to another's, so once round is all.
         let mut parting = Vec::new();
         for guard in &self.flow().equations.guards {
             let switch = self.motion.switches()[guard.switch];
@@ -138,7 +146,8 @@ impl LaneCore {
         Ok(())
     }
 
-    /// Begins anew at a state that was not reached by motion: what touches, sticks and slides there is looked up, and the ledger starts again.
+    /// Begins anew at a state that was not reached by motion: what touches, sticks and slides there is looked
+    /// up, and the ledger starts again.
     pub(crate) fn begin_at(&mut self, xi: &mut [f64], t_s: f64) -> Result<(), EngineError> {
         let old = self.flow().equations.mode;
         self.enter_initial_mode(old, xi, t_s)
@@ -154,7 +163,13 @@ impl LaneCore {
         if let Some(i) = self.flows.iter().position(|flow| flow.equations.mode == mode) {
             return Ok(i);
         }
-        self.flows.push(Flow::new(&self.motion, mode, &self.wanted, self.ledger.is_some(), self.peaks.is_some())?);
+        self.flows.push(Flow::new(
+            &self.motion,
+            mode,
+            &self.wanted,
+            self.ledger.is_some(),
+            self.peaks.is_some(),
+        )?);
         Ok(self.flows.len() - 1)
     }
 
@@ -225,7 +240,13 @@ impl LaneCore {
     }
 
     /// One polynomial of a linear mode: how far it went, and the guard that ended it.
-    fn linear_leg(&mut self, xi: &mut [f64], t_s: f64, remaining: f64, push: Option<f64>) -> (f64, Option<usize>) {
+    fn linear_leg(
+        &mut self,
+        xi: &mut [f64],
+        t_s: f64,
+        remaining: f64,
+        push: Option<f64>,
+    ) -> (f64, Option<usize>) {
         let flow = &self.flows[self.current];
         let reach = if self.ledger.is_some() { flow.horizon_s * LEDGER_SHARE } else { flow.horizon_s };
         let mut h = push.map_or(reach, |push| push.min(reach)).min(remaining);
@@ -258,7 +279,13 @@ impl LaneCore {
     }
 
     /// One step of a nonlinear mode.
-    fn nonlinear_leg(&mut self, xi: &mut [f64], t_s: f64, remaining: f64, push: Option<f64>) -> (f64, Option<usize>) {
+    fn nonlinear_leg(
+        &mut self,
+        xi: &mut [f64],
+        t_s: f64,
+        remaining: f64,
+        push: Option<f64>,
+    ) -> (f64, Option<usize>) {
         let flow = &self.flows[self.current];
         self.motion.fill_terms(&flow.equations, xi);
         let mut none = Vec::new();
@@ -266,7 +293,9 @@ impl LaneCore {
         let start = xi.to_vec();
         let meters = self.ledger.as_mut().map_or(&mut none, |ledger| &mut ledger.meters);
         let before = meters.clone();
-        let Some(mut h) = self.extrapolation.step(&self.motion, flow, xi, meters, span) else { return (0.0, None) };
+        let Some(mut h) = self.extrapolation.step(&self.motion, flow, xi, meters, span) else {
+            return (0.0, None);
+        };
         let mut event = None;
         if push.is_none() {
             let mut end = xi.to_vec();
@@ -277,7 +306,8 @@ impl LaneCore {
                 {
                     h = s;
                     event = Some(i);
-                    // The guards that follow are looked at up to there, no further: beyond it the mode may go where no machine does.
+                    // The guards that follow are looked at up to there, no further: beyond it the mode may go
+                    // where no machine does.
                     let Some(state) = look.at(&mut self.extrapolation, h) else { return (0.0, None) };
                     end = state;
                 }
@@ -288,7 +318,9 @@ impl LaneCore {
             meters.copy_from_slice(&before);
             let mut reached = 0.0;
             while reached < h {
-                let Some(part) = self.extrapolation.step(&self.motion, flow, xi, meters, h - reached) else { return (0.0, None) };
+                let Some(part) = self.extrapolation.step(&self.motion, flow, xi, meters, h - reached) else {
+                    return (0.0, None);
+                };
                 reached += part;
             }
         }
@@ -336,7 +368,8 @@ impl LaneCore {
         if let (Switch::Ramp(i), Some(ramp)) = (what, self.ramp_of(what)) {
             xi[ramp] = xi[self.motion.layout().input(i)];
         }
-        // A fixed step goes beyond the limit before it is seen to be reached; held there, the force would never be within it again.
+        // A fixed step goes beyond the limit before it is seen to be reached; held there, the force would
+        // never be within it again.
         if let (Switch::Limit(i), SwitchState::Plus | SwitchState::Minus) = (what, to)
             && let Some(force) = self.motion.layout().force(i)
         {
@@ -361,14 +394,17 @@ impl LaneCore {
     /// Where a fixed step has carried a sliding guide past rest, puts it at rest.
     pub(crate) fn stop_exactly(&self, guard: usize, xi: &mut [f64]) {
         let guard = &self.flow().equations.guards[guard];
-        if let (GuardValue::Stop, Switch::Friction(link)) = (guard.value, self.motion.switches()[guard.switch]) {
+        if let (GuardValue::Stop, Switch::Friction(link)) =
+            (guard.value, self.motion.switches()[guard.switch])
+        {
             let link = &self.motion.assembly().links[link];
             let of = |node| self.motion.coordinates().of(node);
             let layout = self.motion.layout();
             match (of(link.a), of(link.b)) {
                 (Some(a), Some(b)) => {
                     // The joint speed that keeps the momentum.
-                    let (ma, mb) = (self.motion.coordinates().mass_kg(a), self.motion.coordinates().mass_kg(b));
+                    let (ma, mb) =
+                        (self.motion.coordinates().mass_kg(a), self.motion.coordinates().mass_kg(b));
                     let joint = (ma * xi[layout.v(a)] + mb * xi[layout.v(b)]) / (ma + mb);
                     xi[layout.v(a)] = joint;
                     xi[layout.v(b)] = joint;
@@ -392,7 +428,11 @@ impl LaneCore {
         let flow = &self.flows[index];
         let mut rested = xi.to_vec();
         self.motion.fill_terms(&flow.equations, &mut rested);
-        let exceeded = flow.equations.guards.iter().find(|guard| guard.switch == switch && dot(&guard.row, &rested) < 0.0);
+        let exceeded = flow
+            .equations
+            .guards
+            .iter()
+            .find(|guard| guard.switch == switch && dot(&guard.row, &rested) < 0.0);
         Ok(match exceeded.map(|guard| guard.value) {
             Some(GuardValue::To(state)) => state,
             _ => SwitchState::Rest,

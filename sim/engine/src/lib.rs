@@ -1,8 +1,10 @@
 //! Stepping a machine through time.
 //!
-//! A [`Scenario`] is what is to be run; [`Program`] is the same checked and resolved; [`Simulation`] runs one variant of it, or several side by side.
-//! Between events a machine is linear with held inputs, so the default integrator carries it by matrix exponentials and locates every event in between
-//! to rounding; modes with laws that are not linear are integrated by extrapolation to the same accuracy (see [`Integrator::Exact`]).
+//! A [`Scenario`] is what is to be run; [`Program`] is the same checked and resolved; [`Simulation`] runs one
+//! variant of it, or several side by side. Between events a machine is linear with held inputs, so the
+//! default integrator carries it by matrix exponentials and locates every event in between to rounding; modes
+//! with laws that are not linear are integrated by extrapolation to the same accuracy (see
+//! [`Integrator::Exact`]).
 
 mod bodies;
 mod clock;
@@ -32,7 +34,8 @@ mod taylor;
 mod transition;
 mod travel;
 
-/// Sampling parts of the engine for simulators with motions of their own, so that drives and sensors are the same everywhere.
+/// Sampling parts of the engine for simulators with motions of their own, so that drives and sensors are the
+/// same everywhere.
 pub mod parts {
     pub use crate::clock::{SAME_INSTANT_S, due};
     pub use crate::drive::DriveChain;

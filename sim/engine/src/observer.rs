@@ -6,12 +6,14 @@ use crate::event::Event;
 
 /// Receives the record of a run as it goes.
 ///
-/// At a sample instant a controller's outputs and the drives' commands are those issued at that instant; all else is what a sampler would read just before
-/// they act. Of a variant that has ended early the values are not numbers.
+/// At a sample instant a controller's outputs and the drives' commands are those issued at that instant; all
+/// else is what a sampler would read just before they act. Of a variant that has ended early the values are
+/// not numbers.
 pub trait Observer<L: Lane> {
     /// The recorded signals at `t_s`, in the order of the scenario's `record`.
     fn record(&mut self, t_s: f64, values: &[L]);
-    /// An event of one lane. Events of a lane come in order; between lanes, and between events and records, order within a sampling interval is free.
+    /// An event of one lane. Events of a lane come in order; between lanes, and between events and records,
+    /// order within a sampling interval is free.
     fn event(&mut self, lane: usize, event: &Event);
 }
 
@@ -40,7 +42,12 @@ pub struct Trace {
 impl Trace {
     /// An empty trace of these signals.
     pub fn new(names: &[String]) -> Self {
-        Self { names: names.to_vec(), t_s: Vec::new(), columns: vec![Vec::new(); names.len()], events: Vec::new() }
+        Self {
+            names: names.to_vec(),
+            t_s: Vec::new(),
+            columns: vec![Vec::new(); names.len()],
+            events: Vec::new(),
+        }
     }
 
     /// The values of a signal.

@@ -1,4 +1,5 @@
-//! The largest force of every stretch of contact, between the rows of any record: where a force crests within a span is found on the motion itself.
+//! The largest force of every stretch of contact, between the rows of any record: where a force crests within
+//! a span is found on the motion itself.
 
 use feeler_lanes::Lane;
 use feeler_plant::motion::{Motion, dot};
@@ -9,12 +10,14 @@ use crate::extrapolation::Extrapolation;
 use crate::flow::{Flow, ROWS_PER_BEND, ROWS_PER_LINE};
 use crate::taylor::Series;
 
-/// Share of itself by which a crest may be higher than what is known without being looked at: slopes taken by differences tell no more, and a force at rest
-/// is not to be looked at for its rounding.
+/// Share of itself by which a crest may be higher than what is known without being looked at: slopes taken by
+/// differences tell no more, and a force at rest is not to be looked at for its rounding.
 const CREST: f64 = 1e-9;
-/// The same in spans in which the force may swing more than once, so that a force which creeps to its largest value is not looked at all the way.
+/// The same in spans in which the force may swing more than once, so that a force which creeps to its largest
+/// value is not looked at all the way.
 const NEAR: f64 = 1e-6;
-/// Share of the force to which two polynomials through the ends of a span must agree, or its crest is looked for on the motion.
+/// Share of the force to which two polynomials through the ends of a span must agree, or its crest is looked
+/// for on the motion.
 const AGREE: f64 = 1e-5;
 /// Looks at a crest of a nonlinear mode; each brings the bounds several times closer.
 const MOST_LOOKS: usize = 60;
@@ -51,7 +54,8 @@ struct Point {
     slope: f64,
 }
 
-/// Where tangents at both ends of a span of `h` meet, above `level` or not: what lies between them if it bends one way only. Positive where above.
+/// Where tangents at both ends of a span of `h` meet, above `level` or not: what lies between them if it
+/// bends one way only. Positive where above.
 #[inline(always)]
 fn room<L: Lane>([start, end]: [L; 2], [rise, fall]: [L; 2], h: L, level: L) -> L {
     (start - level) * (rise - fall) + rise * (end - start - fall * h)
@@ -69,7 +73,8 @@ impl Peaks {
         Self { finished: vec![Vec::new(); contacts], present: vec![None; contacts] }
     }
 
-    /// The machine is in the mode of `flow` from now on, or is still at the end of a fixed step: stretches begin, rise and end.
+    /// The machine is in the mode of `flow` from now on, or is still at the end of a fixed step: stretches
+    /// begin, rise and end.
     pub(crate) fn enter(&mut self, flow: &Flow, xi: &[f64], t_s: f64) {
         for (i, present) in self.present.iter_mut().enumerate() {
             if flow.pushing[i] {
@@ -81,7 +86,8 @@ impl Peaks {
         }
     }
 
-    /// Every stretch of contact `i` so far. Of the one that lasts the peak is `abreast`, where the lane travels in company.
+    /// Every stretch of contact `i` so far. Of the one that lasts the peak is `abreast`, where the lane
+    /// travels in company.
     pub(crate) fn of(&self, i: usize, abreast: Option<Peak>) -> Vec<Peak> {
         let present = self.present[i].map(|own| abreast.unwrap_or(own));
         self.finished[i].iter().copied().chain(present).collect()
@@ -113,7 +119,8 @@ impl Peaks {
         for (i, present) in self.present.iter_mut().enumerate() {
             if let Some(present) = present {
                 let look = Look { motion, flow, start, row: &flow.equations.contact_force[i] };
-                let point = |s: f64, xi: &[f64]| Point { s, force_n: dot(look.row, xi), slope: look.slope(xi, h) };
+                let point =
+                    |s: f64, xi: &[f64]| Point { s, force_n: dot(look.row, xi), slope: look.slope(xi, h) };
                 let ends = [point(0.0, start), point(h, end)];
                 for point in ends {
                     present.rise_to(Peak::at(t_s + point.s, point.force_n));
@@ -123,8 +130,8 @@ impl Peaks {
         }
     }
 
-    /// A span of a linear mode that was travelled in one go crests in it: looks where, from `xi` at its start on, in parts in which a force has one crest at
-    /// most. `xi` is moved.
+    /// A span of a linear mode that was travelled in one go crests in it: looks where, from `xi` at its start
+    /// on, in parts in which a force has one crest at most. `xi` is moved.
     pub(crate) fn crest(
         &mut self,
         flow: &mut Flow,
@@ -152,9 +159,13 @@ impl Peaks {
                 let (ends, slopes) = ([line[3], line[0]], [line[1], line[2]]);
                 present.rise_to(Peak::at(from_s, ends[0]));
                 present.rise_to(Peak::at(from_s + length_s, ends[1]));
-                match (Span { ends, slopes, bends: [bends[0], bends[1]], length_s, is_rough: false }).crest() {
+                match (Span { ends, slopes, bends: [bends[0], bends[1]], length_s, is_rough: false }).crest()
+                {
                     Crest::At { s, force_n } => present.rise_to(Peak::at(from_s + s, force_n)),
-                    Crest::Unclear => unclear |= room(ends, slopes, length_s, present.force_n) > 0.0 || slopes[0] * slopes[1] >= 0.0,
+                    Crest::Unclear => {
+                        unclear |= room(ends, slopes, length_s, present.force_n) > 0.0
+                            || slopes[0] * slopes[1] >= 0.0
+                    }
                     Crest::None => {}
                 }
             }
@@ -179,11 +190,22 @@ impl Peaks {
     }
 }
 
-/// Where the force rises at one end of a leg and falls at the other, the crest in between: by the secant of the slope, until the tangents leave no room.
-fn crest(look: &Look, method: &mut Extrapolation, [mut a, mut b]: [Point; 2], h: f64, t_s: f64, present: &mut Peak) {
+/// Where the force rises at one end of a leg and falls at the other, the crest in between: by the secant of
+/// the slope, until the tangents leave no room.
+fn crest(
+    look: &Look,
+    method: &mut Extrapolation,
+    [mut a, mut b]: [Point; 2],
+    h: f64,
+    t_s: f64,
+    present: &mut Peak,
+) {
     for _ in 0..MOST_LOOKS {
         let level = present.force_n * (1.0 + CREST);
-        if a.slope <= 0.0 || b.slope >= 0.0 || room([a.force_n, b.force_n], [a.slope, b.slope], b.s - a.s, level) <= 0.0 {
+        if a.slope <= 0.0
+            || b.slope >= 0.0
+            || room([a.force_n, b.force_n], [a.slope, b.slope], b.s - a.s, level) <= 0.0
+        {
             return;
         }
         // Kept off the ends, so that both come closer.
@@ -222,9 +244,10 @@ pub(crate) enum Crest {
 }
 
 impl Span {
-    /// By the polynomials of third and fifth degree through the ends. Of a sine that turns by `q` over the span they err by `q^4 / 384` and `q^6 / 46080`, so
-    /// where they agree to [`AGREE`], the second is right to `q^2 / 120` of that. A swing that the span holds many of would part them by many times its size,
-    /// as it bends that much more than what they can follow.
+    /// By the polynomials of third and fifth degree through the ends. Of a sine that turns by `q` over the
+    /// span they err by `q^4 / 384` and `q^6 / 46080`, so where they agree to [`AGREE`], the second is right
+    /// to `q^2 / 120` of that. A swing that the span holds many of would part them by many times its size, as
+    /// it bends that much more than what they can follow.
     pub(crate) fn crest(&self) -> Crest {
         let ([start, end], [rise, fall]) = (self.ends, self.slopes);
         let [cubic, quintic] = self.polynomials();
@@ -233,10 +256,18 @@ impl Span {
             return Crest::Unclear;
         }
         if rise <= 0.0 || fall >= 0.0 {
-            return if (rise > 0.0 && end < start) || (fall < 0.0 && start < end) { Crest::Unclear } else { Crest::None };
+            return if (rise > 0.0 && end < start) || (fall < 0.0 && start < end) {
+                Crest::Unclear
+            } else {
+                Crest::None
+            };
         }
         let [(_, rough), (share, fine)] = [cubic, quintic].map(|c| highest(&c));
-        if (fine - rough).abs() > size { Crest::Unclear } else { Crest::At { s: share * self.length_s, force_n: start + fine } }
+        if (fine - rough).abs() > size {
+            Crest::Unclear
+        } else {
+            Crest::At { s: share * self.length_s, force_n: start + fine }
+        }
     }
 
     /// What the force gains over the span, by powers of the share of it that is gone.
@@ -247,12 +278,20 @@ impl Span {
         let (r0, r1, r2) = (gain - d1 - 0.5 * d2, e1 - d1 - d2, e2 - d2);
         [
             [0.0, d1, 3.0 * gain - 2.0 * d1 - e1, d1 + e1 - 2.0 * gain, 0.0, 0.0],
-            [0.0, d1, 0.5 * d2, 10.0 * r0 - 4.0 * r1 + 0.5 * r2, 7.0 * r1 - 15.0 * r0 - r2, 6.0 * r0 - 3.0 * r1 + 0.5 * r2],
+            [
+                0.0,
+                d1,
+                0.5 * d2,
+                10.0 * r0 - 4.0 * r1 + 0.5 * r2,
+                7.0 * r1 - 15.0 * r0 - r2,
+                6.0 * r0 - 3.0 * r1 + 0.5 * r2,
+            ],
         ]
     }
 }
 
-/// Where in `[0, 1]` a polynomial that rises at the start and falls at the end is highest: Newton on its slope, kept inside the bracket.
+/// Where in `[0, 1]` a polynomial that rises at the start and falls at the end is highest: Newton on its
+/// slope, kept inside the bracket.
 fn highest(c: &[f64; 6]) -> (f64, f64) {
     let at = |u: f64| c.iter().rev().fold(0.0, |sum, c| sum * u + c);
     let slope = |u: f64| (1..6).rev().fold(0.0, |sum, k| sum * u + k as f64 * c[k]);
@@ -313,24 +352,34 @@ impl<L: Lane> Abreast<L> {
         }
     }
 
-    /// The lanes of `pushing` have gone from `from_s` on by `h` (s), with these forces at start and end and these slopes: gives those whose force may have been
-    /// larger in between than anything yet.
+    /// The lanes of `pushing` have gone from `from_s` on by `h` (s), with these forces at start and end and
+    /// these slopes: gives those whose force may have been larger in between than anything yet.
     #[inline(always)]
-    pub(crate) fn pass(&mut self, pushing: L::Mask, [start, end]: [L; 2], [rise, fall]: [L; 2], from_s: L, h: L) -> L::Mask {
+    pub(crate) fn pass(
+        &mut self,
+        pushing: L::Mask,
+        [start, end]: [L; 2],
+        [rise, fall]: [L; 2],
+        from_s: L,
+        h: L,
+    ) -> L::Mask {
         let zero = L::zero();
         for (force_n, t_s) in [(start, from_s), (end, from_s + h)] {
             let higher = pushing & force_n.gt(self.force_n);
             self.force_n = L::select(higher, force_n, self.force_n);
             self.t_s = L::select(higher, t_s, self.t_s);
         }
-        let crests = rise.gt(zero) & fall.lt(zero) & room([start, end], [rise, fall], h, self.force_n * L::splat(1.0 + CREST)).gt(zero);
+        let crests = rise.gt(zero)
+            & fall.lt(zero)
+            & room([start, end], [rise, fall], h, self.force_n * L::splat(1.0 + CREST)).gt(zero);
         // Ends that tell of a turn at least, though tangents do not bound it.
-        let turns = (rise.gt(zero) & fall.ge(zero) & end.lt(start)) | (rise.le(zero) & fall.lt(zero) & start.lt(end));
+        let turns =
+            (rise.gt(zero) & fall.ge(zero) & end.lt(start)) | (rise.le(zero) & fall.lt(zero) & start.lt(end));
         pushing & (crests | turns)
     }
 
-    /// Lanes whose force may have been larger than anything yet within a span in which it swings more than once: at the steeper of its slopes, from the
-    /// higher of its ends, it would get there.
+    /// Lanes whose force may have been larger than anything yet within a span in which it swings more than
+    /// once: at the steeper of its slopes, from the higher of its ends, it would get there.
     #[inline(always)]
     pub(crate) fn is_near(&self, [start, end]: [L; 2], [rise, fall]: [L; 2], h: L) -> L::Mask {
         (start.max(end) + h * rise.abs().max(fall.abs())).gt(self.force_n * L::splat(1.0 + NEAR))
@@ -341,7 +390,8 @@ impl<L: Lane> Abreast<L> {
 mod tests {
     use super::*;
 
-    /// 20 + 10 sin, turned by up to 1.2 rad over a span: where the ends tell the crest, they tell it to 1.2e-7 (see [`Span::crest`]).
+    /// 20 + 10 sin, turned by up to 1.2 rad over a span: where the ends tell the crest, they tell it to
+    /// 1.2e-7 (see [`Span::crest`]).
     #[test]
     fn truth_the_crest_of_a_sine_follows_from_both_ends() {
         let h = 5e-4;
@@ -359,12 +409,17 @@ mod tests {
                 };
                 if let Crest::At { s, force_n } = span.crest() {
                     told += 1;
-                    assert!((force_n / 30.0 - 1.0).abs() < 1.2e-7 && (s / h - share).abs() < 1e-2, "{turn} {share}: {force_n} at {s}");
+                    assert!(
+                        (force_n / 30.0 - 1.0).abs() < 1.2e-7 && (s / h - share).abs() < 1e-2,
+                        "{turn} {share}: {force_n} at {s}"
+                    );
                 } else {
                     assert!(turn > 0.2, "{turn} {share}");
                 }
                 // A ripple of a ten thousandth, seventy turns of it.
-                let ripple = |p: f64| [3e-3 * p.sin(), 3e-3 * 440.0 / h * p.cos(), -3e-3 * (440.0 / h).powi(2) * p.sin()];
+                let ripple = |p: f64| {
+                    [3e-3 * p.sin(), 3e-3 * 440.0 / h * p.cos(), -3e-3 * (440.0 / h).powi(2) * p.sin()]
+                };
                 let [a, b] = [ripple(0.3 + turn), ripple(440.3 + turn)];
                 let add = |values: [f64; 2], k: usize| [values[0] + a[k], values[1] + b[k]];
                 let [ends, slopes, bends] = [add(span.ends, 0), add(span.slopes, 1), add(span.bends, 2)];

@@ -92,7 +92,9 @@ impl Program {
             for effect in &controller.effects {
                 match effect.definition.change {
                     // Independent deviations add in square.
-                    Change::SampleJitter => controller.spec.jitter_s = controller.spec.jitter_s.hypot(effect.values[0]),
+                    Change::SampleJitter => {
+                        controller.spec.jitter_s = controller.spec.jitter_s.hypot(effect.values[0])
+                    }
                     Change::Plant(_) => problems.push(Problem::new(
                         format!("controllers.{name}.effects.{}", effect.definition.kind),
                         "this effect disturbs the plant, not a controller",
@@ -122,9 +124,19 @@ impl Program {
                 Err(problem) => problems.push(Problem { key: "run.record".into(), ..problem }),
             }
         }
-        let Some(motion) = motion.filter(|_| problems.is_empty()) else { return Err(EngineError::Problems { problems }) };
+        let Some(motion) = motion.filter(|_| problems.is_empty()) else {
+            return Err(EngineError::Problems { problems });
+        };
         let names = scenario.run.record.iter().map(ToString::to_string).collect();
-        Ok(Self { motion, controllers: scenario.controllers, wiring, run: scenario.run, wanted: wanted.0, recorded, names })
+        Ok(Self {
+            motion,
+            controllers: scenario.controllers,
+            wiring,
+            run: scenario.run,
+            wanted: wanted.0,
+            recorded,
+            names,
+        })
     }
 
     /// The machine's motion.
@@ -164,17 +176,25 @@ impl Program {
         let (a, b) = (self.motion.assembly(), other.motion.assembly());
         let bits = f64::to_bits;
         let same_loop = |(a, b): (&ControllerUse, &ControllerUse)| {
-            let timing = |c: &ControllerUse| [c.spec.period_s, c.spec.delay_s, c.spec.offset_s, c.spec.jitter_s].map(bits);
-            timing(a) == timing(b) && std::mem::discriminant(&a.spec.law) == std::mem::discriminant(&b.spec.law)
+            let timing = |c: &ControllerUse| {
+                [c.spec.period_s, c.spec.delay_s, c.spec.offset_s, c.spec.jitter_s].map(bits)
+            };
+            timing(a) == timing(b)
+                && std::mem::discriminant(&a.spec.law) == std::mem::discriminant(&b.spec.law)
         };
-        let wires = |p: &Self| p.wiring.iter().map(|w| (w.reading, w.motion, w.motion_is_velocity, w.drive)).collect::<Vec<_>>();
+        let wires = |p: &Self| {
+            p.wiring.iter().map(|w| (w.reading, w.motion, w.motion_is_velocity, w.drive)).collect::<Vec<_>>()
+        };
         let knots = |contact: &ContactPart| {
-            let starts = |profile: &Arc<Profile>| profile.pieces().iter().map(|piece| bits(piece.start_s)).collect::<Vec<_>>();
+            let starts = |profile: &Arc<Profile>| {
+                profile.pieces().iter().map(|piece| bits(piece.start_s)).collect::<Vec<_>>()
+            };
             contact.profile.as_ref().map(starts)
         };
         let same_run = {
             let [x, y] = [&self.run, &other.run];
-            let numbers = |r: &RunSettings| [r.duration_s, r.step_s, r.record_rate_hz.unwrap_or(0.0)].map(bits);
+            let numbers =
+                |r: &RunSettings| [r.duration_s, r.step_s, r.record_rate_hz.unwrap_or(0.0)].map(bits);
             numbers(x) == numbers(y) && (x.integrator, x.seed, x.energy) == (y.integrator, y.seed, y.energy)
         };
         let checks = [
@@ -182,10 +202,22 @@ impl Program {
             (self.motion.switches() == other.motion.switches(), "what can switch"),
             (self.motion.terms().len() == other.motion.terms().len(), "its nonlinear laws"),
             (self.wanted == other.wanted && self.recorded == other.recorded, "what is recorded"),
-            (self.controllers.len() == other.controllers.len() && wires(self) == wires(other), "how controllers are wired"),
-            (self.controllers.values().zip(other.controllers.values()).all(same_loop), "the law or timing of a controller"),
-            (a.contacts.iter().map(knots).eq(b.contacts.iter().map(knots)), "when pieces of a moving gap begin"),
-            (a.drives.iter().map(|d| bits(d.delay)).eq(b.drives.iter().map(|d| bits(d.delay))), "the delay of a drive"),
+            (
+                self.controllers.len() == other.controllers.len() && wires(self) == wires(other),
+                "how controllers are wired",
+            ),
+            (
+                self.controllers.values().zip(other.controllers.values()).all(same_loop),
+                "the law or timing of a controller",
+            ),
+            (
+                a.contacts.iter().map(knots).eq(b.contacts.iter().map(knots)),
+                "when pieces of a moving gap begin",
+            ),
+            (
+                a.drives.iter().map(|d| bits(d.delay)).eq(b.drives.iter().map(|d| bits(d.delay))),
+                "the delay of a drive",
+            ),
             (
                 a.sensors
                     .iter()
@@ -221,7 +253,11 @@ impl Wanted {
 }
 
 fn missing<T>(key: String, what: &str, name: &str, table: &Elements<T>) -> Problem {
-    Problem::new(key, format!("there is no {what} `{name}`"), did_you_mean(name, table.keys().map(String::as_str)))
+    Problem::new(
+        key,
+        format!("there is no {what} `{name}`"),
+        did_you_mean(name, table.keys().map(String::as_str)),
+    )
 }
 
 fn wire(
@@ -248,10 +284,15 @@ fn wire(
     };
     let reading = tap(&controller.reads, "reads");
     let needs_motion = controller.spec.law.needs_motion() || controller.spec.approach.is_some();
-    let motion_name = controller.motion.clone().or_else(|| needs_motion.then(|| motion_sensor(machine, &controller.drives)).flatten());
+    let motion_name = controller
+        .motion
+        .clone()
+        .or_else(|| needs_motion.then(|| motion_sensor(machine, &controller.drives)).flatten());
     let motion = tap(&motion_name, "motion");
-    let is_velocity =
-        motion_name.as_ref().and_then(|name| machine.sensors.get(name)).is_some_and(|s| s.reads.quantity == Quantity::Velocity);
+    let is_velocity = motion_name
+        .as_ref()
+        .and_then(|name| machine.sensors.get(name))
+        .is_some_and(|s| s.reads.quantity == Quantity::Velocity);
     if needs_motion && motion_name.is_none() {
         let message = "damping, impedance, admittance and the approach need a sensor of position or velocity of the driven body";
         problems.push(Problem::new(key("motion"), message, "add one under [sensors] and name it here"));
@@ -262,20 +303,38 @@ fn wire(
         _ => false,
     };
     if controller.reads.is_none() && !blind {
-        problems.push(Problem::new(key("reads"), "this law needs a sensor", "name one with `reads = \"...\"`"));
+        problems.push(Problem::new(
+            key("reads"),
+            "this law needs a sensor",
+            "name one with `reads = \"...\"`",
+        ));
     }
     let control = |source| EngineError::Control { name: name.into(), source };
-    let clock = SampleClock::new(&controller.spec, scenario.run.seed, &format!("controllers.{name}")).map_err(control)?;
-    let reference = Reference::new(&controller.spec.reference, scenario.run.seed, &format!("controllers.{name}")).map_err(control)?;
+    let clock = SampleClock::new(&controller.spec, scenario.run.seed, &format!("controllers.{name}"))
+        .map_err(control)?;
+    let reference =
+        Reference::new(&controller.spec.reference, scenario.run.seed, &format!("controllers.{name}"))
+            .map_err(control)?;
     let drive = drive.filter(|_| problems.len() == before);
-    Ok(drive.map(|drive| Wiring { reading, motion, motion_is_velocity: is_velocity, drive, clock, reference }))
+    Ok(drive.map(|drive| Wiring {
+        reading,
+        motion,
+        motion_is_velocity: is_velocity,
+        drive,
+        clock,
+        reference,
+    }))
 }
 
 /// The first sensor that reads position or velocity of the body an actuator drives.
 fn motion_sensor(machine: &Machine, actuator: &str) -> Option<String> {
     let body = &machine.actuators.get(actuator)?.on;
     let reads_motion = |quantity| matches!(quantity, Quantity::Position | Quantity::Velocity);
-    machine.sensors.iter().find(|(_, s)| s.reads.element == *body && reads_motion(s.reads.quantity)).map(|(name, _)| name.clone())
+    machine
+        .sensors
+        .iter()
+        .find(|(_, s)| s.reads.element == *body && reads_motion(s.reads.quantity))
+        .map(|(name, _)| name.clone())
 }
 
 fn record(scenario: &Scenario, signal: &SignalName, wanted: &mut Wanted) -> Result<Recorded, Problem> {
@@ -283,7 +342,11 @@ fn record(scenario: &Scenario, signal: &SignalName, wanted: &mut Wanted) -> Resu
         let Some(i) = scenario.controllers.get_index_of(&signal.element) else {
             return Err(missing(String::new(), "controller", &signal.element, &scenario.controllers));
         };
-        return Ok(if signal.quantity == Quantity::Output { Recorded::Output(i) } else { Recorded::Reference(i) });
+        return Ok(if signal.quantity == Quantity::Output {
+            Recorded::Output(i)
+        } else {
+            Recorded::Reference(i)
+        });
     }
     Ok(match resolve(&scenario.machine, signal)? {
         Source::Contact(i, Quantity::Contact) => Recorded::Touching(i),

@@ -22,8 +22,8 @@ pub struct ControllerUse {
     pub spec: ControllerSpec,
     /// Sensor it controls; none for an open-loop excitation.
     pub reads: Option<String>,
-    /// Sensor of position or velocity for joint damping, impedance and the approach; where absent, the first sensor
-    /// that reads position or velocity of the driven body, if there is one.
+    /// Sensor of position or velocity for joint damping, impedance and the approach; where absent, the first
+    /// sensor that reads position or velocity of the driven body, if there is one.
     pub motion: Option<String>,
     /// Actuator it drives; several controllers on one actuator add.
     pub drives: String,
@@ -41,7 +41,8 @@ pub enum Integrator {
     Rk4,
     /// Semi-implicit Euler at the fixed step, events taken at step ends.
     SemiImplicitEuler,
-    /// Another engine moves the bodies (see [`crate::BodyEngine`]); drives and filters go by semi-implicit Euler at its step, events are taken at step ends.
+    /// Another engine moves the bodies (see [`crate::BodyEngine`]); drives and filters go by semi-implicit
+    /// Euler at its step, events are taken at step ends.
     External,
 }
 
@@ -61,7 +62,8 @@ impl Integrator {
 pub struct RunSettings {
     /// How long.
     pub duration_s: f64,
-    /// Fixed base step; the exact integrator needs none and uses it only as the default spacing of the record.
+    /// Fixed base step; the exact integrator needs none and uses it only as the default spacing of the
+    /// record.
     pub step_s: f64,
     /// How to step.
     pub integrator: Integrator,
@@ -73,8 +75,9 @@ pub struct RunSettings {
     pub record_rate_hz: Option<f64>,
     /// Whether to keep the energy ledger.
     pub energy: bool,
-    /// Whether to look for the largest force of every stretch of contact (see [`crate::Simulation::peaks`]): with the exact integrator on the motion itself,
-    /// with fixed steps at their ends, where the ledger is kept.
+    /// Whether to look for the largest force of every stretch of contact (see [`crate::Simulation::peaks`]):
+    /// with the exact integrator on the motion itself, with fixed steps at their ends, where the ledger is
+    /// kept.
     pub peaks: bool,
 }
 

@@ -7,7 +7,8 @@ use feeler_plant::assembly::SensorPart;
 /// Picoseconds per second: the grid on which noise is a function of time.
 const PICOSECONDS: f64 = 1e12;
 
-/// One sensor of every lane. The noise of a reading is a property of sensor and instant: it does not depend on who reads, or how often.
+/// One sensor of every lane. The noise of a reading is a property of sensor and instant: it does not depend
+/// on who reads, or how often.
 #[derive(Clone, Debug)]
 pub struct Sensing<L> {
     gain: L,
@@ -29,7 +30,9 @@ impl<L: Lane> Sensing<L> {
             gain: number(&|sensor| sensor.gain),
             bias: number(&|sensor| sensor.bias),
             noise: number(&|sensor| sensor.noise),
-            resolutions: (0..of_lane[0].resolutions.len()).map(|k| number(&|sensor| sensor.resolutions[k])).collect(),
+            resolutions: (0..of_lane[0].resolutions.len())
+                .map(|k| number(&|sensor| sensor.resolutions[k]))
+                .collect(),
             noisy: of_lane.iter().any(|sensor| sensor.noise > 0.0),
             stream: Stream::new(seed, &format!("sensors.{}", of_lane[0].name)),
             delay_s: of_lane[0].delay,

@@ -65,27 +65,33 @@ pub struct Simulation<L: Lane> {
     pub(crate) signal_rows_at: u64,
     pub(crate) fixed: Option<FixedStep<L>>,
     pub(crate) scratch: Vec<f64>,
-    /// Largest forces of the present stretches of contact, one per contact; none where peaks are not kept, and with fixed steps, where each lane has its own.
+    /// Largest forces of the present stretches of contact, one per contact; none where peaks are not kept,
+    /// and with fixed steps, where each lane has its own.
     pub(crate) peaks: Vec<Abreast<L>>,
     /// Steps taken: intervals, parts of them, or fixed steps.
     pub(crate) steps: u64,
 }
 
 impl<L: Lane> Simulation<L> {
-    /// One variant per lane. All must share their structure and timing (periods, delays, offsets, jitter, record), and may differ in every other number.
+    /// One variant per lane. All must share their structure and timing (periods, delays, offsets, jitter,
+    /// record), and may differ in every other number.
     ///
     /// # Errors
-    /// [`EngineError::Structure`] where they do not, [`EngineError::BodyEngines`] for [`Integrator::External`], and whatever the controllers or exponentials
-    /// object to.
+    /// [`EngineError::Structure`] where they do not, [`EngineError::BodyEngines`] for
+    /// [`Integrator::External`], and whatever the controllers or exponentials object to.
     pub fn new(programs: Vec<Program>) -> Result<Self, EngineError> {
         Self::with_bodies(programs, Vec::new())
     }
 
-    /// The same, where the integrator is [`Integrator::External`], with the engines that move the bodies, one per lane.
+    /// The same, where the integrator is [`Integrator::External`], with the engines that move the bodies, one
+    /// per lane.
     ///
     /// # Errors
     /// Those of [`Self::new`].
-    pub fn with_bodies(programs: Vec<Program>, bodies: Vec<Box<dyn BodyEngine>>) -> Result<Self, EngineError> {
+    pub fn with_bodies(
+        programs: Vec<Program>,
+        bodies: Vec<Box<dyn BodyEngine>>,
+    ) -> Result<Self, EngineError> {
         if programs.len() != L::WIDTH {
             return Err(EngineError::Lanes { given: programs.len(), lanes: L::WIDTH });
         }
@@ -106,15 +112,18 @@ impl<L: Lane> Simulation<L> {
         let mut lanes = Vec::new();
         let mut states = Vec::new();
         for program in &programs {
-            let (lane, state) = LaneCore::new(program.motion.clone(), program.wanted.clone(), energy, keeps_peaks)?;
+            let (lane, state) =
+                LaneCore::new(program.motion.clone(), program.wanted.clone(), energy, keeps_peaks)?;
             lanes.push(lane);
             states.push(state);
         }
         let xi = (0..states[0].len()).map(|i| L::from_fn(|l| states[l][i])).collect();
         let parts = |i: usize| programs.iter().map(|p| &p.motion.assembly().drives[i]).collect::<Vec<_>>();
-        let drives: Vec<DriveChain<L>> = (0..first.motion.assembly().drives.len()).map(|i| DriveChain::new(&parts(i))).collect();
+        let drives: Vec<DriveChain<L>> =
+            (0..first.motion.assembly().drives.len()).map(|i| DriveChain::new(&parts(i))).collect();
         let parts = |i: usize| programs.iter().map(|p| &p.motion.assembly().sensors[i]).collect::<Vec<_>>();
-        let sensors: Vec<Sensing<L>> = (0..first.motion.assembly().sensors.len()).map(|i| Sensing::new(&parts(i), seed)).collect();
+        let sensors: Vec<Sensing<L>> =
+            (0..first.motion.assembly().sensors.len()).map(|i| Sensing::new(&parts(i), seed)).collect();
         let mut taps = Vec::new();
         let mut tap = |tapped: Tapped, first_s: f64| {
             let delay_s = sensors[tapped.sensor].delay_s;
@@ -123,16 +132,17 @@ impl<L: Lane> Simulation<L> {
                 taps.len() - 1
             })
         };
-        let loops =
-            (0..first.controllers.len()).map(|i| ControlLoop::new(&programs, i, &mut tap)).collect::<Result<Vec<ControlLoop<L>>, _>>()?;
+        let loops = (0..first.controllers.len())
+            .map(|i| ControlLoop::new(&programs, i, &mut tap))
+            .collect::<Result<Vec<ControlLoop<L>>, _>>()?;
         let record_taps = (first.recorded.iter())
             .map(|recorded| match *recorded {
                 Recorded::Reading(sensor, signal) => tap(Tapped { sensor, signal }, 0.0),
                 _ => None,
             })
             .collect();
-        let fixed =
-            (first.run.integrator != Integrator::Exact).then(|| FixedStep::new(first.run.integrator, first.run.step_s, &lanes, bodies));
+        let fixed = (first.run.integrator != Integrator::Exact)
+            .then(|| FixedStep::new(first.run.integrator, first.run.step_s, &lanes, bodies));
         let contacts = if keeps_peaks && is_exact { first.motion.assembly().contacts.len() } else { 0 };
         let mut peaks = vec![Abreast::new(); contacts];
         for (l, of_lane) in lanes.iter().enumerate().filter_map(|(l, lane)| Some((l, lane.peaks.as_ref()?))) {
@@ -143,12 +153,20 @@ impl<L: Lane> Simulation<L> {
             formation: Formation::new(&lanes),
             news: lanes.iter().any(|lane| !lane.events.is_empty()),
             lanes,
-            any_late: loops.iter().any(|control| control.delay_s > 0.0) || drives.iter().any(|drive| drive.delay_s > 0.0),
+            any_late: loops.iter().any(|control| control.delay_s > 0.0)
+                || drives.iter().any(|drive| drive.delay_s > 0.0),
             loops,
             drives,
             sensors,
             taps,
-            gaps: first.motion.assembly().contacts.iter().filter_map(|contact| contact.profile.as_deref()).map(GapClock::new).collect(),
+            gaps: first
+                .motion
+                .assembly()
+                .contacts
+                .iter()
+                .filter_map(|contact| contact.profile.as_deref())
+                .map(GapClock::new)
+                .collect(),
             record_taps,
             t_s: 0.0,
             records: 0,
@@ -177,24 +195,28 @@ impl<L: Lane> Simulation<L> {
     /// Runs to the end of the scenario's duration.
     ///
     /// # Errors
-    /// Only where the exponential of a mode cannot be computed; a motion that diverges is a result, see [`Self::end`].
+    /// Only where the exponential of a mode cannot be computed; a motion that diverges is a result, see
+    /// [`Self::end`].
     pub fn run(&mut self, observer: &mut impl Observer<L>) -> Result<(), EngineError> {
         let duration_s = self.programs[0].run.duration_s;
         self.run_to(duration_s, observer)
     }
 
-    /// Runs on to `until_s`; instants due then are served. Ends at instants of the record or of samples leave no trace in the numbers; others change roundings.
+    /// Runs on to `until_s`; instants due then are served. Ends at instants of the record or of samples leave
+    /// no trace in the numbers; others change roundings.
     ///
     /// # Errors
     /// Those of [`Self::run`].
     pub fn run_to(&mut self, until_s: f64, observer: &mut impl Observer<L>) -> Result<(), EngineError> {
-        // The whole loop is one kernel: what travels and what samples is inlined into it, what goes alone is called.
+        // The whole loop is one kernel: what travels and what samples is inlined into it, what goes alone is
+        // called.
         dispatch(
             #[inline(always)]
             || {
                 loop {
                     let instant_s = self.next_instant_s();
-                    // An end that falls on an instant is that instant: a run in slices then goes through the same spans as one run.
+                    // An end that falls on an instant is that instant: a run in slices then goes through the
+                    // same spans as one run.
                     let next_s = if due(instant_s, until_s) { instant_s } else { until_s };
                     if !due(next_s, self.t_s) {
                         self.propagate(next_s - self.t_s)?;
@@ -236,8 +258,8 @@ impl<L: Lane> Simulation<L> {
         self.lanes[lane].end
     }
 
-    /// Takes a lane out of the run where it is, so that what would still happen in it costs the others nothing. From then on its recorded values are not
-    /// numbers.
+    /// Takes a lane out of the run where it is, so that what would still happen in it costs the others
+    /// nothing. From then on its recorded values are not numbers.
     pub fn stop(&mut self, lane: usize) {
         if !self.lanes[lane].has_ended() {
             self.lanes[lane].end = RunEnd::Stopped { t_s: self.t_s };
@@ -250,8 +272,9 @@ impl<L: Lane> Simulation<L> {
         self.steps
     }
 
-    /// Replaces the state (positions, velocities, then drives and filters; gaps move as they do at that time, as [`feeler_plant::motion::Layout`] numbers them) of a lane at the present time;
-    /// what touches and what sticks follows from it, and the energy ledger starts anew.
+    /// Replaces the state (positions, velocities, then drives and filters; gaps move as they do at that time,
+    /// as [`feeler_plant::motion::Layout`] numbers them) of a lane at the present time; what touches and what
+    /// sticks follows from it, and the energy ledger starts anew.
     ///
     /// # Errors
     /// Where the exponential of the mode that the state is in cannot be computed.
@@ -273,8 +296,9 @@ impl<L: Lane> Simulation<L> {
         self.xi[..self.programs[lane].motion.layout().states()].iter().map(|x| x.lane(lane)).collect()
     }
 
-    /// The largest force of every stretch of contact of a lane so far, per contact in the order of the file; none where the run does not keep them.
-    /// A stretch begins with a touch (or with the run) and ends with a lift.
+    /// The largest force of every stretch of contact of a lane so far, per contact in the order of the file;
+    /// none where the run does not keep them. A stretch begins with a touch (or with the run) and ends with a
+    /// lift.
     pub fn peaks(&self, lane: usize) -> Vec<Vec<Peak>> {
         let Some(peaks) = &self.lanes[lane].peaks else { return Vec::new() };
         (0..self.programs[lane].motion.assembly().contacts.len())

@@ -1,7 +1,9 @@
-//! One step of a fixed-step method in a linear mode: as the inputs are held, the whole step is a linear map, formed once per mode.
+//! One step of a fixed-step method in a linear mode: as the inputs are held, the whole step is a linear map,
+//! formed once per mode.
 //!
-//! With `M` the derivative of the extended vector, an RK4 step is the polynomial `I + hM + (hM)^2/2 + (hM)^3/6 + (hM)^4/24` of it, and a semi-implicit
-//! Euler step is `v += h M_v xi`, then `q += h v`: the same methods with the same errors, but for rounding.
+//! With `M` the derivative of the extended vector, an RK4 step is the polynomial
+//! `I + hM + (hM)^2/2 + (hM)^3/6 + (hM)^4/24` of it, and a semi-implicit Euler step is `v += h M_v xi`, then
+//! `q += h v`: the same methods with the same errors, but for rounding.
 
 use feeler_lanes::{Blocks, Lane, LaneMask};
 use nalgebra::DMatrix;
@@ -10,8 +12,8 @@ use crate::flow::Flow;
 use crate::lane::LaneCore;
 use crate::scenario::Integrator;
 
-/// Share of entries that are not zero up to which a large map is kept as lists: bodies mostly touch their neighbours, and cost then grows with their number,
-/// not with its square.
+/// Share of entries that are not zero up to which a large map is kept as lists: bodies mostly touch their
+/// neighbours, and cost then grows with their number, not with its square.
 const SPARSE_SHARE: f64 = 0.3;
 /// States up to which a map is kept whole in any case.
 const SMALL: usize = 12;
@@ -98,7 +100,16 @@ impl<L: Lane> StepMap<L> {
         let (states, width) = (layout.states(), layout.linear_width());
         let of_lanes = vec![vec![0.0; states * width]; L::WIDTH];
         let matrix = Matrix::new(&of_lanes, width);
-        Self { step_s, filled_at: 0, filled_for: vec![usize::MAX; L::WIDTH], of_lanes, matrix, width, states, guards: 0 }
+        Self {
+            step_s,
+            filled_at: 0,
+            filled_for: vec![usize::MAX; L::WIDTH],
+            of_lanes,
+            matrix,
+            width,
+            states,
+            guards: 0,
+        }
     }
 
     /// Fills in the rows of lanes whose mode has changed since, where it is linear.
@@ -114,7 +125,8 @@ impl<L: Lane> StepMap<L> {
             // A guard that a lane does not have reads zero, which is no crossing.
             self.of_lanes.iter_mut().for_each(|rows| rows.resize((self.states + most) * self.width, 0.0));
         }
-        for (l, lane) in lanes.iter().enumerate().filter(|(_, lane)| lane.flow().linear && !lane.has_ended()) {
+        for (l, lane) in lanes.iter().enumerate().filter(|(_, lane)| lane.flow().linear && !lane.has_ended())
+        {
             if self.filled_for[l] == lane.current {
                 continue;
             }
@@ -142,10 +154,16 @@ impl<L: Lane> StepMap<L> {
         self.matrix.padded_rows()
     }
 
-    /// Moves the lanes of `here` by up to `most` steps and gives how many: fewer where a lane has left its mode at the end of one (first mask), or has left all
-    /// bounds and stays where it was (second).
+    /// Moves the lanes of `here` by up to `most` steps and gives how many: fewer where a lane has left its
+    /// mode at the end of one (first mask), or has left all bounds and stays where it was (second).
     #[inline(always)]
-    pub(crate) fn steps(&self, most: u64, here: L::Mask, xi: &mut [L], y: &mut [L]) -> (u64, L::Mask, L::Mask) {
+    pub(crate) fn steps(
+        &self,
+        most: u64,
+        here: L::Mask,
+        xi: &mut [L],
+        y: &mut [L],
+    ) -> (u64, L::Mask, L::Mask) {
         let (zero, bound) = (L::zero(), L::splat(LaneCore::BOUND));
         for k in 0..most {
             self.matrix.apply(xi, y);

@@ -6,7 +6,8 @@ use feeler_lanes::Lane;
 
 use crate::clock::due;
 
-/// Somebody who reads a delayed sensor at instants known in advance: the signal is taken `delay` earlier, exactly then.
+/// Somebody who reads a delayed sensor at instants known in advance: the signal is taken `delay` earlier,
+/// exactly then.
 #[derive(Clone, Debug)]
 pub struct Tap<L> {
     /// Which signal.
@@ -27,10 +28,19 @@ impl<L: Lane> Tap<L> {
     /// A tap whose first reading is at `first_s`.
     pub fn new(signal: usize, delay_s: f64, first_s: f64) -> Self {
         let next_s = (first_s - delay_s).max(0.0);
-        Self { signal, delay_s, initial: L::zero(), initial_left: 0, taken: VecDeque::new(), next_s, count: 0 }
+        Self {
+            signal,
+            delay_s,
+            initial: L::zero(),
+            initial_left: 0,
+            taken: VecDeque::new(),
+            next_s,
+            count: 0,
+        }
     }
 
-    /// Takes the signal for every reading that is due at `t_s`; `instant_of(k)` is when reading `k` happens. Before the start the signal is its initial one.
+    /// Takes the signal for every reading that is due at `t_s`; `instant_of(k)` is when reading `k` happens.
+    /// Before the start the signal is its initial one.
     pub fn take(&mut self, t_s: f64, value: L, instant_of: impl Fn(u64) -> f64) {
         if self.count == 0 && due(self.next_s, t_s) && due(self.next_s, 0.0) {
             self.initial = value;
@@ -55,7 +65,8 @@ impl<L: Lane> Tap<L> {
     }
 }
 
-/// The first reading that is later than `delay_s`: a delay may span more readings than could be counted one by one.
+/// The first reading that is later than `delay_s`: a delay may span more readings than could be counted one
+/// by one.
 fn first_after(delay_s: f64, instant_of: impl Fn(u64) -> f64) -> u64 {
     let early = |k: u64| due(instant_of(k), delay_s);
     let mut above = 1;

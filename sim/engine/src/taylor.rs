@@ -8,13 +8,16 @@ use crate::flow::{BLOCK, Flow};
 const MOST_TERMS: usize = 31;
 /// Remainder of a polynomial relative to the motion.
 const REMAINDER: f64 = 1e-18;
-/// Longest part of a span in the search for a zero, over the mode's norm: each part is then below 0.4 rad of the fastest oscillation.
+/// Longest part of a span in the search for a zero, over the mode's norm: each part is then below 0.4 rad of
+/// the fastest oscillation.
 const PART_REACH: f64 = 0.375;
 /// Parts of the longest span that a [`Flow`] allows.
 const MOST_PARTS: f64 = 8.0;
-/// A guard this close to zero, relative to the terms it is made of, may be the trace of the event that has just happened ...
+/// A guard this close to zero, relative to the terms it is made of, may be the trace of the event that has
+/// just happened ...
 const AT_ZERO: f64 = 1e-12;
-/// ... and so may one that was at zero this short a time ago, s: ten thousand times the rounding of an event's instant.
+/// ... and so may one that was at zero this short a time ago, s: ten thousand times the rounding of an
+/// event's instant.
 const AT_ZERO_S: f64 = 1e-13;
 
 /// `x(s) = sum_k c_k s^k` from a state and held inputs.
@@ -74,8 +77,8 @@ impl Series {
                 }
             }
             power *= span_s;
-            // The norm of a mode says nothing of chains of integrations (a ramping force moves a position by the third power of time), whose terms come
-            // whatever the norm: each is looked at.
+            // The norm of a mode says nothing of chains of integrations (a ramping force moves a position by
+            // the third power of time), whose terms come whatever the norm: each is looked at.
             let mut is_negligible = true;
             for (size, c) in self.sizes.iter_mut().zip(next) {
                 *c /= k as f64;
@@ -104,7 +107,8 @@ impl Series {
     /// The polynomial of a linear functional of states and held inputs.
     pub(crate) fn functional(&self, row: &[f64], xi: &[f64], width: usize) -> Polynomial {
         let n = self.states;
-        let mut polynomial = Polynomial { c: [0.0; MOST_TERMS], terms: self.terms, size: 0.0, rate: self.rate };
+        let mut polynomial =
+            Polynomial { c: [0.0; MOST_TERMS], terms: self.terms, size: 0.0, rate: self.rate };
         for (k, c) in polynomial.c[..self.terms].iter_mut().enumerate() {
             *c = row[..n].iter().zip(&self.coefficients[k * self.stride..]).map(|(r, x)| r * x).sum();
         }
@@ -150,15 +154,17 @@ impl Polynomial {
 
     /// Both at once: two chains of sums side by side take little longer than one.
     fn value_and_slope(&self, s: f64) -> (f64, f64) {
-        let sums = |(value, slope): (f64, f64), k: usize| (value * s + self.c[k], slope * s + k as f64 * self.c[k]);
+        let sums =
+            |(value, slope): (f64, f64), k: usize| (value * s + self.c[k], slope * s + k as f64 * self.c[k]);
         let (value, slope) = (1..self.terms).rev().fold((0.0, 0.0), sums);
         (value * s + self.c[0], slope)
     }
 
     /// The first instant in `[0, span]` at which the value, positive before, is no longer positive.
     ///
-    /// A value at zero that is the rounded trace of an event counts as positive if it grows, and has already crossed if it does not. `slope_size` is the sum
-    /// of the sizes of the parts that its slope at zero is made of, asked for where the sign of that may be rounding.
+    /// A value at zero that is the rounded trace of an event counts as positive if it grows, and has already
+    /// crossed if it does not. `slope_size` is the sum of the sizes of the parts that its slope at zero is
+    /// made of, asked for where the sign of that may be rounding.
     pub(crate) fn first_crossing(&self, span: f64, slope_size: impl FnOnce() -> f64) -> Option<f64> {
         let start = self.at(0.0);
         let trace = AT_ZERO * self.size + AT_ZERO_S * self.c[1].abs();
@@ -207,7 +213,8 @@ impl Polynomial {
         let mut left = 0.0;
         for part in 1..=parts as usize {
             let right = span * part as f64 / parts;
-            // It crests where its slope leaves the positive side; a slope that is negative at both ends may have been positive in between.
+            // It crests where its slope leaves the positive side; a slope that is negative at both ends may
+            // have been positive in between.
             let rising = if slope.at(left) > 0.0 { Some(left) } else { slope.negative().dip(left, right) };
             if let Some(rising) = rising {
                 let falling = if slope.at(right) <= 0.0 { Some(right) } else { slope.dip(rising, right) };
@@ -237,7 +244,8 @@ impl Polynomial {
         Self { c: self.c.map(|c| -c), ..*self }
     }
 
-    /// Whether the value is so far from zero that no sum of its terms reaches it: the most frequent case, told without a search.
+    /// Whether the value is so far from zero that no sum of its terms reaches it: the most frequent case,
+    /// told without a search.
     fn stays_positive(&self, start: f64, span: f64) -> bool {
         self.swing(span) < start
     }
@@ -247,15 +255,17 @@ impl Polynomial {
         self.at(0.0) + self.swing(span) > level
     }
 
-    /// Sum of the sizes of all terms but the first at the end of a span: it departs no further from its start.
+    /// Sum of the sizes of all terms but the first at the end of a span: it departs no further from its
+    /// start.
     fn swing(&self, span: f64) -> f64 {
         self.c[1..self.terms].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * span)
     }
 
-    /// From a start at zero: the first looked-at instant with a positive value, a negative number if the value falls at once,
-    /// `None` if it stays at zero.
+    /// From a start at zero: the first looked-at instant with a positive value, a negative number if the
+    /// value falls at once, `None` if it stays at zero.
     fn leave_zero(&self, span: f64, slope_size: f64) -> Option<f64> {
-        // The lowest power of time whose term matters at the end of the span decides the sign just after the start.
+        // The lowest power of time whose term matters at the end of the span decides the sign just after the
+        // start.
         let mut power = 1.0;
         for (k, c) in self.c[..self.terms].iter().enumerate().skip(1) {
             power *= span;
@@ -301,7 +311,8 @@ impl Polynomial {
         None
     }
 
-    /// The zero between `a` (positive) and `b` (not positive), to rounding: Newton from the secant's zero, kept inside the bracket.
+    /// The zero between `a` (positive) and `b` (not positive), to rounding: Newton from the secant's zero,
+    /// kept inside the bracket.
     fn refine(&self, a: f64, b: f64) -> f64 {
         let (mut a, mut b) = (a, b);
         let (at_a, at_b) = (self.at(a), self.at(b));
@@ -342,7 +353,8 @@ mod tests {
         assert!((root - 0.3).abs() < 4.0 * f64::EPSILON);
     }
 
-    /// Forces of 100 N balance to 1e-14 N where a guide breaks loose, whatever the sign of that; the force that grows decides.
+    /// Forces of 100 N balance to 1e-14 N where a guide breaks loose, whatever the sign of that; the force
+    /// that grows decides.
     #[test]
     fn regress_a_slope_that_is_rounding_does_not_decide() {
         let at_rest = |slope: f64, bend: f64| Polynomial { size: 0.0, ..polynomial(&[0.0, slope, bend]) };
@@ -354,12 +366,20 @@ mod tests {
     /// Crests of a sine and of `s - s^3`, and one between two falling ends.
     #[test]
     fn truth_the_largest_value_is_that_of_the_crest() {
-        let sine: Vec<f64> = (0..30).map(|k| (1..=k).fold(1.0, |f, j| f / f64::from(j)) * [0.0, 1.0, 0.0, -1.0][k as usize % 4]).collect();
+        let sine: Vec<f64> = (0..30)
+            .map(|k| (1..=k).fold(1.0, |f, j| f / f64::from(j)) * [0.0, 1.0, 0.0, -1.0][k as usize % 4])
+            .collect();
         let (s, value) = polynomial(&sine).largest(2.0);
         // At a crest the value tells the place to the root of rounding only, its slope to rounding.
-        assert!((s - std::f64::consts::FRAC_PI_2).abs() < 1e-14 && (value - 1.0).abs() < 2.0 * f64::EPSILON, "{s} {value}");
+        assert!(
+            (s - std::f64::consts::FRAC_PI_2).abs() < 1e-14 && (value - 1.0).abs() < 2.0 * f64::EPSILON,
+            "{s} {value}"
+        );
         let (s, value) = polynomial(&[0.0, 1.0, 0.0, -1.0]).largest(1.0);
-        assert!((s - 3_f64.recip().sqrt()).abs() < 1e-15 && (value - 2.0 / 27_f64.sqrt()).abs() < 1e-15, "{s} {value}");
+        assert!(
+            (s - 3_f64.recip().sqrt()).abs() < 1e-15 && (value - 2.0 / 27_f64.sqrt()).abs() < 1e-15,
+            "{s} {value}"
+        );
         // Slope -(s - 0.2)(s - 0.3): falls at both ends of the first part, and rises in between by 0.1^3 / 6.
         let (s, value) = polynomial(&[0.0, -0.06, 0.25, -1.0 / 3.0]).largest(0.375);
         assert!(s == 0.0 && value == 0.0, "{s} {value}");

@@ -32,7 +32,8 @@ pub(crate) struct Transition<L: Lane> {
     lines: usize,
     /// Where the signals begin.
     signals_from: usize,
-    /// Lanes in which the first lines, those of contacts whose peaks are kept, are guards, and in which they are forces.
+    /// Lanes in which the first lines, those of contacts whose peaks are kept, are guards, and in which they
+    /// are forces.
     guarding: Vec<L::Mask>,
     pub(crate) pushing: Vec<L::Mask>,
     /// Lanes that go through more in one part than [`Flow::looks`] asks for, as they have no guards.
@@ -104,7 +105,8 @@ impl<L: Lane> Transition<L> {
                 continue;
             }
             let span_s = self.span_s;
-            // Where nothing can happen there is nothing to look for but crests, which have a look of their own.
+            // Where nothing can happen there is nothing to look for but crests, which have a look of their
+            // own.
             let is_guarded = flow.lines.iter().any(|line| line.is_guard);
             let looks = flow.looks(span_s)?;
             self.parts[l] = if is_guarded { looks } else { 1 };
@@ -112,7 +114,9 @@ impl<L: Lane> Transition<L> {
             self.part_s.set_lane(l, span_s / self.parts[l] as f64);
             let own = self.states + ROWS_PER_LINE * flow.lines.len();
             let room = self.states + ROWS_PER_LINE * self.lines;
-            for (i, row) in flow.transition(self.span_fs / self.parts[l])?.chunks_exact(self.width).enumerate() {
+            for (i, row) in
+                flow.transition(self.span_fs / self.parts[l])?.chunks_exact(self.width).enumerate()
+            {
                 self.matrix.set_row(l, if i < own { i } else { room + i - own }, row);
             }
             // Lines that this lane does not have read 1 at both ends.
@@ -134,8 +138,9 @@ impl<L: Lane> Transition<L> {
         Ok(())
     }
 
-    /// Lanes in which a guard may have been crossed on the way: it is not positive at the end, was negative at the start, or falls at the start and rises
-    /// at the end so steeply that it may have dipped below zero in between.
+    /// Lanes in which a guard may have been crossed on the way: it is not positive at the end, was negative
+    /// at the start, or falls at the start and rises at the end so steeply that it may have dipped below zero
+    /// in between.
     #[inline(always)]
     fn suspects(&self, y: &[L]) -> L::Mask {
         let zero = L::zero();
@@ -143,7 +148,8 @@ impl<L: Lane> Transition<L> {
         for (i, line) in y[self.states..].chunks_exact(ROWS_PER_LINE).take(self.lines).enumerate() {
             let [end, slope_start, slope_end, start] = [line[0], line[1], line[2], line[3]];
             // Where the tangents at both ends meet below zero (see `taylor::Polynomial::dip`).
-            let below = (slope_end * start - slope_start * end + slope_start * slope_end * self.part_s).lt(zero);
+            let below =
+                (slope_end * start - slope_start * end + slope_start * slope_end * self.part_s).lt(zero);
             let dips = slope_start.lt(zero) & slope_end.gt(zero) & below;
             let crossed = end.le(zero) | start.lt(zero) | dips;
             suspect = suspect | self.guarding.get(i).map_or(crossed, |guarding| crossed & *guarding);
@@ -151,24 +157,36 @@ impl<L: Lane> Transition<L> {
         suspect
     }
 
-    /// Looks where the lanes of `here` are after one part, and gives those that may have met an event on the way.
+    /// Looks where the lanes of `here` are after one part, and gives those that may have met an event on the
+    /// way.
     #[inline(always)]
     pub(crate) fn look(&self, here: L::Mask, xi: &[L], y: &mut [L]) -> L::Mask {
         self.matrix.apply(xi, y);
         here & self.suspects(y)
     }
 
-    /// Notes the largest forces of the lanes of `moved` in part `part` of a span that began at `t_s`, and gives those whose force may be larger still in between.
+    /// Notes the largest forces of the lanes of `moved` in part `part` of a span that began at `t_s`, and
+    /// gives those whose force may be larger still in between.
     #[inline(always)]
-    pub(crate) fn pass(&self, moved: L::Mask, y: &[L], part: u64, t_s: f64, peaks: &mut [Abreast<L>]) -> L::Mask {
+    pub(crate) fn pass(
+        &self,
+        moved: L::Mask,
+        y: &[L],
+        part: u64,
+        t_s: f64,
+        peaks: &mut [Abreast<L>],
+    ) -> L::Mask {
         let from_s = L::splat(t_s) + self.part_s * L::splat(part as f64);
         let mut crests = L::Mask::splat(false);
-        for ((line, pushing), peak) in y[self.states..].chunks_exact(ROWS_PER_LINE).zip(&self.pushing).zip(peaks) {
+        for ((line, pushing), peak) in
+            y[self.states..].chunks_exact(ROWS_PER_LINE).zip(&self.pushing).zip(peaks)
+        {
             let [end, slope_start, slope_end, start] = [line[0], line[1], line[2], line[3]];
             let here = moved & *pushing;
             crests = crests | peak.pass(here, [start, end], [slope_start, slope_end], from_s, self.part_s);
             if self.rough.any() {
-                crests = crests | (here & self.rough & peak.is_near([start, end], [slope_start, slope_end], self.part_s));
+                crests = crests
+                    | (here & self.rough & peak.is_near([start, end], [slope_start, slope_end], self.part_s));
             }
         }
         crests

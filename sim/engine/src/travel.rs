@@ -1,4 +1,5 @@
-//! The motion between two instants: lanes together by exponentials or fixed steps, and one by one through events.
+//! The motion between two instants: lanes together by exponentials or fixed steps, and one by one through
+//! events.
 
 use feeler_lanes::{Lane, LaneMask};
 
@@ -10,7 +11,8 @@ use crate::transition::Transition;
 
 /// Spans whose exponentials are kept; a span is worth one from its second appearance on.
 const SPANS_KEPT: usize = 32;
-/// Femtoseconds per second: spans are rounded to this grid, so that equal intervals share an exponential whatever the rounding of their ends.
+/// Femtoseconds per second: spans are rounded to this grid, so that equal intervals share an exponential
+/// whatever the rounding of their ends.
 const FEMTOSECONDS: f64 = 1e15;
 
 impl<L: Lane> Simulation<L> {
@@ -73,7 +75,11 @@ impl<L: Lane> Simulation<L> {
         self.product.resize(self.transitions[index].padded_rows(), L::zero());
         for part in 0..most_parts {
             let transition = &self.transitions[index];
-            let here = if most_parts == 1 { together } else { together & L::Mask::from_fn(|l| part < transition.parts[l]) };
+            let here = if most_parts == 1 {
+                together
+            } else {
+                together & L::Mask::from_fn(|l| part < transition.parts[l])
+            };
             if !here.any() {
                 break;
             }
@@ -111,7 +117,9 @@ impl<L: Lane> Simulation<L> {
                     Crest::Unclear => {
                         take_lane(&self.xi, l, &mut self.scratch);
                         let part_fs = transition.span_fs / transition.parts[l];
-                        lane.exchange_peaks(&mut self.peaks, l, |lane| lane.crest(&mut self.scratch, from_s, part_fs))?;
+                        lane.exchange_peaks(&mut self.peaks, l, |lane| {
+                            lane.crest(&mut self.scratch, from_s, part_fs)
+                        })?;
                         break;
                     }
                 }
@@ -135,7 +143,12 @@ impl<L: Lane> Simulation<L> {
     }
 
     /// Moves lanes alone to the end of a span, of which `gone_s` is behind them.
-    fn advance_lanes(&mut self, lanes: L::Mask, span_s: f64, gone_s: impl Fn(usize) -> f64) -> Result<(), EngineError> {
+    fn advance_lanes(
+        &mut self,
+        lanes: L::Mask,
+        span_s: f64,
+        gone_s: impl Fn(usize) -> f64,
+    ) -> Result<(), EngineError> {
         self.told = self.told & !lanes;
         let mut changed = false;
         for l in 0..L::WIDTH {
@@ -221,7 +234,11 @@ impl<L: Lane> Simulation<L> {
             let assembly = self.programs[0].motion.assembly();
             let works = self.loops.iter().map(|control| {
                 let is_force = assembly.drives[control.drive].velocity_source.is_none();
-                if is_force { control.output.lane(l) * (after[control.drive] - before[control.drive]) } else { 0.0 }
+                if is_force {
+                    control.output.lane(l) * (after[control.drive] - before[control.drive])
+                } else {
+                    0.0
+                }
             });
             if let Some(ledger) = &mut self.lanes[l].ledger {
                 ledger.charge_controllers(works);
@@ -232,7 +249,12 @@ impl<L: Lane> Simulation<L> {
 
 impl LaneCore {
     /// Lets a lane go on with the peaks that it found in company, and takes back what it finds.
-    pub(crate) fn exchange_peaks<L: Lane, R>(&mut self, abreast: &mut [Abreast<L>], l: usize, go: impl FnOnce(&mut Self) -> R) -> R {
+    pub(crate) fn exchange_peaks<L: Lane, R>(
+        &mut self,
+        abreast: &mut [Abreast<L>],
+        l: usize,
+        go: impl FnOnce(&mut Self) -> R,
+    ) -> R {
         if let Some(peaks) = &mut self.peaks {
             abreast.iter().enumerate().for_each(|(i, present)| present.give(peaks, i, l));
         }
@@ -243,7 +265,8 @@ impl LaneCore {
         result
     }
 
-    /// Whether guides stick bodies to each other (a body that sticks to ground is at rest by its own equations).
+    /// Whether guides stick bodies to each other (a body that sticks to ground is at rest by its own
+    /// equations).
     pub(crate) fn joins_bodies(&self) -> bool {
         self.flow().equations.stuck.iter().any(|pair| pair.iter().all(Option::is_some))
     }

@@ -1,7 +1,7 @@
 //! A capsule near triangles, in closed form.
 //!
-//! Parry measures a capsule against each triangle by iteration; this is the same answer to rounding at a small part of the cost, as long as the capsule's axis is
-//! outside the surface.
+//! Parry measures a capsule against each triangle by iteration; this is the same answer to rounding at a
+//! small part of the cost, as long as the capsule's axis is outside the surface.
 
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Pose, Vector};
@@ -16,9 +16,14 @@ pub(crate) struct Near {
     pub(crate) distance_m: f64,
 }
 
-/// The nearest points of an axis and the triangles of a mesh or height field at a pose within `reach_m`; the error is an axis that crosses the surface, which has
-/// no distance.
-pub(crate) fn nearest(axis: &Segment, shape: &SharedShape, pose: &Pose, reach_m: f64) -> Result<Option<Near>, Crosses> {
+/// The nearest points of an axis and the triangles of a mesh or height field at a pose within `reach_m`; the
+/// error is an axis that crosses the surface, which has no distance.
+pub(crate) fn nearest(
+    axis: &Segment,
+    shape: &SharedShape,
+    pose: &Pose,
+    reach_m: f64,
+) -> Result<Option<Near>, Crosses> {
     let inverse = pose.inverse();
     let (a, b) = (inverse.transform_point(axis.a), inverse.transform_point(axis.b));
     let room = Vector::splat(reach_m);
@@ -27,7 +32,11 @@ pub(crate) fn nearest(axis: &Segment, shape: &SharedShape, pose: &Pose, reach_m:
     let mut crosses = false;
     let mut take = |triangle: &Triangle| match near(a, b, triangle) {
         None => crosses = true,
-        Some(found) if found.distance_m <= reach_m && best.is_none_or(|best| found.distance_m < best.distance_m) => best = Some(found),
+        Some(found)
+            if found.distance_m <= reach_m && best.is_none_or(|best| found.distance_m < best.distance_m) =>
+        {
+            best = Some(found)
+        }
         Some(_) => {}
     };
     if let Some(mesh) = shape.as_trimesh() {
@@ -49,21 +58,28 @@ pub(crate) fn nearest(axis: &Segment, shape: &SharedShape, pose: &Pose, reach_m:
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crosses;
 
-/// The nearest points of a line from `a` to `b` and a triangle: an end of the line over the face, or the line over an edge; none where it goes through the face.
+/// The nearest points of a line from `a` to `b` and a triangle: an end of the line over the face, or the line
+/// over an edge; none where it goes through the face.
 fn near(a: Vector, b: Vector, triangle: &Triangle) -> Option<Near> {
     let square = (triangle.b - triangle.a).cross(triangle.c - triangle.a);
     let heights = [a, b].map(|end| square.dot(end - triangle.a));
     if heights[0] * heights[1] < 0.0 {
         let at = a + (b - a) * (heights[0] / (heights[0] - heights[1]));
         let inside = |p: Vector, q: Vector| (q - p).cross(at - p).dot(square) >= 0.0;
-        if inside(triangle.a, triangle.b) && inside(triangle.b, triangle.c) && inside(triangle.c, triangle.a) {
+        if inside(triangle.a, triangle.b) && inside(triangle.b, triangle.c) && inside(triangle.c, triangle.a)
+        {
             return None;
         }
     }
     let over_face = [a, b].map(|end| (end, triangle.project_local_point(end, false).point));
-    let over_edges = [(triangle.a, triangle.b), (triangle.b, triangle.c), (triangle.c, triangle.a)].map(|edge| between_lines((a, b), edge));
+    let over_edges = [(triangle.a, triangle.b), (triangle.b, triangle.c), (triangle.c, triangle.a)]
+        .map(|edge| between_lines((a, b), edge));
     let pairs = over_face.into_iter().chain(over_edges);
-    let found = pairs.map(|(on_axis, on_surface)| Near { on_axis, on_surface, distance_m: (on_surface - on_axis).length() });
+    let found = pairs.map(|(on_axis, on_surface)| Near {
+        on_axis,
+        on_surface,
+        distance_m: (on_surface - on_axis).length(),
+    });
     found.min_by(|one, other| one.distance_m.total_cmp(&other.distance_m))
 }
 

@@ -16,7 +16,9 @@ pub enum GeometryError {
         value: f64,
     },
     /// Points that span no body.
-    #[error("{points} points have no convex hull with a volume; give at least four that do not lie in one plane")]
+    #[error(
+        "{points} points have no convex hull with a volume; give at least four that do not lie in one plane"
+    )]
     Hull {
         /// How many were given.
         points: usize,
@@ -36,7 +38,9 @@ pub enum GeometryError {
         what: String,
     },
     /// The times of a feed's path.
-    #[error("point {index} of the path is at {t_s} s, which is not after the one before; sort the path by time")]
+    #[error(
+        "point {index} of the path is at {t_s} s, which is not after the one before; sort the path by time"
+    )]
     Path {
         /// Which point, from 0.
         index: usize,
@@ -95,7 +99,9 @@ pub enum GeometryError {
         depth_m: f64,
     },
     /// More knots than a run should carry.
-    #[error("more than {most} knots are needed for an error of {error_m} m; ask for less accuracy, or smooth the surface")]
+    #[error(
+        "more than {most} knots are needed for an error of {error_m} m; ask for less accuracy, or smooth the surface"
+    )]
     Knots {
         /// The limit.
         most: usize,

@@ -17,8 +17,9 @@ impl Feed {
         Self { points: vec![(0.0, start_m, velocity_m_per_s)] }
     }
 
-    /// A smooth way through points `(time in s, [y, z] in m)`: cubics whose velocity at each point is that from the one before to the one after, and zero at
-    /// both ends, where the tip rests outside the path. A way that follows straight lines needs points along them.
+    /// A smooth way through points `(time in s, [y, z] in m)`: cubics whose velocity at each point is that
+    /// from the one before to the one after, and zero at both ends, where the tip rests outside the path. A
+    /// way that follows straight lines needs points along them.
     ///
     /// # Errors
     /// [`GeometryError::Path`] for times that do not rise, [`GeometryError::EmptyPath`].
@@ -49,13 +50,22 @@ impl Feed {
         let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         match lines.next() {
             Some((_, header)) if header.split(',').map(str::trim).eq(["t_s", "y_m", "z_m"]) => {}
-            _ => return Err(GeometryError::Line { line: 1, what: "the header must be `t_s,y_m,z_m`".into() }),
+            _ => {
+                return Err(GeometryError::Line { line: 1, what: "the header must be `t_s,y_m,z_m`".into() });
+            }
         }
         let mut points = Vec::new();
         for (i, line) in lines {
-            let numbers: Vec<f64> = line.split(',').filter_map(|field| field.trim().parse().ok()).filter(|x: &f64| x.is_finite()).collect();
+            let numbers: Vec<f64> = line
+                .split(',')
+                .filter_map(|field| field.trim().parse().ok())
+                .filter(|x: &f64| x.is_finite())
+                .collect();
             let &[t, y, z] = numbers.as_slice() else {
-                return Err(GeometryError::Line { line: i + 1, what: format!("`{}` is not three finite numbers", line.trim()) });
+                return Err(GeometryError::Line {
+                    line: i + 1,
+                    what: format!("`{}` is not three finite numbers", line.trim()),
+                });
             };
             points.push((t, [y, z]));
         }

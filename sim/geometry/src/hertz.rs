@@ -9,8 +9,9 @@ pub struct Material {
     pub poisson_ratio: f64,
 }
 
-/// `k` in `F = k d^1.5` for two balls (Johnson, "Contact Mechanics", 1985, eq. 4.23): `4/3 E* sqrt(R)`, `1/R = 1/R1 + 1/R2`,
-/// `1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2`. In N/m^1.5. A flat has an infinite radius, a hollow a negative one.
+/// `k` in `F = k d^1.5` for two balls (Johnson, "Contact Mechanics", 1985, eq. 4.23): `4/3 E* sqrt(R)`,
+/// `1/R = 1/R1 + 1/R2`, `1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2`. In N/m^1.5. A flat has an infinite radius,
+/// a hollow a negative one.
 pub fn hertz_stiffness(tip: (f64, Material), workpiece: (f64, Material)) -> f64 {
     let compliance = |m: Material| (1.0 - m.poisson_ratio * m.poisson_ratio) / m.youngs_modulus_pa;
     let modulus = 1.0 / (compliance(tip.1) + compliance(workpiece.1));

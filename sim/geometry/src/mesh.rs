@@ -36,20 +36,25 @@ impl Mesh {
             return mesh_error("a corner of the mesh is not finite");
         }
         let vertices = self.vertices_m.iter().map(|v| Vector::from_array(*v)).collect();
-        SharedShape::trimesh(vertices, self.triangles.clone()).map_err(|error| GeometryError::Mesh { what: error.to_string() })
+        SharedShape::trimesh(vertices, self.triangles.clone())
+            .map_err(|error| GeometryError::Mesh { what: error.to_string() })
     }
 }
 
 /// Reads an STL file, text or binary; `scale_m` is the length of its unit (1e-3 for millimetres).
 ///
 /// # Errors
-/// [`GeometryError::Mesh`] for a file that is cut short or has no triangles, [`GeometryError::Line`] for a text that is no STL.
+/// [`GeometryError::Mesh`] for a file that is cut short or has no triangles, [`GeometryError::Line`] for a
+/// text that is no STL.
 pub fn read_stl(bytes: &[u8], scale_m: f64) -> Result<Mesh, GeometryError> {
     let declared = bytes.get(80..STL_START).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
-    let is_text = bytes.starts_with(b"solid") && declared.is_none_or(|n| bytes.len() != STL_START + n * STL_TRIANGLE);
+    let is_text =
+        bytes.starts_with(b"solid") && declared.is_none_or(|n| bytes.len() != STL_START + n * STL_TRIANGLE);
     let mut mesh = Mesh::default();
     if is_text {
-        let Ok(text) = std::str::from_utf8(bytes) else { return mesh_error("the STL is neither text nor a whole binary file") };
+        let Ok(text) = std::str::from_utf8(bytes) else {
+            return mesh_error("the STL is neither text nor a whole binary file");
+        };
         for (i, line) in text.lines().enumerate() {
             if let Some(rest) = line.trim_start().strip_prefix("vertex") {
                 mesh.vertices_m.push(corner(i, rest.split_whitespace(), scale_m)?);
@@ -60,7 +65,14 @@ pub fn read_stl(bytes: &[u8], scale_m: f64) -> Result<Mesh, GeometryError> {
             return mesh_error(format!("the binary STL of {} bytes is cut short", bytes.len()));
         };
         for triangle in bytes[STL_START..].chunks_exact(STL_TRIANGLE).take(count) {
-            let number = |k: usize| f64::from(f32::from_le_bytes([triangle[k], triangle[k + 1], triangle[k + 2], triangle[k + 3]]));
+            let number = |k: usize| {
+                f64::from(f32::from_le_bytes([
+                    triangle[k],
+                    triangle[k + 1],
+                    triangle[k + 2],
+                    triangle[k + 3],
+                ]))
+            };
             for first in [12, 24, 36] {
                 mesh.vertices_m.push([0, 4, 8].map(|k| scale_m * number(first + k)));
             }
@@ -74,7 +86,8 @@ pub fn read_stl(bytes: &[u8], scale_m: f64) -> Result<Mesh, GeometryError> {
     Ok(mesh)
 }
 
-/// Reads corners (`v`) and faces (`f`) of an OBJ file; faces of more than three corners are fanned into triangles. `scale_m` is the length of its unit.
+/// Reads corners (`v`) and faces (`f`) of an OBJ file; faces of more than three corners are fanned into
+/// triangles. `scale_m` is the length of its unit.
 ///
 /// # Errors
 /// [`GeometryError::Line`] for what cannot be read, [`GeometryError::Mesh`] for a mesh without triangles.
@@ -85,14 +98,16 @@ pub fn read_obj(text: &str, scale_m: f64) -> Result<Mesh, GeometryError> {
         match words.next() {
             Some("v") => mesh.vertices_m.push(corner(i, words, scale_m)?),
             Some("f") => {
-                let corners: Option<Vec<u32>> = words.map(|word| index(word, mesh.vertices_m.len())).collect();
+                let corners: Option<Vec<u32>> =
+                    words.map(|word| index(word, mesh.vertices_m.len())).collect();
                 let Some(corners) = corners.filter(|corners| corners.len() >= 3) else {
                     return Err(GeometryError::Line {
                         line: i + 1,
                         what: "a face needs three corners or more, by numbers of corners above it".into(),
                     });
                 };
-                mesh.triangles.extend((1..corners.len() - 1).map(|k| [corners[0], corners[k], corners[k + 1]]));
+                mesh.triangles
+                    .extend((1..corners.len() - 1).map(|k| [corners[0], corners[k], corners[k + 1]]));
             }
             _ => {}
         }
@@ -101,8 +116,13 @@ pub fn read_obj(text: &str, scale_m: f64) -> Result<Mesh, GeometryError> {
     Ok(mesh)
 }
 
-fn corner<'a>(line: usize, words: impl Iterator<Item = &'a str>, scale_m: f64) -> Result<[f64; 3], GeometryError> {
-    let numbers: Vec<f64> = words.take(3).filter_map(|word| word.parse().ok()).filter(|x: &f64| x.is_finite()).collect();
+fn corner<'a>(
+    line: usize,
+    words: impl Iterator<Item = &'a str>,
+    scale_m: f64,
+) -> Result<[f64; 3], GeometryError> {
+    let numbers: Vec<f64> =
+        words.take(3).filter_map(|word| word.parse().ok()).filter(|x: &f64| x.is_finite()).collect();
     match numbers.as_slice() {
         [x, y, z] => Ok([x * scale_m, y * scale_m, z * scale_m]),
         _ => Err(GeometryError::Line { line: line + 1, what: "a corner needs three finite numbers".into() }),

@@ -30,12 +30,22 @@ impl Shape {
         let (built, frame) = self.build()?;
         let pose = place.pose();
         let lines = match self {
-            Self::Ball { radius_m } => [[0, 1], [1, 2], [2, 0]].into_iter().flat_map(|plane| circle(plane, *radius_m, [0.0; 3])).collect(),
+            Self::Ball { radius_m } => [[0, 1], [1, 2], [2, 0]]
+                .into_iter()
+                .flat_map(|plane| circle(plane, *radius_m, [0.0; 3]))
+                .collect(),
             Self::Capsule { half_length_m, radius_m } => {
                 let mut lines = round(*half_length_m, *radius_m);
                 for end in [-half_length_m, *half_length_m] {
-                    let half = |segment: &Segment| (segment[0][1] - end) * end >= 0.0 && (segment[1][1] - end) * end >= 0.0;
-                    lines.extend([[0, 1], [1, 2]].into_iter().flat_map(|plane| circle(plane, *radius_m, [0.0, end, 0.0])).filter(half));
+                    let half = |segment: &Segment| {
+                        (segment[0][1] - end) * end >= 0.0 && (segment[1][1] - end) * end >= 0.0
+                    };
+                    lines.extend(
+                        [[0, 1], [1, 2]]
+                            .into_iter()
+                            .flat_map(|plane| circle(plane, *radius_m, [0.0, end, 0.0]))
+                            .filter(half),
+                    );
                 }
                 lines
             }
@@ -75,7 +85,8 @@ fn circle([a, b]: [usize; 2], radius: f64, centre: [f64; 3]) -> Vec<Segment> {
 
 /// Ends and flanks of what is round about y.
 fn round(half_length: f64, radius: f64) -> Vec<Segment> {
-    let mut lines: Vec<Segment> = [-half_length, half_length].into_iter().flat_map(|y| circle([0, 2], radius, [0.0, y, 0.0])).collect();
+    let mut lines: Vec<Segment> =
+        [-half_length, half_length].into_iter().flat_map(|y| circle([0, 2], radius, [0.0, y, 0.0])).collect();
     for (x, z) in [(radius, 0.0), (-radius, 0.0), (0.0, radius), (0.0, -radius)] {
         lines.push([[x, -half_length, z], [x, half_length, z]]);
     }
@@ -83,15 +94,25 @@ fn round(half_length: f64, radius: f64) -> Vec<Segment> {
 }
 
 fn cuboid(half: [f64; 3]) -> Vec<Segment> {
-    let corner = |i: usize| std::array::from_fn(|axis| if i >> axis & 1 == 1 { half[axis] } else { -half[axis] });
-    (0..8).flat_map(|i| (0..3).filter(move |axis| i >> axis & 1 == 0).map(move |axis| [corner(i), corner(i | 1 << axis)])).collect()
+    let corner =
+        |i: usize| std::array::from_fn(|axis| if i >> axis & 1 == 1 { half[axis] } else { -half[axis] });
+    (0..8)
+        .flat_map(|i| {
+            (0..3).filter(move |axis| i >> axis & 1 == 0).map(move |axis| [corner(i), corner(i | 1 << axis)])
+        })
+        .collect()
 }
 
-/// Edges of triangles, each once, but for those within a plane; of many, those between faces at an angle, and no more than can be drawn.
+/// Edges of triangles, each once, but for those within a plane; of many, those between faces at an angle, and
+/// no more than can be drawn.
 fn edges(corners: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Segment> {
     // Files repeat the corners of neighbours.
     let mut known: HashMap<[u64; 3], usize> = HashMap::new();
-    let same: Vec<usize> = corners.iter().enumerate().map(|(i, corner)| *known.entry(corner.map(f64::to_bits)).or_insert(i)).collect();
+    let same: Vec<usize> = corners
+        .iter()
+        .enumerate()
+        .map(|(i, corner)| *known.entry(corner.map(f64::to_bits)).or_insert(i))
+        .collect();
     let normal = |triangle: &[u32; 3]| {
         let [a, b, c] = triangle.map(|corner| Vector::from_array(corners[corner as usize]));
         (b - a).cross(c - a).normalize_or_zero()
@@ -116,7 +137,8 @@ fn edges(corners: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Segment> {
         }
     }
     let below = if order.len() > MOST_LINES { SHARP } else { FLAT };
-    let mut kept: Vec<(usize, usize)> = order.into_iter().filter(|edge| found[edge].1 != 2 || found[edge].0 < below).collect();
+    let mut kept: Vec<(usize, usize)> =
+        order.into_iter().filter(|edge| found[edge].1 != 2 || found[edge].0 < below).collect();
     if kept.len() > MOST_LINES {
         let stride = kept.len().div_ceil(MOST_LINES);
         kept = kept.into_iter().step_by(stride).collect();
@@ -127,7 +149,9 @@ fn edges(corners: &[[f64; 3]], triangles: &[[u32; 3]]) -> Vec<Segment> {
 fn field(heights: &[Vec<f64>], extents: [f64; 2]) -> Vec<Segment> {
     let (rows, columns) = (heights.len(), heights[0].len());
     let along = |i: usize, count: usize, extent: f64| extent * (i as f64 / (count - 1) as f64 - 0.5);
-    let at = |row: usize, column: usize| [-heights[row][column], along(column, columns, extents[0]), along(row, rows, extents[1])];
+    let at = |row: usize, column: usize| {
+        [-heights[row][column], along(column, columns, extents[0]), along(row, rows, extents[1])]
+    };
     let chosen = |count: usize| {
         let stride = count.div_ceil(MOST_FIELD_LINES).max(1);
         (0..count).filter(move |i| i % stride == 0 || i + 1 == count)
@@ -158,8 +182,18 @@ mod tests {
         assert!(lines.iter().flatten().all(|point| (point[0] - 1.0).abs() < 0.1 + 1e-12));
         // The corners of the second triangle are written again.
         let lines = |height: f64| {
-            let vertices_m = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, height], [0.0, 1.0, 0.0]];
-            Shape::Mesh(Mesh { vertices_m, triangles: vec![[0, 1, 2], [3, 4, 5]] }).outline(&Place::default()).unwrap().len()
+            let vertices_m = vec![
+                [0.0; 3],
+                [1.0, 0.0, 0.0],
+                [0.0, 1.0, 0.0],
+                [1.0, 0.0, 0.0],
+                [1.0, 1.0, height],
+                [0.0, 1.0, 0.0],
+            ];
+            Shape::Mesh(Mesh { vertices_m, triangles: vec![[0, 1, 2], [3, 4, 5]] })
+                .outline(&Place::default())
+                .unwrap()
+                .len()
         };
         // Within a plane the edge between them is none.
         assert_eq!((lines(0.5), lines(0.0)), (5, 4));

@@ -10,7 +10,8 @@ use crate::error::GeometryError;
 use crate::shape::{Place, Shape};
 use crate::swept_ball::{SweptBall, is_triangles};
 
-/// How far apart shapes other than balls may be to have a distance, over the size of the tip; beyond, they are only known to be farther.
+/// How far apart shapes other than balls may be to have a distance, over the size of the tip; beyond, they
+/// are only known to be farther.
 const REACH: f64 = 0.05;
 
 /// Distance of a ball's centre from the surface at which it lies on it, over its radius.
@@ -58,7 +59,12 @@ impl Pair {
     ///
     /// # Errors
     /// Those of the shapes' numbers.
-    pub fn new(tip: &Shape, tip_place: &Place, workpiece: &Shape, workpiece_place: &Place) -> Result<Self, GeometryError> {
+    pub fn new(
+        tip: &Shape,
+        tip_place: &Place,
+        workpiece: &Shape,
+        workpiece_place: &Place,
+    ) -> Result<Self, GeometryError> {
         let ((tip_shape, tip_frame), (work_shape, work_frame)) = (tip.build()?, workpiece.build()?);
         let size_m = tip_shape.compute_local_aabb().extents().length();
         Ok(Self {
@@ -75,15 +81,20 @@ impl Pair {
         GeometryError::Unsupported { tip: self.names[0], workpiece: self.names[1] }
     }
 
-    /// Where the two are nearest with the tool at a position, m, and orientation, a unit quaternion `[x, y, z, w]`; none where they are far apart.
+    /// Where the two are nearest with the tool at a position, m, and orientation, a unit quaternion
+    /// `[x, y, z, w]`; none where they are far apart.
     ///
-    /// Of a ball it is the projection of its centre, and of a capsule on triangles that of its axis, exact to rounding as long as centre or axis is outside; of
-    /// other tips what Parry iterates to. Of shapes that
+    /// Of a ball it is the projection of its centre, and of a capsule on triangles that of its axis, exact to
+    /// rounding as long as centre or axis is outside; of other tips what Parry iterates to. Of shapes that
     /// touch in several places it is the deepest.
     ///
     /// # Errors
     /// [`GeometryError::Unsupported`] for two shapes that cannot be measured.
-    pub fn nearest(&self, position_m: [f64; 3], quaternion: [f64; 4]) -> Result<Option<Nearest>, GeometryError> {
+    pub fn nearest(
+        &self,
+        position_m: [f64; 3],
+        quaternion: [f64; 4],
+    ) -> Result<Option<Nearest>, GeometryError> {
         let at = pose_of(position_m, quaternion) * self.tip_pose;
         // A ball whose centre lies on the surface has no direction to it, and is left to the iteration.
         if let Some(ball) = self.tip.as_ball()
@@ -92,15 +103,23 @@ impl Pair {
             return Ok(Some(nearest));
         }
         if let Some(capsule) = self.tip.as_capsule().filter(|_| is_triangles(&self.workpiece)) {
-            let axis = Segment::new(at.transform_point(capsule.segment.a), at.transform_point(capsule.segment.b));
+            let axis =
+                Segment::new(at.transform_point(capsule.segment.a), at.transform_point(capsule.segment.b));
             // An axis that crosses the surface has no direction to it, either.
-            if let Ok(near) = capsule::nearest(&axis, &self.workpiece, &self.workpiece_pose, capsule.radius + self.reach_m) {
+            if let Ok(near) =
+                capsule::nearest(&axis, &self.workpiece, &self.workpiece_pose, capsule.radius + self.reach_m)
+            {
                 return Ok(near.map(|near| of_axis(&near, capsule.radius)));
             }
         }
         let found =
-            contact(&at, self.tip.as_ref(), &self.workpiece_pose, self.workpiece.as_ref(), self.reach_m).map_err(|_| self.unsupported())?;
-        Ok(found.map(|found| Nearest { distance_m: found.dist, point_m: found.point2.to_array(), normal: found.normal1.to_array() }))
+            contact(&at, self.tip.as_ref(), &self.workpiece_pose, self.workpiece.as_ref(), self.reach_m)
+                .map_err(|_| self.unsupported())?;
+        Ok(found.map(|found| Nearest {
+            distance_m: found.dist,
+            point_m: found.point2.to_array(),
+            normal: found.normal1.to_array(),
+        }))
     }
 
     fn nearest_to_ball(&self, centre: Vector, radius: f64) -> Option<Nearest> {
@@ -110,15 +129,22 @@ impl Pair {
         if distance <= ON_THE_SURFACE * radius {
             return None;
         }
-        let (signed, normal) = if found.is_inside { (-distance, -way / distance) } else { (distance, way / distance) };
-        Some(Nearest { distance_m: signed - radius, point_m: found.point.to_array(), normal: normal.to_array() })
+        let (signed, normal) =
+            if found.is_inside { (-distance, -way / distance) } else { (distance, way / distance) };
+        Some(Nearest {
+            distance_m: signed - radius,
+            point_m: found.point.to_array(),
+            normal: normal.to_array(),
+        })
     }
 
-    /// How deep the middle of the tip is inside a workpiece that is a closed mesh, m; none where it is not inside, or the workpiece is no mesh. A mesh is a surface
-    /// to [`Self::nearest`], which does not know its inside from its outside.
+    /// How deep the middle of the tip is inside a workpiece that is a closed mesh, m; none where it is not
+    /// inside, or the workpiece is no mesh. A mesh is a surface to [`Self::nearest`], which does not know its
+    /// inside from its outside.
     pub fn buried_m(&self, position_m: [f64; 3], quaternion: [f64; 4]) -> Option<f64> {
         let mesh = self.workpiece.as_trimesh()?;
-        let middle = (pose_of(position_m, quaternion) * self.tip_pose).transform_point(self.tip.compute_local_aabb().center());
+        let middle = (pose_of(position_m, quaternion) * self.tip_pose)
+            .transform_point(self.tip.compute_local_aabb().center());
         let local = self.workpiece_pose.inverse().transform_point(middle);
         let reach = mesh.local_aabb().extents().length() + (local - mesh.local_aabb().center()).length();
         // Out of a closed surface every way crosses it an odd number of times.
@@ -126,13 +152,21 @@ impl Pair {
             let end = local + along * reach;
             let swept = Aabb::new(local.min(end), local.max(end));
             let ray = Ray::new(local, along);
-            mesh.bvh().intersect_aabb(&swept).filter(|&i| mesh.triangle(i).cast_local_ray(&ray, reach, true).is_some()).count()
+            mesh.bvh()
+                .intersect_aabb(&swept)
+                .filter(|&i| mesh.triangle(i).cast_local_ray(&ray, reach, true).is_some())
+                .count()
         };
-        let inside = [OBLIQUE, OBLIQUE.map(|x| -x)].into_iter().all(|along| crossings(Vector::from_array(along).normalize()) % 2 == 1);
-        inside.then(|| (self.workpiece.project_point(&self.workpiece_pose, middle, false).point - middle).length())
+        let inside = [OBLIQUE, OBLIQUE.map(|x| -x)]
+            .into_iter()
+            .all(|along| crossings(Vector::from_array(along).normalize()) % 2 == 1);
+        inside.then(|| {
+            (self.workpiece.project_point(&self.workpiece_pose, middle, false).point - middle).length()
+        })
     }
 
-    /// How far the tip can go along a direction, m, until it touches; none where it never does within `reach_m`.
+    /// How far the tip can go along a direction, m, until it touches; none where it never does within
+    /// `reach_m`.
     ///
     /// # Errors
     /// [`GeometryError::Unsupported`] for two shapes that cannot be measured.
@@ -147,10 +181,20 @@ impl Pair {
         let along = Vector::from_array(along);
         if let Some(ball) = self.tip.as_ball().filter(|_| is_triangles(&self.workpiece)) {
             let swept = SweptBall { centre: at.translation, along, radius_m: ball.radius };
-            return Ok(swept.first_touch(&self.workpiece, &self.workpiece_pose, reach_m).map(|touch| touch.travel_m));
+            return Ok(swept
+                .first_touch(&self.workpiece, &self.workpiece_pose, reach_m)
+                .map(|touch| touch.travel_m));
         }
         let options = ShapeCastOptions { max_time_of_impact: reach_m, ..ShapeCastOptions::default() };
-        let hit = cast_shapes(&at, along, self.tip.as_ref(), &self.workpiece_pose, Vector::ZERO, self.workpiece.as_ref(), options);
+        let hit = cast_shapes(
+            &at,
+            along,
+            self.tip.as_ref(),
+            &self.workpiece_pose,
+            Vector::ZERO,
+            self.workpiece.as_ref(),
+            options,
+        );
         Ok(hit.map_err(|_| self.unsupported())?.map(|hit| hit.time_of_impact))
     }
 }
@@ -158,14 +202,21 @@ impl Pair {
 /// Where a capsule is nearest of whose axis this is known.
 fn of_axis(near: &Near, radius: f64) -> Nearest {
     let normal = (near.on_surface - near.on_axis) / near.distance_m;
-    Nearest { distance_m: near.distance_m - radius, point_m: near.on_surface.to_array(), normal: normal.to_array() }
+    Nearest {
+        distance_m: near.distance_m - radius,
+        point_m: near.on_surface.to_array(),
+        normal: normal.to_array(),
+    }
 }
 
 /// Depth, m, to which a shape at a pose and another at its own overlap; zero or below where they do not.
 ///
 /// # Errors
 /// Those of the shapes' numbers, and [`GeometryError::Unsupported`].
-pub fn overlap_m(a: (&Shape, [f64; 3], [f64; 4]), b: (&Shape, [f64; 3], [f64; 4])) -> Result<f64, GeometryError> {
+pub fn overlap_m(
+    a: (&Shape, [f64; 3], [f64; 4]),
+    b: (&Shape, [f64; 3], [f64; 4]),
+) -> Result<f64, GeometryError> {
     let ((first, first_frame), (second, second_frame)) = (a.0.build()?, b.0.build()?);
     let (one, two) = (pose_of(a.1, a.2) * first_frame, pose_of(b.1, b.2) * second_frame);
     let found = contact(&one, first.as_ref(), &two, second.as_ref(), 0.0);

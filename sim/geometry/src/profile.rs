@@ -6,23 +6,28 @@ use crate::error::GeometryError;
 use crate::feed::Feed;
 use crate::touching::Touching;
 
-/// Pieces with which a feed begins: what is smaller than a sixty-fourth of the way, and symmetric about the probes, could hide between them.
+/// Pieces with which a feed begins: what is smaller than a sixty-fourth of the way, and symmetric about the
+/// probes, could hide between them.
 const FIRST_PIECES: usize = 64;
 /// Shortest piece, s: at a sharp edge of the gap the error falls with its length.
 const SHORTEST_S: f64 = 1e-7;
-/// Steepest flank that a change of the gap within the shortest piece may be, way along x per lateral way; beyond, it is a wall.
+/// Steepest flank that a change of the gap within the shortest piece may be, way along x per lateral way;
+/// beyond, it is a wall.
 const STEEPEST: f64 = 10.0;
 /// Most knots: 24 MB.
 const MOST_KNOTS: usize = 1_000_000;
-/// Where each piece is held against the shapes: between them the largest errors of cubics through values and slopes lie in the middle.
+/// Where each piece is held against the shapes: between them the largest errors of cubics through values and
+/// slopes lie in the middle.
 const PROBES: [f64; 3] = [0.25, 0.5, 0.75];
-/// What the probes may see of the error asked for: an edge that lies between two of them is off by up to twice as much there.
+/// What the probes may see of the error asked for: an edge that lies between two of them is off by up to
+/// twice as much there.
 const SEEN: f64 = 0.5;
 
 /// A gap over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compiled {
-    /// How far the tip can go along x before it touches, as cubics between knots with the exact values and rates.
+    /// How far the tip can go along x before it touches, as cubics between knots with the exact values and
+    /// rates.
     pub profile: Profile,
     /// Largest difference from the shapes' own gap, over three probes within every piece, m.
     pub error_m: f64,
@@ -31,7 +36,8 @@ pub struct Compiled {
 }
 
 impl Compiled {
-    /// Checks that a tip that has come `travel_m` beyond its zero position at the start is not inside the workpiece.
+    /// Checks that a tip that has come `travel_m` beyond its zero position at the start is not inside the
+    /// workpiece.
     ///
     /// # Errors
     /// [`GeometryError::Overlap`].
@@ -54,7 +60,9 @@ impl Probe<'_> {
         self.queries += 1;
         let (lateral_m, velocity) = self.feed.at(t_s);
         let touch = self.touching.at(lateral_m).map_err(|error| match error {
-            GeometryError::Unreachable { y_m, z_m, .. } => GeometryError::Unreachable { y_m, z_m, t_s: Some(t_s) },
+            GeometryError::Unreachable { y_m, z_m, .. } => {
+                GeometryError::Unreachable { y_m, z_m, t_s: Some(t_s) }
+            }
             other => other,
         })?;
         // A lateral velocity of zero has no part in the rate, however steep the surface.
@@ -84,16 +92,21 @@ impl Probe<'_> {
 }
 
 impl Touching {
-    /// The gap along a feed, from zero to `duration_s`, to within `error_m`: pieces are halved until they keep it.
+    /// The gap along a feed, from zero to `duration_s`, to within `error_m`: pieces are halved until they
+    /// keep it.
     ///
-    /// A jump of the gap within `error_m` is a ramp of 0.1 us. So is one within 3e-5 of the size of both shapes, where their distance comes from Parry's iteration,
-    /// which jumps by as much (a ball on triangles or on a hull does not need it); [`Compiled::error_m`] tells then what is kept.
+    /// A jump of the gap within `error_m` is a ramp of 0.1 us. So is one within 3e-5 of the size of both
+    /// shapes, where their distance comes from Parry's iteration, which jumps by as much (a ball on triangles
+    /// or on a hull does not need it); [`Compiled::error_m`] tells then what is kept.
     ///
     /// # Errors
-    /// [`GeometryError::Jump`] where the gap jumps, [`GeometryError::Unresolved`] for an error that pieces of 0.1 us miss, [`GeometryError::Knots`] for an error that takes too many pieces, and those of [`Self::at`].
+    /// [`GeometryError::Jump`] where the gap jumps, [`GeometryError::Unresolved`] for an error that pieces of
+    /// 0.1 us miss, [`GeometryError::Knots`] for an error that takes too many pieces, and those of
+    /// [`Self::at`].
     pub fn profile(&self, feed: &Feed, duration_s: f64, error_m: f64) -> Result<Compiled, GeometryError> {
         let mut probe = Probe { touching: self, feed, queries: 0 };
-        let mut ends: Vec<f64> = (0..=FIRST_PIECES).map(|i| duration_s * i as f64 / FIRST_PIECES as f64).collect();
+        let mut ends: Vec<f64> =
+            (0..=FIRST_PIECES).map(|i| duration_s * i as f64 / FIRST_PIECES as f64).collect();
         ends.extend(feed.times(duration_s));
         ends.sort_by(f64::total_cmp);
         ends.dedup_by(|a, b| (*a - *b).abs() < SHORTEST_S);
@@ -111,7 +124,10 @@ impl Touching {
                 let jump_m = (b.0.offset_m - a.0.offset_m).abs();
                 // A step that small is a ramp.
                 let is_ramp = is_shortest && jump_m <= error_m.max(self.roughness_m()) && apart_m.is_finite();
-                let is_missed = is_shortest && !is_ramp && apart_m > SEEN * error_m && jump_m <= STEEPEST * probe.way_m(a.0.t_s, b.0.t_s);
+                let is_missed = is_shortest
+                    && !is_ramp
+                    && apart_m > SEEN * error_m
+                    && jump_m <= STEEPEST * probe.way_m(a.0.t_s, b.0.t_s);
                 if is_missed && apart_m > missed.1 {
                     missed = (a.0.t_s, apart_m);
                 }
@@ -135,7 +151,9 @@ impl Touching {
             return Err(GeometryError::Unresolved { t_s: missed.0, apart_m: missed.1 / SEEN, error_m });
         }
         let (knots, touches): (Vec<Knot>, Vec<Touched>) = knots.into_iter().unzip();
-        let profile = Profile::new(&knots).map_err(|problem| GeometryError::Mesh { what: problem.message })?.with_touches(touches);
+        let profile = Profile::new(&knots)
+            .map_err(|problem| GeometryError::Mesh { what: problem.message })?
+            .with_touches(touches);
         Ok(Compiled { profile, error_m: worst_m, queries: probe.queries })
     }
 }

@@ -41,7 +41,8 @@ pub enum Shape {
     },
     /// A triangle mesh: a surface, whose inside is as empty as its outside.
     Mesh(Mesh),
-    /// A surface of heights over the y-z plane that rises towards -x, flat between its samples in two triangles per cell.
+    /// A surface of heights over the y-z plane that rises towards -x, flat between its samples in two
+    /// triangles per cell.
     HeightField {
         /// One row per z, one column per y, both rising; at least two of each, and all rows equally long.
         heights_m: Vec<Vec<f64>>,
@@ -66,7 +67,10 @@ impl Place {
     }
 
     pub(crate) fn pose(&self) -> Pose {
-        Pose::from_parts(Vector::from_array(self.position_m), Rotation::from_scaled_axis(Vector::from_array(self.rotation_rad)))
+        Pose::from_parts(
+            Vector::from_array(self.position_m),
+            Rotation::from_scaled_axis(Vector::from_array(self.rotation_rad)),
+        )
     }
 }
 
@@ -92,16 +96,18 @@ impl Shape {
     pub(crate) fn build(&self) -> Result<(SharedShape, Pose), GeometryError> {
         let shape = match self {
             Self::Ball { radius_m } => SharedShape::ball(size("the radius of a ball", *radius_m)?),
-            Self::Capsule { half_length_m, radius_m } => {
-                SharedShape::capsule_y(size("the half length of a capsule", *half_length_m)?, size("the radius of a capsule", *radius_m)?)
-            }
+            Self::Capsule { half_length_m, radius_m } => SharedShape::capsule_y(
+                size("the half length of a capsule", *half_length_m)?,
+                size("the radius of a capsule", *radius_m)?,
+            ),
             Self::Cuboid { half_extents_m } => {
                 let [x, y, z] = half_extents_m.map(|h| size("a half extent of a cuboid", h));
                 SharedShape::cuboid(x?, y?, z?)
             }
-            Self::Cylinder { half_length_m, radius_m } => {
-                SharedShape::cylinder(size("the half length of a cylinder", *half_length_m)?, size("the radius of a cylinder", *radius_m)?)
-            }
+            Self::Cylinder { half_length_m, radius_m } => SharedShape::cylinder(
+                size("the half length of a cylinder", *half_length_m)?,
+                size("the radius of a cylinder", *radius_m)?,
+            ),
             Self::Hull { points_m } => {
                 let points: Vec<Vector> = points_m.iter().map(|p| Vector::from_array(*p)).collect();
                 let hull = if spans_a_body(&points) { SharedShape::convex_hull(&points) } else { None };
@@ -119,12 +125,19 @@ fn spans_a_body(points: &[Vector]) -> bool {
     /// Thinnest body over its size.
     const FLAT: f64 = 1e-9;
     let Some(&first) = points.first() else { return false };
-    let farthest = |distance: &dyn Fn(Vector) -> f64| points.iter().map(|p| distance(*p - first)).fold(0.0, f64::max);
+    let farthest =
+        |distance: &dyn Fn(Vector) -> f64| points.iter().map(|p| distance(*p - first)).fold(0.0, f64::max);
     let length = farthest(&|d| d.length());
-    let Some(along) = points.iter().map(|p| *p - first).find(|d| d.length() >= length && length > 0.0) else { return false };
+    let Some(along) = points.iter().map(|p| *p - first).find(|d| d.length() >= length && length > 0.0) else {
+        return false;
+    };
     let along = along / length;
     let width = farthest(&|d| d.cross(along).length());
-    let Some(across) = points.iter().map(|p| (*p - first).cross(along)).find(|d| d.length() >= width && width > FLAT * length) else {
+    let Some(across) = points
+        .iter()
+        .map(|p| (*p - first).cross(along))
+        .find(|d| d.length() >= width && width > FLAT * length)
+    else {
         return false;
     };
     let normal = across / width;
@@ -134,14 +147,19 @@ fn spans_a_body(points: &[Vector]) -> bool {
 fn height_field(heights_m: &[Vec<f64>], extents_m: [f64; 2]) -> Result<(SharedShape, Pose), GeometryError> {
     let (rows, columns) = (heights_m.len(), heights_m.first().map_or(0, Vec::len));
     if rows < 2 || columns < 2 {
-        return Err(GeometryError::Mesh { what: format!("a height field of {rows} rows and {columns} columns has no surface") });
+        return Err(GeometryError::Mesh {
+            what: format!("a height field of {rows} rows and {columns} columns has no surface"),
+        });
     }
-    if let Some(row) = heights_m.iter().position(|row| row.len() != columns || row.iter().any(|h| !h.is_finite())) {
+    if let Some(row) =
+        heights_m.iter().position(|row| row.len() != columns || row.iter().any(|h| !h.is_finite()))
+    {
         let what = format!("needs {columns} finite heights, as the first row has");
         return Err(GeometryError::Line { line: row + 1, what });
     }
     let [y, z] = extents_m.map(|extent| size("an extent of a height field", extent));
-    // Column by column, as Parry stores it; its rows run along its z, its columns along its x, and it rises along its y.
+    // Column by column, as Parry stores it; its rows run along its z, its columns along its x, and it rises
+    // along its y.
     let data = (0..columns).flat_map(|column| heights_m.iter().map(move |row| row[column])).collect();
     let shape = SharedShape::heightfield(Array2::new(rows, columns, data), Vector::new(y?, 1.0, z?));
     // A quarter turn about z takes Parry's x to y, and its y, the height, to -x.

@@ -1,6 +1,7 @@
 //! A ball on its way into triangles, in closed form.
 //!
-//! Parry casts a ball against a triangle by iteration; this is the same answer to rounding, at a hundredth of the cost, for the tip that is used most.
+//! Parry casts a ball against a triangle by iteration; this is the same answer to rounding, at a hundredth of
+//! the cost, for the tip that is used most.
 
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::{Pose, Vector};
@@ -29,7 +30,8 @@ pub(crate) fn is_triangles(shape: &SharedShape) -> bool {
     shape.as_trimesh().is_some() || shape.as_heightfield().is_some()
 }
 
-/// The faces of a convex hull as triangles; other shapes as they are. Parry's iteration on hulls of thin faces jumps by up to some 1e-5 of their size.
+/// The faces of a convex hull as triangles; other shapes as they are. Parry's iteration on hulls of thin
+/// faces jumps by up to some 1e-5 of their size.
 pub(crate) fn with_faces(shape: SharedShape) -> SharedShape {
     let Some(hull) = shape.as_convex_polyhedron() else { return shape };
     let (corners, triangles) = hull.to_trimesh();
@@ -40,7 +42,11 @@ impl SweptBall {
     /// The first touch with the triangles of a mesh or height field at a pose, within `reach_m`.
     pub(crate) fn first_touch(&self, shape: &SharedShape, pose: &Pose, reach_m: f64) -> Option<BallTouch> {
         let inverse = pose.inverse();
-        let local = Self { centre: inverse.transform_point(self.centre), along: inverse.rotation * self.along, radius_m: self.radius_m };
+        let local = Self {
+            centre: inverse.transform_point(self.centre),
+            along: inverse.rotation * self.along,
+            radius_m: self.radius_m,
+        };
         let end = local.centre + local.along * reach_m;
         let room = Vector::splat(self.radius_m);
         let swept = Aabb::new(local.centre.min(end) - room, local.centre.max(end) + room);
@@ -64,7 +70,15 @@ impl SweptBall {
     /// First touches with the face, the edges and the corners of a triangle.
     fn touches(&self, triangle: &Triangle) -> [Option<BallTouch>; 7] {
         let Triangle { a, b, c } = *triangle;
-        [self.face(a, b, c), self.edge(a, b), self.edge(b, c), self.edge(c, a), self.corner(a), self.corner(b), self.corner(c)]
+        [
+            self.face(a, b, c),
+            self.edge(a, b),
+            self.edge(b, c),
+            self.edge(c, a),
+            self.corner(a),
+            self.corner(b),
+            self.corner(c),
+        ]
     }
 
     fn face(&self, a: Vector, b: Vector, c: Vector) -> Option<BallTouch> {
@@ -88,14 +102,16 @@ impl SweptBall {
         let square_to = |v: Vector| v - axis * v.dot(axis);
         let (way, start) = (square_to(self.along), square_to(self.centre - a));
         // |start + travel way| = radius, the first of the two.
-        let travel_m = first_root(way.dot(way), start.dot(way), start.dot(start) - self.radius_m * self.radius_m)?;
+        let travel_m =
+            first_root(way.dot(way), start.dot(way), start.dot(start) - self.radius_m * self.radius_m)?;
         let share = (self.centre + self.along * travel_m - a).dot(axis);
         (0.0..=length).contains(&share).then(|| BallTouch { travel_m, point: a + axis * share })
     }
 
     fn corner(&self, a: Vector) -> Option<BallTouch> {
         let start = self.centre - a;
-        let travel_m = first_root(1.0, start.dot(self.along), start.dot(start) - self.radius_m * self.radius_m)?;
+        let travel_m =
+            first_root(1.0, start.dot(self.along), start.dot(start) - self.radius_m * self.radius_m)?;
         Some(BallTouch { travel_m, point: a })
     }
 }

@@ -12,11 +12,13 @@ use crate::swept_ball::{SweptBall, is_triangles, with_faces};
 const ROOM: f64 = 0.1;
 /// Newton steps after the cast, which is close; each doubles the digits where surfaces are smooth.
 const POLISHING_STEPS: usize = 12;
-/// How far polishing may go, over the size of both: the casts of Parry end nearer than this, and beyond it is another place of the surface.
+/// How far polishing may go, over the size of both: the casts of Parry end nearer than this, and beyond it is
+/// another place of the surface.
 const NEAR: f64 = 1e-3;
 /// Rounding of positions, over the size of both.
 const ROUNDING: f64 = 1e-15;
-/// What Parry's iterations jump by on convex hulls with thin faces, over the size of both: 2.6 um of 0.16 m were met.
+/// What Parry's iterations jump by on convex hulls with thin faces, over the size of both: 2.6 um of 0.16 m
+/// were met.
 const ROUGH: f64 = 3e-5;
 /// Component of the normal along the axis below which the tip slides along a wall.
 const GRAZING: f64 = 1e-6;
@@ -55,14 +57,21 @@ impl std::fmt::Debug for Touching {
 }
 
 impl Touching {
-    /// A tip whose body stands at x = 0, with its shape at a place relative to that body, and a workpiece at its place.
+    /// A tip whose body stands at x = 0, with its shape at a place relative to that body, and a workpiece at
+    /// its place.
     ///
     /// # Errors
     /// Those of the shapes' numbers.
-    pub fn new(tip: &Shape, tip_place: &Place, workpiece: &Shape, workpiece_place: &Place) -> Result<Self, GeometryError> {
+    pub fn new(
+        tip: &Shape,
+        tip_place: &Place,
+        workpiece: &Shape,
+        workpiece_place: &Place,
+    ) -> Result<Self, GeometryError> {
         let ((tip_shape, tip_frame), (work_shape, work_frame)) = (tip.build()?, workpiece.build()?);
         let (tip_pose, workpiece_pose) = (tip_place.pose() * tip_frame, workpiece_place.pose() * work_frame);
-        let (tip_box, work_box) = (tip_shape.compute_aabb(&tip_pose), work_shape.compute_aabb(&workpiece_pose));
+        let (tip_box, work_box) =
+            (tip_shape.compute_aabb(&tip_pose), work_shape.compute_aabb(&workpiece_pose));
         let size_m = tip_box.extents().length() + work_box.extents().length();
         let work_shape = if tip_shape.as_ball().is_some() { with_faces(work_shape) } else { work_shape };
         let start_m = work_box.mins.x - tip_box.maxs.x - ROOM * size_m;
@@ -85,33 +94,51 @@ impl Touching {
     /// The touch with the tip moved sideways by `[y, z]`.
     ///
     /// # Errors
-    /// [`GeometryError::Unreachable`] where the tip passes the workpiece, [`GeometryError::Unsupported`] for two shapes that cannot be measured.
+    /// [`GeometryError::Unreachable`] where the tip passes the workpiece, [`GeometryError::Unsupported`] for
+    /// two shapes that cannot be measured.
     pub fn at(&self, lateral_m: [f64; 2]) -> Result<Touch, GeometryError> {
         let [y_m, z_m] = lateral_m;
         if let Some(ball) = self.tip.as_ball().filter(|_| is_triangles(&self.workpiece)) {
             let centre = self.tip_pose.translation + Vector::new(self.start_m, y_m, z_m);
             let swept = SweptBall { centre, along: Vector::X, radius_m: ball.radius };
-            let touch = swept.first_touch(&self.workpiece, &self.workpiece_pose, self.reach_m).ok_or(GeometryError::Unreachable {
-                y_m,
-                z_m,
-                t_s: None,
-            })?;
+            let touch = swept
+                .first_touch(&self.workpiece, &self.workpiece_pose, self.reach_m)
+                .ok_or(GeometryError::Unreachable { y_m, z_m, t_s: None })?;
             let normal = (touch.point - centre - Vector::X * touch.travel_m) / ball.radius;
             return Ok(Self::touch(self.start_m + touch.travel_m, touch.point, normal));
         }
         let placed = |x: f64| self.tip_pose.append_translation(Vector::new(x, y_m, z_m));
-        let options = ShapeCastOptions { max_time_of_impact: self.reach_m, stop_at_penetration: false, ..ShapeCastOptions::default() };
+        let options = ShapeCastOptions {
+            max_time_of_impact: self.reach_m,
+            stop_at_penetration: false,
+            ..ShapeCastOptions::default()
+        };
         let begin = placed(self.start_m);
-        let hit = cast_shapes(&begin, Vector::X, self.tip.as_ref(), &self.workpiece_pose, Vector::ZERO, self.workpiece.as_ref(), options)
-            .map_err(|_| self.unsupported())?
-            .ok_or(GeometryError::Unreachable { y_m, z_m, t_s: None })?;
+        let hit = cast_shapes(
+            &begin,
+            Vector::X,
+            self.tip.as_ref(),
+            &self.workpiece_pose,
+            Vector::ZERO,
+            self.workpiece.as_ref(),
+            options,
+        )
+        .map_err(|_| self.unsupported())?
+        .ok_or(GeometryError::Unreachable { y_m, z_m, t_s: None })?;
         let cast_m = self.start_m + hit.time_of_impact;
         let mut travel_m = cast_m;
         let mut normal = begin.rotation * hit.normal1;
-        let mut point = begin.append_translation(Vector::X * hit.time_of_impact).transform_point(hit.witness1);
+        let mut point =
+            begin.append_translation(Vector::X * hit.time_of_impact).transform_point(hit.witness1);
         for _ in 0..POLISHING_STEPS {
-            let nearest = contact(&placed(travel_m), self.tip.as_ref(), &self.workpiece_pose, self.workpiece.as_ref(), NEAR * self.size_m)
-                .map_err(|_| self.unsupported())?;
+            let nearest = contact(
+                &placed(travel_m),
+                self.tip.as_ref(),
+                &self.workpiece_pose,
+                self.workpiece.as_ref(),
+                NEAR * self.size_m,
+            )
+            .map_err(|_| self.unsupported())?;
             let Some(nearest) = nearest.filter(|nearest| nearest.normal1.x > GRAZING) else { break };
             // The distance shrinks by the normal's share of every step along x.
             let next_m = travel_m + nearest.dist / nearest.normal1.x;
@@ -136,7 +163,8 @@ impl Touching {
 
     fn touch(travel_m: f64, point: Vector, normal: Vector) -> Touch {
         // Staying in touch, the way of the tip has no part along the normal.
-        let slope = [normal.y, normal.z].map(|n| if normal.x > GRAZING { -n / normal.x } else { f64::INFINITY.copysign(-n) });
+        let slope = [normal.y, normal.z]
+            .map(|n| if normal.x > GRAZING { -n / normal.x } else { f64::INFINITY.copysign(-n) });
         Touch { travel_m, point_m: point.to_array(), normal: normal.to_array(), slope }
     }
 }

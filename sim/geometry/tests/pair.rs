@@ -13,7 +13,9 @@ const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 #[test]
 fn truth_a_ball_over_a_box_has_the_distance_of_its_centre_less_its_radius() {
     let work = Shape::Cuboid { half_extents_m: [0.1, 0.1, 0.05] };
-    let pair = Pair::new(&Shape::Ball { radius_m: 0.01 }, &Place::at([0.02, 0.0, 0.0]), &work, &Place::default()).unwrap();
+    let pair =
+        Pair::new(&Shape::Ball { radius_m: 0.01 }, &Place::at([0.02, 0.0, 0.0]), &work, &Place::default())
+            .unwrap();
     let over = pair.nearest([0.0, 0.03, 0.08], UPRIGHT).unwrap().unwrap();
     assert!((over.distance_m - 0.02).abs() < ROUNDING && (over.normal[2] + 1.0).abs() < ROUNDING, "{over:?}");
     assert!((over.point_m[0] - 0.02).abs() < ROUNDING && (over.point_m[2] - 0.05).abs() < ROUNDING);
@@ -24,9 +26,15 @@ fn truth_a_ball_over_a_box_has_the_distance_of_its_centre_less_its_radius() {
     let turned = pair.nearest([0.11, 0.0, 0.09], [0.0, 0.0, 1.0, 0.0]).unwrap().unwrap();
     assert!((turned.distance_m - 0.03).abs() < ROUNDING, "{turned:?}");
     let deep = pair.nearest([0.0, 0.0, 0.055], UPRIGHT).unwrap().unwrap();
-    assert!((deep.distance_m + 0.005).abs() < ROUNDING && (deep.normal[2] + 1.0).abs() < ROUNDING, "{deep:?}");
+    assert!(
+        (deep.distance_m + 0.005).abs() < ROUNDING && (deep.normal[2] + 1.0).abs() < ROUNDING,
+        "{deep:?}"
+    );
     let inside = pair.nearest([0.0, 0.0, 0.045], UPRIGHT).unwrap().unwrap();
-    assert!((inside.distance_m + 0.015).abs() < ROUNDING && (inside.normal[2] + 1.0).abs() < ROUNDING, "{inside:?}");
+    assert!(
+        (inside.distance_m + 0.015).abs() < ROUNDING && (inside.normal[2] + 1.0).abs() < ROUNDING,
+        "{inside:?}"
+    );
 }
 
 #[test]
@@ -53,12 +61,16 @@ fn truth_two_capsules_overlap_by_what_their_lines_are_too_near() {
 #[test]
 fn truth_the_inside_of_a_closed_mesh_is_known_and_a_sheet_has_none() {
     // A cube of 0.2 m; corner i has bit k of i for its side along axis k.
-    let vertices_m = (0..8).map(|i| std::array::from_fn(|k| if i >> k & 1 == 1 { 0.1 } else { -0.1 })).collect::<Vec<_>>();
+    let vertices_m =
+        (0..8).map(|i| std::array::from_fn(|k| if i >> k & 1 == 1 { 0.1 } else { -0.1 })).collect::<Vec<_>>();
     let sides = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
-    let triangles = |count: usize| sides[..count].iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect::<Vec<[u32; 3]>>();
+    let triangles = |count: usize| {
+        sides[..count].iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect::<Vec<[u32; 3]>>()
+    };
     let pair = |count| {
         let mesh = Shape::Mesh(Mesh { vertices_m: vertices_m.clone(), triangles: triangles(count) });
-        Pair::new(&Shape::Ball { radius_m: 0.01 }, &Place::default(), &mesh, &Place::at([1.0, 0.0, 0.0])).unwrap()
+        Pair::new(&Shape::Ball { radius_m: 0.01 }, &Place::default(), &mesh, &Place::at([1.0, 0.0, 0.0]))
+            .unwrap()
     };
     let depth = pair(6).buried_m([1.0, 0.0, 0.07], UPRIGHT).unwrap();
     assert!((depth - 0.03).abs() < ROUNDING, "{depth}");
@@ -73,14 +85,17 @@ fn globe(radius_m: f64, count: u32) -> (Mesh, f64) {
     for i in 0..=count {
         for k in 0..around {
             let (tilt, turn) = (PI * f64::from(i) / f64::from(count), PI * f64::from(k) / f64::from(count));
-            mesh.vertices_m.push([tilt.cos(), tilt.sin() * turn.cos(), tilt.sin() * turn.sin()].map(|x| radius_m * x));
+            mesh.vertices_m
+                .push([tilt.cos(), tilt.sin() * turn.cos(), tilt.sin() * turn.sin()].map(|x| radius_m * x));
         }
     }
     for i in 0..count {
         for k in 0..around {
             let corner = |i: u32, k: u32| i * around + k % around;
-            mesh.triangles
-                .extend([[corner(i, k), corner(i + 1, k), corner(i + 1, k + 1)], [corner(i, k), corner(i + 1, k + 1), corner(i, k + 1)]]);
+            mesh.triangles.extend([
+                [corner(i, k), corner(i + 1, k), corner(i + 1, k + 1)],
+                [corner(i, k), corner(i + 1, k + 1), corner(i, k + 1)],
+            ]);
         }
     }
     mesh.triangles.retain(|t| {
@@ -101,7 +116,10 @@ fn truth_a_capsule_over_triangles_has_the_distance_of_its_axis_less_its_radius()
     let tilt = 0.3_f64;
     let turned = [0.0, 0.0, (0.5 * tilt).sin(), (0.5 * tilt).cos()];
     let over = pair.nearest([0.0162, 0.01, 0.02], UPRIGHT).unwrap().unwrap();
-    assert!((over.distance_m - 0.8e-3).abs() < ROUNDING && (over.normal[0] - 1.0).abs() < ROUNDING, "{over:?}");
+    assert!(
+        (over.distance_m - 0.8e-3).abs() < ROUNDING && (over.normal[0] - 1.0).abs() < ROUNDING,
+        "{over:?}"
+    );
     let leaning = pair.nearest([0.0132, 0.01, 0.02], turned).unwrap().unwrap();
     assert!((leaning.distance_m - (6.8e-3 - half * tilt.sin() - r)).abs() < ROUNDING, "{leaning:?}");
     // Through it, there is still an answer.

@@ -3,15 +3,18 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt::Write as _;
 
-use feeler_geometry::{Feed, GeometryError, Mesh, Place, Shape, Touching, read_height_field, read_obj, read_stl};
+use feeler_geometry::{
+    Feed, GeometryError, Mesh, Place, Shape, Touching, read_height_field, read_obj, read_stl,
+};
 
 /// Rounding of positions of some centimetres through a distance query and a few Newton steps.
 const ROUNDING_M: f64 = 1e-12;
-/// Parry's distances between a capsule and a triangle come from an iteration that ends at about the square root of the rounding, relative to the sizes
-/// of some centimetres.
+/// Parry's distances between a capsule and a triangle come from an iteration that ends at about the square
+/// root of the rounding, relative to the sizes of some centimetres.
 const ITERATED_M: f64 = 1e-9;
 
-/// Where shapes touch, m, and the normal: straight between knots that are 0.6 mm apart on a ball of 53 mm, (0.6 / 53)^2 / 8 of a normal.
+/// Where shapes touch, m, and the normal: straight between knots that are 0.6 mm apart on a ball of 53 mm,
+/// (0.6 / 53)^2 / 8 of a normal.
 const STRAIGHT: f64 = 2e-5;
 
 fn origin() -> Place {
@@ -26,7 +29,11 @@ fn globe(radius_m: f64, rings: u32) -> Mesh {
         let polar = TAU / 2.0 * f64::from(i) / f64::from(rings);
         for k in 0..around {
             let azimuth = TAU * f64::from(k) / f64::from(around);
-            mesh.vertices_m.push([radius_m * polar.cos(), radius_m * polar.sin() * azimuth.cos(), radius_m * polar.sin() * azimuth.sin()]);
+            mesh.vertices_m.push([
+                radius_m * polar.cos(),
+                radius_m * polar.sin() * azimuth.cos(),
+                radius_m * polar.sin() * azimuth.sin(),
+            ]);
         }
     }
     for i in 0..rings {
@@ -47,9 +54,16 @@ fn truth_ball_on_cuboid_face_and_edge() {
     let touching = Touching::new(&tip, &origin(), &work, &Place::at([30e-3, 0.0, 0.0])).unwrap();
     let face = touching.at([3e-3, -4e-3]).unwrap();
     assert!((face.travel_m - (20e-3 - r)).abs() < ROUNDING_M, "{face:?}");
-    assert!((face.normal[0] - 1.0).abs() < ROUNDING_M && face.slope.iter().all(|s| s.abs() < ROUNDING_M), "{face:?}");
-    assert!((face.point_m[0] - 20e-3).abs() < ROUNDING_M && (face.point_m[1] - 3e-3).abs() < ROUNDING_M, "{face:?}");
-    // Beyond the edge by e the ball rolls over it: travel = 20 mm - sqrt(r^2 - e^2), slope e / sqrt(r^2 - e^2).
+    assert!(
+        (face.normal[0] - 1.0).abs() < ROUNDING_M && face.slope.iter().all(|s| s.abs() < ROUNDING_M),
+        "{face:?}"
+    );
+    assert!(
+        (face.point_m[0] - 20e-3).abs() < ROUNDING_M && (face.point_m[1] - 3e-3).abs() < ROUNDING_M,
+        "{face:?}"
+    );
+    // Beyond the edge by e the ball rolls over it: travel = 20 mm - sqrt(r^2 - e^2), slope e / sqrt(r^2 -
+    // e^2).
     let e = 1.2e-3;
     let reach = f64::sqrt(r * r - e * e);
     let edge = touching.at([half + e, 0.0]).unwrap();
@@ -62,10 +76,15 @@ fn truth_ball_on_cuboid_face_and_edge() {
 #[test]
 fn truth_ball_on_mesh_ball() {
     let (r, radius, rings) = (4e-3, 30e-3, 48);
-    let touching =
-        Touching::new(&Shape::Ball { radius_m: r }, &origin(), &Shape::Mesh(globe(radius, rings)), &Place::at([0.1, 0.0, 0.0])).unwrap();
-    // A chord of angle a lies under its arc by R (1 - cos(a/2)); a facet's middle under the ball by at most both directions' together. Seen along x
-    // this grows by one over the normal's share.
+    let touching = Touching::new(
+        &Shape::Ball { radius_m: r },
+        &origin(),
+        &Shape::Mesh(globe(radius, rings)),
+        &Place::at([0.1, 0.0, 0.0]),
+    )
+    .unwrap();
+    // A chord of angle a lies under its arc by R (1 - cos(a/2)); a facet's middle under the ball by at most
+    // both directions' together. Seen along x this grows by one over the normal's share.
     let sag = 2.0 * radius * (1.0 - (TAU / 2.0 / f64::from(rings) / 2.0).cos());
     for (y, z) in [(0.0, 0.0), (5e-3, 0.0), (-7e-3, 9e-3), (0.0, 15e-3)] {
         let beside: f64 = f64::hypot(y, z);
@@ -75,7 +94,11 @@ fn truth_ball_on_mesh_ball() {
         assert!(late > -ROUNDING_M && late < sag * (r + radius) / ahead, "{y} {z}: {late} of {sag}");
         // Facets lean by at most half their angle against the ball, seen from the tip's centre.
         let slope = y / ahead;
-        assert!((touch.slope[0] - slope).abs() < 2.0 * TAU / 2.0 / f64::from(rings), "{} {slope}", touch.slope[0]);
+        assert!(
+            (touch.slope[0] - slope).abs() < 2.0 * TAU / 2.0 / f64::from(rings),
+            "{} {slope}",
+            touch.slope[0]
+        );
     }
 }
 
@@ -84,22 +107,42 @@ fn truth_capsule_on_a_sloping_height_field() {
     let (r, half, rise_y, rise_z) = (3e-3, 8e-3, 0.2, -0.35);
     let extent = 0.2;
     let heights: Vec<Vec<f64>> = (0..21)
-        .map(|i| (0..31).map(|k| rise_y * extent * (f64::from(k) / 30.0 - 0.5) + rise_z * extent * (f64::from(i) / 20.0 - 0.5)).collect())
+        .map(|i| {
+            (0..31)
+                .map(|k| {
+                    rise_y * extent * (f64::from(k) / 30.0 - 0.5)
+                        + rise_z * extent * (f64::from(i) / 20.0 - 0.5)
+                })
+                .collect()
+        })
         .collect();
-    let text: String = heights.iter().map(|row| row.iter().map(f64::to_string).collect::<Vec<_>>().join(",") + "\n").collect();
+    let text: String = heights
+        .iter()
+        .map(|row| row.iter().map(f64::to_string).collect::<Vec<_>>().join(",") + "\n")
+        .collect();
     let work = read_height_field(&text, [extent; 2]).unwrap();
     for rotation in [[0.0; 3], [FRAC_PI_2, 0.0, 0.0]] {
         let tip_place = Place { position_m: [0.0; 3], rotation_rad: rotation };
-        let touching =
-            Touching::new(&Shape::Capsule { half_length_m: half, radius_m: r }, &tip_place, &work, &Place::at([0.05, 0.0, 0.0])).unwrap();
+        let touching = Touching::new(
+            &Shape::Capsule { half_length_m: half, radius_m: r },
+            &tip_place,
+            &work,
+            &Place::at([0.05, 0.0, 0.0]),
+        )
+        .unwrap();
         for (y, z) in [(0.0, 0.0), (11e-3, -7e-3), (-23e-3, 31e-3)] {
-            // The surface is x = 0.05 - a y - b z; the end of the line that the surface rises towards touches first, at distance r.
+            // The surface is x = 0.05 - a y - b z; the end of the line that the surface rises towards touches
+            // first, at distance r.
             let norm = (1.0 + rise_y * rise_y + rise_z * rise_z).sqrt();
             let end = if rotation[0] == 0.0 { rise_y * half } else { rise_z.abs() * half };
             let expected = 0.05 - rise_y * y - rise_z * z - end - r * norm;
             let touch = touching.at([y, z]).unwrap();
             assert!((touch.travel_m - expected).abs() < ITERATED_M, "{} {expected}", touch.travel_m);
-            assert!((touch.slope[0] + rise_y).abs() < 1e-6 && (touch.slope[1] + rise_z).abs() < 1e-6, "{:?}", touch.slope);
+            assert!(
+                (touch.slope[0] + rise_y).abs() < 1e-6 && (touch.slope[1] + rise_z).abs() < 1e-6,
+                "{:?}",
+                touch.slope
+            );
         }
     }
 }
@@ -119,7 +162,8 @@ fn truth_rates_along_a_feed_over_a_cylinder() {
         let y = -10e-3 + speed * t;
         let ahead = f64::sqrt((r + radius).powi(2) - y * y);
         let (offset, rate) = found.profile.at(t);
-        // Parry's ball on a convex body is iterated; the rate's error is that of the offset over the pieces' 31 ms, times the 3.08 of a cubic's slope.
+        // Parry's ball on a convex body is iterated; the rate's error is that of the offset over the pieces'
+        // 31 ms, times the 3.08 of a cubic's slope.
         assert!((offset - (0.1 - ahead)).abs() < 2.0 * asked_m, "{t}: {offset}");
         assert!(t >= 2.0 || (rate - speed * y / ahead).abs() < 1e-5, "{t}: {rate} {}", speed * y / ahead);
     }
@@ -152,7 +196,9 @@ fn order_profiles_keep_the_error_asked_for() {
 fn truth_a_smooth_path_passes_its_points() {
     let feed = Feed::read_path("t_s,y_m,z_m\n0,0,0\n1,0.01,0\n3,0.01,0.02\n").unwrap();
     let plane = Shape::HeightField { heights_m: vec![vec![0.05, -0.05]; 2], extents_m: [0.1; 2] };
-    let touching = Touching::new(&Shape::Ball { radius_m: 1e-3 }, &origin(), &plane, &Place::at([0.2, 0.0, 0.0])).unwrap();
+    let touching =
+        Touching::new(&Shape::Ball { radius_m: 1e-3 }, &origin(), &plane, &Place::at([0.2, 0.0, 0.0]))
+            .unwrap();
     let found = touching.profile(&feed, 4.0, 1e-9).unwrap();
     // The surface x = 0.2 + y: the gap follows y.
     let start = found.profile.at(0.0).0;
@@ -203,7 +249,9 @@ fn truth_stl_and_obj_give_the_same_mesh() {
         text += "endloop\nendfacet\n";
         bytes.extend([0_u8; 2]);
     }
-    let corners = |mesh: &Mesh| mesh.triangles.iter().flatten().map(|&i| mesh.vertices_m[i as usize]).collect::<Vec<_>>();
+    let corners = |mesh: &Mesh| {
+        mesh.triangles.iter().flatten().map(|&i| mesh.vertices_m[i as usize]).collect::<Vec<_>>()
+    };
     for stl in [text.as_bytes(), bytes.as_slice()] {
         assert_eq!(corners(&read_stl(stl, 1e-3).unwrap()), corners(&mesh));
     }
@@ -213,11 +261,16 @@ fn truth_stl_and_obj_give_the_same_mesh() {
 
 #[test]
 fn truth_bad_shapes_are_refused() {
-    let ball = |radius_m| Touching::new(&Shape::Ball { radius_m }, &origin(), &Shape::Ball { radius_m: 1.0 }, &origin()).unwrap_err();
+    let ball = |radius_m| {
+        Touching::new(&Shape::Ball { radius_m }, &origin(), &Shape::Ball { radius_m: 1.0 }, &origin())
+            .unwrap_err()
+    };
     for radius in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(ball(radius).to_string().contains("radius of a ball"), "{}", ball(radius));
     }
-    let flat = Shape::Hull { points_m: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.3, 0.4, 0.0]] };
+    let flat = Shape::Hull {
+        points_m: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.3, 0.4, 0.0]],
+    };
     let error = Touching::new(&flat, &origin(), &flat, &origin()).unwrap_err();
     assert_eq!(error, GeometryError::Hull { points: 5 });
     assert!(matches!(read_obj("v 0 0\n", 1.0), Err(GeometryError::Line { line: 1, .. })));
@@ -227,15 +280,25 @@ fn truth_bad_shapes_are_refused() {
     assert!(matches!(read_height_field("0,1\n0\n", [1.0; 2]), Err(GeometryError::Line { line: 2, .. })));
     assert!(matches!(read_height_field("0,x\n", [1.0; 2]), Err(GeometryError::Line { line: 1, .. })));
     assert!(matches!(Feed::read_path("t,y,z\n0,0,0\n"), Err(GeometryError::Line { line: 1, .. })));
-    assert!(matches!(Feed::read_path("t_s,y_m,z_m\n0,0,0\n0,1,1\n"), Err(GeometryError::Path { index: 1, .. })));
+    assert!(matches!(
+        Feed::read_path("t_s,y_m,z_m\n0,0,0\n0,1,1\n"),
+        Err(GeometryError::Path { index: 1, .. })
+    ));
     assert!(matches!(Feed::path(&[]), Err(GeometryError::EmptyPath)));
 }
 
 #[test]
 fn truth_a_hull_touches_where_its_corner_is() {
     // A pyramid that points at the workpiece.
-    let tip =
-        Shape::Hull { points_m: vec![[6e-3, 1e-3, 0.0], [0.0, 3e-3, 3e-3], [0.0, 3e-3, -3e-3], [0.0, -3e-3, 3e-3], [0.0, -3e-3, -3e-3]] };
+    let tip = Shape::Hull {
+        points_m: vec![
+            [6e-3, 1e-3, 0.0],
+            [0.0, 3e-3, 3e-3],
+            [0.0, 3e-3, -3e-3],
+            [0.0, -3e-3, 3e-3],
+            [0.0, -3e-3, -3e-3],
+        ],
+    };
     let work = Shape::Cuboid { half_extents_m: [10e-3; 3] };
     let touching = Touching::new(&tip, &origin(), &work, &Place::at([30e-3, 0.0, 0.0])).unwrap();
     let touch = touching.at([0.0, 0.0]).unwrap();
@@ -243,7 +306,10 @@ fn truth_a_hull_touches_where_its_corner_is() {
     let found = touching.profile(&Feed::line([0.0; 2], [0.0; 2]), 1.0, 1e-9).unwrap();
     assert!(found.check_start(13e-3).is_ok());
     let inside = found.check_start(15e-3).unwrap_err();
-    assert!(matches!(inside, GeometryError::Overlap { depth_m } if (depth_m - 1e-3).abs() < 1e-8), "{inside}");
+    assert!(
+        matches!(inside, GeometryError::Overlap { depth_m } if (depth_m - 1e-3).abs() < 1e-8),
+        "{inside}"
+    );
 }
 
 /// Points of a ball in rings about x, or about y.
@@ -262,7 +328,9 @@ fn regress_a_hull_of_many_points_is_travelled_over() {
     for (count, about_x) in [(24, true), (64, true), (64, false), (96, true)] {
         let work = Shape::Hull { points_m: rings(count, radius_m, about_x) };
         for z in [0.0, 1e-3, 2.7e-3] {
-            let touching = Touching::new(&Shape::Ball { radius_m: r }, &origin(), &work, &Place::at([ahead_m, 0.0, z])).unwrap();
+            let touching =
+                Touching::new(&Shape::Ball { radius_m: r }, &origin(), &work, &Place::at([ahead_m, 0.0, z]))
+                    .unwrap();
             let found = touching.profile(&Feed::line([-20e-3, 0.0], [40e-3, 0.0]), 1.0, asked_m).unwrap();
             assert!(found.error_m <= asked_m, "{count} {about_x} {z}: {}", found.error_m);
             // The facets lie within the ball by no more than the sag of their edges, in both directions.
@@ -289,19 +357,31 @@ fn regress_steps_below_the_error_asked_for_are_no_walls() {
     let feed = Feed::line([-0.01, 0.0], [0.02, 0.0]);
     for asked_m in [1e-4, 1e-5, 1e-8] {
         let found = touching.profile(&feed, 1.0, asked_m).unwrap();
-        assert!(found.error_m <= asked_m && (found.profile.at(0.9).0 - (0.1 - 1e-3 - 5e-6)).abs() < 2.0 * asked_m, "{asked_m}");
+        assert!(
+            found.error_m <= asked_m && (found.profile.at(0.9).0 - (0.1 - 1e-3 - 5e-6)).abs() < 2.0 * asked_m,
+            "{asked_m}"
+        );
     }
     let flat = Shape::Cuboid { half_extents_m: [1e-3; 3] };
     let touching = Touching::new(&flat, &origin(), &step, &Place::at([0.1, 0.0, 0.0])).unwrap();
     let found = touching.profile(&feed, 1.0, 1e-5).unwrap();
-    assert!((found.profile.at(0.9).0 - found.profile.at(0.1).0 + 5e-6).abs() < 1e-9, "{:?}", found.profile.at(0.9));
+    assert!(
+        (found.profile.at(0.9).0 - found.profile.at(0.1).0 + 5e-6).abs() < 1e-9,
+        "{:?}",
+        found.profile.at(0.9)
+    );
 }
 
 #[test]
 fn truth_a_profile_knows_where_the_shapes_touch() {
     let (r, radius_m, ahead_m) = (3e-3, 50e-3, 60e-3);
-    let touching =
-        Touching::new(&Shape::Ball { radius_m: r }, &origin(), &Shape::Ball { radius_m }, &Place::at([ahead_m, 0.0, 0.0])).unwrap();
+    let touching = Touching::new(
+        &Shape::Ball { radius_m: r },
+        &origin(),
+        &Shape::Ball { radius_m },
+        &Place::at([ahead_m, 0.0, 0.0]),
+    )
+    .unwrap();
     let found = touching.profile(&Feed::line([-20e-3, 0.0], [40e-3, 0.0]), 1.0, 1e-8).unwrap();
     for i in 0..=100 {
         let t = f64::from(i) / 100.0;
@@ -316,16 +396,28 @@ fn truth_a_profile_knows_where_the_shapes_touch() {
     }
 }
 
-/// The bottom of a valley, where the ball changes sides within the shortest piece, is no wall, and says which error can be had.
+/// The bottom of a valley, where the ball changes sides within the shortest piece, is no wall, and says which
+/// error can be had.
 #[test]
 fn regress_an_error_beyond_what_pieces_keep_is_told_as_such() {
     let valley = Shape::Mesh(Mesh {
-        vertices_m: vec![[0.0, -1.0, -1.0], [0.0, -1.0, 1.0], [0.5, 0.0, -1.0], [0.5, 0.0, 1.0], [0.0, 1.0, -1.0], [0.0, 1.0, 1.0]],
+        vertices_m: vec![
+            [0.0, -1.0, -1.0],
+            [0.0, -1.0, 1.0],
+            [0.5, 0.0, -1.0],
+            [0.5, 0.0, 1.0],
+            [0.0, 1.0, -1.0],
+            [0.0, 1.0, 1.0],
+        ],
         triangles: vec![[0, 2, 3], [0, 3, 1], [2, 4, 5], [2, 5, 3]],
     });
-    let touching = Touching::new(&Shape::Ball { radius_m: 1e-3 }, &origin(), &valley, &Place::at([0.1, 0.0, 0.0])).unwrap();
+    let touching =
+        Touching::new(&Shape::Ball { radius_m: 1e-3 }, &origin(), &valley, &Place::at([0.1, 0.0, 0.0]))
+            .unwrap();
     let feed = Feed::line([-0.013, 0.0], [0.04, 0.0]);
-    let Err(GeometryError::Unresolved { apart_m, .. }) = touching.profile(&feed, 1.0, 1e-13) else { panic!("an error of 1e-13 m is kept") };
+    let Err(GeometryError::Unresolved { apart_m, .. }) = touching.profile(&feed, 1.0, 1e-13) else {
+        panic!("an error of 1e-13 m is kept")
+    };
     assert!(apart_m < 1e-8, "{apart_m}");
     assert!(touching.profile(&feed, 1.0, 2.0 * apart_m).is_ok(), "the error that it says can be had");
 }

@@ -1,7 +1,9 @@
-//! Lanes: the physics is written once over [`Lane`], and runs on one machine (`f64`) or on several variants side by side ([`Pack`]).
+//! Lanes: the physics is written once over [`Lane`], and runs on one machine (`f64`) or on several variants
+//! side by side ([`Pack`]).
 //!
-//! Every operation on a [`Pack`] is the same IEEE operation on each of its numbers, so a variant gives the same bits in any lane of any width.
-//! Packs are plain arrays that the compiler vectorises; [`dispatch`] picks the widest instruction set the processor has at run time.
+//! Every operation on a [`Pack`] is the same IEEE operation on each of its numbers, so a variant gives the
+//! same bits in any lane of any width. Packs are plain arrays that the compiler vectorises; [`dispatch`]
+//! picks the widest instruction set the processor has at run time.
 
 mod blocks;
 mod mask;
@@ -180,10 +182,12 @@ impl Lane for f64 {
     }
 }
 
-/// Runs `f` compiled for the widest vector instructions this processor has (AVX-512, AVX2 with FMA, or the baseline).
+/// Runs `f` compiled for the widest vector instructions this processor has (AVX-512, AVX2 with FMA, or the
+/// baseline).
 ///
-/// Only code inlined into `f` benefits, so kernels passed here are `#[inline(always)]` throughout. The result does not depend on the choice:
-/// no operation is reassociated, and a fused multiply-add is rounded once on every processor.
+/// Only code inlined into `f` benefits, so kernels passed here are `#[inline(always)]` throughout. The result
+/// does not depend on the choice: no operation is reassociated, and a fused multiply-add is rounded once on
+/// every processor.
 #[inline]
 pub fn dispatch<R>(f: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(f)

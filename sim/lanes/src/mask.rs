@@ -4,7 +4,9 @@ use std::fmt::Debug;
 use std::ops::{BitAnd, BitOr, Not};
 
 /// One truth value per lane.
-pub trait LaneMask: Copy + Debug + Send + Sync + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> + 'static {
+pub trait LaneMask:
+    Copy + Debug + Send + Sync + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> + 'static
+{
     /// The same truth in every lane.
     fn splat(value: bool) -> Self;
     /// `f(i)` in lane `i`.

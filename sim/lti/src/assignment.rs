@@ -4,8 +4,8 @@ use crate::domain::C64;
 
 /// For each point of `from` the index of its partner in `to`; both have the same length.
 ///
-/// Hungarian method with potentials, O(n^3). Source: Kuhn, Naval Research Logistics 2 (1955), in the shortest-path form of Jonker and
-/// Volgenant, Computing 38 (1987).
+/// Hungarian method with potentials, O(n^3). Source: Kuhn, Naval Research Logistics 2 (1955), in the
+/// shortest-path form of Jonker and Volgenant, Computing 38 (1987).
 pub(crate) fn assign(from: &[C64], to: &[C64]) -> Vec<usize> {
     let n = from.len();
     let cost = |row: usize, column: usize| (from[row] - to[column]).norm_sqr();
@@ -69,7 +69,9 @@ mod tests {
         let point = |k: usize| C64::new(((k * 37) % 11) as f64, ((k * 53) % 13) as f64);
         let from: Vec<C64> = (0..5).map(point).collect();
         let to: Vec<C64> = (5..10).map(point).collect();
-        let total = |order: &[usize]| order.iter().enumerate().map(|(i, &j)| (from[i] - to[j]).norm_sqr()).sum::<f64>();
+        let total = |order: &[usize]| {
+            order.iter().enumerate().map(|(i, &j)| (from[i] - to[j]).norm_sqr()).sum::<f64>()
+        };
         let mut best = f64::INFINITY;
         for code in 0..5_usize.pow(5) {
             let order: Vec<usize> = (0..5).map(|i| code / 5_usize.pow(i) % 5).collect();

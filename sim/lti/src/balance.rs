@@ -1,8 +1,10 @@
-//! Balancing by powers of two: a diagonal similarity that makes rows and columns of a matrix alike in size without any rounding.
+//! Balancing by powers of two: a diagonal similarity that makes rows and columns of a matrix alike in size
+//! without any rounding.
 //!
-//! Source: Parlett and Reinsch, Numerische Mathematik 13 (1969); Osborne, JACM 7 (1960). Departure: a row (or column) of zeros,
-//! which leaves the scale of its column (row) free, is scaled so that the other becomes no larger than the rest of the matrix.
-//! Inputs appended to a state matrix are of this kind, and would otherwise set its norm.
+//! Source: Parlett and Reinsch, Numerische Mathematik 13 (1969); Osborne, JACM 7 (1960). Departure: a row (or
+//! column) of zeros, which leaves the scale of its column (row) free, is scaled so that the other becomes no
+//! larger than the rest of the matrix. Inputs appended to a state matrix are of this kind, and would
+//! otherwise set its norm.
 
 use nalgebra::DMatrix;
 
@@ -54,7 +56,8 @@ pub fn balance(matrix: &DMatrix<f64>) -> Balanced {
     Balanced { matrix: m, scale: exponents.into_iter().map(|e| 2_f64.powi(e)).collect() }
 }
 
-/// Makes the nonzero partner of each zero row (column) no larger than what remains of the matrix without such pairs.
+/// Makes the nonzero partner of each zero row (column) no larger than what remains of the matrix without such
+/// pairs.
 fn shrink_one_sided(m: &mut DMatrix<f64>, exponents: &mut [i32]) {
     let n = m.nrows();
     let one_sided: Vec<bool> = (0..n)
@@ -64,7 +67,12 @@ fn shrink_one_sided(m: &mut DMatrix<f64>, exponents: &mut [i32]) {
         })
         .collect();
     let core = (0..n)
-        .map(|j| (0..n).filter(|&i| i == j || !(one_sided[i] || one_sided[j])).map(|i| m[(i, j)].abs()).sum::<f64>())
+        .map(|j| {
+            (0..n)
+                .filter(|&i| i == j || !(one_sided[i] || one_sided[j]))
+                .map(|i| m[(i, j)].abs())
+                .sum::<f64>()
+        })
         .fold(0.0, f64::max);
     if core <= 0.0 {
         return;

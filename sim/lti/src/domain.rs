@@ -1,4 +1,5 @@
-//! Continuous and discrete time as types, so that the two cannot be confused and what they share is written once.
+//! Continuous and discrete time as types, so that the two cannot be confused and what they share is written
+//! once.
 
 use std::fmt::Debug;
 
@@ -15,7 +16,8 @@ pub trait TimeDomain: Copy + Debug + PartialEq {
     fn boundary_point(self, angular_frequency_rad_per_s: f64) -> C64;
     /// The point at which a transfer function is evaluated for a given s: s itself, or z = exp(s T).
     fn point_of_s(self, s: C64) -> C64;
-    /// The s-plane equivalent (rad/s) of an eigenvalue: itself, or ln(z) / T (principal branch; -inf for z = 0).
+    /// The s-plane equivalent (rad/s) of an eigenvalue: itself, or ln(z) / T (principal branch; -inf for z =
+    /// 0).
     fn s_of_point(self, point: C64) -> C64;
     /// Largest angular frequency with a meaning of its own, rad/s: infinity, or pi / T.
     fn nyquist_rad_per_s(self) -> f64;

@@ -8,7 +8,8 @@ use crate::domain::{C64, TimeDomain};
 use crate::error::{LtiError, require_finite, require_shape};
 use crate::state_space::StateSpace;
 
-/// Eigenvalues of a real square matrix, by rising modulus; conjugate pairs are exact and adjacent, the negative imaginary part first.
+/// Eigenvalues of a real square matrix, by rising modulus; conjugate pairs are exact and adjacent, the
+/// negative imaginary part first.
 ///
 /// # Errors
 /// [`LtiError::Shape`], [`LtiError::NotFinite`] or [`LtiError::EigenvaluesNotConverged`].
@@ -22,7 +23,8 @@ pub(crate) fn eigenvalues_of_balanced(balanced: &Balanced) -> Result<Vec<C64>, L
         return Ok(Vec::new());
     }
     let values = to_faer(&balanced.matrix).eigenvalues();
-    let mut values = values.map_err(|_| LtiError::EigenvaluesNotConverged { order: balanced.matrix.nrows() })?;
+    let mut values =
+        values.map_err(|_| LtiError::EigenvaluesNotConverged { order: balanced.matrix.nrows() })?;
     sort_by_modulus(&mut values);
     Ok(values)
 }
@@ -46,12 +48,16 @@ pub fn eigen(a: &DMatrix<f64>) -> Result<Eigen, LtiError> {
     if n == 0 {
         return Ok(Eigen { values: Vec::new(), vectors: Vec::new() });
     }
-    let found = to_faer(&balanced.matrix).eigen().map_err(|_| LtiError::EigenvaluesNotConverged { order: n })?;
+    let found =
+        to_faer(&balanced.matrix).eigen().map_err(|_| LtiError::EigenvaluesNotConverged { order: n })?;
     let values: Vec<C64> = found.S().column_vector().iter().copied().collect();
     let u = found.U();
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|&i, &j| compare_modulus(&values[i], &values[j]));
-    let vectors = order.iter().map(|&k| DVector::from_fn(n, |i, _| u[(i, k)] * balanced.scale[i]).normalize()).collect();
+    let vectors = order
+        .iter()
+        .map(|&k| DVector::from_fn(n, |i, _| u[(i, k)] * balanced.scale[i]).normalize())
+        .collect();
     Ok(Eigen { values: order.iter().map(|&k| values[k]).collect(), vectors })
 }
 
@@ -83,7 +89,8 @@ impl<T: TimeDomain> StateSpace<T> {
         eigenvalues(self.a())
     }
 
-    /// Largest growth rate of any free motion, 1/s; negative for a stable system, -infinity where there are no states.
+    /// Largest growth rate of any free motion, 1/s; negative for a stable system, -infinity where there are
+    /// no states.
     ///
     /// # Errors
     /// [`LtiError::EigenvaluesNotConverged`].
@@ -102,12 +109,14 @@ impl<T: TimeDomain> StateSpace<T> {
 
 /// Frequencies |s| / 2 pi (Hz) of poles or zeros, rising, conjugate pairs once.
 pub fn frequencies_hz<T: TimeDomain>(domain: T, points: &[C64]) -> Vec<f64> {
-    let mut frequencies: Vec<f64> = points.iter().filter(|p| p.im >= 0.0).map(|&p| domain.frequency_hz(p)).collect();
+    let mut frequencies: Vec<f64> =
+        points.iter().filter(|p| p.im >= 0.0).map(|&p| domain.frequency_hz(p)).collect();
     frequencies.sort_by(f64::total_cmp);
     frequencies
 }
 
-/// Damping ratio -Re s / |s| of a pole, in [-1, 1]; 1 for a pole at the origin of the z plane, 0 for one at s = 0.
+/// Damping ratio -Re s / |s| of a pole, in [-1, 1]; 1 for a pole at the origin of the z plane, 0 for one at s
+/// = 0.
 pub fn damping_ratio<T: TimeDomain>(domain: T, pole: C64) -> f64 {
     let s = domain.s_of_point(pole);
     if s.re == f64::NEG_INFINITY {
@@ -137,7 +146,8 @@ mod tests {
 
     #[test]
     fn truth_vectors_satisfy_their_equation() {
-        let a = DMatrix::from_fn(6, 6, |i, j| ((3 * i + 5 * j) % 7) as f64 * 10_f64.powf(i as f64 - j as f64));
+        let a =
+            DMatrix::from_fn(6, 6, |i, j| ((3 * i + 5 * j) % 7) as f64 * 10_f64.powf(i as f64 - j as f64));
         let found = eigen(&a).unwrap();
         let complex = a.map(|v| C64::new(v, 0.0));
         for (value, vector) in found.values.iter().zip(&found.vectors) {

@@ -69,7 +69,8 @@ pub enum LtiError {
         /// Order of the matrix.
         order: usize,
     },
-    /// The transfer function vanishes identically, or its rank is below its size at every frequency: every point is a zero.
+    /// The transfer function vanishes identically, or its rank is below its size at every frequency: every
+    /// point is a zero.
     #[error("the transfer function has deficient rank at every frequency, so its zeros are not isolated")]
     Degenerate,
     /// A record is too short for what was asked.
@@ -97,18 +98,29 @@ pub enum LtiError {
 }
 
 /// Fails with [`LtiError::NotFinite`] where a value is not finite.
-pub(crate) fn require_finite<'a>(quantity: &'static str, values: impl IntoIterator<Item = &'a f64>) -> Result<(), LtiError> {
+pub(crate) fn require_finite<'a>(
+    quantity: &'static str,
+    values: impl IntoIterator<Item = &'a f64>,
+) -> Result<(), LtiError> {
     if values.into_iter().all(|v| v.is_finite()) { Ok(()) } else { Err(LtiError::NotFinite { quantity }) }
 }
 
 /// Fails with [`LtiError::OutOfRange`] unless the value is finite and positive.
 pub(crate) fn require_positive(quantity: &'static str, value: f64) -> Result<(), LtiError> {
-    if value.is_finite() && value > 0.0 { Ok(()) } else { Err(LtiError::OutOfRange { quantity, value, range: "(0, inf)" }) }
+    if value.is_finite() && value > 0.0 {
+        Ok(())
+    } else {
+        Err(LtiError::OutOfRange { quantity, value, range: "(0, inf)" })
+    }
 }
 
 /// Fails with [`LtiError::OutOfRange`] unless the value is finite and not negative.
 pub(crate) fn require_not_negative(quantity: &'static str, value: f64) -> Result<(), LtiError> {
-    if value.is_finite() && value >= 0.0 { Ok(()) } else { Err(LtiError::OutOfRange { quantity, value, range: "[0, inf)" }) }
+    if value.is_finite() && value >= 0.0 {
+        Ok(())
+    } else {
+        Err(LtiError::OutOfRange { quantity, value, range: "[0, inf)" })
+    }
 }
 
 /// Fails with [`LtiError::Shape`] unless the matrix has the stated shape.

@@ -1,8 +1,9 @@
 //! Matrix exponential, its integrals, and Taylor coefficients of free motion.
 //!
-//! Scaling and squaring of a Taylor polynomial of the balanced matrix. A Taylor polynomial needs no linear solve, so what is exact in A stays
-//! exact in exp(A): a row of zeros gives a row of the identity, bit for bit, and a block triangle stays one.
-//! Sources: Moler and Van Loan, SIAM Review 45 (2003), method 3; Van Loan, IEEE Trans. Automatic Control 23 (1978) for the integrals.
+//! Scaling and squaring of a Taylor polynomial of the balanced matrix. A Taylor polynomial needs no linear
+//! solve, so what is exact in A stays exact in exp(A): a row of zeros gives a row of the identity, bit for
+//! bit, and a block triangle stays one. Sources: Moler and Van Loan, SIAM Review 45 (2003), method 3; Van
+//! Loan, IEEE Trans. Automatic Control 23 (1978) for the integrals.
 
 use nalgebra::{DMatrix, DMatrixView, DMatrixViewMut, DVector};
 
@@ -54,8 +55,8 @@ fn one_norm(m: &DMatrix<f64>) -> f64 {
     m.column_iter().map(|column| column.iter().map(|v| v.abs()).sum()).fold(0.0, f64::max)
 }
 
-/// Taylor polynomial of exp, taken until no element of the sum changes any more. At least as many terms as there are states are taken:
-/// in a chain of integrators the corner of the matrix appears only then.
+/// Taylor polynomial of exp, taken until no element of the sum changes any more. At least as many terms as
+/// there are states are taken: in a chain of integrators the corner of the matrix appears only then.
 fn taylor(a: &DMatrix<f64>) -> DMatrix<f64> {
     let n = a.nrows();
     let size = n * n;
@@ -88,7 +89,8 @@ fn taylor(a: &DMatrix<f64>) -> DMatrix<f64> {
     sum
 }
 
-/// `out = a b` of square matrices of order `n`, column by column. Small ones are not worth the packing of a general product.
+/// `out = a b` of square matrices of order `n`, column by column. Small ones are not worth the packing of a
+/// general product.
 fn multiply(a: &[f64], b: &[f64], out: &mut [f64], n: usize) {
     if n > LARGEST_PLAIN {
         let [a, b] = [a, b].map(|m| DMatrixView::from_slice(m, n, n));
@@ -123,7 +125,11 @@ pub struct ExponentialIntegrals {
 ///
 /// # Errors
 /// [`LtiError::Shape`] or [`LtiError::NotFinite`].
-pub fn expm_integrals(a: &DMatrix<f64>, b: &DMatrix<f64>, duration_s: f64) -> Result<ExponentialIntegrals, LtiError> {
+pub fn expm_integrals(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    duration_s: f64,
+) -> Result<ExponentialIntegrals, LtiError> {
     let (n, m) = (a.nrows(), b.ncols());
     require_shape("A", a, (n, n))?;
     require_shape("B", b, (n, m))?;
@@ -131,7 +137,8 @@ pub fn expm_integrals(a: &DMatrix<f64>, b: &DMatrix<f64>, duration_s: f64) -> Re
     let mut block = DMatrix::zeros(n + 2 * m, n + 2 * m);
     block.view_mut((0, 0), (n, n)).copy_from(&(a * duration_s));
     block.view_mut((0, n), (n, m)).copy_from(&(b * duration_s));
-    // The ramp runs from 0 to 1 over the duration, so that the block holds no bare duration; it is undone below.
+    // The ramp runs from 0 to 1 over the duration, so that the block holds no bare duration; it is undone
+    // below.
     for j in 0..m {
         block[(n + j, n + m + j)] = 1.0;
     }
@@ -143,11 +150,16 @@ pub fn expm_integrals(a: &DMatrix<f64>, b: &DMatrix<f64>, duration_s: f64) -> Re
     })
 }
 
-/// Taylor coefficients `c[k]` = A^k x0 / k! of the free motion x(t) = exp(A t) x0 = sum of `c[k]` t^k, for k from 0 to `order`.
+/// Taylor coefficients `c[k]` = A^k x0 / k! of the free motion x(t) = exp(A t) x0 = sum of `c[k]` t^k, for k
+/// from 0 to `order`.
 ///
 /// # Errors
 /// [`LtiError::Shape`].
-pub fn taylor_coefficients(a: &DMatrix<f64>, x0: &DVector<f64>, order: usize) -> Result<Vec<DVector<f64>>, LtiError> {
+pub fn taylor_coefficients(
+    a: &DMatrix<f64>,
+    x0: &DVector<f64>,
+    order: usize,
+) -> Result<Vec<DVector<f64>>, LtiError> {
     require_shape("A", a, (x0.len(), x0.len()))?;
     let mut coefficients = Vec::with_capacity(order + 1);
     coefficients.push(x0.clone());
@@ -158,7 +170,8 @@ pub fn taylor_coefficients(a: &DMatrix<f64>, x0: &DVector<f64>, order: usize) ->
     Ok(coefficients)
 }
 
-/// exp(A t) x0 without forming the exponential: Taylor series over substeps, for when the norm of A t is small or only one motion is needed.
+/// exp(A t) x0 without forming the exponential: Taylor series over substeps, for when the norm of A t is
+/// small or only one motion is needed.
 ///
 /// # Errors
 /// [`LtiError::Shape`] or [`LtiError::NotFinite`].
@@ -199,15 +212,19 @@ mod tests {
         let (sigma, wd) = (zeta * w, w * (1.0 - zeta * zeta).sqrt());
         let (s, c) = (wd * t).sin_cos();
         let decay = (-sigma * t).exp();
-        DMatrix::from_row_slice(2, 2, &[c + sigma / wd * s, s / wd, -w * w / wd * s, c - sigma / wd * s]) * decay
+        DMatrix::from_row_slice(2, 2, &[c + sigma / wd * s, s / wd, -w * w / wd * s, c - sigma / wd * s])
+            * decay
     }
 
     #[test]
     fn truth_oscillator() {
-        for (w, zeta, t) in [(50.0, 0.1, 1e-3), (50.0, 0.1, 0.3), (3000.0, 0.02, 1e-3), (1e5, 0.5, 1e-6), (700.0, 0.01, 0.1)] {
+        for (w, zeta, t) in
+            [(50.0, 0.1, 1e-3), (50.0, 0.1, 0.3), (3000.0, 0.02, 1e-3), (1e5, 0.5, 1e-6), (700.0, 0.01, 0.1)]
+        {
             let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -w * w, -2.0 * zeta * w]);
             let (found, truth) = (expm(&(a * t)).unwrap(), oscillator(w, zeta, t));
-            // Elements are compared in units in which position and speed are alike; phase w t itself is known to w t roundings.
+            // Elements are compared in units in which position and speed are alike; phase w t itself is known
+            // to w t roundings.
             let scale = [[1.0, 1.0 / w], [w, 1.0]];
             for i in 0..2 {
                 for j in 0..2 {
@@ -220,7 +237,8 @@ mod tests {
     #[test]
     fn truth_single_step_is_accurate_to_rounding() {
         let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -2500.0, -10.0]) * 1e-3;
-        let relative = (expm(&a).unwrap() - oscillator(50.0, 0.1, 1e-3)).component_div(&oscillator(50.0, 0.1, 1e-3));
+        let relative =
+            (expm(&a).unwrap() - oscillator(50.0, 0.1, 1e-3)).component_div(&oscillator(50.0, 0.1, 1e-3));
         assert!(relative.amax() < 1e-15, "relative error {:e}", relative.amax());
     }
 

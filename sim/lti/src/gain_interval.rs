@@ -1,7 +1,9 @@
-//! For which values of a gain is a loop stable? Edges, the motion that appears at each, and every interval there is.
+//! For which values of a gain is a loop stable? Edges, the motion that appears at each, and every interval
+//! there is.
 //!
-//! The growth rates of all motions, sorted, are continuous functions of the gain. They are sampled on a logarithmic grid, which is refined
-//! wherever one of them bends so much that it might touch the limit between samples; edges are then bisected.
+//! The growth rates of all motions, sorted, are continuous functions of the gain. They are sampled on a
+//! logarithmic grid, which is refined wherever one of them bends so much that it might touch the limit
+//! between samples; edges are then bisected.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -31,8 +33,9 @@ pub struct GainSearch {
     pub decades: u32,
     /// Grid points in each decade, before refinement.
     pub points_per_decade: u32,
-    /// Motions that grow more slowly than this count as stable, 1/s. Zero, except for machines without damping, which are marginal at every
-    /// gain: there a small positive number finds the gain at which motions begin to grow.
+    /// Motions that grow more slowly than this count as stable, 1/s. Zero, except for machines without
+    /// damping, which are marginal at every gain: there a small positive number finds the gain at which
+    /// motions begin to grow.
     pub growth_limit_per_s: f64,
 }
 
@@ -43,17 +46,29 @@ impl GainSearch {
     /// [`LtiError::OutOfRange`] unless the scale is positive and finite.
     pub fn non_negative(scale: f64) -> Result<Self, LtiError> {
         require_positive("gain scale", scale)?;
-        Ok(Self { lower: 0.0, upper: f64::INFINITY, scale, decades: 8, points_per_decade: 24, growth_limit_per_s: 0.0 })
+        Ok(Self {
+            lower: 0.0,
+            upper: f64::INFINITY,
+            scale,
+            decades: 8,
+            points_per_decade: 24,
+            growth_limit_per_s: 0.0,
+        })
     }
 
     /// Grid of gains, rising, from `lower` to `upper`.
     fn grid(&self) -> Result<Vec<f64>, LtiError> {
         require_positive("gain scale", self.scale)?;
         if self.lower.is_nan() || self.upper.is_nan() || self.lower > self.upper {
-            return Err(LtiError::OutOfRange { quantity: "largest gain", value: self.upper, range: "[smallest gain, inf]" });
+            return Err(LtiError::OutOfRange {
+                quantity: "largest gain",
+                value: self.upper,
+                range: "[smallest gain, inf]",
+            });
         }
         let half = i64::from(self.decades) * i64::from(self.points_per_decade);
-        let magnitude = |i: i64| self.scale * 10_f64.powf(i as f64 / f64::from(self.points_per_decade.max(1)));
+        let magnitude =
+            |i: i64| self.scale * 10_f64.powf(i as f64 / f64::from(self.points_per_decade.max(1)));
         let ends = (self.lower.max(-magnitude(half)), self.upper.min(magnitude(half)));
         let mut grid: Vec<f64> = (-half..=half).rev().map(|i| -magnitude(i)).collect();
         grid.push(0.0);
@@ -91,12 +106,17 @@ impl<T: TimeDomain> AffineLoop<T> {
     /// The loop u = -k y around a system with one input and one output, and without feed-through.
     ///
     /// # Errors
-    /// [`LtiError::Shape`]; [`LtiError::OutOfRange`] where D is not zero, since A then is no longer affine in the gain.
+    /// [`LtiError::Shape`]; [`LtiError::OutOfRange`] where D is not zero, since A then is no longer affine in
+    /// the gain.
     pub fn negative_feedback(system: &crate::StateSpace<T>) -> Result<Self, LtiError> {
         system.require_siso()?;
         let d = system.d()[(0, 0)];
         if d.abs() > 0.0 {
-            return Err(LtiError::OutOfRange { quantity: "feed-through of the loop", value: d, range: "[0, 0]" });
+            return Err(LtiError::OutOfRange {
+                quantity: "feed-through of the loop",
+                value: d,
+                range: "[0, 0]",
+            });
         }
         Self::new(system.a().clone(), -(system.b() * system.c()), system.domain())
     }
@@ -134,7 +154,8 @@ impl<T: TimeDomain> AffineLoop<T> {
 pub struct GainEdge {
     /// The gain, to about 1e-14 relative as far as the eigenvalues themselves are that exact.
     pub gain: f64,
-    /// Frequency of the motion that is about to grow, Hz; 0 for a drift, the Nyquist frequency for one that alternates from sample to sample.
+    /// Frequency of the motion that is about to grow, Hz; 0 for a drift, the Nyquist frequency for one that
+    /// alternates from sample to sample.
     pub frequency_hz: f64,
     /// Its eigenvalue (s or z plane), imaginary part not negative.
     pub eigenvalue: C64,
@@ -196,7 +217,8 @@ impl Sample {
 /// A gain at which the matrix is not finite counts as unstable.
 ///
 /// # Errors
-/// [`LtiError::OutOfRange`] for a search without extent; the errors of [`eigenvalues`](crate::eigenvalues) for the matrices.
+/// [`LtiError::OutOfRange`] for a search without extent; the errors of [`eigenvalues`](crate::eigenvalues)
+/// for the matrices.
 ///
 /// # Example
 /// ```
@@ -233,7 +255,8 @@ pub fn stable_gains<T: TimeDomain>(
         }
         samples.push(next);
     }
-    // A pole that creeps towards the border as the gain grows without bound ends up within rounding of it: that is the end of what can be told, no edge.
+    // A pole that creeps towards the border as the gain grows without bound ends up within rounding of it:
+    // that is the end of what can be told, no edge.
     if search.upper.is_infinite()
         && let Some(last_told) = samples.iter().rposition(|sample| !sample.is_marginal())
         && samples[last_told].is_stable()
@@ -244,7 +267,11 @@ pub fn stable_gains<T: TimeDomain>(
         let gain = if outside.is_marginal() {
             outside.gain
         } else {
-            let (a, b) = if inside.gain < outside.gain { (inside.gain, outside.gain) } else { (outside.gain, inside.gain) };
+            let (a, b) = if inside.gain < outside.gain {
+                (inside.gain, outside.gain)
+            } else {
+                (outside.gain, inside.gain)
+            };
             bisect(a, b, EDGE_WIDTH, |k| Ok(if sample(k)?.is_stable() { -1.0 } else { 1.0 }))?
         };
         describe_edge(domain, &closed_loop(gain), gain, search.growth_limit_per_s)
@@ -267,15 +294,25 @@ pub fn stable_gains<T: TimeDomain>(
     Ok(StableGains { intervals })
 }
 
-fn sample_growth<T: TimeDomain>(domain: T, a: &DMatrix<f64>, gain: f64, limit: f64) -> Result<Sample, LtiError> {
+fn sample_growth<T: TimeDomain>(
+    domain: T,
+    a: &DMatrix<f64>,
+    gain: f64,
+    limit: f64,
+) -> Result<Sample, LtiError> {
     let balanced = checked_balance(a)?;
     let poles = eigenvalues_of_balanced(&balanced)?;
-    // Rounding of an eigenvalue is relative to order and norm of the balanced matrix. In the z plane a growth rate is ln |z| / T, and no norm is
-    // below the 1 of the border; where periods are lifted, it may be many decades above.
+    // Rounding of an eigenvalue is relative to order and norm of the balanced matrix. In the z plane a growth
+    // rate is ln |z| / T, and no norm is below the 1 of the border; where periods are lifted, it may be many
+    // decades above.
     let nyquist = domain.nyquist_rad_per_s();
     let norm = balanced.matrix.norm();
     let unit = |pole: C64| {
-        if nyquist.is_finite() { nyquist / std::f64::consts::PI * norm.max(1.0) / pole.norm().max(1.0) } else { norm }
+        if nyquist.is_finite() {
+            nyquist / std::f64::consts::PI * norm.max(1.0) / pole.norm().max(1.0)
+        } else {
+            norm
+        }
     };
     #[expect(clippy::cast_precision_loss, reason = "orders are far below 2^52")]
     let roundings = MARGINAL_ROUNDINGS * a.nrows() as f64 * f64::EPSILON;
@@ -297,8 +334,8 @@ fn refine(
     out: &mut Vec<Sample>,
 ) -> Result<(), LtiError> {
     let middle = sample(0.5 * (left.gain + right.gain))?;
-    // A growth rate that bends by more than its distance from the limit may cross it twice unseen. Those of matrices that change order
-    // cannot be compared, and -inf (a pole at z = 0) is never near the limit.
+    // A growth rate that bends by more than its distance from the limit may cross it twice unseen. Those of
+    // matrices that change order cannot be compared, and -inf (a pole at z = 0) is never near the limit.
     let suspicious = left.excess.iter().zip(&middle.excess).zip(&right.excess).any(|((l, m), r)| {
         let bend = (m - 0.5 * (l + r)).abs();
         let distance = l.abs().min(m.abs()).min(r.abs());
@@ -314,12 +351,18 @@ fn refine(
     }
 }
 
-fn describe_edge<T: TimeDomain>(domain: T, a: &DMatrix<f64>, gain: f64, limit: f64) -> Result<GainEdge, LtiError> {
+fn describe_edge<T: TimeDomain>(
+    domain: T,
+    a: &DMatrix<f64>,
+    gain: f64,
+    limit: f64,
+) -> Result<GainEdge, LtiError> {
     let found = eigen(a)?;
     let distance = |v: &C64| (domain.growth_per_s(*v) - limit).abs();
     let candidates = found.values.iter().zip(&found.vectors).filter(|(v, _)| v.im >= 0.0);
-    let (value, vector) =
-        candidates.min_by(|a, b| distance(a.0).total_cmp(&distance(b.0))).ok_or(LtiError::EigenvaluesNotConverged { order: a.nrows() })?;
+    let (value, vector) = candidates
+        .min_by(|a, b| distance(a.0).total_cmp(&distance(b.0)))
+        .ok_or(LtiError::EigenvaluesNotConverged { order: a.nrows() })?;
     let frequency_hz = domain.s_of_point(*value).im.abs() / std::f64::consts::TAU;
     Ok(GainEdge { gain, frequency_hz, eigenvalue: *value, eigenvector: vector.clone() })
 }
@@ -335,7 +378,8 @@ mod tests {
 
     #[test]
     fn regress_a_loop_lifted_over_many_periods_is_not_searched_for_what_rounding_makes_of_it() {
-        // Forty samples of x' = (1 - k) x beside a lag: eigenvalues grow with the fortieth power of the gain and drown the others in their rounding.
+        // Forty samples of x' = (1 - k) x beside a lag: eigenvalues grow with the fortieth power of the gain
+        // and drown the others in their rounding.
         let count = Cell::new(0);
         let lifted = |k: f64| {
             count.set(count.get() + 1);
@@ -347,12 +391,21 @@ mod tests {
         let grid = search.grid().unwrap().len();
         assert!(count.get() < 4 * grid, "{} for {grid}", count.get());
         let edges = |gains: &StableGains| -> Vec<f64> {
-            gains.intervals.iter().flat_map(|i| [&i.lower, &i.upper]).flatten().map(|edge| edge.gain).collect()
+            gains
+                .intervals
+                .iter()
+                .flat_map(|i| [&i.lower, &i.upper])
+                .flatten()
+                .map(|edge| edge.gain)
+                .collect()
         };
         let plain = stable_gains(Discrete::new(0.001).unwrap(), one, &search).unwrap();
         let (found, plain) = (edges(&found), edges(&plain));
         assert_eq!(found.len(), plain.len(), "{found:?} {plain:?}");
         // Rounding of an eigenvalue of the fortieth power, as a share of the gain.
-        assert!(found.iter().zip(&plain).all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs()), "{found:?} {plain:?}");
+        assert!(
+            found.iter().zip(&plain).all(|(a, b)| (a - b).abs() <= 1e-9 * b.abs()),
+            "{found:?} {plain:?}"
+        );
     }
 }

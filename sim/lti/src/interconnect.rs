@@ -46,7 +46,8 @@ impl<T: TimeDomain> StateSpace<T> {
     /// The output of `self` drives the input of `next`; states of `self` come first.
     ///
     /// # Errors
-    /// [`LtiError::Shape`] where the outputs of `self` are not as many as the inputs of `next`; [`LtiError::SampleTimes`].
+    /// [`LtiError::Shape`] where the outputs of `self` are not as many as the inputs of `next`;
+    /// [`LtiError::SampleTimes`].
     pub fn series(&self, next: &Self) -> Result<Self, LtiError> {
         self.require_same_domain(next)?;
         require_shape("D of the second system", next.d(), (next.outputs(), self.outputs()))?;
@@ -82,15 +83,18 @@ impl<T: TimeDomain> StateSpace<T> {
     /// Negative feedback: u = r - `back`(y), from r to y. States of `self` come first.
     ///
     /// # Errors
-    /// [`LtiError::Shape`] unless `back` goes from the outputs of `self` to its inputs; [`LtiError::SampleTimes`];
-    /// [`LtiError::AlgebraicLoop`] where I + D `D_back` is singular.
+    /// [`LtiError::Shape`] unless `back` goes from the outputs of `self` to its inputs;
+    /// [`LtiError::SampleTimes`]; [`LtiError::AlgebraicLoop`] where I + D `D_back` is singular.
     pub fn feedback(&self, back: &Self) -> Result<Self, LtiError> {
         self.require_same_domain(back)?;
         require_shape("D of the feedback system", back.d(), (self.inputs(), self.outputs()))?;
         let (n1, n2) = (self.states(), back.states());
         // u = r - Cb xb - Db y and y = C x + D u, hence u = E (r - Cb xb - Db C x) with E = (I + Db D)^-1.
         let loop_matrix = DMatrix::identity(self.inputs(), self.inputs()) + back.d() * self.d();
-        let e = loop_matrix.try_inverse().filter(|e| e.iter().all(|v| v.is_finite())).ok_or(LtiError::AlgebraicLoop)?;
+        let e = loop_matrix
+            .try_inverse()
+            .filter(|e| e.iter().all(|v| v.is_finite()))
+            .ok_or(LtiError::AlgebraicLoop)?;
         let u_x = -(&e * back.d() * self.c());
         let u_xb = -(&e * back.c());
         let y_x = self.c() + self.d() * &u_x;

@@ -1,15 +1,17 @@
-//! Linear systems for force-controlled machines: what a model of springs, masses, actuators and sampled controllers does near an operating
-//! point, computed as exactly as double precision allows.
+//! Linear systems for force-controlled machines: what a model of springs, masses, actuators and sampled
+//! controllers does near an operating point, computed as exactly as double precision allows.
 //!
 //! - [`StateSpace`] in [`Continuous`] or [`Discrete`] time, connected in series, parallel and feedback;
-//! - [`expm`], its integrals, and exact discretisation: zero-order hold with any real delay, first-order hold;
+//! - [`expm`], its integrals, and exact discretisation: zero-order hold with any real delay, first-order
+//!   hold;
 //! - poles, transmission zeros, zero-pole-gain form, frequency response with exact delays;
-//! - [`stable_gains`]: every interval of a gain with which a loop is stable, and what happens at its edges; [`root_locus`];
+//! - [`stable_gains`]: every interval of a gain with which a loop is stable, and what happens at its edges;
+//!   [`root_locus`];
 //! - [`LoopTransfer`]: margins, sensitivity peaks and Nyquist's count;
 //! - [`spectral`]: frequency responses estimated from records, with their uncertainty.
 //!
-//! Inputs, outputs and states carry whatever units the caller gives them; time is in seconds, frequencies are in Hz where the name says so and
-//! otherwise in rad/s. Nothing here prints, reads files or starts threads.
+//! Inputs, outputs and states carry whatever units the caller gives them; time is in seconds, frequencies are
+//! in Hz where the name says so and otherwise in rad/s. Nothing here prints, reads files or starts threads.
 //!
 //! # Example: how far may the gain of a sampled force loop rise?
 //! ```

@@ -7,9 +7,11 @@ use crate::error::{LtiError, require_not_negative};
 use crate::response::TransferEvaluator;
 use crate::state_space::StateSpace;
 
-/// Neighbouring points of the sampled response differ by less than this in ln L and ln(1 + L): 8 degrees or 15 % each.
+/// Neighbouring points of the sampled response differ by less than this in ln L and ln(1 + L): 8 degrees or
+/// 15 % each.
 const LOG_STEP: f64 = 0.15;
-/// Neighbouring frequencies closer than this share of theirs are not split further: there is a pole or zero on the boundary.
+/// Neighbouring frequencies closer than this share of theirs are not split further: there is a pole or zero
+/// on the boundary.
 const MIN_RELATIVE_GAP: f64 = 1e-9;
 /// Beyond the last landmark, the response counts as settled once it is this close to its value at infinity.
 const SETTLED: f64 = 1e-3;
@@ -19,14 +21,18 @@ const LARGE: f64 = 1e3;
 const MAX_SHRINKS: usize = 16;
 /// A pole whose damping ratio is below this lies on the stability boundary as far as can be told.
 const ON_BOUNDARY: f64 = 1e-9;
-/// A pole this much slower than the fastest, or than half of the sampling rate, is an integrator's: the square root of rounding, for double ones.
+/// A pole this much slower than the fastest, or than half of the sampling rate, is an integrator's: the
+/// square root of rounding, for double ones.
 const INTEGRATES: f64 = 1e-9;
-/// Shares of half of the sampling rate that are still far enough from zero frequency for z to differ from 1 by what rounding leaves of it.
+/// Shares of half of the sampling rate that are still far enough from zero frequency for z to differ from 1
+/// by what rounding leaves of it.
 const TOLD_APART: f64 = 1e-12;
-/// The same where the response is infinite at zero frequency beyond doubt: the cube root of rounding, for triple ones.
+/// The same where the response is infinite at zero frequency beyond doubt: the cube root of rounding, for
+/// triple ones.
 const INTEGRATE_TOGETHER: f64 = 1e-5;
 
-/// An open loop with one input and one output, negative feedback understood: the closed loop has the poles where 1 + L = 0.
+/// An open loop with one input and one output, negative feedback understood: the closed loop has the poles
+/// where 1 + L = 0.
 #[derive(Debug, Clone)]
 pub struct LoopTransfer<T: TimeDomain = Continuous> {
     evaluator: TransferEvaluator,
@@ -50,7 +56,8 @@ impl LoopTransfer<Continuous> {
     /// A continuous loop followed by an exact delay (s).
     ///
     /// # Errors
-    /// [`LtiError::Shape`] unless there is one input and one output; [`LtiError::OutOfRange`] for a negative delay.
+    /// [`LtiError::Shape`] unless there is one input and one output; [`LtiError::OutOfRange`] for a negative
+    /// delay.
     pub fn continuous(system: &StateSpace, delay_s: f64) -> Result<Self, LtiError> {
         require_not_negative("delay (s)", delay_s)?;
         Self::build(system, delay_s)
@@ -80,7 +87,9 @@ impl<T: TimeDomain> LoopTransfer<T> {
         system.require_siso()?;
         let domain = system.domain();
         // Points at z = 0 (pure delays) have no place in the s plane and shape nothing.
-        let to_s = |points: Vec<C64>| points.into_iter().map(|p| domain.s_of_point(p)).filter(|s| s.is_finite()).collect();
+        let to_s = |points: Vec<C64>| {
+            points.into_iter().map(|p| domain.s_of_point(p)).filter(|s| s.is_finite()).collect()
+        };
         let zeros = match system.zeros() {
             Err(LtiError::Degenerate) => Vec::new(),
             other => other?,
@@ -89,13 +98,21 @@ impl<T: TimeDomain> LoopTransfer<T> {
         let nyquist = Some(domain.nyquist_rad_per_s()).filter(|w| w.is_finite()).unwrap_or(0.0);
         let fastest = poles_s.iter().map(|p| p.norm()).fold(nyquist, f64::max);
         let evaluator = TransferEvaluator::new(system);
-        // Rounding puts an integrator's pole next to the origin, on either side of it, and several together farther out.
+        // Rounding puts an integrator's pole next to the origin, on either side of it, and several together
+        // farther out.
         let singular = evaluator.at(domain.point_of_s(C64::new(0.0, 0.0))).is_err();
         let near = if singular { INTEGRATE_TOGETHER } else { INTEGRATES };
         for pole in poles_s.iter_mut().filter(|p| p.norm() <= near * fastest) {
             *pole = C64::new(0.0, 0.0);
         }
-        Ok(Self { evaluator, domain, delay_s, feed_through: system.d()[(0, 0)], poles_s, zeros_s: to_s(zeros) })
+        Ok(Self {
+            evaluator,
+            domain,
+            delay_s,
+            feed_through: system.d()[(0, 0)],
+            poles_s,
+            zeros_s: to_s(zeros),
+        })
     }
 
     /// The time domain.
@@ -134,7 +151,8 @@ impl<T: TimeDomain> LoopTransfer<T> {
         self.poles_s.iter().chain(&self.zeros_s).copied()
     }
 
-    /// Frequency (rad/s) beyond which nothing happens any more: the Nyquist frequency, or where the response has settled.
+    /// Frequency (rad/s) beyond which nothing happens any more: the Nyquist frequency, or where the response
+    /// has settled.
     fn last_frequency(&self, gain: f64) -> Result<f64, LtiError> {
         let nyquist = self.domain.nyquist_rad_per_s();
         if nyquist.is_finite() {
@@ -154,8 +172,9 @@ impl<T: TimeDomain> LoopTransfer<T> {
         Ok(w)
     }
 
-    /// The response of `gain` times the loop along the upper half of the stability boundary, from zero frequency to the last that matters,
-    /// passing poles on the boundary on small arcs to their right. Fine enough to tell how often it runs round -1.
+    /// The response of `gain` times the loop along the upper half of the stability boundary, from zero
+    /// frequency to the last that matters, passing poles on the boundary on small arcs to their right. Fine
+    /// enough to tell how often it runs round -1.
     ///
     /// # Errors
     /// [`LtiError::AtPole`] where a pole on the boundary could not be told from its neighbours.
@@ -178,18 +197,25 @@ impl<T: TimeDomain> LoopTransfer<T> {
 
     /// The path along the boundary as lines and arcs.
     fn stretches(&self, gain: f64, last: f64) -> Result<Vec<Stretch>, LtiError> {
-        let mut avoided: Vec<f64> = self.poles_s.iter().filter(|p| on_boundary(**p) && p.im >= 0.0).map(|p| p.im).collect();
+        let mut avoided: Vec<f64> =
+            self.poles_s.iter().filter(|p| on_boundary(**p) && p.im >= 0.0).map(|p| p.im).collect();
         avoided.sort_by(f64::total_cmp);
         avoided.dedup_by(|a, b| (*a - *b).abs() <= 1e-6 * b.abs());
-        // Closer to a pole than this, z cannot be told from it: a zero there cancels it, as one of an integrator of next to no gain does.
-        let closest =
-            Some(self.domain.nyquist_rad_per_s()).filter(|nyquist| nyquist.is_finite()).map_or(0.0, |nyquist| TOLD_APART * nyquist);
+        // Closer to a pole than this, z cannot be told from it: a zero there cancels it, as one of an
+        // integrator of next to no gain does.
+        let closest = Some(self.domain.nyquist_rad_per_s())
+            .filter(|nyquist| nyquist.is_finite())
+            .map_or(0.0, |nyquist| TOLD_APART * nyquist);
         let mut stretches = Vec::new();
         let mut start = 0.0;
         for w in avoided.into_iter().filter(|w| *w <= last) {
-            let nearest = self.landmarks().map(|p| (p - C64::new(0.0, w)).norm()).filter(|d| *d > 1e-6 * w.max(1e-12 * last));
+            let nearest = self
+                .landmarks()
+                .map(|p| (p - C64::new(0.0, w)).norm())
+                .filter(|d| *d > 1e-6 * w.max(1e-12 * last));
             let mut radius = (1e-3 * nearest.fold(if w > 0.0 { w } else { last }, f64::min)).max(closest);
-            // Roots of the closed loop near the pole must stay outside the arc, so the loop has to be large on it.
+            // Roots of the closed loop near the pole must stay outside the arc, so the loop has to be large
+            // on it.
             for _ in 0..MAX_SHRINKS {
                 if radius <= closest || (self.at_s(C64::new(radius, w))? * gain).norm() > LARGE {
                     break;
@@ -211,13 +237,15 @@ impl<T: TimeDomain> LoopTransfer<T> {
         Ok(stretches)
     }
 
-    /// Frequencies between two ends at which to begin: a logarithmic grid, and a cluster round each pole and zero as wide as its damping.
+    /// Frequencies between two ends at which to begin: a logarithmic grid, and a cluster round each pole and
+    /// zero as wide as its damping.
     fn nodes(&self, start: f64, end: f64) -> Vec<f64> {
         let slowest = self.landmarks().map(C64::norm).filter(|w| *w > 0.0).fold(end, f64::min);
         let first = if start > 0.0 { start } else { (1e-3 * slowest).min(0.1 * end) };
         let decades = (end / first).log10().max(0.1);
         let count = (20.0 * decades).ceil() as u32;
-        let mut nodes: Vec<f64> = (0..=count).map(|i| first * (end / first).powf(f64::from(i) / f64::from(count))).collect();
+        let mut nodes: Vec<f64> =
+            (0..=count).map(|i| first * (end / first).powf(f64::from(i) / f64::from(count))).collect();
         for p in self.landmarks() {
             let width = p.re.abs().max(1e-9 * p.im.abs());
             nodes.push(p.im);
@@ -291,8 +319,9 @@ pub(crate) fn winding_rad(points: &[LoopPoint]) -> f64 {
 }
 
 impl<T: TimeDomain> LoopTransfer<T> {
-    /// Unstable poles of the loop closed with `gain`, by Nyquist's count: those of the open loop plus the clockwise turns about -1.
-    /// A loop with a delay and a feed-through of `gain` >= 1 in modulus has infinitely many, and the count has no meaning.
+    /// Unstable poles of the loop closed with `gain`, by Nyquist's count: those of the open loop plus the
+    /// clockwise turns about -1. A loop with a delay and a feed-through of `gain` >= 1 in modulus has
+    /// infinitely many, and the count has no meaning.
     ///
     /// # Errors
     /// [`LtiError::AtPole`].
@@ -300,7 +329,8 @@ impl<T: TimeDomain> LoopTransfer<T> {
         Ok(self.count_from(&self.sampled(gain)?))
     }
 
-    /// The count from points already sampled. By symmetry the whole contour turns twice as far as its upper half.
+    /// The count from points already sampled. By symmetry the whole contour turns twice as far as its upper
+    /// half.
     pub(crate) fn count_from(&self, points: &[LoopPoint]) -> usize {
         let counterclockwise = (winding_rad(points) / PI).round();
         (self.unstable_poles() as f64 - counterclockwise).max(0.0) as usize

@@ -1,7 +1,7 @@
 //! How far a loop is from instability: gain, phase, delay and disk margins, sensitivity peaks.
 //!
-//! Sources: Astrom and Murray, Feedback Systems, chapter 10; Seiler, Packard and Gahinet, IEEE Control Systems Magazine 40 (2020), for the
-//! disk margin.
+//! Sources: Astrom and Murray, Feedback Systems, chapter 10; Seiler, Packard and Gahinet, IEEE Control
+//! Systems Magazine 40 (2020), for the disk margin.
 
 use std::f64::consts::TAU;
 
@@ -182,7 +182,8 @@ impl<T: TimeDomain> LoopTransfer<T> {
     fn peak(&self, points: &[LoopPoint], f: impl Fn(C64) -> f64) -> Result<Peak, LtiError> {
         let values: Vec<f64> = points.iter().map(|p| f(p.value)).collect();
         let best = (0..values.len()).max_by(|&i, &j| values[i].total_cmp(&values[j])).unwrap_or(0);
-        let (left, right) = (points[best.saturating_sub(1)].s.im, points[(best + 1).min(points.len() - 1)].s.im);
+        let (left, right) =
+            (points[best.saturating_sub(1)].s.im, points[(best + 1).min(points.len() - 1)].s.im);
         let (w, value) = maximum(left, right, |w| Ok::<_, LtiError>(f(self.at_frequency(w)?)))?;
         // A peak at the end of the band, or at a jump over a pole, is not between samples.
         let (w, value) = if value >= values[best] { (w, value) } else { (points[best].s.im, values[best]) };
@@ -204,8 +205,9 @@ pub struct LoopGainInterval {
 }
 
 impl<T: TimeDomain> LoopTransfer<T> {
-    /// Every interval of gains in (0, `upper`] with which the loop is stable, delays exact: candidates are the gains that put a real,
-    /// negative value of the response on -1; Nyquist's count decides between them. An end at `upper` is the end of the search.
+    /// Every interval of gains in (0, `upper`] with which the loop is stable, delays exact: candidates are
+    /// the gains that put a real, negative value of the response on -1; Nyquist's count decides between them.
+    /// An end at `upper` is the end of the search.
     ///
     /// # Errors
     /// [`LtiError::OutOfRange`] unless `upper` is positive and finite; [`LtiError::AtPole`].
@@ -217,7 +219,11 @@ impl<T: TimeDomain> LoopTransfer<T> {
         let nyquist = self.domain().nyquist_rad_per_s();
         for pair in points.windows(2) {
             let (a, b) = (pair[0], pair[1]);
-            if a.s.re.abs() <= 0.0 && b.s.re.abs() <= 0.0 && a.s.im < b.s.im && (a.value.im > 0.0) != (b.value.im > 0.0) {
+            if a.s.re.abs() <= 0.0
+                && b.s.re.abs() <= 0.0
+                && a.s.im < b.s.im
+                && (a.value.im > 0.0) != (b.value.im > 0.0)
+            {
                 let w = bisect(a.s.im, b.s.im, CROSSING, |w| Ok(self.at_frequency(w)?.im))?;
                 edges.push((-1.0 / self.at_frequency(w)?.re, w));
             }
@@ -240,9 +246,16 @@ impl<T: TimeDomain> LoopTransfer<T> {
             }
             match intervals.last_mut() {
                 // A real value at which nothing changes sides is no edge.
-                Some(last) if last.upper >= lower => (last.upper, last.upper_frequency_hz) = (upper, w_upper / TAU),
+                Some(last) if last.upper >= lower => {
+                    (last.upper, last.upper_frequency_hz) = (upper, w_upper / TAU)
+                }
                 _ => {
-                    intervals.push(LoopGainInterval { lower, upper, lower_frequency_hz: w_lower / TAU, upper_frequency_hz: w_upper / TAU });
+                    intervals.push(LoopGainInterval {
+                        lower,
+                        upper,
+                        lower_frequency_hz: w_lower / TAU,
+                        upper_frequency_hz: w_upper / TAU,
+                    });
                 }
             }
         }

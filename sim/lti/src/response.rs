@@ -54,12 +54,17 @@ impl TransferEvaluator {
             resolvent[(i, i)] += point;
         }
         let solved = resolvent.nrows() == 0 || resolvent.lu().solve_mut(&mut right);
-        if solved && right.iter().all(|v| v.is_finite()) { Ok(right) } else { Err(LtiError::AtPole { re: point.re, im: point.im }) }
+        if solved && right.iter().all(|v| v.is_finite()) {
+            Ok(right)
+        } else {
+            Err(LtiError::AtPole { re: point.re, im: point.im })
+        }
     }
 }
 
 impl<T: TimeDomain> StateSpace<T> {
-    /// The transfer matrix (outputs x inputs) at a point of the s or z plane. For many points use a [`TransferEvaluator`].
+    /// The transfer matrix (outputs x inputs) at a point of the s or z plane. For many points use a
+    /// [`TransferEvaluator`].
     ///
     /// # Errors
     /// [`LtiError::AtPole`].
@@ -83,14 +88,22 @@ impl<T: TimeDomain> StateSpace<T> {
     /// ```
     pub fn frequency_response(&self, frequencies_hz: &[f64]) -> Result<Vec<DMatrix<C64>>, LtiError> {
         let evaluator = TransferEvaluator::new(self);
-        frequencies_hz.iter().map(|f| evaluator.at(self.domain().boundary_point(std::f64::consts::TAU * f))).collect()
+        frequencies_hz
+            .iter()
+            .map(|f| evaluator.at(self.domain().boundary_point(std::f64::consts::TAU * f)))
+            .collect()
     }
 
-    /// Frequency response of the system followed by a delay, with exp(-s tau) exact: a matrix (outputs x inputs) for each frequency (Hz).
+    /// Frequency response of the system followed by a delay, with exp(-s tau) exact: a matrix (outputs x
+    /// inputs) for each frequency (Hz).
     ///
     /// # Errors
     /// [`LtiError::AtPole`] as [`StateSpace::frequency_response`].
-    pub fn delayed_frequency_response(&self, frequencies_hz: &[f64], delay_s: f64) -> Result<Vec<DMatrix<C64>>, LtiError> {
+    pub fn delayed_frequency_response(
+        &self,
+        frequencies_hz: &[f64],
+        delay_s: f64,
+    ) -> Result<Vec<DMatrix<C64>>, LtiError> {
         let mut response = self.frequency_response(frequencies_hz)?;
         for (value, f) in response.iter_mut().zip(frequencies_hz) {
             *value *= C64::cis(-std::f64::consts::TAU * f * delay_s);
@@ -107,7 +120,8 @@ impl<T: TimeDomain> StateSpace<T> {
     }
 }
 
-/// Phase (rad) of each element of a sequence, continued without jumps of more than half a turn; the first lies in (-pi, pi].
+/// Phase (rad) of each element of a sequence, continued without jumps of more than half a turn; the first
+/// lies in (-pi, pi].
 pub fn unwrapped_phase_rad(values: &[C64]) -> Vec<f64> {
     let mut phase: Vec<f64> = values.iter().map(|v| v.arg()).collect();
     for i in 1..phase.len() {

@@ -7,9 +7,11 @@ use crate::domain::C64;
 use crate::eigen::eigenvalues;
 use crate::error::{LtiError, require_finite};
 
-/// Halvings of a gain step in search of an unambiguous continuation. Where branches meet there is none, and either continuation is right.
+/// Halvings of a gain step in search of an unambiguous continuation. Where branches meet there is none, and
+/// either continuation is right.
 const MAX_HALVINGS: usize = 6;
-/// A continuation is unambiguous if no pole moves further than this share of its distance to the nearest other.
+/// A continuation is unambiguous if no pole moves further than this share of its distance to the nearest
+/// other.
 const CLEAR_MOVE: f64 = 0.3;
 
 /// Poles over a gain, each branch continuous.
@@ -38,7 +40,9 @@ pub struct RootLocus {
 pub fn root_locus(closed_loop: impl Fn(f64) -> DMatrix<f64>, gains: &[f64]) -> Result<RootLocus, LtiError> {
     require_finite("gains", gains)?;
     let poles = |gain: f64| eigenvalues(&closed_loop(gain));
-    let Some(&first) = gains.first() else { return Ok(RootLocus { gains: Vec::new(), branches: Vec::new() }) };
+    let Some(&first) = gains.first() else {
+        return Ok(RootLocus { gains: Vec::new(), branches: Vec::new() });
+    };
     let mut now = poles(first)?;
     let mut branches: Vec<Vec<C64>> = now.iter().map(|&p| vec![p]).collect();
     for pair in gains.windows(2) {
@@ -60,7 +64,8 @@ fn advance(
     let unordered = poles(end)?;
     let matched: Vec<C64> = assign(from, &unordered).into_iter().map(|j| unordered[j]).collect();
     let clear = matched.iter().enumerate().all(|(i, to)| {
-        let others = from.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, other)| (other - from[i]).norm());
+        let others =
+            from.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, other)| (other - from[i]).norm());
         (to - from[i]).norm() <= CLEAR_MOVE * others.fold(f64::INFINITY, f64::min)
     });
     if clear || halvings == 0 {

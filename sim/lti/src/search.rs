@@ -1,15 +1,22 @@
-//! One-dimensional searches: the root of a function that changes sign, and the largest value between two points.
+//! One-dimensional searches: the root of a function that changes sign, and the largest value between two
+//! points.
 
 /// Halvings after which a bracket of doubles cannot shrink any more, whatever its ends.
 const MAX_HALVINGS: usize = 200;
-/// A step of Newton's method below this, relative to the place, ends the search: the next one would be its square.
+/// A step of Newton's method below this, relative to the place, ends the search: the next one would be its
+/// square.
 const PLACE: f64 = 1e-12;
 
 /// The point where `f` changes sign between `a` and `b`, by bisection down to `relative_width` of the point.
 ///
-/// Bisection, because the functions of this crate (largest growth rate, crossings of a phase) have kinks and square-root behaviour,
-/// on which faster methods lose their advantage.
-pub(crate) fn bisect<E>(mut a: f64, mut b: f64, relative_width: f64, mut f: impl FnMut(f64) -> Result<f64, E>) -> Result<f64, E> {
+/// Bisection, because the functions of this crate (largest growth rate, crossings of a phase) have kinks and
+/// square-root behaviour, on which faster methods lose their advantage.
+pub(crate) fn bisect<E>(
+    mut a: f64,
+    mut b: f64,
+    relative_width: f64,
+    mut f: impl FnMut(f64) -> Result<f64, E>,
+) -> Result<f64, E> {
     let positive_at_a = f(a)? > 0.0;
     for _ in 0..MAX_HALVINGS {
         // Far apart, halve the exponent; close together, the difference.
@@ -29,7 +36,11 @@ pub(crate) fn bisect<E>(mut a: f64, mut b: f64, relative_width: f64, mut f: impl
 /// The point and value of the maximum of `f` between `a` and `b`, where `f` has one, by golden section.
 ///
 /// A maximum is flat, so its place is found to about 1e-8 of the interval and its value to rounding.
-pub(crate) fn maximum<E>(mut a: f64, mut b: f64, mut f: impl FnMut(f64) -> Result<f64, E>) -> Result<(f64, f64), E> {
+pub(crate) fn maximum<E>(
+    mut a: f64,
+    mut b: f64,
+    mut f: impl FnMut(f64) -> Result<f64, E>,
+) -> Result<(f64, f64), E> {
     let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
     let (mut x, mut y) = (b - ratio * (b - a), a + ratio * (b - a));
     let (mut fx, mut fy) = (f(x)?, f(y)?);
@@ -47,9 +58,15 @@ pub(crate) fn maximum<E>(mut a: f64, mut b: f64, mut f: impl FnMut(f64) -> Resul
     Ok(if fx >= fy { (x, fx) } else { (y, fy) })
 }
 
-/// The place of the maximum of a function between `a` and `b` nearest uphill of `start`, by Newton's method on its slope, kept inside the bracket.
-/// `slope_and_curvature` gives the first two derivatives, both times any positive factor.
-pub(crate) fn largest(mut a: f64, mut b: f64, start: f64, slope_and_curvature: impl Fn(f64) -> [f64; 2]) -> f64 {
+/// The place of the maximum of a function between `a` and `b` nearest uphill of `start`, by Newton's method
+/// on its slope, kept inside the bracket. `slope_and_curvature` gives the first two derivatives, both times
+/// any positive factor.
+pub(crate) fn largest(
+    mut a: f64,
+    mut b: f64,
+    start: f64,
+    slope_and_curvature: impl Fn(f64) -> [f64; 2],
+) -> f64 {
     let mut x = start;
     for _ in 0..MAX_HALVINGS {
         let [slope, curvature] = slope_and_curvature(x);
@@ -87,7 +104,10 @@ mod tests {
         let top = std::f64::consts::FRAC_PI_2;
         // From 0.1 Newton's method alone would jump to 10.07, and from -1 the curvature has the wrong sign.
         for start in [0.1, 1.0, 2.9, -1.0] {
-            assert!((largest(-1.0, 3.0, start, derivatives) - top).abs() < 4.0 * f64::EPSILON, "from {start}");
+            assert!(
+                (largest(-1.0, 3.0, start, derivatives) - top).abs() < 4.0 * f64::EPSILON,
+                "from {start}"
+            );
         }
         // A function that rises to the end of the bracket has its maximum there.
         assert!((largest(-1.0, 1.0, 0.0, derivatives) - 1.0).abs() < 2.0 * PLACE);

@@ -12,7 +12,11 @@ impl DiscreteStateSpace {
     /// [`LtiError::Shape`].
     pub fn respond(&self, initial: &DVector<f64>, inputs: &DMatrix<f64>) -> Result<DMatrix<f64>, LtiError> {
         require_shape("inputs", inputs, (self.inputs(), inputs.ncols()))?;
-        require_shape("initial state", &DMatrix::from_column_slice(initial.len(), 1, initial.as_slice()), (self.states(), 1))?;
+        require_shape(
+            "initial state",
+            &DMatrix::from_column_slice(initial.len(), 1, initial.as_slice()),
+            (self.states(), 1),
+        )?;
         let mut x = initial.clone();
         let mut outputs = DMatrix::zeros(self.outputs(), inputs.ncols());
         for (k, u) in inputs.column_iter().enumerate() {

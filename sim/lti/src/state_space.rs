@@ -5,7 +5,8 @@ use nalgebra::DMatrix;
 use crate::domain::{Continuous, Discrete, TimeDomain};
 use crate::error::{LtiError, require_finite, require_shape};
 
-/// A linear system x' = A x + B u, y = C x + D u (or `x[n+1]`, see [`Discrete`]) with n states, m inputs and p outputs.
+/// A linear system x' = A x + B u, y = C x + D u (or `x[n+1]`, see [`Discrete`]) with n states, m inputs and
+/// p outputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateSpace<T: TimeDomain = Continuous> {
     a: DMatrix<f64>,
@@ -33,7 +34,13 @@ impl StateSpace<Discrete> {
     ///
     /// # Errors
     /// [`LtiError::Shape`], [`LtiError::NotFinite`] or [`LtiError::OutOfRange`].
-    pub fn discrete(a: DMatrix<f64>, b: DMatrix<f64>, c: DMatrix<f64>, d: DMatrix<f64>, period_s: f64) -> Result<Self, LtiError> {
+    pub fn discrete(
+        a: DMatrix<f64>,
+        b: DMatrix<f64>,
+        c: DMatrix<f64>,
+        d: DMatrix<f64>,
+        period_s: f64,
+    ) -> Result<Self, LtiError> {
         Self::with_domain(a, b, c, d, Discrete::new(period_s)?)
     }
 
@@ -48,7 +55,13 @@ impl<T: TimeDomain> StateSpace<T> {
     ///
     /// # Errors
     /// [`LtiError::Shape`] or [`LtiError::NotFinite`], naming the matrix.
-    pub fn with_domain(a: DMatrix<f64>, b: DMatrix<f64>, c: DMatrix<f64>, d: DMatrix<f64>, domain: T) -> Result<Self, LtiError> {
+    pub fn with_domain(
+        a: DMatrix<f64>,
+        b: DMatrix<f64>,
+        c: DMatrix<f64>,
+        d: DMatrix<f64>,
+        domain: T,
+    ) -> Result<Self, LtiError> {
         let n = a.nrows();
         require_shape("A", &a, (n, n))?;
         require_shape("B", &b, (n, d.ncols()))?;
@@ -131,7 +144,13 @@ impl<T: TimeDomain> StateSpace<T> {
     /// The same system with its outputs multiplied by a number.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
-        Self { a: self.a.clone(), b: self.b.clone(), c: &self.c * factor, d: &self.d * factor, domain: self.domain }
+        Self {
+            a: self.a.clone(),
+            b: self.b.clone(),
+            c: &self.c * factor,
+            d: &self.d * factor,
+            domain: self.domain,
+        }
     }
 
     /// Fails with [`LtiError::Shape`] unless there is one input and one output.

@@ -42,7 +42,8 @@ impl<T: TimeDomain> StateSpace<T> {
     /// Zero-pole-gain form of a single-input single-output system. Nothing is cancelled.
     ///
     /// # Errors
-    /// [`LtiError::Shape`] unless there is one input and one output; [`LtiError::Degenerate`]; [`LtiError::EigenvaluesNotConverged`].
+    /// [`LtiError::Shape`] unless there is one input and one output; [`LtiError::Degenerate`];
+    /// [`LtiError::EigenvaluesNotConverged`].
     pub fn zero_pole_gain(&self) -> Result<ZeroPoleGain, LtiError> {
         self.require_siso()?;
         let mut form = ZeroPoleGain { zeros: self.zeros()?, poles: self.poles()?, leading_coefficient: 1.0 };

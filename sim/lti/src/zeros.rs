@@ -1,10 +1,11 @@
 //! Transmission zeros: where the Rosenbrock system matrix loses rank.
 //!
-//! Zeros at infinity have high multiplicity in mechanics (a force acts on a speed that acts on a position ...), and rounding spreads a k-fold
-//! infinite zero to a finite radius of eps^(-1/k). They are therefore removed beforehand by orthogonal rank reduction (counted by the Markov
-//! parameters where there is one input and one output); what is left has an invertible feed-through and is a generalised eigenvalue problem whose infinite part is simple. Each zero is then polished on the unreduced
-//! system by Newton's method on its determinant.
-//! Source: Emami-Naeini and Van Dooren, Automatica 18 (1982).
+//! Zeros at infinity have high multiplicity in mechanics (a force acts on a speed that acts on a position
+//! ...), and rounding spreads a k-fold infinite zero to a finite radius of eps^(-1/k). They are therefore
+//! removed beforehand by orthogonal rank reduction (counted by the Markov parameters where there is one input
+//! and one output); what is left has an invertible feed-through and is a generalised eigenvalue problem whose
+//! infinite part is simple. Each zero is then polished on the unreduced system by Newton's method on its
+//! determinant. Source: Emami-Naeini and Van Dooren, Automatica 18 (1982).
 
 use nalgebra::DMatrix;
 
@@ -14,11 +15,13 @@ use crate::eigen::{eigenvalues, sort_by_modulus, to_faer};
 use crate::error::LtiError;
 use crate::state_space::StateSpace;
 
-/// With several inputs or outputs, what is below this multiple of (order x eps x norm) counts as zero in the reduction.
+/// With several inputs or outputs, what is below this multiple of (order x eps x norm) counts as zero in the
+/// reduction.
 const RANK_ROUNDINGS: f64 = 16.0;
 /// Newton steps allowed to polish a zero; two usually suffice.
 const MAX_POLISH: usize = 8;
-/// A polishing step larger than this share of the zero (or of the slowest scale) is not a correction, so the zero stays as found.
+/// A polishing step larger than this share of the zero (or of the slowest scale) is not a correction, so the
+/// zero stays as found.
 const MAX_CORRECTION: f64 = 1e-2;
 
 /// A Newton step below this share of a zero shows that the zero has been found.
@@ -36,7 +39,8 @@ struct Reduced {
 }
 
 impl<T: TimeDomain> StateSpace<T> {
-    /// Finite transmission (invariant) zeros, by rising modulus; decoupling zeros (poles that cannot be reached or seen) are among them.
+    /// Finite transmission (invariant) zeros, by rising modulus; decoupling zeros (poles that cannot be
+    /// reached or seen) are among them.
     ///
     /// # Errors
     /// [`LtiError::Degenerate`] where a single-input single-output transfer function vanishes identically;
@@ -59,7 +63,10 @@ impl<T: TimeDomain> StateSpace<T> {
             reduce_single(&system).ok_or(LtiError::Degenerate)?
         } else {
             let total = system.a.norm() + system.b.norm() + system.c.norm() + system.d.norm();
-            let tolerance = RANK_ROUNDINGS * (self.states() + self.inputs() + self.outputs()) as f64 * f64::EPSILON * total;
+            let tolerance = RANK_ROUNDINGS
+                * (self.states() + self.inputs() + self.outputs()) as f64
+                * f64::EPSILON
+                * total;
             let rows = reduce(system.clone(), tolerance);
             transpose(&reduce(transpose(&rows), tolerance))
         };
@@ -73,7 +80,8 @@ impl<T: TimeDomain> StateSpace<T> {
     }
 }
 
-/// The system with states, inputs and outputs scaled by powers of two so that all parts of its matrix are alike in size.
+/// The system with states, inputs and outputs scaled by powers of two so that all parts of its matrix are
+/// alike in size.
 fn balanced_system<T: TimeDomain>(system: &StateSpace<T>) -> Reduced {
     let (n, m, p) = (system.states(), system.inputs(), system.outputs());
     let size = n + m.max(p);
@@ -91,11 +99,14 @@ fn balanced_system<T: TimeDomain>(system: &StateSpace<T>) -> Reduced {
     }
 }
 
-/// Removes the infinite zeros of a system with one input and one output. `None` where its transfer function vanishes.
+/// Removes the infinite zeros of a system with one input and one output. `None` where its transfer function
+/// vanishes.
 ///
-/// Their number r is that of the first nonzero Markov parameter D, C B, C A B, ..., which is told from rounding by the same product of moduli
+/// Their number r is that of the first nonzero Markov parameter D, C B, C A B, ..., which is told from
+/// rounding by the same product of moduli
 /// |C| |A|^k |B|. That bound is element by element, so it stays sharp for machines whose masses and springs differ by many decades, and it
-/// vanishes where no path leads from input to output. The same number makes the feed-through of the reduced system exact.
+/// vanishes where no path leads from input to output. The same number makes the feed-through of the reduced
+/// system exact.
 fn reduce_single(system: &Reduced) -> Option<Reduced> {
     let n = system.a.nrows();
     let mut r = system.clone();
@@ -105,7 +116,8 @@ fn reduce_single(system: &Reduced) -> Option<Reduced> {
     let (a_modulus, c_modulus) = (system.a.abs(), system.c.abs());
     let (mut x, mut x_modulus) = (system.b.clone(), system.b.abs());
     for step in 1..=n {
-        // One step of the reduction: turn the states so that the output is the last one alone, and hold that state at zero.
+        // One step of the reduction: turn the states so that the output is the last one alone, and hold that
+        // state at zero.
         let (v, _) = row_compression(&r.c.transpose(), 0.0);
         let order: Vec<usize> = (1..r.a.nrows()).chain([0]).collect();
         let v = v.select_columns(&order);
@@ -119,7 +131,8 @@ fn reduce_single(system: &Reduced) -> Option<Reduced> {
             c: a.view((last, 0), (1, last)).into_owned(),
             d: b.rows(last, 1).into_owned(),
         };
-        // x holds A^(step - 1) B over the product of the outputs, so that C x is the feed-through after this step.
+        // x holds A^(step - 1) B over the product of the outputs, so that C x is the feed-through after this
+        // step.
         x /= output;
         x_modulus /= output.abs();
         let markov = (&system.c * &x)[(0, 0)];
@@ -155,7 +168,8 @@ fn reduce(mut r: Reduced, tolerance: f64) -> Reduced {
         if quiet == 0 {
             return Reduced { c: c1, d: d1, ..r };
         }
-        // Columns of C2: C2 V = [0 S], from the row compression of its transpose with the found directions put last.
+        // Columns of C2: C2 V = [0 S], from the row compression of its transpose with the found directions
+        // put last.
         let (v, rho) = row_compression(&c2.transpose(), tolerance);
         let n = r.a.nrows();
         if rho == 0 {
@@ -184,7 +198,8 @@ fn stack(top: &DMatrix<f64>, bottom: &DMatrix<f64>) -> DMatrix<f64> {
     out
 }
 
-/// An orthogonal U (square) with U^T M = [R; 0], R of full row rank, and that rank: Householder reflections with column pivoting.
+/// An orthogonal U (square) with U^T M = [R; 0], R of full row rank, and that rank: Householder reflections
+/// with column pivoting.
 fn row_compression(m: &DMatrix<f64>, tolerance: f64) -> (DMatrix<f64>, usize) {
     let (rows, columns) = m.shape();
     let mut r = m.clone();
@@ -226,7 +241,9 @@ fn pencil_eigenvalues(r: &Reduced) -> Result<Vec<C64>, LtiError> {
     left.view_mut((n, 0), (rank, n)).copy_from(&r.c);
     left.view_mut((n, n), (rank, rank)).copy_from(&r.d);
     let right = DMatrix::from_fn(order, order, |i, j| if i == j && i < n { 1.0 } else { 0.0 });
-    let found = to_faer(&left).generalized_eigen(to_faer(&right)).map_err(|_| LtiError::EigenvaluesNotConverged { order })?;
+    let found = to_faer(&left)
+        .generalized_eigen(to_faer(&right))
+        .map_err(|_| LtiError::EigenvaluesNotConverged { order })?;
     // The rank infinite eigenvalues are those with the smallest |beta| / |alpha|.
     let pairs = found.S_a().column_vector().iter().zip(found.S_b().column_vector().iter());
     let mut ratios: Vec<(f64, C64)> = pairs.map(|(a, b)| (b.norm() / (a.norm() + b.norm()), a / b)).collect();
@@ -234,7 +251,8 @@ fn pencil_eigenvalues(r: &Reduced) -> Result<Vec<C64>, LtiError> {
     Ok(ratios.into_iter().take(n).map(|(_, zero)| zero).collect())
 }
 
-/// Polishes zeros in conjugate pairs: those of the upper half plane, mirrored, and the real ones on the real axis.
+/// Polishes zeros in conjugate pairs: those of the upper half plane, mirrored, and the real ones on the real
+/// axis.
 fn polish_all(system: &Reduced, zeros: &mut Vec<C64>) {
     let slowest = 1e-8 * system.a.norm();
     let mut polished = Vec::with_capacity(zeros.len());
@@ -252,7 +270,8 @@ fn polish_all(system: &Reduced, zeros: &mut Vec<C64>) {
     }
 }
 
-/// Newton's step on det P(s), P = [s I - A, B; -C, D]: -1 / trace(P^-1 P'); zero where P is singular, since the point then is exact.
+/// Newton's step on det P(s), P = [s I - A, B; -C, D]: -1 / trace(P^-1 P'); zero where P is singular, since
+/// the point then is exact.
 fn newton_step(system: &Reduced, point: C64) -> C64 {
     let n = system.a.nrows();
     let order = n + system.d.nrows();
@@ -289,8 +308,9 @@ fn polish(system: &Reduced, start: C64, slowest: f64) -> C64 {
     zero
 }
 
-/// Where zeros lie many decades apart the small ones drown in the rounding of the large ones. All are then improved together by the method of
-/// Ehrlich (CACM 10, 1967) and Aberth (Math. Comp. 27, 1973), which is Newton's on the determinant with the other zeros divided out.
+/// Where zeros lie many decades apart the small ones drown in the rounding of the large ones. All are then
+/// improved together by the method of Ehrlich (CACM 10, 1967) and Aberth (Math. Comp. 27, 1973), which is
+/// Newton's on the determinant with the other zeros divided out.
 fn improve_together(system: &Reduced, zeros: &mut [C64]) {
     let coarse = |z: &C64| !z.is_finite() || newton_step(system, *z).norm() > ALREADY_FOUND * z.norm();
     if !zeros.iter().any(coarse) {
@@ -308,7 +328,11 @@ fn improve_together(system: &Reduced, zeros: &mut [C64]) {
         let mut settled = true;
         for k in 0..zeros.len() {
             let newton = newton_step(system, zeros[k]);
-            let others: C64 = (0..zeros.len()).filter(|&j| j != k).map(|j| (zeros[k] - zeros[j]).inv()).filter(|v| v.is_finite()).sum();
+            let others: C64 = (0..zeros.len())
+                .filter(|&j| j != k)
+                .map(|j| (zeros[k] - zeros[j]).inv())
+                .filter(|v| v.is_finite())
+                .sum();
             let step = newton / (C64::new(1.0, 0.0) + newton * others);
             if step.is_finite() {
                 zeros[k] += step;
@@ -346,20 +370,36 @@ mod tests {
 
     #[test]
     fn truth_two_sensors_have_no_common_zero() {
-        let system = StateSpace::new(dmatrix![0.0, 1.0; -2.0, -3.0], dmatrix![0.0; 1.0], dmatrix![1.0, 0.0; 3.0, 1.0], dmatrix![0.0; 0.0]);
+        let system = StateSpace::new(
+            dmatrix![0.0, 1.0; -2.0, -3.0],
+            dmatrix![0.0; 1.0],
+            dmatrix![1.0, 0.0; 3.0, 1.0],
+            dmatrix![0.0; 0.0],
+        );
         assert_eq!(system.unwrap().zeros().unwrap(), Vec::new());
     }
 
     #[test]
     fn truth_no_path_is_degenerate() {
-        let system = StateSpace::new(dmatrix![-1.0, 0.0; 0.0, -2.0], dmatrix![1.0; 0.0], dmatrix![0.0, 1.0], dmatrix![0.0]).unwrap();
+        let system = StateSpace::new(
+            dmatrix![-1.0, 0.0; 0.0, -2.0],
+            dmatrix![1.0; 0.0],
+            dmatrix![0.0, 1.0],
+            dmatrix![0.0],
+        )
+        .unwrap();
         assert_eq!(system.zeros(), Err(LtiError::Degenerate));
     }
 
     #[test]
     fn truth_chain_of_integrators_has_no_finite_zero() {
         let n = 9;
-        let a = DMatrix::from_fn(n, n, |i, j| if j == i + 1 { 3e3 } else { -1e-2 * f64::from(u8::from(i == n - 1)) });
+        let a =
+            DMatrix::from_fn(
+                n,
+                n,
+                |i, j| if j == i + 1 { 3e3 } else { -1e-2 * f64::from(u8::from(i == n - 1)) },
+            );
         let b = DMatrix::from_fn(n, 1, |i, _| f64::from(u8::from(i == n - 1)));
         let c = DMatrix::from_fn(1, n, |_, j| f64::from(u8::from(j == 0)));
         let system = StateSpace::new(a, b, c, dmatrix![0.0]).unwrap();

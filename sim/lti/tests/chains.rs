@@ -40,7 +40,8 @@ impl Chain {
     fn held_squared(&self, held: usize) -> Vec<f64> {
         let n = self.masses.len();
         let free: Vec<usize> = (0..n).filter(|i| *i != held).collect();
-        // M^-1/2 K M^-1/2 is symmetric, so its eigenvalues are found by another method than those of the state matrix.
+        // M^-1/2 K M^-1/2 is symmetric, so its eigenvalues are found by another method than those of the
+        // state matrix.
         let stiffness = |i: usize, j: usize| {
             let above = self.stiffnesses.get(i.max(j) + usize::from(i == j)).copied().unwrap_or(0.0);
             let between = |k: usize| self.stiffnesses[k];
@@ -50,8 +51,11 @@ impl Chain {
                 _ => 0.0,
             }
         };
-        let scaled = |i: usize, j: usize| stiffness(free[i], free[j]) / (self.masses[free[i]] * self.masses[free[j]]).sqrt();
-        let mut values: Vec<f64> = DMatrix::from_fn(n - 1, n - 1, scaled).symmetric_eigenvalues().iter().copied().collect();
+        let scaled = |i: usize, j: usize| {
+            stiffness(free[i], free[j]) / (self.masses[free[i]] * self.masses[free[j]]).sqrt()
+        };
+        let mut values: Vec<f64> =
+            DMatrix::from_fn(n - 1, n - 1, scaled).symmetric_eigenvalues().iter().copied().collect();
         values.sort_by(f64::total_cmp);
         values
     }
@@ -59,16 +63,15 @@ impl Chain {
 
 fn chain() -> impl Strategy<Value = Chain> {
     (2_usize..8).prop_flat_map(|n| {
-        let decades = |low: f64, high: f64| proptest::collection::vec((low..high).prop_map(|e| 10_f64.powf(e)), n);
-        (decades(-1.0, 3.0), decades(3.0, 7.0), decades(0.0, 3.0)).prop_map(|(masses, stiffnesses, dampings)| Chain {
-            masses,
-            stiffnesses,
-            dampings,
-        })
+        let decades =
+            |low: f64, high: f64| proptest::collection::vec((low..high).prop_map(|e| 10_f64.powf(e)), n);
+        (decades(-1.0, 3.0), decades(3.0, 7.0), decades(0.0, 3.0))
+            .prop_map(|(masses, stiffnesses, dampings)| Chain { masses, stiffnesses, dampings })
     })
 }
 
-/// Relative accuracy of zeros in the scale of the fastest motion: the rounding of a matrix with frequencies over four decades or so.
+/// Relative accuracy of zeros in the scale of the fastest motion: the rounding of a matrix with frequencies
+/// over four decades or so.
 const ROUNDING: f64 = 1e-11;
 
 proptest! {
@@ -91,7 +94,8 @@ proptest! {
         }
     }
 
-    /// From one end to the other every spring must carry the force: the only zeros are those of the springs, -k/c.
+    /// From one end to the other every spring must carry the force: the only zeros are those of the springs,
+    /// -k/c.
     #[test]
     fn prop_end_to_end_zeros_are_those_of_the_springs(chain in chain()) {
         let n = chain.masses.len();
@@ -105,7 +109,8 @@ proptest! {
         }
     }
 
-    /// Without damping there is no zero from end to end: an infinite zero of multiplicity up to 14 must leave no trace.
+    /// Without damping there is no zero from end to end: an infinite zero of multiplicity up to 14 must leave
+    /// no trace.
     #[test]
     fn prop_undamped_chain_has_no_zero_end_to_end(chain in chain()) {
         let n = chain.masses.len();

@@ -4,9 +4,11 @@ use feeler_lti::{LoopTransfer, StateSpace};
 use nalgebra::dmatrix;
 #[test]
 fn regress_an_integrator_s_pole_moved_by_rounding_is_still_one() {
-    // The pole of a sampled integrator, off 1 by an ulp either way: 0.2 / (z - 1) is stable at gain 1, whose phase margin follows from |z - 1| = 0.2.
+    // The pole of a sampled integrator, off 1 by an ulp either way: 0.2 / (z - 1) is stable at gain 1, whose
+    // phase margin follows from |z - 1| = 0.2.
     for pole in [1.0, 1.0 + f64::EPSILON, 1.0 - f64::EPSILON] {
-        let integrator = StateSpace::discrete(dmatrix![pole], dmatrix![0.2], dmatrix![1.0], dmatrix![0.0], 1e-3).unwrap();
+        let integrator =
+            StateSpace::discrete(dmatrix![pole], dmatrix![0.2], dmatrix![1.0], dmatrix![0.0], 1e-3).unwrap();
         let transfer = LoopTransfer::discrete(&integrator).unwrap();
         let margins = transfer.margins().unwrap();
         assert!(margins.closed_loop_stable, "{pole}");
@@ -18,10 +20,16 @@ fn regress_an_integrator_s_pole_moved_by_rounding_is_still_one() {
 
 #[test]
 fn regress_an_integrator_that_its_zero_all_but_cancels_leaves_the_margins_of_the_rest() {
-    // 0.5 / (z - 0.5) under 1 + k / (z - 1): of the integrator no more than rounding is left. The rest is -1/3 at z = -1 and stable up to 3.
+    // 0.5 / (z - 0.5) under 1 + k / (z - 1): of the integrator no more than rounding is left. The rest is
+    // -1/3 at z = -1 and stable up to 3.
     for integral in [1e-9, 1e-13, 1e-15] {
-        let open =
-            StateSpace::discrete(dmatrix![1.0, 0.0; 0.5 * integral, 0.5], dmatrix![1.0; 0.5], dmatrix![0.0, 1.0], dmatrix![0.0], 1e-3);
+        let open = StateSpace::discrete(
+            dmatrix![1.0, 0.0; 0.5 * integral, 0.5],
+            dmatrix![1.0; 0.5],
+            dmatrix![0.0, 1.0],
+            dmatrix![0.0],
+            1e-3,
+        );
         let transfer = LoopTransfer::discrete(&open.unwrap()).unwrap();
         let margins = transfer.margins().unwrap();
         assert!(margins.closed_loop_stable, "{integral}");

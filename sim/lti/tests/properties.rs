@@ -1,17 +1,22 @@
 //! Laws that hold for all systems, on random ones.
 #![cfg(test)]
 
-use feeler_lti::{AffineLoop, C64, LoopTransfer, StateSpace, TimeDomain, eigenvalues, expm, root_locus, zero_order_hold_response};
+use feeler_lti::{
+    AffineLoop, C64, LoopTransfer, StateSpace, TimeDomain, eigenvalues, expm, root_locus,
+    zero_order_hold_response,
+};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
-/// A stable system of order n: a random matrix shifted to the left of its norm, so that growth rates are below -0.1 times the scale.
+/// A stable system of order n: a random matrix shifted to the left of its norm, so that growth rates are
+/// below -0.1 times the scale.
 fn stable_system(scale: f64) -> impl Strategy<Value = StateSpace> {
     (1_usize..6).prop_flat_map(move |n| {
         let entries = |count: usize| proptest::collection::vec(-1.0_f64..1.0, count);
         (entries(n * n), entries(n), entries(n), -1.0_f64..1.0).prop_map(move |(a, b, c, d)| {
             let a = DMatrix::from_vec(n, n, a);
-            // Gershgorin with the symmetric part would be tighter; the Frobenius norm bounds every eigenvalue.
+            // Gershgorin with the symmetric part would be tighter; the Frobenius norm bounds every
+            // eigenvalue.
             let shift = DMatrix::<f64>::identity(n, n) * (a.norm() * 0.6 + 0.1);
             let a = (a - shift) * scale;
             let b = DMatrix::from_vec(n, 1, b) * scale;
@@ -26,7 +31,8 @@ fn growth_rates<T: TimeDomain>(system: &StateSpace<T>, gain: f64) -> Vec<f64> {
     eigenvalues(&closed).unwrap().into_iter().map(|p| system.domain().growth_per_s(p)).collect()
 }
 
-/// Motions that grow or decay by less than this (1/s) are too near the edge to be compared; the systems have rates of about 100 1/s.
+/// Motions that grow or decay by less than this (1/s) are too near the edge to be compared; the systems have
+/// rates of about 100 1/s.
 const UNDECIDED_PER_S: f64 = 1e-6;
 
 fn check_gains<T: TimeDomain>(system: &StateSpace<T>, exponents: &[f64]) -> Result<(), TestCaseError> {
@@ -42,7 +48,11 @@ fn check_gains<T: TimeDomain>(system: &StateSpace<T>, exponents: &[f64]) -> Resu
     Ok(())
 }
 
-fn check_count<T: TimeDomain>(system: &StateSpace<T>, transfer: &LoopTransfer<T>, gain: f64) -> Result<(), TestCaseError> {
+fn check_count<T: TimeDomain>(
+    system: &StateSpace<T>,
+    transfer: &LoopTransfer<T>,
+    gain: f64,
+) -> Result<(), TestCaseError> {
     let growth = growth_rates(system, gain);
     if growth.iter().all(|g| g.abs() > UNDECIDED_PER_S) {
         let unstable = growth.iter().filter(|g| **g > 0.0).count();
@@ -81,7 +91,8 @@ proptest! {
         }
     }
 
-    /// Held input: the sampled response is the sum of the aliases of hold times plant (Poisson). Without feed-through they fall as 1/k^2.
+    /// Held input: the sampled response is the sum of the aliases of hold times plant (Poisson). Without
+    /// feed-through they fall as 1/k^2.
     #[test]
     fn prop_sampled_response_is_the_sum_of_its_aliases(system in stable_system(300.0), share in 0.05_f64..0.9) {
         let period_s = 1e-3;
@@ -109,7 +120,8 @@ proptest! {
         prop_assert!((sampled[(0, 0)] - direct[(0, 0)]).norm() < 1e-11 * (1.0 + direct[(0, 0)].norm()));
     }
 
-    /// A first-order hold is exact for straight lines: for a constant and a ramp at once, against the continuous solution.
+    /// A first-order hold is exact for straight lines: for a constant and a ramp at once, against the
+    /// continuous solution.
     #[test]
     fn prop_first_order_hold_follows_a_ramp(system in stable_system(300.0), start in -1.0_f64..1.0, slope in -50.0_f64..50.0) {
         let (period_s, samples) = (1e-3, 20_u32);
@@ -136,7 +148,8 @@ proptest! {
         let (direct, factored) = (system.at(away).unwrap()[(0, 0)], form.at(away));
         prop_assert!((direct - factored).norm() < 1e-9 * direct.norm(), "{direct} {factored}");
         for zero in &form.zeros {
-            // Newton's step from a zero, H / H', is what substitution leaves in units of s. Beyond 1e6 rates D all but vanishes.
+            // Newton's step from a zero, H / H', is what substitution leaves in units of s. Beyond 1e6 rates
+            // D all but vanishes.
             if zero.norm() < 1e6 {
                 let evaluator = feeler_lti::TransferEvaluator::new(&system);
                 if let Ok((value, slope)) = evaluator.with_derivative(*zero) {
@@ -161,7 +174,8 @@ proptest! {
         prop_assert!((at(&first.feedback(&second).unwrap()) - truth).norm() < 1e-9 * (1.0 + truth.norm()));
     }
 
-    /// A gain lies in one of the stable intervals exactly if the closed loop's eigenvalues say so: no interval or gap is missed.
+    /// A gain lies in one of the stable intervals exactly if the closed loop's eigenvalues say so: no
+    /// interval or gap is missed.
     #[test]
     fn prop_stable_gains_agree_with_eigenvalues(
         system in stable_system(100.0),
@@ -183,7 +197,8 @@ proptest! {
         check_count(&sampled, &LoopTransfer::discrete(&sampled).unwrap(), gain)?;
     }
 
-    /// Branches of a root locus hold the eigenvalues of the loop at every gain, and move little in a small step.
+    /// Branches of a root locus hold the eigenvalues of the loop at every gain, and move little in a small
+    /// step.
     #[test]
     fn prop_root_locus_is_continuous(system in stable_system(10.0)) {
         let a = |k: f64| system.a() - system.b() * system.c() * k;
@@ -193,7 +208,8 @@ proptest! {
             let sum: C64 = locus.branches.iter().map(|b| b[j]).sum();
             prop_assert!((sum - a(gain).trace()).norm() < 1e-10 * (1.0 + sum.norm()));
         }
-        // Eigenvalues of an n x n matrix move by at most about |dA|^(1/n) times the norm; order 5 and 1e-3 give a quarter.
+        // Eigenvalues of an n x n matrix move by at most about |dA|^(1/n) times the norm; order 5 and 1e-3
+        // give a quarter.
         let norm = system.a().norm() + system.b().norm() * system.c().norm();
         for branch in &locus.branches {
             prop_assert!(branch.windows(2).all(|p| (p[1] - p[0]).norm() < 0.5 * norm));

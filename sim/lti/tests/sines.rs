@@ -6,8 +6,8 @@ mod common;
 use std::f64::consts::TAU;
 
 use feeler_lti::spectral::{
-    PeriodicRecord, RecordedExcitation, distortion_beside, excited_lines, find_sines, periodic_response, recognise_excitation,
-    response_at_sines,
+    PeriodicRecord, RecordedExcitation, distortion_beside, excited_lines, find_sines, periodic_response,
+    recognise_excitation, response_at_sines,
 };
 use feeler_lti::{C64, DiscreteStateSpace};
 
@@ -28,7 +28,9 @@ fn frequencies() -> Vec<f64> {
 fn sines(frequencies_hz: &[f64], seed: u64) -> Vec<f64> {
     let mut random = Uniform(seed);
     let phases: Vec<f64> = frequencies_hz.iter().map(|_| TAU * random.draw()).collect();
-    let value = |i: usize| -> f64 { frequencies_hz.iter().zip(&phases).map(|(f, p)| (TAU * f * i as f64 * PERIOD_S + p).sin()).sum() };
+    let value = |i: usize| -> f64 {
+        frequencies_hz.iter().zip(&phases).map(|(f, p)| (TAU * f * i as f64 * PERIOD_S + p).sin()).sum()
+    };
     (0..SAMPLES).map(value).collect()
 }
 
@@ -54,8 +56,8 @@ fn truth_response_at_sines_is_that_of_the_machine_and_lies_in_its_band() {
     let clean = respond(&system, &input);
     let exact = response_at_sines(&input, &clean, PERIOD_S, &wanted).unwrap();
     for ((g, t), f) in exact.response.iter().zip(truth(&system, &wanted)).zip(&wanted) {
-        // The machine starts at rest: a transient of some 1 / (2 pi 8) s, which Hann's window weighs by (pi 0.02 / 4)^2, three in ten thousand
-        // of what the sines have over the record's 4 s.
+        // The machine starts at rest: a transient of some 1 / (2 pi 8) s, which Hann's window weighs by (pi
+        // 0.02 / 4)^2, three in ten thousand of what the sines have over the record's 4 s.
         assert!((g - t).norm() < 3e-4, "{f} Hz: {g} {t}");
     }
     let mut held = 0;
@@ -67,7 +69,8 @@ fn truth_response_at_sines_is_that_of_the_machine_and_lies_in_its_band() {
         let values = estimate.response.iter().zip(truth(&system, &wanted)).zip(bands);
         held += values.filter(|((g, t), band)| (*g - t).norm() <= band.magnitude_high - g.norm()).count();
     }
-    // Several hundred values: the share is known to about 1 %; noise known from a few lines only is spread by as much again.
+    // Several hundred values: the share is known to about 1 %; noise known from a few lines only is spread by
+    // as much again.
     let share = f64::from(u32::try_from(held).unwrap()) / (10.0 * wanted.len() as f64);
     assert!((0.92..=0.98).contains(&share), "{share}");
 }
@@ -76,13 +79,20 @@ fn truth_response_at_sines_is_that_of_the_machine_and_lies_in_its_band() {
 fn truth_each_way_to_excite_is_recognised() {
     let recognise = |record: &[f64]| recognise_excitation(record, PERIOD_S).unwrap();
     let noise = Uniform(3).normal(SAMPLES);
-    let Ok(RecordedExcitation::Sines(found)) = recognise_excitation(&sines(&frequencies(), 4), PERIOD_S) else { panic!("no sines") };
+    let Ok(RecordedExcitation::Sines(found)) = recognise_excitation(&sines(&frequencies(), 4), PERIOD_S)
+    else {
+        panic!("no sines")
+    };
     assert_eq!(found.frequencies_hz.len(), frequencies().len());
     let lines: Vec<f64> = (1..200).map(f64::from).collect();
-    assert_eq!(recognise(&sines(&lines, 5)), RecordedExcitation::Periodic { samples_per_period: 1000, periods: 4 });
+    assert_eq!(
+        recognise(&sines(&lines, 5)),
+        RecordedExcitation::Periodic { samples_per_period: 1000, periods: 4 }
+    );
     assert!(matches!(recognise(&noise), RecordedExcitation::Noise { evenness } if evenness > 0.8));
     assert!(matches!(recognise(&noise[..500]), RecordedExcitation::Noise { .. }));
-    let chirp: Vec<f64> = (0..SAMPLES).map(|i| i as f64 * PERIOD_S).map(|t| (TAU * (1.0 + 25.0 * t) * t).sin()).collect();
+    let chirp: Vec<f64> =
+        (0..SAMPLES).map(|i| i as f64 * PERIOD_S).map(|t| (TAU * (1.0 + 25.0 * t) * t).sin()).collect();
     assert_eq!(recognise(&chirp), RecordedExcitation::Sweep);
     // The same in a record that begins or ends in silence, from some frequency on, or by ratios of frequency.
     let linear = |from_hz: f64, t: f64| (TAU * (from_hz + 30.0 * t) * t).sin();
@@ -99,7 +109,8 @@ fn truth_each_way_to_excite_is_recognised() {
             assert_eq!(recognise(&record), RecordedExcitation::Sweep, "{which} from {begins_s} s on");
         }
     }
-    let steps: Vec<f64> = (0..SAMPLES).map(|i| [15.0, 30.0, 10.0, 40.0][i / 1000] + 0.01 * noise[i]).collect();
+    let steps: Vec<f64> =
+        (0..SAMPLES).map(|i| [15.0, 30.0, 10.0, 40.0][i / 1000] + 0.01 * noise[i]).collect();
     assert!(matches!(recognise(&steps), RecordedExcitation::Uneven { .. }), "{:?}", recognise(&steps));
 }
 
@@ -111,8 +122,18 @@ fn truth_distortion_shows_beside_the_lines_of_one_multisine() {
     let input = sines(&odd, 6);
     let measure = |square: f64, noise: f64| {
         let bent: Vec<f64> = input.iter().map(|u| u + square * u * u).collect();
-        let output: Vec<f64> = respond(&system, &bent).iter().zip(Uniform(7).normal(SAMPLES)).map(|(y, e)| y + noise * e).collect();
-        let record = PeriodicRecord { input: &input, output: &output, period_s: PERIOD_S, samples_per_period: 1000, transient_periods: 1 };
+        let output: Vec<f64> = respond(&system, &bent)
+            .iter()
+            .zip(Uniform(7).normal(SAMPLES))
+            .map(|(y, e)| y + noise * e)
+            .collect();
+        let record = PeriodicRecord {
+            input: &input,
+            output: &output,
+            period_s: PERIOD_S,
+            samples_per_period: 1000,
+            transient_periods: 1,
+        };
         let lines = excited_lines(&record, (0.5, 200.0)).unwrap();
         assert_eq!(lines, (0..60).map(|i| 2 * i + 1).collect::<Vec<usize>>());
         let estimate = periodic_response(&record, &lines).unwrap();

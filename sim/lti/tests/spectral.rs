@@ -6,9 +6,10 @@ mod common;
 use std::f64::consts::TAU;
 
 use feeler_lti::spectral::{
-    CrossSpectra, Estimator, LocalPolynomialSettings, Multisine, PeriodicRecord, ResponseEstimate, SteppedSinePoint, WelchSettings, Window,
-    amplitude_spectrum, best_linear_approximation, cross_spectra, distortion_levels, dominant_frequency, local_polynomial,
-    odd_lines_with_detection, periodic_response, smoothed_spectra, stepped_sine,
+    CrossSpectra, Estimator, LocalPolynomialSettings, Multisine, PeriodicRecord, ResponseEstimate,
+    SteppedSinePoint, WelchSettings, Window, amplitude_spectrum, best_linear_approximation, cross_spectra,
+    distortion_levels, dominant_frequency, local_polynomial, odd_lines_with_detection, periodic_response,
+    smoothed_spectra, stepped_sine,
 };
 use feeler_lti::{C64, DiscreteStateSpace, LtiError};
 
@@ -27,12 +28,14 @@ fn coverage(system: &DiscreteStateSpace, estimate: &ResponseEstimate) -> f64 {
     let values = estimate.response.iter().zip(truth(system, estimate)).zip(estimate.confidence(0.95));
     let held = values.filter(|((found, truth), band)| {
         let phase = (*found / truth).arg().abs();
-        (band.magnitude_low..=band.magnitude_high).contains(&truth.norm()) && phase <= band.phase_half_width_rad
+        (band.magnitude_low..=band.magnitude_high).contains(&truth.norm())
+            && phase <= band.phase_half_width_rad
     });
     held.count() as f64 / estimate.response.len() as f64
 }
 
-/// A band made of a disk's extremes holds a little more than the disk; with some hundred lines the share is known to about 2 %.
+/// A band made of a disk's extremes holds a little more than the disk; with some hundred lines the share is
+/// known to about 2 %.
 const COVERAGE: std::ops::RangeInclusive<f64> = 0.93..=1.0;
 
 #[test]
@@ -46,7 +49,12 @@ fn truth_noise_response_lies_in_its_band() {
     assert!(COVERAGE.contains(&coverage(&system, &estimate)), "{}", coverage(&system, &estimate));
     // The bands are tight where the coherence is high: a few per cent.
     let low = estimate.within(2.0, 40.0);
-    assert!(low.confidence(0.95).iter().zip(&low.response).all(|(b, g)| b.magnitude_high - b.magnitude_low < 0.2 * g.norm()));
+    assert!(
+        low.confidence(0.95)
+            .iter()
+            .zip(&low.response)
+            .all(|(b, g)| b.magnitude_high - b.magnitude_low < 0.2 * g.norm())
+    );
     // Overlapping Hann windows of white noise amount to a little less than twice the disjoint segments.
     assert!(spectra.averages > 1.7 * 200.0 && spectra.averages < 2.0 * 200.0);
 }
@@ -71,7 +79,8 @@ fn truth_estimators_are_ordered() {
 #[test]
 fn truth_density_of_white_noise() {
     let input = Uniform(3).normal(400_000);
-    let CrossSpectra { input: density, .. } = cross_spectra(&input, &input, PERIOD_S, &WelchSettings::hann(256)).unwrap();
+    let CrossSpectra { input: density, .. } =
+        cross_spectra(&input, &input, PERIOD_S, &WelchSettings::hann(256)).unwrap();
     // Variance 1 over 0 to 500 Hz; each line is known to 1 / sqrt(3000), their mean to 1 / sqrt(400000).
     let mean = density[2..127].iter().sum::<f64>() / 125.0;
     assert!((mean * 500.0 - 1.0).abs() < 0.01, "{mean}");
@@ -82,12 +91,22 @@ fn truth_local_polynomial_removes_leakage() {
     let (system, mut random) = (plant(), Uniform(4));
     let input = random.normal(4000);
     let output = respond(&system, &input);
-    let estimate = local_polynomial(&input, &output, PERIOD_S, &LocalPolynomialSettings::default(), (5.0, 400.0)).unwrap();
-    let worst = estimate.response.iter().zip(truth(&system, &estimate)).map(|(g, t)| (g - t).norm() / t.norm()).fold(0.0, f64::max);
-    // Local cubic remainder: a mode 16 Hz wide seen over 3 Hz leaves some 1e-3; one windowed record leaves several per cent.
+    let estimate =
+        local_polynomial(&input, &output, PERIOD_S, &LocalPolynomialSettings::default(), (5.0, 400.0))
+            .unwrap();
+    let worst = estimate
+        .response
+        .iter()
+        .zip(truth(&system, &estimate))
+        .map(|(g, t)| (g - t).norm() / t.norm())
+        .fold(0.0, f64::max);
+    // Local cubic remainder: a mode 16 Hz wide seen over 3 Hz leaves some 1e-3; one windowed record leaves
+    // several per cent.
     assert!(worst < 1e-2, "{worst}");
     let noisy = add(&output, &random.normal(input.len()), 0.3);
-    let estimate = local_polynomial(&input, &noisy, PERIOD_S, &LocalPolynomialSettings::default(), (5.0, 400.0)).unwrap();
+    let estimate =
+        local_polynomial(&input, &noisy, PERIOD_S, &LocalPolynomialSettings::default(), (5.0, 400.0))
+            .unwrap();
     assert!(COVERAGE.contains(&coverage(&system, &estimate)), "{}", coverage(&system, &estimate));
 }
 
@@ -111,8 +130,14 @@ fn truth_periodic_response_is_exact_without_noise_and_banded_with() {
     let input = repeat(&multisine(lines.clone(), 5).period(), 12);
     let output = respond(&system, &input);
     let exact = periodic_response(&record(&input, &output), &lines).unwrap();
-    let worst = exact.response.iter().zip(truth(&system, &exact)).map(|(g, t)| (g - t).norm() / t.norm()).fold(0.0, f64::max);
-    // Transients have decayed by exp(-50 * 2) after two periods; what is left is rounding over the smallest response.
+    let worst = exact
+        .response
+        .iter()
+        .zip(truth(&system, &exact))
+        .map(|(g, t)| (g - t).norm() / t.norm())
+        .fold(0.0, f64::max);
+    // Transients have decayed by exp(-50 * 2) after two periods; what is left is rounding over the smallest
+    // response.
     assert!(worst < 1e-10, "{worst}");
     let noisy = add(&output, &Uniform(6).normal(input.len()), 0.3);
     let estimate = periodic_response(&record(&input, &noisy), &lines).unwrap();
@@ -123,7 +148,8 @@ fn truth_periodic_response_is_exact_without_noise_and_banded_with() {
     );
 }
 
-/// y = G (u + e u^3): by Bussgang's theorem the best linear approximation is G (1 + 3 e) for a normal u of variance 1.
+/// y = G (u + e u^3): by Bussgang's theorem the best linear approximation is G (1 + 3 e) for a normal u of
+/// variance 1.
 #[test]
 fn truth_best_linear_approximation_of_a_cubic() {
     let (system, lines) = (plant(), (1..200).collect::<Vec<usize>>());
@@ -141,12 +167,15 @@ fn truth_best_linear_approximation_of_a_cubic() {
     let bent = estimate(0.1, 0.01);
     let ratios = bent.estimate.response.iter().zip(truth(&system, &bent.estimate)).map(|(g, t)| g / t);
     let mean = ratios.sum::<C64>() / lines.len() as f64;
-    // The mean over 199 lines and 20 realisations is known to about 0.2 %; a finite number of lines biases it by 1 / 199.
+    // The mean over 199 lines and 20 realisations is known to about 0.2 %; a finite number of lines biases it
+    // by 1 / 199.
     assert!((mean - 1.3).norm() < 0.01, "{mean}");
-    let distortion = |b: &feeler_lti::spectral::BestLinearApproximation| b.distortion_variance.iter().sum::<f64>();
+    let distortion =
+        |b: &feeler_lti::spectral::BestLinearApproximation| b.distortion_variance.iter().sum::<f64>();
     let linear = estimate(0.0, 0.01);
     assert!(distortion(&bent) > 20.0 * distortion(&linear));
-    // Noise: variance 1e-4 per sample, four periods, 20 realisations: 2 * 1e-4 * 2 / 1000 / 4 / 20 over the input's power of 2 / 199.
+    // Noise: variance 1e-4 per sample, four periods, 20 realisations: 2 * 1e-4 * 2 / 1000 / 4 / 20 over the
+    // input's power of 2 / 199.
     let expected = 4e-4 / 1000.0 / 4.0 / 20.0 / (2.0 / 199.0);
     let noise = linear.noise_variance.iter().sum::<f64>() / lines.len() as f64;
     assert!((noise / expected - 1.0).abs() < 0.1, "{noise} against {expected}");
@@ -159,13 +188,17 @@ fn truth_detection_lines_tell_odd_from_even() {
     assert_eq!(lines.len(), 75);
     let input = repeat(&multisine(lines.clone(), 10).period(), 6);
     let levels = |f: &dyn Fn(f64) -> f64| {
-        let output = add(&input.iter().map(|&u| f(u)).collect::<Vec<f64>>(), &Uniform(11).normal(input.len()), 1e-3);
+        let output =
+            add(&input.iter().map(|&u| f(u)).collect::<Vec<f64>>(), &Uniform(11).normal(input.len()), 1e-3);
         distortion_levels(&record(&input, &output), &lines).unwrap()
     };
     let (even, odd, none) = (levels(&|u| u + 0.1 * u * u), levels(&|u| u + 0.1 * u.powi(3)), levels(&|u| u));
     assert!(even.even > 30.0 * even.noise && even.odd < 2.0 * even.noise, "{even:?}");
     assert!(odd.odd > 30.0 * odd.noise && odd.even < 2.0 * odd.noise, "{odd:?}");
-    assert!(none.odd < 2.0 * none.noise && none.even < 2.0 * none.noise && none.excited > 30.0 * none.noise, "{none:?}");
+    assert!(
+        none.odd < 2.0 * none.noise && none.even < 2.0 * none.noise && none.excited > 30.0 * none.noise,
+        "{none:?}"
+    );
 }
 
 #[test]
@@ -174,12 +207,14 @@ fn truth_stepped_sine_is_exact_in_steady_state() {
     let records: Vec<(f64, Vec<f64>, Vec<f64>)> = [3.3, 40.0, 123.4]
         .into_iter()
         .map(|f| {
-            let input: Vec<f64> = (0..2000).map(|i| 0.5 + (TAU * f * PERIOD_S * f64::from(i)).sin()).collect();
+            let input: Vec<f64> =
+                (0..2000).map(|i| 0.5 + (TAU * f * PERIOD_S * f64::from(i)).sin()).collect();
             let output = respond(&system, &input);
             (f, input[1000..].to_vec(), output[1000..].to_vec())
         })
         .collect();
-    let points: Vec<_> = records.iter().map(|(f, u, y)| SteppedSinePoint { frequency_hz: *f, input: u, output: y }).collect();
+    let points: Vec<_> =
+        records.iter().map(|(f, u, y)| SteppedSinePoint { frequency_hz: *f, input: u, output: y }).collect();
     let estimate = stepped_sine(&points, PERIOD_S).unwrap();
     for (found, expected) in estimate.response.iter().zip(truth(&system, &estimate)) {
         // The transient has decayed by exp(-50); rounding remains.
@@ -197,8 +232,14 @@ fn truth_chirp_between_rests() {
     };
     let input: Vec<f64> = (0..10_000).map(chirp).collect();
     let output = respond(&system, &input);
-    let estimate = smoothed_spectra(&input, &output, PERIOD_S, 2).unwrap().response(Estimator::H1, 3.0, 420.0).unwrap();
-    let worst = estimate.response.iter().zip(truth(&system, &estimate)).map(|(g, t)| (g - t).norm() / t.norm()).fold(0.0, f64::max);
+    let estimate =
+        smoothed_spectra(&input, &output, PERIOD_S, 2).unwrap().response(Estimator::H1, 3.0, 420.0).unwrap();
+    let worst = estimate
+        .response
+        .iter()
+        .zip(truth(&system, &estimate))
+        .map(|(g, t)| (g - t).norm() / t.norm())
+        .fold(0.0, f64::max);
     // Averaging over 0.5 Hz of a mode 16 Hz wide.
     assert!(worst < 1e-2, "{worst}");
 }
@@ -215,16 +256,22 @@ fn truth_amplitude_and_dominant_frequency() {
         let spectrum = amplitude_spectrum(&record, PERIOD_S, window).unwrap();
         assert!((spectrum.frequencies_hz[50] - 50.0).abs() < 1e-12);
         // Whole periods: lines of a cosine-sum window do not disturb each other at this distance.
-        assert!((spectrum.amplitudes[50] - 2.0).abs() < 1e-12 && (spectrum.amplitudes[120] - 0.5).abs() < 1e-12, "{window:?}");
+        assert!(
+            (spectrum.amplitudes[50] - 2.0).abs() < 1e-12 && (spectrum.amplitudes[120] - 0.5).abs() < 1e-12,
+            "{window:?}"
+        );
     }
     let (frequency_hz, amplitude) = dominant_frequency(&record, PERIOD_S, (80.0, 400.0)).unwrap().unwrap();
     assert!((frequency_hz - 120.0).abs() < 1e-3 && (amplitude - 0.5).abs() < 1e-4);
-    // The transform itself, at and beside the place found: no neighbour is larger, and the amplitude is that of the transform there.
+    // The transform itself, at and beside the place found: no neighbour is larger, and the amplitude is that
+    // of the transform there.
     let mean = record.iter().sum::<f64>() / record.len() as f64;
     let weights = Window::Hann.weights(record.len());
     let at = |hz: f64| {
-        let term = |(i, (v, w)): (usize, (&f64, &f64))| C64::cis(-TAU * hz * PERIOD_S * i as f64) * ((v - mean) * w);
-        2.0 * record.iter().zip(&weights).enumerate().map(term).sum::<C64>().norm() / weights.iter().sum::<f64>()
+        let term =
+            |(i, (v, w)): (usize, (&f64, &f64))| C64::cis(-TAU * hz * PERIOD_S * i as f64) * ((v - mean) * w);
+        2.0 * record.iter().zip(&weights).enumerate().map(term).sum::<C64>().norm()
+            / weights.iter().sum::<f64>()
     };
     assert!((at(frequency_hz) - amplitude).abs() < 1e-12);
     assert!(at(frequency_hz) >= at(frequency_hz - 1e-4) && at(frequency_hz) >= at(frequency_hz + 1e-4));

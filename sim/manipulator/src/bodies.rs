@@ -18,12 +18,14 @@ pub struct BodyShapes {
     pub name: String,
     /// Its shapes, in the frame of the base or of that joint.
     pub shapes: Vec<(Shape, Isometry3<f64>)>,
-    /// Half the thickness of what has no shapes of its own and is a capsule from its joint to the next; zero otherwise.
+    /// Half the thickness of what has no shapes of its own and is a capsule from its joint to the next; zero
+    /// otherwise.
     pub radius_m: f64,
 }
 
-/// Capsules from each joint to the next, for links of which nothing else is known, the base first: as thick as the cylinder that has their mass and their smallest
-/// moment of inertia, the base as thick as the first link.
+/// Capsules from each joint to the next, for links of which nothing else is known, the base first: as thick
+/// as the cylinder that has their mass and their smallest moment of inertia, the base as thick as the first
+/// link.
 pub fn link_capsules(chain: &Chain) -> Vec<BodyShapes> {
     let radius = |i: usize| {
         let inertial = &chain.joints[i].inertial;
@@ -48,12 +50,20 @@ fn capsule(end: Vector3<f64>, radius_m: f64) -> (Shape, Isometry3<f64>) {
     }
     let turn = UnitQuaternion::rotation_between(&Vector3::y(), &end)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
-    (Shape::Capsule { half_length_m: 0.5 * length, radius_m }, Isometry3::from_parts((0.5 * end).into(), turn))
+    (
+        Shape::Capsule { half_length_m: 0.5 * length, radius_m },
+        Isometry3::from_parts((0.5 * end).into(), turn),
+    )
 }
 
-/// The first two bodies of an arm that overlap at a pose, and how deep. Neighbours may: a joint is between them. So may capsules whose ends are nearer to each other
-/// along the arm than they are thick, which overlap at every pose.
-pub(crate) fn overlap(chain: &Chain, bodies: &[BodyShapes], pose: &[f64]) -> Result<Option<(String, String, f64)>, GeometryError> {
+/// The first two bodies of an arm that overlap at a pose, and how deep. Neighbours may: a joint is between
+/// them. So may capsules whose ends are nearer to each other along the arm than they are thick, which overlap
+/// at every pose.
+pub(crate) fn overlap(
+    chain: &Chain,
+    bodies: &[BodyShapes],
+    pose: &[f64],
+) -> Result<Option<(String, String, f64)>, GeometryError> {
     let skeleton = chain.skeleton(pose);
     let frame = |body: usize| if body == 0 { Isometry3::identity() } else { skeleton[body - 1] };
     // Length of the arm from the end of one body to the beginning of another.

@@ -65,8 +65,9 @@ pub struct Cell {
     pub workpiece: Part,
     /// Position control of the other directions.
     pub hold: Hold,
-    /// The axis along the normal: its one contact is that of tip and workpiece, its one controller drives the force along the normal, and its sensors read the
-    /// contact's force or the way of the body that the controller drives: the tool's way along the normal, as the joints' encoders tell it.
+    /// The axis along the normal: its one contact is that of tip and workpiece, its one controller drives the
+    /// force along the normal, and its sensors read the contact's force or the way of the body that the
+    /// controller drives: the tool's way along the normal, as the joints' encoders tell it.
     pub scenario: Scenario,
     /// Longest step, s; from the fastest mode where absent.
     pub step_s: Option<f64>,
@@ -96,10 +97,12 @@ impl Cell {
         Vector3::from(self.start.normal).normalize()
     }
 
-    /// Checks that the arm does not run into itself at the start, that the tip does not stand in the workpiece, and that it can reach it along the normal.
+    /// Checks that the arm does not run into itself at the start, that the tip does not stand in the
+    /// workpiece, and that it can reach it along the normal.
     ///
     /// # Errors
-    /// [`ManipulatorError::SelfIntersects`], [`ManipulatorError::Penetrates`], [`ManipulatorError::NeverMeets`], [`ManipulatorError::OutOfReach`].
+    /// [`ManipulatorError::SelfIntersects`], [`ManipulatorError::Penetrates`],
+    /// [`ManipulatorError::NeverMeets`], [`ManipulatorError::OutOfReach`].
     pub fn check_start(&self) -> Result<(), ManipulatorError> {
         let chain = self.arm.chain();
         chain.check_pose(&self.start.pose)?;
@@ -119,8 +122,9 @@ impl Cell {
         }
         let normal = self.unit_normal();
         let reach_m = farthest_m(chain);
-        let touching =
-            nearest.is_some_and(|nearest| nearest.distance_m.abs() <= TOUCHING && Vector3::from(nearest.normal).dot(&normal) > 0.0);
+        let touching = nearest.is_some_and(|nearest| {
+            nearest.distance_m.abs() <= TOUCHING && Vector3::from(nearest.normal).dot(&normal) > 0.0
+        });
         let travel_m = match pair.travel_m(position, turn, normal.into(), reach_m)? {
             _ if touching => 0.0,
             Some(travel_m) => travel_m,

@@ -38,7 +38,9 @@ pub enum ManipulatorError {
         depth_m: f64,
     },
     /// On its way along the normal the tip passes the workpiece.
-    #[error("along the normal from its start the tip never meets the workpiece; turn the normal towards it, or move start or workpiece")]
+    #[error(
+        "along the normal from its start the tip never meets the workpiece; turn the normal towards it, or move start or workpiece"
+    )]
     NeverMeets,
     /// The place of contact is beyond the arm's reach.
     #[error(

@@ -10,9 +10,11 @@ const SINGULAR: f64 = 1e-6;
 /// From so many joints on the tool's orientation is held, too.
 const ALL_DIRECTIONS: usize = 6;
 
-/// Holds the tool at a place in all directions but one: with `T` the Jacobian of the held directions and `M` the mass of links and rotors, the torques are
-/// `T' (T M^-1 T')^-1 (w^2 e - 2 zeta w v)` (O. Khatib, "A unified approach for motion and force control of robot manipulators", IEEE J. Robotics and
-/// Automation 3, 1987), so that every held direction has the natural frequency `w` and none of these torques pushes along the normal.
+/// Holds the tool at a place in all directions but one: with `T` the Jacobian of the held directions and `M`
+/// the mass of links and rotors, the torques are `T' (T M^-1 T')^-1 (w^2 e - 2 zeta w v)` (O. Khatib, "A
+/// unified approach for motion and force control of robot manipulators", IEEE J. Robotics and Automation 3,
+/// 1987), so that every held direction has the natural frequency `w` and none of these torques pushes along
+/// the normal.
 #[derive(Clone, Debug)]
 pub(crate) struct HoldControl {
     hold: Hold,
@@ -26,8 +28,15 @@ impl HoldControl {
         Self { hold, home: arm.chain().tool_place(pose), normal, reflected: arm.reflected_inertia_kg_m2() }
     }
 
-    /// Joint torques for a force along the normal and what holds the other directions, from what the encoders tell.
-    pub(crate) fn torques(&self, arm: &Arm, motors: &[f64], speeds: &DVector<f64>, force_n: f64) -> DVector<f64> {
+    /// Joint torques for a force along the normal and what holds the other directions, from what the encoders
+    /// tell.
+    pub(crate) fn torques(
+        &self,
+        arm: &Arm,
+        motors: &[f64],
+        speeds: &DVector<f64>,
+        force_n: f64,
+    ) -> DVector<f64> {
         let posture = arm.chain().posture(motors);
         let jacobian = posture.jacobian();
         let along = jacobian.rows(0, 3).transpose() * self.normal;
@@ -53,7 +62,9 @@ impl HoldControl {
         let w = std::f64::consts::TAU * self.hold.bandwidth_hz;
         let wanted = w * w * error - 2.0 * self.hold.damping_ratio * w * (&task * speeds);
         let mass = posture.mass_matrix() + DMatrix::from_diagonal(&self.reflected);
-        let Some(moved) = mass.cholesky().map(|cholesky| cholesky.solve(&task.transpose())) else { return torques };
+        let Some(moved) = mass.cholesky().map(|cholesky| cholesky.solve(&task.transpose())) else {
+            return torques;
+        };
         let mobility = &task * moved;
         let largest = mobility.symmetric_eigenvalues().amax();
         if let Ok(inverse) = mobility.pseudo_inverse(SINGULAR * largest) {

@@ -1,8 +1,11 @@
-//! What moves a joint: the drive of a URDF's joint as elements of the plant, so that every effect is applied by its one definition.
+//! What moves a joint: the drive of a URDF's joint as elements of the plant, so that every effect is applied
+//! by its one definition.
 
 use feeler_arm::JointDrive;
 use feeler_plant::assembly::{Drive, Friction, Link, SensorPart, assemble};
-use feeler_plant::description::{Actuator, ActuatorKind, Axis, Body, GROUND, Machine, Quantity, Sensor, SignalName, Spring};
+use feeler_plant::description::{
+    Actuator, ActuatorKind, Axis, Body, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
+};
 use feeler_plant::effects::{EffectUse, HostKind, LIBRARY};
 use feeler_plant::motion::{NonlinearLaw, NonlinearTerm};
 use feeler_plant::problem::Problem;
@@ -39,12 +42,14 @@ pub fn joint_effects() -> impl Iterator<Item = &'static str> {
     EFFECTS.iter().map(|(kind, ..)| *kind)
 }
 
-/// What the element that such an effect disturbs is to the library; none for an effect that a joint does not take.
+/// What the element that such an effect disturbs is to the library; none for an effect that a joint does not
+/// take.
 pub fn joint_effect_host(kind: &str) -> Option<HostKind> {
     EFFECTS.iter().find(|(known, ..)| *known == kind).map(|(.., host)| *host)
 }
 
-/// The motor's side of a joint, its gear, its drive and its encoder, effects applied; all at the joint's side of the gear.
+/// The motor's side of a joint, its gear, its drive and its encoder, effects applied; all at the joint's side
+/// of the gear.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointPart {
     /// Name of the joint.
@@ -66,23 +71,33 @@ impl JointPart {
     ///
     /// # Errors
     /// Every mistake of the effects; keys begin with `effects`.
-    pub fn new(name: &str, drive: &JointDrive, slides: bool, effects: &[EffectUse]) -> Result<Self, Vec<Problem>> {
+    pub fn new(
+        name: &str,
+        drive: &JointDrive,
+        slides: bool,
+        effects: &[EffectUse],
+    ) -> Result<Self, Vec<Problem>> {
         let inertia = drive.gear_ratio * drive.gear_ratio * drive.rotor_inertia_kg_m2;
         let machine = machine(name, drive, inertia, slides, effects)?;
-        let mut assembly = assemble(&machine).map_err(|problems| problems.into_iter().map(of_joint).collect::<Vec<_>>())?;
+        let mut assembly =
+            assemble(&machine).map_err(|problems| problems.into_iter().map(of_joint).collect::<Vec<_>>())?;
         let [gear, guide] = [assembly.links.pop(), assembly.links.pop()];
         match (guide, gear, assembly.drives.pop(), assembly.sensors.pop()) {
-            (Some(guide), Some(gear), Some(drive), Some(encoder)) => Ok(Self { name: name.into(), inertia, guide, gear, drive, encoder }),
+            (Some(guide), Some(gear), Some(drive), Some(encoder)) => {
+                Ok(Self { name: name.into(), inertia, guide, gear, drive, encoder })
+            }
             _ => Err(vec![Problem::new("effects", "the joint has lost its parts", "remove the effects")]),
         }
     }
 
-    /// Torque of the gear on the link for a twist (motor before link) and its rate, the flank in touch being `side`: 0 where there is no play, or none touches.
+    /// Torque of the gear on the link for a twist (motor before link) and its rate, the flank in touch being
+    /// `side`: 0 where there is no play, or none touches.
     pub(crate) fn gear_torque(&self, twist: f64, rate: f64, side: i8) -> f64 {
         if self.gear.play > 0.0 && side == 0 { 0.0 } else { self.flank(twist, rate, side)[1] }
     }
 
-    /// How far a flank is pressed, as the torque of its linear spring alone, and the whole torque of its law; both signed towards the link's positive side.
+    /// How far a flank is pressed, as the torque of its linear spring alone, and the whole torque of its law;
+    /// both signed towards the link's positive side.
     pub(crate) fn flank(&self, twist: f64, rate: f64, side: i8) -> [f64; 2] {
         let depth = twist - 0.5 * self.gear.play * f64::from(side);
         let hardening = NonlinearTerm { law: NonlinearLaw::Cubic { link: 0, side, cubic: self.gear.cubic } };
@@ -93,22 +108,34 @@ impl JointPart {
     /// Cogging torque at a position of the motor.
     pub(crate) fn ripple(&self, position: f64) -> f64 {
         let term = |r: &feeler_plant::assembly::Ripple| {
-            let law = NonlinearLaw::Ripple { drive: 0, amplitude: r.amplitude, pitch: r.pitch, phase: r.phase };
+            let law =
+                NonlinearLaw::Ripple { drive: 0, amplitude: r.amplitude, pitch: r.pitch, phase: r.phase };
             NonlinearTerm { law }.value(position, 0.0)
         };
         self.drive.ripples.iter().map(term).sum()
     }
 
-    /// Size of the dry friction at a speed, sliding forward (`sign` above zero) or backward; at zero speed the most that it holds.
+    /// Size of the dry friction at a speed, sliding forward (`sign` above zero) or backward; at zero speed
+    /// the most that it holds.
     pub(crate) fn friction(&self, speed: f64, sign: f64) -> f64 {
-        let Friction { forward, backward, stribeck_excess: excess, stribeck_velocity: velocity, .. } = self.guide.friction;
-        let falling =
-            if excess > 0.0 { NonlinearTerm { law: NonlinearLaw::Stribeck { link: 0, excess, velocity } }.value(speed, 0.0) } else { 0.0 };
+        let Friction { forward, backward, stribeck_excess: excess, stribeck_velocity: velocity, .. } =
+            self.guide.friction;
+        let falling = if excess > 0.0 {
+            NonlinearTerm { law: NonlinearLaw::Stribeck { link: 0, excess, velocity } }.value(speed, 0.0)
+        } else {
+            0.0
+        };
         (if sign > 0.0 { forward } else { backward }) + falling
     }
 }
 
-fn machine(name: &str, drive: &JointDrive, inertia: f64, slides: bool, effects: &[EffectUse]) -> Result<Machine, Vec<Problem>> {
+fn machine(
+    name: &str,
+    drive: &JointDrive,
+    inertia: f64,
+    slides: bool,
+    effects: &[EffectUse],
+) -> Result<Machine, Vec<Problem>> {
     let axis = if slides { Axis::Translational } else { Axis::Rotational };
     let mut machine = Machine { name: name.into(), axis, ..Machine::default() };
     let body = |mass_kg| Body { mass_kg, ..Body::default() };
@@ -116,17 +143,24 @@ fn machine(name: &str, drive: &JointDrive, inertia: f64, slides: bool, effects: 
     machine.bodies.insert(LINK.into(), body(ANY_INERTIA));
     let mut under = [const { Vec::new() }; 4];
     let mut problems = Vec::new();
-    if let Some(definition) = LIBRARY.iter().copied().find(|known| known.kind == "coulomb-friction" && drive.dry_friction_n_m > 0.0) {
+    if let Some(definition) =
+        LIBRARY.iter().copied().find(|known| known.kind == "coulomb-friction" && drive.dry_friction_n_m > 0.0)
+    {
         under[0].push(EffectUse { definition, values: vec![drive.dry_friction_n_m] });
     }
     for effect in effects {
         let kind = effect.definition.kind;
         let Some((_, element, _)) = EFFECTS.iter().find(|(known, ..)| *known == kind) else {
             let remedy = format!("joints take {}", joint_effects().collect::<Vec<_>>().join(", "));
-            problems.push(Problem::new(format!("effects.{kind}"), format!("`{kind}` is not simulated in a joint"), remedy));
+            problems.push(Problem::new(
+                format!("effects.{kind}"),
+                format!("`{kind}` is not simulated in a joint"),
+                remedy,
+            ));
             continue;
         };
-        let place = [GUIDE, GEAR, DRIVE, ENCODER].iter().position(|known| known == element).unwrap_or_default();
+        let place =
+            [GUIDE, GEAR, DRIVE, ENCODER].iter().position(|known| known == element).unwrap_or_default();
         under[place].push(effect.clone());
     }
     if !problems.is_empty() {
@@ -150,16 +184,23 @@ fn machine(name: &str, drive: &JointDrive, inertia: f64, slides: bool, effects: 
     machine.springs.insert(GUIDE.into(), guide);
     machine.springs.insert(GEAR.into(), gear);
     let kind = ActuatorKind::Force { bandwidth_hz: drive.bandwidth_hz };
-    let actuator = Actuator { kind, limit_n: drive.effort_limit_n_m, effects: on_drive, ..Actuator::ideal(MOTOR, GROUND) };
+    let actuator = Actuator {
+        kind,
+        limit_n: drive.effort_limit_n_m,
+        effects: on_drive,
+        ..Actuator::ideal(MOTOR, GROUND)
+    };
     machine.actuators.insert(DRIVE.into(), actuator);
     let encoder = Sensor { effects: on_encoder, ..Sensor::ideal(SignalName::new(MOTOR, Quantity::Position)) };
     machine.sensors.insert(ENCODER.into(), encoder);
     Ok(machine)
 }
 
-/// A mistake of an element of the joint as one of the joint: `springs.gear.effects.backlash` is `effects.backlash`.
+/// A mistake of an element of the joint as one of the joint: `springs.gear.effects.backlash` is
+/// `effects.backlash`.
 fn of_joint(problem: Problem) -> Problem {
-    let key = problem.key.find("effects").map_or_else(|| problem.key.clone(), |at| problem.key[at..].to_owned());
+    let key =
+        problem.key.find("effects").map_or_else(|| problem.key.clone(), |at| problem.key[at..].to_owned());
     Problem { key, ..problem }
 }
 
@@ -190,8 +231,11 @@ mod tests {
 
     #[test]
     fn truth_effects_change_the_parts_that_they_disturb() {
-        let effects =
-            [effect("backlash", &[0.02, 0.0, 0.0]), effect("hardening-stiffness", &[1e6]), effect("stribeck-friction", &[4.0, 7.0, 0.1])];
+        let effects = [
+            effect("backlash", &[0.02, 0.0, 0.0]),
+            effect("hardening-stiffness", &[1e6]),
+            effect("stribeck-friction", &[4.0, 7.0, 0.1]),
+        ];
         let joint = JointPart::new("elbow", &drive(), false, &effects).unwrap();
         let near = |a: f64, b: f64| assert!((a - b).abs() < ROUNDING * (1.0 + b.abs()), "{a} {b}");
         near(joint.inertia, 1.0);
@@ -199,7 +243,8 @@ mod tests {
         near(joint.gear_torque(0.005, 1.0, 0), 0.0);
         near(joint.gear_torque(0.011, 0.0, 1), 2e4 * 1e-3 + 1e6 * 1e-9);
         near(joint.gear_torque(-0.011, -0.2, -1), -20.0 - 1e-3 - 1.0);
-        // Dry friction of the drive and of the effect add; the static excess falls by 1/e at the Stribeck speed.
+        // Dry friction of the drive and of the effect add; the static excess falls by 1/e at the Stribeck
+        // speed.
         near(joint.friction(0.0, 1.0), 9.0);
         near(joint.friction(0.1, -1.0), 6.0 + 3.0 * (-1.0_f64).exp());
         assert_eq!(joint.drive.lags.len(), 1);

@@ -1,4 +1,5 @@
-//! The equations of motion of one mode: what acts at a state, what follows from it, and how far the state is from leaving the mode.
+//! The equations of motion of one mode: what acts at a state, what follows from it, and how far the state is
+//! from leaving the mode.
 
 use feeler_arm::{Arm, Posture};
 use feeler_geometry::Pair;
@@ -73,8 +74,13 @@ impl Plant {
         for (i, joint) in self.joints.iter().enumerate() {
             let lags = joint.drive.lags.len();
             let torque = if lags == 0 { inputs[i] } else { x[layout.lags[i] + lags - 1] };
-            let between = joint.gear_torque(motors[i] - links[i], motor_speeds[i] - link_speeds[i], mode.flanks[i]);
-            net.push(torque + joint.ripple(motors[i]) + joint.guide.load - joint.guide.damping * motor_speeds[i] - between);
+            let between =
+                joint.gear_torque(motors[i] - links[i], motor_speeds[i] - link_speeds[i], mode.flanks[i]);
+            net.push(
+                torque + joint.ripple(motors[i]) + joint.guide.load
+                    - joint.guide.damping * motor_speeds[i]
+                    - between,
+            );
             drive.push(torque);
             gear.push(between);
         }
@@ -91,7 +97,8 @@ impl Plant {
         let arm = Vector3::from(nearest.point_m) - tool.translation.vector;
         let jacobian = posture.jacobian();
         // The speed of the tip's point along the normal.
-        let along = jacobian.rows(0, 3).transpose() * normal + jacobian.rows(3, 3).transpose() * arm.cross(&normal);
+        let along =
+            jacobian.rows(0, 3).transpose() * normal + jacobian.rows(3, 3).transpose() * arm.cross(&normal);
         let rate = along.iter().zip(speeds).map(|(a, v)| a * v).sum();
         Some(Touch { depth: -nearest.distance_m - self.gap_m, rate, point_m: nearest.point_m, normal, along })
     }
@@ -127,7 +134,9 @@ impl Plant {
         for (i, joint) in self.joints.iter().enumerate() {
             slope[2 * n + i] = match mode.slides[i] {
                 Slide::Stick => 0.0,
-                Slide::Along(sign) => (look.net[i] - sign * joint.friction(x[2 * n + i], sign)) / joint.inertia,
+                Slide::Along(sign) => {
+                    (look.net[i] - sign * joint.friction(x[2 * n + i], sign)) / joint.inertia
+                }
                 Slide::None => look.net[i] / joint.inertia,
             };
             let mut command = inputs[i];
@@ -158,19 +167,29 @@ impl Plant {
 
     /// Which limits of their positions links are beyond: -1 the lower, 1 the upper, 0 none.
     pub(crate) fn beyond(&self, x: &DVector<f64>) -> Vec<i8> {
-        let side = |(position, [lower, upper]): (&f64, [f64; 2])| i8::from(*position > upper) - i8::from(*position < lower);
-        self.layout.links(x).iter().zip(self.arm.chain().joints.iter().map(|joint| joint.limits)).map(side).collect()
+        let side = |(position, [lower, upper]): (&f64, [f64; 2])| {
+            i8::from(*position > upper) - i8::from(*position < lower)
+        };
+        self.layout
+            .links(x)
+            .iter()
+            .zip(self.arm.chain().joints.iter().map(|joint| joint.limits))
+            .map(side)
+            .collect()
     }
 
-    /// What the stop at the end of a joint's travel puts on its link: a buffer as stiff and as damped as the joint's gear, which only pushes back.
+    /// What the stop at the end of a joint's travel puts on its link: a buffer as stiff and as damped as the
+    /// joint's gear, which only pushes back.
     fn stop(&self, joint: usize, position: f64, speed: f64) -> f64 {
         let ([lower, upper], gear) = (self.arm.chain().joints[joint].limits, &self.joints[joint].gear);
-        let push = |depth: f64, rate: f64| if depth > 0.0 { (gear.stiffness * depth + gear.damping * rate).max(0.0) } else { 0.0 };
+        let push = |depth: f64, rate: f64| {
+            if depth > 0.0 { (gear.stiffness * depth + gear.damping * rate).max(0.0) } else { 0.0 }
+        };
         push(lower - position, -speed) - push(position - upper, speed)
     }
 
-    /// Depth of the contact, m (below zero apart), its rate, m/s, and how fast that grows, m/s2, but for the turning of normal and arm; none where the two
-    /// are far apart.
+    /// Depth of the contact, m (below zero apart), its rate, m/s, and how fast that grows, m/s2, but for the
+    /// turning of normal and arm; none where the two are far apart.
     pub(crate) fn compression(&self, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> Option<[f64; 3]> {
         let touch = self.look(x, mode, inputs).touch?;
         let n = self.layout.joints;
@@ -178,7 +197,8 @@ impl Plant {
         Some([touch.depth, touch.rate, touch.along.dot(&slope.rows(3 * n, n))])
     }
 
-    /// How far a state is from leaving its mode, for each change that there can be: zero or above within it. In N, N m and rad/s, whichever it is.
+    /// How far a state is from leaving its mode, for each change that there can be: zero or above within it.
+    /// In N, N m and rad/s, whichever it is.
     pub(crate) fn margins(&self, x: &DVector<f64>, mode: &Mode, look: &Look<'_>) -> Vec<(Change, f64)> {
         let layout = &self.layout;
         let mut margins = Vec::with_capacity(1 + 2 * layout.joints);
@@ -200,7 +220,8 @@ impl Plant {
         for (i, joint) in self.joints.iter().enumerate() {
             if joint.gear.play > 0.0 {
                 let pressed = |side: i8| {
-                    let [linear, law] = joint.flank(motors[i] - links[i], motor_speeds[i] - link_speeds[i], side);
+                    let [linear, law] =
+                        joint.flank(motors[i] - links[i], motor_speeds[i] - link_speeds[i], side);
                     (f64::from(side) * linear, f64::from(side) * law)
                 };
                 let margin = match mode.flanks[i] {
@@ -218,7 +239,9 @@ impl Plant {
             let margin = match mode.slides[i] {
                 Slide::None => continue,
                 Slide::Along(sign) => sign * motor_speeds[i],
-                Slide::Stick => f64::min(joint.friction(0.0, 1.0) - look.net[i], joint.friction(0.0, -1.0) + look.net[i]),
+                Slide::Stick => {
+                    f64::min(joint.friction(0.0, 1.0) - look.net[i], joint.friction(0.0, -1.0) + look.net[i])
+                }
             };
             margins.push((Change::Slide(i), margin));
         }

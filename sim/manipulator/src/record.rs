@@ -29,8 +29,8 @@ pub struct JointEvent {
 /// The signals of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Record {
-    /// Force, compression and command along the normal, readings, and whether a joint's torque was at its limit (`joints.limited`), at the rate of the measures;
-    /// with the contact's events.
+    /// Force, compression and command along the normal, readings, and whether a joint's torque was at its
+    /// limit (`joints.limited`), at the rate of the measures; with the contact's events.
     pub measures: Trace,
     /// The same, and joints, tool, point of contact and normal, at the rate of the file.
     pub motion: Trace,
@@ -48,8 +48,10 @@ pub(crate) fn names(cell: &Cell, assembly: &Assembly) -> [Vec<String>; 2] {
     let contact = &assembly.contacts[0].name;
     let drive = assembly.drives.first().map_or("drive", |drive| drive.name.as_str());
     let controller = cell.scenario.controllers.keys().next().map_or("controller", String::as_str);
-    let mut measures: Vec<String> =
-        ["force", "spring_force", "compression", "contact"].iter().map(|quantity| format!("{contact}.{quantity}")).collect();
+    let mut measures: Vec<String> = ["force", "spring_force", "compression", "contact"]
+        .iter()
+        .map(|quantity| format!("{contact}.{quantity}"))
+        .collect();
     measures.extend([
         format!("{drive}.command"),
         format!("{controller}.output"),
@@ -59,7 +61,10 @@ pub(crate) fn names(cell: &Cell, assembly: &Assembly) -> [Vec<String>; 2] {
     measures.extend(assembly.sensors.iter().map(|sensor| format!("{}.reading", sensor.name)));
     let mut motion = Vec::new();
     for joint in &cell.joints {
-        motion.extend(["position", "motor", "velocity", "torque"].map(|quantity| format!("joints.{}.{quantity}", joint.name)));
+        motion.extend(
+            ["position", "motor", "velocity", "torque"]
+                .map(|quantity| format!("joints.{}.{quantity}", joint.name)),
+        );
     }
     let turns = ["x", "y", "z", "turn_x", "turn_y", "turn_z"].map(|axis| format!("tool.{axis}"));
     let points = ["point.x", "point.y", "point.z", "normal.x", "normal.y", "normal.z"].map(str::to_owned);

@@ -44,7 +44,9 @@ impl Control {
     pub(crate) fn new(cell: &Cell, program: &Program) -> Result<Self, ManipulatorError> {
         let count = program.loops().count();
         let mut loops = program.loops();
-        let (Some(wired), 1) = (loops.next(), count) else { return Err(ManipulatorError::Count { what: "controller", count }) };
+        let (Some(wired), 1) = (loops.next(), count) else {
+            return Err(ManipulatorError::Count { what: "controller", count });
+        };
         let (spec, seed) = (wired.spec, program.settings().seed);
         let key = format!("controllers.{}", wired.name);
         let clock = SampleClock::new(spec, seed, &key)?;
@@ -96,7 +98,9 @@ impl Control {
     /// Takes the sample that is due; `motors` are what the joints' encoders tell.
     pub(crate) fn sample(&mut self, t_s: f64, arm: &Arm, sensors: &[Sensing<f64>], motors: &[f64]) {
         let sample_s = self.next_s;
-        let read = |tapped: &mut Option<(usize, Tap<f64>)>| tapped.as_mut().map_or(0.0, |(i, tap)| sensors[*i].read(t_s, tap.pop()));
+        let read = |tapped: &mut Option<(usize, Tap<f64>)>| {
+            tapped.as_mut().map_or(0.0, |(i, tap)| sensors[*i].read(t_s, tap.pop()))
+        };
         let reading = read(&mut self.reading);
         let motion = read(&mut self.motion);
         self.wanted = self.reference.value(sample_s);

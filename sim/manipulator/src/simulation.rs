@@ -65,7 +65,8 @@ pub struct Simulation {
 const MOST_STEPS: f64 = 1e7;
 
 impl Simulation {
-    /// A cell at its start, with a record of the measures at `rate_hz` and of the motion at every `every`th of its rows.
+    /// A cell at its start, with a record of the measures at `rate_hz` and of the motion at every `every`th
+    /// of its rows.
     ///
     /// # Errors
     /// Mistakes of arm, shapes, wiring and controller; see [`ManipulatorError`].
@@ -94,7 +95,9 @@ impl Simulation {
         let mut x = DVector::zeros(plant.layout.length);
         for i in 0..n {
             let speed = reduction.direction[i] * start.speed_m_per_s;
-            for (at, value) in [(i, start.pose[i]), (n + i, start.pose[i]), (2 * n + i, speed), (3 * n + i, speed)] {
+            for (at, value) in
+                [(i, start.pose[i]), (n + i, start.pose[i]), (2 * n + i, speed), (3 * n + i, speed)]
+            {
                 x[at] = value;
             }
         }
@@ -102,16 +105,26 @@ impl Simulation {
         let mut mode = plant.first_mode(&x, &inputs);
         settle(&plant, &mut x, &mut mode, &inputs, |_, _| {});
         let names = names(cell, &assembly);
-        let sensing =
-            |parts: &[&feeler_plant::assembly::SensorPart], seed| parts.iter().map(|part| Sensing::new(&[*part], seed)).collect::<Vec<_>>();
+        let sensing = |parts: &[&feeler_plant::assembly::SensorPart], seed| {
+            parts.iter().map(|part| Sensing::new(&[*part], seed)).collect::<Vec<_>>()
+        };
         Ok(Self {
             control: Control::new(cell, &program)?,
             drives: Drives::new(cell),
             encoders: sensing(&cell.joints.iter().map(|joint| &joint.encoder).collect::<Vec<_>>(), seed),
             sensors: sensing(&assembly.sensors.iter().collect::<Vec<_>>(), seed),
-            record_taps: assembly.sensors.iter().enumerate().map(|(i, sensor)| Tap::new(i, sensor.delay, 0.0)).collect(),
+            record_taps: assembly
+                .sensors
+                .iter()
+                .enumerate()
+                .map(|(i, sensor)| Tap::new(i, sensor.delay, 0.0))
+                .collect(),
             home_m: cell.arm.chain().tool_place(&start.pose).translation.vector,
-            record: Record { measures: Trace::new(&names[0]), motion: Trace::new(&names.concat()), joint_events: Vec::new() },
+            record: Record {
+                measures: Trace::new(&names[0]),
+                motion: Trace::new(&names.concat()),
+                joint_events: Vec::new(),
+            },
             plant,
             assembly,
             x,
@@ -152,16 +165,23 @@ impl Simulation {
         self.control.is_approaching()
     }
 
-    /// Whether the tool may come to the workpiece by going on along the normal: the workpiece is on its way, and no joint is at the end of its travel.
+    /// Whether the tool may come to the workpiece by going on along the normal: the workpiece is on its way,
+    /// and no joint is at the end of its travel.
     pub fn has_a_way(&self) -> bool {
         let tool = self.plant.arm.chain().tool_place(self.plant.layout.links(&self.x));
         let (position, turn) = numbers(&tool);
-        let ahead = self.plant.pair.travel_m(position, turn, self.plant.normal.into(), farthest_m(self.plant.arm.chain()));
+        let ahead = self.plant.pair.travel_m(
+            position,
+            turn,
+            self.plant.normal.into(),
+            farthest_m(self.plant.arm.chain()),
+        );
         matches!(ahead, Ok(Some(_))) && self.beyond.iter().all(|side| *side == 0)
     }
 
-    /// How deep tip and workpiece are in one another at the present time, m (negative across a gap), how fast that grows, m/s, and how fast this does, m/s2
-    /// (but for the turning of the normal); none where they are far apart.
+    /// How deep tip and workpiece are in one another at the present time, m (negative across a gap), how fast
+    /// that grows, m/s, and how fast this does, m/s2 (but for the turning of the normal); none where they are
+    /// far apart.
     pub fn compression(&self) -> Option<[f64; 3]> {
         self.plant.compression(&self.x, &self.mode, &self.inputs)
     }
@@ -198,7 +218,10 @@ impl Simulation {
 
     fn next_instant_s(&self) -> f64 {
         let taps = self.record_taps.iter().map(|tap| tap.next_s);
-        taps.fold(self.next_record_s().min(self.control.next_instant_s()).min(self.drives.next_instant_s()), f64::min)
+        taps.fold(
+            self.next_record_s().min(self.control.next_instant_s()).min(self.drives.next_instant_s()),
+            f64::min,
+        )
     }
 
     /// Steps over a span with held inputs.
@@ -209,22 +232,32 @@ impl Simulation {
         settle(plant, x, mode, inputs, |change, mode| note(record, *t_s, change, mode));
         for i in 0..count {
             let begins_s = *t_s + i as f64 * h;
-            advance(plant, x, h, mode, inputs, |after, change, mode| note(record, begins_s + after, change, mode))?;
+            advance(plant, x, h, mode, inputs, |after, change, mode| {
+                note(record, begins_s + after, change, mode)
+            })?;
             let now = plant.beyond(x);
             note_limits(record, begins_s + h, beyond, &now);
             *beyond = now;
         }
         self.steps += count;
-        let bounded = self.plant.layout.motors(&self.x).iter().chain(self.plant.layout.links(&self.x)).all(|q| q.abs() < BOUND);
+        let bounded = self
+            .plant
+            .layout
+            .motors(&self.x)
+            .iter()
+            .chain(self.plant.layout.links(&self.x))
+            .all(|q| q.abs() < BOUND);
         bounded.then_some(())
     }
 
-    /// Serves every instant that is due, in the order of the engine: readings are taken, the controller samples, signals are recorded, commands arrive.
+    /// Serves every instant that is due, in the order of the engine: readings are taken, the controller
+    /// samples, signals are recorded, commands arrive.
     fn serve(&mut self) {
         let t_s = self.t_s;
         let samples = due(self.control.next_s, t_s);
         let recorded = due(self.next_record_s(), t_s);
-        let taken = due(self.control.next_instant_s(), t_s) || self.record_taps.iter().any(|tap| due(tap.next_s, t_s));
+        let taken = due(self.control.next_instant_s(), t_s)
+            || self.record_taps.iter().any(|tap| due(tap.next_s, t_s));
         if taken || recorded {
             let motors: Vec<f64> = self
                 .encoders
@@ -255,7 +288,8 @@ impl Simulation {
     fn signals(&self, motors: &[f64]) -> Vec<f64> {
         let plant = &self.plant;
         let look = plant.look(&self.x, &self.mode, &self.inputs);
-        let way = || plant.normal.dot(&(plant.arm.chain().tool_place(motors).translation.vector - self.home_m));
+        let way =
+            || plant.normal.dot(&(plant.arm.chain().tool_place(motors).translation.vector - self.home_m));
         let speed = || {
             let jacobian = plant.arm.chain().jacobian(plant.layout.motors(&self.x));
             let speeds = DVector::from_column_slice(plant.layout.motor_speeds(&self.x));
@@ -291,7 +325,12 @@ impl Simulation {
             let layout = &self.plant.layout;
             for (i, torque) in look.drive.iter().enumerate() {
                 let of = |values: &[f64]| values[i];
-                row.extend([of(layout.links(&self.x)), of(layout.motors(&self.x)), of(layout.link_speeds(&self.x)), *torque]);
+                row.extend([
+                    of(layout.links(&self.x)),
+                    of(layout.motors(&self.x)),
+                    of(layout.link_speeds(&self.x)),
+                    *torque,
+                ]);
             }
             let tool = look.posture.tool();
             let (place, turn) = (tool.translation.vector, tool.rotation.scaled_axis());
@@ -308,16 +347,26 @@ impl Simulation {
 fn step_s(cell: &Cell, plant: &Plant, reduction: &Reduction) -> Result<f64, ManipulatorError> {
     let law = plant.law;
     let stiffness = law.stiffness * law.exponent * TYPICAL_DEPTH_M.powf(law.exponent - 1.0);
-    let modes = cell.arm.modes_in_contact(&cell.start.pose, cell.start.normal, feeler_arm::Others::Free, stiffness)?;
-    let of_modes =
-        modes.iter().map(|mode| std::f64::consts::TAU * mode.frequency_hz * (1.0 + 2.0 * mode.damping_ratio)).fold(0.0, f64::max);
-    let of_drives = plant.joints.iter().flat_map(|joint| &joint.drive.lags).map(|tau| 1.0 / tau).fold(0.0, f64::max);
+    let modes = cell.arm.modes_in_contact(
+        &cell.start.pose,
+        cell.start.normal,
+        feeler_arm::Others::Free,
+        stiffness,
+    )?;
+    let of_modes = modes
+        .iter()
+        .map(|mode| std::f64::consts::TAU * mode.frequency_hz * (1.0 + 2.0 * mode.damping_ratio))
+        .fold(0.0, f64::max);
+    let of_drives =
+        plant.joints.iter().flat_map(|joint| &joint.drive.lags).map(|tau| 1.0 / tau).fold(0.0, f64::max);
     let of_contact = law.damping / reduction.link_mass_kg;
     let rate_per_s = of_modes.max(of_drives).max(of_contact).max(1.0);
     let step_s = match cell.step_s {
         None => STEP_SHARE / rate_per_s,
         Some(step_s) if step_s * rate_per_s <= LONGEST_SHARE => step_s,
-        Some(step_s) => return Err(ManipulatorError::Step { step_s, rate_per_s, most_s: LONGEST_SHARE / rate_per_s }),
+        Some(step_s) => {
+            return Err(ManipulatorError::Step { step_s, rate_per_s, most_s: LONGEST_SHARE / rate_per_s });
+        }
     };
     let duration_s = cell.scenario.run.duration_s;
     let steps = duration_s / step_s;

@@ -55,8 +55,15 @@ pub(crate) fn order(filter: &LowPass) -> usize {
     }
 }
 
-/// The signal after a row of filters whose numbers begin at `first`; the derivatives of these go into `slope`.
-pub(crate) fn filtered(filters: &[LowPass], first: usize, x: &DVector<f64>, signal: f64, mut slope: Option<&mut DVector<f64>>) -> f64 {
+/// The signal after a row of filters whose numbers begin at `first`; the derivatives of these go into
+/// `slope`.
+pub(crate) fn filtered(
+    filters: &[LowPass],
+    first: usize,
+    x: &DVector<f64>,
+    signal: f64,
+    mut slope: Option<&mut DVector<f64>>,
+) -> f64 {
     let (mut input, mut at) = (signal, first);
     for filter in filters {
         let tau = std::f64::consts::TAU;

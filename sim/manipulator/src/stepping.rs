@@ -30,11 +30,20 @@ fn least(plant: &Plant, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> f64 {
 }
 
 /// Changes the mode until the state is within it, at one instant; a change is taken once.
-pub(crate) fn settle(plant: &Plant, x: &mut DVector<f64>, mode: &mut Mode, inputs: &[f64], mut changed: impl FnMut(Change, &Mode)) {
+pub(crate) fn settle(
+    plant: &Plant,
+    x: &mut DVector<f64>,
+    mode: &mut Mode,
+    inputs: &[f64],
+    mut changed: impl FnMut(Change, &Mode),
+) {
     let mut taken: Vec<Change> = Vec::new();
     loop {
         let look = plant.look(x, mode, inputs);
-        let left = plant.margins(x, mode, &look).into_iter().find(|(change, margin)| *margin < 0.0 && !taken.contains(change));
+        let left = plant
+            .margins(x, mode, &look)
+            .into_iter()
+            .find(|(change, margin)| *margin < 0.0 && !taken.contains(change));
         let Some((change, _)) = left else { return };
         let net = look.net().to_vec();
         drop(look);
@@ -44,7 +53,8 @@ pub(crate) fn settle(plant: &Plant, x: &mut DVector<f64>, mode: &mut Mode, input
     }
 }
 
-/// Moves a state on by `h`; `changed` is told when, from the beginning of the step, each change of mode was. None where the numbers leave all bounds.
+/// Moves a state on by `h`; `changed` is told when, from the beginning of the step, each change of mode was.
+/// None where the numbers leave all bounds.
 pub(crate) fn advance(
     plant: &Plant,
     x: &mut DVector<f64>,
@@ -75,7 +85,8 @@ pub(crate) fn advance(
     Some(())
 }
 
-/// The first instant outside the mode, and the state there, by secants and halving. `next` is the state after `h`, where the least margin is `ends`.
+/// The first instant outside the mode, and the state there, by secants and halving. `next` is the state after
+/// `h`, where the least margin is `ends`.
 fn locate(
     plant: &Plant,
     x: &DVector<f64>,
@@ -92,7 +103,8 @@ fn locate(
         }
         let middle = 0.5 * (low + high);
         let secant = low + (high - low) * low_margin / (low_margin - high_margin);
-        // Where the secant is right, a little after it and a little before it close the border in; every third trial halves whatever is left.
+        // Where the secant is right, a little after it and a little before it close the border in; every
+        // third trial halves whatever is left.
         let nudged = match trial % 3 {
             0 => secant + NUDGE * h,
             1 => secant - NUDGE * h,

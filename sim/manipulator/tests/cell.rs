@@ -1,6 +1,11 @@
-//! The arm in its cell: order of the steps, the arm's own simulation against a wall, dry friction, and refusals.
+//! The arm in its cell: order of the steps, the arm's own simulation against a wall, dry friction, and
+//! refusals.
 
-#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests fail as tests do, and say what they measured")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "helpers of tests fail as tests do, and say what they measured"
+)]
 
 use std::path::Path;
 
@@ -57,17 +62,33 @@ fn axis(gains: ForceGains, reference: f64, contact: Contact) -> Scenario {
     let mut spec = ControllerSpec::new(Law::ExplicitForce(gains), 1e-3);
     spec.reference = ReferenceSpec::Constant(reference);
     Controller::<f64>::new(std::slice::from_ref(&spec)).unwrap();
-    let used = ControllerUse { spec, reads: Some("force".into()), motion: Some("encoder".into()), drives: "drive".into(), effects: vec![] };
-    Scenario { machine, controllers: [("force".to_owned(), used)].into_iter().collect(), run: RunSettings::default() }
+    let used = ControllerUse {
+        spec,
+        reads: Some("force".into()),
+        motion: Some("encoder".into()),
+        drives: "drive".into(),
+        effects: vec![],
+    };
+    Scenario {
+        machine,
+        controllers: [("force".to_owned(), used)].into_iter().collect(),
+        run: RunSettings::default(),
+    }
 }
 
 fn contact(stiffness: f64, damping: f64) -> Contact {
     Contact::kelvin_voigt("tip", GROUND, stiffness, damping)
 }
 
-/// A table whose top is `gap_m` under the tool, which points down at a place; the tip's lowest point is the tool's origin.
+/// A table whose top is `gap_m` under the tool, which points down at a place; the tip's lowest point is the
+/// tool's origin.
 fn cell(arm: Arm, at: [f64; 2], gap_m: f64, speed_m_per_s: f64, scenario: Scenario) -> Cell {
-    let joints = arm.chain().joints.iter().zip(arm.drives()).map(|(joint, drive)| JointPart::new(&joint.name, drive, false, &[]).unwrap());
+    let joints = arm
+        .chain()
+        .joints
+        .iter()
+        .zip(arm.drives())
+        .map(|(joint, drive)| JointPart::new(&joint.name, drive, false, &[]).unwrap());
     let joints = joints.collect();
     let half_extents_m = [0.5, 0.5, 0.05];
     Cell {
@@ -75,7 +96,10 @@ fn cell(arm: Arm, at: [f64; 2], gap_m: f64, speed_m_per_s: f64, scenario: Scenar
         start: Start { pose: pose(&arm, [at[0], at[1], TOOL_M]), normal: DOWN, speed_m_per_s },
         joints,
         tip: Part { shape: Shape::Ball { radius_m: RADIUS_M }, place: Place::at([-RADIUS_M, 0.0, 0.0]) },
-        workpiece: Part { shape: Shape::Cuboid { half_extents_m }, place: Place::at([0.6, 0.0, TOOL_M - gap_m - 0.05]) },
+        workpiece: Part {
+            shape: Shape::Cuboid { half_extents_m },
+            place: Place::at([0.6, 0.0, TOOL_M - gap_m - 0.05]),
+        },
         hold: Hold { bandwidth_hz: 0.0, damping_ratio: 0.7 },
         scenario,
         step_s: None,
@@ -90,15 +114,20 @@ fn forces(cell: &Cell, step_s: f64, rate_hz: f64, end_s: f64) -> Vec<f64> {
     simulation.into_record().measures.columns.swap_remove(0)
 }
 
-/// Fourth order: halving the step divides the error by 16; the least slope of its logarithm that still tells fourth order from third.
+/// Fourth order: halving the step divides the error by 16; the least slope of its logarithm that still tells
+/// fourth order from third.
 const FOURTH: f64 = 3.6;
 
 #[test]
 fn order_the_force_of_an_impact_converges_at_fourth_order_through_touch_and_lift() {
-    let cell = cell(six_joint(0.0), [0.65, 0.1], 0.4e-3, 0.05, axis(ForceGains::default(), 0.0, contact(2e4, 40.0)));
+    let cell =
+        cell(six_joint(0.0), [0.65, 0.1], 0.4e-3, 0.05, axis(ForceGains::default(), 0.0, contact(2e4, 40.0)));
     let of = |step_s: f64| forces(&cell, step_s, 250.0, 0.12);
     let finest = of(1.5625e-5);
-    assert!(finest.iter().any(|force| *force > 10.0) && finest.last().is_some_and(|force| *force <= 0.0), "{finest:?}");
+    assert!(
+        finest.iter().any(|force| *force > 10.0) && finest.last().is_some_and(|force| *force <= 0.0),
+        "{finest:?}"
+    );
     let error = |step_s: f64| of(step_s).iter().zip(&finest).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let errors = [5e-4, 2.5e-4, 1.25e-4].map(error);
     println!("error of the force at 0.5, 0.25, 0.125 ms: {errors:?} N");
@@ -107,7 +136,8 @@ fn order_the_force_of_an_impact_converges_at_fourth_order_through_touch_and_lift
     }
 }
 
-/// The tip's point wanders off the tool's origin by the radius times the turn of the tool in an impact; both steppers' own errors are smaller.
+/// The tip's point wanders off the tool's origin by the radius times the turn of the tool in an impact; both
+/// steppers' own errors are smaller.
 const SAME_ARM: f64 = 2e-3;
 
 #[test]
@@ -115,7 +145,8 @@ fn reference_an_impact_on_a_table_is_that_of_the_arm_against_a_plane_wall() {
     for at in [[0.65, 0.1], [0.5, -0.25]] {
         let arm = six_joint(0.0);
         let wall = Wall { gap_m: 0.0, stiffness_n_per_m: 2e4, damping_n_s_per_m: 40.0 };
-        let mut plain = FlexibleArm::new(&arm, &pose(&arm, [at[0], at[1], TOOL_M]), DOWN, Others::Free, wall).unwrap();
+        let mut plain =
+            FlexibleArm::new(&arm, &pose(&arm, [at[0], at[1], TOOL_M]), DOWN, Others::Free, wall).unwrap();
         plain.throw(Others::Free, 0.05).unwrap();
         let mut expected = 0.0_f64;
         for _ in 0..1200 {
@@ -131,7 +162,8 @@ fn reference_an_impact_on_a_table_is_that_of_the_arm_against_a_plane_wall() {
 
 #[test]
 fn truth_motors_held_by_dry_friction_stay_where_they_are() {
-    // 2 N at 0.7 m at most are 1.4 N m, under the friction of the three large joints; the wrist's 1 N m holds 2 N at 0.26 m.
+    // 2 N at 0.7 m at most are 1.4 N m, under the friction of the three large joints; the wrist's 1 N m holds
+    // 2 N at 0.26 m.
     let scenario = axis(ForceGains { feed_forward: 1.0, ..ForceGains::default() }, 2.0, contact(2e4, 40.0));
     let cell = cell(six_joint(5.0), [0.65, 0.1], 1e-3, 0.0, scenario);
     let mut simulation = Simulation::new(&cell, 1e3, 1).unwrap();
@@ -146,7 +178,9 @@ fn truth_motors_held_by_dry_friction_stay_where_they_are() {
 
 #[test]
 fn truth_starts_that_make_no_sense_are_refused() {
-    let still = |gap_m| cell(six_joint(0.0), [0.65, 0.1], gap_m, 0.0, axis(ForceGains::default(), 0.0, contact(2e4, 40.0)));
+    let still = |gap_m| {
+        cell(six_joint(0.0), [0.65, 0.1], gap_m, 0.0, axis(ForceGains::default(), 0.0, contact(2e4, 40.0)))
+    };
     assert!(still(1e-3).check_start().is_ok());
     assert!(still(0.0).check_start().is_ok());
     match still(-2e-3).check_start() {
@@ -158,7 +192,9 @@ fn truth_starts_that_make_no_sense_are_refused() {
     assert!(matches!(up.check_start(), Err(ManipulatorError::NeverMeets)));
     let mut far = still(1e-3);
     far.workpiece.place = Place::at([0.6, 0.0, -1.3]);
-    assert!(matches!(far.check_start(), Err(ManipulatorError::OutOfReach { travel_m, .. }) if travel_m > 1.3));
+    assert!(
+        matches!(far.check_start(), Err(ManipulatorError::OutOfReach { travel_m, .. }) if travel_m > 1.3)
+    );
     let mut folded = still(1e-3);
     folded.start.pose = vec![0.0, -1.2, 2.75, 2.9, 0.0, 0.0];
     match folded.check_start() {
@@ -190,7 +226,10 @@ fn lever(drive: &JointDrive, effects: &[(&str, &[f64])], speed_m_per_s: f64, for
         bodies: link_capsules(arm.chain()),
         start: Start { pose: vec![0.0], normal: DOWN, speed_m_per_s },
         tip: Part { shape: Shape::Ball { radius_m: RADIUS_M }, place: Place::default() },
-        workpiece: Part { shape: Shape::Cuboid { half_extents_m: [0.1; 3] }, place: Place::at([0.8, 0.0, -3.0]) },
+        workpiece: Part {
+            shape: Shape::Cuboid { half_extents_m: [0.1; 3] },
+            place: Place::at([0.8, 0.0, -3.0]),
+        },
         hold: Hold { bandwidth_hz: 0.0, damping_ratio: 1.0 },
         scenario,
         step_s: None,
@@ -201,10 +240,17 @@ fn lever(drive: &JointDrive, effects: &[(&str, &[f64])], speed_m_per_s: f64, for
 fn events(cell: &Cell, what: &str, end_s: f64) -> Vec<f64> {
     let mut simulation = Simulation::new(cell, 1e3, 1).unwrap();
     assert_eq!(simulation.run_to(end_s).end, RunEnd::Completed);
-    simulation.into_record().joint_events.iter().filter(|event| event.what == what).map(|event| event.t_s).collect()
+    simulation
+        .into_record()
+        .joint_events
+        .iter()
+        .filter(|event| event.what == what)
+        .map(|event| event.t_s)
+        .collect()
 }
 
-/// The gear rings at 2650 1/s when friction sets in; the motor's speed then differs from the lever's by 3e-4 of 1.1 rad/s^2 times 0.056 s.
+/// The gear rings at 2650 1/s when friction sets in; the motor's speed then differs from the lever's by 3e-4
+/// of 1.1 rad/s^2 times 0.056 s.
 const RINGING_S: f64 = 5e-5;
 
 #[test]
@@ -239,14 +285,16 @@ fn truth_a_delayed_sensor_reads_the_force_as_it_was() {
     let mut simulation = Simulation::new(&cell, 1e3, 1).unwrap();
     simulation.run_to(0.03);
     let record = simulation.into_record().measures;
-    let [force, reading] = ["tool.spring_force", "force.reading"].map(|name| record.column(name).unwrap().to_vec());
+    let [force, reading] =
+        ["tool.spring_force", "force.reading"].map(|name| record.column(name).unwrap().to_vec());
     assert!(force.iter().any(|force| *force > 5.0));
     for (row, was) in force.iter().enumerate().take(force.len() - 2) {
         assert!((reading[row + 2] - was).abs() < ROW * (1.0 + was), "row {row}: {} {was}", reading[row + 2]);
     }
 }
 
-/// The time is told at the end of a step, of at most 0.2 ms here; on the way the joint's speed changes by some percent.
+/// The time is told at the end of a step, of at most 0.2 ms here; on the way the joint's speed changes by
+/// some percent.
 const MET_S: f64 = 0.1;
 
 #[test]
@@ -273,7 +321,10 @@ fn truth_a_joint_is_stopped_at_the_end_of_its_travel_and_named() {
     let met = record.joint_events.iter().find(|event| event.joint == joint).unwrap();
     assert_eq!(met.what, if side == 1 { feeler_manipulator::UPPER } else { feeler_manipulator::LOWER });
     let expected_s = room / (speed * direction[joint].abs());
-    println!("met at {:.4} s, {expected_s:.4} s at constant speed; {farthest:.2e} rad into the stop", met.t_s);
+    println!(
+        "met at {:.4} s, {expected_s:.4} s at constant speed; {farthest:.2e} rad into the stop",
+        met.t_s
+    );
     assert!((met.t_s / expected_s - 1.0).abs() < MET_S, "{} {expected_s}", met.t_s);
     // Half the kinetic energy of 14 kg at 0.1 m/s in the spring of the stop.
     assert!(farthest > 0.0 && farthest < 4e-3, "{farthest}");

@@ -8,12 +8,13 @@ use feeler_plant::description::Axis;
 use feeler_plant::motion::Motion;
 use feeler_plant::problem::Problem;
 use rapier3d_f64::prelude::{
-    IntegrationParameters, MassProperties, PhysicsWorld, Pose, PrismaticJointBuilder, RevoluteJointBuilder, RigidBodyBuilder,
-    RigidBodyHandle, Rotation, Vector,
+    IntegrationParameters, MassProperties, PhysicsWorld, Pose, PrismaticJointBuilder, RevoluteJointBuilder,
+    RigidBodyBuilder, RigidBodyHandle, Rotation, Vector,
 };
 
-/// Largest turn in one step, rad. Rapier integrates orientations to first order in it and normalises, which is an error of a twelfth of its cube: within
-/// this, less than a twentieth of the turn; and the turn cannot be mistaken for one the other way.
+/// Largest turn in one step, rad. Rapier integrates orientations to first order in it and normalises, which
+/// is an error of a twelfth of its cube: within this, less than a twentieth of the turn; and the turn cannot
+/// be mistaken for one the other way.
 pub const LARGEST_TURN: f64 = FRAC_PI_4;
 
 /// The moving bodies of a machine, stepped by Rapier.
@@ -31,11 +32,13 @@ struct Tracked {
 }
 
 impl RapierBodies {
-    /// One Rapier body per coordinate of `motion`, at the machine's initial state: what is rigidly joined is one body with the sum of the masses.
+    /// One Rapier body per coordinate of `motion`, at the machine's initial state: what is rigidly joined is
+    /// one body with the sum of the masses.
     pub fn new(motion: &Motion, axis: Axis) -> Self {
         let mut world = PhysicsWorld { gravity: Vector::ZERO, ..PhysicsWorld::default() };
         world.integration_parameters = IntegrationParameters {
-            // With held forces, sub-steps would only move positions ahead of the velocities they were computed from.
+            // With held forces, sub-steps would only move positions ahead of the velocities they were
+            // computed from.
             num_solver_iterations: 1,
             // A game's speed limit would hide a motion that diverges.
             normalized_max_linear_velocity: f64::MAX,
@@ -46,14 +49,23 @@ impl RapierBodies {
         let layout = motion.layout();
         let bodies = (0..motion.coordinates().count())
             .map(|g| {
-                let (mass, position, speed) = (motion.coordinates().mass_kg(g), state[layout.q(g)], state[layout.v(g)]);
-                // The mass of a turning body and the inertia of a sliding one take no part, and must not be zero.
+                let (mass, position, speed) =
+                    (motion.coordinates().mass_kg(g), state[layout.q(g)], state[layout.v(g)]);
+                // The mass of a turning body and the inertia of a sliding one take no part, and must not be
+                // zero.
                 let properties = MassProperties::new(Vector::ZERO, mass, Vector::splat(mass));
-                let body = RigidBodyBuilder::dynamic().additional_mass_properties(properties).can_sleep(false).allow_fast_rotation(true);
+                let body = RigidBodyBuilder::dynamic()
+                    .additional_mass_properties(properties)
+                    .can_sleep(false)
+                    .allow_fast_rotation(true);
                 let handle = world.insert_body(body);
                 match axis {
-                    Axis::Translational => world.insert_impulse_joint(ground, handle, PrismaticJointBuilder::new(Vector::X)),
-                    Axis::Rotational => world.insert_impulse_joint(ground, handle, RevoluteJointBuilder::new(Vector::X)),
+                    Axis::Translational => {
+                        world.insert_impulse_joint(ground, handle, PrismaticJointBuilder::new(Vector::X))
+                    }
+                    Axis::Rotational => {
+                        world.insert_impulse_joint(ground, handle, RevoluteJointBuilder::new(Vector::X))
+                    }
                 };
                 let mut tracked = Tracked { handle, position, speed };
                 tracked.place(&mut world, axis, position, speed);
@@ -68,8 +80,12 @@ impl Tracked {
     fn place(&mut self, world: &mut PhysicsWorld, axis: Axis, position: f64, speed: f64) {
         let body = &mut world.bodies[self.handle];
         let (pose, along) = match axis {
-            Axis::Translational => (Pose::from_translation(Vector::new(position, 0.0, 0.0)), Vector::new(speed, 0.0, 0.0)),
-            Axis::Rotational => (Pose::from_rotation(Rotation::from_rotation_x(position)), Vector::new(speed, 0.0, 0.0)),
+            Axis::Translational => {
+                (Pose::from_translation(Vector::new(position, 0.0, 0.0)), Vector::new(speed, 0.0, 0.0))
+            }
+            Axis::Rotational => {
+                (Pose::from_rotation(Rotation::from_rotation_x(position)), Vector::new(speed, 0.0, 0.0))
+            }
         };
         body.set_position(pose, false);
         match axis {
@@ -110,7 +126,13 @@ fn too_fast(speed: f64, step_s: f64) -> EngineError {
 }
 
 impl BodyEngine for RapierBodies {
-    fn step(&mut self, step_s: f64, forces_n: &[f64], positions_m: &mut [f64], speeds_m_per_s: &mut [f64]) -> Result<(), EngineError> {
+    fn step(
+        &mut self,
+        step_s: f64,
+        forces_n: &[f64],
+        positions_m: &mut [f64],
+        speeds_m_per_s: &mut [f64],
+    ) -> Result<(), EngineError> {
         self.world.integration_parameters.dt = step_s;
         for ((tracked, &force), (&position, &speed)) in
             self.bodies.iter_mut().zip(forces_n).zip(positions_m.iter().zip(speeds_m_per_s.iter()))
@@ -133,7 +155,9 @@ impl BodyEngine for RapierBodies {
             }
         }
         self.world.step();
-        for (tracked, (position, speed)) in self.bodies.iter_mut().zip(positions_m.iter_mut().zip(speeds_m_per_s.iter_mut())) {
+        for (tracked, (position, speed)) in
+            self.bodies.iter_mut().zip(positions_m.iter_mut().zip(speeds_m_per_s.iter_mut()))
+        {
             tracked.read(&self.world, self.axis, step_s)?;
             (*position, *speed) = (tracked.position, tracked.speed);
         }
@@ -143,6 +167,9 @@ impl BodyEngine for RapierBodies {
 
 impl fmt::Debug for RapierBodies {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("RapierBodies").field("axis", &self.axis).field("bodies", &self.bodies.len()).finish_non_exhaustive()
+        f.debug_struct("RapierBodies")
+            .field("axis", &self.axis)
+            .field("bodies", &self.bodies.len())
+            .finish_non_exhaustive()
     }
 }

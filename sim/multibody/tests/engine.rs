@@ -1,13 +1,17 @@
-//! Rapier moving the bodies, against this project's own semi-implicit Euler and against what must hold of any engine.
+//! Rapier moving the bodies, against this project's own semi-implicit Euler and against what must hold of any
+//! engine.
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests fail as tests do")]
 
 use feeler_control::{ControllerSpec, Law, ReferenceSpec};
 use feeler_engine::{
-    BodyEngine, ControllerUse, EngineError, Integrator, Program, RunEnd, RunSettings, Scenario, Simulation, Trace, Unobserved,
+    BodyEngine, ControllerUse, EngineError, Integrator, Program, RunEnd, RunSettings, Scenario, Simulation,
+    Trace, Unobserved,
 };
 use feeler_multibody::RapierBodies;
-use feeler_plant::description::{Actuator, ActuatorKind, Axis, Body, Contact, ContactLaw, GROUND, Machine, Quantity, SignalName, Spring};
+use feeler_plant::description::{
+    Actuator, ActuatorKind, Axis, Body, Contact, ContactLaw, GROUND, Machine, Quantity, SignalName, Spring,
+};
 use feeler_plant::effects::{self, EffectUse};
 
 /// Rounding of some 1e4 steps of a few operations each, amplified by an impact.
@@ -27,13 +31,17 @@ fn machine() -> Machine {
     let mut spring = |name: &str, between: [&str; 2], k: f64, c: f64, effects: Vec<EffectUse>| {
         let rigid = name == "joint";
         let between = between.map(Into::into);
-        machine.springs.insert(name.into(), Spring { between, stiffness_n_per_m: k, damping_n_s_per_m: c, rigid, effects });
+        machine.springs.insert(
+            name.into(),
+            Spring { between, stiffness_n_per_m: k, damping_n_s_per_m: c, rigid, effects },
+        );
     };
     spring("mount", [GROUND, "base"], 2e5, 100.0, Vec::new());
     spring("guide", ["base", "motor"], 0.0, 20.0, vec![friction]);
     spring("transmission", ["motor", "tip"], 1e5, 30.0, Vec::new());
     spring("joint", ["tip", "flange"], 0.0, 0.0, Vec::new());
-    let contact = Contact { law: ContactLaw::Hertz, gap_m: 1e-3, ..Contact::kelvin_voigt("flange", GROUND, 1e6, 0.0) };
+    let contact =
+        Contact { law: ContactLaw::Hertz, gap_m: 1e-3, ..Contact::kelvin_voigt("flange", GROUND, 1e6, 0.0) };
     machine.contacts.insert("tool".into(), contact);
     machine
 }
@@ -41,17 +49,31 @@ fn machine() -> Machine {
 /// One free body.
 fn flywheel(speed: f64) -> Machine {
     let mut machine = Machine { axis: Axis::Rotational, ..Machine::default() };
-    machine.bodies.insert("wheel".into(), Body { mass_kg: 0.02, velocity_m_per_s: speed, position_m: -1.0, ..Body::default() });
-    machine
-        .springs
-        .insert("bearing".into(), Spring { between: [GROUND.into(), "wheel".into()], damping_n_s_per_m: 0.01, ..Spring::default() });
+    machine.bodies.insert(
+        "wheel".into(),
+        Body { mass_kg: 0.02, velocity_m_per_s: speed, position_m: -1.0, ..Body::default() },
+    );
+    machine.springs.insert(
+        "bearing".into(),
+        Spring { between: [GROUND.into(), "wheel".into()], damping_n_s_per_m: 0.01, ..Spring::default() },
+    );
     machine
 }
 
 fn scenario(machine: Machine, integrator: Integrator, step_s: f64, duration_s: f64) -> Scenario {
-    let record =
-        machine.bodies.keys().flat_map(|name| [Quantity::Position, Quantity::Velocity].map(|q| SignalName::new(name, q))).collect();
-    let run = RunSettings { duration_s, step_s, integrator, record, record_rate_hz: Some(1e3), ..RunSettings::default() };
+    let record = machine
+        .bodies
+        .keys()
+        .flat_map(|name| [Quantity::Position, Quantity::Velocity].map(|q| SignalName::new(name, q)))
+        .collect();
+    let run = RunSettings {
+        duration_s,
+        step_s,
+        integrator,
+        record,
+        record_rate_hz: Some(1e3),
+        ..RunSettings::default()
+    };
     Scenario { machine, controllers: [].into_iter().collect(), run }
 }
 
@@ -77,10 +99,11 @@ fn apart(a: &Trace, b: &Trace) -> f64 {
 
 #[test]
 fn reference_rapier_is_semi_implicit_euler_to_rounding() {
-    let [own, other] =
-        [Integrator::SemiImplicitEuler, Integrator::External].map(|integrator| run(&scenario(machine(), integrator, 1e-4, 0.4)));
+    let [own, other] = [Integrator::SemiImplicitEuler, Integrator::External]
+        .map(|integrator| run(&scenario(machine(), integrator, 1e-4, 0.4)));
     assert_eq!((own.1, other.1), (RunEnd::Completed, RunEnd::Completed));
-    let events = |trace: &Trace| trace.events.iter().map(|event| (event.kind, event.switch)).collect::<Vec<_>>();
+    let events =
+        |trace: &Trace| trace.events.iter().map(|event| (event.kind, event.switch)).collect::<Vec<_>>();
     assert!(own.0.events.len() >= 4, "touch, lift, slip and stick: {:?}", own.0.events);
     assert_eq!(events(&own.0), events(&other.0));
     assert!(apart(&own.0, &other.0) < ROUNDING, "{}", apart(&own.0, &other.0));
@@ -88,7 +111,8 @@ fn reference_rapier_is_semi_implicit_euler_to_rounding() {
 
 #[test]
 fn reference_the_step_follows_late_and_jittery_commands() {
-    let mut given = [Integrator::SemiImplicitEuler, Integrator::External].map(|integrator| scenario(machine(), integrator, 1e-4, 0.2));
+    let mut given = [Integrator::SemiImplicitEuler, Integrator::External]
+        .map(|integrator| scenario(machine(), integrator, 1e-4, 0.2));
     for scenario in &mut given {
         let kind = ActuatorKind::VelocitySource { damping_n_s_per_m: 300.0, time_constant_s: 2e-3 };
         let drive = Actuator { kind, limit_n: Some(40.0), ..Actuator::ideal("motor", "base") };
@@ -96,7 +120,8 @@ fn reference_the_step_follows_late_and_jittery_commands() {
         let mut spec = ControllerSpec::new(Law::OpenLoop, 1e-3);
         (spec.delay_s, spec.jitter_s) = (0.37e-3, 1e-4);
         spec.reference = ReferenceSpec::PiecewiseLinear(vec![(0.0, 0.0), (0.2, 0.5)]);
-        let used = ControllerUse { spec, reads: None, motion: None, drives: "drive".into(), effects: Vec::new() };
+        let used =
+            ControllerUse { spec, reads: None, motion: None, drives: "drive".into(), effects: Vec::new() };
         scenario.controllers.insert("excite".into(), used);
     }
     let [own, other] = given.map(|scenario| run(&scenario).0);
@@ -117,7 +142,8 @@ fn truth_a_wheel_turns_through_many_circles() {
 
 #[test]
 fn truth_a_turn_too_large_for_one_step_is_refused_with_the_step_that_does() {
-    // 800 rad/s in steps of 10 ms are 8 rad; an eighth of a circle at 800 rad/s takes 0.98 ms, and friction has slowed the wheel a little.
+    // 800 rad/s in steps of 10 ms are 8 rad; an eighth of a circle at 800 rad/s takes 0.98 ms, and friction
+    // has slowed the wheel a little.
     let scenario = scenario(flywheel(800.0), Integrator::External, 1e-2, 1.0);
     let program = Program::new(&scenario).unwrap();
     let bodies: Box<dyn BodyEngine> = Box::new(RapierBodies::new(program.motion(), scenario.machine.axis));

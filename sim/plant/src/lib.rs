@@ -1,4 +1,5 @@
-//! The machine: what the user wrote ([`description`]), names resolved and effects applied ([`assembly`]), and its equations of motion ([`motion`]).
+//! The machine: what the user wrote ([`description`]), names resolved and effects applied ([`assembly`]), and
+//! its equations of motion ([`motion`]).
 
 pub mod assembly;
 pub mod description;

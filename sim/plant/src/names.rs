@@ -1,10 +1,14 @@
 //! Suggestions for misspelt names.
 
-/// The candidate most like `written`, if any is alike: at most half of its letters differ, whatever their case.
+/// The candidate most like `written`, if any is alike: at most half of its letters differ, whatever their
+/// case.
 pub fn nearest<'a>(written: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let score = |candidate: &str| strsim::jaro_winkler(written, candidate);
     let alike = candidates.into_iter().filter(|candidate| are_alike(written, candidate));
-    alike.map(|candidate| (score(candidate), candidate)).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, candidate)| candidate)
+    alike
+        .map(|candidate| (score(candidate), candidate))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, candidate)| candidate)
 }
 
 /// "did you mean `mass`?", or the choice where nothing is alike.
@@ -38,7 +42,13 @@ mod tests {
     #[test]
     fn truth_only_what_is_alike_is_suggested() {
         let names = ["motor", "tip", "base"];
-        for (written, near) in [("moter", Some("motor")), ("TIP", Some("tip")), ("bsae", Some("base")), ("gripper", None), ("x", None)] {
+        for (written, near) in [
+            ("moter", Some("motor")),
+            ("TIP", Some("tip")),
+            ("bsae", Some("base")),
+            ("gripper", None),
+            ("x", None),
+        ] {
             assert_eq!(nearest(written, names), near, "{written}");
         }
         assert_eq!(did_you_mean("gripper", names), "there is `motor`, `tip`, `base`");

@@ -5,13 +5,18 @@ use std::fmt;
 /// A number as a message shows it: four significant digits, with an exponent where it is very large or small.
 pub fn short(value: f64) -> String {
     let rounded = format!("{value:.3e}").parse().unwrap_or(value);
-    if rounded != 0.0 && !(1e-4..1e6).contains(&f64::abs(rounded)) { format!("{rounded:e}") } else { format!("{rounded}") }
+    if rounded != 0.0 && !(1e-4..1e6).contains(&f64::abs(rounded)) {
+        format!("{rounded:e}")
+    } else {
+        format!("{rounded}")
+    }
 }
 
 /// One mistake: where it is and what to do about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Dotted path of the key, as in `bodies.motor.mass`; empty for a name that was asked for and stands in no file.
+    /// Dotted path of the key, as in `bodies.motor.mass`; empty for a name that was asked for and stands in
+    /// no file.
     pub key: String,
     /// What is wrong.
     pub message: String,

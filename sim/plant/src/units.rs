@@ -11,7 +11,8 @@ pub struct Dimension {
     pub length: i8,
     /// Exponent of time.
     pub time: i8,
-    /// For laws `F = k d^n`, the stiffness is N/m^n with `n` from the file: any exponent of length is then right.
+    /// For laws `F = k d^n`, the stiffness is N/m^n with `n` from the file: any exponent of length is then
+    /// right.
     pub any_length: bool,
 }
 

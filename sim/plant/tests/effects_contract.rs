@@ -1,13 +1,19 @@
-//! What every effect of the library keeps to, whatever it does: names, bounds, documentation, hosts, and that its null is the ideal machine.
+//! What every effect of the library keeps to, whatever it does: names, bounds, documentation, hosts, and that
+//! its null is the ideal machine.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
 use feeler_plant::assembly::{Assembly, assemble};
-use feeler_plant::description::{Actuator, Body, Contact, Elements, GROUND, Machine, Quantity, Sensor, SignalName, Spring};
-use feeler_plant::effects::{Change, Definition, EffectError, EffectUse, Host, HostKind, LIBRARY, Parameter, Place, find};
+use feeler_plant::description::{
+    Actuator, Body, Contact, Elements, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
+};
+use feeler_plant::effects::{
+    Change, Definition, EffectError, EffectUse, Host, HostKind, LIBRARY, Parameter, Place, find,
+};
 
-/// An axis on a base before a workpiece, with an element for every effect: bodies, springs rigid and not, and sensors of all kinds.
+/// An axis on a base before a workpiece, with an element for every effect: bodies, springs rigid and not, and
+/// sensors of all kinds.
 fn machine() -> Machine {
     let body = |mass_kg| Body { mass_kg, ..Body::default() };
     let rigid = |a: &str, b: &str| Spring { between: [a.into(), b.into()], rigid: true, ..Spring::default() };
@@ -23,7 +29,13 @@ fn machine() -> Machine {
     Machine {
         name: "everything".into(),
         about: "an axis with an element for every effect".into(),
-        bodies: elements([("base", body(170.0)), ("motor", body(7.0)), ("wrist", body(3.0)), ("tip", body(4.0)), ("workpiece", body(2.5))]),
+        bodies: elements([
+            ("base", body(170.0)),
+            ("motor", body(7.0)),
+            ("wrist", body(3.0)),
+            ("tip", body(4.0)),
+            ("workpiece", body(2.5)),
+        ]),
         springs: elements([
             ("mount", rigid(GROUND, "base")),
             ("guide", spring("base", "motor", 0.0, 55.0)),
@@ -80,8 +92,12 @@ fn outcomes(definition: &Definition, values: &[f64]) -> Vec<(Host, Assembly)> {
         match definition.apply(&mut changed, host, values) {
             Ok(()) => outcomes.push((host, changed)),
             Err(error) => {
-                let refused =
-                    matches!(error, EffectError::WrongHost { .. } | EffectError::WrongSite { .. } | EffectError::MassExceeded { .. });
+                let refused = matches!(
+                    error,
+                    EffectError::WrongHost { .. }
+                        | EffectError::WrongSite { .. }
+                        | EffectError::MassExceeded { .. }
+                );
                 assert!(refused, "{} under {host:?}: {error}", definition.kind);
                 assert_eq!(changed, ideal, "{} under {host:?} was refused but left a trace", definition.kind);
             }
@@ -92,28 +108,38 @@ fn outcomes(definition: &Definition, values: &[f64]) -> Vec<(Host, Assembly)> {
 
 fn section<'a>(definition: &'a Definition, title: &str) -> &'a str {
     let heading = format!("## {title}\n");
-    let start = definition.documentation.find(&heading).unwrap_or_else(|| panic!("{} has no section {title}", definition.kind));
+    let start = definition
+        .documentation
+        .find(&heading)
+        .unwrap_or_else(|| panic!("{} has no section {title}", definition.kind));
     let text = &definition.documentation[start + heading.len()..];
     text.split("\n## ").next().unwrap_or(text).trim()
 }
 
 /// Every kind that a text names in backticks.
 fn kinds_named(text: &str) -> impl Iterator<Item = &str> {
-    let is_kind = |quoted: &&str| quoted.contains('-') && quoted.chars().all(|c| c.is_ascii_lowercase() || c == '-');
+    let is_kind =
+        |quoted: &&str| quoted.contains('-') && quoted.chars().all(|c| c.is_ascii_lowercase() || c == '-');
     text.split('`').skip(1).step_by(2).filter(is_kind)
 }
 
 #[test]
 fn prop_documentation_has_its_four_sections_in_order() {
     for definition in LIBRARY {
-        let titles: Vec<&str> = definition.documentation.lines().filter_map(|line| line.strip_prefix("## ")).collect();
+        let titles: Vec<&str> =
+            definition.documentation.lines().filter_map(|line| line.strip_prefix("## ")).collect();
         assert_eq!(titles, ["Model", "Where it comes from", "How it shows", "Source"], "{}", definition.kind);
         for title in titles {
             assert!(section(definition, title).ends_with('.'), "{}: {title} is no sentence", definition.kind);
         }
         let source = section(definition, "Source");
-        let years = source.split(|c: char| !c.is_ascii_digit()).filter_map(|number| number.parse::<u32>().ok());
-        assert!(years.into_iter().any(|year| (1900..2100).contains(&year)), "{} names no dated work", definition.kind);
+        let years =
+            source.split(|c: char| !c.is_ascii_digit()).filter_map(|number| number.parse::<u32>().ok());
+        assert!(
+            years.into_iter().any(|year| (1900..2100).contains(&year)),
+            "{} names no dated work",
+            definition.kind
+        );
     }
 }
 
@@ -123,7 +149,8 @@ fn prop_documentation_names_look_alikes_that_exist() {
         for kind in kinds_named(definition.documentation) {
             assert!(find(kind).is_some(), "{} speaks of `{kind}`, which is no effect", definition.kind);
         }
-        let others = kinds_named(section(definition, "How it shows")).filter(|kind| *kind != definition.kind).count();
+        let others =
+            kinds_named(section(definition, "How it shows")).filter(|kind| *kind != definition.kind).count();
         assert!(others > 0, "{} names nothing that it is confused with", definition.kind);
     }
 }
@@ -134,7 +161,12 @@ fn prop_the_model_speaks_of_every_parameter() {
         for parameter in definition.parameters {
             let model = section(definition, "Model");
             let words = model.split(|c: char| !(c.is_alphanumeric() || c == '_'));
-            assert!(words.into_iter().any(|word| word == parameter.name), "{}: the model lacks `{}`", definition.kind, parameter.name);
+            assert!(
+                words.into_iter().any(|word| word == parameter.name),
+                "{}: the model lacks `{}`",
+                definition.kind,
+                parameter.name
+            );
         }
     }
 }
@@ -146,10 +178,20 @@ fn prop_bounds_contain_null_typical_and_default() {
         for parameter in definition.parameters {
             let (low, high) = parameter.bounds;
             for value in [Some(parameter.typical), parameter.null, parameter.default].into_iter().flatten() {
-                assert!((low..=high).contains(&value), "{}.{}: {value} is out of bounds", definition.kind, parameter.name);
+                assert!(
+                    (low..=high).contains(&value),
+                    "{}.{}: {value} is out of bounds",
+                    definition.kind,
+                    parameter.name
+                );
             }
             // A fit walks in units of the typical value.
-            assert!(parameter.default.is_some() || parameter.typical != 0.0, "{}.{}", definition.kind, parameter.name);
+            assert!(
+                parameter.default.is_some() || parameter.typical != 0.0,
+                "{}.{}",
+                definition.kind,
+                parameter.name
+            );
             assert!(parameter.typical.is_finite() && low < high);
         }
     }
@@ -158,7 +200,9 @@ fn prop_bounds_contain_null_typical_and_default() {
 #[test]
 fn prop_names_are_kebab_and_snake_case_and_unique() {
     let well_formed = |name: &str, joint: char| {
-        name.split(joint).all(|word| !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit()))
+        name.split(joint).all(|word| {
+            !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit())
+        })
     };
     let kinds: BTreeSet<&str> = LIBRARY.iter().map(|definition| definition.kind).collect();
     assert_eq!(kinds.len(), LIBRARY.len());
@@ -176,7 +220,10 @@ type Row = (String, BTreeSet<String>, Vec<(String, String)>);
 fn rows_of_the_table(text: &str) -> Vec<Row> {
     let cells = |line: &str| line.split('|').map(|cell| cell.trim().to_owned()).collect::<Vec<_>>();
     let rows = text.lines().filter(|line| line.starts_with('|')).skip(2).map(cells);
-    rows.map(|row| (row[1].clone(), row[2].split(" or ").map(Into::into).collect(), parameters_of_a_cell(&row[3]))).collect()
+    rows.map(|row| {
+        (row[1].clone(), row[2].split(" or ").map(Into::into).collect(), parameters_of_a_cell(&row[3]))
+    })
+    .collect()
 }
 
 fn parameters_of_a_cell(cell: &str) -> Vec<(String, String)> {
@@ -191,10 +238,12 @@ fn parameters_of_a_cell(cell: &str) -> Vec<(String, String)> {
 }
 
 fn row_of(definition: &Definition) -> Row {
-    let places = definition.hosts.iter().map(|&host| definition.place_under(host).name().to_owned()).collect();
+    let places =
+        definition.hosts.iter().map(|&host| definition.place_under(host).name().to_owned()).collect();
     // A parameter with a default is a choice of the model, beyond the table.
     let required = definition.parameters.iter().filter(|parameter| parameter.default.is_none());
-    let with_unit = |parameter: &Parameter| (parameter.name.to_owned(), parameter.dimension.si_unit(false).to_owned());
+    let with_unit =
+        |parameter: &Parameter| (parameter.name.to_owned(), parameter.dimension.si_unit(false).to_owned());
     (definition.kind.into(), places, required.map(with_unit).collect())
 }
 
@@ -213,8 +262,11 @@ fn reference_kinds_places_parameters_and_units_are_those_of_the_design() {
 #[test]
 fn truth_the_null_is_the_ideal_machine() {
     let ideal = ideal();
-    for definition in of_the_plant().filter(|definition| definition.parameters.iter().any(|parameter| parameter.null.is_some())) {
-        let at_null = |parameter: &Parameter| parameter.null.or(parameter.default).unwrap_or(parameter.typical);
+    for definition in of_the_plant()
+        .filter(|definition| definition.parameters.iter().any(|parameter| parameter.null.is_some()))
+    {
+        let at_null =
+            |parameter: &Parameter| parameter.null.or(parameter.default).unwrap_or(parameter.typical);
         let values: Vec<f64> = definition.parameters.iter().map(at_null).collect();
         let mut tried = 0;
         for (host, mut changed) in outcomes(definition, &values) {
@@ -251,9 +303,17 @@ fn prop_typical_values_change_the_machine_under_every_kind_of_host() {
 fn prop_masses_stay_positive_and_ends_stay_apart() {
     for definition in of_the_plant() {
         for (host, changed) in outcomes(definition, &typical(definition)) {
-            assert!(changed.nodes.iter().all(|node| node.mass_kg > 0.0), "{} under {host:?}", definition.kind);
+            assert!(
+                changed.nodes.iter().all(|node| node.mass_kg > 0.0),
+                "{} under {host:?}",
+                definition.kind
+            );
             assert!(changed.links.iter().all(|link| link.a != link.b), "{} under {host:?}", definition.kind);
-            assert!(changed.contacts.iter().all(|contact| contact.a != contact.b), "{} under {host:?}", definition.kind);
+            assert!(
+                changed.contacts.iter().all(|contact| contact.a != contact.b),
+                "{} under {host:?}",
+                definition.kind
+            );
         }
     }
 }

@@ -12,7 +12,8 @@ use crate::paper::spring;
 /// Bodies after the motor.
 pub(super) const LINKS: usize = 4;
 
-/// A serial chain: base on its mount, motor guided on the base, four more masses, a velocity source; clamped by its sensor to the base.
+/// A serial chain: base on its mount, motor guided on the base, four more masses, a velocity source; clamped
+/// by its sensor to the base.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Chain {
     /// Mass of the base, kg.
@@ -46,7 +47,8 @@ impl Chain {
         [on_mount * w * w, 2.0 * self.mount[1] * on_mount * w]
     }
 
-    /// The same with another mass of the base, all masses, stiffnesses and dampings times one factor: such chains answer a velocity command alike.
+    /// The same with another mass of the base, all masses, stiffnesses and dampings times one factor: such
+    /// chains answer a velocity command alike.
     #[must_use]
     pub fn of_base(&self, base_kg: f64) -> Self {
         let factor = base_kg / self.base_kg;
@@ -63,17 +65,27 @@ impl Chain {
         }
     }
 
-    /// The chain of a machine that has the bodies, springs, contact and actuator of [`Self::machine`], all numbers above zero.
+    /// The chain of a machine that has the bodies, springs, contact and actuator of [`Self::machine`], all
+    /// numbers above zero.
     ///
     /// # Errors
     /// [`ValidationError::Chain`] names what is missing or not above zero.
     pub fn of_machine(machine: &Machine) -> Result<Self, ValidationError> {
         let missing = |what: String| ValidationError::Chain { what };
-        let mass = |name: &str| machine.bodies.get(name).map(|body| body.mass_kg).ok_or_else(|| missing(format!("no [bodies.{name}]")));
-        let spring = |name: &str| machine.springs.get(name).ok_or_else(|| missing(format!("no [springs.{name}]")));
-        let both = |name: &str| spring(name).map(|spring| [spring.stiffness_n_per_m, spring.damping_n_s_per_m]);
+        let mass = |name: &str| {
+            machine
+                .bodies
+                .get(name)
+                .map(|body| body.mass_kg)
+                .ok_or_else(|| missing(format!("no [bodies.{name}]")))
+        };
+        let spring =
+            |name: &str| machine.springs.get(name).ok_or_else(|| missing(format!("no [springs.{name}]")));
+        let both =
+            |name: &str| spring(name).map(|spring| [spring.stiffness_n_per_m, spring.damping_n_s_per_m]);
         let drive = machine.actuators.get("drive").ok_or_else(|| missing("no [actuators.drive]".into()))?;
-        let ActuatorKind::VelocitySource { damping_n_s_per_m: source_damping, time_constant_s } = drive.kind else {
+        let ActuatorKind::VelocitySource { damping_n_s_per_m: source_damping, time_constant_s } = drive.kind
+        else {
             return Err(missing("actuators.drive is no velocity source".into()));
         };
         let tool = machine.contacts.get("tool").ok_or_else(|| missing("no [contacts.tool]".into()))?;
@@ -97,21 +109,38 @@ impl Chain {
             source: [source_damping, time_constant_s],
             sensor: [tool.stiffness, tool.damping_n_s_per_m],
         };
-        let bad = Self::parameter_names().into_iter().zip(chain.values()).find(|(_, value)| !(value.is_finite() && *value > 0.0));
+        let bad = Self::parameter_names()
+            .into_iter()
+            .zip(chain.values())
+            .find(|(_, value)| !(value.is_finite() && *value > 0.0));
         if let Some((name, value)) = bad {
-            return Err(missing(format!("{name} is {value}, and a fit of logarithms needs numbers above zero")));
+            return Err(missing(format!(
+                "{name} is {value}, and a fit of logarithms needs numbers above zero"
+            )));
         }
         let alike = chain.machine(Engagement::Free);
-        let elsewhere = alike.springs.iter().find(|(name, spring)| machine.springs[name.as_str()].between != spring.between);
+        let elsewhere = alike
+            .springs
+            .iter()
+            .find(|(name, spring)| machine.springs[name.as_str()].between != spring.between);
         if let Some((name, spring)) = elsewhere {
-            return Err(missing(format!("springs.{name} is not between {} and {}", spring.between[0], spring.between[1])));
+            return Err(missing(format!(
+                "springs.{name} is not between {} and {}",
+                spring.between[0], spring.between[1]
+            )));
         }
-        if tool.between != alike.contacts["tool"].between || (drive.on.as_str(), drive.reacts_on.as_str()) != ("motor", "base") {
-            return Err(missing("contacts.tool is to be between link4 and base, actuators.drive on motor against base".into()));
+        if tool.between != alike.contacts["tool"].between
+            || (drive.on.as_str(), drive.reacts_on.as_str()) != ("motor", "base")
+        {
+            return Err(missing(
+                "contacts.tool is to be between link4 and base, actuators.drive on motor against base".into(),
+            ));
         }
         let more = (machine.bodies.len() > alike.bodies.len()).then_some("bodies");
         let more = more.or_else(|| (machine.springs.len() > alike.springs.len()).then_some("springs"));
-        more.map_or(Ok(chain), |more| Err(missing(format!("it has more {more} than base, motor and link1 to link4 need"))))
+        more.map_or(Ok(chain), |more| {
+            Err(missing(format!("it has more {more} than base, motor and link1 to link4 need")))
+        })
     }
 
     pub(super) fn to_logs(self) -> DVector<f64> {
@@ -137,8 +166,10 @@ impl Chain {
     /// Names of the parameters, in the order of [`super::Fit::undetermined`].
     pub fn parameter_names() -> Vec<String> {
         let of = |what: &str| (1..=LINKS).map(move |i| format!("{what} {i}")).collect::<Vec<_>>();
-        let head = ["base mass", "mount frequency", "mount damping ratio", "motor mass", "guide damping"].map(String::from);
-        let tail = ["source damping", "source time constant", "sensor stiffness", "sensor damping"].map(String::from);
+        let head = ["base mass", "mount frequency", "mount damping ratio", "motor mass", "guide damping"]
+            .map(String::from);
+        let tail = ["source damping", "source time constant", "sensor stiffness", "sensor damping"]
+            .map(String::from);
         head.into_iter().chain(of("mass")).chain(of("stiffness")).chain(of("damping")).chain(tail).collect()
     }
 
@@ -183,9 +214,13 @@ impl Chain {
             machine.springs.insert(format!("joint{}", i + 1), joint);
             before = name;
         }
-        let contact = Contact { engagement, ..Contact::kelvin_voigt(before, "base", self.sensor[0], self.sensor[1]) };
+        let contact =
+            Contact { engagement, ..Contact::kelvin_voigt(before, "base", self.sensor[0], self.sensor[1]) };
         machine.contacts.insert("tool".into(), contact);
-        let kind = ActuatorKind::VelocitySource { damping_n_s_per_m: self.source[0], time_constant_s: self.source[1] };
+        let kind = ActuatorKind::VelocitySource {
+            damping_n_s_per_m: self.source[0],
+            time_constant_s: self.source[1],
+        };
         let drive = Actuator { kind, ..Actuator::ideal("motor", "base") };
         machine.actuators.insert("drive".into(), drive);
         machine

@@ -26,19 +26,21 @@ pub struct Fit {
     pub iterations: usize,
     /// Root mean square of the residuals: 1 is 4 degrees of a phase.
     pub rms: f64,
-    /// Singular values of the scaled Jacobian, falling: how much the landmarks tell of each direction of the (logarithmic) parameters.
+    /// Singular values of the scaled Jacobian, falling: how much the landmarks tell of each direction of the
+    /// (logarithmic) parameters.
     pub singular_values: Vec<f64>,
     /// Per parameter, the share of it (0 to 1) that lies in directions which the landmarks do not tell.
     pub undetermined: Vec<(String, f64)>,
 }
 
-/// Where the end-point's acceleration is to peak, Hz. The base's peak lies before its phase dips, so that the three landmarks there (peak at 12, phase
-/// below zero from 11 to 13) are met by leaning on what each may be off.
+/// Where the end-point's acceleration is to peak, Hz. The base's peak lies before its phase dips, so that the
+/// three landmarks there (peak at 12, phase below zero from 11 to 13) are met by leaning on what each may be
+/// off.
 const PEAKS_HZ: [f64; 5] = [11.35, 38.0, 44.0, 67.0, 77.0];
 /// Where its phase crosses zero, Hz.
 const CROSSINGS_HZ: [f64; 3] = [11.75, 13.6, 28.0];
-/// Half of the span (Hz) over which slope and curvature of a peak are taken, for the base's and for the others, and by how much its middle stands above its
-/// sides at least, in logarithm, both together.
+/// Half of the span (Hz) over which slope and curvature of a peak are taken, for the base's and for the
+/// others, and by how much its middle stands above its sides at least, in logarithm, both together.
 const SPANS_HZ: [f64; 2] = [0.3, 0.5];
 const STANDS: [f64; 2] = [0.02, 0.03];
 /// Weights of slopes and of curvatures that are missing.
@@ -46,32 +48,37 @@ const SLOPE: f64 = 8.0;
 const CURVATURE: f64 = 60.0;
 /// Degrees that make a residual of one.
 const DEGREES: f64 = 4.0;
-/// Phases at other frequencies that must stay on one side, in degrees: frequency, bound. That of the motor stays below zero beyond its landmark: it falls there
-/// for good.
+/// Phases at other frequencies that must stay on one side, in degrees: frequency, bound. That of the motor
+/// stays below zero beyond its landmark: it falls there for good.
 const END_BELOW: [(f64, f64); 1] = [(12.6, -2.0)];
 const END_ABOVE: [(f64, f64); 2] = [(9.0, 8.0), (20.0, 8.0)];
 const MOTOR_ABOVE: [(f64, f64); 5] = [(15.0, 5.0), (20.0, 5.0), (30.0, 5.0), (38.0, 5.0), (44.0, 5.0)];
-const MOTOR_BELOW: [(f64, f64); 7] = [(55.0, -2.0), (60.0, -5.0), (67.0, -5.0), (72.0, -5.0), (77.0, -5.0), (82.0, -5.0), (90.0, -5.0)];
-/// What a factor of e from where the fit began weighs: as much as an eighth of a degree, so that what the landmarks do not tell stays where it was.
+const MOTOR_BELOW: [(f64, f64); 7] =
+    [(55.0, -2.0), (60.0, -5.0), (67.0, -5.0), (72.0, -5.0), (77.0, -5.0), (82.0, -5.0), (90.0, -5.0)];
+/// What a factor of e from where the fit began weighs: as much as an eighth of a degree, so that what the
+/// landmarks do not tell stays where it was.
 const STAY: f64 = 0.03;
 /// The most by which the logarithm of a parameter moves in one step.
 const FARTHEST: f64 = 0.2;
 /// A step that lowers the residuals by less than this share is the last.
 const LAST_STEP: f64 = 1e-7;
 
-/// Residuals: slope and missing curvature of the end-point's acceleration where it is to peak, phases at the landmarks over 4 degrees, what other phases
-/// are beyond their bounds, and how far the logarithms of the parameters are from where the fit began.
+/// Residuals: slope and missing curvature of the end-point's acceleration where it is to peak, phases at the
+/// landmarks over 4 degrees, what other phases are beyond their bounds, and how far the logarithms of the
+/// parameters are from where the fit began.
 fn residuals(logs: &DVector<f64>, start: &DVector<f64>) -> DVector<f64> {
     let chain = Chain::from_logs(logs);
     let mut all = Vec::new();
     for (i, f) in PEAKS_HZ.into_iter().enumerate() {
         let which = i.min(1);
-        let [before, at, after] = [f - SPANS_HZ[which], f, f + SPANS_HZ[which]].map(|f| chain.response(f, Seen::End).norm().ln());
+        let [before, at, after] =
+            [f - SPANS_HZ[which], f, f + SPANS_HZ[which]].map(|f| chain.response(f, Seen::End).norm().ln());
         all.push(SLOPE * (after - before));
         all.push(CURVATURE * (before + after - 2.0 * at + STANDS[which]).max(0.0));
     }
-    let degrees =
-        |seen: Seen, f: f64, from_deg: f64| (chain.response(f, seen) * C64::from_polar(1.0, -from_deg.to_radians())).arg().to_degrees();
+    let degrees = |seen: Seen, f: f64, from_deg: f64| {
+        (chain.response(f, seen) * C64::from_polar(1.0, -from_deg.to_radians())).arg().to_degrees()
+    };
     all.push(degrees(Seen::Motor, 50.0, 0.0) / DEGREES);
     all.extend(CROSSINGS_HZ.map(|f| degrees(Seen::End, f, 0.0) / DEGREES));
     all.push(degrees(Seen::Force, 37.0, 180.0) / DEGREES);
@@ -85,7 +92,8 @@ fn residuals(logs: &DVector<f64>, start: &DVector<f64>) -> DVector<f64> {
     DVector::from_vec(all)
 }
 
-/// Levenberg and Marquardt's method on the logarithms of the parameters, with difference quotients for the Jacobian.
+/// Levenberg and Marquardt's method on the logarithms of the parameters, with difference quotients for the
+/// Jacobian.
 ///
 /// # Errors
 /// [`ValidationError::Analysis`].
@@ -133,7 +141,11 @@ pub fn fit(start: &Chain, iterations: usize) -> Result<Fit, ValidationError> {
         let kept = (0..singular_values.len()).filter(|&i| singular_values[i] > UNDETERMINED * largest);
         kept.map(|i| directions[(i, j)] * directions[(i, j)]).sum()
     };
-    let undetermined = Chain::parameter_names().into_iter().enumerate().map(|(j, name)| (name, (1.0 - seen(j)).max(0.0))).collect();
+    let undetermined = Chain::parameter_names()
+        .into_iter()
+        .enumerate()
+        .map(|(j, name)| (name, (1.0 - seen(j)).max(0.0)))
+        .collect();
     let rms = current.rows(0, told).norm() / (told as f64).sqrt();
     let landmarks = landmarks(&chain.machine(Engagement::Free))?;
     let reached = landmarks.against_paper().iter().all(|(_, got, paper)| (got - paper).abs() <= LANDMARK_HZ);
@@ -158,7 +170,8 @@ pub struct Search {
     pub fits: Vec<Fit>,
     /// Which of them is taken: the first that reaches every landmark, else that with the smallest residuals.
     pub taken: usize,
-    /// Per parameter, the smallest and the largest value among the fits that reach every landmark, all chains brought to the base mass of the one that is taken.
+    /// Per parameter, the smallest and the largest value among the fits that reach every landmark, all chains
+    /// brought to the base mass of the one that is taken.
     pub ranges: Vec<Option<[f64; 2]>>,
 }
 
@@ -173,9 +186,12 @@ impl Search {
         let taken = fits.iter().position(|fit| fit.reached).or_else(best);
         let taken = taken.ok_or_else(|| ValidationError::Reference { what: "a fit needs a start".into() })?;
         let size = fits[taken].chain.base_kg;
-        let alike: Vec<Vec<f64>> = fits.iter().filter(|fit| fit.reached).map(|fit| fit.chain.of_base(size).values()).collect();
+        let alike: Vec<Vec<f64>> =
+            fits.iter().filter(|fit| fit.reached).map(|fit| fit.chain.of_base(size).values()).collect();
         let range = |j: usize| {
-            let bounds = alike.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v[j]), high.max(v[j])]);
+            let bounds = alike
+                .iter()
+                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v[j]), high.max(v[j])]);
             (!alike.is_empty()).then_some(bounds)
         };
         let ranges = (0..PARAMETERS).map(range).collect();

@@ -1,8 +1,10 @@
-//! A machine with the landmarks that the paper measured on the MIT Precision Assembly Robot (Figs. 15 to 17), as far as they determine one.
+//! A machine with the landmarks that the paper measured on the MIT Precision Assembly Robot (Figs. 15 to 17),
+//! as far as they determine one.
 //!
-//! The paper publishes landmarks of three measured responses and no parameters. The chain here is a stand-in that shows the same landmarks; its
-//! masses, springs and dampers are **not** those of the robot, and many other machines would fit as well. [`fit`] says in which directions of
-//! parameter space the landmarks leave it free, and [`Search`] how many of several starts that know the landmarks' frequencies alone find it.
+//! The paper publishes landmarks of three measured responses and no parameters. The chain here is a stand-in
+//! that shows the same landmarks; its masses, springs and dampers are **not** those of the robot, and many
+//! other machines would fit as well. [`fit`] says in which directions of parameter space the landmarks leave
+//! it free, and [`Search`] how many of several starts that know the landmarks' frequencies alone find it.
 
 mod chain;
 mod fit;
@@ -31,7 +33,8 @@ const BAND_HZ: (f64, f64) = (2.0, 90.0);
 pub const LANDMARK_HZ: f64 = 1.0;
 /// Resonances that the paper names, Hz.
 const RESONANCES_HZ: [f64; 5] = [12.0, 38.0, 44.0, 67.0, 77.0];
-/// A peak is the largest value within so much of it, Hz: estimates scatter by a thousandth, and no two of these resonances are so close.
+/// A peak is the largest value within so much of it, Hz: estimates scatter by a thousandth, and no two of
+/// these resonances are so close.
 const PEAK_HZ: f64 = 1.0;
 /// The scenario file of the fitted chain.
 const FILE: &str = include_str!("../../../scenarios/paper/machines/landmarks.toml");
@@ -49,8 +52,9 @@ pub struct Landmarks {
     pub resonances_hz: [f64; 5],
     /// Peaks of the end-point's acceleration nearest to them, each counted once.
     pub peaks_hz: [f64; 5],
-    /// Acceleration of the motor: phase falls below 0 degrees for good. (In the fitted chain it falls below 0 by some 30 degrees at the base mode as well, and returns:
-    /// a base that turns the end-point's phase turns the motor's too.)
+    /// Acceleration of the motor: phase falls below 0 degrees for good. (In the fitted chain it falls below 0
+    /// by some 30 degrees at the base mode as well, and returns: a base that turns the end-point's phase
+    /// turns the motor's too.)
     pub motor_hz: f64,
     /// Acceleration of the end-point: phase dips below 0 degrees, and returns.
     pub end_dip_hz: [f64; 2],
@@ -71,8 +75,13 @@ pub const PAPER: Landmarks = Landmarks {
 };
 
 impl Landmarks {
-    /// From the phases (frequencies in Hz, degrees) of motor acceleration, end-point acceleration and clamped force.
-    fn from_phases(resonances_hz: [f64; 5], peaks_hz: [f64; 5], [motor, end, force]: [&(Vec<f64>, Vec<f64>); 3]) -> Self {
+    /// From the phases (frequencies in Hz, degrees) of motor acceleration, end-point acceleration and clamped
+    /// force.
+    fn from_phases(
+        resonances_hz: [f64; 5],
+        peaks_hz: [f64; 5],
+        [motor, end, force]: [&(Vec<f64>, Vec<f64>); 3],
+    ) -> Self {
         let first = |found: &[f64]| found.first().copied().unwrap_or(f64::NAN);
         let (down, up) = crossings(&end.0, &end.1, 0.0);
         let end_dip_hz = [first(&down), first(&up)];
@@ -92,9 +101,15 @@ impl Landmarks {
             .map(|(got, expected)| (format!("resonance at {expected} Hz"), *got, expected))
             .collect();
         let peaks = self.peaks_hz.iter().zip(PAPER.peaks_hz);
-        all.extend(peaks.map(|(got, expected)| (format!("end-point acceleration peaks at {expected} Hz"), *got, expected)));
+        all.extend(peaks.map(|(got, expected)| {
+            (format!("end-point acceleration peaks at {expected} Hz"), *got, expected)
+        }));
         all.push(("motor acceleration below 0 degrees".into(), self.motor_hz, PAPER.motor_hz));
-        all.push(("end-point acceleration dips below 0 degrees".into(), self.end_dip_hz[0], PAPER.end_dip_hz[0]));
+        all.push((
+            "end-point acceleration dips below 0 degrees".into(),
+            self.end_dip_hz[0],
+            PAPER.end_dip_hz[0],
+        ));
         all.push(("end-point acceleration returns above".into(), self.end_dip_hz[1], PAPER.end_dip_hz[1]));
         all.push(("end-point acceleration below 0 for good".into(), self.end_hz, PAPER.end_hz));
         all.push(("clamped force through -180 degrees".into(), self.force_hz, PAPER.force_hz));
@@ -112,7 +127,9 @@ fn phase_deg(plant: &LinearMachine, output: &SignalName) -> Result<(Vec<f64>, Ve
 /// A response on a fine grid.
 fn response(plant: &LinearMachine, output: &SignalName) -> Result<(Vec<f64>, Vec<C64>), ValidationError> {
     let points = 880;
-    let frequencies: Vec<f64> = (0..=points).map(|i| BAND_HZ.0 + (BAND_HZ.1 - BAND_HZ.0) * f64::from(i) / f64::from(points)).collect();
+    let frequencies: Vec<f64> = (0..=points)
+        .map(|i| BAND_HZ.0 + (BAND_HZ.1 - BAND_HZ.0) * f64::from(i) / f64::from(points))
+        .collect();
     let channel = plant.channel(&SignalName::new("drive", Quantity::Command), output)?;
     let response: Vec<C64> = channel.frequency_response(&frequencies)?;
     Ok((frequencies, response))
@@ -147,7 +164,8 @@ fn crossings(frequencies: &[f64], phase: &[f64], level: f64) -> (Vec<f64>, Vec<f
 /// # Errors
 /// [`ValidationError::Reference`] where the file has mistakes.
 pub fn fitted(engagement: Engagement) -> Result<Machine, ValidationError> {
-    let document = Document::parse(FILE, "landmarks.toml").map_err(|error| ValidationError::Reference { what: error.to_string() })?;
+    let document = Document::parse(FILE, "landmarks.toml")
+        .map_err(|error| ValidationError::Reference { what: error.to_string() })?;
     Ok(engaged(&document.scenario.machine, engagement))
 }
 
@@ -173,23 +191,27 @@ pub fn landmarks(machine: &Machine) -> Result<Landmarks, ValidationError> {
     Ok(Landmarks::from_phases(nearest_resonances(&own), peaks_hz, [&motor, &end, &force]))
 }
 
-/// To each of the paper's resonances the nearest frequency, each counted once; not a number where none is left.
+/// To each of the paper's resonances the nearest frequency, each counted once; not a number where none is
+/// left.
 fn nearest_resonances(found_hz: &[f64]) -> [f64; 5] {
     let mut left = found_hz.to_vec();
     RESONANCES_HZ.map(|named| {
-        let nearest = (0..left.len()).min_by(|&i, &j| (left[i] - named).abs().total_cmp(&(left[j] - named).abs()));
+        let nearest =
+            (0..left.len()).min_by(|&i, &j| (left[i] - named).abs().total_cmp(&(left[j] - named).abs()));
         nearest.map_or(f64::NAN, |i| left.swap_remove(i))
     })
 }
 
-/// The landmarks as white-noise experiments on the simulated machine show them: crossings of measured phases, peaks of the measured acceleration of the
-/// end-point, and resonances as the poles that the two measured accelerations share.
+/// The landmarks as white-noise experiments on the simulated machine show them: crossings of measured phases,
+/// peaks of the measured acceleration of the end-point, and resonances as the poles that the two measured
+/// accelerations share.
 ///
 /// # Errors
 /// [`ValidationError::Analysis`], [`ValidationError::Lti`].
 pub fn simulated_landmarks(machine: &Machine, duration_s: f64) -> Result<Landmarks, ValidationError> {
     let measured = |engagement, element: &str, quantity| -> Result<(Vec<f64>, Vec<C64>), ValidationError> {
-        // Commands are held so briefly that the hold turns 50 Hz by less than a degree: the paper's amplifier had none.
+        // Commands are held so briefly that the hold turns 50 Hz by less than a degree: the paper's amplifier
+        // had none.
         let experiment = Experiment {
             machine: engaged(machine, engagement),
             actuator: "drive".into(),
@@ -204,7 +226,10 @@ pub fn simulated_landmarks(machine: &Machine, duration_s: f64) -> Result<Landmar
         Ok((estimate.frequencies_hz, estimate.response))
     };
     let phase = |(frequencies, response): &(Vec<f64>, Vec<C64>)| {
-        (frequencies.clone(), feeler_lti::unwrapped_phase_rad(response).into_iter().map(f64::to_degrees).collect::<Vec<f64>>())
+        (
+            frequencies.clone(),
+            feeler_lti::unwrapped_phase_rad(response).into_iter().map(f64::to_degrees).collect::<Vec<f64>>(),
+        )
     };
     let motor = measured(Engagement::Free, "motor", Quantity::Acceleration)?;
     let end = measured(Engagement::Free, "link4", Quantity::Acceleration)?;
@@ -212,9 +237,14 @@ pub fn simulated_landmarks(machine: &Machine, duration_s: f64) -> Result<Landmar
     let thinned = |values: &[C64]| values.iter().copied().step_by(EVERY).collect::<Vec<_>>();
     let frequencies: Vec<f64> = motor.0.iter().copied().step_by(EVERY).collect();
     let poles = common_poles(&frequencies, &[thinned(&motor.1), thinned(&end.1)], PAIRS)?;
-    let resonances: Vec<f64> = poles.iter().filter(|p| -p.re < RESONANT * p.norm()).map(|p| p.im / TAU).collect();
+    let resonances: Vec<f64> =
+        poles.iter().filter(|p| -p.re < RESONANT * p.norm()).map(|p| p.im / TAU).collect();
     let peaks_hz = nearest_resonances(&peaks(&end.0, &end.1));
-    Ok(Landmarks::from_phases(nearest_resonances(&resonances), peaks_hz, [&phase(&motor), &phase(&end), &phase(&force)]))
+    Ok(Landmarks::from_phases(
+        nearest_resonances(&resonances),
+        peaks_hz,
+        [&phase(&motor), &phase(&end), &phase(&force)],
+    ))
 }
 
 /// Rows for the fourth claim, by simulated white-noise experiments.
@@ -224,7 +254,11 @@ pub fn simulated_landmarks(machine: &Machine, duration_s: f64) -> Result<Landmar
 pub fn simulated_rows() -> Result<Vec<Row>, ValidationError> {
     let claim = "claim 4: landmarks of the measured machine, by simulated white-noise experiments";
     let found = simulated_landmarks(&fitted(Engagement::Free)?, 120.0)?;
-    Ok(found.against_paper().into_iter().map(|(name, got, expected)| Row::close(name, claim, got, expected, LANDMARK_HZ)).collect())
+    Ok(found
+        .against_paper()
+        .into_iter()
+        .map(|(name, got, expected)| Row::close(name, claim, got, expected, LANDMARK_HZ))
+        .collect())
 }
 
 /// Rows for the fourth claim, by linear theory.
@@ -234,5 +268,9 @@ pub fn simulated_rows() -> Result<Vec<Row>, ValidationError> {
 pub fn rows(machine: &Machine) -> Result<Vec<Row>, ValidationError> {
     let claim = "claim 4: landmarks of the measured machine (Figs. 15 to 17)";
     let found = landmarks(machine)?;
-    Ok(found.against_paper().into_iter().map(|(name, got, expected)| Row::close(name, claim, got, expected, LANDMARK_HZ)).collect())
+    Ok(found
+        .against_paper()
+        .into_iter()
+        .map(|(name, got, expected)| Row::close(name, claim, got, expected, LANDMARK_HZ))
+        .collect())
 }

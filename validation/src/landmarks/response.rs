@@ -1,4 +1,5 @@
-//! Responses of a chain from the forces between its bodies, without a state space: some hundred times as fast, for fits from many starts.
+//! Responses of a chain from the forces between its bodies, without a state space: some hundred times as
+//! fast, for fits from many starts.
 
 use std::f64::consts::TAU;
 
@@ -80,12 +81,20 @@ mod tests {
                 (Seen::Force, Engagement::Clamped, "tool", Quantity::SpringForce),
             ] {
                 let machine = LinearMachine::new(&chain.machine(engagement), &View::default()).unwrap();
-                let channel = machine.channel(&SignalName::new("drive", Quantity::Command), &SignalName::new(element, quantity)).unwrap();
+                let channel = machine
+                    .channel(
+                        &SignalName::new("drive", Quantity::Command),
+                        &SignalName::new(element, quantity),
+                    )
+                    .unwrap();
                 let frequencies = [5.0, 12.1, 40.0, 73.0];
                 let expected = channel.frequency_response(&frequencies).unwrap();
                 for (f, expected) in frequencies.into_iter().zip(expected) {
                     let got = chain.response(f, seen);
-                    assert!((got - expected).norm() < TWO_WAYS * expected.norm(), "{seen:?} at {f} Hz: {got} instead of {expected}");
+                    assert!(
+                        (got - expected).norm() < TWO_WAYS * expected.norm(),
+                        "{seen:?} at {f} Hz: {got} instead of {expected}"
+                    );
                 }
             }
         }

@@ -15,13 +15,15 @@ const MOVING_KG: f64 = 60.0;
 const MOUNT_DAMPING_RATIO: f64 = 0.03;
 /// Damping of the guide over the moving mass, 1/s.
 const GUIDE_PER_S: f64 = 0.05;
-/// How many times as stiff as the stiffest joint the sensor is, and its damping ratio at the frequency of the force's landmark.
+/// How many times as stiff as the stiffest joint the sensor is, and its damping ratio at the frequency of the
+/// force's landmark.
 const SENSOR_STIFFER: f64 = 10.0;
 const SENSOR_DAMPING_RATIO: f64 = 0.005;
 
 /// What the landmarks say nothing about.
 struct Guess {
-    /// Share of each of the chain's modes, that as one body first, of the motion that a push on the motor starts at the motor.
+    /// Share of each of the chain's modes, that as one body first, of the motion that a push on the motor
+    /// starts at the motor.
     shares: [f64; BODIES],
     /// Mass of the base over that of the rest.
     base: f64,
@@ -32,11 +34,14 @@ struct Guess {
 }
 
 impl Guess {
-    /// The middle of every range: half of the mass at the motor, the flexible modes alike, a base as heavy as the rest, a source damped critically.
-    const NEUTRAL: Self = Self { shares: [0.5, 0.125, 0.125, 0.125, 0.125], base: 1.0, joints: 0.01, source: 1.0 };
+    /// The middle of every range: half of the mass at the motor, the flexible modes alike, a base as heavy as
+    /// the rest, a source damped critically.
+    const NEUTRAL: Self =
+        Self { shares: [0.5, 0.125, 0.125, 0.125, 0.125], base: 1.0, joints: 0.01, source: 1.0 };
 
-    /// One of many: 20 to 90 % of the mass at the motor, shares of the flexible modes within a decade, a base of a third to ten times the rest, joints damped by
-    /// 0.3 to 5 %, a source by half to twice the critical damping.
+    /// One of many: 20 to 90 % of the mass at the motor, shares of the flexible modes within a decade, a base
+    /// of a third to ten times the rest, joints damped by 0.3 to 5 %, a source by half to twice the critical
+    /// damping.
     fn drawn(number: u64) -> Self {
         let stream = Stream::new(number, "start of a fit");
         let between = |index, low: f64, high: f64| low * (high / low).powf(stream.uniform_at(index));
@@ -53,13 +58,16 @@ impl Guess {
 }
 
 impl Chain {
-    /// The start of this number: a chain whose springs and masses are those with the paper's four flexible resonances when nothing holds it (there is one such
-    /// chain for each set of shares that the modes have in the motor's motion: Gantmacher and Krein's inverse problem, solved by Lanczos's recursion), on a base at
-    /// the paper's first resonance, behind a source that turns the acceleration of the chain, as one body, through zero degrees where the paper's end-point does.
-    /// What the landmarks do not say is guessed: start 0 takes the middle of every range, the others draw from them, always the same for a number.
+    /// The start of this number: a chain whose springs and masses are those with the paper's four flexible
+    /// resonances when nothing holds it (there is one such chain for each set of shares that the modes have
+    /// in the motor's motion: Gantmacher and Krein's inverse problem, solved by Lanczos's recursion), on a
+    /// base at the paper's first resonance, behind a source that turns the acceleration of the chain, as one
+    /// body, through zero degrees where the paper's end-point does. What the landmarks do not say is guessed:
+    /// start 0 takes the middle of every range, the others draw from them, always the same for a number.
     pub fn start(number: u64) -> Self {
         let guess = if number == 0 { Guess::NEUTRAL } else { Guess::drawn(number) };
-        let squares = std::array::from_fn(|i| if i == 0 { 0.0 } else { (TAU * PAPER.resonances_hz[i]).powi(2) });
+        let squares =
+            std::array::from_fn(|i| if i == 0 { 0.0 } else { (TAU * PAPER.resonances_hz[i]).powi(2) });
         let (masses, stiffness_n_per_m) = with_resonances(&squares, &guess.shares);
         let middle = TAU * PAPER.resonances_hz[1..].iter().product::<f64>().powf(1.0 / LINKS as f64);
         let w = TAU * PAPER.end_hz;
@@ -79,9 +87,11 @@ impl Chain {
     }
 }
 
-/// Masses (kg, together [`MOVING_KG`]) and springs (N/m) of the free chain whose squared frequencies these are, its modes having these shares at its first body.
+/// Masses (kg, together [`MOVING_KG`]) and springs (N/m) of the free chain whose squared frequencies these
+/// are, its modes having these shares at its first body.
 fn with_resonances(squares: &[f64; BODIES], shares: &[f64; BODIES]) -> ([f64; BODIES], [f64; LINKS]) {
-    // The chain's matrix M^-1/2 K M^-1/2 is the tridiagonal one that Lanczos's recursion makes of the squares, begun at the roots of the shares.
+    // The chain's matrix M^-1/2 K M^-1/2 is the tridiagonal one that Lanczos's recursion makes of the
+    // squares, begun at the roots of the shares.
     let mut vectors: Vec<[f64; BODIES]> = vec![shares.map(f64::sqrt)];
     let (mut diagonal, mut beside) = ([0.0; BODIES], [0.0; LINKS]);
     for j in 0..BODIES {
@@ -138,10 +148,16 @@ mod tests {
             let mut found: Vec<f64> = k.symmetric_eigenvalues().iter().copied().collect();
             found.sort_by(f64::total_cmp);
             let largest = found[LINKS];
-            assert!(found[0].abs() < ROUNDING * largest && masses.iter().all(|m| *m > 0.0), "{found:?} {masses:?}");
+            assert!(
+                found[0].abs() < ROUNDING * largest && masses.iter().all(|m| *m > 0.0),
+                "{found:?} {masses:?}"
+            );
             for (found, named_hz) in found.iter().zip(PAPER.resonances_hz).skip(1) {
                 let expected = (TAU * named_hz).powi(2);
-                assert!((found - expected).abs() < ROUNDING * largest, "start {number}: {found} instead of {expected}");
+                assert!(
+                    (found - expected).abs() < ROUNDING * largest,
+                    "start {number}: {found} instead of {expected}"
+                );
             }
         }
     }

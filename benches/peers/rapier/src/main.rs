@@ -1,4 +1,5 @@
-//! Rapier on M1, M2 and M4 under the same sampled force control: springs and contact as explicit forces on bodies that may move along x only.
+//! Rapier on M1, M2 and M4 under the same sampled force control: springs and contact as explicit forces on
+//! bodies that may move along x only.
 //!
 //! Prints the common CSV: who, method, machine, step, wall seconds per simulated second, peak contact force.
 
@@ -6,7 +7,8 @@ use std::time::Instant;
 
 use rapier3d_f64::prelude::*;
 
-/// Long enough to hold the largest peak, which every machine has in its first push, and short enough to run undisturbed now and then.
+/// Long enough to hold the largest peak, which every machine has in its first push, and short enough to run
+/// undisturbed now and then.
 const SAMPLES: usize = 100;
 const ROUNDS: usize = 25;
 

@@ -16,7 +16,8 @@ use crate::numbers::plain;
 
 /// Share of the command's power within the band that is looked at unless another is asked for.
 const POWER: f64 = 0.995;
-/// Power of the command at a frequency over that at its strongest, below which a response there would be noise over noise.
+/// Power of the command at a frequency over that at its strongest, below which a response there would be
+/// noise over noise.
 const LEAST_POWER: f64 = 1e-4;
 
 /// Frequencies on each side that speak for one.
@@ -44,13 +45,18 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     let first = chosen.records[0];
     let spacing_s = first.spacing_s;
     let length_s = chosen.records.iter().map(|r| r.len()).min().unwrap_or(0) as f64 * spacing_s;
-    let pairs: Vec<Pair> = chosen.records.iter().map(|r| (centred(&r.commands[chosen.drive]), centred(&r.series[chosen.series]))).collect();
+    let pairs: Vec<Pair> = chosen
+        .records
+        .iter()
+        .map(|r| (centred(&r.commands[chosen.drive]), centred(&r.series[chosen.series])))
+        .collect();
     let choice = choose_method(arguments, &pairs, spacing_s, length_s)?;
     let is_of_lines = choice.method.is_of_lines();
     notes.extend(choice.why.clone());
     let command = if is_of_lines { None } else { command_spectra(&first.commands[chosen.drive], spacing_s) };
     let band_hz = band(arguments, spacing_s, 2.0 / length_s, command.as_ref().and_then(excited_hz))?;
-    let mut found = evaluate(&choice, &pairs, spacing_s, band_hz).map_err(|error| refused(arguments, &error))?;
+    let mut found =
+        evaluate(&choice, &pairs, spacing_s, band_hz).map_err(|error| refused(arguments, &error))?;
     require(
         !found.estimate.frequencies_hz.is_empty(),
         || format!("the command excites nothing between {} and {} Hz", plain(band_hz.0), plain(band_hz.1)),
@@ -68,11 +74,21 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     if engagement == Engagement::Unilateral && !machine.contacts.is_empty() {
         notes.push("the tool may leave the workpiece in these records; the linear response takes it as touching all the time".to_owned());
     }
-    let actuator = machine.actuators.get_index(chosen.drive).map(|(name, _)| name.clone()).unwrap_or_default();
-    // Every recorded command is held until the next row, whatever the controller's period: that is the hold of the overlay.
-    let experiment = Experiment { machine, actuator, output: chosen.signal.clone(), hold_s: spacing_s, offset: 0.0, seed: 0 };
+    let actuator =
+        machine.actuators.get_index(chosen.drive).map(|(name, _)| name.clone()).unwrap_or_default();
+    // Every recorded command is held until the next row, whatever the controller's period: that is the hold
+    // of the overlay.
+    let experiment = Experiment {
+        machine,
+        actuator,
+        output: chosen.signal.clone(),
+        hold_s: spacing_s,
+        offset: 0.0,
+        seed: 0,
+    };
     require_path(arguments, &experiment, band_hz, &chosen.input)?;
-    let linear = experiment.linear_response(&estimate.frequencies_hz).map_err(|error| refused(arguments, &error))?;
+    let linear =
+        experiment.linear_response(&estimate.frequencies_hz).map_err(|error| refused(arguments, &error))?;
     let between_hz = between(&estimate.frequencies_hz, isolated);
     let filled = experiment.linear_response(&between_hz).map_err(|error| refused(arguments, &error))?;
     let names: Vec<&str> = chosen.records.iter().map(|r| r.name.as_str()).collect();
@@ -96,10 +112,15 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
 
 /// What the check of the dataset said of these experiments, and of how many others it said something.
 fn warnings(data: &Dataset, looked_at: &[&Record]) -> Vec<String> {
-    let is_of_others = |file: &str| data.records.iter().any(|r| r.name == file) && !looked_at.iter().any(|r| r.name == file);
-    let (others, own): (Vec<&Fault>, Vec<&Fault>) = data.warnings.iter().partition(|fault| is_of_others(&fault.file));
+    let is_of_others =
+        |file: &str| data.records.iter().any(|r| r.name == file) && !looked_at.iter().any(|r| r.name == file);
+    let (others, own): (Vec<&Fault>, Vec<&Fault>) =
+        data.warnings.iter().partition(|fault| is_of_others(&fault.file));
     let mut said: Vec<String> = own.into_iter().map(Fault::to_string).collect();
-    said.extend((!others.is_empty()).then(|| format!("feeler check warns of the other experiments {} times", others.len())));
+    said.extend(
+        (!others.is_empty())
+            .then(|| format!("feeler check warns of the other experiments {} times", others.len())),
+    );
     said
 }
 
@@ -125,9 +146,15 @@ fn refuse_experiment(arguments: &Frf) -> anyhow::Result<()> {
     ))
 }
 
-fn choose<'a>(arguments: &Frf, file: &DatasetFile, data: &'a Dataset, notes: &mut Vec<String>) -> anyhow::Result<Chosen<'a>> {
+fn choose<'a>(
+    arguments: &Frf,
+    file: &DatasetFile,
+    data: &'a Dataset,
+    notes: &mut Vec<String>,
+) -> anyhow::Result<Chosen<'a>> {
     let of_column = |column: &str| file.columns.get(column).map(|c| c.signal.to_string()).unwrap_or_default();
-    let commands: Vec<(usize, &str)> = data.drives.iter().map(|(drive, column)| (*drive, column.as_str())).collect();
+    let commands: Vec<(usize, &str)> =
+        data.drives.iter().map(|(drive, column)| (*drive, column.as_str())).collect();
     let named = |wanted: &str, column: &str| wanted == column || wanted == of_column(column);
     let input = match &arguments.input {
         None => commands.first().copied(),
@@ -140,35 +167,61 @@ fn choose<'a>(arguments: &Frf, file: &DatasetFile, data: &'a Dataset, notes: &mu
         ),
     };
     let Some((drive, column)) = input else {
-        return Err(BadInput::error("the dataset has no command of a drive", "record one, and name it in [columns]"));
+        return Err(BadInput::error(
+            "the dataset has no command of a drive",
+            "record one, and name it in [columns]",
+        ));
     };
     let outputs: Vec<&str> = data.channels.iter().map(|c| c.column.as_str()).collect();
     let series = if let Some(wanted) = &arguments.output {
-        outputs.iter().position(|c| named(wanted, c)).ok_or_else(|| unknown("output", wanted, outputs.iter().copied()))?
+        outputs
+            .iter()
+            .position(|c| named(wanted, c))
+            .ok_or_else(|| unknown("output", wanted, outputs.iter().copied()))?
     } else {
         let is = |i: &usize, quantity| data.channels[*i].quantity(&data.machine) == quantity;
-        let named = arguments.experiments.first().and_then(|wanted| data.records.iter().find(|r| r.name == *wanted));
+        let named =
+            arguments.experiments.first().and_then(|wanted| data.records.iter().find(|r| r.name == *wanted));
         let free = named.or(data.records.first()).is_some_and(|r| r.engagement == Some(Engagement::Free));
         let wanted = if free { Quantity::Acceleration } else { Quantity::SpringForce };
         (0..outputs.len()).rev().find(|i| is(i, wanted)).unwrap_or(0)
     };
-    let Some(signal) = outputs.get(series).and_then(|c| file.columns.get(*c)).map(|c| c.signal.clone()) else {
-        return Err(BadInput::error("the dataset has nothing but commands", "record an output, and name it in [columns]"));
+    let Some(signal) = outputs.get(series).and_then(|c| file.columns.get(*c)).map(|c| c.signal.clone())
+    else {
+        return Err(BadInput::error(
+            "the dataset has nothing but commands",
+            "record an output, and name it in [columns]",
+        ));
     };
     let all = || data.records.iter().map(|r| r.name.as_str());
     let mut records = Vec::new();
     for wanted in &arguments.experiments {
-        records.push(data.records.iter().find(|r| r.name == *wanted).ok_or_else(|| unknown("experiment", wanted, all()))?);
+        records.push(
+            data.records
+                .iter()
+                .find(|r| r.name == *wanted)
+                .ok_or_else(|| unknown("experiment", wanted, all()))?,
+        );
     }
     if records.is_empty() {
         records.extend(data.records.first());
-        notes.push(format!("the first of {} experiments; --experiment names others, several are averaged", data.records.len()));
+        notes.push(format!(
+            "the first of {} experiments; --experiment names others, several are averaged",
+            data.records.len()
+        ));
     }
-    let Some(first) = records.first() else { return Err(BadInput::error("the dataset has no experiment", "add one as [[experiments]]")) };
-    let alike = |r: &&Record| r.engagement == first.engagement && (r.spacing_s - first.spacing_s).abs() < 1e-9 * first.spacing_s;
+    let Some(first) = records.first() else {
+        return Err(BadInput::error("the dataset has no experiment", "add one as [[experiments]]"));
+    };
+    let alike = |r: &&Record| {
+        r.engagement == first.engagement && (r.spacing_s - first.spacing_s).abs() < 1e-9 * first.spacing_s
+    };
     require(
         records.iter().all(alike),
-        || "these experiments differ in engagement or sample time, so they have no response in common".to_owned(),
+        || {
+            "these experiments differ in engagement or sample time, so they have no response in common"
+                .to_owned()
+        },
         "average only experiments that are alike",
     )?;
     let (input, output) = (of_column(column), signal.to_string());
@@ -199,12 +252,17 @@ fn powered(frequencies_hz: &[f64], spectra: Option<&CrossSpectra>) -> Vec<bool> 
     let power = |f: f64| {
         let after = spectra.frequencies_hz.partition_point(|&line| line < f);
         // The stronger of both neighbours: a line of a multisine may lie between them.
-        [after.saturating_sub(1), after].into_iter().filter_map(|i| spectra.input.get(i)).copied().fold(0.0, f64::max)
+        [after.saturating_sub(1), after]
+            .into_iter()
+            .filter_map(|i| spectra.input.get(i))
+            .copied()
+            .fold(0.0, f64::max)
     };
     frequencies_hz.iter().map(|&f| power(f) >= LEAST_POWER * strongest).collect()
 }
 
-/// Leaves out what the records say nothing about: frequencies without power in the command, and those whose phase is unknown.
+/// Leaves out what the records say nothing about: frequencies without power in the command, and those whose
+/// phase is unknown.
 fn drop_unknown(
     arguments: &Frf,
     found: &mut Evaluated,
@@ -217,11 +275,13 @@ fn drop_unknown(
     let without_power = powered.iter().filter(|powered| !**powered).count();
     keep(&mut found.estimate, found.told_apart.as_mut(), &powered);
     let bands = found.estimate.confidence(arguments.confidence);
-    let known: Vec<bool> = bands.iter().map(|band| band.phase_half_width_rad < std::f64::consts::PI).collect();
+    let known: Vec<bool> =
+        bands.iter().map(|band| band.phase_half_width_rad < std::f64::consts::PI).collect();
     let unknown = known.iter().filter(|known| !**known).count();
     // Of many frequencies of which nothing is known some pass by chance, and say what noise says.
     let carried = if of_lines { known.clone() } else { carried(&known) };
-    let by_chance = known.iter().filter(|known| **known).count() - carried.iter().filter(|carried| **carried).count();
+    let by_chance =
+        known.iter().filter(|known| **known).count() - carried.iter().filter(|carried| **carried).count();
     keep(&mut found.estimate, found.told_apart.as_mut(), &carried);
     let mut left_out = |count: usize, why: &str| {
         if count > 0 {
@@ -229,11 +289,22 @@ fn drop_unknown(
         }
     };
     left_out(without_power, "the command has next to no power there");
-    left_out(unknown, "what else acts on the machine outweighs the command there, so that not even the phase is known");
-    left_out(by_chance, "at most frequencies about them nothing is known, so that what seems to be is so by chance");
+    left_out(
+        unknown,
+        "what else acts on the machine outweighs the command there, so that not even the phase is known",
+    );
+    left_out(
+        by_chance,
+        "at most frequencies about them nothing is known, so that what seems to be is so by chance",
+    );
     require(
         !found.estimate.frequencies_hz.is_empty(),
-        || format!("{}: no response is known at any of {all} frequencies from these records", arguments.source.display()),
+        || {
+            format!(
+                "{}: no response is known at any of {all} frequencies from these records",
+                arguments.source.display()
+            )
+        },
         "name other experiments, another output or another band; feeler frf needs a command that excites the machine",
     )
 }
@@ -258,7 +329,10 @@ fn keep(estimate: &mut ResponseEstimate, told_apart: Option<&mut ToldApart>, kep
     if let Some(coherence) = &mut estimate.coherence {
         of(coherence, kept);
     }
-    told_apart.into_iter().flat_map(|levels| [&mut levels.noise, &mut levels.distortion]).for_each(|variance| of(variance, kept));
+    told_apart
+        .into_iter()
+        .flat_map(|levels| [&mut levels.noise, &mut levels.distortion])
+        .for_each(|variance| of(variance, kept));
 }
 
 /// A record about its mean: the operating point is no part of a response.
@@ -274,7 +348,10 @@ fn unknown<'a>(what: &str, wanted: &str, known: impl Iterator<Item = &'a str>) -
 fn unusable(arguments: &Frf, error: DiagnosisError) -> anyhow::Error {
     match error {
         DiagnosisError::Format(error) => error.into(),
-        other => BadInput::error(format!("{}: {other}", arguments.source.display()), "feeler check names every mistake of a dataset"),
+        other => BadInput::error(
+            format!("{}: {other}", arguments.source.display()),
+            "feeler check names every mistake of a dataset",
+        ),
     }
 }
 

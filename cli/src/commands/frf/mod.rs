@@ -22,9 +22,11 @@ use crate::{reports, terminal};
 
 /// Rows of the printed table; files have all.
 const MOST_ROWS: usize = 24;
-/// Frequencies at which the coherence is at least this count when responses are compared: the first of these with enough of them.
+/// Frequencies at which the coherence is at least this count when responses are compared: the first of these
+/// with enough of them.
 const COHERENT: [f64; 3] = [0.99, 0.9, 0.5];
-/// Where an estimate has no coherence, a frequency counts whose phase is known to so many degrees: half of the response's size.
+/// Where an estimate has no coherence, a frequency counts whose phase is known to so many degrees: half of
+/// the response's size.
 const KNOWN_DEG: f64 = 30.0;
 /// Enough frequencies, as a share of all.
 const ENOUGH: f64 = 0.05;
@@ -78,7 +80,10 @@ pub(crate) struct Agreement {
 impl Response {
     /// Input and output in words.
     pub(crate) fn path(&self) -> String {
-        let reads = self.reads.as_ref().map_or_else(String::new, |signal| format!(", the sensor's reading of {signal}"));
+        let reads = self
+            .reads
+            .as_ref()
+            .map_or_else(String::new, |signal| format!(", the sensor's reading of {signal}"));
         format!("from {} to {}{reads}", self.input, self.output)
     }
 
@@ -87,7 +92,9 @@ impl Response {
         let known = self.estimate.coherence.as_ref();
         let bands = self.estimate.confidence(self.confidence);
         let is_known = |i: usize| bands[i].phase_half_width_rad.to_degrees() <= KNOWN_DEG;
-        let from = |least: f64| all().filter(|&i| known.map_or_else(|| is_known(i), |c| c[i] >= least)).collect::<Vec<usize>>();
+        let from = |least: f64| {
+            all().filter(|&i| known.map_or_else(|| is_known(i), |c| c[i] >= least)).collect::<Vec<usize>>()
+        };
         let enough = |least: &f64| from(*least).len() as f64 >= ENOUGH * self.linear.len() as f64;
         let least = COHERENT.into_iter().find(enough).unwrap_or(COHERENT[2]);
         let counts = from(least);
@@ -108,12 +115,19 @@ impl Response {
     /// The comparison, and what the multisines tell apart, in words.
     pub(crate) fn sentences(&self) -> Vec<String> {
         let agreement = self.agreement();
-        let coherent = (agreement.coherence)
-            .map_or_else(|| format!(" known to {KNOWN_DEG}°"), |least| format!(" with a coherence of {} or more", plain(least)));
+        let coherent = (agreement.coherence).map_or_else(
+            || format!(" known to {KNOWN_DEG}°"),
+            |least| format!(" with a coherence of {} or more", plain(least)),
+        );
         let mut said = vec![if agreement.compared == 0 && agreement.coherence.is_none() {
-            format!("No frequency is known to {KNOWN_DEG}° of phase: noise outweighs the excitation, and nothing can be compared.")
+            format!(
+                "No frequency is known to {KNOWN_DEG}° of phase: noise outweighs the excitation, and nothing can be compared."
+            )
         } else if agreement.compared == 0 {
-            format!("No frequency has a coherence of {}: output and input have little to do with each other.", COHERENT[2])
+            format!(
+                "No frequency has a coherence of {}: output and input have little to do with each other.",
+                COHERENT[2]
+            )
         } else {
             format!(
                 "At the {} {}{coherent}, measured and linear response differ by {} dB and {}° at most; the linear response lies within \
@@ -136,13 +150,16 @@ impl Response {
     /// Where there is distortion; none where all of it may be noise.
     fn distortion_bands(&self) -> Vec<distortion::DistortionBand> {
         let beyond = self.told_apart.as_ref().filter(|levels| levels.evidence.is_beyond_noise);
-        beyond.map_or_else(Vec::new, |levels| distortion::bands(levels, &self.estimate.frequencies_hz, &self.estimate.response))
+        beyond.map_or_else(Vec::new, |levels| {
+            distortion::bands(levels, &self.estimate.frequencies_hz, &self.estimate.response)
+        })
     }
 
     /// How large noise and distortion are, and whether there is distortion.
     fn levels(&self, ToldApart { noise, evidence, .. }: &ToldApart) -> String {
         let relative = |variances: &[f64]| -> Vec<f64> {
-            let mut shares: Vec<f64> = variances.iter().zip(&self.estimate.response).map(|(v, g)| v / g.norm_sqr()).collect();
+            let mut shares: Vec<f64> =
+                variances.iter().zip(&self.estimate.response).map(|(v, g)| v / g.norm_sqr()).collect();
             shares.retain(|share| share.is_finite());
             shares
         };
@@ -150,8 +167,13 @@ impl Response {
             shares.sort_by(f64::total_cmp);
             shares.get(shares.len() / 2).copied().unwrap_or(0.0)
         };
-        let decibels =
-            |share: f64| if share > 0.0 { format!("{} dB", plain((10.0 * share.log10()).round())) } else { "nothing".to_owned() };
+        let decibels = |share: f64| {
+            if share > 0.0 {
+                format!("{} dB", plain((10.0 * share.log10()).round()))
+            } else {
+                "nothing".to_owned()
+            }
+        };
         let noise = median(relative(noise));
         let shows_from = noise * evidence.least_share;
         let bands = self.distortion_bands();
@@ -194,8 +216,9 @@ impl Response {
         let more = if spans.len() > MOST_SPANS { " and elsewhere" } else { "" };
         spans.truncate(MOST_SPANS);
         spans.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        let named =
-            spans.iter().map(|[a, b]| if a < b { format!("from {} to {}", plain(*a), plain(*b)) } else { format!("at {}", plain(*a)) });
+        let named = spans.iter().map(|[a, b]| {
+            if a < b { format!("from {} to {}", plain(*a), plain(*b)) } else { format!("at {}", plain(*a)) }
+        });
         let named = named.collect::<Vec<_>>().join(", ");
         (count > 0).then(|| {
             format!(
@@ -207,8 +230,8 @@ impl Response {
     }
 }
 
-/// Frequencies (Hz) between those of an estimate at which nothing was measured: all the way from each to the next where they are isolated, and in the
-/// gaps where they are not.
+/// Frequencies (Hz) between those of an estimate at which nothing was measured: all the way from each to the
+/// next where they are isolated, and in the gaps where they are not.
 fn between(frequencies_hz: &[f64], isolated: bool) -> Vec<f64> {
     let spacing = frequencies_hz.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
     let gaps = frequencies_hz.windows(2).filter(|pair| isolated || pair[1] - pair[0] > GAP * spacing);
@@ -227,7 +250,11 @@ const STEP: f64 = 0.01;
 
 pub(crate) fn run(arguments: &Frf) -> anyhow::Result<()> {
     let named_dataset = arguments.source.file_name().is_some_and(|name| name == "dataset.toml");
-    let response = if arguments.source.is_dir() || named_dataset { measured::respond(arguments)? } else { simulated::respond(arguments)? };
+    let response = if arguments.source.is_dir() || named_dataset {
+        measured::respond(arguments)?
+    } else {
+        simulated::respond(arguments)?
+    };
     let mut written = String::new();
     if let Some(folder) = &arguments.out {
         let files = [
@@ -237,7 +264,11 @@ pub(crate) fn run(arguments: &Frf) -> anyhow::Result<()> {
         ];
         written = terminal::write_all(folder, &files)?;
     }
-    terminal::print(&if arguments.json { serde_json::to_string_pretty(&writing::json(&response))? } else { text(&response) + &written })
+    terminal::print(&if arguments.json {
+        serde_json::to_string_pretty(&writing::json(&response))?
+    } else {
+        text(&response) + &written
+    })
 }
 
 fn text(response: &Response) -> String {
@@ -264,9 +295,21 @@ fn text(response: &Response) -> String {
             format!("{:.1}", row.linear_deg),
         ]
     });
-    let header = ["frequency (Hz)", "measured (dB)", "± (dB)", "phase (deg)", "± (deg)", "coherence", "linear (dB)", "linear (deg)"];
+    let header = [
+        "frequency (Hz)",
+        "measured (dB)",
+        "± (dB)",
+        "phase (deg)",
+        "± (deg)",
+        "coherence",
+        "linear (dB)",
+        "linear (deg)",
+    ];
     let mut parts = vec![format!("{}\n{}", response.path(), response.how)];
-    parts.extend((!response.notes.is_empty()).then(|| response.notes.iter().map(|n| format!("note: {n}")).collect::<Vec<_>>().join("\n")));
+    parts.extend(
+        (!response.notes.is_empty())
+            .then(|| response.notes.iter().map(|n| format!("note: {n}")).collect::<Vec<_>>().join("\n")),
+    );
     parts.push(table(&header, &[0, 1, 2, 3, 4, 5, 6, 7], rows));
     parts.push(response.sentences().join("\n"));
     parts.join("\n\n")
@@ -284,12 +327,22 @@ fn require(holds: bool, message: impl FnOnce() -> String, remedy: &str) -> anyho
 }
 
 /// Whether anything of the input arrives at the output, by linear theory.
-fn require_path(arguments: &Frf, experiment: &Experiment, (low_hz, high_hz): (f64, f64), input: &str) -> anyhow::Result<()> {
+fn require_path(
+    arguments: &Frf,
+    experiment: &Experiment,
+    (low_hz, high_hz): (f64, f64),
+    input: &str,
+) -> anyhow::Result<()> {
     let ends = [low_hz, (low_hz * high_hz).sqrt(), high_hz];
     let response = experiment.linear_response(&ends).map_err(|error| refused(arguments, &error))?;
     require(
         response.iter().any(|value| value.norm() > 0.0),
-        || format!("nothing of {input} arrives at {}: the machine has no response between them as it is engaged", experiment.output),
+        || {
+            format!(
+                "nothing of {input} arrives at {}: the machine has no response between them as it is engaged",
+                experiment.output
+            )
+        },
         "name another --output, as the acceleration of a body; a contact that is absent feels nothing, and one of force k d^1.5 has no stiffness without \
          a mean force, which --offset gives",
     )
@@ -299,7 +352,10 @@ fn require_path(arguments: &Frf, experiment: &Experiment, (low_hz, high_hz): (f6
 fn require_segments(arguments: &Frf, averages: bool) -> anyhow::Result<()> {
     require(
         arguments.segment.is_none() || averages,
-        || "--segment is the length of what H1, H2 and Hv average of noise, and nothing is averaged here".to_owned(),
+        || {
+            "--segment is the length of what H1, H2 and Hv average of noise, and nothing is averaged here"
+                .to_owned()
+        },
         "add --estimator h1, h2 or hv for noise, or leave --segment out",
     )
 }
@@ -342,7 +398,9 @@ fn estimator(kind: EstimatorKind) -> Option<Estimator> {
 /// Everything that a file or a request can be wrong in; the rest is a mistake of the program.
 fn refused(arguments: &Frf, error: &AnalysisError) -> anyhow::Error {
     let remedy = match error {
-        AnalysisError::RunEnded { .. } => "the machine runs away under this excitation: try --clamped, or less with --rms",
+        AnalysisError::RunEnded { .. } => {
+            "the machine runs away under this excitation: try --clamped, or less with --rms"
+        }
         AnalysisError::Lti(_) => "longer records, a shorter --segment or a narrower band may help",
         _ => "see feeler frf --help for what can be asked",
     };

@@ -8,7 +8,9 @@ use feeler_plant::assembly::assemble;
 use feeler_plant::description::{ActuatorKind, Engagement, Machine, Quantity, SignalName};
 use feeler_scenarios::format::{Document, Draft};
 
-use super::{Response, ToldApart, band, between, estimator, refused, require, require_path, require_segments, sensed};
+use super::{
+    Response, ToldApart, band, between, estimator, refused, require, require_path, require_segments, sensed,
+};
 use crate::arguments::{EstimatorKind, ExcitationKind, Frf};
 use crate::failure::BadInput;
 use crate::numbers::{plain, with_unit};
@@ -16,22 +18,24 @@ use crate::signals;
 
 /// Hold of a machine without controllers, s.
 const HOLD_S: f64 = 1e-3;
-/// Root mean square of the excitation where nothing tells better, N (or N m), and m/s (rad/s) for a velocity source.
+/// Root mean square of the excitation where nothing tells better, N (or N m), and m/s (rad/s) for a velocity
+/// source.
 const RMS_FORCE: f64 = 1.0;
 const RMS_VELOCITY: f64 = 0.01;
 /// And as a multiple of dry friction, so that what slides keeps sliding.
 const TIMES_FRICTION: f64 = 5.0;
 /// And as a share of the drive's limit, which noise reaches at three to four times its root mean square.
 const SHARE_OF_LIMIT: f64 = 0.1;
-/// Time constants after which a transient is below rounding, exp(-36) = 2e-16, so that none is taken for distortion far below a resonance; and the
-/// bounds within which it is waited for, s.
+/// Time constants after which a transient is below rounding, exp(-36) = 2e-16, so that none is taken for
+/// distortion far below a resonance; and the bounds within which it is waited for, s.
 const TIME_CONSTANTS: f64 = 36.0;
 const WAIT_S: (f64, f64) = (0.5, 120.0);
 /// Samples of an excitation at most; each takes some tens of bytes and half a microsecond or more.
 const MOST_SAMPLES: f64 = 1e8;
 /// Records without a stated length, s.
 const DURATION_S: f64 = 60.0;
-/// Of a multisine: period, s, periods that are evaluated, and draws of the phases; and frequencies of a stepped sine.
+/// Of a multisine: period, s, periods that are evaluated, and draws of the phases; and frequencies of a
+/// stepped sine.
 const PERIOD_S: f64 = 1.0;
 const PERIODS: usize = 4;
 const REALISATIONS: usize = 4;
@@ -52,7 +56,11 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     let experiment = experiment(arguments, &document, &mut notes)?;
     let (low, high) = band(arguments, experiment.hold_s, 1.0, None)?;
     let rms = arguments.rms.unwrap_or_else(|| usual_rms(&experiment.machine, &experiment.actuator));
-    require(rms > 0.0 && rms.is_finite(), || format!("an excitation of {rms} excites nothing"), "give a size above zero with --rms")?;
+    require(
+        rms > 0.0 && rms.is_finite(),
+        || format!("an excitation of {rms} excites nothing"),
+        "give a size above zero with --rms",
+    )?;
     let dies_in_s = dies_in_s(&experiment).map_err(|error| refused(arguments, &error))?;
     let wait_s = dies_in_s.clamp(WAIT_S.0, WAIT_S.1);
     if dies_in_s > wait_s && kind != ExcitationKind::WhiteNoise {
@@ -64,10 +72,17 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     let excitation = excitation(arguments, kind, &experiment, wait_s, low)?;
     let input = SignalName::new(&experiment.actuator, Quantity::Command).to_string();
     require_path(arguments, &experiment, (low, high), &input)?;
-    let measured = experiment.measure(&excitation, rms, (low, high)).map_err(|error| refused(arguments, &error))?;
+    let measured =
+        experiment.measure(&excitation, rms, (low, high)).map_err(|error| refused(arguments, &error))?;
     require(
         measured.estimate.response.iter().any(|value| value.norm() > 0.0),
-        || format!("nothing moved under {} rms at `{}`: there is no response to estimate", plain(rms), experiment.actuator),
+        || {
+            format!(
+                "nothing moved under {} rms at `{}`: there is no response to estimate",
+                plain(rms),
+                experiment.actuator
+            )
+        },
         "excite it more strongly with --rms, beyond dry friction, free play and the sensor's resolution",
     )?;
     let realisations = arguments.realisations.unwrap_or(REALISATIONS) as f64;
@@ -88,7 +103,12 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         input,
         output: experiment.output.to_string(),
         reads: sensed(&experiment.machine, &experiment.output),
-        how: format!("simulated: {}, {} rms, held for {hold}, seed {}", words(&excitation), plain(rms), experiment.seed),
+        how: format!(
+            "simulated: {}, {} rms, held for {hold}, seed {}",
+            words(&excitation),
+            plain(rms),
+            experiment.seed
+        ),
         notes,
         hold_s: experiment.hold_s,
         estimate: measured.estimate,
@@ -111,12 +131,17 @@ fn refuse_others(arguments: &Frf, kind: ExcitationKind) -> anyhow::Result<()> {
         ("--realisations", arguments.realisations.is_some(), &[Multisine]),
         ("--points", arguments.points.is_some(), &[SteppedSine]),
     ];
-    let name = |kind: &ExcitationKind| kind.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
+    let name = |kind: &ExcitationKind| {
+        kind.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
+    };
     for (option, given, kinds) in given {
         require(
             !given || kinds.contains(&kind),
             || format!("{option} has no meaning for --excitation {}", name(&kind)),
-            &format!("leave it out, or add --excitation {}", kinds.iter().map(name).collect::<Vec<_>>().join(" or ")),
+            &format!(
+                "leave it out, or add --excitation {}",
+                kinds.iter().map(name).collect::<Vec<_>>().join(" or ")
+            ),
         )?;
     }
     Ok(())
@@ -125,27 +150,39 @@ fn refuse_others(arguments: &Frf, kind: ExcitationKind) -> anyhow::Result<()> {
 fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> anyhow::Result<Experiment> {
     let scenario = &document.scenario;
     let mut machine = scenario.machine.clone();
-    let engage = |machine: &mut Machine, engagement| machine.contacts.values_mut().for_each(|contact| contact.engagement = engagement);
+    let engage = |machine: &mut Machine, engagement| {
+        machine.contacts.values_mut().for_each(|contact| contact.engagement = engagement)
+    };
     if arguments.clamped {
         engage(&mut machine, Engagement::Clamped);
     } else if arguments.free {
         engage(&mut machine, Engagement::Free);
     } else if machine.contacts.values().any(|contact| contact.engagement == Engagement::Unilateral) {
-        machine.contacts.values_mut().filter(|c| c.engagement == Engagement::Unilateral).for_each(|c| c.engagement = Engagement::Clamped);
+        machine
+            .contacts
+            .values_mut()
+            .filter(|c| c.engagement == Engagement::Unilateral)
+            .for_each(|c| c.engagement = Engagement::Clamped);
         notes.push("contacts that can only push were taken as clamped; --free takes them away".to_owned());
     }
-    let controller = scenario.controllers.values().find(|c| c.reads.is_some()).or_else(|| scenario.controllers.values().next());
+    let controller = scenario
+        .controllers
+        .values()
+        .find(|c| c.reads.is_some())
+        .or_else(|| scenario.controllers.values().next());
     let actuator = match &arguments.input {
         Some(input) => signals::command(&machine, input)?.element,
-        None => match controller.map(|c| c.drives.clone()).or_else(|| machine.actuators.keys().next().cloned()) {
-            Some(actuator) => actuator,
-            None => {
-                return Err(BadInput::error(
-                    format!("{}: no actuator to excite", arguments.source.display()),
-                    "give the machine an [actuators.NAME]",
-                ));
+        None => {
+            match controller.map(|c| c.drives.clone()).or_else(|| machine.actuators.keys().next().cloned()) {
+                Some(actuator) => actuator,
+                None => {
+                    return Err(BadInput::error(
+                        format!("{}: no actuator to excite", arguments.source.display()),
+                        "give the machine an [actuators.NAME]",
+                    ));
+                }
             }
-        },
+        }
     };
     // What the controller gets: the sensor's reading, with its filter, delay, resolution and noise.
     let read = controller.and_then(|c| c.reads.as_ref()).and_then(|name| machine.sensors.get_key_value(name));
@@ -154,8 +191,12 @@ fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> 
         Engagement::Free => SignalName::new(&contact.between[0], Quantity::Acceleration),
         _ => SignalName::new(name, Quantity::SpringForce),
     });
-    let feels = |signal: &SignalName| machine.contacts.get(&signal.element).is_none_or(|contact| contact.engagement != Engagement::Free);
-    let read = read.filter(|(_, sensor)| feels(&sensor.reads)).map(|(name, _)| SignalName::new(name, Quantity::Reading));
+    let feels = |signal: &SignalName| {
+        machine.contacts.get(&signal.element).is_none_or(|contact| contact.engagement != Engagement::Free)
+    };
+    let read = read
+        .filter(|(_, sensor)| feels(&sensor.reads))
+        .map(|(name, _)| SignalName::new(name, Quantity::Reading));
     let any_sensor = || machine.sensors.keys().next().map(|name| SignalName::new(name, Quantity::Reading));
     let wanted = arguments.output.as_deref().map(|name| signals::named(&machine, name)).transpose()?;
     let Some(output) = wanted.or(read).or(pressed).or_else(any_sensor) else {
@@ -164,9 +205,15 @@ fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> 
             "name a signal with --output, as in --output motor.acceleration",
         ));
     };
-    let hold_s =
-        arguments.hold.or_else(|| scenario.controllers.values().find(|c| c.drives == actuator).map(|c| c.spec.period_s)).unwrap_or(HOLD_S);
-    require(hold_s > 0.0 && hold_s.is_finite(), || format!("a hold of {hold_s} s is none"), "give a time above zero with --hold, in s")?;
+    let hold_s = arguments
+        .hold
+        .or_else(|| scenario.controllers.values().find(|c| c.drives == actuator).map(|c| c.spec.period_s))
+        .unwrap_or(HOLD_S);
+    require(
+        hold_s > 0.0 && hold_s.is_finite(),
+        || format!("a hold of {hold_s} s is none"),
+        "give a time above zero with --hold, in s",
+    )?;
     let offset = arguments.offset.unwrap_or(0.0);
     if touches_nonlinearly(&machine) {
         let rest = if offset == 0.0 {
@@ -176,7 +223,14 @@ fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> 
         };
         notes.push(format!("the contact's stiffness or damping depends on its force; the linear response is that at rest {rest}"));
     }
-    Ok(Experiment { machine, actuator, output, hold_s, offset, seed: arguments.seed.unwrap_or(scenario.run.seed) })
+    Ok(Experiment {
+        machine,
+        actuator,
+        output,
+        hold_s,
+        offset,
+        seed: arguments.seed.unwrap_or(scenario.run.seed),
+    })
 }
 
 /// Whether a contact that acts has a law that is not linear, effects included.
@@ -191,7 +245,8 @@ fn usual_rms(machine: &Machine, actuator: &str) -> f64 {
         ActuatorKind::VelocitySource { .. } => RMS_VELOCITY,
         ActuatorKind::Force { .. } => {
             let links = assemble(machine).map(|assembly| assembly.links).unwrap_or_default();
-            let friction: f64 = links.iter().map(|link| link.friction.forward.max(link.friction.backward)).sum();
+            let friction: f64 =
+                links.iter().map(|link| link.friction.forward.max(link.friction.backward)).sum();
             let usual = actuator.limit_n.map_or(RMS_FORCE, |limit| SHARE_OF_LIMIT * limit);
             usual.max(TIMES_FRICTION * friction)
         }
@@ -201,15 +256,27 @@ fn usual_rms(machine: &Machine, actuator: &str) -> f64 {
 /// Time in which transients die away; none where no motion decays.
 fn dies_in_s(experiment: &Experiment) -> Result<f64, feeler_analysis::AnalysisError> {
     let plant = LinearMachine::new(&experiment.machine, &experiment.view())?;
-    let channel = plant.channel(&SignalName::new(&experiment.actuator, Quantity::Command), &experiment.output)?;
-    let slowest = channel.poles()?.iter().map(|p| -p.re).filter(|rate| *rate > 1e-6).fold(f64::INFINITY, f64::min);
+    let channel =
+        plant.channel(&SignalName::new(&experiment.actuator, Quantity::Command), &experiment.output)?;
+    let slowest =
+        channel.poles()?.iter().map(|p| -p.re).filter(|rate| *rate > 1e-6).fold(f64::INFINITY, f64::min);
     Ok(TIME_CONSTANTS / slowest)
 }
 
-fn excitation(arguments: &Frf, kind: ExcitationKind, experiment: &Experiment, wait_s: f64, low_hz: f64) -> anyhow::Result<Excitation> {
+fn excitation(
+    arguments: &Frf,
+    kind: ExcitationKind,
+    experiment: &Experiment,
+    wait_s: f64,
+    low_hz: f64,
+) -> anyhow::Result<Excitation> {
     let duration_s = arguments.duration.unwrap_or(DURATION_S);
     let positive = |name: &str, value: f64| {
-        require(value > 0.0 && value.is_finite(), || format!("--{name} {value} is no time"), "give seconds above zero")
+        require(
+            value > 0.0 && value.is_finite(),
+            || format!("--{name} {value} is no time"),
+            "give seconds above zero",
+        )
     };
     positive("duration", duration_s)?;
     let chosen = match kind {
@@ -217,7 +284,10 @@ fn excitation(arguments: &Frf, kind: ExcitationKind, experiment: &Experiment, wa
             let segment_s = arguments.segment.unwrap_or(duration_s / 15.0);
             positive("segment", segment_s)?;
             let local = NoiseMethod::LocalPolynomial(LocalPolynomialSettings::default());
-            let method = arguments.estimator.and_then(estimator).map_or(local, |estimator| NoiseMethod::Welch { segment_s, estimator });
+            let method = arguments
+                .estimator
+                .and_then(estimator)
+                .map_or(local, |estimator| NoiseMethod::Welch { segment_s, estimator });
             Excitation::WhiteNoise { duration_s, method }
         }
         ExcitationKind::Multisine => {
@@ -230,7 +300,8 @@ fn excitation(arguments: &Frf, kind: ExcitationKind, experiment: &Experiment, wa
                 "choose --period as a multiple of the hold",
             )?;
             let transient_periods = (wait_s / period_s).ceil() as usize;
-            let (periods, realisations) = (arguments.periods.unwrap_or(PERIODS), arguments.realisations.unwrap_or(REALISATIONS));
+            let (periods, realisations) =
+                (arguments.periods.unwrap_or(PERIODS), arguments.realisations.unwrap_or(REALISATIONS));
             Excitation::Multisine { period_s, periods, transient_periods, realisations }
         }
         ExcitationKind::Chirp => Excitation::Chirp { sweep_s: duration_s, rest_s: wait_s, half_width: 1 },
@@ -271,13 +342,20 @@ fn length_s(excitation: &Excitation) -> f64 {
 fn words(excitation: &Excitation) -> String {
     match *excitation {
         Excitation::WhiteNoise { duration_s, method: NoiseMethod::Welch { segment_s, estimator } } => {
-            format!("white noise for {}, {estimator:?} of segments of {}", with_unit(duration_s, "s"), with_unit(segment_s, "s"))
+            format!(
+                "white noise for {}, {estimator:?} of segments of {}",
+                with_unit(duration_s, "s"),
+                with_unit(segment_s, "s")
+            )
         }
         Excitation::WhiteNoise { duration_s, .. } => {
             format!("white noise for {}, local polynomials (leakage taken away)", with_unit(duration_s, "s"))
         }
         Excitation::Multisine { period_s, periods, realisations, .. } => {
-            format!("random-phase multisine, period {}, {periods} periods, {realisations} realisations", with_unit(period_s, "s"))
+            format!(
+                "random-phase multisine, period {}, {periods} periods, {realisations} realisations",
+                with_unit(period_s, "s")
+            )
         }
         Excitation::Chirp { sweep_s, .. } => format!("linear chirp over {}, H1", with_unit(sweep_s, "s")),
         Excitation::SteppedSine { points, .. } => format!("stepped sine, {points} frequencies"),

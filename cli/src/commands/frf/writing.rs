@@ -33,7 +33,9 @@ pub(crate) fn row(response: &Response, i: usize) -> Row {
     };
     let band = one.confidence(response.confidence)[0];
     let decibels = |value: f64| 20.0 * value.log10();
-    let level = |of: fn(&ToldApart) -> &Vec<f64>| response.told_apart.as_ref().map_or(f64::NAN, |levels| 0.5 * decibels(of(levels)[i]));
+    let level = |of: fn(&ToldApart) -> &Vec<f64>| {
+        response.told_apart.as_ref().map_or(f64::NAN, |levels| 0.5 * decibels(of(levels)[i]))
+    };
     let magnitude_db = decibels(estimate.response[i].norm());
     Row {
         frequency_hz: estimate.frequencies_hz[i],

@@ -28,7 +28,10 @@ fn lines(found: &[Agreement], steps_s: &[f64]) -> String {
     header.push("order".to_owned());
     let line = |one: &Agreement| {
         let errors = one.points.iter().map(|point| format!("{:.2e}", point.relative_error));
-        std::iter::once(one.machine.clone()).chain(errors).chain([format!("{:.2}", one.order)]).collect::<Vec<_>>()
+        std::iter::once(one.machine.clone())
+            .chain(errors)
+            .chain([format!("{:.2}", one.order)])
+            .collect::<Vec<_>>()
     };
     let header: Vec<&str> = header.iter().map(String::as_str).collect();
     let columns: Vec<usize> = (1..header.len()).collect();

@@ -12,7 +12,8 @@ type Response = (&'static str, Option<Vec<C64>>, bool);
 
 /// Magnitude and phase of the open loop, the closed loop and the plant.
 pub(super) fn charts(report: &Report, curves: &Curves) -> Vec<Chart> {
-    let closed = |open: &Option<Vec<C64>>| open.as_ref().map(|l| l.iter().map(|l| l / (l + 1.0)).collect::<Vec<_>>());
+    let closed =
+        |open: &Option<Vec<C64>>| open.as_ref().map(|l| l.iter().map(|l| l / (l + 1.0)).collect::<Vec<_>>());
     let mut charts = Vec::new();
     let open = [("continuous", curves.open.clone(), true), ("sampled", curves.open_sampled.clone(), false)];
     let mut loops = pair(curves, "Open loop,", "broken at the controller, gains as in the file.", &open);
@@ -27,14 +28,24 @@ pub(super) fn charts(report: &Report, curves: &Curves) -> Vec<Chart> {
     charts.append(&mut loops);
     let both = [("continuous", closed(&curves.open), true), ("sampled", closed(&curves.open_sampled), false)];
     charts.append(&mut pair(curves, "Closed loop,", "complementary sensitivity, L / (1 + L).", &both));
-    let plant = [("continuous, delays exact", Some(curves.plant.clone()), true), ("held and sampled", curves.plant_sampled.clone(), false)];
-    charts.append(&mut pair(curves, "Plant,", &format!("from {} to {}.", report.input, report.output), &plant));
+    let plant = [
+        ("continuous, delays exact", Some(curves.plant.clone()), true),
+        ("held and sampled", curves.plant_sampled.clone(), false),
+    ];
+    charts.append(&mut pair(
+        curves,
+        "Plant,",
+        &format!("from {} to {}.", report.input, report.output),
+        &plant,
+    ));
     charts
 }
 
 fn pair(curves: &Curves, title: &str, caption: &str, responses: &[Response]) -> Vec<Chart> {
-    let present: Vec<(&str, &Vec<C64>, bool)> =
-        responses.iter().filter_map(|(name, values, dashed)| Some((*name, values.as_ref()?, *dashed))).collect();
+    let present: Vec<(&str, &Vec<C64>, bool)> = responses
+        .iter()
+        .filter_map(|(name, values, dashed)| Some((*name, values.as_ref()?, *dashed)))
+        .collect();
     if present.is_empty() {
         return Vec::new();
     }
@@ -53,7 +64,10 @@ fn pair(curves: &Curves, title: &str, caption: &str, responses: &[Response]) -> 
             .collect();
         chart
     };
-    vec![chart("magnitude (dB)", format!("magnitude: {caption}"), &decibels, "dB"), chart("phase (°)", "phase.".to_owned(), &degrees, "°")]
+    vec![
+        chart("magnitude (dB)", format!("magnitude: {caption}"), &decibels, "dB"),
+        chart("phase (°)", "phase.".to_owned(), &degrees, "°"),
+    ]
 }
 
 fn decibels(values: &[C64]) -> Vec<f64> {
@@ -68,7 +82,8 @@ pub(crate) fn degrees(values: &[C64]) -> Vec<f64> {
         if !own.is_finite() {
             return f64::NAN;
         }
-        let phase = last.map_or(own, |last| own - ((own - last) / std::f64::consts::TAU).round() * std::f64::consts::TAU);
+        let phase = last
+            .map_or(own, |last| own - ((own - last) / std::f64::consts::TAU).round() * std::f64::consts::TAU);
         last = Some(phase);
         phase.to_degrees()
     });

@@ -17,7 +17,13 @@ pub(crate) use bode::degrees;
 pub(crate) use verdict::{achieved_name, class_name, sentences, subject};
 
 /// The page of an analysis, sensitivities included; notes say how the machine was taken.
-pub(crate) fn page(document: &Document, settings: &[String], notes: &[String], report: &Report, curves: &Curves) -> String {
+pub(crate) fn page(
+    document: &Document,
+    settings: &[String],
+    notes: &[String],
+    report: &Report,
+    curves: &Curves,
+) -> String {
     let machine = &document.scenario.machine;
     let mut page = Page::new(&format!("{}: linear theory", machine.name), &machine.about);
     let said = sentences(report);
@@ -75,18 +81,31 @@ fn tiles(report: &Report) -> Vec<Tile> {
             (_, Some(edge)) => plain(edge),
             (_, None) => "unbounded".to_owned(),
         };
-        let edge =
-            |range: &feeler_analysis::StableRange| range.edge_hz.map_or_else(String::new, |f| format!("swings at {}", with_unit(f, "Hz")));
+        let edge = |range: &feeler_analysis::StableRange| {
+            range.edge_hz.map_or_else(String::new, |f| format!("swings at {}", with_unit(f, "Hz")))
+        };
         tiles.push(tile("largest stable gain, sampled", top(&gain.sampled), edge(&gain.sampled)));
         if let Some(continuous) = &gain.continuous {
             tiles.push(tile("and continuous", top(continuous), edge(continuous)));
         }
     }
     if let Some(margins) = report.margins.as_ref().filter(|margins| margins.unstable_poles == 0) {
-        let number = |value: Option<f64>, unit: &str| value.map_or_else(|| "unlimited".to_owned(), |v| with_unit(v, unit));
-        tiles.push(tile("gain margin", margins.gain.map_or_else(|| "unlimited".to_owned(), plain), "factor".into()));
-        let crossover = margins.crossover_hz.map_or_else(|| "no crossover".to_owned(), |f| format!("at {}", with_unit(f, "Hz")));
-        tiles.push(tile("phase margin", margins.phase_deg.map_or_else(|| "unlimited".to_owned(), |v| format!("{}°", plain(v))), crossover));
+        let number = |value: Option<f64>, unit: &str| {
+            value.map_or_else(|| "unlimited".to_owned(), |v| with_unit(v, unit))
+        };
+        tiles.push(tile(
+            "gain margin",
+            margins.gain.map_or_else(|| "unlimited".to_owned(), plain),
+            "factor".into(),
+        ));
+        let crossover = margins
+            .crossover_hz
+            .map_or_else(|| "no crossover".to_owned(), |f| format!("at {}", with_unit(f, "Hz")));
+        tiles.push(tile(
+            "phase margin",
+            margins.phase_deg.map_or_else(|| "unlimited".to_owned(), |v| format!("{}°", plain(v))),
+            crossover,
+        ));
         tiles.push(tile("delay margin", number(margins.delay_s, "s"), "in addition".into()));
         tiles.push(tile("disk margin", plain(margins.disk), "0 to 2".into()));
         tiles.push(tile("largest sensitivity", plain(margins.sensitivity_peak), "|S|".into()));
@@ -144,8 +163,10 @@ fn limits(page: &mut Page, report: &Report) {
                 (None, Some(gain)) => format!("no bandwidth, largest gain {}", plain(gain)),
                 (_, None) => "no limit: stable at every gain".to_owned(),
             };
-            let size = if stage.largest_gain.is_none() { f64::INFINITY } else { stage.bandwidth_hz.unwrap_or(0.0) };
-            let name = if stage.added == "rigid body" { stage.added.clone() } else { format!("+ {}", stage.added) };
+            let size =
+                if stage.largest_gain.is_none() { f64::INFINITY } else { stage.bandwidth_hz.unwrap_or(0.0) };
+            let name =
+                if stage.added == "rigid body" { stage.added.clone() } else { format!("+ {}", stage.added) };
             (name, size, text)
         })
         .collect();
@@ -197,12 +218,30 @@ fn sensitivities(page: &mut Page, report: &Report) {
     let percent = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
     let rows: Vec<Vec<String>> = (report.sensitivities.iter())
         .map(|s| {
-            let per_unit = if s.bandwidth_hz_per_unit.is_finite() { plain(s.bandwidth_hz_per_unit) } else { "-".to_owned() };
+            let per_unit = if s.bandwidth_hz_per_unit.is_finite() {
+                plain(s.bandwidth_hz_per_unit)
+            } else {
+                "-".to_owned()
+            };
             let trade = if report.ranked_by.is_some_and(|by| s.is_trade(by)) { "trade-off" } else { "" };
-            vec![s.key.clone(), plain(s.value), percent(s.bandwidth_relative), percent(s.largest_gain_relative), per_unit, trade.to_owned()]
+            vec![
+                s.key.clone(),
+                plain(s.value),
+                percent(s.bandwidth_relative),
+                percent(s.largest_gain_relative),
+                per_unit,
+                trade.to_owned(),
+            ]
         })
         .collect();
-    let header = ["number", "value (SI)", &format!("{achieved} (%)"), "largest gain (%)", &format!("{achieved} (Hz per unit)"), ""];
+    let header = [
+        "number",
+        "value (SI)",
+        &format!("{achieved} (%)"),
+        "largest gain (%)",
+        &format!("{achieved} (Hz per unit)"),
+        "",
+    ];
     page.table(&header, &[1, 2, 3, 4], &rows);
 }
 
@@ -219,8 +258,11 @@ fn modes(page: &mut Page, report: &Report) {
     );
     let edge = report.gain.as_ref().and_then(|gain| gain.sampled.edge_mode);
     let row = |(i, mode): (usize, &ModeReport)| {
-        let class =
-            if mode.rigid_body { format!("{}, rigid-body motion", class_name(mode.class)) } else { class_name(mode.class).to_owned() };
+        let class = if mode.rigid_body {
+            format!("{}, rigid-body motion", class_name(mode.class))
+        } else {
+            class_name(mode.class).to_owned()
+        };
         let cost = mode.margin_cost_deg.map_or_else(|| "-".to_owned(), plain);
         let breaks = if edge == Some(i) { "unstable first" } else { "" };
         vec![
@@ -234,7 +276,15 @@ fn modes(page: &mut Page, report: &Report) {
         ]
     };
     let rows: Vec<Vec<String>> = report.modes.iter().enumerate().map(row).collect();
-    let header = ["frequency (Hz)", "damping ratio", "class", "phase lost for good (°)", "largest dip (°)", "taken at crossover (°)", ""];
+    let header = [
+        "frequency (Hz)",
+        "damping ratio",
+        "class",
+        "phase lost for good (°)",
+        "largest dip (°)",
+        "taken at crossover (°)",
+        "",
+    ];
     page.table(&header, &[0, 1, 3, 4, 5], &rows);
     page.paragraph("Shapes: displacement of each body towards the workpiece, the largest being 1; an open orange dot shows what lags or leads by a quarter period.");
     page.drawings(&report.modes.iter().map(shapes::drawing).collect::<Vec<_>>());

@@ -8,7 +8,8 @@ use feeler_lti::C64;
 use crate::numbers::{plain, with_unit};
 use crate::page::{Plane, PlaneKind, PlaneMark, PlanePath, PlaneShape, view_of};
 
-/// Half of the least and of the largest width of Nyquist's plane; the point -1 decides, and resonances may reach far.
+/// Half of the least and of the largest width of Nyquist's plane; the point -1 decides, and resonances may
+/// reach far.
 const NYQUIST_REACH: [f64; 2] = [1.5, 4.0];
 
 /// The loop as a curve through the complex plane.
@@ -26,11 +27,21 @@ pub(super) fn nyquist(report: &Report, curves: &Curves) -> Option<Plane> {
     if paths.is_empty() {
         return None;
     }
-    let largest = paths.iter().flat_map(|p| &p.points).flatten().filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs()));
+    let largest = paths
+        .iter()
+        .flat_map(|p| &p.points)
+        .flatten()
+        .filter(|v| v.is_finite())
+        .fold(0.0_f64, |m, v| m.max(v.abs()));
     let reach = (1.1 * largest).clamp(NYQUIST_REACH[0], NYQUIST_REACH[1]);
     // The plane is twice as wide as high, and both directions have one scale.
     let view = [-1.84 * reach, 1.84 * reach, -reach, reach];
-    let minus_one = PlaneMark { name: "the critical point −1".into(), point: [-1.0, 0.0], at: None, shape: PlaneShape::Pole };
+    let minus_one = PlaneMark {
+        name: "the critical point −1".into(),
+        point: [-1.0, 0.0],
+        at: None,
+        shape: PlaneShape::Pole,
+    };
     Some(Plane {
         kind: PlaneKind::Nyquist,
         title: "Nyquist's curve".into(),
@@ -86,9 +97,12 @@ fn plane(locus: &Locus, title: String, key: &str, x_label: &str, y_label: &str, 
     let paths: Vec<PlanePath> = locus.branches.iter().map(path).collect();
     let starts = locus.branches.iter().filter_map(|branch| branch.first());
     let mark = |name: &str, p: &C64, at, shape| PlaneMark { name: name.into(), point: place(p), at, shape };
-    let mut marks: Vec<PlaneMark> = starts.map(|p| mark("pole at gain zero", p, Some(0.0), PlaneShape::Pole)).collect();
+    let mut marks: Vec<PlaneMark> =
+        starts.map(|p| mark("pole at gain zero", p, Some(0.0), PlaneShape::Pole)).collect();
     marks.extend(locus.zeros.iter().map(|p| mark("zero", p, None, PlaneShape::Zero)));
-    marks.extend(locus.present.iter().map(|p| mark("gain of the file", p, Some(locus.present_gain), PlaneShape::Now)));
+    marks.extend(
+        locus.present.iter().map(|p| mark("gain of the file", p, Some(locus.present_gain), PlaneShape::Now)),
+    );
     let view = if kind == PlaneKind::Z { [-2.3, 2.3, -1.25, 1.25] } else { s_view(&marks) };
     let farther = if kind == PlaneKind::S { beyond(&marks, view) } else { String::new() };
     let caption = format!(
@@ -127,7 +141,8 @@ fn beyond(marks: &[PlaneMark], [left, right, low, high]: [f64; 4]) -> String {
     let told: Vec<String> = (marks.iter().filter(|mark| !inside(mark.point) && mark.point[1] >= 0.0))
         .map(|mark| {
             let [re, im_hz] = mark.point;
-            let swings = if im_hz > 0.0 { format!(" and ±{}", with_unit(im_hz, "Hz")) } else { String::new() };
+            let swings =
+                if im_hz > 0.0 { format!(" and ±{}", with_unit(im_hz, "Hz")) } else { String::new() };
             format!("{} at {}{swings}", mark.name, with_unit(re, "1/s"))
         })
         .collect();
@@ -136,14 +151,24 @@ fn beyond(marks: &[PlaneMark], [left, right, low, high]: [f64; 4]) -> String {
 
 /// Poles and zeros of the plant.
 pub(super) fn map(report: &Report) -> Plane {
-    let mark = |name: &str, p: &[f64; 2], shape| PlaneMark { name: name.into(), point: [p[0], p[1] / TAU], at: None, shape };
+    let mark = |name: &str, p: &[f64; 2], shape| PlaneMark {
+        name: name.into(),
+        point: [p[0], p[1] / TAU],
+        at: None,
+        shape,
+    };
     let mut marks: Vec<PlaneMark> = report.poles.iter().map(|p| mark("pole", p, PlaneShape::Pole)).collect();
     marks.extend(report.zeros.iter().map(|p| mark("zero", p, PlaneShape::Zero)));
     let view = s_view(&marks);
     Plane {
         kind: PlaneKind::S,
         title: "Poles and zeros of the plant,".into(),
-        caption: format!("from {} to {}: poles are crosses, zeros circles.{}", report.input, report.output, beyond(&marks, view)),
+        caption: format!(
+            "from {} to {}: poles are crosses, zeros circles.{}",
+            report.input,
+            report.output,
+            beyond(&marks, view)
+        ),
         x_label: "real part (1/s)".into(),
         y_label: "imaginary part (Hz)".into(),
         gain: String::new(),

@@ -22,11 +22,16 @@ const NAME_WIDTH: f64 = 7.0;
 /// One mode: its caption, and its bodies side by side, displaced.
 pub(super) fn drawing(mode: &ModeReport) -> (String, String) {
     let class = if mode.rigid_body { "rigid-body motion" } else { class_name(mode.class) };
-    let caption = format!("{}, damping ratio {}: {class}", with_unit(mode.frequency_hz, "Hz"), plain(mode.damping_ratio));
+    let caption = format!(
+        "{}, damping ratio {}: {class}",
+        with_unit(mode.frequency_hz, "Hz"),
+        plain(mode.damping_ratio)
+    );
     let step = (WIDTH - LEFT - 10.0) / mode.shape.len().max(1) as f64;
     let x = |i: usize| LEFT + step * (i as f64 + 0.5);
     let y = |displacement: f64| MIDDLE - UNIT * displacement;
-    let mut svg = format!("<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">", escape(&caption));
+    let mut svg =
+        format!("<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\">", escape(&caption));
     for (value, label) in [(1.0, "1"), (0.0, "0"), (-1.0, "−1")] {
         let at = y(value);
         let _ = write!(
@@ -36,7 +41,10 @@ pub(super) fn drawing(mode: &ModeReport) -> (String, String) {
             at + 4.0
         );
     }
-    let _ = write!(svg, "<text x=\"12\" y=\"{MIDDLE}\" text-anchor=\"middle\" transform=\"rotate(-90 12 {MIDDLE})\">displacement</text>");
+    let _ = write!(
+        svg,
+        "<text x=\"12\" y=\"{MIDDLE}\" text-anchor=\"middle\" transform=\"rotate(-90 12 {MIDDLE})\">displacement</text>"
+    );
     // Names that would meet stand on two lines in turn.
     let crowded = mode.shape.iter().any(|body| NAME_WIDTH * body.body.chars().count() as f64 > step);
     for (i, body) in mode.shape.iter().enumerate() {
@@ -46,10 +54,18 @@ pub(super) fn drawing(mode: &ModeReport) -> (String, String) {
             "<path class=\"shape-stem\" d=\"M{at:.1} {MIDDLE}V{top:.1}\"/><circle class=\"shape-body\" cx=\"{at:.1}\" cy=\"{top:.1}\" r=\"5\"/>"
         );
         if body.quadrature.abs() > LATE {
-            let _ = write!(svg, "<circle class=\"shape-late\" cx=\"{at:.1}\" cy=\"{:.1}\" r=\"4\"/>", y(body.quadrature));
+            let _ = write!(
+                svg,
+                "<circle class=\"shape-late\" cx=\"{at:.1}\" cy=\"{:.1}\" r=\"4\"/>",
+                y(body.quadrature)
+            );
         }
         let below = MIDDLE + UNIT + 22.0 + if crowded && i % 2 == 1 { 15.0 } else { 0.0 };
-        let _ = write!(svg, "<text x=\"{at:.1}\" y=\"{below}\" text-anchor=\"middle\">{}</text>", escape(&body.body));
+        let _ = write!(
+            svg,
+            "<text x=\"{at:.1}\" y=\"{below}\" text-anchor=\"middle\">{}</text>",
+            escape(&body.body)
+        );
     }
     svg.push_str("</svg>");
     (caption, svg)

@@ -34,17 +34,23 @@ pub(crate) fn achieved_name(report: &Report) -> &'static str {
 /// Which of the three problems limits the bandwidth, how far the gain may rise, and what to change first.
 pub(crate) fn sentences(report: &Report) -> Vec<String> {
     let Some(gain) = &report.gain else {
-        return vec![format!("No controller closes a loop: poles, zeros and modes from {} to {}.", report.input, report.output)];
+        return vec![format!(
+            "No controller closes a loop: poles, zeros and modes from {} to {}.",
+            report.input, report.output
+        )];
     };
     let mut said = Vec::new();
     match (report.limit, gain.sampled.all.bands.is_empty()) {
         (_, true) => {
             let spans = gain.sampled.intervals.iter().map(|band| {
-                let end = |edge: &Option<Edge>| edge.as_ref().map_or_else(|| "minus infinity".to_owned(), |edge| plain(edge.gain));
+                let end = |edge: &Option<Edge>| {
+                    edge.as_ref().map_or_else(|| "minus infinity".to_owned(), |edge| plain(edge.gain))
+                };
                 format!("from {} to {}", end(&band.lower), end(&band.upper))
             });
             let below = spans.collect::<Vec<_>>().join(" and ");
-            let but = if below.is_empty() { String::new() } else { format!("; below zero it is stable {below}") };
+            let but =
+                if below.is_empty() { String::new() } else { format!("; below zero it is stable {below}") };
             let undamped: Vec<String> = report.undamped_hz.iter().map(|f| with_unit(*f, "Hz")).collect();
             said.push(if undamped.is_empty() {
                 format!("No value of {} from zero on makes this loop stable{but}.", gain.key)
@@ -65,15 +71,31 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
     }
     let [low, high] = gain.sampled.stable;
     if let Some(high) = high {
-        let at = gain.sampled.edge_hz.map_or_else(String::new, |f| format!(", where it begins to swing at {}", with_unit(f, "Hz")));
+        let at = gain
+            .sampled
+            .edge_hz
+            .map_or_else(String::new, |f| format!(", where it begins to swing at {}", with_unit(f, "Hz")));
         let swings = |edge: &Edge| format!(" (where it swings at {})", with_unit(edge.frequency_hz, "Hz"));
-        let low_edge = gain.sampled.edges[0].as_ref().filter(|edge| edge.frequency_hz > 0.0).map_or_else(String::new, swings);
-        let from = low.filter(|low| *low > 0.0).map_or_else(String::new, |low| format!(" from {}{low_edge}", plain(low)));
-        let unbounded = gain.continuous.as_ref().is_some_and(|range| !range.all.bands.is_empty() && range.stable[1].is_none());
+        let low_edge = gain.sampled.edges[0]
+            .as_ref()
+            .filter(|edge| edge.frequency_hz > 0.0)
+            .map_or_else(String::new, swings);
+        let from = low
+            .filter(|low| *low > 0.0)
+            .map_or_else(String::new, |low| format!(" from {}{low_edge}", plain(low)));
+        let unbounded = gain
+            .continuous
+            .as_ref()
+            .is_some_and(|range| !range.all.bands.is_empty() && range.stable[1].is_none());
         let paper = if unbounded { "; on paper, without sampling, no gain is too large" } else { "" };
-        said.push(format!("Sampled, the loop is stable{from} up to {} = {}{at}{paper}.", gain.key, plain(high)));
+        said.push(format!(
+            "Sampled, the loop is stable{from} up to {} = {}{at}{paper}.",
+            gain.key,
+            plain(high)
+        ));
     }
-    if report.margins.as_ref().map_or_else(|| gain.is_unstable_as_set(), |margins| margins.unstable_poles > 0) {
+    if report.margins.as_ref().map_or_else(|| gain.is_unstable_as_set(), |margins| margins.unstable_poles > 0)
+    {
         said.push("As set in the file, the loop is unstable.".to_owned());
     }
     if let Some(cycle) = report.limit_cycles.iter().find(|cycle| cycle.stable) {
@@ -110,7 +132,8 @@ fn untold(report: &Report) -> String {
     }
 }
 
-/// Numbers named in an advice, and the least change, as a share of a number's own, that one is worth naming for.
+/// Numbers named in an advice, and the least change, as a share of a number's own, that one is worth naming
+/// for.
 const NAMED: usize = 3;
 const TELLING: f64 = 0.1;
 
@@ -118,25 +141,30 @@ const TELLING: f64 = 0.1;
 fn advice(report: &Report) -> Vec<String> {
     let Some(by) = report.ranked_by else { return Vec::new() };
     let mut said = Vec::new();
-    if let Some(mode) = report.waterfall.as_ref().and_then(|w| w.rides_mode).and_then(|i| report.modes.get(i)) {
+    if let Some(mode) = report.waterfall.as_ref().and_then(|w| w.rides_mode).and_then(|i| report.modes.get(i))
+    {
         said.push(format!(
             "The bandwidth lies on the flank of the mode at {}: it moves with that peak, and what softens the mode, or damps it less, may seem to raise it. So what \
              to change is ranked by the largest stable gain.",
             with_unit(mode.frequency_hz, "Hz")
         ));
     }
-    if by == RankedBy::Saturation && report.waterfall.as_ref().and_then(|w| w.saturation_hz).is_some_and(|f| f <= 0.0) {
+    if by == RankedBy::Saturation
+        && report.waterfall.as_ref().and_then(|w| w.saturation_hz).is_some_and(|f| f <= 0.0)
+    {
         said.push("The reference asks for more than the drive's limit even at rest: no stiffness, mass or damping changes that, only a higher limit.".to_owned());
         return said;
     }
     let telling = |s: &&Sensitivity| s.worth(by).is_finite() && s.worth(by).abs() > TELLING;
     let way = |s: &Sensitivity| if s.worth(by) > 0.0 { "more" } else { "less" };
     let gives = |s: &Sensitivity| {
-        let (bandwidth, gain) = (s.bandwidth_relative * s.worth(by).signum(), s.largest_gain_relative * s.worth(by).signum());
+        let (bandwidth, gain) =
+            (s.bandwidth_relative * s.worth(by).signum(), s.largest_gain_relative * s.worth(by).signum());
         match by {
             RankedBy::BandwidthAndGain => {
                 let of = |share: f64, what: &str| format!("{} % of {what}", plain(share.abs()));
-                let (bandwidth, gain) = ((bandwidth, of(bandwidth, "bandwidth")), (gain, of(gain, "the largest gain")));
+                let (bandwidth, gain) =
+                    ((bandwidth, of(bandwidth, "bandwidth")), (gain, of(gain, "the largest gain")));
                 match (bandwidth.0 < 0.0, gain.0 < 0.0) {
                     (true, _) => format!("{} and costs {}", gain.1, bandwidth.1),
                     (_, true) => format!("{} and costs {}", bandwidth.1, gain.1),
@@ -147,9 +175,10 @@ fn advice(report: &Report) -> Vec<String> {
             RankedBy::Saturation => format!("{} %", plain(bandwidth)),
         }
     };
-    let first: Vec<String> = (report.sensitivities.iter().filter(telling).filter(|s| !s.is_trade(by)).take(NAMED))
-        .map(|s| format!("{} {} (1 % gives {})", way(s), s.key, gives(s)))
-        .collect();
+    let first: Vec<String> =
+        (report.sensitivities.iter().filter(telling).filter(|s| !s.is_trade(by)).take(NAMED))
+            .map(|s| format!("{} {} (1 % gives {})", way(s), s.key, gives(s)))
+            .collect();
     let aim = match by {
         RankedBy::BandwidthAndGain => "For more bandwidth and gain",
         RankedBy::LargestGain => "For more gain",
@@ -166,11 +195,16 @@ fn advice(report: &Report) -> Vec<String> {
             gives(most)
         ));
     }
-    let trades = report.sensitivities.iter().filter(telling).filter(|s| s.is_trade(by)).take(NAMED).map(|s| {
-        let [bandwidth, gain] = [s.bandwidth_relative, s.largest_gain_relative].map(f64::abs).map(plain);
-        let (won, lost) = if s.bandwidth_relative > 0.0 { ("raises", "lowers") } else { ("lowers", "raises") };
-        format!("1 % more {} {won} the bandwidth by {bandwidth} % and {lost} the largest gain by {gain} %", s.key)
-    });
+    let trades =
+        report.sensitivities.iter().filter(telling).filter(|s| s.is_trade(by)).take(NAMED).map(|s| {
+            let [bandwidth, gain] = [s.bandwidth_relative, s.largest_gain_relative].map(f64::abs).map(plain);
+            let (won, lost) =
+                if s.bandwidth_relative > 0.0 { ("raises", "lowers") } else { ("lowers", "raises") };
+            format!(
+                "1 % more {} {won} the bandwidth by {bandwidth} % and {lost} the largest gain by {gain} %",
+                s.key
+            )
+        });
     let trades = trades.collect::<Vec<_>>().join("; ");
     if !trades.is_empty() {
         said.push(format!("What trades one for the other: {trades}."));
@@ -183,16 +217,25 @@ fn unlimited(report: &Report) -> String {
     let Some(gain) = &report.gain else { return String::new() };
     if report.margins.as_ref().is_some_and(|margins| margins.complementary_sensitivity_peak <= 0.0) {
         let reads = report.of_loop.as_ref().map_or(&report.output, |of| &of.output);
-        return format!("Nothing limits the bandwidth: {reads} does not answer {} here, so that no loop is closed.", report.input);
+        return format!(
+            "Nothing limits the bandwidth: {reads} does not answer {} here, so that no loop is closed.",
+            report.input
+        );
     }
     format!("Nothing limits the bandwidth: no {} is too large.", gain.key)
 }
 
 fn limited(report: &Report, limit: Limit) -> String {
-    let achieved = report.waterfall.as_ref().and_then(|w| w.stages.last()).and_then(|stage| stage.bandwidth_hz);
-    let reach = achieved.map_or_else(String::new, |f| format!(", to {} at half of the largest stable gain", with_unit(f, "Hz")));
+    let achieved =
+        report.waterfall.as_ref().and_then(|w| w.stages.last()).and_then(|stage| stage.bandwidth_hz);
+    let reach = achieved.map_or_else(String::new, |f| {
+        format!(", to {} at half of the largest stable gain", with_unit(f, "Hz"))
+    });
     let modes = |class: ModeClass| {
-        let of_class = report.modes.iter().filter(|mode| mode.class_in_loop.unwrap_or(mode.class) == class && !mode.rigid_body);
+        let of_class = report
+            .modes
+            .iter()
+            .filter(|mode| mode.class_in_loop.unwrap_or(mode.class) == class && !mode.rigid_body);
         let list: Vec<String> = of_class.map(|mode| with_unit(mode.frequency_hz, "Hz")).collect();
         if list.is_empty() { String::new() } else { format!(" ({})", list.join(", ")) }
     };
@@ -207,9 +250,14 @@ fn limited(report: &Report, limit: Limit) -> String {
         }
         Limit::Nothing => return unlimited(report),
         Limit::UndampedMode => return "An undamped mode makes every gain unstable.".to_owned(),
-        Limit::Saturation => "The limit of the drive's force or command, rather than stability, limits".to_owned(),
+        Limit::Saturation => {
+            "The limit of the drive's force or command, rather than stability, limits".to_owned()
+        }
     };
-    let of =
-        report.of_loop.as_ref().filter(|of| of.controlled != of.output).map_or_else(String::new, |of| format!(" of {}", of.controlled));
+    let of = report
+        .of_loop
+        .as_ref()
+        .filter(|of| of.controlled != of.output)
+        .map_or_else(String::new, |of| format!(" of {}", of.controlled));
     format!("{what} the bandwidth{of}{reach}.")
 }

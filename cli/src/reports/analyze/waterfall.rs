@@ -25,7 +25,16 @@ pub(crate) fn rows(waterfall: &Waterfall) -> Vec<Vec<String>> {
         let stage = &waterfall.stages[i];
         let why = why(stage, i.checked_sub(1).map(|before| &waterfall.stages[before]));
         let largest = match stage.largest_gain {
-            None => return vec![stage.added.clone(), "unbounded".into(), "none".into(), "no limit".into(), "-".into(), why],
+            None => {
+                return vec![
+                    stage.added.clone(),
+                    "unbounded".into(),
+                    "none".into(),
+                    "no limit".into(),
+                    "-".into(),
+                    why,
+                ];
+            }
             Some(largest) if largest > 0.0 => plain(largest),
             Some(_) => "none".to_owned(),
         };
@@ -35,10 +44,15 @@ pub(crate) fn rows(waterfall: &Waterfall) -> Vec<Vec<String>> {
     (0..waterfall.stages.len()).map(row).collect()
 }
 
-/// What of a stage's bandwidth comes from the ingredient itself and what from the gain that it allows, and where what is followed beyond it ends.
+/// What of a stage's bandwidth comes from the ingredient itself and what from the gain that it allows, and
+/// where what is followed beyond it ends.
 pub(crate) fn why(stage: &Stage, before: Option<&Stage>) -> String {
     let shelf = stage.shelf.map(|shelf| {
-        format!("integral action ends there: beyond, {} % is still followed, to {}", percent(shelf.share), with_unit(shelf.to_hz, "Hz"))
+        format!(
+            "integral action ends there: beyond, {} % is still followed, to {}",
+            percent(shelf.share),
+            with_unit(shelf.to_hz, "Hz")
+        )
     });
     let change = before.and_then(|before| difference(stage, before));
     [change, shelf].into_iter().flatten().collect::<Vec<_>>().join("; ")
@@ -48,13 +62,18 @@ pub(crate) fn why(stage: &Stage, before: Option<&Stage>) -> String {
 fn difference(stage: &Stage, before: &Stage) -> Option<String> {
     if stage.added == "saturation" {
         let reaches = before.bandwidth_hz.zip(stage.bandwidth_hz).is_some_and(|(before, own)| own < before);
-        return Some(if reaches { "the limit is reached below the bandwidth" } else { "the limit is not reached" }.to_owned());
+        return Some(
+            if reaches { "the limit is reached below the bandwidth" } else { "the limit is not reached" }
+                .to_owned(),
+        );
     }
     let (own_gain, gain_before) = (stage.largest_gain, before.largest_gain);
     match (own_gain, gain_before) {
         (None, None) => return None,
         (None, Some(_)) => return Some("no gain is too large any more".to_owned()),
-        (Some(own), _) if own <= 0.0 => return gain_before.is_none_or(|g| g > 0.0).then(|| "no gain is stable any more".to_owned()),
+        (Some(own), _) if own <= 0.0 => {
+            return gain_before.is_none_or(|g| g > 0.0).then(|| "no gain is stable any more".to_owned());
+        }
         (Some(_), None) => return Some("the first limit of the gain".to_owned()),
         (Some(_), Some(before)) if before <= 0.0 => return Some("some gains are stable now".to_owned()),
         _ => {}
@@ -64,7 +83,9 @@ fn difference(stage: &Stage, before: &Stage) -> Option<String> {
         return None;
     }
     let way = if own > former { "higher" } else { "lower" };
-    let Some(kept) = stage.bandwidth_at_gain_before_hz else { return Some(format!("{way}: the gain above is unstable here")) };
+    let Some(kept) = stage.bandwidth_at_gain_before_hz else {
+        return Some(format!("{way}: the gain above is unstable here"));
+    };
     // In logarithms, the change is what the ingredient does at one gain, and what the other gain does.
     let (by_itself, by_gain) = ((kept / former).ln(), (own / kept).ln());
     let dominates = if by_itself.abs() > by_gain.abs() { "by itself" } else { "by the gain it allows" };
@@ -93,8 +114,14 @@ mod tests {
         let before = stage("springs.a", 6.0, 100.0, None);
         assert_eq!(why(&stage("hold", 4.0, 60.0, Some(99.0)), Some(&before)), "lower, by the gain it allows");
         assert_eq!(why(&stage("hold", 5.9, 60.0, Some(62.0)), Some(&before)), "lower, by itself");
-        assert_eq!(why(&stage("hold", 8.0, 140.0, Some(110.0)), Some(&before)), "higher, mostly by the gain it allows");
-        assert_eq!(why(&stage("hold", 2.0, 40.0, None), Some(&before)), "lower: the gain above is unstable here");
+        assert_eq!(
+            why(&stage("hold", 8.0, 140.0, Some(110.0)), Some(&before)),
+            "higher, mostly by the gain it allows"
+        );
+        assert_eq!(
+            why(&stage("hold", 2.0, 40.0, None), Some(&before)),
+            "lower: the gain above is unstable here"
+        );
         assert_eq!(why(&stage("hold", 6.0, 100.0, Some(100.0)), Some(&before)), "");
         let shelf = Some(Shelf { share: 0.57, to_hz: 64.0 });
         let ends = why(&Stage { shelf, ..stage("hold", 6.0, 100.0, Some(100.0)) }, Some(&before));

@@ -36,7 +36,8 @@ impl Curve {
 
 /// Charts over the whole run.
 pub(super) fn whole_run(page: &mut Page, file: &CellFile, result: &CellRun) {
-    let joints = || file.cell.joints.iter().map(|joint| joint.name.as_str()).zip(&file.cell.arm.chain().joints);
+    let joints =
+        || file.cell.joints.iter().map(|joint| joint.name.as_str()).zip(&file.cell.arm.chain().joints);
     forces(page, file, result, &(0..result.record.t_s.len()), "run");
     let slides = |joint: &feeler_arm::Joint| joint.kind == feeler_arm::JointKind::Prismatic;
     let any_slides = joints().any(|(_, joint)| slides(joint));
@@ -44,7 +45,9 @@ pub(super) fn whole_run(page: &mut Page, file: &CellFile, result: &CellRun) {
         let (unit, factor) = if slides(joint) { ("mm", 1e3) } else { ("deg", DEGREES) };
         Curve { factor, from_start: true, ..Curve::new(format!("joints.{name}.position"), name, unit) }
     });
-    let torques = joints().map(|(name, joint)| Curve::new(format!("joints.{name}.torque"), name, if slides(joint) { "N" } else { "N m" }));
+    let torques = joints().map(|(name, joint)| {
+        Curve::new(format!("joints.{name}.torque"), name, if slides(joint) { "N" } else { "N m" })
+    });
     let way = [("tool.x", "x"), ("tool.y", "y"), ("tool.z", "z")].map(|(signal, name)| Curve {
         factor: 1e3,
         from_start: true,
@@ -77,7 +80,11 @@ pub(super) fn whole_run(page: &mut Page, file: &CellFile, result: &CellRun) {
 
 /// The last cycles of an oscillation that lasts.
 pub(super) fn close_up(page: &mut Page, file: &CellFile, result: &CellRun) {
-    let Some(oscillation) = result.summary.figures.oscillation.filter(|oscillation| oscillation.frequency_hz > 0.0) else { return };
+    let Some(oscillation) =
+        result.summary.figures.oscillation.filter(|oscillation| oscillation.frequency_hz > 0.0)
+    else {
+        return;
+    };
     let t_s = &result.record.t_s;
     let from_s = t_s.last().copied().unwrap_or(0.0) - CYCLES / oscillation.frequency_hz;
     page.heading("The last cycles");
@@ -87,12 +94,21 @@ pub(super) fn close_up(page: &mut Page, file: &CellFile, result: &CellRun) {
 fn forces(page: &mut Page, file: &CellFile, result: &CellRun, rows: &Range<usize>, together: &'static str) {
     let scenario = &file.cell.scenario;
     let mut force = vec![Curve::new(result.contact.force_signal(), "force", "N")];
-    let reading = result.force_loop.as_ref().and_then(|found| scenario.machine.sensors.get_index(found.sensor));
+    let reading =
+        result.force_loop.as_ref().and_then(|found| scenario.machine.sensors.get_index(found.sensor));
     force.extend(reading.map(|(name, _)| Curve::new(format!("{name}.reading"), "reading", "N")));
-    force.extend(result.force_loop.as_ref().map(|found| Curve { dashed: true, ..Curve::new(found.reference_signal(), "reference", "N") }));
+    force.extend(
+        result
+            .force_loop
+            .as_ref()
+            .map(|found| Curve { dashed: true, ..Curve::new(found.reference_signal(), "reference", "N") }),
+    );
     let drive = scenario.machine.actuators.keys().next().map_or("drive", String::as_str);
     let command = vec![Curve::new(format!("{drive}.command"), "command", "N")];
-    let depth = vec![Curve { factor: 1e3, ..Curve::new(format!("{}.compression", result.contact.name), "compression", "mm") }];
+    let depth = vec![Curve {
+        factor: 1e3,
+        ..Curve::new(format!("{}.compression", result.contact.name), "compression", "mm")
+    }];
     let charts = [
         (
             "Contact force.",
@@ -100,8 +116,18 @@ fn forces(page: &mut Page, file: &CellFile, result: &CellRun, rows: &Range<usize
             "force (N)",
             force,
         ),
-        ("Command.", "The force along the normal that the controller asks of the joints.", "force (N)", command),
-        ("Compression.", "Depth of the tip in the workpiece; below zero the distance between them.", "compression (mm)", depth),
+        (
+            "Command.",
+            "The force along the normal that the controller asks of the joints.",
+            "force (N)",
+            command,
+        ),
+        (
+            "Compression.",
+            "Depth of the tip in the workpiece; below zero the distance between them.",
+            "compression (mm)",
+            depth,
+        ),
     ];
     for (title, caption, label, curves) in charts {
         let Some(mut chart) = over_time(&result.record, title, label, rows, curves) else { continue };
@@ -119,7 +145,13 @@ fn bands(result: &CellRun, rows: &Range<usize>, trace: &Trace) -> Vec<[f64; 2]> 
     shown.map(|span| [span.start_s.max(*from_s), span.end_s.min(*to_s)]).take(MOST_BANDS).collect()
 }
 
-fn over_time(trace: &Trace, title: &str, label: &str, rows: &Range<usize>, curves: Vec<Curve>) -> Option<Chart> {
+fn over_time(
+    trace: &Trace,
+    title: &str,
+    label: &str,
+    rows: &Range<usize>,
+    curves: Vec<Curve>,
+) -> Option<Chart> {
     let found: Vec<(Curve, &[f64])> = curves
         .into_iter()
         .filter_map(|curve| Some((trace.column(&curve.signal)?.get(rows.clone())?, curve)))
@@ -132,7 +164,11 @@ fn over_time(trace: &Trace, title: &str, label: &str, rows: &Range<usize>, curve
     chart.series = (found.into_iter())
         .map(|(curve, column)| {
             let origin = if curve.from_start { column.first().copied().unwrap_or(0.0) } else { 0.0 };
-            let series = Series::new(curve.name, curve.unit, kept.iter().map(|&row| (column[row] - origin) * curve.factor).collect());
+            let series = Series::new(
+                curve.name,
+                curve.unit,
+                kept.iter().map(|&row| (column[row] - origin) * curve.factor).collect(),
+            );
             if curve.dashed { series.dashed() } else { series }
         })
         .collect();

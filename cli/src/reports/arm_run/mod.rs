@@ -62,12 +62,22 @@ fn tiles(result: &CellRun) -> Vec<Tile> {
     let figures = &summary.figures;
     let mut tiles = vec![
         tile("outcome", words::label(figures).into(), String::new()),
-        tile("peak force", with_unit(figures.peak_force_n, "N"), format!("at {}", with_unit(result.contact.peak_at_s, "s"))),
+        tile(
+            "peak force",
+            with_unit(figures.peak_force_n, "N"),
+            format!("at {}", with_unit(result.contact.peak_at_s, "s")),
+        ),
         tile("final force", with_unit(summary.final_force_n, "N"), "mean of the last tenth".into()),
     ];
     if let Some(response) = figures.response {
-        let of = response.final_reference_n.map_or_else(String::new, |reference| format!("of {}", with_unit(reference, "N")));
-        tiles.push(tile("overshoot", response.overshoot.map_or("-".into(), |share| format!("{} %", percent(share))), of));
+        let of = response
+            .final_reference_n
+            .map_or_else(String::new, |reference| format!("of {}", with_unit(reference, "N")));
+        tiles.push(tile(
+            "overshoot",
+            response.overshoot.map_or("-".into(), |share| format!("{} %", percent(share))),
+            of,
+        ));
         let time = response.settling_time_s.map_or("not settled".into(), |time| with_unit(time, "s"));
         tiles.push(tile("settling time", time, format!("to within {}", with_unit(response.band_n, "N"))));
     }
@@ -77,9 +87,17 @@ fn tiles(result: &CellRun) -> Vec<Tile> {
     if let Some(oscillation) = &figures.oscillation {
         let impacts = format!("{} impacts per second", plain(oscillation.impacts_per_s));
         tiles.push(tile("chatter frequency", with_unit(oscillation.frequency_hz, "Hz"), impacts));
-        tiles.push(tile("chatter amplitude", with_unit(oscillation.amplitude_n, "N"), "half of peak to peak".into()));
+        tiles.push(tile(
+            "chatter amplitude",
+            with_unit(oscillation.amplitude_n, "N"),
+            "half of peak to peak".into(),
+        ));
     }
-    tiles.push(tile("sideways", with_unit(summary.sideways_m, "m"), "farthest off the line along the normal".into()));
+    tiles.push(tile(
+        "sideways",
+        with_unit(summary.sideways_m, "m"),
+        "farthest off the line along the normal".into(),
+    ));
     let per_second = format!("{} per simulated second", with_unit(summary.wall_s_per_simulated_s, "s"));
     tiles.push(tile("time taken", with_unit(figures.wall_s, "s"), per_second));
     tiles
@@ -95,7 +113,9 @@ fn events(page: &mut Page, result: &CellRun) {
     if shown < events.len() {
         page.paragraph(&format!("The first {shown} of {}.", count(events.len(), "event", "events")));
     }
-    let rows: Vec<Vec<String>> =
-        events[..shown].iter().map(|event| vec![format!("{:.6}", event.t_s), event.what.to_owned(), event.on.clone()]).collect();
+    let rows: Vec<Vec<String>> = events[..shown]
+        .iter()
+        .map(|event| vec![format!("{:.6}", event.t_s), event.what.to_owned(), event.on.clone()])
+        .collect();
     page.table(&["time (s)", "event", "at"], &[0], &rows);
 }

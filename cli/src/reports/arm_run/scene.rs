@@ -8,30 +8,39 @@ use serde_json::{Value, json};
 /// Instants that the scene holds.
 const MOST_FRAMES: usize = 1200;
 
-/// What `assets/scene.js` draws: the links' radii, lines of workpiece (base's frame) and tip (tool's frame), and for each frame the time, the points of the skeleton
-/// from the base to the tool, the tool's turn as a quaternion, the force, and the point and normal of the contact.
+/// What `assets/scene.js` draws: the links' radii, lines of workpiece (base's frame) and tip (tool's frame),
+/// and for each frame the time, the points of the skeleton from the base to the tool, the tool's turn as a
+/// quaternion, the force, and the point and normal of the contact.
 pub(super) fn scene(file: &CellFile, result: &CellRun) -> anyhow::Result<Value> {
     let cell = &file.cell;
     let chain = cell.arm.chain();
     let trace = &result.motion;
     let stride = trace.t_s.len().div_ceil(MOST_FRAMES).max(1);
     let column = |name: String| trace.column(&name).unwrap_or_default();
-    let joints: Vec<&[f64]> = chain.joints.iter().map(|joint| column(format!("joints.{}.position", joint.name))).collect();
+    let joints: Vec<&[f64]> =
+        chain.joints.iter().map(|joint| column(format!("joints.{}.position", joint.name))).collect();
     let force = column(result.contact.force_signal());
-    let contact = ["point.x", "point.y", "point.z", "normal.x", "normal.y", "normal.z"].map(|name| column(name.to_owned()));
+    let contact = ["point.x", "point.y", "point.z", "normal.x", "normal.y", "normal.z"]
+        .map(|name| column(name.to_owned()));
     let mut frames = Vec::new();
     for row in (0..trace.t_s.len()).step_by(stride) {
         let q: Vec<f64> = joints.iter().map(|column| column[row]).collect();
         let skeleton = chain.skeleton(&q);
-        let points: Vec<Value> =
-            skeleton.iter().flat_map(|frame| frame.translation.vector.iter().copied().collect::<Vec<_>>()).map(|x| digits(x, 6)).collect();
+        let points: Vec<Value> = skeleton
+            .iter()
+            .flat_map(|frame| frame.translation.vector.iter().copied().collect::<Vec<_>>())
+            .map(|x| digits(x, 6))
+            .collect();
         let turn = skeleton.last().map(|tool| tool.rotation.coords).unwrap_or_default();
         let turn: Vec<Value> = turn.iter().map(|x| digits(*x, 6)).collect();
         let at: Vec<Value> = contact.iter().map(|column| digits(column[row], 6)).collect();
         frames.push(json!([digits(trace.t_s[row], 6), points, turn, digits(force[row], 3), at]));
     }
     let lines = |lines: Vec<[[f64; 3]; 2]>| {
-        lines.into_iter().map(|line| line.concat().into_iter().map(|x| digits(x, 5)).collect::<Vec<_>>()).collect::<Vec<_>>()
+        lines
+            .into_iter()
+            .map(|line| line.concat().into_iter().map(|x| digits(x, 5)).collect::<Vec<_>>())
+            .collect::<Vec<_>>()
     };
     let workpiece = cell.workpiece.shape.outline(&cell.workpiece.place)?;
     let tip: Vec<[[f64; 3]; 2]> = cell.tip.shape.outline(&cell.tip.place)?;

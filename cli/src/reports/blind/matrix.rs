@@ -22,7 +22,8 @@ pub(super) fn drawing(confusion: &[(String, String, usize)]) -> String {
         names.dedup();
     }
     // Names are as long as they are: of effects of no library nobody knows how long.
-    let longest = |names: &[&str]| LETTER * names.iter().map(|name| name.chars().count()).max().unwrap_or(0) as f64;
+    let longest =
+        |names: &[&str]| LETTER * names.iter().map(|name| name.chars().count()).max().unwrap_or(0) as f64;
     let left = longest(&rows).max(longest(&["hidden ↓ answered →"])) + GAP;
     let (rise, reach) = SLOPE_DEG.to_radians().sin_cos();
     let top = longest(&columns) * rise + GAP;
@@ -36,7 +37,11 @@ pub(super) fn drawing(confusion: &[(String, String, usize)]) -> String {
     );
     for (i, name) in columns.iter().enumerate() {
         let (x, y) = (left + CELL * (i as f64 + 0.5) + 4.0, top - 6.0);
-        let _ = write!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" transform=\"rotate(-{SLOPE_DEG} {x:.1} {y:.1})\">{}</text>", escape(name));
+        let _ = write!(
+            svg,
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" transform=\"rotate(-{SLOPE_DEG} {x:.1} {y:.1})\">{}</text>",
+            escape(name)
+        );
     }
     for (j, name) in rows.iter().enumerate() {
         let y = top + CELL * j as f64;
@@ -49,7 +54,8 @@ pub(super) fn drawing(confusion: &[(String, String, usize)]) -> String {
             left + CELL * columns.len() as f64
         );
     }
-    let times = |hidden: &str| confusion.iter().filter(|(h, ..)| h == hidden).map(|(.., n)| n).sum::<usize>() as f64;
+    let times =
+        |hidden: &str| confusion.iter().filter(|(h, ..)| h == hidden).map(|(.., n)| n).sum::<usize>() as f64;
     for (hidden, answered, n) in confusion {
         let at = |names: &[&str], name: &str| names.iter().position(|n| *n == name);
         let (Some(j), Some(i)) = (at(&rows, hidden), at(&columns, answered)) else { continue };
@@ -79,7 +85,9 @@ fn order(name: &str) -> usize {
 
 fn is_right(hidden: &str, answered: &str) -> bool {
     hidden == answered
-        || (order(hidden) == LIBRARY.len() && answered == feeler_diagnosis::blind::UNKNOWN && hidden != feeler_diagnosis::blind::NOTHING)
+        || (order(hidden) == LIBRARY.len()
+            && answered == feeler_diagnosis::blind::UNKNOWN
+            && hidden != feeler_diagnosis::blind::NOTHING)
 }
 
 #[cfg(test)]

@@ -15,7 +15,8 @@ pub(crate) fn page(score: &Score) -> String {
         "Datasets whose hidden effect the diagnosis never sees, from a bench that shares no code with it.",
     );
     let missed = score.measures.iter().filter(|measure| measure.value.is_some() && !measure.reached).count();
-    let wanted = score.measures.iter().filter(|measure| measure.value.is_some() && !measure.wanted.is_empty()).count();
+    let wanted =
+        score.measures.iter().filter(|measure| measure.value.is_some() && !measure.wanted.is_empty()).count();
     let answered = match score.unanswered {
         0 => count(score.cases.len(), "case", "cases"),
         none => format!("{}, {none} more without an answer", count(score.cases.len(), "case", "cases")),
@@ -33,9 +34,16 @@ pub(crate) fn page(score: &Score) -> String {
     page.paragraph("Every cause named in an answer, binned by its stated probability; on the dashed line what is said is what happens.");
     let mut chart = Chart::new(ChartKind::Line, "Reliability,", "stated probability", "how often right");
     chart.caption = "each point with as many causes as its row below says.".into();
-    chart.x = std::iter::once(0.0).chain(score.reliability.iter().map(|bin| bin.mean_stated)).chain([1.0]).collect();
-    let right = std::iter::once(f64::NAN).chain(score.reliability.iter().map(|bin| bin.frequency)).chain([f64::NAN]);
-    chart.series = vec![Series::new("how often right", "", right.collect()).dots(), Series::new("as stated", "", chart.x.clone()).dashed()];
+    chart.x = std::iter::once(0.0)
+        .chain(score.reliability.iter().map(|bin| bin.mean_stated))
+        .chain([1.0])
+        .collect();
+    let right =
+        std::iter::once(f64::NAN).chain(score.reliability.iter().map(|bin| bin.frequency)).chain([f64::NAN]);
+    chart.series = vec![
+        Series::new("how often right", "", right.collect()).dots(),
+        Series::new("as stated", "", chart.x.clone()).dashed(),
+    ];
     page.chart(&chart);
     let share = |value: f64| format!("{} %", percent(value));
     let rows: Vec<Vec<String>> = score
@@ -57,7 +65,13 @@ pub(crate) fn page(score: &Score) -> String {
         .iter()
         .map(|case| {
             let mark = if case.right { "right" } else { "missed" };
-            vec![case.case.clone(), case.hidden.join(" + "), case.answered.join(" + "), case.verdict.clone(), mark.to_owned()]
+            vec![
+                case.case.clone(),
+                case.hidden.join(" + "),
+                case.answered.join(" + "),
+                case.verdict.clone(),
+                mark.to_owned(),
+            ]
         })
         .collect();
     page.table(&["case", "hidden", "answered", "verdict", ""], &[], &rows);

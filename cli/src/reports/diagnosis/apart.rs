@@ -10,22 +10,42 @@ const PAIRS: &[Pair] = &[
         "both hold and drag with the same force in either direction, so that no command tells them apart: incline the axis, or take cables and \
          counterweights off, and record again; a load changes with them, friction does not",
     ),
-    ("actuator-lag", "command-delay", "excite the drive at higher frequencies: a lag takes the amplitude down there, a delay does not"),
+    (
+        "actuator-lag",
+        "command-delay",
+        "excite the drive at higher frequencies: a lag takes the amplitude down there, a delay does not",
+    ),
     (
         "force-delay",
         "force-lag",
         "tap the tool with the drive off and record force and acceleration: a lag rounds the blow, a delay only shifts it",
     ),
-    ("coulomb-friction", "stribeck-friction", "move at steady speeds from creeping up: only one of them rises again towards standstill"),
-    ("coulomb-friction", "load-friction", "repeat the strokes with another payload or clamping force: only one of them grows with it"),
+    (
+        "coulomb-friction",
+        "stribeck-friction",
+        "move at steady speeds from creeping up: only one of them rises again towards standstill",
+    ),
+    (
+        "coulomb-friction",
+        "load-friction",
+        "repeat the strokes with another payload or clamping force: only one of them grows with it",
+    ),
     (
         "coulomb-friction",
         "drive-deadband",
         "push the axis by hand or with a spring scale: friction stays, a dead band of the drive does not",
     ),
-    ("added-mass", "drive-gain", "weigh what moves, or read the drive's force with a spring scale against a stop"),
+    (
+        "added-mass",
+        "drive-gain",
+        "weigh what moves, or read the drive's force with a spring scale against a stop",
+    ),
     ("contact-stiffness", "force-gain", "hang a known weight on the force sensor"),
-    ("hertz-contact", "surface-offset", "press at several levels of force: one of them grows stiffer with force"),
+    (
+        "hertz-contact",
+        "surface-offset",
+        "press at several levels of force: one of them grows stiffer with force",
+    ),
     ("hardening-stiffness", "hertz-contact", "press at several levels of force, down to the smallest"),
     ("backlash", "surface-offset", "reverse the force while the tool stays in contact: only free play shows"),
 ];

@@ -35,8 +35,11 @@ pub(super) fn add(page: &mut Page, answer: &Answer, units: Units) {
         let (noisy, shown): (Vec<_>, Vec<_>) =
             channels.partition(|(c, channel)| before.errors[*c].scale < LEAST_OVER_NOISE * channel.noise);
         let silent: Vec<&str> = noisy.iter().map(|(_, channel)| channel.column.as_str()).collect();
-        let silent =
-            if silent.is_empty() { String::new() } else { format!(" ({} shows nothing but noise and is not drawn)", silent.join(", ")) };
+        let silent = if silent.is_empty() {
+            String::new()
+        } else {
+            format!(" ({} shows nothing but noise and is not drawn)", silent.join(", "))
+        };
         page.paragraph(&format!(
             "{}{}{silent}:",
             record.name,
@@ -53,7 +56,8 @@ pub(super) fn add(page: &mut Page, answer: &Answer, units: Units) {
 
 /// Those with the largest error of each engagement, then others, in the order of the dataset.
 fn shown(answer: &Answer) -> Vec<[&Replay; 2]> {
-    let error = |replay: &Replay| replay.errors.iter().map(|error| error.relative_in_windows.powi(2)).sum::<f64>();
+    let error =
+        |replay: &Replay| replay.errors.iter().map(|error| error.relative_in_windows.powi(2)).sum::<f64>();
     let mut ranked: Vec<&[Replay; 2]> = answer.replays.iter().collect();
     ranked.sort_by(|a, b| error(&b[0]).total_cmp(&error(&a[0])));
     let kind = |pair: &[Replay; 2]| answer.dataset.records[pair[0].record].engagement.map(engagement);
@@ -81,14 +85,24 @@ fn engagement(engagement: Engagement) -> &'static str {
     }
 }
 
-fn chart(record: &Record, channel: &Channel, c: usize, [before, after]: [&Replay; 2], quantity: Quantity, units: Units) -> Chart {
+fn chart(
+    record: &Record,
+    channel: &Channel,
+    c: usize,
+    [before, after]: [&Replay; 2],
+    quantity: Quantity,
+    units: Units,
+) -> Chart {
     let unit = units.unit(quantity);
     let measured = &record.series[c];
     let is_error = quantity == Quantity::Position;
     let off = |predicted: &[f64]| measured.iter().zip(predicted).map(|(m, p)| m - p).collect::<Vec<f64>>();
     // The two machines come first, so that each has one colour in all charts.
     let columns: Vec<(&str, Vec<f64>, bool)> = if is_error {
-        vec![("machine as given", off(&before.windows[c]), true), ("with what was found", off(&after.windows[c]), false)]
+        vec![
+            ("machine as given", off(&before.windows[c]), true),
+            ("with what was found", off(&after.windows[c]), false),
+        ]
     } else {
         vec![
             ("machine as given", before.windows[c].clone(), true),
@@ -103,11 +117,22 @@ fn chart(record: &Record, channel: &Channel, c: usize, [before, after]: [&Replay
     let slices: Vec<&[f64]> = columns.iter().map(|(_, values, _)| values.as_slice()).collect();
     let kept = by_extremes(&slices, measured.len(), MOST_ROWS);
     let share = |replay: &Replay| fine_percent(replay.errors[c].relative_in_windows);
-    let title = if is_error { format!("{}, measured less predicted;", channel.column) } else { format!("{};", channel.column) };
-    let mut chart =
-        Chart::new(ChartKind::Line, title, "time (s)", format!("{} ({unit})", if is_error { "error" } else { quantity.name() }));
-    chart.caption =
-        format!("error {} % of its variation with the machine as given, {} % with what was found.", share(before), share(after));
+    let title = if is_error {
+        format!("{}, measured less predicted;", channel.column)
+    } else {
+        format!("{};", channel.column)
+    };
+    let mut chart = Chart::new(
+        ChartKind::Line,
+        title,
+        "time (s)",
+        format!("{} ({unit})", if is_error { "error" } else { quantity.name() }),
+    );
+    chart.caption = format!(
+        "error {} % of its variation with the machine as given, {} % with what was found.",
+        share(before),
+        share(after)
+    );
     chart.x = kept.iter().map(|&k| record.start_s + k as f64 * record.spacing_s).collect();
     chart.series = columns
         .iter()

@@ -1,4 +1,5 @@
-//! Where the gap shows: channels against phases of the motion, frequency bands and levels of the command, before and after.
+//! Where the gap shows: channels against phases of the motion, frequency bands and levels of the command,
+//! before and after.
 
 use std::fmt::Write as _;
 
@@ -16,7 +17,8 @@ const WIDEST: f64 = 90.0;
 /// Width of a letter of a group's name, and room between two names.
 const LETTER: f64 = 8.0;
 const GAP: f64 = 12.0;
-/// Up to this many noise floors the colour is white, and from `FULL` on the darkest; on a logarithmic scale between.
+/// Up to this many noise floors the colour is white, and from `FULL` on the darkest; on a logarithmic scale
+/// between.
 pub(super) const LEAST: f64 = 1.5;
 pub(super) const FULL: f64 = 50.0;
 /// Floors below this share of the variation are none that a model would be held to.
@@ -62,11 +64,17 @@ pub(super) fn by_phase(cells: &[Cell], of: Of, label: &str) -> String {
 
 /// Levels of the command, before and after, over all phases and bands.
 pub(super) fn by_level(cells: &[Cell]) -> String {
-    let states: [(&'static str, Of); 2] = [("calibrated machine", |cell| cell.refit), ("with what was found", |cell| cell.after)];
+    let states: [(&'static str, Of); 2] =
+        [("calibrated machine", |cell| cell.refit), ("with what was found", |cell| cell.after)];
     let mut columns = Vec::new();
     for (group, of) in states {
         for level in LEVELS.iter().filter(|level| cells.iter().any(|cell| cell.amplitude == **level)) {
-            columns.push(Column { group, label: (*level).to_owned(), holds: Box::new(move |cell: &Cell| cell.amplitude == *level), of });
+            columns.push(Column {
+                group,
+                label: (*level).to_owned(),
+                holds: Box::new(move |cell: &Cell| cell.amplitude == *level),
+                of,
+            });
         }
     }
     grid(cells, &columns, "level of the command", "by level")
@@ -88,25 +96,42 @@ fn grid(cells: &[Cell], columns: &[Column<'_>], axis: &str, label: &str) -> Stri
     let asked = columns.iter().map(share).fold(WIDEST, f64::max);
     let wide = ((WIDTH - LEFT) / columns.len().max(1) as f64).min(asked);
     let height = HEAD + ROW * channels.len() as f64 + 6.0;
-    let mut svg = format!("<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{}\" font-size=\"12\">", escape(label));
+    let mut svg = format!(
+        "<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{}\" font-size=\"12\">",
+        escape(label)
+    );
     let mut from = 0;
     while from < columns.len() {
         let group = columns[from].group;
         let to = from + columns[from..].iter().take_while(|column| column.group == group).count();
         let centre = LEFT + wide * (from + to) as f64 * 0.5;
-        let _ = write!(svg, "<text x=\"{centre:.1}\" y=\"16\" text-anchor=\"middle\" font-weight=\"600\">{group}</text>");
-        let _ =
-            write!(svg, "<path d=\"M{:.1} 22H{:.1}\" stroke=\"#5a646c\"/>", LEFT + wide * from as f64 + 3.0, LEFT + wide * to as f64 - 3.0);
+        let _ = write!(
+            svg,
+            "<text x=\"{centre:.1}\" y=\"16\" text-anchor=\"middle\" font-weight=\"600\">{group}</text>"
+        );
+        let _ = write!(
+            svg,
+            "<path d=\"M{:.1} 22H{:.1}\" stroke=\"#5a646c\"/>",
+            LEFT + wide * from as f64 + 3.0,
+            LEFT + wide * to as f64 - 3.0
+        );
         from = to;
     }
     let _ = write!(svg, "<text x=\"{}\" y=\"42\" text-anchor=\"end\">{}</text>", LEFT - 8.0, escape(axis));
     for (i, column) in columns.iter().enumerate() {
         let centre = LEFT + wide * (i as f64 + 0.5);
-        let _ = write!(svg, "<text x=\"{centre:.1}\" y=\"42\" text-anchor=\"middle\">{}</text>", column.label);
+        let _ =
+            write!(svg, "<text x=\"{centre:.1}\" y=\"42\" text-anchor=\"middle\">{}</text>", column.label);
     }
     for (j, channel) in channels.iter().enumerate() {
         let top = HEAD + ROW * j as f64;
-        let _ = write!(svg, "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>", LEFT - 8.0, top + 17.0, escape(channel));
+        let _ = write!(
+            svg,
+            "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+            LEFT - 8.0,
+            top + 17.0,
+            escape(channel)
+        );
         for (i, column) in columns.iter().enumerate() {
             let Some([value, floor]) = value(cells, channel, column) else { continue };
             let floors = value / floor.max(LEAST_FLOOR);
@@ -161,9 +186,12 @@ fn value(cells: &[Cell], channel: &str, column: &Column<'_>) -> Option<[f64; 2]>
 
 /// From white through blue to near black: told apart in grey too.
 fn colour(share: f64) -> String {
-    const STOPS: [[f64; 3]; 4] = [[247.0, 251.0, 255.0], [158.0, 202.0, 225.0], [33.0, 113.0, 181.0], [8.0, 29.0, 70.0]];
+    const STOPS: [[f64; 3]; 4] =
+        [[247.0, 251.0, 255.0], [158.0, 202.0, 225.0], [33.0, 113.0, 181.0], [8.0, 29.0, 70.0]];
     let at = share * (STOPS.len() - 1) as f64;
     let i = (at.floor() as usize).min(STOPS.len() - 2);
-    let mixed: Vec<u8> = (0..3).map(|k| (STOPS[i][k] + (at - i as f64) * (STOPS[i + 1][k] - STOPS[i][k])).round() as u8).collect();
+    let mixed: Vec<u8> = (0..3)
+        .map(|k| (STOPS[i][k] + (at - i as f64) * (STOPS[i + 1][k] - STOPS[i][k])).round() as u8)
+        .collect();
     format!("#{:02x}{:02x}{:02x}", mixed[0], mixed[1], mixed[2])
 }

@@ -81,8 +81,10 @@ fn tiles(answer: &Answer, units: Units) -> Vec<Tile> {
     let gap = &diagnosis.gap;
     let share = |value: f64| format!("{} %", fine_percent(value));
     let tile = |name, value: String, remark: &str| Tile { name, value, remark: remark.to_owned() };
-    let is_stated = answer.dataset.channels.iter().all(|channel| answer.dataset.is_noise_stated(&channel.column));
-    // A gap that is small against the signal may be large against the noise, where that is known: that is what tells.
+    let is_stated =
+        answer.dataset.channels.iter().all(|channel| answer.dataset.is_noise_stated(&channel.column));
+    // A gap that is small against the signal may be large against the noise, where that is known: that is
+    // what tells.
     let beside = |value: f64| match value / gap.floor {
         floors if is_stated && floors <= MOST_FLOORS => format!("{} noise floors", plain(two_digits(floors))),
         _ if is_stated && gap.floor > 0.0 => format!("over {} noise floors", plain(MOST_FLOORS)),
@@ -90,7 +92,8 @@ fn tiles(answer: &Answer, units: Units) -> Vec<Tile> {
         _ => String::new(),
     };
     let [missing, left] = diagnosis.missing_force_n.map(|force| with_unit(force, units.force));
-    let floor = if is_stated { "no model gets below" } else { "no noise is stated: from scatter and repeats" };
+    let floor =
+        if is_stated { "no model gets below" } else { "no noise is stated: from scatter and repeats" };
     let of_given = if is_stated { beside(gap.before) } else { "error over variation, rms".into() };
     let mut tiles = Vec::new();
     if !diagnosis.places.is_empty() {
@@ -108,7 +111,11 @@ fn tiles(answer: &Answer, units: Units) -> Vec<Tile> {
     tiles.push(tile("noise floor", share(gap.floor), floor));
     if is_found {
         tiles.push(tile("closed", share(gap.closed), "of what can be closed"));
-        tiles.push(tile("force that is missing", left, &format!("rms, with what was found; {missing} after calibration alone")));
+        tiles.push(tile(
+            "force that is missing",
+            left,
+            &format!("rms, with what was found; {missing} after calibration alone"),
+        ));
     } else {
         tiles.push(tile("force that is missing", missing, "rms, after calibration"));
     }
@@ -117,7 +124,12 @@ fn tiles(answer: &Answer, units: Units) -> Vec<Tile> {
 
 fn next(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
     let Some(next) = &diagnosis.next_experiment else { return };
-    let mut chart = Chart::new(ChartKind::Line, "The next experiment's command,", "time (s)", format!("command ({})", units.force));
+    let mut chart = Chart::new(
+        ChartKind::Line,
+        "The next experiment's command,",
+        "time (s)",
+        format!("command ({})", units.force),
+    );
     chart.caption = format!(
         "as written in next-experiment.csv; at up to {} it goes from {} to {} of where it starts.",
         with_unit(next.top_speed_m_per_s, units.velocity),
@@ -149,7 +161,13 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
     let bars: Vec<(String, f64, String)> = diagnosis
         .effects
         .iter()
-        .map(|effect| (format!("{} on {}", effect.kind, effect.on), effect.probability, format!("{} %", percent(effect.probability))))
+        .map(|effect| {
+            (
+                format!("{} on {}", effect.kind, effect.on),
+                effect.probability,
+                format!("{} %", percent(effect.probability)),
+            )
+        })
         .collect();
     page.bars(&bars);
     let rows: Vec<Vec<String>> = diagnosis.effects.iter().flat_map(rows_of).collect();
@@ -164,7 +182,11 @@ fn rows_of(effect: &Cause) -> Vec<Vec<String>> {
     for (i, (name, estimate)) in effect.parameters.iter().enumerate() {
         let unit = estimate.unit.as_str();
         let [low, high] = estimate.ci90;
-        let interval = if high > low { format!("{} to {}", with_unit(low, unit), with_unit(high, unit)) } else { "fixed".into() };
+        let interval = if high > low {
+            format!("{} to {}", with_unit(low, unit), with_unit(high, unit))
+        } else {
+            "fixed".into()
+        };
         let mut row: Vec<String> = if i == 0 { head.to_vec() } else { vec![String::new(); head.len()] };
         row.extend([(*name).to_owned(), with_unit(estimate.value, unit), interval]);
         rows.push(row);
@@ -180,7 +202,14 @@ fn places(page: &mut Page, diagnosis: &Diagnosis) {
         .map(|place| {
             let band = words::band(place.band_hz);
             let probability = format!("{} %", percent(place.probability));
-            vec![place.place.to_owned(), probability, place.channel.clone(), band, place.phase.to_owned(), place.evidence.clone()]
+            vec![
+                place.place.to_owned(),
+                probability,
+                place.channel.clone(),
+                band,
+                place.phase.to_owned(),
+                place.evidence.clone(),
+            ]
         })
         .collect();
     if !rows.is_empty() {
@@ -194,20 +223,27 @@ fn places(page: &mut Page, diagnosis: &Diagnosis) {
         plain(heat::LEAST),
         plain(heat::FULL)
     );
-    page.picture("Error of the calibrated machine,", &scale, &heat::by_phase(&diagnosis.cells, |cell| cell.refit, "before"));
+    page.picture(
+        "Error of the calibrated machine,",
+        &scale,
+        &heat::by_phase(&diagnosis.cells, |cell| cell.refit, "before"),
+    );
     page.picture(
         "And with what was found,",
         "the same cells; what is still dark is not explained.",
         &heat::by_phase(&diagnosis.cells, |cell| cell.after, "after"),
     );
-    let levels =
-        "over all phases and bands. A linear cause shows alike at every level; dry friction and free play shrink, limits grow with it.";
+    let levels = "over all phases and bands. A linear cause shows alike at every level; dry friction and free play shrink, limits grow with it.";
     page.picture("By level of the command,", levels, &heat::by_level(&diagnosis.cells));
 }
 
 fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
     // The portrait worth looking at is that of the place that was found.
-    let found = diagnosis.effects.iter().filter(|effect| effect.accepted).max_by(|a, b| a.credit.total_cmp(&b.credit));
+    let found = diagnosis
+        .effects
+        .iter()
+        .filter(|effect| effect.accepted)
+        .max_by(|a, b| a.credit.total_cmp(&b.credit));
     let place = found.map(|effect| effect.place).or(diagnosis.places.first().map(|place| place.place));
     let of_place = diagnosis.ladder.iter().find(|rung| Some(rung.place) == place);
     let Some(first) = of_place.or(diagnosis.ladder.first()) else { return };
@@ -222,14 +258,33 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
         .iter()
         .take(MOST_RUNGS)
         .map(|rung| {
-            let with = rung.goes_with.iter().map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect::<Vec<_>>().join(", ");
-            vec![rung.place.to_owned(), plain(rung.evidence.round()), with_unit(rung.rms_n, units.force), with]
+            let with = rung
+                .goes_with
+                .iter()
+                .map(|(name, share)| format!("{name} {:.0} %", 100.0 * share))
+                .collect::<Vec<_>>()
+                .join(", ");
+            vec![
+                rung.place.to_owned(),
+                plain(rung.evidence.round()),
+                with_unit(rung.rms_n, units.force),
+                with,
+            ]
         })
         .collect();
-    page.table(&["let in at", "evidence (nats)", "rms", "share of its variance that goes with"], &[1, 2], &rows);
+    page.table(
+        &["let in at", "evidence (nats)", "rms", "share of its variance that goes with"],
+        &[1, 2],
+        &rows,
+    );
     let [before, after] = diagnosis.missing_force_n.map(|force| with_unit(force, units.force));
-    page.paragraph(&format!("On the check experiments {before} rms is missing after calibration, {after} with what was found."));
-    page.paragraph(&format!("Portraits of the force missing at the {} (dots: calibrated machine; line: mean):", first.place));
+    page.paragraph(&format!(
+        "On the check experiments {before} rms is missing after calibration, {after} with what was found."
+    ));
+    page.paragraph(&format!(
+        "Portraits of the force missing at the {} (dots: calibrated machine; line: mean):",
+        first.place
+    ));
     page.drawings(&portrait::drawings(first, units));
 }
 

@@ -38,7 +38,8 @@ pub(super) fn drawings(rung: &Rung, units: Units) -> Vec<(String, String)> {
         .enumerate()
         .map(|(i, (name, unit, of))| {
             let caption = format!("against {name}: {:.0} % of its variance goes with it", 100.0 * share(i));
-            let dots: Vec<[f64; 2]> = rung.portrait.iter().map(|point| [of(point), point.missing_n]).collect();
+            let dots: Vec<[f64; 2]> =
+                rung.portrait.iter().map(|point| [of(point), point.missing_n]).collect();
             (caption, drawing(&dots, name, unit, units.force))
         })
         .collect()
@@ -85,7 +86,9 @@ fn drawing(dots: &[[f64; 2]], name: &str, unit: &str, force: &str) -> String {
             plain(value)
         );
     }
-    let inside = |dot: &&[f64; 2]| (x_limits[0]..=x_limits[1]).contains(&dot[0]) && (y_limits[0]..=y_limits[1]).contains(&dot[1]);
+    let inside = |dot: &&[f64; 2]| {
+        (x_limits[0]..=x_limits[1]).contains(&dot[0]) && (y_limits[0]..=y_limits[1]).contains(&dot[1])
+    };
     let thin = dots.len().div_ceil(MOST_DOTS).max(1);
     svg.push_str("<path fill=\"none\" stroke=\"#0072b2\" stroke-opacity=\"0.35\" stroke-width=\"3\" stroke-linecap=\"round\" d=\"");
     for dot in dots.iter().step_by(thin).filter(inside) {

@@ -31,10 +31,17 @@ struct Bar {
 /// The drawing.
 pub(super) fn drawing(diagnosis: &Diagnosis) -> String {
     let bars = bars(diagnosis);
-    let top = bars.iter().map(|bar| bar.from.max(bar.to)).fold(diagnosis.gap.floor, f64::max).max(f64::MIN_POSITIVE) * HEADROOM;
+    let top = bars
+        .iter()
+        .map(|bar| bar.from.max(bar.to))
+        .fold(diagnosis.gap.floor, f64::max)
+        .max(f64::MIN_POSITIVE)
+        * HEADROOM;
     let y = |value: f64| BOTTOM - (BOTTOM - TOP) * value / top;
     let step = (WIDTH - LEFT - 10.0) / bars.len() as f64;
-    let mut svg = format!("<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"Gap, step by step\" font-size=\"13\">");
+    let mut svg = format!(
+        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"Gap, step by step\" font-size=\"13\">"
+    );
     for (value, text) in ticks(top) {
         let at = y(value);
         let _ = write!(
@@ -101,8 +108,10 @@ fn sign(change: f64) -> &'static str {
 fn bars(diagnosis: &Diagnosis) -> Vec<Bar> {
     let gap = &diagnosis.gap;
     let level = |name: &str, value: f64| Bar { name: name.into(), from: 0.0, to: value, is_level: true };
-    let mut bars =
-        vec![level("machine as given", gap.before), Bar { name: "calibration".into(), from: gap.before, to: gap.refit, is_level: false }];
+    let mut bars = vec![
+        level("machine as given", gap.before),
+        Bar { name: "calibration".into(), from: gap.before, to: gap.refit, is_level: false },
+    ];
     let accepted: Vec<_> = diagnosis.effects.iter().filter(|effect| effect.accepted).collect();
     let credits: f64 = accepted.iter().map(|effect| effect.credit).sum();
     let mut at = gap.refit;

@@ -13,12 +13,19 @@ pub(crate) fn verdict(diagnosis: &Diagnosis) -> String {
     if diagnosis.contradictions.is_empty() {
         return cause(diagnosis);
     }
-    format!("these records contradict each other, which must be mended first; taken as they are, {}", cause(diagnosis))
+    format!(
+        "these records contradict each other, which must be mended first; taken as they are, {}",
+        cause(diagnosis)
+    )
 }
 
 fn cause(diagnosis: &Diagnosis) -> String {
-    let found: Vec<String> =
-        diagnosis.effects.iter().filter(|effect| effect.accepted).map(|effect| format!("{} on {}", effect.kind, effect.on)).collect();
+    let found: Vec<String> = diagnosis
+        .effects
+        .iter()
+        .filter(|effect| effect.accepted)
+        .map(|effect| format!("{} on {}", effect.kind, effect.on))
+        .collect();
     let s = if found.len() == 1 { "s" } else { "" };
     let comes = if found.len() == 1 { "comes" } else { "come" };
     let leaves = if found.len() == 1 { "leaves" } else { "leave" };
@@ -27,22 +34,35 @@ fn cause(diagnosis: &Diagnosis) -> String {
     match diagnosis.verdict {
         Verdict::Explained => format!("the gap is explained by {found}."),
         Verdict::Ambiguous => match diagnosis.look_alikes.first() {
-            Some([mine, other]) => format!("{found} explain{s} the gap, but these records cannot tell {mine} from {other}."),
-            None => format!("{found} explain{s} the gap, but these records cannot tell what they see from its rivals."),
+            Some([mine, other]) => {
+                format!("{found} explain{s} the gap, but these records cannot tell {mine} from {other}.")
+            }
+            None => format!(
+                "{found} explain{s} the gap, but these records cannot tell what they see from its rivals."
+            ),
         },
         Verdict::UnknownCause if found.is_empty() => {
             format!("something is missing at the {place} that no effect of the library explains.")
         }
         Verdict::UnknownCause => {
-            format!("{found} {comes} nearest, but {leaves} more than noise at the {place}: the real cause is another, or one more.")
+            format!(
+                "{found} {comes} nearest, but {leaves} more than noise at the {place}: the real cause is another, or one more."
+            )
         }
-        Verdict::NoGap => "there is no gap: calibration within the stated tolerances explains the records.".into(),
-        Verdict::NotIdentifiable if found.is_empty() => "the records excite the machine too little to tell.".into(),
-        Verdict::NotIdentifiable => format!("{found} would do, but so would causes at other places: these records cannot tell."),
+        Verdict::NoGap => {
+            "there is no gap: calibration within the stated tolerances explains the records.".into()
+        }
+        Verdict::NotIdentifiable if found.is_empty() => {
+            "the records excite the machine too little to tell.".into()
+        }
+        Verdict::NotIdentifiable => {
+            format!("{found} would do, but so would causes at other places: these records cannot tell.")
+        }
     }
 }
 
-/// Where the gap lies: the places of what was accepted, that of the largest credit first, or the most probable one; and how probable the least of them is.
+/// Where the gap lies: the places of what was accepted, that of the largest credit first, or the most
+/// probable one; and how probable the least of them is.
 pub(crate) fn places(diagnosis: &Diagnosis) -> (String, f64) {
     let mut accepted: Vec<&Cause> = diagnosis.effects.iter().filter(|effect| effect.accepted).collect();
     accepted.sort_by(|a, b| b.credit.total_cmp(&a.credit));
@@ -57,7 +77,9 @@ pub(crate) fn places(diagnosis: &Diagnosis) -> (String, f64) {
             true
         }
     });
-    let of = |name: &&str| diagnosis.places.iter().find(|place| place.place == *name).map_or(0.0, |place| place.probability);
+    let of = |name: &&str| {
+        diagnosis.places.iter().find(|place| place.place == *name).map_or(0.0, |place| place.probability)
+    };
     (names.join(" and "), names.iter().map(of).fold(1.0, f64::min))
 }
 
@@ -76,8 +98,13 @@ pub(crate) fn closed(diagnosis: &Diagnosis, checks: usize) -> String {
                     pattern."
                 .into();
         }
-        (true, false) => return "Calibration alone comes down to the noise floor: no gap is left to close.".into(),
-        (false, false) => return "Nothing was accepted that would close the gap which calibration leaves above the floor.".into(),
+        (true, false) => {
+            return "Calibration alone comes down to the noise floor: no gap is left to close.".into();
+        }
+        (false, false) => {
+            return "Nothing was accepted that would close the gap which calibration leaves above the floor."
+                .into();
+        }
         (false, true) => {}
     }
     let closed = percent(gap.closed);
@@ -90,7 +117,9 @@ pub(crate) fn closed(diagnosis: &Diagnosis, checks: usize) -> String {
     } else {
         String::new()
     };
-    format!("Of the gap that calibration leaves above the floor, {closed} % closes{interval}, on what was never fitted.")
+    format!(
+        "Of the gap that calibration leaves above the floor, {closed} % closes{interval}, on what was never fitted."
+    )
 }
 
 /// A frequency band.
@@ -110,12 +139,21 @@ pub(crate) fn estimate(estimate: &Estimate) -> String {
 
 /// All parameters of a cause.
 pub(crate) fn parameters(cause: &Cause) -> String {
-    cause.parameters.iter().map(|(name, value)| format!("{name} {}", estimate(value))).collect::<Vec<_>>().join(", ")
+    cause
+        .parameters
+        .iter()
+        .map(|(name, value)| format!("{name} {}", estimate(value)))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 /// What follows from the answer, a sentence each.
 pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
-    let mut said: Vec<String> = diagnosis.contradictions.iter().map(|fault| format!("Do first: mend the records. {fault}.")).collect();
+    let mut said: Vec<String> = diagnosis
+        .contradictions
+        .iter()
+        .map(|fault| format!("Do first: mend the records. {fault}."))
+        .collect();
     let head = if said.is_empty() { "Do" } else { "Do then, if the mended records say the same" };
     said.push(format!("{head}: {}.", to_do(diagnosis)));
     for [a, b] in &diagnosis.look_alikes {
@@ -149,15 +187,23 @@ pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
 /// What to do about the machine.
 fn to_do(diagnosis: &Diagnosis) -> &'static str {
     match diagnosis.verdict {
-        Verdict::Explained => "simulate with machine.toml from here on, and look at the part named above on the real machine",
-        Verdict::Ambiguous | Verdict::NotIdentifiable => match (&diagnosis.next_experiment, diagnosis.look_alikes.is_empty()) {
-            (Some(_), _) => "make the experiment below and diagnose again; until then treat machine.toml as one of several that fit",
-            (None, true) => "record with more excitation and diagnose again; until then treat machine.toml as one of several that fit",
-            (None, false) => {
-                "simulate with machine.toml; it predicts what these records show as well as its rivals would, but do not rely on \
+        Verdict::Explained => {
+            "simulate with machine.toml from here on, and look at the part named above on the real machine"
+        }
+        Verdict::Ambiguous | Verdict::NotIdentifiable => {
+            match (&diagnosis.next_experiment, diagnosis.look_alikes.is_empty()) {
+                (Some(_), _) => {
+                    "make the experiment below and diagnose again; until then treat machine.toml as one of several that fit"
+                }
+                (None, true) => {
+                    "record with more excitation and diagnose again; until then treat machine.toml as one of several that fit"
+                }
+                (None, false) => {
+                    "simulate with machine.toml; it predicts what these records show as well as its rivals would, but do not rely on \
                  which of them is the cause before they are told apart"
+                }
             }
-        },
+        }
         Verdict::UnknownCause => {
             "look at the place named first and at the shape of the missing force there; no value in machine.toml mends it"
         }
@@ -174,7 +220,9 @@ fn odds(odds: f64) -> String {
 pub(crate) fn sentence(text: &str) -> String {
     let text = text.trim_end_matches('.');
     let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).chain(['.']).collect())
+    letters
+        .next()
+        .map_or_else(String::new, |first| first.to_uppercase().chain(letters).chain(['.']).collect())
 }
 
 #[cfg(test)]

@@ -115,7 +115,11 @@ impl<'a> View<'a> {
 
     /// The last cycles of an oscillation that lasts.
     pub(super) fn close_up(&self, page: &mut Page) {
-        let Some(oscillation) = self.result.summary.oscillation.filter(|oscillation| oscillation.frequency_hz > 0.0) else { return };
+        let Some(oscillation) =
+            self.result.summary.oscillation.filter(|oscillation| oscillation.frequency_hz > 0.0)
+        else {
+            return;
+        };
         let end_s = self.t_s().last().copied().unwrap_or(0.0);
         let from_s = end_s - CYCLES / oscillation.frequency_hz;
         let rows = self.t_s().partition_point(|&t| t < from_s)..self.t_s().len();
@@ -137,7 +141,13 @@ impl<'a> View<'a> {
     }
 
     /// A chart of some signals over some rows; none where none of them was recorded.
-    fn over_time(&self, title: &str, y_label: String, rows: &Range<usize>, curves: Vec<Curve>) -> Option<Chart> {
+    fn over_time(
+        &self,
+        title: &str,
+        y_label: String,
+        rows: &Range<usize>,
+        curves: Vec<Curve>,
+    ) -> Option<Chart> {
         let curves: Vec<(Curve, &[f64])> = curves
             .into_iter()
             .filter_map(|curve| Some((self.result.record.column(&curve.signal)?, curve)))
@@ -149,7 +159,11 @@ impl<'a> View<'a> {
         chart.x = kept.iter().map(|&row| self.t_s()[rows.start + row]).collect();
         chart.series = (curves.into_iter())
             .map(|(curve, column)| {
-                let series = Series::new(curve.signal, curve.unit, kept.iter().map(|&row| column[row] / curve.scale).collect());
+                let series = Series::new(
+                    curve.signal,
+                    curve.unit,
+                    kept.iter().map(|&row| column[row] / curve.scale).collect(),
+                );
                 if curve.dashed { series.dashed() } else { series }
             })
             .collect();
@@ -158,12 +172,21 @@ impl<'a> View<'a> {
 
     fn forces(&self, rows: &Range<usize>) -> Option<Chart> {
         let force = self.units.force;
-        let mut curves: Vec<Curve> = self.result.contacts.iter().map(|contact| Curve::new(contact.force_signal(), force)).collect();
+        let mut curves: Vec<Curve> =
+            self.result.contacts.iter().map(|contact| Curve::new(contact.force_signal(), force)).collect();
         if curves.is_empty() {
             return None;
         }
-        let reference = self.result.force_loop.as_ref().map(|found| Curve { dashed: true, ..Curve::new(found.reference_signal(), force) });
-        let caption = if reference.is_some() { "What the tool feels, and what the controller wants." } else { "What the tool feels." };
+        let reference = self
+            .result
+            .force_loop
+            .as_ref()
+            .map(|found| Curve { dashed: true, ..Curve::new(found.reference_signal(), force) });
+        let caption = if reference.is_some() {
+            "What the tool feels, and what the controller wants."
+        } else {
+            "What the tool feels."
+        };
         curves.extend(reference);
         let chart = self.over_time("Contact force.", format!("force ({force})"), rows, curves)?;
         Some(Chart { caption: caption.into(), ..chart })
@@ -183,11 +206,15 @@ impl<'a> View<'a> {
                 velocities.push(Curve::new(command, self.units.velocity));
             }
             if let Some(limit) = actuator.limit_n.filter(|_| self.result.saturated.iter().any(|&flag| flag)) {
-                lines.extend([limit, -limit].map(|y| Line { y, label: format!("limit {}", with_unit(y, force)) }));
+                lines.extend(
+                    [limit, -limit].map(|y| Line { y, label: format!("limit {}", with_unit(y, force)) }),
+                );
             }
         }
-        let velocity = self.over_time("Command.", format!("command ({})", self.units.velocity), rows, velocities);
-        let velocity = velocity.map(|chart| Chart { caption: "The velocity asked of the drive.".into(), ..chart });
+        let velocity =
+            self.over_time("Command.", format!("command ({})", self.units.velocity), rows, velocities);
+        let velocity =
+            velocity.map(|chart| Chart { caption: "The velocity asked of the drive.".into(), ..chart });
         let caption = "The command as the controller issues it, and the force that the drive makes of it.";
         let force = self.over_time("Drive.", format!("command, force ({force})"), rows, forces);
         let force = force.map(|chart| Chart { caption: caption.into(), lines, ..chart });
@@ -195,7 +222,12 @@ impl<'a> View<'a> {
     }
 
     fn positions(&self, rows: &Range<usize>) -> Option<Chart> {
-        let signals: Vec<String> = self.machine.bodies.keys().map(|name| SignalName::new(name, Quantity::Position).to_string()).collect();
+        let signals: Vec<String> = self
+            .machine
+            .bodies
+            .keys()
+            .map(|name| SignalName::new(name, Quantity::Position).to_string())
+            .collect();
         let columns = signals.iter().filter_map(|signal| self.result.record.column(signal));
         let (scale, name) = prefix(columns.flatten().fold(0.0, |largest: f64, x| largest.max(x.abs())));
         let unit = format!("{name}{}", self.units.position);
@@ -208,14 +240,17 @@ impl<'a> View<'a> {
         use Quantity::{Acceleration, Output, Reading, SpringForce, Velocity};
         let names = self.result.trace.names.iter().filter_map(|name| name.parse::<SignalName>().ok());
         let mut groups: Vec<(String, String, Vec<Curve>)> = Vec::new();
-        for signal in names.filter(|signal| matches!(signal.quantity, SpringForce | Velocity | Acceleration | Reading | Output)) {
+        for signal in names.filter(|signal| {
+            matches!(signal.quantity, SpringForce | Velocity | Acceleration | Reading | Output)
+        }) {
             let sensor = self.machine.sensors.get(&signal.element).filter(|_| signal.quantity == Reading);
             let unit = match signal.quantity {
                 Output => self.output_unit(&signal.element),
                 quantity => self.units.unit(sensor.map_or(quantity, |sensor| sensor.reads.quantity)),
             };
             let quantity = signal.quantity.name().replace('_', " ");
-            let title = if sensor.is_some() { format!("Reading of {}.", signal.element) } else { capital(&quantity) };
+            let title =
+                if sensor.is_some() { format!("Reading of {}.", signal.element) } else { capital(&quantity) };
             let label = if unit.is_empty() { quantity } else { format!("{quantity} ({unit})") };
             let curve = Curve::new(signal.to_string(), unit);
             match groups.iter_mut().find(|(known, ..)| *known == title) {
@@ -223,12 +258,16 @@ impl<'a> View<'a> {
                 None => groups.push((title, label, vec![curve])),
             }
         }
-        groups.into_iter().filter_map(|(title, label, curves)| self.over_time(&title, label, rows, curves)).collect()
+        groups
+            .into_iter()
+            .filter_map(|(title, label, curves)| self.over_time(&title, label, rows, curves))
+            .collect()
     }
 
     /// Unit of what a controller puts out: that of its drive's command.
     fn output_unit(&self, controller: &str) -> &'static str {
-        let drive = self.controllers.get(controller).and_then(|used| self.machine.actuators.get(&used.drives));
+        let drive =
+            self.controllers.get(controller).and_then(|used| self.machine.actuators.get(&used.drives));
         match drive.map(|drive| drive.kind) {
             Some(ActuatorKind::Force { .. }) => self.units.force,
             Some(ActuatorKind::VelocitySource { .. }) => self.units.velocity,
@@ -239,15 +278,22 @@ impl<'a> View<'a> {
     /// Compression against its rate.
     pub(super) fn phase_portrait(&self, page: &mut Page) {
         let Some(contact) = self.main_contact() else { return };
-        let Some(compression) = self.result.record.column(&SignalName::new(&contact.name, Quantity::Compression).to_string()) else {
+        let Some(compression) =
+            self.result.record.column(&SignalName::new(&contact.name, Quantity::Compression).to_string())
+        else {
             return;
         };
         let t_s = self.t_s();
-        let since_touch = t_s.partition_point(|&t| contact.first_contact_s().is_some_and(|first| t < first))..t_s.len();
+        let since_touch =
+            t_s.partition_point(|&t| contact.first_contact_s().is_some_and(|first| t < first))..t_s.len();
         let lasts = self.result.summary.oscillation.is_some();
-        let (rows, span) =
-            if lasts { (self.result.tail_rows(), self.tail()) } else { (since_touch, "from the first touch to the end".to_owned()) };
-        // Central differences: rows are close to each other, and the velocities of two bodies need not both be recorded.
+        let (rows, span) = if lasts {
+            (self.result.tail_rows(), self.tail())
+        } else {
+            (since_touch, "from the first touch to the end".to_owned())
+        };
+        // Central differences: rows are close to each other, and the velocities of two bodies need not both
+        // be recorded.
         let inner = rows.start.max(1)..rows.end.min(t_s.len().saturating_sub(1));
         let rate = |row: usize| (compression[row + 1] - compression[row - 1]) / (t_s[row + 1] - t_s[row - 1]);
         let (x, y): (Vec<f64>, Vec<f64>) = inner.map(|row| (compression[row], rate(row))).unzip();
@@ -258,10 +304,18 @@ impl<'a> View<'a> {
             return;
         }
         page.heading("Phase portrait");
-        let (x_unit, y_unit) = (format!("{x_prefix}{}", self.units.position), format!("{y_prefix}{}", self.units.velocity));
+        let (x_unit, y_unit) =
+            (format!("{x_prefix}{}", self.units.position), format!("{y_prefix}{}", self.units.velocity));
         let x_label = format!("compression ({x_unit})");
-        let mut chart = Chart::new(ChartKind::Path, "Compression against its rate,", &x_label, format!("rate of compression ({y_unit})"));
-        chart.caption = format!("{span}. Left of zero the tool is off the workpiece; a closed loop is an oscillation that lasts.");
+        let mut chart = Chart::new(
+            ChartKind::Path,
+            "Compression against its rate,",
+            &x_label,
+            format!("rate of compression ({y_unit})"),
+        );
+        chart.caption = format!(
+            "{span}. Left of zero the tool is off the workpiece; a closed loop is an oscillation that lasts."
+        );
         chart.x = kept.iter().map(|&i| x[i] / x_scale).collect();
         let y = kept.iter().map(|&i| y[i] / y_scale).collect();
         chart.series = vec![Series::new(contact.name.clone(), format!("{x_unit}, {y_unit}"), y)];
@@ -273,19 +327,28 @@ impl<'a> View<'a> {
         let Some(spectrum) = self.result.tail_spectrum() else { return };
         let positive = |i: &usize| spectrum.frequencies_hz[*i] > 0.0 && spectrum.amplitudes[*i] > 0.0;
         let lines = 0..spectrum.amplitudes.len();
-        let largest = lines.clone().filter(positive).max_by(|&i, &j| spectrum.amplitudes[i].total_cmp(&spectrum.amplitudes[j]));
+        let largest = lines
+            .clone()
+            .filter(positive)
+            .max_by(|&i, &j| spectrum.amplitudes[i].total_cmp(&spectrum.amplitudes[j]));
         let Some(largest) = largest else { return };
         // Beyond both there is the floor alone.
         let least = TELLING_SHARE * spectrum.amplitudes[largest];
         let highest = lines.clone().rev().find(|&i| spectrum.amplitudes[i] >= least).unwrap_or(largest);
         let highest_hz = spectrum.frequencies_hz[highest].max(HARMONICS * spectrum.frequencies_hz[largest]);
-        let shown: Vec<usize> = lines.filter(positive).filter(|&i| spectrum.frequencies_hz[i] <= highest_hz).collect();
+        let shown: Vec<usize> =
+            lines.filter(positive).filter(|&i| spectrum.frequencies_hz[i] <= highest_hz).collect();
         let amplitudes: Vec<f64> = shown.iter().map(|&i| spectrum.amplitudes[i]).collect();
         let strongest = shown.iter().position(|&i| i == largest).unwrap_or(0);
         let kept = by_extremes(&[&amplitudes], amplitudes.len(), MOST_LINES);
         let force = self.units.force;
         page.heading("Spectrum");
-        let mut chart = Chart::new(ChartKind::Line, "Amplitude of the contact force,", "frequency (Hz)", format!("amplitude ({force})"));
+        let mut chart = Chart::new(
+            ChartKind::Line,
+            "Amplitude of the contact force,",
+            "frequency (Hz)",
+            format!("amplitude ({force})"),
+        );
         chart.caption = format!("{} (Hann window).", self.tail());
         (chart.x_log, chart.y_log) = (true, true);
         chart.x = kept.iter().map(|&i| spectrum.frequencies_hz[shown[i]]).collect();
@@ -295,7 +358,11 @@ impl<'a> View<'a> {
         let oscillation = self.result.summary.oscillation;
         let frequency_hz = oscillation.and_then(|oscillation| oscillation.spectral_hz).unwrap_or(x);
         let amplitude = oscillation.and_then(|oscillation| oscillation.spectral_amplitude_n).unwrap_or(y);
-        chart.marks.push(Mark { x, y, label: format!("{}, {}", with_unit(frequency_hz, "Hz"), with_unit(amplitude, force)) });
+        chart.marks.push(Mark {
+            x,
+            y,
+            label: format!("{}, {}", with_unit(frequency_hz, "Hz"), with_unit(amplitude, force)),
+        });
         page.chart(&chart);
     }
 

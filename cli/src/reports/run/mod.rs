@@ -24,7 +24,8 @@ pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult)
     page.lead(&words::outcome(summary, units));
     page.tiles(&tiles(summary, units, strongest_hz(result)));
     let view = View::new(document, result, units);
-    // What tells most comes first: the force over the whole run, then how it looks when it does not come to rest.
+    // What tells most comes first: the force over the whole run, then how it looks when it does not come to
+    // rest.
     view.whole_run(&mut page);
     view.close_up(&mut page);
     view.phase_portrait(&mut page);
@@ -43,11 +44,13 @@ pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult)
     page.render()
 }
 
-/// Frequency of the strongest line of the force of a motion that grows, Hz; what lasts has its frequency in the summary.
+/// Frequency of the strongest line of the force of a motion that grows, Hz; what lasts has its frequency in
+/// the summary.
 fn strongest_hz(result: &RunResult) -> Option<f64> {
     let grows = result.summary.outcome == Outcome::Unstable && result.summary.oscillation.is_none();
     let spectrum = result.tail_spectrum().filter(|_| grows)?;
-    let lines = spectrum.frequencies_hz.iter().zip(&spectrum.amplitudes).filter(|(frequency, _)| **frequency > 0.0);
+    let lines =
+        spectrum.frequencies_hz.iter().zip(&spectrum.amplitudes).filter(|(frequency, _)| **frequency > 0.0);
     lines.max_by(|a, b| a.1.total_cmp(b.1)).map(|(frequency, _)| *frequency)
 }
 
@@ -59,12 +62,19 @@ fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) -> Vec<Tile
         tiles.push(tile("peak force", with_unit(contact.peak_force_n, units.force), words::when(contact)));
     }
     if let Some(response) = summary.response {
-        let of = response.final_reference_n.map_or_else(String::new, |reference| format!("of {}", with_unit(reference, units.force)));
-        tiles.push(tile("overshoot", response.overshoot.map_or("-".into(), |share| format!("{} %", percent(share))), of));
+        let of = response
+            .final_reference_n
+            .map_or_else(String::new, |reference| format!("of {}", with_unit(reference, units.force)));
+        tiles.push(tile(
+            "overshoot",
+            response.overshoot.map_or("-".into(), |share| format!("{} %", percent(share))),
+            of,
+        ));
         let outside = words::rests_outside(summary, units);
         let absent = if outside.is_some() { "-" } else { "not settled" };
         let time = response.settling_time_s.map_or(absent.into(), |time| with_unit(time, "s"));
-        let band = outside.unwrap_or_else(|| format!("to within {}", with_unit(response.band_n, units.force)));
+        let band =
+            outside.unwrap_or_else(|| format!("to within {}", with_unit(response.band_n, units.force)));
         tiles.push(tile("settling time", time, band));
     }
     if !summary.contacts.is_empty() {
@@ -75,14 +85,26 @@ fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) -> Vec<Tile
     if let Some(oscillation) = &summary.oscillation {
         let impacts = format!("{} impacts per second", plain(oscillation.impacts_per_s));
         tiles.push(tile("frequency", with_unit(oscillation.frequency_hz, "Hz"), impacts));
-        tiles.push(tile("amplitude", with_unit(oscillation.amplitude_n, units.force), "half of peak to peak".into()));
+        tiles.push(tile(
+            "amplitude",
+            with_unit(oscillation.amplitude_n, units.force),
+            "half of peak to peak".into(),
+        ));
     }
     if let Some(frequency_hz) = strongest_hz {
         tiles.push(tile("frequency", with_unit(frequency_hz, "Hz"), "of the motion that grows".into()));
     }
-    tiles.push(tile("at a limit", format!("{} %", percent(summary.saturation_share)), "of the controller samples".into()));
+    tiles.push(tile(
+        "at a limit",
+        format!("{} %", percent(summary.saturation_share)),
+        "of the controller samples".into(),
+    ));
     if let Some(energy) = &summary.energy {
-        tiles.push(tile("energy balance", plain(energy.relative_residual), "residual over energy exchanged".into()));
+        tiles.push(tile(
+            "energy balance",
+            plain(energy.relative_residual),
+            "residual over energy exchanged".into(),
+        ));
     }
     tiles
 }
@@ -92,17 +114,24 @@ fn energy(page: &mut Page, energy: &EnergyTable) {
     page.paragraph("What each element put in (blue) and took out (orange) over the run; what is stored at its end counts as taken out.");
     let bar = |sign: f64| {
         move |item: &EnergyItem| {
-            (format!("{}, {}", item.what.replace('-', " "), item.on), sign * item.joule, with_unit(sign * item.joule, "J"))
+            (
+                format!("{}, {}", item.what.replace('-', " "), item.on),
+                sign * item.joule,
+                with_unit(sign * item.joule, "J"),
+            )
         }
     };
-    let growth = |name: &str, [first, last]: [f64; 2]| (name.to_owned(), first - last, with_unit(first - last, "J"));
+    let growth =
+        |name: &str, [first, last]: [f64; 2]| (name.to_owned(), first - last, with_unit(first - last, "J"));
     let moved = |item: &&EnergyItem| item.joule != 0.0;
     let bars: Vec<_> = (energy.supplied.iter().filter(moved).map(bar(1.0)))
         .chain(energy.dissipated.iter().filter(moved).map(bar(-1.0)))
         .chain([growth("stored, kinetic", energy.kinetic), growth("stored, elastic", energy.elastic)])
         .collect();
     page.bars(&bars);
-    let row = |item: &EnergyItem| vec![item.what.replace('-', " "), item.on.clone(), split(item.joule, "J").0, split(item.joule, "J").1];
+    let row = |item: &EnergyItem| {
+        vec![item.what.replace('-', " "), item.on.clone(), split(item.joule, "J").0, split(item.joule, "J").1]
+    };
     let controllers: Vec<Vec<String>> = energy.controllers.iter().map(row).collect();
     if !controllers.is_empty() {
         page.table(&["part of it", "by", "energy", "unit"], &[2], &controllers);
@@ -123,8 +152,17 @@ fn events(page: &mut Page, summary: &Summary) {
     }
     let shown = summary.events.len().min(MOST_EVENTS);
     if shown < summary.events.len() {
-        page.paragraph(&format!("The first {shown} of {}; summary.json has all.", count(summary.events.len(), "event", "events")));
+        page.paragraph(&format!(
+            "The first {shown} of {}; summary.json has all.",
+            count(summary.events.len(), "event", "events")
+        ));
     }
-    let row = |event: &feeler_scenarios::run::EventRecord| vec![format!("{:.9}", event.t_s), event.what.to_owned(), event.on.clone()];
-    page.table(&["time (s)", "what", "on"], &[0], &summary.events[..shown].iter().map(row).collect::<Vec<_>>());
+    let row = |event: &feeler_scenarios::run::EventRecord| {
+        vec![format!("{:.9}", event.t_s), event.what.to_owned(), event.on.clone()]
+    };
+    page.table(
+        &["time (s)", "what", "on"],
+        &[0],
+        &summary.events[..shown].iter().map(row).collect::<Vec<_>>(),
+    );
 }

@@ -40,7 +40,8 @@ impl<'a> Diagram<'a> {
 
     /// Columns of the plot, as the page's script wants them.
     pub(super) fn places(&self) -> Vec<[f64; 5]> {
-        let mut sorted: Vec<(f64, usize)> = self.rows.iter().filter_map(|&row| Some((self.share(self.at[row]?), row))).collect();
+        let mut sorted: Vec<(f64, usize)> =
+            self.rows.iter().filter_map(|&row| Some((self.share(self.at[row]?), row))).collect();
         sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
         let edge = |i: usize| match (i.checked_sub(1).and_then(|i| sorted.get(i)), sorted.get(i)) {
             (Some(a), Some(b)) => 0.5 * (a.0 + b.0),
@@ -60,17 +61,37 @@ impl<'a> Diagram<'a> {
     }
 
     /// Points of `lists`, and predictions over them.
-    pub(super) fn svg(&self, lists: &[Vec<f64>], outcomes: &[String], [what, unit_of_y]: [&str; 2], predictions: &[Prediction]) -> String {
+    pub(super) fn svg(
+        &self,
+        lists: &[Vec<f64>],
+        outcomes: &[String],
+        [what, unit_of_y]: [&str; 2],
+        predictions: &[Prediction],
+    ) -> String {
         let mut body = String::new();
-        let values = self.rows.iter().flat_map(|&row| &lists[row]).chain(predictions.iter().flat_map(|p| &p.line).map(|point| &point[1]));
+        let values = self
+            .rows
+            .iter()
+            .flat_map(|&row| &lists[row])
+            .chain(predictions.iter().flat_map(|p| &p.line).map(|point| &point[1]));
         let high = values.copied().filter(|v| v.is_finite()).fold(0.0, f64::max);
         let margin = self.margin();
         let (label, unit) = (self.axis.key.clone(), self.axis.unit.clone());
-        let x = Scale { label, unit, range: [self.axis.value(-margin), self.axis.value(1.0 + margin)], log: self.axis.log };
+        let x = Scale {
+            label,
+            unit,
+            range: [self.axis.value(-margin), self.axis.value(1.0 + margin)],
+            log: self.axis.log,
+        };
         let frame = Frame {
             place: PLOT,
             x,
-            y: Scale { label: what.into(), unit: unit_of_y.into(), range: [0.0, if high > 0.0 { 1.06 * high } else { 1.0 }], log: false },
+            y: Scale {
+                label: what.into(),
+                unit: unit_of_y.into(),
+                range: [0.0, if high > 0.0 { 1.06 * high } else { 1.0 }],
+                log: false,
+            },
         };
         let mut points = String::new();
         for &row in &self.rows {
@@ -91,9 +112,20 @@ impl<'a> Diagram<'a> {
         }
         for [x, y, width, _, row] in self.places() {
             let colour = of_outcome(&outcomes[row as usize]);
-            let _ = write!(body, "<rect x=\"{x:.2}\" y=\"{y:.1}\" width=\"{:.2}\" height=\"{BAND}\" fill=\"{colour}\"/>", width + 0.15);
+            let _ = write!(
+                body,
+                "<rect x=\"{x:.2}\" y=\"{y:.1}\" width=\"{:.2}\" height=\"{BAND}\" fill=\"{colour}\"/>",
+                width + 0.15
+            );
         }
-        text_at(&mut body, [PLOT.x, PLOT.y - BAND - 12.0], "start", 12, "#5a646c", "outcome (colours as in the table below)");
+        text_at(
+            &mut body,
+            [PLOT.x, PLOT.y - BAND - 12.0],
+            "start",
+            12,
+            "#5a646c",
+            "outcome (colours as in the table below)",
+        );
         frame.draw(&mut body, "");
         image(WIDTH, PLOT.y + PLOT.height + 56.0, &body)
     }

@@ -1,4 +1,5 @@
-//! Chatter, and limit cycles through saturation, that describing functions predict over one axis, and how far the simulation departs from them.
+//! Chatter, and limit cycles through saturation, that describing functions predict over one axis, and how far
+//! the simulation departs from them.
 
 use feeler_analysis::LimitCycle;
 use feeler_scenarios::sweep::{DrawnAxis, predicted_cycles};
@@ -35,26 +36,34 @@ impl<'a> Theory<'a> {
     /// At the rows of a panel.
     pub(super) fn new(report: &'a Report<'a>, axis: &'a DrawnAxis, rows: &[usize], panel: &Panel) -> Self {
         let values = report.table.reals(&axis.key).unwrap_or_default();
-        let mut rows: Vec<(f64, usize)> = rows.iter().filter_map(|&row| Some(((*values.get(row)?)?, row))).collect();
+        let mut rows: Vec<(f64, usize)> =
+            rows.iter().filter_map(|&row| Some(((*values.get(row)?)?, row))).collect();
         rows.sort_by(|a, b| a.0.total_cmp(&b.0));
         let step = rows.len().div_ceil(MOST_VALUES).max(1);
         let rows: Vec<(f64, usize)> = rows.into_iter().step_by(step).collect();
         let sorted: Vec<f64> = rows.iter().map(|(value, _)| *value).collect();
         let cycles = predicted_cycles(&report.sweep.document, axis, &sorted, panel);
-        let places = rows.into_iter().zip(cycles).map(|((value, row), cycles)| (value, row, cycles)).collect();
+        let places =
+            rows.into_iter().zip(cycles).map(|((value, row), cycles)| (value, row, cycles)).collect();
         Self { report, axis, places }
     }
 
-    /// Peak forces over the axis: a line for each run of values at which a cycle of those `wanted` that attracts (or does not) exists.
+    /// Peak forces over the axis: a line for each run of values at which a cycle of those `wanted` that
+    /// attracts (or does not) exists.
     pub(super) fn peaks(&self, wanted: impl Fn(&LimitCycle) -> bool) -> Vec<Prediction> {
-        [true, false].into_iter().flat_map(|stable| self.lines(|cycle| cycle.stable == stable && wanted(cycle), !stable)).collect()
+        [true, false]
+            .into_iter()
+            .flat_map(|stable| self.lines(|cycle| cycle.stable == stable && wanted(cycle), !stable))
+            .collect()
     }
 
     fn lines(&self, wanted: impl Fn(&LimitCycle) -> bool, dashed: bool) -> Vec<Prediction> {
         let mut lines: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
         for (value, _, cycles) in &self.places {
             match cycles.iter().find(|cycle| wanted(cycle)) {
-                Some(cycle) => lines.last_mut().into_iter().for_each(|line| line.push([*value, cycle.peak_force_n])),
+                Some(cycle) => {
+                    lines.last_mut().into_iter().for_each(|line| line.push([*value, cycle.peak_force_n]))
+                }
                 None => lines.push(Vec::new()),
             }
         }
@@ -76,7 +85,11 @@ impl<'a> Theory<'a> {
             };
             let peak = peaks.get(*row)?.iter().copied().reduce(f64::max)?;
             let frequency = (*frequencies.get(*row)?)?;
-            Some(Pair { at: *at, frequency_hz: [frequency, cycle.frequency_hz], peak_force_n: [peak, cycle.peak_force_n] })
+            Some(Pair {
+                at: *at,
+                frequency_hz: [frequency, cycle.frequency_hz],
+                peak_force_n: [peak, cycle.peak_force_n],
+            })
         };
         self.places.iter().filter_map(pair).collect()
     }
@@ -87,7 +100,11 @@ impl<'a> Theory<'a> {
         if pairs.is_empty() {
             return;
         }
-        page.heading(&if title.is_empty() { "Theory beside it".into() } else { format!("Theory beside it, {title}") });
+        page.heading(&if title.is_empty() {
+            "Theory beside it".into()
+        } else {
+            format!("Theory beside it, {title}")
+        });
         page.paragraph(&summary(&pairs, &self.axis.key));
         let step = pairs.len().div_ceil(MOST_ROWS);
         let rows = pairs.iter().step_by(step).map(|pair| {
@@ -99,7 +116,15 @@ impl<'a> Theory<'a> {
         });
         let unit = self.report.units.force;
         let peaks = ["simulated", "predicted"].map(|which| format!("{which} peak ({unit})"));
-        let header = [&self.axis.key, "simulated (Hz)", "predicted (Hz)", "apart (%)", &peaks[0], &peaks[1], "apart (%)"];
+        let header = [
+            &self.axis.key,
+            "simulated (Hz)",
+            "predicted (Hz)",
+            "apart (%)",
+            &peaks[0],
+            &peaks[1],
+            "apart (%)",
+        ];
         page.table(&header, &[0, 1, 2, 3, 4, 5, 6], &rows.collect::<Vec<_>>());
     }
 }
@@ -115,14 +140,19 @@ fn summary(pairs: &[Pair], key: &str) -> String {
         sizes.sort_by(f64::total_cmp);
         [sizes[sizes.len() / 2], sizes[sizes.len() - 1]]
     };
-    let ([frequency, worst_frequency], [peak, worst_peak]) = (of(|pair| pair.frequency_hz), of(|pair| pair.peak_force_n));
-    let agree = |pair: &&Pair| [pair.frequency_hz, pair.peak_force_n].into_iter().all(|both| departure(both).abs() <= AGREES);
+    let ([frequency, worst_frequency], [peak, worst_peak]) =
+        (of(|pair| pair.frequency_hz), of(|pair| pair.peak_force_n));
+    let agree = |pair: &&Pair| {
+        [pair.frequency_hz, pair.peak_force_n].into_iter().all(|both| departure(both).abs() <= AGREES)
+    };
     let agreeing: Vec<f64> = pairs.iter().filter(agree).map(|pair| pair.at).collect();
     let within = percent(AGREES);
     let where_they_agree = match agreeing.as_slice() {
         [] => format!("Nowhere are both within {within} %."),
         [only] => format!("Both are within {within} % at {key} = {} only.", plain(*only)),
-        [first, .., last] => format!("Both are within {within} % from {key} = {} to {}.", plain(*first), plain(*last)),
+        [first, .., last] => {
+            format!("Both are within {within} % from {key} = {} to {}.", plain(*first), plain(*last))
+        }
     };
     format!(
         "Describing functions take the force as its mean and first harmonic. Over the {} variants that chatter or swing between limits, and for which they predict it, the \

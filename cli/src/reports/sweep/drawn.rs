@@ -7,7 +7,8 @@ use super::{MOST_PANELS, map::MOST_CELLS};
 
 /// Variants that maps draw, and show under the pointer, at most.
 const MOST_ON_MAPS: usize = 20_000;
-/// The same of diagrams, whose columns are narrower than half a pixel then; each variant brings its list of impacts.
+/// The same of diagrams, whose columns are narrower than half a pixel then; each variant brings its list of
+/// impacts.
 const MOST_ON_DIAGRAMS: usize = 2_000;
 
 /// A choice of variants.
@@ -15,7 +16,8 @@ const MOST_ON_DIAGRAMS: usize = 2_000;
 pub(super) enum Drawn {
     /// Every variant.
     All,
-    /// So many from the start: of points that are drawn these are a fair part, and of an adaptive sweep the coarse passes.
+    /// So many from the start: of points that are drawn these are a fair part, and of an adaptive sweep the
+    /// coarse passes.
     First(usize),
     /// Of a grid, these values of each axis in order of the file, and so many panels.
     Grid { axes: Vec<Values>, panels: u64 },
@@ -91,7 +93,11 @@ impl Drawn {
 
     /// Of how many values of an axis one is drawn; none where no values of a grid are left out.
     pub(super) fn every(&self, key: &str) -> Option<u64> {
-        if let Self::Grid { axes, .. } = self { axes.iter().find(|axis| axis.key == key)?.every } else { None }
+        if let Self::Grid { axes, .. } = self {
+            axes.iter().find(|axis| axis.key == key)?.every
+        } else {
+            None
+        }
     }
 
     /// Says what is left out; empty where nothing is. `drawn` variants are.
@@ -100,12 +106,16 @@ impl Drawn {
             Self::All => return String::new(),
             Self::First(_) => "the first of them".to_owned(),
             Self::Grid { axes, .. } => {
-                let thinned = axes.iter().filter_map(|axis| Some((axis.every.filter(|&every| every > 1)?, &axis.key)));
-                let words: Vec<String> = thinned.map(|(every, key)| format!("one value in {every} of {key}")).collect();
+                let thinned =
+                    axes.iter().filter_map(|axis| Some((axis.every.filter(|&every| every > 1)?, &axis.key)));
+                let words: Vec<String> =
+                    thinned.map(|(every, key)| format!("one value in {every} of {key}")).collect();
                 words.join(", ")
             }
         };
-        format!(" The drawings below hold {drawn} variants ({which}); all figures here, and sweep.parquet, are of all.")
+        format!(
+            " The drawings below hold {drawn} variants ({which}); all figures here, and sweep.parquet, are of all."
+        )
     }
 }
 
@@ -138,7 +148,9 @@ mod tests {
         let large = grid([400, 300]);
         let rows = drawn(&large);
         assert!(rows.len() > MOST_ON_MAPS / 2 && rows.len() <= MOST_ON_MAPS, "{}", rows.len());
-        let Drawn::Grid { axes, .. } = Drawn::of(&large, 240_000) else { panic!("a grid is thinned by values") };
+        let Drawn::Grid { axes, .. } = Drawn::of(&large, 240_000) else {
+            panic!("a grid is thinned by values")
+        };
         let [x, y] = [0, 1].map(|i| axes[i].every.unwrap() as usize);
         let on_lattice = |row: usize| (row / 600).is_multiple_of(x) && (row / 2 % 300).is_multiple_of(y);
         assert_eq!(rows, (0..240_000).filter(|&row| on_lattice(row)).collect::<Vec<_>>());

@@ -19,24 +19,35 @@ pub(super) const SHOWN: [(&str, &str, &str); 7] = [
     ("chatter_contact_share", "share of time in contact", ""),
     ("growth_per_s", "growth", "1/s"),
 ];
-/// Places for each different value, at least, where a column is written as its different values and which of them each place has.
+/// Places for each different value, at least, where a column is written as its different values and which of
+/// them each place has.
 const PLACES_PER_VALUE: usize = 4;
 
 impl Report<'_> {
     /// For the page's script: places, the columns shown there (those of the axes first), and the command.
     pub(super) fn hover(&self, places: &[[f64; 5]]) -> Value {
         let rows: Vec<usize> = places.iter().map(|place| place[4] as usize).collect();
-        let of_rows = |values: Vec<Option<f64>>| rows.iter().map(|&row| json!(values[row])).collect::<Vec<Value>>();
+        let of_rows =
+            |values: Vec<Option<f64>>| rows.iter().map(|&row| json!(values[row])).collect::<Vec<Value>>();
         let mut columns: Vec<Value> = Vec::new();
         for key in self.sweep.file.axes.keys() {
             // Texts have their units with them.
             let (values, unit) = match self.table.columns.get(key) {
-                Some(Column::Text(texts)) => (rows.iter().map(|&row| json!(texts[row])).collect(), String::new()),
-                _ => (self.table.reals(key).map(of_rows).unwrap_or_default(), self.sweep.file.units.get(key).cloned().unwrap_or_default()),
+                Some(Column::Text(texts)) => {
+                    (rows.iter().map(|&row| json!(texts[row])).collect(), String::new())
+                }
+                _ => (
+                    self.table.reals(key).map(of_rows).unwrap_or_default(),
+                    self.sweep.file.units.get(key).cloned().unwrap_or_default(),
+                ),
             };
             columns.push(json!([key, packed(values), unit]));
         }
-        columns.push(json!(["", packed(rows.iter().map(|&row| json!(label(&self.outcomes[row]))).collect()), ""]));
+        columns.push(json!([
+            "",
+            packed(rows.iter().map(|&row| json!(label(&self.outcomes[row]))).collect()),
+            ""
+        ]));
         for (name, words, unit) in SHOWN {
             let unit = if unit == "N" { self.units.force } else { unit };
             let short = |v: f64| format!("{v:.4e}").parse::<f64>().ok();
@@ -71,7 +82,11 @@ fn packed(values: Vec<Value>) -> Value {
         }
         at.push(number);
     }
-    if of.len() * PLACES_PER_VALUE > values.len() { Value::Array(values) } else { json!({ "of": of, "at": at }) }
+    if of.len() * PLACES_PER_VALUE > values.len() {
+        Value::Array(values)
+    } else {
+        json!({ "of": of, "at": at })
+    }
 }
 
 #[cfg(test)]
@@ -81,7 +96,9 @@ mod tests {
     #[test]
     fn prop_packed_columns_hold_the_same_values() {
         let few: Vec<Value> = (0..40).map(|i| json!(f64::from(i % 3) / 7.0)).collect();
-        let Value::Object(short) = packed(few.clone()) else { panic!("three values in forty places are packed") };
+        let Value::Object(short) = packed(few.clone()) else {
+            panic!("three values in forty places are packed")
+        };
         let at = |i: usize| short["at"][i].as_u64().unwrap() as usize;
         assert_eq!((0..40).map(|i| short["of"][at(i)].clone()).collect::<Vec<_>>(), few);
         let many: Vec<Value> = (0..40).map(|i| json!(i)).collect();

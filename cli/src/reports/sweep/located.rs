@@ -4,7 +4,8 @@ use feeler_scenarios::sweep::{DrawnAxis, Sweep};
 
 use crate::numbers::{plain, with_unit};
 
-/// What noise makes of the edges that an adaptive sweep locates; none where it is not adaptive, or nothing is drawn at random.
+/// What noise makes of the edges that an adaptive sweep locates; none where it is not adaptive, or nothing is
+/// drawn at random.
 pub(crate) fn about_noise(sweep: &Sweep) -> Option<&'static str> {
     sweep.file.refine?;
     let scenario = &sweep.document.scenario;

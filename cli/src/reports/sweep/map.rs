@@ -1,4 +1,5 @@
-//! Maps over two axes: each variant a cell, coloured by its outcome or by a measure, with the limits of linear theory over them.
+//! Maps over two axes: each variant a cell, coloured by its outcome or by a measure, with the limits of
+//! linear theory over them.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -48,7 +49,8 @@ pub(super) struct Map<'a> {
     axes: [&'a DrawnAxis; 2],
     pub(super) title: String,
     cells: Vec<Cell>,
-    /// Whether variants lie closer along boundaries, and what lies between them has the colour of the nearest.
+    /// Whether variants lie closer along boundaries, and what lies between them has the colour of the
+    /// nearest.
     is_refined: bool,
     limits: LinearLimits,
     /// From the outermost values to the ends of the plot, as shares of the axes: half a cell of the finest.
@@ -69,9 +71,16 @@ pub(super) enum Colouring<'a> {
 }
 
 impl<'a> Map<'a> {
-    pub(super) fn new(sweep: &Sweep, table: &Table, drawn: &Drawn, axes: [&'a DrawnAxis; 2], panel: &Panel) -> Self {
+    pub(super) fn new(
+        sweep: &Sweep,
+        table: &Table,
+        drawn: &Drawn,
+        axes: [&'a DrawnAxis; 2],
+        panel: &Panel,
+    ) -> Self {
         let values = axes.map(|axis| table.reals(&axis.key).unwrap_or_default());
-        let place = |row: usize| Some(([axes[0].share(values[0][row]?), axes[1].share(values[1][row]?)], row));
+        let place =
+            |row: usize| Some(([axes[0].share(values[0][row]?), axes[1].share(values[1][row]?)], row));
         let places: Vec<([f64; 2], usize)> = rows_of(table, panel).into_iter().filter_map(place).collect();
         let lattice = axes.map(|axis| {
             axis.points.map(|points| {
@@ -93,7 +102,11 @@ impl<'a> Map<'a> {
         };
         let panels = Panels::of(&sweep.file);
         // How long a run is and what its noise is do not move the limit.
-        let others = sweep.file.axes.keys().filter(|key| !axes.iter().any(|axis| axis.key == **key) && !key.starts_with("run."));
+        let others = sweep
+            .file
+            .axes
+            .keys()
+            .filter(|key| !axes.iter().any(|axis| axis.key == **key) && !key.starts_with("run."));
         let varied: Vec<String> = others.filter(|key| !panels.has(key)).cloned().collect();
         let margins = lattice.map(|lattice| lattice.map_or(0.0, |lattice| 0.5 / lattice.last as f64));
         let limits = if varied.is_empty() {
@@ -114,15 +127,23 @@ impl<'a> Map<'a> {
 
     /// What a cell is.
     pub(super) fn about_cells(&self) -> &'static str {
-        if self.is_refined { "Each place has the colour of the variant that is nearest." } else { "Each cell is a variant." }
+        if self.is_refined {
+            "Each place has the colour of the variant that is nearest."
+        } else {
+            "Each cell is a variant."
+        }
     }
 
     /// What the lines are, or why there are none.
     pub(super) fn about_limits(&self) -> String {
         if !self.varied.is_empty() {
-            return format!("No limit of linear theory is drawn, since each cell has its own value of {}.", self.varied.join(", "));
+            return format!(
+                "No limit of linear theory is drawn, since each cell has its own value of {}.",
+                self.varied.join(", ")
+            );
         }
-        let [sampled, continuous] = [&self.limits.sampled, &self.limits.continuous].map(|lines| !lines.is_empty());
+        let [sampled, continuous] =
+            [&self.limits.sampled, &self.limits.continuous].map(|lines| !lines.is_empty());
         match (sampled, continuous) {
             (true, true) => {
                 "The solid line is where linear theory puts the limit of stability in contact for the loop as it is sampled, the dashed one for \
@@ -175,7 +196,8 @@ impl<'a> Map<'a> {
             let Place { x, y, width, height } = cell.place();
             let path = paths.entry(colour.clone()).or_default();
             // A little wider, so that no seams show between cells.
-            let _ = write!(path, "M{x:.2} {y:.2}h{:.2}v{:.2}h-{:.2}z", width + 0.15, height + 0.15, width + 0.15);
+            let _ =
+                write!(path, "M{x:.2} {y:.2}h{:.2}v{:.2}h-{:.2}z", width + 0.15, height + 0.15, width + 0.15);
         }
         for (colour, path) in &paths {
             let _ = write!(body, "<path d=\"{path}\" fill=\"{colour}\" shape-rendering=\"crispEdges\"/>");
@@ -208,11 +230,15 @@ impl<'a> Map<'a> {
         let swatch = |colour: &str| format!("<rect width=\"24\" height=\"14\" fill=\"{colour}\"/>");
         match colouring {
             Colouring::Outcome(outcomes) => {
-                let colours = self.cells.iter().map(|cell| of_outcome(&outcomes[cell.row]).to_owned()).collect();
+                let colours =
+                    self.cells.iter().map(|cell| of_outcome(&outcomes[cell.row]).to_owned()).collect();
                 let met = |name: &str| self.cells.iter().any(|cell| outcomes[cell.row] == name);
                 let known = Outcome::ALL.iter().filter(|(_, name)| met(name));
-                let mut entries: Vec<_> =
-                    known.map(|(outcome, name)| (swatch(of_outcome(name)), words::outcome_label(*outcome).to_owned())).collect();
+                let mut entries: Vec<_> = known
+                    .map(|(outcome, name)| {
+                        (swatch(of_outcome(name)), words::outcome_label(*outcome).to_owned())
+                    })
+                    .collect();
                 if met("error") {
                     entries.push((swatch(of_outcome("error")), "failed".into()));
                 }
@@ -220,8 +246,10 @@ impl<'a> Map<'a> {
             }
             Colouring::Measure(values, name, unit) => {
                 let positive = self.cells.iter().filter_map(|cell| values[cell.row]).filter(|v| *v > 0.0);
-                let (low, high) = positive.fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
-                let share = |value: f64| if high > low { (value / low).ln() / (high / low).ln() } else { 0.5 };
+                let (low, high) =
+                    positive.fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+                let share =
+                    |value: f64| if high > low { (value / low).ln() / (high / low).ln() } else { 0.5 };
                 let colour = |cell: &Cell| match values[cell.row] {
                     Some(value) if value > 0.0 => of_share(share(value)),
                     _ => "#f2f2f2".to_owned(),
@@ -230,7 +258,9 @@ impl<'a> Map<'a> {
                 let mut entries = vec![(String::new(), (*name).to_owned())];
                 if high > low {
                     let step = |i: u32| f64::from(i) / 6.0;
-                    let entry = |i: u32| (swatch(&of_share(step(i))), with_unit(low * (high / low).powf(step(i)), unit));
+                    let entry = |i: u32| {
+                        (swatch(&of_share(step(i))), with_unit(low * (high / low).powf(step(i)), unit))
+                    };
                     entries.extend((0..=6).rev().map(entry));
                 }
                 if self.cells.iter().any(|cell| values[cell.row].is_none_or(|v| v <= 0.0)) {
@@ -242,7 +272,8 @@ impl<'a> Map<'a> {
     }
 }
 
-/// An axis that reaches beyond its ends by a share of its length, on each side where the machine can be built there.
+/// An axis that reaches beyond its ends by a share of its length, on each side where the machine can be built
+/// there.
 fn beyond(sweep: &Sweep, axis: &DrawnAxis, margin: f64) -> DrawnAxis {
     let end = |share: f64, otherwise: f64| {
         let value = axis.value(share);
@@ -271,7 +302,8 @@ struct Lattice {
     every: u64,
 }
 
-/// From where, as a share of the plot, and how long a cell's sides are; none where the grid is too fine to show this one.
+/// From where, as a share of the plot, and how long a cell's sides are; none where the grid is too fine to
+/// show this one.
 fn sides(share: [f64; 2], lattice: [Option<Lattice>; 2]) -> Option<[[f64; 2]; 2]> {
     let [Some(x), Some(y)] = lattice else {
         return Some(share.map(|at| [at - DOT, 2.0 * DOT]));
@@ -289,9 +321,11 @@ fn sides(share: [f64; 2], lattice: [Option<Lattice>; 2]) -> Option<[[f64; 2]; 2]
 
 /// The cells of a map whose variants, at shares of the axes, lie closer along boundaries.
 fn refined(places: &[([f64; 2], usize)], lattice: [Lattice; 2]) -> Vec<Cell> {
-    // From shares between the outermost values to shares of the plot, which reaches half a cell of the finest beyond.
+    // From shares between the outermost values to shares of the plot, which reaches half a cell of the finest
+    // beyond.
     let of_plot = |share: f64, Lattice { last, .. }: Lattice| (share * last as f64 + 0.5) / (last + 1) as f64;
-    let shares: Vec<[f64; 2]> = places.iter().map(|([x, y], _)| [of_plot(*x, lattice[0]), of_plot(*y, lattice[1])]).collect();
+    let shares: Vec<[f64; 2]> =
+        places.iter().map(|([x, y], _)| [of_plot(*x, lattice[0]), of_plot(*y, lattice[1])]).collect();
     let counts = lattice.map(|lattice| (lattice.last + 1).min(MOST_CELLS));
     let coarse = [0, 1].map(|i| lattice[i].stride as f64 * counts[i] as f64 / (lattice[i].last + 1) as f64);
     let [columns, rows] = counts.map(|count| count as f64);
@@ -309,7 +343,9 @@ fn refined(places: &[([f64; 2], usize)], lattice: [Lattice; 2]) -> Vec<Cell> {
 pub(super) fn rows_of(table: &Table, panel: &Panel) -> Vec<usize> {
     let has = |row: usize, key: &str, setting: &Setting| match table.columns.get(key) {
         Some(Column::Text(texts)) => texts[row].as_ref().is_some_and(|text| *text == shown_setting(setting)),
-        Some(Column::Real(values)) => matches!(setting, Setting::Number(number) if values[row].map(f64::to_bits) == Some(number.to_bits())),
+        Some(Column::Real(values)) => {
+            matches!(setting, Setting::Number(number) if values[row].map(f64::to_bits) == Some(number.to_bits()))
+        }
         _ => false,
     };
     (0..table.rows).filter(|&row| panel.iter().all(|(key, setting)| has(row, key, setting))).collect()
@@ -317,7 +353,8 @@ pub(super) fn rows_of(table: &Table, panel: &Panel) -> Vec<usize> {
 
 /// The settings of a panel, as a title.
 pub(super) fn words(panel: &Panel) -> String {
-    let words: Vec<String> = panel.iter().map(|(key, setting)| format!("{key} = {}", shown_setting(setting))).collect();
+    let words: Vec<String> =
+        panel.iter().map(|(key, setting)| format!("{key} = {}", shown_setting(setting))).collect();
     words.join(", ")
 }
 
@@ -345,19 +382,29 @@ mod tests {
         assert!(!crosses(&frame(), &[[1.0, 2.0], [9.0, 3.0]]) && !crosses(&frame(), &[]));
     }
 
-    /// Two levels of halving between three values, known at the coarse ones and once between: the plot ends half a finest cell beyond the outermost.
+    /// Two levels of halving between three values, known at the coarse ones and once between: the plot ends
+    /// half a finest cell beyond the outermost.
     #[test]
     fn regress_a_refined_map_is_painted_by_the_nearest_variant_up_to_its_ends() {
         let lattice = Lattice { last: 8, stride: 4, every: 1 };
         let coarse = (0..3).flat_map(|x| (0..3).map(move |y| [0.5 * f64::from(x), 0.5 * f64::from(y)]));
-        let places: Vec<([f64; 2], usize)> = coarse.chain([[0.25, 0.25]]).enumerate().map(|(row, share)| (share, row)).collect();
+        let places: Vec<([f64; 2], usize)> =
+            coarse.chain([[0.25, 0.25]]).enumerate().map(|(row, share)| (share, row)).collect();
         let cells = refined(&places, [lattice; 2]);
-        let area = |row: usize| cells.iter().filter(|cell| cell.row == row).map(|cell| 81.0 * cell.width * cell.height).sum::<f64>();
+        let area = |row: usize| {
+            cells
+                .iter()
+                .filter(|cell| cell.row == row)
+                .map(|cell| 81.0 * cell.width * cell.height)
+                .sum::<f64>()
+        };
         assert!((cells.iter().map(|cell| cell.width * cell.height).sum::<f64>() - 1.0).abs() < 1e-12);
-        // Corner (0, 0): of the 3 x 3 places nearer to it than to the other coarse ones, (2, 2), (1, 2) and (2, 1) are the middle one's.
+        // Corner (0, 0): of the 3 x 3 places nearer to it than to the other coarse ones, (2, 2), (1, 2) and
+        // (2, 1) are the middle one's.
         assert!((area(0) - 6.0).abs() < 1e-9, "{}", area(0));
         let holds = |cell: &Cell, x: f64, y: f64| {
-            (cell.left..cell.left + cell.width).contains(&x) && (cell.low..cell.low + cell.height).contains(&y)
+            (cell.left..cell.left + cell.width).contains(&x)
+                && (cell.low..cell.low + cell.height).contains(&y)
         };
         let at = |x: f64, y: f64| cells.iter().find(|cell| holds(cell, x / 9.0, y / 9.0)).unwrap().row;
         assert_eq!((at(0.5, 0.5), at(2.5, 2.5), at(8.5, 8.5)), (0, 9, 8));
@@ -365,7 +412,13 @@ mod tests {
 
     #[test]
     fn truth_cells_of_a_grid_stand_about_their_values() {
-        let [[left, width], [low, height]] = sides([0.0, 0.5], [Some(Lattice { last: 4, stride: 1, every: 1 }); 2]).unwrap();
-        assert!(left.abs() < 1e-12 && (width - 0.2).abs() < 1e-12 && (low - 0.4).abs() < 1e-12 && (height - 0.2).abs() < 1e-12);
+        let [[left, width], [low, height]] =
+            sides([0.0, 0.5], [Some(Lattice { last: 4, stride: 1, every: 1 }); 2]).unwrap();
+        assert!(
+            left.abs() < 1e-12
+                && (width - 0.2).abs() < 1e-12
+                && (low - 0.4).abs() < 1e-12
+                && (height - 0.2).abs() < 1e-12
+        );
     }
 }

@@ -36,7 +36,13 @@ const MOST_PANELS: usize = 8;
 const TAILS: [&str; 2] = ["impact_peaks_n", "strobe_n"];
 
 /// Writes page and drawings of the results in `path`, and gives their paths.
-pub(crate) fn write(sweep: &Sweep, name: &str, path: &Path, tally: &Tally, folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+pub(crate) fn write(
+    sweep: &Sweep,
+    name: &str,
+    path: &Path,
+    tally: &Tally,
+    folder: &Path,
+) -> anyhow::Result<Vec<PathBuf>> {
     let axes = DrawnAxis::of(&sweep.file);
     let drawn = Drawn::of(&sweep.file, tally.rows);
     let is_shown = |column: &str| {
@@ -54,7 +60,9 @@ pub(crate) fn write(sweep: &Sweep, name: &str, path: &Path, tally: &Tally, folde
     page.tiles(&report.tiles());
     let mut drawings: Vec<(String, String)> = Vec::new();
     match report.axes.as_slice() {
-        [] => page.paragraph("No axis of this sweep runs over a range of numbers, so that there is nothing to draw."),
+        [] => page.paragraph(
+            "No axis of this sweep runs over a range of numbers, so that there is nothing to draw.",
+        ),
         [axis] => report.diagrams(axis, &mut page, &mut drawings),
         [x, y, ..] => report.maps([x, y], &mut page, &mut drawings),
     }
@@ -111,7 +119,8 @@ impl Report<'_> {
         others.sort_by_key(|(count, _)| Reverse(*count));
         let words = |(count, words): (usize, &str)| format!("{} % {words}", share(count));
         let said: Vec<String> = std::iter::once((stable, "settle")).chain(others).map(words).collect();
-        let edges = located(self.sweep).map_or_else(String::new, |found| format!(" Edges are located to {found}."));
+        let edges =
+            located(self.sweep).map_or_else(String::new, |found| format!(" Edges are located to {found}."));
         let noise = about_noise(self.sweep).map_or_else(String::new, |words| format!(" {words}"));
         format!("Of {rows} variants {}.{edges}{noise}{thinned}", said.join(", "))
     }
@@ -120,25 +129,40 @@ impl Report<'_> {
         let tile = |name, value: String, remark: &str| Tile { name, value, remark: remark.into() };
         let mut tiles = vec![tile("variants", self.tally.rows.to_string(), "")];
         if let Some(largest_n) = self.tally.largest_peak_n {
-            tiles.push(tile("largest peak", format!("{} {}", plain(largest_n), self.units.force), "of the contact, of any variant"));
+            tiles.push(tile(
+                "largest peak",
+                format!("{} {}", plain(largest_n), self.units.force),
+                "of the contact, of any variant",
+            ));
         }
         if self.sweep.file.keep.outcome {
-            tiles.push(tile("undecided", self.tally.count("undecided").to_string(), "at the end of the extended run"));
+            tiles.push(tile(
+                "undecided",
+                self.tally.count("undecided").to_string(),
+                "at the end of the extended run",
+            ));
         }
         tiles.push(tile("failed", self.tally.count("error").to_string(), "their rows say why"));
         if let Some(grid) = self.sweep.runs_of_the_grid() {
             let share = percent(self.tally.rows as f64 / grid as f64);
-            tiles.push(Tile { name: "runs of a grid", value: grid.to_string(), remark: format!("as fine; this took {share} % of them") });
+            tiles.push(Tile {
+                name: "runs of a grid",
+                value: grid.to_string(),
+                remark: format!("as fine; this took {share} % of them"),
+            });
         }
         tiles
     }
 
-    /// The panels that are drawn, each with what tells the names of its drawings from those of others; says where there are more.
+    /// The panels that are drawn, each with what tells the names of its drawings from those of others; says
+    /// where there are more.
     fn panels(&self, page: &mut Page) -> Vec<(Vec<(String, Setting)>, String)> {
         let panels = Panels::of(&self.sweep.file);
         let count = panels.count();
         if count > MOST_PANELS as u64 {
-            page.paragraph(&format!("{MOST_PANELS} of {count} combinations are drawn; sweep.parquet has all."));
+            page.paragraph(&format!(
+                "{MOST_PANELS} of {count} combinations are drawn; sweep.parquet has all."
+            ));
         }
         let suffix = |i: usize| if count > 1 { format!("-{}", i + 1) } else { String::new() };
         panels.settings().take(MOST_PANELS).enumerate().map(|(i, panel)| (panel, suffix(i))).collect()
@@ -156,9 +180,15 @@ impl Report<'_> {
             let first = page.map(&titled("Outcome", &map.title), &caption, &svg, self.hover(&map.places()));
             drawings.push((format!("map{suffix}"), svg));
             let amplitudes = self.table.reals("amplitude_n").unwrap_or_default();
-            let oscillates = map.rows().any(|row| amplitudes.get(row).copied().flatten().is_some_and(|a| a > 0.0));
+            let oscillates =
+                map.rows().any(|row| amplitudes.get(row).copied().flatten().is_some_and(|a| a > 0.0));
             let (values, title, name, caption) = if oscillates {
-                (amplitudes, "Size of the oscillation", "amplitude", "Half of peak to peak of the force of what lasts to the end.")
+                (
+                    amplitudes,
+                    "Size of the oscillation",
+                    "amplitude",
+                    "Half of peak to peak of the force of what lasts to the end.",
+                )
             } else {
                 (
                     self.table.reals("peak_force_n").unwrap_or_default(),
@@ -173,7 +203,9 @@ impl Report<'_> {
                 drawings.push((format!("size{suffix}"), svg));
             }
         }
-        if self.sweep.file.keep.outcome && Outcome::ALL.iter().any(|(outcome, name)| outcome.is_sustained() && self.tally.count(name) > 0) {
+        if self.sweep.file.keep.outcome
+            && Outcome::ALL.iter().any(|(outcome, name)| outcome.is_sustained() && self.tally.count(name) > 0)
+        {
             page.paragraph(
                 "Bifurcation diagrams (the peaks of impacts, and the force once per cycle) are drawn over one axis of numbers: leave the other out, or \
                  give it as a list of values, each of which then has diagrams of its own.",
@@ -190,17 +222,32 @@ impl Report<'_> {
             let Units { force: unit, .. } = self.units;
             let force = self.units.force_word();
             let mut first = None;
-            let mut draw = |name: &str, title: &str, caption: &str, label: &str, lists: &[Vec<f64>], predictions: &[Prediction]| {
+            let mut draw = |name: &str,
+                            title: &str,
+                            caption: &str,
+                            label: &str,
+                            lists: &[Vec<f64>],
+                            predictions: &[Prediction]| {
                 // Of what no variant has, an empty plot would say nothing.
                 let is_empty = |row: &usize| lists[*row].iter().all(|value| value.abs() <= 0.0);
                 if predictions.is_empty() && diagram.rows.iter().all(is_empty) {
-                    page.paragraph(&format!("{} No variant here has any, so that nothing is drawn.", titled(title, &of_panel)));
+                    page.paragraph(&format!(
+                        "{} No variant here has any, so that nothing is drawn.",
+                        titled(title, &of_panel)
+                    ));
                     return;
                 }
                 let svg = diagram.svg(lists, &self.outcomes, [label, unit], predictions);
                 match first {
                     Some(first) => page.map_like(&titled(title, &of_panel), caption, &svg, first),
-                    None => first = Some(page.map(&titled(title, &of_panel), caption, &svg, self.hover(&diagram.places()))),
+                    None => {
+                        first = Some(page.map(
+                            &titled(title, &of_panel),
+                            caption,
+                            &svg,
+                            self.hover(&diagram.places()),
+                        ))
+                    }
                 }
                 drawings.push((format!("{name}{suffix}"), svg));
             };
@@ -209,18 +256,43 @@ impl Report<'_> {
                     many where no two are alike, none where the tool stays in contact.";
                 let leaves = diagram.rows.iter().any(|&row| !lists[row].is_empty());
                 let predictions = if leaves { theory.peaks(|_| true) } else { Vec::new() };
-                let caption = format!("{caption}{}", about_predictions(&predictions, "the cycle that describing functions predict"));
-                draw("impacts", "Per impact", &caption, &format!("peak {force} of an impact"), lists, &predictions);
+                let caption = format!(
+                    "{caption}{}",
+                    about_predictions(&predictions, "the cycle that describing functions predict")
+                );
+                draw(
+                    "impacts",
+                    "Per impact",
+                    &caption,
+                    &format!("peak {force} of an impact"),
+                    lists,
+                    &predictions,
+                );
             }
             if let Some(lists) = self.table.lists("strobe_n") {
                 let caption = "The force one sample of the controller after each touch-down, which grows with the speed of impact; where the tool \
                     stays in contact, the largest of each cycle. One point where every cycle is like the last, two where the period has doubled.";
                 let predictions = theory.peaks(|cycle| cycle.contact_share >= 1.0);
-                let about = about_predictions(&predictions, "the largest force of the cycle in contact that describing functions predict");
-                draw("strobe", "Stroboscopic", &format!("{caption}{about}"), &format!("{force} once per cycle"), lists, &predictions);
+                let about = about_predictions(
+                    &predictions,
+                    "the largest force of the cycle in contact that describing functions predict",
+                );
+                draw(
+                    "strobe",
+                    "Stroboscopic",
+                    &format!("{caption}{about}"),
+                    &format!("{force} once per cycle"),
+                    lists,
+                    &predictions,
+                );
             }
-            let amplitudes: Vec<Vec<f64>> =
-                self.table.reals("amplitude_n").unwrap_or_default().iter().map(|value| value.iter().copied().collect()).collect();
+            let amplitudes: Vec<Vec<f64>> = self
+                .table
+                .reals("amplitude_n")
+                .unwrap_or_default()
+                .iter()
+                .map(|value| value.iter().copied().collect())
+                .collect();
             if amplitudes.len() == self.table.rows {
                 let caption = "Half of peak to peak of the force of what lasts.";
                 draw("amplitude", "Size of the oscillation", caption, "amplitude", &amplitudes, &[]);
@@ -235,10 +307,15 @@ impl Report<'_> {
         for (outcome, name) in Outcome::ALL {
             let count = self.tally.count(name);
             if count > 0 {
-                rows.push(vec![words::outcome_label(outcome).into(), count.to_string(), colour_name(name).into()]);
+                rows.push(vec![
+                    words::outcome_label(outcome).into(),
+                    count.to_string(),
+                    colour_name(name).into(),
+                ]);
             }
         }
-        let other = [("error", "failed"), ("done", "outcome not kept")].map(|(name, words)| (self.tally.count(name), words));
+        let other = [("error", "failed"), ("done", "outcome not kept")]
+            .map(|(name, words)| (self.tally.count(name), words));
         for (count, words) in other.into_iter().filter(|(count, _)| *count > 0) {
             rows.push(vec![words.into(), count.to_string(), "black".into()]);
         }
@@ -264,7 +341,8 @@ fn headline(outcome: Outcome) -> &'static str {
 
 /// What the lines of a diagram are, where there are any.
 fn about_predictions(predictions: &[Prediction], what: &str) -> String {
-    let [attracts, repels] = [false, true].map(|dashed| predictions.iter().any(|prediction| prediction.dashed == dashed));
+    let [attracts, repels] =
+        [false, true].map(|dashed| predictions.iter().any(|prediction| prediction.dashed == dashed));
     let repelling = "the largest disturbance from which the loop settles";
     match (attracts, repels) {
         (true, true) => format!(" The line is {what}, dashed where it does not attract: {repelling}."),

@@ -1,4 +1,5 @@
-//! A map of variants that lie closer here than there: every place has the colour of the variant that is nearest.
+//! A map of variants that lie closer here than there: every place has the colour of the variant that is
+//! nearest.
 
 /// A rectangle of places with the same nearest variant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,8 +12,8 @@ pub(super) struct Tile {
     pub(super) of: usize,
 }
 
-/// Tiles of a raster of so many columns and rows, for variants at shares of its sides. Distances are counted in `unit`, columns and rows that are as long as
-/// each other.
+/// Tiles of a raster of so many columns and rows, for variants at shares of its sides. Distances are counted
+/// in `unit`, columns and rows that are as long as each other.
 pub(super) fn tiles(shares: &[[f64; 2]], [columns, rows]: [usize; 2], unit: [f64; 2]) -> Vec<Tile> {
     let at = |share: f64, count: usize| ((share * count as f64) as usize).min(count.saturating_sub(1));
     let mut seeds: Vec<Option<usize>> = vec![None; columns * rows];
@@ -35,7 +36,9 @@ pub(super) fn tiles(shares: &[[f64; 2]], [columns, rows]: [usize; 2], unit: [f64
         let mut runs: Vec<Tile> = Vec::new();
         for (column, found) in (0..columns).filter_map(|column| Some((column, of(column, row)?))) {
             match runs.last_mut() {
-                Some(run) if run.of == found && run.columns[0] + run.columns[1] == column => run.columns[1] += 1,
+                Some(run) if run.of == found && run.columns[0] + run.columns[1] == column => {
+                    run.columns[1] += 1
+                }
                 _ => runs.push(Tile { columns: [column, 1], rows: [row, 1], of: found }),
             }
         }
@@ -61,7 +64,9 @@ fn nearest_of_columns(seeds: &[Option<usize>], rows: usize) -> Vec<Option<(usize
             for row in order {
                 last = seeds[row].map(|seed| (row, seed)).or(last);
                 let place = &mut nearest[column * rows + row];
-                let is_nearer = |(other, _): (usize, usize)| place.is_none_or(|(found, _)| other.abs_diff(row) < found.abs_diff(row));
+                let is_nearer = |(other, _): (usize, usize)| {
+                    place.is_none_or(|(found, _)| other.abs_diff(row) < found.abs_diff(row))
+                };
                 if last.is_some_and(is_nearer) {
                     *place = last;
                 }

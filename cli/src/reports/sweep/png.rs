@@ -9,7 +9,8 @@ use resvg::usvg::{Options, Tree};
 /// Pixels per unit of the drawing.
 const SCALE: f32 = 2.0;
 
-/// Writes drawings as PNG, each to its path, on all processors. Letters are those of the system's sans-serif font, which is looked up once.
+/// Writes drawings as PNG, each to its path, on all processors. Letters are those of the system's sans-serif
+/// font, which is looked up once.
 pub(super) fn write(drawings: &[(&str, PathBuf)]) -> anyhow::Result<()> {
     let mut options = Options::default();
     if !drawings.is_empty() {
@@ -21,7 +22,8 @@ pub(super) fn write(drawings: &[(&str, PathBuf)]) -> anyhow::Result<()> {
 fn draw(svg: &str, path: &Path, options: &Options<'_>) -> anyhow::Result<()> {
     let tree = Tree::from_str(svg, options)?;
     let (width, height) = (tree.size().width() * SCALE, tree.size().height() * SCALE);
-    let mut pixels = Pixmap::new(width.ceil() as u32, height.ceil() as u32).ok_or_else(|| anyhow::anyhow!("the drawing has no size"))?;
+    let mut pixels = Pixmap::new(width.ceil() as u32, height.ceil() as u32)
+        .ok_or_else(|| anyhow::anyhow!("the drawing has no size"))?;
     resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
     crate::terminal::write(path, &pixels.encode_png()?)
 }

@@ -20,7 +20,11 @@ impl Tally {
     /// Counts the rows of a table of results.
     pub(crate) fn of(path: &Path) -> Result<Self, SweepError> {
         let mut tally = Self::default();
-        Table::scan(path, &|name| ["outcome", "error", "peak_force_n"].contains(&name), &mut |first, part| tally.add(first, &part))?;
+        Table::scan(
+            path,
+            &|name| ["outcome", "error", "peak_force_n"].contains(&name),
+            &mut |first, part| tally.add(first, &part),
+        )?;
         Ok(tally)
     }
 
@@ -47,7 +51,8 @@ impl Tally {
 
 /// The outcome of each row by name.
 pub(super) fn outcomes(table: &Table) -> impl Iterator<Item = &str> {
-    let (outcomes, errors) = (table.texts("outcome").unwrap_or_default(), table.texts("error").unwrap_or_default());
+    let (outcomes, errors) =
+        (table.texts("outcome").unwrap_or_default(), table.texts("error").unwrap_or_default());
     (0..table.rows).map(move |row| {
         let failed = errors.get(row).is_some_and(Option::is_some);
         if failed { "error" } else { outcomes.get(row).and_then(Option::as_deref).unwrap_or("done") }

@@ -21,16 +21,32 @@ impl Builder<'_> {
             self.problems.add(&entry.node.origin, &path, message, format!("write [{path}.KIND]"));
             return Vec::new();
         };
-        effects.iter().filter_map(|(kind, entry)| self.effect(kind, entry, host, &join(&path, kind))).collect()
+        effects
+            .iter()
+            .filter_map(|(kind, entry)| self.effect(kind, entry, host, &join(&path, kind)))
+            .collect()
     }
 
     /// One effect under an element that is a `host` to the library.
-    pub(crate) fn effect(&mut self, kind: &str, entry: &Entry, host: HostKind, path: &str) -> Option<EffectUse> {
+    pub(crate) fn effect(
+        &mut self,
+        kind: &str,
+        entry: &Entry,
+        host: HostKind,
+        path: &str,
+    ) -> Option<EffectUse> {
         let Some(definition) = LIBRARY.iter().copied().find(|definition| definition.kind == kind) else {
-            // What fits here is suggested first; an effect of another element only where nothing here is alike.
-            let fitting = LIBRARY.iter().filter(|definition| definition.hosts.contains(&host)).map(|definition| definition.kind);
+            // What fits here is suggested first; an effect of another element only where nothing here is
+            // alike.
+            let fitting = LIBRARY
+                .iter()
+                .filter(|definition| definition.hosts.contains(&host))
+                .map(|definition| definition.kind);
             let near = nearest(kind, fitting);
-            let remedy = near.map_or_else(|| did_you_mean(kind, LIBRARY.iter().map(|d| d.kind)), |near| format!("did you mean `{near}`?"));
+            let remedy = near.map_or_else(
+                || did_you_mean(kind, LIBRARY.iter().map(|d| d.kind)),
+                |near| format!("did you mean `{near}`?"),
+            );
             self.problems.add(&entry.key, path, format!("there is no effect `{kind}`"), remedy);
             return None;
         };
@@ -50,8 +66,11 @@ impl Builder<'_> {
             let message = format!("`{kind}` has no parameter `{name}`");
             self.problems.add(&entry.key, join(path, name), message, did_you_mean(name, names()));
         }
-        let values: Vec<Option<f64>> =
-            definition.parameters.iter().map(|parameter| self.parameter(parameter, table, &entry.node, path)).collect();
+        let values: Vec<Option<f64>> = definition
+            .parameters
+            .iter()
+            .map(|parameter| self.parameter(parameter, table, &entry.node, path))
+            .collect();
         let values = values.into_iter().collect::<Option<Vec<f64>>>()?;
         Some(EffectUse { definition, values })
     }
@@ -80,7 +99,12 @@ impl Builder<'_> {
             return Some(null);
         }
         let scope = self.scope();
-        Reader { problems: self.problems, scope }.quantity_of(&entry.node, parameter.dimension.into(), bound_of(parameter), &path)
+        Reader { problems: self.problems, scope }.quantity_of(
+            &entry.node,
+            parameter.dimension.into(),
+            bound_of(parameter),
+            &path,
+        )
     }
 }
 

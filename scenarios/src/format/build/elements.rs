@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use feeler_plant::description::{
-    Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, LowPass, Machine, Profile, Quantity, Sensor, SignalName, Spring,
+    Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, LowPass, Machine, Profile,
+    Quantity, Sensor, SignalName, Spring,
 };
 use feeler_plant::effects::HostKind;
 use feeler_plant::units::Dimension;
@@ -48,13 +49,22 @@ impl Builder<'_> {
     fn spring(&mut self, item: Item<'_>) -> Spring {
         let fields = self.fields(item, self.scope());
         let rigid = fields.flag("rigid");
-        // What another file gives or a setting leaves behind is put out of force by `rigid`; written together they contradict.
+        // What another file gives or a setting leaves behind is put out of force by `rigid`; written together
+        // they contradict.
         let here = item.table.get("rigid").map(|entry| entry.node.origin.source);
         for key in ["stiffness", "damping"] {
-            let written = item.table.get(key).filter(|entry| Some(entry.node.origin.source) == here && fields.number(key) != 0.0);
+            let written = item
+                .table
+                .get(key)
+                .filter(|entry| Some(entry.node.origin.source) == here && fields.number(key) != 0.0);
             if let Some(entry) = written.filter(|_| rigid) {
                 let message = format!("a rigid joint has no {key}");
-                self.problems.add(&entry.node.origin, item.key(key), message, "remove it, or leave out `rigid` to have a spring");
+                self.problems.add(
+                    &entry.node.origin,
+                    item.key(key),
+                    message,
+                    "remove it, or leave out `rigid` to have a spring",
+                );
             }
         }
         let of_spring = |key| if rigid { 0.0 } else { fields.number(key) };
@@ -70,24 +80,33 @@ impl Builder<'_> {
     fn contact(&mut self, item: Item<'_>) -> (Contact, Option<Arc<Profile>>) {
         let exponent = match item.table.get("law").and_then(|entry| entry.node.as_text()) {
             Some("hertz") => 1.5,
-            Some("hunt-crossley") => item.table.get("exponent").map_or(1.0, |entry| self.quietly(&entry.node)),
+            Some("hunt-crossley") => {
+                item.table.get("exponent").map_or(1.0, |entry| self.quietly(&entry.node))
+            }
             _ => 1.0,
         };
         let before = self.problems.count();
         let fields = self.fields(item, Scope { exponent, ..self.scope() });
         let sound = self.problems.count() == before;
         let law = match fields.variant {
-            Some("hunt-crossley") => {
-                ContactLaw::HuntCrossley { alpha_s_per_m: fields.number("alpha"), exponent: fields.number("exponent") }
-            }
+            Some("hunt-crossley") => ContactLaw::HuntCrossley {
+                alpha_s_per_m: fields.number("alpha"),
+                exponent: fields.number("exponent"),
+            },
             Some("hertz") => ContactLaw::Hertz,
             _ => ContactLaw::KelvinVoigt,
         };
-        if matches!(law, ContactLaw::HuntCrossley { .. }) && item.table.contains_key("damping") && fields.number("damping") != 0.0 {
+        if matches!(law, ContactLaw::HuntCrossley { .. })
+            && item.table.contains_key("damping")
+            && fields.number("damping") != 0.0
+        {
             let message = "the Hunt-Crossley law has no linear damping: its damping is alpha";
             self.problems.add(item.place("damping"), item.key("damping"), message, "remove it");
         }
-        let stiffness = fields.optional("stiffness").or_else(|| self.stiffness_of_materials(item, &fields, law)).unwrap_or(1.0);
+        let stiffness = fields
+            .optional("stiffness")
+            .or_else(|| self.stiffness_of_materials(item, &fields, law))
+            .unwrap_or(1.0);
         let contact = Contact {
             between: fields.pair("between"),
             engagement: engagement(&fields).unwrap_or_default(),
@@ -117,7 +136,8 @@ impl Builder<'_> {
             _ => ActuatorKind::Force { bandwidth_hz: fields.optional("bandwidth") },
         };
         if let Some(body) = fields.text("on").filter(|body| fields.text("reacts_on") == Some(body)) {
-            let message = format!("it pushes `{body}` and carries its reaction there too: it can move nothing");
+            let message =
+                format!("it pushes `{body}` and carries its reaction there too: it can move nothing");
             let key = if item.table.contains_key("reacts_on") { "reacts_on" } else { "on" };
             self.problems.add(item.place(key), item.key(key), message, "name two different bodies");
         }
@@ -132,14 +152,16 @@ impl Builder<'_> {
     }
 
     fn sensor(&mut self, item: Item<'_>) -> Sensor {
-        let signal = item.table.get("reads").and_then(|entry| entry.node.as_text()).and_then(|text| text.parse().ok());
+        let signal =
+            item.table.get("reads").and_then(|entry| entry.node.as_text()).and_then(|text| text.parse().ok());
         let dim = signal.as_ref().map_or(Dim::UNKNOWN, |signal| self.signal_dim(signal));
         let fields = self.fields(item, Scope { signal: dim, ..self.scope() });
         let reads = match fields.get("reads") {
             Some(Field::Signal(signal)) => signal.clone(),
             _ => SignalName::new("", Quantity::Position),
         };
-        let motion = matches!(reads.quantity, Quantity::Position | Quantity::Velocity | Quantity::Acceleration);
+        let motion =
+            matches!(reads.quantity, Quantity::Position | Quantity::Velocity | Quantity::Acceleration);
         if !motion && item.table.contains_key("relative_to") {
             let message = format!("`{reads}` is not relative to a body");
             self.problems.add(item.place("relative_to"), item.key("relative_to"), message, "remove it");
@@ -170,9 +192,12 @@ impl Builder<'_> {
     /// Dimension of a signal of the plant.
     pub(super) fn signal_dim(&self, signal: &SignalName) -> Dim {
         match signal.quantity {
-            Quantity::Position | Quantity::Compression | Quantity::Gap | Quantity::PointX | Quantity::PointY | Quantity::PointZ => {
-                Dimension::LENGTH.into()
-            }
+            Quantity::Position
+            | Quantity::Compression
+            | Quantity::Gap
+            | Quantity::PointX
+            | Quantity::PointY
+            | Quantity::PointZ => Dimension::LENGTH.into(),
             Quantity::Velocity | Quantity::GapRate => Dimension::VELOCITY.into(),
             Quantity::Acceleration => Dimension::ACCELERATION.into(),
             Quantity::Force | Quantity::SpringForce => Dimension::FORCE.into(),
@@ -189,7 +214,8 @@ impl Builder<'_> {
 
     /// Dimension of a signal; that of a reading is that of what the sensor reads.
     pub(crate) fn measured_dim(&self, signal: &SignalName) -> Dim {
-        let read = node_at(&self.draft.root, &[SENSORS.table, &signal.element, "reads"]).and_then(|node| node.as_text());
+        let read = node_at(&self.draft.root, &[SENSORS.table, &signal.element, "reads"])
+            .and_then(|node| node.as_text());
         match read.and_then(|text| text.parse().ok()) {
             Some(read) if signal.quantity == Quantity::Reading => self.signal_dim(&read),
             _ => self.signal_dim(signal),
@@ -198,7 +224,8 @@ impl Builder<'_> {
 
     /// Dimension of an actuator's command.
     pub(super) fn command_dim(&self, actuator: &str) -> Dim {
-        let kind = node_at(&self.draft.root, &[ACTUATORS.table, actuator, "kind"]).and_then(|node| node.as_text());
+        let kind =
+            node_at(&self.draft.root, &[ACTUATORS.table, actuator, "kind"]).and_then(|node| node.as_text());
         if kind == Some("velocity-source") { Dimension::VELOCITY.into() } else { Dimension::FORCE.into() }
     }
 }

@@ -68,14 +68,24 @@ impl<'a> Builder<'a> {
         Scope::new(self.rotational())
     }
 
-    /// Every element of a table through `read`. What is no table is noted, and read as an empty one into which no key falls.
-    fn each<T>(&mut self, element: &'static Element, mut read: impl FnMut(&mut Self, Item<'_>) -> T) -> Elements<T> {
+    /// Every element of a table through `read`. What is no table is noted, and read as an empty one into
+    /// which no key falls.
+    fn each<T>(
+        &mut self,
+        element: &'static Element,
+        mut read: impl FnMut(&mut Self, Item<'_>) -> T,
+    ) -> Elements<T> {
         let mut found = Elements::new();
         let draft = self.draft;
         let Some(entry) = draft.root.get(element.table) else { return found };
         let Value::Table(items) = &entry.node.value else {
             let message = format!("this must be a table, not {}", entry.node.value.kind());
-            self.problems.add(&entry.node.origin, element.table, message, format!("write [{}.NAME]", element.table));
+            self.problems.add(
+                &entry.node.origin,
+                element.table,
+                message,
+                format!("write [{}.NAME]", element.table),
+            );
             return found;
         };
         for (name, entry) in items {

@@ -1,4 +1,5 @@
-//! Names of elements: what they are made of, and that no two elements share one where signals would be confused.
+//! Names of elements: what they are made of, and that no two elements share one where signals would be
+//! confused.
 
 use std::collections::HashMap;
 
@@ -33,7 +34,8 @@ pub(crate) fn check(root: &Table, problems: &mut Problems) {
                 continue;
             }
             if let Some(first) = seen.insert(name, element.singular) {
-                let message = format!("there is already a {first} `{name}`, and `{name}.force` would mean both");
+                let message =
+                    format!("there is already a {first} `{name}`, and `{name}.force` would mean both");
                 problems.add(&entry.key, &path, message, "choose another name");
             }
         }

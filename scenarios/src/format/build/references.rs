@@ -46,9 +46,18 @@ impl Builder<'_> {
                     Some("odd-sparse") => Lines::OddSparse,
                     _ => Lines::All,
                 };
-                ReferenceSpec::Multisine { lines, low_hz, high_hz, period_s: table.number("period"), rms: table.number("rms"), offset }
+                ReferenceSpec::Multisine {
+                    lines,
+                    low_hz,
+                    high_hz,
+                    period_s: table.number("period"),
+                    rms: table.number("rms"),
+                    offset,
+                }
             }
-            Some("white-noise") => ReferenceSpec::WhiteNoise { low_hz, high_hz, rms: table.number("rms"), offset },
+            Some("white-noise") => {
+                ReferenceSpec::WhiteNoise { low_hz, high_hz, rms: table.number("rms"), offset }
+            }
             Some("prbs") => ReferenceSpec::Prbs {
                 order: table.count("order").and_then(|order| u32::try_from(order).ok()).unwrap_or(2),
                 clock_period_s: table.number("clock_period"),
@@ -71,10 +80,17 @@ impl Builder<'_> {
         let origin = file_origin(item);
         let path = self.draft.sources.0[origin.source].directory.join(name);
         match read_samples(&path) {
-            Ok((times, numbers)) => spec = ReferenceSpec::Table { times_s: times, values: numbers, between, offset },
+            Ok((times, numbers)) => {
+                spec = ReferenceSpec::Table { times_s: times, values: numbers, between, offset }
+            }
             Err(message) => {
                 let remedy = "name a CSV file with the header `t_s,value`, relative to this file";
-                self.problems.add(&origin, item.key("reference.file"), format!("{}: {message}", path.display()), remedy);
+                self.problems.add(
+                    &origin,
+                    item.key("reference.file"),
+                    format!("{}: {message}", path.display()),
+                    remedy,
+                );
             }
         }
         spec
@@ -88,7 +104,9 @@ fn between(table: &Fields) -> Between {
 /// Place of the file's name, against whose file it is relative.
 fn file_origin(item: Item<'_>) -> Origin {
     let reference = item.table.get("reference").and_then(|entry| entry.node.as_table());
-    reference.and_then(|table| table.get("file")).map_or_else(|| item.at.clone(), |entry| entry.node.origin.clone())
+    reference
+        .and_then(|table| table.get("file"))
+        .map_or_else(|| item.at.clone(), |entry| entry.node.origin.clone())
 }
 
 /// Times and values of a CSV file; a message where it has none.

@@ -21,7 +21,8 @@ use crate::format::tree::{Table, Value};
 const MOST_STEPS: f64 = 1e8;
 /// Most samples of all controllers together: some minutes of work.
 const MOST_SAMPLES: f64 = 2e8;
-/// Most cycles of the fastest vibration: contacts may open and close in each, and every one of these events is located.
+/// Most cycles of the fastest vibration: contacts may open and close in each, and every one of these events
+/// is located.
 const MOST_CYCLES: f64 = 1e8;
 /// A period below this is a mistake of the period and not of the duration; so with vibrations.
 const ORDINARY_S: f64 = 1e-5;
@@ -52,15 +53,19 @@ impl Builder<'_> {
         let before = self.problems.count();
         let fields = Reader { problems: self.problems, scope }.fields(&RUN, &[], table, at, "run");
         let sound = self.problems.count() == before;
-        let named = Integrator::ALL.iter().find(|(_, name)| fields.text("integrator") == Some(name)).map(|(i, _)| *i);
+        let named =
+            Integrator::ALL.iter().find(|(_, name)| fields.text("integrator") == Some(name)).map(|(i, _)| *i);
         let step_s = fields.number("step");
         let integrator = if fields.text("engine") == Some(RAPIER) {
             Integrator::External
         } else {
-            named.filter(|_| table.contains_key("integrator")).unwrap_or_else(|| integrator::by_default(machine, step_s))
+            named
+                .filter(|_| table.contains_key("integrator"))
+                .unwrap_or_else(|| integrator::by_default(machine, step_s))
         };
         if let (Integrator::External, Some(entry)) = (integrator, table.get("integrator")) {
-            let message = "with `run.engine = \"rapier\"` Rapier steps the bodies, and no integrator is chosen";
+            let message =
+                "with `run.engine = \"rapier\"` Rapier steps the bodies, and no integrator is chosen";
             self.problems.add(&entry.node.origin, "run.integrator", message, "leave one of them out");
         }
         if integrator == Integrator::External && machine.axis == Axis::Rotational {
@@ -83,7 +88,12 @@ impl Builder<'_> {
         };
         if sound {
             self.size(&run, &fields, table, at);
-            self.work(&run, machine, controllers, table.get("duration").map_or(at, |entry| &entry.node.origin));
+            self.work(
+                &run,
+                machine,
+                controllers,
+                table.get("duration").map_or(at, |entry| &entry.node.origin),
+            );
         }
         run
     }
@@ -92,24 +102,45 @@ impl Builder<'_> {
     fn signals(&mut self, table: &Table, machine: &Machine, controllers: &Elements<ControllerUse>) {
         let Some(Value::Array(items)) = table.get("record").map(|entry| &entry.node.value) else { return };
         if items.is_empty() {
-            let (at, remedy) = (&table["record"].node.origin, "name signals, as in \"tool.force\", or leave `record` out");
-            self.problems.add(at, "run.record", "no signal is named: the record would hold times alone", remedy);
+            let (at, remedy) =
+                (&table["record"].node.origin, "name signals, as in \"tool.force\", or leave `record` out");
+            self.problems.add(
+                at,
+                "run.record",
+                "no signal is named: the record would hold times alone",
+                remedy,
+            );
         }
         let mut seen = HashSet::new();
         for item in items {
             let Some(Ok(signal)) = item.as_text().map(str::parse::<SignalName>) else { continue };
             if !seen.insert(signal.to_string()) {
-                self.problems.add(&item.origin, "run.record", format!("`{signal}` is recorded twice"), "write it once");
+                self.problems.add(
+                    &item.origin,
+                    "run.record",
+                    format!("`{signal}` is recorded twice"),
+                    "write it once",
+                );
             }
             if matches!(signal.quantity, Quantity::Output | Quantity::Reference) {
                 if !controllers.contains_key(&signal.element) {
                     let remedy = did_you_mean(&signal.element, controllers.keys().map(String::as_str));
-                    self.problems.add(&item.origin, "run.record", format!("there is no controller `{}`", signal.element), remedy);
+                    self.problems.add(
+                        &item.origin,
+                        "run.record",
+                        format!("there is no controller `{}`", signal.element),
+                        remedy,
+                    );
                 }
             } else if self.has_bad_surface(machine, &signal) {
                 // The surface is what is wrong, and has been said.
             } else if let Err(problem) = resolve(machine, &signal) {
-                self.problems.add(&item.origin, "run.record", problem.message, problem.remedy.unwrap_or_default());
+                self.problems.add(
+                    &item.origin,
+                    "run.record",
+                    problem.message,
+                    problem.remedy.unwrap_or_default(),
+                );
             }
         }
     }
@@ -125,9 +156,17 @@ impl Builder<'_> {
         let duration = run.duration_s;
         let steps = duration / run.step_s;
         if run.integrator != Integrator::Exact && steps > MOST_STEPS {
-            let message =
-                format!("{} s / {} s = {steps:.3e} steps, and at most {MOST_STEPS:.0e} are taken", short(duration), short(run.step_s));
-            self.problems.add(place("step"), "run.step", message, "lengthen the step, shorten the run, or use the exact integrator");
+            let message = format!(
+                "{} s / {} s = {steps:.3e} steps, and at most {MOST_STEPS:.0e} are taken",
+                short(duration),
+                short(run.step_s)
+            );
+            self.problems.add(
+                place("step"),
+                "run.step",
+                message,
+                "lengthen the step, shorten the run, or use the exact integrator",
+            );
         }
         let rate = fields.optional("record_rate").unwrap_or(1.0 / run.step_s);
         let rows = duration * rate;
@@ -140,11 +179,23 @@ impl Builder<'_> {
                 short(duration),
                 values * 8e-9
             );
-            self.problems.add(place(key), format!("run.{key}"), message, "lower `record_rate`, record fewer signals, or shorten the run");
+            self.problems.add(
+                place(key),
+                format!("run.{key}"),
+                message,
+                "lower `record_rate`, record fewer signals, or shorten the run",
+            );
         }
         if rows < 1.0 {
-            let message = format!("{duration} s * {rate} Hz = {rows:.3e} rows: the record would hold its first instant alone");
-            self.problems.add(place(key), format!("run.{key}"), message, "raise `record_rate`, or lengthen the run");
+            let message = format!(
+                "{duration} s * {rate} Hz = {rows:.3e} rows: the record would hold its first instant alone"
+            );
+            self.problems.add(
+                place(key),
+                format!("run.{key}"),
+                message,
+                "raise `record_rate`, or lengthen the run",
+            );
         }
     }
 
@@ -159,20 +210,34 @@ impl Builder<'_> {
                     short(body.velocity_m_per_s),
                     short(step_s),
                 );
-                let remedy = format!("shorten `run.step` to {:.3e} s or less, or leave `run.engine` out", step_s * LARGEST_TURN / turn);
-                let at = locate(&self.draft.root, &key).0.unwrap_or(Origin { source: self.draft.main, span: 0..0 });
+                let remedy = format!(
+                    "shorten `run.step` to {:.3e} s or less, or leave `run.engine` out",
+                    step_s * LARGEST_TURN / turn
+                );
+                let at = locate(&self.draft.root, &key)
+                    .0
+                    .unwrap_or(Origin { source: self.draft.main, span: 0..0 });
                 self.problems.add(&at, key, message, remedy);
             }
         }
     }
 
-    /// Refuses what would take hours, with the arithmetic: samples of the controllers, cycles of the fastest vibration, bodies.
-    fn work(&mut self, run: &RunSettings, machine: &Machine, controllers: &Elements<ControllerUse>, duration_at: &Origin) {
+    /// Refuses what would take hours, with the arithmetic: samples of the controllers, cycles of the fastest
+    /// vibration, bodies.
+    fn work(
+        &mut self,
+        run: &RunSettings,
+        machine: &Machine,
+        controllers: &Elements<ControllerUse>,
+        duration_at: &Origin,
+    ) {
         let duration = run.duration_s;
         let samples: f64 = controllers.values().map(|used| duration / used.spec.period_s).sum();
         if samples > MOST_SAMPLES {
-            let fastest = controllers.iter().min_by(|(_, a), (_, b)| a.spec.period_s.total_cmp(&b.spec.period_s));
-            let (name, period) = fastest.map_or(("", 1.0), |(name, used)| (name.as_str(), used.spec.period_s));
+            let fastest =
+                controllers.iter().min_by(|(_, a), (_, b)| a.spec.period_s.total_cmp(&b.spec.period_s));
+            let (name, period) =
+                fastest.map_or(("", 1.0), |(name, used)| (name.as_str(), used.spec.period_s));
             let message = format!(
                 "{} s / {} s (and all other controllers) = {samples:.3e} samples, and at most {MOST_SAMPLES:.0e} are taken",
                 short(duration),
@@ -202,7 +267,8 @@ impl Builder<'_> {
             }
         }
         if machine.bodies.len() > MOST_BODIES {
-            let message = format!("there are {} bodies, and at most {MOST_BODIES} are followed", machine.bodies.len());
+            let message =
+                format!("there are {} bodies, and at most {MOST_BODIES} are followed", machine.bodies.len());
             self.refuse_work("bodies".to_owned(), message, "lump bodies that move together", duration_at);
         }
     }
@@ -218,22 +284,28 @@ fn rounded(value: f64) -> String {
     if value < 1e6 { format!("{value:.1}") } else { format!("{value:.3e}") }
 }
 
-/// The largest `sqrt(k / m) / 2 pi` or `c / m / 2 pi` of a linear spring or contact with the lighter body at its ends: its key, the frequency, and how it
-/// comes about.
+/// The largest `sqrt(k / m) / 2 pi` or `c / m / 2 pi` of a linear spring or contact with the lighter body at
+/// its ends: its key, the frequency, and how it comes about.
 fn fastest_motion(machine: &Machine) -> Option<(String, f64, String)> {
     let springs = machine.springs.iter().filter(|(_, spring)| !spring.rigid);
-    let springs =
-        springs.map(|(name, spring)| (format!("springs.{name}"), &spring.between, spring.stiffness_n_per_m, spring.damping_n_s_per_m));
+    let springs = springs.map(|(name, spring)| {
+        (format!("springs.{name}"), &spring.between, spring.stiffness_n_per_m, spring.damping_n_s_per_m)
+    });
     let linear = |contact: &Contact| match contact.law {
         ContactLaw::KelvinVoigt => true,
         ContactLaw::HuntCrossley { exponent, .. } => exponent.total_cmp(&1.0).is_eq(),
         ContactLaw::Hertz => false,
     };
     let contacts = machine.contacts.iter().filter(|(_, contact)| linear(contact));
-    let contacts =
-        contacts.map(|(name, contact)| (format!("contacts.{name}"), &contact.between, contact.stiffness, contact.damping_n_s_per_m));
+    let contacts = contacts.map(|(name, contact)| {
+        (format!("contacts.{name}"), &contact.between, contact.stiffness, contact.damping_n_s_per_m)
+    });
     let of = |(key, between, stiffness, damping): (String, &[String; 2], f64, f64)| {
-        let mass = between.iter().filter_map(|name| machine.bodies.get(name)).map(|body| body.mass_kg).min_by(f64::total_cmp)?;
+        let mass = between
+            .iter()
+            .filter_map(|name| machine.bodies.get(name))
+            .map(|body| body.mass_kg)
+            .min_by(f64::total_cmp)?;
         let vibration = (format!("{key}.stiffness"), (stiffness / mass).sqrt() / TAU);
         let decay = (format!("{key}.damping"), damping / mass / TAU);
         let mass = short(mass);

@@ -57,10 +57,17 @@ pub(crate) fn plain(fields: &Fields) -> Option<Shape> {
 /// A shape from its file.
 pub(crate) fn from_file(fields: &Fields, path: &Path) -> Result<Shape, FileError> {
     if fields.variant == Some("height-field") {
-        return Ok(read_height_field(&text_of(path)?, ["extent_y", "extent_z"].map(|key| fields.number(key)))?);
+        return Ok(read_height_field(
+            &text_of(path)?,
+            ["extent_y", "extent_z"].map(|key| fields.number(key)),
+        )?);
     }
     let mesh = mesh(path, fields.number("scale"))?;
-    Ok(if fields.variant == Some("hull") { Shape::Hull { points_m: mesh.vertices_m } } else { Shape::Mesh(mesh) })
+    Ok(if fields.variant == Some("hull") {
+        Shape::Hull { points_m: mesh.vertices_m }
+    } else {
+        Shape::Mesh(mesh)
+    })
 }
 
 /// A mesh from an STL or OBJ file.

@@ -27,7 +27,12 @@ impl Builder<'_> {
         let (key, found) = match (surface, profile) {
             (Some(_), _) if self.rotational() => {
                 let message = "shapes touch along a line, and this axis is rotational";
-                self.problems.add(item.place("surface"), item.key("surface"), message, "write the gap out as `profile`");
+                self.problems.add(
+                    item.place("surface"),
+                    item.key("surface"),
+                    message,
+                    "write the gap out as `profile`",
+                );
                 return None;
             }
             (Some(surface), _) => ("surface", self.surface(item, surface)?),
@@ -38,7 +43,12 @@ impl Builder<'_> {
     }
 
     /// The stiffness of a contact that names none: Hertz's, between two materials.
-    pub(super) fn stiffness_of_materials(&mut self, item: Item<'_>, fields: &Fields, law: ContactLaw) -> Option<f64> {
+    pub(super) fn stiffness_of_materials(
+        &mut self,
+        item: Item<'_>,
+        fields: &Fields,
+        law: ContactLaw,
+    ) -> Option<f64> {
         if item.table.contains_key("stiffness") {
             return None;
         }
@@ -46,9 +56,13 @@ impl Builder<'_> {
         let part = |name: &str| surface.and_then(|surface| surface.table(name));
         let material = |name: &str| {
             let material = part(name)?.table("material")?;
-            Some(Material { youngs_modulus_pa: material.number("youngs_modulus"), poisson_ratio: material.number("poisson_ratio") })
+            Some(Material {
+                youngs_modulus_pa: material.number("youngs_modulus"),
+                poisson_ratio: material.number("poisson_ratio"),
+            })
         };
-        let (Some(tip), Some(workpiece), ContactLaw::Hertz) = (material("tip"), material("workpiece"), law) else {
+        let (Some(tip), Some(workpiece), ContactLaw::Hertz) = (material("tip"), material("workpiece"), law)
+        else {
             let remedy = "add `stiffness = \"... N/m\"`: k; or `law = \"hertz\"` and a `material` of tip and workpiece in `surface`";
             self.problems.add(item.at, item.key("stiffness"), "`stiffness` is missing", remedy);
             return None;
@@ -61,10 +75,17 @@ impl Builder<'_> {
             })
         });
         match radii {
-            [Some(a), Some(b)] if a.is_finite() || b.is_finite() => Some(hertz_stiffness((a, tip), (b, workpiece))),
+            [Some(a), Some(b)] if a.is_finite() || b.is_finite() => {
+                Some(hertz_stiffness((a, tip), (b, workpiece)))
+            }
             _ => {
                 let message = "these two shapes do not touch in a point of one curvature, so that Hertz's law for balls does not hold";
-                self.problems.add(item.at, item.key("stiffness"), message, "write `stiffness`, or give one of them the shape of a ball");
+                self.problems.add(
+                    item.at,
+                    item.key("stiffness"),
+                    message,
+                    "write `stiffness`, or give one of them the shape of a ball",
+                );
                 None
             }
         }
@@ -98,7 +119,9 @@ impl Builder<'_> {
     fn feed(&mut self, item: Item<'_>, fields: &Fields) -> Option<(Feed, f64)> {
         if fields.variant == Some("path") {
             let feed =
-                self.file(item, "feed", fields, "a CSV file with the header `t_s,y_m,z_m`", |path| Ok(Feed::read_path(&text_of(path)?)?))?;
+                self.file(item, "feed", fields, "a CSV file with the header `t_s,y_m,z_m`", |path| {
+                    Ok(Feed::read_path(&text_of(path)?)?)
+                })?;
             let end_s = feed.end_s();
             return Some((feed, end_s));
         }
@@ -115,8 +138,17 @@ impl Builder<'_> {
         what: &str,
         read: impl Fn(&Path) -> Result<T, FileError>,
     ) -> Option<T> {
-        let inner =
-            |key: &str| item.table.get("surface")?.node.as_table()?.get(part)?.node.as_table()?.get(key).map(|entry| &entry.node.origin);
+        let inner = |key: &str| {
+            item.table
+                .get("surface")?
+                .node
+                .as_table()?
+                .get(part)?
+                .node
+                .as_table()?
+                .get(key)
+                .map(|entry| &entry.node.origin)
+        };
         let origin = inner("file").unwrap_or(item.at).clone();
         let path: PathBuf = self.draft.sources.0[origin.source].directory.join(fields.text("file")?);
         match read(&path) {
@@ -124,8 +156,15 @@ impl Builder<'_> {
             Err(error) => {
                 let message = format!("{}: {error}", path.display());
                 let key = item.key(&format!("surface.{part}.file"));
-                let (said, remedy) = message.split_once("; ").map_or((message.as_str(), None), |(said, remedy)| (said, Some(remedy)));
-                self.problems.add(&origin, key, said, remedy.map_or_else(|| format!("name {what}, relative to this file"), str::to_owned));
+                let (said, remedy) = message
+                    .split_once("; ")
+                    .map_or((message.as_str(), None), |(said, remedy)| (said, Some(remedy)));
+                self.problems.add(
+                    &origin,
+                    key,
+                    said,
+                    remedy.map_or_else(|| format!("name {what}, relative to this file"), str::to_owned),
+                );
                 None
             }
         }
@@ -138,9 +177,17 @@ impl Builder<'_> {
                 let position = |name: &String| machine.bodies.get(name).map_or(0.0, |body| body.position_m);
                 let [tip, workpiece] = &contact.between;
                 let depth_m = position(tip) - position(workpiece) - contact.gap_m - profile.at(0.0).0;
-                let root = self.draft.root.get("contacts").and_then(|entry| entry.node.as_table()).and_then(|table| table.get(&name));
-                let surface = root.and_then(|entry| entry.node.as_table()).and_then(|table| table.get("surface"));
-                if let Some(at) = surface.filter(|_| depth_m > 0.0 && contact.engagement == Engagement::Unilateral) {
+                let root = self
+                    .draft
+                    .root
+                    .get("contacts")
+                    .and_then(|entry| entry.node.as_table())
+                    .and_then(|table| table.get(&name));
+                let surface =
+                    root.and_then(|entry| entry.node.as_table()).and_then(|table| table.get("surface"));
+                if let Some(at) =
+                    surface.filter(|_| depth_m > 0.0 && contact.engagement == Engagement::Unilateral)
+                {
                     let error = GeometryError::Overlap { depth_m }.to_string();
                     let (what, remedy) = error.split_once("; ").unwrap_or((&error, ""));
                     self.problems.add(&at.node.origin, format!("contacts.{name}.surface"), what, remedy);
@@ -158,12 +205,23 @@ fn written(fields: &Fields) -> Result<Arc<Profile>, String> {
     let profile = if rate.is_empty() {
         Profile::smooth(&offset)
     } else {
-        let same = offset.len() == rate.len() && offset.iter().zip(&rate).all(|((a, _), (b, _))| a.to_bits() == b.to_bits());
+        let same = offset.len() == rate.len()
+            && offset.iter().zip(&rate).all(|((a, _), (b, _))| a.to_bits() == b.to_bits());
         if !same {
-            return Err(format!("{} offsets and {} rates are not at the same times; give each offset its rate", offset.len(), rate.len()));
+            return Err(format!(
+                "{} offsets and {} rates are not at the same times; give each offset its rate",
+                offset.len(),
+                rate.len()
+            ));
         }
-        let knots: Vec<Knot> = offset.iter().zip(&rate).map(|((t, p), (_, v))| Knot { t_s: *t, offset_m: *p, rate_m_per_s: *v }).collect();
+        let knots: Vec<Knot> = offset
+            .iter()
+            .zip(&rate)
+            .map(|((t, p), (_, v))| Knot { t_s: *t, offset_m: *p, rate_m_per_s: *v })
+            .collect();
         Profile::new(&knots)
     };
-    profile.map(Arc::new).map_err(|problem| format!("{}; {}", problem.message, problem.remedy.unwrap_or_default()))
+    profile
+        .map(Arc::new)
+        .map_err(|problem| format!("{}; {}", problem.message, problem.remedy.unwrap_or_default()))
 }

@@ -41,7 +41,12 @@ pub(super) fn read(draft: &mut Draft, fields: &Fields, problems: &mut Problems) 
         (root, entry.node.origin.clone())
     } else {
         if let Some(tool) = tool {
-            problems.add(&tool.key, "tool", "an arm file names its tool itself", "remove `tool`, or set it in the arm file");
+            problems.add(
+                &tool.key,
+                "tool",
+                "an arm file names its tool itself",
+                "remove `tool`, or set it in the arm file",
+            );
         }
         (arm_file(&path, draft, &entry, problems)?, Origin { source: draft.sources.0.len() - 1, span: 0..0 })
     };
@@ -56,10 +61,14 @@ pub(super) fn read(draft: &mut Draft, fields: &Fields, problems: &mut Problems) 
 
 /// The tree of an arm file, which is added to the sources.
 fn arm_file(path: &Path, draft: &mut Draft, entry: &Entry, problems: &mut Problems) -> Option<Table> {
-    let mut refuse =
-        |message: String| problems.add(&entry.node.origin, "arm", message, "name an arm file or a URDF, relative to this file");
-    let said = |error: crate::format::FormatError| error.problems.first().map_or_else(String::new, |problem| problem.message.clone());
-    let text = read_text(path).map_err(|error| refuse(format!("{}: {}", path.display(), said(error)))).ok()?;
+    let mut refuse = |message: String| {
+        problems.add(&entry.node.origin, "arm", message, "name an arm file or a URDF, relative to this file")
+    };
+    let said = |error: crate::format::FormatError| {
+        error.problems.first().map_or_else(String::new, |problem| problem.message.clone())
+    };
+    let text =
+        read_text(path).map_err(|error| refuse(format!("{}: {}", path.display(), said(error)))).ok()?;
     parse_toml(&text, &path.display().to_string(), &mut draft.sources)
         .map_err(|error| refuse(format!("{}: {}", path.display(), said(error))))
         .ok()
@@ -86,11 +95,23 @@ fn joints(arm: &Arm, root: &Table, draft: &Draft, problems: &mut Problems) -> Op
     (found.len() == arm.chain().joints()).then_some(found)
 }
 
-fn effects(root: &Table, name: &str, path: &str, slides: bool, draft: &Draft, problems: &mut Problems) -> Option<Vec<EffectUse>> {
+fn effects(
+    root: &Table,
+    name: &str,
+    path: &str,
+    slides: bool,
+    draft: &Draft,
+    problems: &mut Problems,
+) -> Option<Vec<EffectUse>> {
     let path = join(path, EFFECTS);
     let Some(node) = node_at(root, &["joints", name, EFFECTS]) else { return Some(Vec::new()) };
     let Some(table) = node.as_table() else {
-        problems.add(&node.origin, &path, format!("this must be a table, not {}", node.value.kind()), format!("write [{path}.KIND]"));
+        problems.add(
+            &node.origin,
+            &path,
+            format!("this must be a table, not {}", node.value.kind()),
+            format!("write [{path}.KIND]"),
+        );
         return None;
     };
     let axis = if slides { Axis::Translational } else { Axis::Rotational };
@@ -130,7 +151,9 @@ fn bodies(read: &ReadArm, at: &Origin, problems: &mut Problems) -> Option<Vec<Bo
         for collision in collisions {
             shapes.push(
                 shape(collision, &read.folder)
-                    .map_err(|error| problems.add(at, "arm", error, "put the file beside the URDF as STL or OBJ"))
+                    .map_err(|error| {
+                        problems.add(at, "arm", error, "put the file beside the URDF as STL or OBJ")
+                    })
                     .ok()?,
             );
         }
@@ -153,8 +176,13 @@ fn shape(collision: &Collision, folder: &Path) -> Result<(Shape, Isometry3<f64>)
         CollisionShape::Mesh { file, scale_m } => {
             let path = mesh_path(folder, file).unwrap_or_else(|| folder.join(file));
             let line = collision.line;
-            let mesh = shapes::mesh(&path, 1.0).map_err(|error| format!("line {line} of the URDF: {}: {error}", path.display()))?;
-            let points_m = mesh.vertices_m.iter().map(|corner| std::array::from_fn(|axis| corner[axis] * scale_m[axis])).collect();
+            let mesh = shapes::mesh(&path, 1.0)
+                .map_err(|error| format!("line {line} of the URDF: {}: {error}", path.display()))?;
+            let points_m = mesh
+                .vertices_m
+                .iter()
+                .map(|corner| std::array::from_fn(|axis| corner[axis] * scale_m[axis]))
+                .collect();
             (Shape::Hull { points_m }, place)
         }
     })

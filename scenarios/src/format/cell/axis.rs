@@ -1,5 +1,5 @@
-//! The axis along the normal, as a machine: what a scenario of a whole arm says of contact, sensors, controller and run, and the bodies and the drive between
-//! which these stand.
+//! The axis along the normal, as a machine: what a scenario of a whole arm says of contact, sensors,
+//! controller and run, and the bodies and the drive between which these stand.
 
 use feeler_arm::Reduction;
 
@@ -16,10 +16,17 @@ const DRIVE: &str = "drive";
 const ENCODER: &str = "encoder";
 
 /// Effects of a contact that hold for shapes in space.
-const OF_CONTACTS: [&str; 6] =
-    ["contact-stiffness", "contact-damping", "hunt-crossley-contact", "hertz-contact", "hardening-stiffness", "surface-offset"];
+const OF_CONTACTS: [&str; 6] = [
+    "contact-stiffness",
+    "contact-damping",
+    "hunt-crossley-contact",
+    "hertz-contact",
+    "hardening-stiffness",
+    "surface-offset",
+];
 /// Effects of sensors and controllers that do not, with why.
-const NOT_OF_OTHERS: [(&str, &str); 1] = [("tool-inertia", "the wrist sensor is taken as massless beyond it")];
+const NOT_OF_OTHERS: [(&str, &str); 1] =
+    [("tool-inertia", "the wrist sensor is taken as massless beyond it")];
 /// Keys that have no meaning for a whole arm: table, key, and what is there instead.
 const NOT_HERE: [(&str, &str, &str); 10] = [
     ("contacts", "between", "the contact is between `[tip]` and `[workpiece]`"),
@@ -40,7 +47,9 @@ pub(super) fn draft(draft: &Draft, reduction: Option<&Reduction>, problems: &mut
     let top = Origin { source: draft.main, span: 0..0 };
     let place = draft.root.get("arm").map_or(top.clone(), |entry| entry.key.clone());
     let mut root: Table = (draft.root.iter())
-        .filter(|(name, _)| ["name", "about", "contacts", "sensors", "controllers", "run"].contains(&name.as_str()))
+        .filter(|(name, _)| {
+            ["name", "about", "contacts", "sensors", "controllers", "run"].contains(&name.as_str())
+        })
         .map(|(name, entry)| (name.clone(), entry.clone()))
         .collect();
     refuse_keys(&root, problems);
@@ -53,7 +62,11 @@ pub(super) fn draft(draft: &Draft, reduction: Option<&Reduction>, problems: &mut
     each_table(&mut root, "contacts", |table| make.put(table, "between", make.texts(&[TIP, "ground"])));
     each_table(&mut root, "controllers", |table| make.put(table, "drives", make.text(DRIVE)));
     let body = |mass| make.table([("mass", make.number(mass))]);
-    make.put(&mut root, "bodies", make.table([(MOTOR, body(axis.motor_mass_kg)), (TIP, body(axis.tip_mass_kg))]));
+    make.put(
+        &mut root,
+        "bodies",
+        make.table([(MOTOR, body(axis.motor_mass_kg)), (TIP, body(axis.tip_mass_kg))]),
+    );
     let spring = make.table([
         ("between", make.texts(&[MOTOR, TIP])),
         ("stiffness", make.number(axis.stiffness_n_per_m)),
@@ -95,7 +108,9 @@ impl Maker {
     }
 
     fn table<const N: usize>(&self, entries: [(&str, Node); N]) -> Node {
-        self.node(Value::Table(entries.into_iter().map(|(name, node)| (name.to_owned(), self.entry(node))).collect()))
+        self.node(Value::Table(
+            entries.into_iter().map(|(name, node)| (name.to_owned(), self.entry(node))).collect(),
+        ))
     }
 
     fn put(&self, table: &mut Table, name: &str, node: Node) {
@@ -105,7 +120,11 @@ impl Maker {
 
 fn each_table(root: &mut Table, name: &str, mut change: impl FnMut(&mut Table)) {
     let tables = root.get_mut(name).and_then(|entry| entry.node.as_table_mut());
-    tables.into_iter().flat_map(Table::values_mut).filter_map(|entry| entry.node.as_table_mut()).for_each(&mut change);
+    tables
+        .into_iter()
+        .flat_map(Table::values_mut)
+        .filter_map(|entry| entry.node.as_table_mut())
+        .for_each(&mut change);
 }
 
 /// The elements of a table of elements that are tables.
@@ -118,7 +137,12 @@ fn refuse_keys(root: &Table, problems: &mut Problems) {
     for (name, key, instead) in NOT_HERE {
         let mut refuse = |path: &str, table: &Table| {
             if let Some(entry) = table.get(key) {
-                problems.add(&entry.key, join(path, key), format!("`{key}` has no meaning for a whole arm: {instead}"), "remove it");
+                problems.add(
+                    &entry.key,
+                    join(path, key),
+                    format!("`{key}` has no meaning for a whole arm: {instead}"),
+                    "remove it",
+                );
             }
         };
         if name == "run" {
@@ -161,7 +185,12 @@ fn refuse_effects(root: &Table, problems: &mut Problems) {
                 if feeler_plant::effects::LIBRARY.iter().any(|definition| definition.kind == kind) {
                     let path = join(&join(&join(name, element), EFFECTS), kind);
                     let remedy = format!("{why}; the axis that `feeler reduce` makes takes every effect");
-                    problems.add(&entry.key, path, format!("`{kind}` is not simulated with a whole arm"), remedy);
+                    problems.add(
+                        &entry.key,
+                        path,
+                        format!("`{kind}` is not simulated with a whole arm"),
+                        remedy,
+                    );
                 }
             }
         }
@@ -179,11 +208,21 @@ fn refuse_sources(root: &Table, problems: &mut Problems) {
         let path = join("sensors", name);
         if !motion && !force.iter().any(|known| known == signal) {
             let remedy = format!("read {} or {}, motor.position or motor.velocity", force[0], force[1]);
-            problems.add(&reads.node.origin, join(&path, "reads"), format!("no sensor of a whole arm reads `{signal}`"), remedy);
+            problems.add(
+                &reads.node.origin,
+                join(&path, "reads"),
+                format!("no sensor of a whole arm reads `{signal}`"),
+                remedy,
+            );
         }
         if let Some(filter) = table.get("low_pass").filter(|_| motion) {
             let remedy = "remove it; `velocity_filter` of the controller smooths speeds";
-            problems.add(&filter.key, join(&path, "low_pass"), "joint encoders have no analogue filter", remedy);
+            problems.add(
+                &filter.key,
+                join(&path, "low_pass"),
+                "joint encoders have no analogue filter",
+                remedy,
+            );
         }
     }
 }

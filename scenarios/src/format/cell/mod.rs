@@ -78,7 +78,8 @@ impl CellFile {
 /// The scenario, or none where there are problems; an error where the axis along the normal has mistakes.
 fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>, FormatError> {
     let top = Origin { source: draft.main, span: 0..0 };
-    let tables: Vec<&str> = CELL_TABLES.iter().map(|(table, ..)| *table).chain(SHARED).chain(["joints"]).collect();
+    let tables: Vec<&str> =
+        CELL_TABLES.iter().map(|(table, ..)| *table).chain(SHARED).chain(["joints"]).collect();
     let fields = Reader { problems, scope: Scope::new(false) }.fields(&CELL, &tables, &draft.root, &top, "");
     let arm = arm_parts::read(draft, &fields, problems);
     let start = table(draft, "start", &START, problems);
@@ -92,16 +93,29 @@ fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>,
         let found = arm.arm.reduce(&start.pose, start.normal, others);
         found.map_err(|error| refuse(draft, problems, "start.normal", &error.to_string())).ok()
     });
-    let scenario = axis::draft(draft, reduction.as_ref(), problems).map(Document::build).transpose()?.map(|document| document.scenario);
-    let (Some(arm), Some(start), Some(tip), Some(workpiece), Some(hold), Some(scenario)) = (arm, start, tip, workpiece, hold, scenario)
+    let scenario = axis::draft(draft, reduction.as_ref(), problems)
+        .map(Document::build)
+        .transpose()?
+        .map(|document| document.scenario);
+    let (Some(arm), Some(start), Some(tip), Some(workpiece), Some(hold), Some(scenario)) =
+        (arm, start, tip, workpiece, hold, scenario)
     else {
         return Ok(None);
     };
-    let given = |key: &str| draft.root.get("run").and_then(|run| run.node.as_table()).is_some_and(|run| run.contains_key(key));
+    let given = |key: &str| {
+        draft.root.get("run").and_then(|run| run.node.as_table()).is_some_and(|run| run.contains_key(key))
+    };
     if scenario.run.duration_s > LONGEST_S {
-        let message =
-            format!("a run of {} s takes as long in good cases, and at most {LONGEST_S} s are simulated", scenario.run.duration_s);
-        refuse(draft, problems, "run.duration", &format!("{message}; shorten it, or run the axis that `feeler reduce` makes"));
+        let message = format!(
+            "a run of {} s takes as long in good cases, and at most {LONGEST_S} s are simulated",
+            scenario.run.duration_s
+        );
+        refuse(
+            draft,
+            problems,
+            "run.duration",
+            &format!("{message}; shorten it, or run the axis that `feeler reduce` makes"),
+        );
     }
     let cell = Cell {
         arm: arm.arm,
@@ -117,7 +131,9 @@ fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>,
     if problems.is_empty() {
         check(&cell, draft, problems);
     }
-    let stem = Path::new(&draft.sources.0[draft.main].name).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let stem = Path::new(&draft.sources.0[draft.main].name)
+        .file_stem()
+        .map(|stem| stem.to_string_lossy().into_owned());
     Ok(Some(CellFile {
         name: fields.text("name").map(str::to_owned).or(stem).unwrap_or_default(),
         about: fields.text("about").unwrap_or_default().into(),
@@ -139,7 +155,8 @@ fn refuse(draft: &Draft, problems: &mut Problems, key: &str, message: &str) {
 fn check(cell: &Cell, draft: &Draft, problems: &mut Problems) {
     let found = cell.check_start().and_then(|()| Simulation::new(cell, RECORD_RATE_HZ, 1).map(drop));
     let Err(error) = found else { return };
-    let start = if super::document::locate(&draft.root, "start.pose").1 { "start.pose" } else { "start.place" };
+    let start =
+        if super::document::locate(&draft.root, "start.pose").1 { "start.pose" } else { "start.place" };
     let key = match &error {
         ManipulatorError::NeverMeets => "start.normal",
         ManipulatorError::OutOfReach { .. } => "workpiece",
@@ -161,7 +178,12 @@ fn table(draft: &Draft, name: &str, keys: &'static Keys, problems: &mut Problems
         Some(node) => match &node.value {
             Value::Table(table) => (table, &node.origin),
             other => {
-                problems.add(&node.origin, name, format!("this must be a table, not {}", other.kind()), format!("write [{name}]"));
+                problems.add(
+                    &node.origin,
+                    name,
+                    format!("this must be a table, not {}", other.kind()),
+                    format!("write [{name}]"),
+                );
                 return None;
             }
         },
@@ -176,7 +198,11 @@ fn part(draft: &Draft, name: &str, problems: &mut Problems) -> Option<Part> {
     let fields = table(draft, name, &PLACED, problems)?;
     let place = shapes::place(&fields);
     let what = shapes::file_of(&fields);
-    let shape = if what.is_empty() { shapes::plain(&fields)? } else { shape_of_file(draft, name, &fields, what, problems)? };
+    let shape = if what.is_empty() {
+        shapes::plain(&fields)?
+    } else {
+        shape_of_file(draft, name, &fields, what, problems)?
+    };
     Some(Part { shape, place }).filter(|part| sound(draft, part, name, problems))
 }
 
@@ -186,15 +212,28 @@ fn sound(draft: &Draft, part: &Part, name: &str, problems: &mut Problems) -> boo
     found.map_err(|error| refuse(draft, problems, name, &error.to_string())).is_ok()
 }
 
-fn shape_of_file(draft: &Draft, name: &str, fields: &Fields, what: &str, problems: &mut Problems) -> Option<Shape> {
+fn shape_of_file(
+    draft: &Draft,
+    name: &str,
+    fields: &Fields,
+    what: &str,
+    problems: &mut Problems,
+) -> Option<Shape> {
     let key = join(name, "file");
     let origin = super::document::locate(&draft.root, &key).0?;
     let path: PathBuf = draft.sources.0[origin.source].directory.join(fields.text("file")?);
     let found = shapes::from_file(fields, &path);
     let said = |error: shapes::FileError| {
         let message = format!("{}: {error}", path.display());
-        let (message, remedy) = message.split_once("; ").map_or((message.as_str(), None), |(message, remedy)| (message, Some(remedy)));
-        problems.add(&origin, key, message, remedy.map_or_else(|| format!("name {what}, relative to this file"), str::to_owned));
+        let (message, remedy) = message
+            .split_once("; ")
+            .map_or((message.as_str(), None), |(message, remedy)| (message, Some(remedy)));
+        problems.add(
+            &origin,
+            key,
+            message,
+            remedy.map_or_else(|| format!("name {what}, relative to this file"), str::to_owned),
+        );
     };
     found.map_err(said).ok()
 }
@@ -208,14 +247,26 @@ fn start_of(fields: &Fields, parts: &ArmParts, draft: &Draft, problems: &mut Pro
         return None;
     };
     let pose = match (fields.numbers("pose"), fields.numbers("place")) {
-        (Some(pose), None) => chain.check_pose(pose).map(|()| pose.to_vec()).map_err(|error| ("start.pose", error)),
+        (Some(pose), None) => {
+            chain.check_pose(pose).map(|()| pose.to_vec()).map_err(|error| ("start.pose", error))
+        }
         (None, Some(place)) => {
             let place_m = Vector3::from_column_slice(place);
-            let target = if chain.joints() >= POINTING { Target::Pointing(place_m, along) } else { Target::Position(place_m) };
-            inverse_kinematics(chain, &target, &usual_starts(chain, place_m.into())).map_err(|error| ("start.place", error))
+            let target = if chain.joints() >= POINTING {
+                Target::Pointing(place_m, along)
+            } else {
+                Target::Position(place_m)
+            };
+            inverse_kinematics(chain, &target, &usual_starts(chain, place_m.into()))
+                .map_err(|error| ("start.place", error))
         }
         _ => {
-            refuse(draft, problems, "start", "this needs either `pose` or `place`; give the joints' positions, or where the tool is");
+            refuse(
+                draft,
+                problems,
+                "start",
+                "this needs either `pose` or `place`; give the joints' positions, or where the tool is",
+            );
             return None;
         }
     };
@@ -225,7 +276,10 @@ fn start_of(fields: &Fields, parts: &ArmParts, draft: &Draft, problems: &mut Pro
         Err((key, error)) => {
             let message = match error {
                 ArmError::Unreachable { .. } => {
-                    format!("{}; choose a place within reach, or give a `pose`", error.to_string().replace("; ", ", "))
+                    format!(
+                        "{}; choose a place within reach, or give a `pose`",
+                        error.to_string().replace("; ", ", ")
+                    )
                 }
                 other => other.to_string(),
             };

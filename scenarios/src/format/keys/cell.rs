@@ -19,7 +19,11 @@ pub(crate) static CELL: Shape = Shape {
             Kind::Text,
             "an arm file, or a URDF (`.urdf`), relative to this one; `[joints]` of this file are laid over those of the arm file, key by key, and a URDF has none",
         ),
-        optional("tool", Kind::Text, "with a URDF: link whose frame is the tool's; where absent, the last one that nothing hangs on"),
+        optional(
+            "tool",
+            Kind::Text,
+            "with a URDF: link whose frame is the tool's; where absent, the last one that nothing hangs on",
+        ),
         optional(
             "machine",
             Kind::Text,
@@ -32,7 +36,11 @@ pub(crate) static CELL: Shape = Shape {
 /// `[start]`
 pub(crate) static START: Shape = Shape {
     keys: &[
-        optional("pose", Kind::Numbers(ANGLE, 0), "positions of the joints in their order, rad (m of one that slides); or `place`"),
+        optional(
+            "pose",
+            Kind::Numbers(ANGLE, 0),
+            "positions of the joints in their order, rad (m of one that slides); or `place`",
+        ),
         optional(
             "place",
             Kind::Numbers(LENGTH, 3),
@@ -51,7 +59,13 @@ pub(crate) static START: Shape = Shape {
 /// `[hold]`
 pub(crate) static HOLD: Shape = Shape {
     keys: &[
-        number("bandwidth", Unit::Of(Dimension::FREQUENCY), Bound::NotNegative, 5.0, "natural frequency; 0 for no position control"),
+        number(
+            "bandwidth",
+            Unit::Of(Dimension::FREQUENCY),
+            Bound::NotNegative,
+            5.0,
+            "natural frequency; 0 for no position control",
+        ),
         number("damping_ratio", Unit::Of(Dimension::NONE), Bound::Positive, 1.0, "damping ratio"),
     ],
     choice: None,
@@ -60,7 +74,8 @@ pub(crate) static HOLD: Shape = Shape {
 const X: Key = number("x", LENGTH, Bound::Any, 0.0, "position");
 const Y: Key = number("y", LENGTH, Bound::Any, 0.0, "position");
 const Z: Key = number("z", LENGTH, Bound::Any, 0.0, "position");
-const TURN_X: Key = number("turn_x", ANGLE, Bound::Any, 0.0, "part along x of the axis of rotation times its angle");
+const TURN_X: Key =
+    number("turn_x", ANGLE, Bound::Any, 0.0, "part along x of the axis of rotation times its angle");
 const TURN_Y: Key = number("turn_y", ANGLE, Bound::Any, 0.0, "part along y");
 const TURN_Z: Key = number("turn_z", ANGLE, Bound::Any, 0.0, "part along z");
 
@@ -70,7 +85,11 @@ pub(crate) static PLACED: Shape = Shape { keys: &[X, Y, Z, TURN_X, TURN_Y, TURN_
 /// Tables of such a file beside those of an axis, and what they are.
 pub(crate) static CELL_TABLES: [(&str, &Shape, &str); 4] = [
     ("start", &START, "How the arm begins, at rest but for `speed`; its gears are relaxed."),
-    ("tip", &PLACED, "What touches, in the frame of the tool. A ball is measured exactly, other shapes as closely as Parry iterates."),
+    (
+        "tip",
+        &PLACED,
+        "What touches, in the frame of the tool. A ball is measured exactly, other shapes as closely as Parry iterates.",
+    ),
     (
         "workpiece",
         &PLACED,

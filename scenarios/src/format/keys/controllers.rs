@@ -6,7 +6,9 @@ use feeler_plant::units::Dimension;
 
 use super::REFERENCE;
 use super::machine::{LONGEST_DELAY, LOW_PASS};
-use crate::format::shape::{Absent, Bound, Choice, Element, Key, Kind, Shape, Unit, Variant, Word, number, optional, required, word};
+use crate::format::shape::{
+    Absent, Bound, Choice, Element, Key, Kind, Shape, Unit, Variant, Word, number, optional, required, word,
+};
 
 const TIME: Unit = Unit::Of(Dimension::TIME);
 const FREQUENCY: Unit = Unit::Of(Dimension::FREQUENCY);
@@ -26,37 +28,65 @@ const PER_LENGTH: Unit = Unit::OutputPer(Dimension::LENGTH);
 const PER_LENGTH_TIME: Unit = per(0, 1, 1);
 const PER_VELOCITY: Unit = Unit::OutputPer(Dimension::VELOCITY);
 
-const DERIVATIVE_FILTER: Key =
-    number("derivative_filter", TIME, Bound::NotNegative, 0.0, "time constant of the first-order filter on the derivative");
+const DERIVATIVE_FILTER: Key = number(
+    "derivative_filter",
+    TIME,
+    Bound::NotNegative,
+    0.0,
+    "time constant of the first-order filter on the derivative",
+);
 const ANTI_WINDUP: Key = Key {
     name: "anti_windup",
     kind: Kind::WordOrTable(ANTI_WINDUPS, &TRACKING),
     absent: Absent::Word("conditional"),
     text: "what the integrator does at the output limit; { tracking_time = ... } drives it back at that time constant",
 };
-const ANTI_WINDUPS: &[Word] = &[word("conditional", "it stops while the error would drive the output further"), word("off", "it winds up")];
+const ANTI_WINDUPS: &[Word] = &[
+    word("conditional", "it stops while the error would drive the output further"),
+    word("off", "it winds up"),
+];
 
-static TRACKING: Shape =
-    Shape { keys: &[required("tracking_time", Kind::Quantity(TIME, Bound::Positive), "tracking time constant")], choice: None };
+static TRACKING: Shape = Shape {
+    keys: &[required("tracking_time", Kind::Quantity(TIME, Bound::Positive), "tracking time constant")],
+    choice: None,
+};
 
 static LEAD: Shape = Shape {
     keys: &[
         required("zero", Kind::Quantity(FREQUENCY, Bound::Positive), "frequency of the zero"),
-        required("pole", Kind::Quantity(FREQUENCY, Bound::Positive), "frequency of the pole; below the zero's it is a lag"),
+        required(
+            "pole",
+            Kind::Quantity(FREQUENCY, Bound::Positive),
+            "frequency of the pole; below the zero's it is a lag",
+        ),
     ],
     choice: None,
 };
 
 static APPROACH: Shape = Shape {
     keys: &[
-        required("speed", Kind::Quantity(Unit::Of(Dimension::VELOCITY), Bound::Positive), "speed towards the workpiece"),
-        required("until", Kind::Quantity(FORCE, Bound::Any), "the phase ends at the first sample whose reading is at least this"),
+        required(
+            "speed",
+            Kind::Quantity(Unit::Of(Dimension::VELOCITY), Bound::Positive),
+            "speed towards the workpiece",
+        ),
+        required(
+            "until",
+            Kind::Quantity(FORCE, Bound::Any),
+            "the phase ends at the first sample whose reading is at least this",
+        ),
         optional(
             "release",
             Kind::Quantity(FORCE, Bound::Any),
             "it starts again below this, at most `until`; where absent, contact latches",
         ),
-        number("bandwidth", FREQUENCY, Bound::Positive, Approach::DEFAULT_BANDWIDTH_HZ, "of the position loop that moves a force drive"),
+        number(
+            "bandwidth",
+            FREQUENCY,
+            Bound::Positive,
+            Approach::DEFAULT_BANDWIDTH_HZ,
+            "of the position loop that moves a force drive",
+        ),
     ],
     choice: None,
 };
@@ -75,12 +105,36 @@ pub(crate) static CONTROLLERS: Element = Element {
                 Kind::Name("a sensor of position or velocity"),
                 "sensor for damping, impedance and the approach; where absent, the first that reads position or velocity of the driven body",
             ),
-            required("period", Kind::Quantity(TIME, SHORTEST_PERIOD), "time between samples; t = 0 is a sample"),
-            number("delay", TIME, LONGEST_DELAY, 0.0, "from a sample to the instant at which its output is applied; any number"),
-            number("jitter", TIME, Bound::NotNegative, 0.0, "one sigma of each sample instant about its nominal time"),
+            required(
+                "period",
+                Kind::Quantity(TIME, SHORTEST_PERIOD),
+                "time between samples; t = 0 is a sample",
+            ),
+            number(
+                "delay",
+                TIME,
+                LONGEST_DELAY,
+                0.0,
+                "from a sample to the instant at which its output is applied; any number",
+            ),
+            number(
+                "jitter",
+                TIME,
+                Bound::NotNegative,
+                0.0,
+                "one sigma of each sample instant about its nominal time",
+            ),
             number("offset", TIME, Bound::NotNegative, 0.0, "time of the first sample"),
-            optional("output_resolution", Kind::Quantity(Unit::Output, Bound::Positive), "step of the output"),
-            optional("output_limit", Kind::Quantity(Unit::Output, Bound::Positive), "largest output, against which the anti-windup works"),
+            optional(
+                "output_resolution",
+                Kind::Quantity(Unit::Output, Bound::Positive),
+                "step of the output",
+            ),
+            optional(
+                "output_limit",
+                Kind::Quantity(Unit::Output, Bound::Positive),
+                "largest output, against which the anti-windup works",
+            ),
             optional(
                 "low_pass",
                 Kind::QuantityOrTable("corner", FREQUENCY, &LOW_PASS),
@@ -93,7 +147,11 @@ pub(crate) static CONTROLLERS: Element = Element {
                 0.0,
                 "time constant of the filter on a velocity got by differencing positions",
             ),
-            optional("approach", Kind::Table(&APPROACH), "the phase before contact: move at a set speed until the reading reaches a force"),
+            optional(
+                "approach",
+                Kind::Table(&APPROACH),
+                "the phase before contact: move at a set speed until the reading reaches a force",
+            ),
             Key {
                 name: "reference",
                 kind: Kind::Reference(&REFERENCE),
@@ -111,13 +169,29 @@ pub(crate) static CONTROLLERS: Element = Element {
                     text: "u = feed_forward r + kp e + ki int(e) + kd de/dt - damping v, e = r - f",
                     keys: &[
                         required("reads", Kind::Name("a force sensor"), "the sensor it controls"),
-                        number("feed_forward", PER_FORCE, Bound::Any, 0.0, "from the reference to the output"),
+                        number(
+                            "feed_forward",
+                            PER_FORCE,
+                            Bound::Any,
+                            0.0,
+                            "from the reference to the output",
+                        ),
                         number("kp", PER_FORCE, Bound::Any, 0.0, "proportional gain"),
                         number("ki", PER_FORCE_TIME, Bound::Any, 0.0, "integral gain"),
                         number("kd", PER_FORCE_RATE, Bound::Any, 0.0, "derivative gain"),
-                        number("damping", PER_VELOCITY, Bound::Any, 0.0, "joint damping, on the motion sensor's velocity"),
+                        number(
+                            "damping",
+                            PER_VELOCITY,
+                            Bound::Any,
+                            0.0,
+                            "joint damping, on the motion sensor's velocity",
+                        ),
                         DERIVATIVE_FILTER,
-                        optional("lead", Kind::Table(&LEAD), "lead compensator in series: { zero, pole }, gain 1 at zero frequency"),
+                        optional(
+                            "lead",
+                            Kind::Table(&LEAD),
+                            "lead compensator in series: { zero, pole }, gain 1 at zero frequency",
+                        ),
                         ANTI_WINDUP,
                     ],
                 },
@@ -145,7 +219,13 @@ pub(crate) static CONTROLLERS: Element = Element {
                         ),
                         number("stiffness", PER_LENGTH, Bound::Any, 0.0, "of the programmed spring"),
                         number("damping", PER_VELOCITY, Bound::Any, 0.0, "of the programmed damper"),
-                        number("force_gain", Unit::Of(Dimension::NONE), Bound::Any, 0.0, "of the inner force loop"),
+                        number(
+                            "force_gain",
+                            Unit::Of(Dimension::NONE),
+                            Bound::Any,
+                            0.0,
+                            "of the inner force loop",
+                        ),
                     ],
                 },
                 Variant {
@@ -154,14 +234,36 @@ pub(crate) static CONTROLLERS: Element = Element {
                     keys: &[
                         required("reads", Kind::Name("a force sensor"), "the force sensor"),
                         number("mass", Unit::Of(Dimension::MASS), Bound::NotNegative, 0.0, "virtual mass"),
-                        number("damping", Unit::Of(Dimension::DAMPING), Bound::NotNegative, 0.0, "virtual damping"),
-                        number("stiffness", Unit::Of(Dimension::STIFFNESS), Bound::NotNegative, 0.0, "virtual stiffness"),
+                        number(
+                            "damping",
+                            Unit::Of(Dimension::DAMPING),
+                            Bound::NotNegative,
+                            0.0,
+                            "virtual damping",
+                        ),
+                        number(
+                            "stiffness",
+                            Unit::Of(Dimension::STIFFNESS),
+                            Bound::NotNegative,
+                            0.0,
+                            "virtual stiffness",
+                        ),
                         number("kp", PER_LENGTH, Bound::Any, 0.0, "inner loop, on position"),
                         number("kd", PER_VELOCITY, Bound::Any, 0.0, "inner loop, on velocity"),
-                        number("velocity_feed_forward", PER_VELOCITY, Bound::Any, 0.0, "on the virtual body's velocity"),
+                        number(
+                            "velocity_feed_forward",
+                            PER_VELOCITY,
+                            Bound::Any,
+                            0.0,
+                            "on the virtual body's velocity",
+                        ),
                     ],
                 },
-                Variant { name: "open-loop", text: "the output is the reference: an excitation of the drive", keys: &[] },
+                Variant {
+                    name: "open-loop",
+                    text: "the output is the reference: an excitation of the drive",
+                    keys: &[],
+                },
             ],
         }),
     },

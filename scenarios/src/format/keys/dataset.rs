@@ -27,7 +27,11 @@ pub(crate) static COLUMN: Shape = Shape {
             "time for which a command is held between controller samples",
         ),
         optional("noise", Kind::Quantity(Unit::Signal, Bound::NotNegative), "one sigma, where known"),
-        optional("resolution", Kind::Quantity(Unit::Signal, Bound::Positive), "smallest step of its values, where known"),
+        optional(
+            "resolution",
+            Kind::Quantity(Unit::Signal, Bound::Positive),
+            "smallest step of its values, where known",
+        ),
     ],
     choice: None,
 };

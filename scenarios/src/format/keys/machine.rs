@@ -4,7 +4,9 @@ use feeler_plant::effects::HostKind;
 use feeler_plant::units::Dimension;
 
 use super::surface::{PROFILE, SURFACE};
-use crate::format::shape::{Absent, Bound, Choice, Element, Key, Kind, Shape, Unit, Variant, Word, number, optional, required, word};
+use crate::format::shape::{
+    Absent, Bound, Choice, Element, Key, Kind, Shape, Unit, Variant, Word, number, optional, required, word,
+};
 
 const MASS: Unit = Unit::Of(Dimension::MASS);
 const LENGTH: Unit = Unit::Of(Dimension::LENGTH);
@@ -43,7 +45,11 @@ pub(crate) static SPRINGS: Element = Element {
     text: "Springs and dampers between two bodies; without stiffness a viscous guide; with `rigid` a joint.",
     shape: Shape {
         keys: &[
-            required("between", Kind::Pair, "the two bodies; elongation is the position of the second minus that of the first"),
+            required(
+                "between",
+                Kind::Pair,
+                "the two bodies; elongation is the position of the second minus that of the first",
+            ),
             number("stiffness", STIFFNESS, Bound::NotNegative, 0.0, "stiffness"),
             number("damping", DAMPING, Bound::NotNegative, 0.0, "viscous damping"),
             Key {
@@ -72,7 +78,11 @@ pub(crate) static CONTACTS: Element = Element {
     text: "Where the tool meets the workpiece: the force sensor is this spring, compressed by d = x_tip - x_work - gap.",
     shape: Shape {
         keys: &[
-            required("between", Kind::Pair, "tip and workpiece, in this order; the workpiece may be `ground`"),
+            required(
+                "between",
+                Kind::Pair,
+                "tip and workpiece, in this order; the workpiece may be `ground`",
+            ),
             Key {
                 name: "engagement",
                 kind: Kind::Word(ENGAGEMENTS),
@@ -85,8 +95,18 @@ pub(crate) static CONTACTS: Element = Element {
                 "k; may be left out of a `hertz` law between materials",
             ),
             number("damping", DAMPING, Bound::NotNegative, 0.0, "linear damping c"),
-            number("gap", LENGTH, Bound::Any, 0.0, "distance to close before they touch, where all positions are zero"),
-            optional("surface", Kind::Table(&SURFACE), "shapes whose distance is added to the gap while the tip travels sideways"),
+            number(
+                "gap",
+                LENGTH,
+                Bound::Any,
+                0.0,
+                "distance to close before they touch, where all positions are zero",
+            ),
+            optional(
+                "surface",
+                Kind::Table(&SURFACE),
+                "shapes whose distance is added to the gap while the tip travels sideways",
+            ),
             optional("profile", Kind::Table(&PROFILE), "what is added to the gap over time, written out"),
         ],
         choice: Some(Choice {
@@ -99,7 +119,11 @@ pub(crate) static CONTACTS: Element = Element {
                     name: "hunt-crossley",
                     text: "k d^n (1 + alpha d')",
                     keys: &[
-                        required("alpha", Kind::Quantity(Unit::Of(Dimension::INVERSE_VELOCITY), Bound::NotNegative), "alpha"),
+                        required(
+                            "alpha",
+                            Kind::Quantity(Unit::Of(Dimension::INVERSE_VELOCITY), Bound::NotNegative),
+                            "alpha",
+                        ),
                         number("exponent", NUMBER, Bound::Within(1.0, 5.0), 1.0, "n"),
                     ],
                 },
@@ -118,7 +142,12 @@ pub(crate) static ACTUATORS: Element = Element {
     shape: Shape {
         keys: &[
             required("on", BODY, "the body that a positive force pushes towards +x"),
-            Key { name: "reacts_on", kind: BODY, absent: Absent::Word("ground"), text: "the body that carries the reaction" },
+            Key {
+                name: "reacts_on",
+                kind: BODY,
+                absent: Absent::Word("ground"),
+                text: "the body that carries the reaction",
+            },
             optional("limit", Kind::Quantity(Unit::Of(Dimension::FORCE), Bound::Positive), "largest effort"),
         ],
         choice: Some(Choice {
@@ -135,14 +164,22 @@ pub(crate) static ACTUATORS: Element = Element {
                             Kind::Quantity(Unit::Of(Dimension::FORCE_RATE), Bound::Positive),
                             "largest rate of the force",
                         ),
-                        optional("bandwidth", Kind::Quantity(FREQUENCY, Bound::Positive), "first-order bandwidth of the current loop"),
+                        optional(
+                            "bandwidth",
+                            Kind::Quantity(FREQUENCY, Bound::Positive),
+                            "first-order bandwidth of the current loop",
+                        ),
                     ],
                 },
                 Variant {
                     name: "velocity-source",
                     text: "a voltage amplifier: tau df/dt + f = b_a (command - velocity)",
                     keys: &[
-                        required("damping", Kind::Quantity(DAMPING, Bound::Positive), "b_a, force per velocity error"),
+                        required(
+                            "damping",
+                            Kind::Quantity(DAMPING, Bound::Positive),
+                            "b_a, force per velocity error",
+                        ),
                         required("time_constant", Kind::Quantity(TIME, Bound::Positive), "tau"),
                         optional(
                             "rate_limit",
@@ -164,8 +201,16 @@ pub(crate) static SENSORS: Element = Element {
     text: "What is measured: `gain` times the filtered, delayed signal, plus `bias` and noise, rounded to `resolution`.",
     shape: Shape {
         keys: &[
-            required("reads", Kind::Signal, "the signal, as in motor.position, tip.acceleration or tool.spring_force"),
-            optional("relative_to", BODY, "the body it rides on, for position and velocity; absolute where absent"),
+            required(
+                "reads",
+                Kind::Signal,
+                "the signal, as in motor.position, tip.acceleration or tool.spring_force",
+            ),
+            optional(
+                "relative_to",
+                BODY,
+                "the body it rides on, for position and velocity; absolute where absent",
+            ),
             number("gain", NUMBER, Bound::Any, 1.0, "scale"),
             number("bias", Unit::Signal, Bound::Any, 0.0, "offset"),
             optional(
@@ -175,7 +220,13 @@ pub(crate) static SENSORS: Element = Element {
             ),
             number("delay", TIME, LONGEST_DELAY, 0.0, "pure delay"),
             optional("resolution", Kind::Quantity(Unit::Signal, Bound::Positive), "quantisation step"),
-            number("noise", Unit::Signal, Bound::NotNegative, 0.0, "one sigma of white Gaussian noise per reading"),
+            number(
+                "noise",
+                Unit::Signal,
+                Bound::NotNegative,
+                0.0,
+                "one sigma of white Gaussian noise per reading",
+            ),
         ],
         choice: None,
     },
@@ -185,8 +236,16 @@ pub(crate) static SENSORS: Element = Element {
 /// A low-pass filter.
 pub(crate) static LOW_PASS: Shape = Shape {
     keys: &[
-        required("corner", Kind::Quantity(FREQUENCY, Bound::Positive), "corner (first order) or natural (second order) frequency"),
-        optional("damping_ratio", Kind::Quantity(NUMBER, Bound::Positive), "of a second-order filter; first order where absent"),
+        required(
+            "corner",
+            Kind::Quantity(FREQUENCY, Bound::Positive),
+            "corner (first order) or natural (second order) frequency",
+        ),
+        optional(
+            "damping_ratio",
+            Kind::Quantity(NUMBER, Bound::Positive),
+            "of a second-order filter; first order where absent",
+        ),
     ],
     choice: None,
 };

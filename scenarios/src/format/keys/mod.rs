@@ -22,13 +22,19 @@ pub(crate) use sweep::{AXIS, KEEP, REFINE, SWEEP};
 use super::shape::{Absent, Element, Key, Kind, Word, optional, word};
 
 /// Tables of named elements, in the order of the manual.
-pub(crate) static ELEMENTS: [&Element; 6] = [&BODIES, &SPRINGS, &CONTACTS, &ACTUATORS, &SENSORS, &CONTROLLERS];
+pub(crate) static ELEMENTS: [&Element; 6] =
+    [&BODIES, &SPRINGS, &CONTACTS, &ACTUATORS, &SENSORS, &CONTROLLERS];
 
 /// Keys at the top of a machine or scenario.
 pub(crate) static TOP: &[Key] = &[
     optional("name", Kind::Text, "short name; the file's own where absent"),
     optional("about", Kind::Text, "what it is for, in one or two sentences"),
-    Key { name: "axis", kind: Kind::Word(AXES), absent: Absent::Word("translational"), text: "what its coordinate is" },
+    Key {
+        name: "axis",
+        kind: Kind::Word(AXES),
+        absent: Absent::Word("translational"),
+        text: "what its coordinate is",
+    },
     optional(
         "machine",
         Kind::Text,

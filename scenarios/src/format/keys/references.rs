@@ -2,7 +2,9 @@
 
 use feeler_plant::units::Dimension;
 
-use crate::format::shape::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word, number, required, word};
+use crate::format::shape::{
+    Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word, number, required, word,
+};
 
 const TIME: Unit = Unit::Of(Dimension::TIME);
 const FREQUENCY: Unit = Unit::Of(Dimension::FREQUENCY);
@@ -55,12 +57,19 @@ pub(crate) static REFERENCE: Shape = Shape {
                 text: "a sine of moving frequency from t = 0 on",
                 keys: &[
                     AMPLITUDE,
-                    required("start", Kind::Quantity(FREQUENCY, Bound::NotNegative), "frequency at the start"),
+                    required(
+                        "start",
+                        Kind::Quantity(FREQUENCY, Bound::NotNegative),
+                        "frequency at the start",
+                    ),
                     required("end", Kind::Quantity(FREQUENCY, Bound::Positive), "frequency at the end"),
                     required("duration", Kind::Quantity(TIME, Bound::Positive), "length of the sweep"),
                     words(
                         "sweep",
-                        &[word("linear", "so many hertz per second"), word("logarithmic", "so many octaves per second")],
+                        &[
+                            word("linear", "so many hertz per second"),
+                            word("logarithmic", "so many octaves per second"),
+                        ],
                         "linear",
                         "how the frequency moves",
                     ),
@@ -79,7 +88,10 @@ pub(crate) static REFERENCE: Shape = Shape {
                         &[
                             word("all", "every multiple of 1 / period"),
                             word("odd", "odd ones: even distortion shows between them"),
-                            word("odd-sparse", "odd ones with one of four left out: odd distortion shows there"),
+                            word(
+                                "odd-sparse",
+                                "odd ones with one of four left out: odd distortion shows there",
+                            ),
                         ],
                         "all",
                         "which frequencies are excited",
@@ -93,7 +105,11 @@ pub(crate) static REFERENCE: Shape = Shape {
                 text: "a maximum-length pseudo-random binary sequence",
                 keys: &[
                     AMPLITUDE,
-                    required("clock_period", Kind::Quantity(TIME, Bound::Positive), "how long each chip is held"),
+                    required(
+                        "clock_period",
+                        Kind::Quantity(TIME, Bound::Positive),
+                        "how long each chip is held",
+                    ),
                     required(
                         "order",
                         Kind::Count(PRBS_ORDERS.0, PRBS_ORDERS.1),

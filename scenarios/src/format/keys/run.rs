@@ -31,7 +31,12 @@ pub(crate) static RUN: Shape = Shape {
             1e-4,
             "base step; the exact integrator needs none, and the record uses it",
         ),
-        Key { name: "engine", kind: Kind::Word(ENGINES), absent: Absent::Word("feeler"), text: "what moves the bodies" },
+        Key {
+            name: "engine",
+            kind: Kind::Word(ENGINES),
+            absent: Absent::Word("feeler"),
+            text: "what moves the bodies",
+        },
         Key {
             name: "integrator",
             kind: Kind::Word(INTEGRATORS),
@@ -39,7 +44,12 @@ pub(crate) static RUN: Shape = Shape {
             text: "how to step; of no account where another engine moves the bodies; where absent, more than 32 bodies are stepped by rk4 if the step is short \
                    enough for the fastest motion",
         },
-        Key { name: "seed", kind: Kind::Count(0, u64::MAX), absent: Absent::Count(1), text: "seed of every random stream" },
+        Key {
+            name: "seed",
+            kind: Kind::Count(0, u64::MAX),
+            absent: Absent::Count(1),
+            text: "seed of every random stream",
+        },
         optional(
             "record",
             Kind::Signals,
@@ -50,7 +60,12 @@ pub(crate) static RUN: Shape = Shape {
             Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
             "rate of the record; one over the step where absent",
         ),
-        Key { name: "energy", kind: Kind::Flag, absent: Absent::Flag(false), text: "whether to keep the energy ledger" },
+        Key {
+            name: "energy",
+            kind: Kind::Flag,
+            absent: Absent::Flag(false),
+            text: "whether to keep the energy ledger",
+        },
     ],
     choice: None,
 };

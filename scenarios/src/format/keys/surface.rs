@@ -9,16 +9,24 @@ const VELOCITY: Unit = Unit::Of(Dimension::VELOCITY);
 // Pure numbers of rad; a text may say `deg`.
 const ANGLE: Unit = Unit::Of(Dimension::NONE);
 
-const FILE: Key = required("file", Kind::Text, "the file, relative to this one: `.stl` (text or binary) or `.obj`");
+const FILE: Key =
+    required("file", Kind::Text, "the file, relative to this one: `.stl` (text or binary) or `.obj`");
 const SCALE: Key = number("scale", LENGTH, Bound::Positive, 1e-3, "length of the file's unit");
 const RADIUS: Key = required("radius", Kind::Quantity(LENGTH, Bound::Positive), "radius");
-const HALF_LENGTH: Key =
-    required("half_length", Kind::Quantity(LENGTH, Bound::Positive), "half the length of its axis, which lies along y");
+const HALF_LENGTH: Key = required(
+    "half_length",
+    Kind::Quantity(LENGTH, Bound::Positive),
+    "half the length of its axis, which lies along y",
+);
 
 /// An elastic material.
 static MATERIAL: Shape = Shape {
     keys: &[
-        required("youngs_modulus", Kind::Quantity(Unit::Of(Dimension::PRESSURE), Bound::Positive), "Young's modulus"),
+        required(
+            "youngs_modulus",
+            Kind::Quantity(Unit::Of(Dimension::PRESSURE), Bound::Positive),
+            "Young's modulus",
+        ),
         number("poisson_ratio", Unit::Of(Dimension::NONE), Bound::Within(0.0, 0.5), 0.3, "Poisson's ratio"),
     ],
     choice: None,
@@ -48,9 +56,17 @@ pub(crate) const SHAPES: Choice = Choice {
             name: "height-field",
             text: "heights above the y-z plane towards the tip, flat in two triangles between its samples",
             keys: &[
-                required("file", Kind::Text, "a CSV file, relative to this one, without a header: one line per z, one height in m per y"),
+                required(
+                    "file",
+                    Kind::Text,
+                    "a CSV file, relative to this one, without a header: one line per z, one height in m per y",
+                ),
                 required("extent_y", Kind::Quantity(LENGTH, Bound::Positive), "length of a line"),
-                required("extent_z", Kind::Quantity(LENGTH, Bound::Positive), "from the first line to the last"),
+                required(
+                    "extent_z",
+                    Kind::Quantity(LENGTH, Bound::Positive),
+                    "from the first line to the last",
+                ),
             ],
         },
     ],
@@ -59,13 +75,23 @@ pub(crate) const SHAPES: Choice = Choice {
 /// Position and orientation, and a shape.
 static BODY: Shape = Shape {
     keys: &[
-        number("x", LENGTH, Bound::Any, 0.0, "position along the axis of motion; of a tip, ahead of its body"),
+        number(
+            "x",
+            LENGTH,
+            Bound::Any,
+            0.0,
+            "position along the axis of motion; of a tip, ahead of its body",
+        ),
         number("y", LENGTH, Bound::Any, 0.0, "position sideways"),
         number("z", LENGTH, Bound::Any, 0.0, "position sideways"),
         number("turn_x", ANGLE, Bound::Any, 0.0, "part along x of the axis of rotation times its angle"),
         number("turn_y", ANGLE, Bound::Any, 0.0, "part along y"),
         number("turn_z", ANGLE, Bound::Any, 0.0, "part along z"),
-        optional("material", Kind::Table(&MATERIAL), "what it is made of, for the stiffness of a `hertz` law"),
+        optional(
+            "material",
+            Kind::Table(&MATERIAL),
+            "what it is made of, for the stiffness of a `hertz` law",
+        ),
     ],
     choice: Some(SHAPES),
 };
@@ -86,13 +112,21 @@ static FEED: Shape = Shape {
                     number("z", LENGTH, Bound::Any, 0.0, "start"),
                     number("velocity_y", VELOCITY, Bound::Any, 0.0, "velocity"),
                     number("velocity_z", VELOCITY, Bound::Any, 0.0, "velocity"),
-                    required("duration", Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Above(0.0, 1e5)), "how long"),
+                    required(
+                        "duration",
+                        Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Above(0.0, 1e5)),
+                        "how long",
+                    ),
                 ],
             },
             Variant {
                 name: "path",
                 text: "smoothly through the points of a file, at rest at both ends",
-                keys: &[required("file", Kind::Text, "a CSV file with the header `t_s,y_m,z_m`, relative to this one")],
+                keys: &[required(
+                    "file",
+                    Kind::Text,
+                    "a CSV file with the header `t_s,y_m,z_m`, relative to this one",
+                )],
             },
         ],
     }),

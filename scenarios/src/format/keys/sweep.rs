@@ -2,7 +2,9 @@
 
 use feeler_plant::units::Dimension;
 
-use crate::format::shape::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word, optional, required, word};
+use crate::format::shape::{
+    Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word, optional, required, word,
+};
 
 /// Most points of an axis and samples of a sweep; more is refused.
 pub(crate) const MOST_POINTS: u64 = 10_000_000;
@@ -26,13 +28,22 @@ pub(crate) static SWEEP: Shape = Shape {
             "how points are chosen; where absent, a grid, or random draws where an axis is a distribution",
         ),
         optional("samples", Kind::Count(1, MOST_POINTS), "how many points to draw, except on a grid"),
-        Key { name: "seed", kind: Kind::Count(0, u64::MAX), absent: Absent::Count(1), text: "seed of the draws" },
+        Key {
+            name: "seed",
+            kind: Kind::Count(0, u64::MAX),
+            absent: Absent::Count(1),
+            text: "seed of the draws",
+        },
     ],
     choice: None,
 };
 
 const fn points(least: u64) -> Key {
-    required("points", Kind::Count(least, MOST_POINTS), "how many values, both ends included; one only where these are equal")
+    required(
+        "points",
+        Kind::Count(least, MOST_POINTS),
+        "how many values, both ends included; one only where these are equal",
+    )
 }
 
 /// The table form of an axis; the variant is told by which of these keys is there.
@@ -77,7 +88,11 @@ pub(crate) static AXIS: Shape = Shape {
             Variant {
                 name: "log_uniform",
                 text: "drawn with a uniform logarithm",
-                keys: &[required("log_uniform", Kind::Range(Unit::Swept), "smallest and largest value, of the same sign")],
+                keys: &[required(
+                    "log_uniform",
+                    Kind::Range(Unit::Swept),
+                    "smallest and largest value, of the same sign",
+                )],
             },
         ],
     }),
@@ -97,7 +112,12 @@ pub(crate) static KEEP: Shape = Shape {
             Kind::Count(0, 1000),
             "how many of the last impacts and strobes of each run, for bifurcation diagrams; where absent, 64 with one axis of numbers and none with more",
         ),
-        Key { name: "traces", kind: Kind::Flag, absent: Absent::Flag(false), text: "the recorded signals of every run" },
+        Key {
+            name: "traces",
+            kind: Kind::Flag,
+            absent: Absent::Flag(false),
+            text: "the recorded signals of every run",
+        },
     ],
     choice: None,
 };

@@ -14,14 +14,20 @@ use crate::format::units::{self, UnitError};
 const LARGEST: f64 = 1e15;
 
 /// How signals are written.
-const SIGNAL_FORM: &str = "write element.quantity, as in motor.position, tool.force, drive.command or encoder.reading";
+const SIGNAL_FORM: &str =
+    "write element.quantity, as in motor.position, tool.force, drive.command or encoder.reading";
 
 /// Most entries of a list in a file.
 const MOST_ENTRIES: usize = 1_000_000;
 
 impl Reader<'_> {
     pub(super) fn mistyped<T>(&mut self, node: &Node, expected: &str, path: &str) -> Option<T> {
-        self.problems.add(&node.origin, path, format!("this must be {expected}, not {}", node.value.kind()), format!("write {expected}"));
+        self.problems.add(
+            &node.origin,
+            path,
+            format!("this must be {expected}, not {}", node.value.kind()),
+            format!("write {expected}"),
+        );
         None
     }
 
@@ -49,7 +55,11 @@ impl Reader<'_> {
             },
             _ => {
                 let unit = dim.si_unit(self.scope.rotational);
-                let expected = if unit.is_empty() { "a number".into() } else { format!("a number in {unit}, or a text with a unit") };
+                let expected = if unit.is_empty() {
+                    "a number".into()
+                } else {
+                    format!("a number in {unit}, or a text with a unit")
+                };
                 return self.mistyped(node, &expected, path);
             }
         };
@@ -60,7 +70,11 @@ impl Reader<'_> {
         let unit = dim.si_unit(self.scope.rotational);
         let shown = if unit.is_empty() { short(value) } else { format!("{} {unit}", short(value)) };
         if !bound.admits(value) {
-            let remedy = if value.is_finite() { format!("this {}", bound.words()) } else { "write a finite number".into() };
+            let remedy = if value.is_finite() {
+                format!("this {}", bound.words())
+            } else {
+                "write a finite number".into()
+            };
             self.problems.add(&node.origin, path, format!("{shown} makes no sense"), remedy);
             return None;
         }
@@ -77,7 +91,9 @@ impl Reader<'_> {
         let unit = dim.si_unit(self.scope.rotational);
         let remedy = match error {
             UnitError::UnknownUnit { nearest: Some(nearest), .. } => format!("did you mean `{nearest}`?"),
-            UnitError::NoUnit { text } => format!("write {text} without quotes for SI, or \"{} {unit}\"", text.trim()),
+            UnitError::NoUnit { text } => {
+                format!("write {text} without quotes for SI, or \"{} {unit}\"", text.trim())
+            }
             _ if unit.is_empty() => "write a number".into(),
             _ => format!("write a number in {unit}, or a text such as \"1 {unit}\""),
         };
@@ -90,7 +106,12 @@ impl Reader<'_> {
         match u64::try_from(value) {
             Ok(count) if (least..=most).contains(&count) => Some(count),
             _ => {
-                self.problems.add(&node.origin, path, format!("{value} makes no sense"), format!("this must lie from {least} to {most}"));
+                self.problems.add(
+                    &node.origin,
+                    path,
+                    format!("{value} makes no sense"),
+                    format!("this must lie from {least} to {most}"),
+                );
                 None
             }
         }
@@ -98,17 +119,28 @@ impl Reader<'_> {
 
     pub(super) fn word(&mut self, node: &Node, words: &'static [Word], path: &str) -> Option<&'static str> {
         let names = || words.iter().map(|word| word.name);
-        let Value::Text(text) = &node.value else { return self.mistyped(node, &format!("one of {}", list(names())), path) };
+        let Value::Text(text) = &node.value else {
+            return self.mistyped(node, &format!("one of {}", list(names())), path);
+        };
         let found = names().find(|name| name == text);
         if found.is_none() {
-            self.problems.add(&node.origin, path, format!("`{text}` is none of {}", list(names())), did_you_mean(text, names()));
+            self.problems.add(
+                &node.origin,
+                path,
+                format!("`{text}` is none of {}", list(names())),
+                did_you_mean(text, names()),
+            );
         }
         found
     }
 
     pub(super) fn signal(&mut self, node: &Node, path: &str) -> Option<SignalName> {
-        let Value::Text(text) = &node.value else { return self.mistyped(node, "a signal, as in \"motor.position\"", path) };
-        text.parse().map_err(|error| self.problems.add(&node.origin, path, format!("{error}"), SIGNAL_FORM)).ok()
+        let Value::Text(text) = &node.value else {
+            return self.mistyped(node, "a signal, as in \"motor.position\"", path);
+        };
+        text.parse()
+            .map_err(|error| self.problems.add(&node.origin, path, format!("{error}"), SIGNAL_FORM))
+            .ok()
     }
 
     pub(super) fn list<'n>(&mut self, node: &'n Node, expected: &str, path: &str) -> Option<&'n [Node]> {
@@ -129,7 +161,12 @@ impl Reader<'_> {
         // A sweep may run downwards; a band may not, and has no negative frequencies.
         if unit != Unit::Swept && (low >= high || low < 0.0) {
             let remedy = "write the lower frequency first, from zero on";
-            self.problems.add(&node.origin, path, format!("a band from {low} to {high} makes no sense"), remedy);
+            self.problems.add(
+                &node.origin,
+                path,
+                format!("a band from {low} to {high} makes no sense"),
+                remedy,
+            );
             return None;
         }
         Some([low, high])
@@ -139,10 +176,16 @@ impl Reader<'_> {
         let form = if count > 0 { format!("a list of {count} numbers") } else { "a list of numbers".into() };
         let items = self.list(node, &form, path)?;
         if count > 0 && items.len() != count {
-            self.problems.add(&node.origin, path, format!("there are {} numbers here", items.len()), format!("write {form}"));
+            self.problems.add(
+                &node.origin,
+                path,
+                format!("there are {} numbers here", items.len()),
+                format!("write {form}"),
+            );
             return None;
         }
-        let read: Vec<Option<f64>> = items.iter().map(|item| self.quantity(item, unit, Bound::Any, path)).collect();
+        let read: Vec<Option<f64>> =
+            items.iter().map(|item| self.quantity(item, unit, Bound::Any, path)).collect();
         read.into_iter().collect()
     }
 
@@ -167,7 +210,12 @@ impl Reader<'_> {
             if let Some((before, _)) = points.last()
                 && time_s <= *before
             {
-                self.problems.add(&time.origin, path, format!("the time {time_s} s is not after {before} s"), "times must increase");
+                self.problems.add(
+                    &time.origin,
+                    path,
+                    format!("the time {time_s} s is not after {before} s"),
+                    "times must increase",
+                );
                 complete = false;
             }
             points.push((time_s, value));

@@ -64,17 +64,26 @@ impl Axis {
     pub fn at(&self, share: f64) -> Setting {
         let ratio = |from: f64, to: f64| from * (to / from).powf(share);
         match self {
-            Self::Linear { from, to, .. } | Self::Uniform { from, to } => Setting::Number(from + share * (to - from)),
+            Self::Linear { from, to, .. } | Self::Uniform { from, to } => {
+                Setting::Number(from + share * (to - from))
+            }
             Self::Log { from, to, .. } | Self::LogUniform { from, to } => Setting::Number(ratio(*from, *to)),
-            Self::List(values) => values[((share * values.len() as f64) as usize).min(values.len() - 1)].clone(),
+            Self::List(values) => {
+                values[((share * values.len() as f64) as usize).min(values.len() - 1)].clone()
+            }
         }
     }
 
-    /// The value of a grid at `index`, which is below [`Axis::count`]; the first and the last are those written, to the bit.
+    /// The value of a grid at `index`, which is below [`Axis::count`]; the first and the last are those
+    /// written, to the bit.
     pub fn point(&self, index: u64) -> Setting {
         match self {
             Self::List(values) => values[(index as usize).min(values.len() - 1)].clone(),
-            Self::Linear { to, points, .. } | Self::Log { to, points, .. } if index > 0 && index + 1 >= *points => Setting::Number(*to),
+            Self::Linear { to, points, .. } | Self::Log { to, points, .. }
+                if index > 0 && index + 1 >= *points =>
+            {
+                Setting::Number(*to)
+            }
             Self::Log { from, .. } if index == 0 => Setting::Number(*from),
             // Weighed sums, so that whole steps between whole ends are whole.
             Self::Linear { from, to, points } => {
@@ -96,7 +105,8 @@ pub(super) struct ReadAxis {
 }
 
 pub(super) fn read_axes(reader: &mut Reader<'_>, root: &Table, top: &Origin) -> IndexMap<String, ReadAxis> {
-    let remedy = "add [axes] with lines such as \"controllers.force.kp\" = { log = [0.05, 5.0], points = 64 }";
+    let remedy =
+        "add [axes] with lines such as \"controllers.force.kp\" = { log = [0.05, 5.0], points = 64 }";
     let mut axes = IndexMap::new();
     match root.get("axes").map(|entry| &entry.node) {
         None => reader.problems.add(top, "axes", "`axes` is missing", remedy),
@@ -119,17 +129,29 @@ fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAx
     let path = join("axes", &format!("\"{key}\""));
     let node = &entry.node;
     let table = match &node.value {
-        Value::Array(items) => return read_list(reader, items, node, &path).map(|axis| ReadAxis { axis, tolerance: None }),
+        Value::Array(items) => {
+            return read_list(reader, items, node, &path).map(|axis| ReadAxis { axis, tolerance: None });
+        }
         Value::Table(table) => table,
         other => {
             let message = format!("this must be a list or a table, not {}", other.kind());
-            reader.problems.add(&node.origin, path, message, "write [...], or { linear = [from, to], points = n }");
+            reader.problems.add(
+                &node.origin,
+                path,
+                message,
+                "write [...], or { linear = [from, to], points = n }",
+            );
             return None;
         }
     };
     // An unquoted key is a table of tables.
     if table.values().all(|entry| entry.node.as_table().is_some()) && !table.is_empty() {
-        reader.problems.add(&entry.key, path, "an axis's key needs quotes", "write \"controllers.force.kp\" = { ... }");
+        reader.problems.add(
+            &entry.key,
+            path,
+            "an axis's key needs quotes",
+            "write \"controllers.force.kp\" = { ... }",
+        );
         return None;
     }
     let fields = reader.fields(&AXIS, &[], table, &node.origin, &path);
@@ -142,30 +164,51 @@ fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAx
         return None;
     }
     if variant.ends_with("uniform") && from >= to {
-        let remedy =
-            if from > to { format!("write [{to}, {from}]") } else { format!("write a list of the value that is meant, as in [{from}]") };
-        reader.problems.add(&node.origin, join(&path, variant), format!("from {from} to {to} there is nothing to draw from"), remedy);
+        let remedy = if from > to {
+            format!("write [{to}, {from}]")
+        } else {
+            format!("write a list of the value that is meant, as in [{from}]")
+        };
+        reader.problems.add(
+            &node.origin,
+            join(&path, variant),
+            format!("from {from} to {to} there is nothing to draw from"),
+            remedy,
+        );
         return None;
     }
     let tolerance = table.get("tolerance").map(|entry| &entry.node).zip(fields.optional("tolerance"));
     let tolerance = tolerance.and_then(|(written, tolerance)| {
         if !alike(written, if ratio { None } else { first_end(table, variant) }) {
             let [message, remedy] = if ratio {
-                ["on an axis of equal ratios a tolerance is a ratio", "write a plain number or per cent, as in \"2 %\""]
+                [
+                    "on an axis of equal ratios a tolerance is a ratio",
+                    "write a plain number or per cent, as in \"2 %\"",
+                ]
             } else {
-                ["this is of another kind than the ends of the axis", "write the tolerance with a unit such as the ends have"]
+                [
+                    "this is of another kind than the ends of the axis",
+                    "write the tolerance with a unit such as the ends have",
+                ]
             };
             reader.problems.add(&written.origin, join(&path, "tolerance"), message, remedy);
             return None;
         }
-        let share = if ratio { tolerance.ln_1p() / (to / from).ln().abs() } else { tolerance / (to - from).abs() };
+        let share =
+            if ratio { tolerance.ln_1p() / (to / from).ln().abs() } else { tolerance / (to - from).abs() };
         Some((share, written.origin.clone()))
     });
     if let Some((written, 1)) = table.get("points").zip(fields.count("points"))
         && (to - from).abs() > 0.0
     {
-        let remedy = format!("write `points = 2` or more, or a list of the value that is meant, as in [{from}]");
-        reader.problems.add(&written.node.origin, join(&path, "points"), format!("with one point the end, {to}, is left out"), remedy);
+        let remedy =
+            format!("write `points = 2` or more, or a list of the value that is meant, as in [{from}]");
+        reader.problems.add(
+            &written.node.origin,
+            join(&path, "points"),
+            format!("with one point the end, {to}, is left out"),
+            remedy,
+        );
     }
     // Where they are missing or wrong, that has been noted, and the ends are tried all the same.
     let points = fields.count("points").unwrap_or(1);

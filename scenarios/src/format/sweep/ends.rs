@@ -1,8 +1,10 @@
-//! Tries the ends of each axis on the scenario, so that wrong keys, units and values show before a thousand runs.
+//! Tries the ends of each axis on the scenario, so that wrong keys, units and values show before a thousand
+//! runs.
 //!
-//! A value that is wrong for the scenario as it is may be right together with those of other axes, as a level that has to stay below another: then it
-//! is no mistake of the file, and the combinations that are wrong are rows with their errors. So it is with the end of a range for which the others do not
-//! go far enough, as long as some combination of all is right; a value that is written in a list has to be right with some.
+//! A value that is wrong for the scenario as it is may be right together with those of other axes, as a level
+//! that has to stay below another: then it is no mistake of the file, and the combinations that are wrong are
+//! rows with their errors. So it is with the end of a range for which the others do not go far enough, as
+//! long as some combination of all is right; a value that is written in a list has to be right with some.
 
 use std::path::Path;
 
@@ -21,30 +23,32 @@ use super::unit::unit_of_key;
 /// Combinations of the axes' values that are tried at most for one of them.
 const MOST_COMBINATIONS: usize = 1024;
 
-/// Builds the scenario with the ends of each axis, as they were written, and notes what is wrong. Gives the unit of each key; none where it cannot be read.
+/// Builds the scenario with the ends of each axis, as they were written, and notes what is wrong. Gives the
+/// unit of each key; none where it cannot be read.
 pub(super) fn try_ends(
     axes: &IndexMap<String, ReadAxis>,
     scenario: &Path,
     root: &Table,
     problems: &mut Problems,
 ) -> Option<IndexMap<String, String>> {
-    let (base, units) =
-        match Draft::load(scenario).and_then(|draft| draft.clone().build().map(|built| (draft, units(axes, &built.scenario)))) {
-            Ok(base) => base,
-            Err(error) => {
-                let origin = root.get("scenario").map(|entry| entry.node.origin.clone()).unwrap_or_default();
-                let first = error.problems.first().map_or_else(String::new, Located::to_string);
-                let more = error.problems.len() + error.omitted;
-                let message = if more > 1 { format!("{first}; and {} more", more - 1) } else { first };
-                let remedy = if scenario.is_file() {
-                    format!("`feeler check {}` shows every mistake of it", scenario.display())
-                } else {
-                    "name a scenario file, relative to this one".into()
-                };
-                problems.add(&origin, "scenario", message, remedy);
-                return None;
-            }
-        };
+    let (base, units) = match Draft::load(scenario)
+        .and_then(|draft| draft.clone().build().map(|built| (draft, units(axes, &built.scenario))))
+    {
+        Ok(base) => base,
+        Err(error) => {
+            let origin = root.get("scenario").map(|entry| entry.node.origin.clone()).unwrap_or_default();
+            let first = error.problems.first().map_or_else(String::new, Located::to_string);
+            let more = error.problems.len() + error.omitted;
+            let message = if more > 1 { format!("{first}; and {} more", more - 1) } else { first };
+            let remedy = if scenario.is_file() {
+                format!("`feeler check {}` shows every mistake of it", scenario.display())
+            } else {
+                "name a scenario file, relative to this one".into()
+            };
+            problems.add(&origin, "scenario", message, remedy);
+            return None;
+        }
+    };
     let table = root.get("axes").and_then(|entry| entry.node.as_table());
     let tried: Vec<Tried<'_>> = (axes.iter())
         .filter_map(|(key, read)| {
@@ -55,7 +59,8 @@ pub(super) fn try_ends(
     let trial = Trial { base: &base, axes: &tried };
     let noted = problems.count();
     let doubtful: Vec<Doubtful> = (0..tried.len()).flat_map(|own| trial.axis(own, problems)).collect();
-    // What is wrong only beside the ends of other axes is a row with its error, but for a value that is written in a list; unless nothing is right.
+    // What is wrong only beside the ends of other axes is a row with its error, but for a value that is
+    // written in a list; unless nothing is right.
     if problems.count() > noted || doubtful.is_empty() {
         return Some(units);
     }
@@ -109,7 +114,8 @@ struct Set(Option<Draft>);
 
 impl Set {
     fn build(self) -> Result<(), Vec<Located>> {
-        self.0.map_or(Err(Vec::new()), |draft| Document::build(draft).map(drop).map_err(|error| error.problems))
+        self.0
+            .map_or(Err(Vec::new()), |draft| Document::build(draft).map(drop).map_err(|error| error.problems))
     }
 }
 
@@ -130,8 +136,11 @@ struct Trial<'a> {
 impl Trial<'_> {
     /// The scenario with every combination of the axes' ends, that of the axis `own` held at a setting.
     fn combinations<'b>(&'b self, own: Option<(usize, &'b Setting)>) -> impl Iterator<Item = Set> + 'b {
-        let counts = move |i: usize| if own.is_some_and(|(own, _)| own == i) { 1 } else { self.axes[i].ends.len().max(1) };
-        let count = (0..self.axes.len()).map(counts).try_fold(1_usize, usize::checked_mul).unwrap_or(usize::MAX);
+        let counts = move |i: usize| {
+            if own.is_some_and(|(own, _)| own == i) { 1 } else { self.axes[i].ends.len().max(1) }
+        };
+        let count =
+            (0..self.axes.len()).map(counts).try_fold(1_usize, usize::checked_mul).unwrap_or(usize::MAX);
         (0..count.min(MOST_COMBINATIONS)).map(move |combination| {
             let mut rest = combination;
             let mut draft = self.base.clone();
@@ -139,7 +148,8 @@ impl Trial<'_> {
                 let chosen = rest % counts(i);
                 rest /= counts(i);
                 let held = own.filter(|(own, _)| *own == i).map(|(_, setting)| setting);
-                held.or(axis.ends.get(chosen).map(|(setting, _)| setting)).map_or(Ok(()), |setting| draft.set_value(axis.key, setting))
+                held.or(axis.ends.get(chosen).map(|(setting, _)| setting))
+                    .map_or(Ok(()), |setting| draft.set_value(axis.key, setting))
             });
             Set(set.is_ok().then_some(draft))
         })
@@ -164,9 +174,13 @@ impl Trial<'_> {
         let best = best.unwrap_or(alone);
         // What is said of a table is said of all of its keys together.
         let is_of = |axis: &Tried<'_>, problem: &Located| {
-            axis.key.strip_prefix(problem.key.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+            axis.key
+                .strip_prefix(problem.key.as_str())
+                .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         };
-        let of_others = |problem: &Located| self.axes.iter().enumerate().any(|(i, axis)| i != own && is_of(axis, problem));
+        let of_others = |problem: &Located| {
+            self.axes.iter().enumerate().any(|(i, axis)| i != own && is_of(axis, problem))
+        };
         let (beside_others, of_own): (Vec<Located>, Vec<Located>) = best.into_iter().partition(of_others);
         Some(if of_own.is_empty() { Wrong::BesideOthers(beside_others) } else { Wrong::Own(of_own) })
     }
@@ -175,7 +189,9 @@ impl Trial<'_> {
     fn axis(&self, own: usize, problems: &mut Problems) -> Vec<Doubtful> {
         let Tried { key, entry, ends } = &self.axes[own];
         let path = join("axes", &format!("\"{key}\""));
-        let words = |found: Vec<Located>| found.into_iter().map(|problem| (problem.message, problem.remedy.unwrap_or_default())).collect();
+        let words = |found: Vec<Located>| {
+            found.into_iter().map(|problem| (problem.message, problem.remedy.unwrap_or_default())).collect()
+        };
         let mut doubtful = Vec::new();
         let mut tried: Vec<(&Setting, &Origin, Vec<Said>)> = Vec::new();
         for (setting, origin) in ends {
@@ -186,8 +202,12 @@ impl Trial<'_> {
                     let is_listed = matches!(entry.node.value, Value::Array(_));
                     doubtful.extend(found.into_iter().map(|problem| {
                         let message = format!("with {}: {}", shown(setting), problem.message);
-                        let mistake =
-                            Mistake { origin: origin.clone(), path: path.clone(), message, remedy: problem.remedy.unwrap_or_default() };
+                        let mistake = Mistake {
+                            origin: origin.clone(),
+                            path: path.clone(),
+                            message,
+                            remedy: problem.remedy.unwrap_or_default(),
+                        };
                         Doubtful { is_listed, mistake }
                     }));
                     Vec::new()
@@ -196,14 +216,23 @@ impl Trial<'_> {
             tried.push((setting, origin, found));
         }
         // What is wrong with every value is wrong with the key, and said once.
-        let always = |mistake: &Said| tried.len() > 1 && tried.iter().all(|(_, _, found)| found.contains(mistake));
-        let of_key = tried.first().into_iter().flat_map(|(_, _, found)| found.iter().filter(|mistake| always(mistake)));
+        let always =
+            |mistake: &Said| tried.len() > 1 && tried.iter().all(|(_, _, found)| found.contains(mistake));
+        let of_key = tried
+            .first()
+            .into_iter()
+            .flat_map(|(_, _, found)| found.iter().filter(|mistake| always(mistake)));
         for (message, remedy) in of_key {
             problems.add(&entry.key, path.as_str(), message.as_str(), remedy.as_str());
         }
         for (setting, origin, found) in &tried {
             for (message, remedy) in found.iter().filter(|mistake| !always(mistake)) {
-                problems.add(origin, path.as_str(), format!("with {}: {message}", shown(setting)), remedy.as_str());
+                problems.add(
+                    origin,
+                    path.as_str(),
+                    format!("with {}: {message}", shown(setting)),
+                    remedy.as_str(),
+                );
             }
         }
         doubtful
@@ -224,9 +253,10 @@ fn ends(axis: &Axis, node: &Node) -> Vec<(Setting, Origin)> {
     if let (Axis::List(_), Value::Array(items)) = (axis, &node.value) {
         return items.iter().filter_map(written).collect();
     }
-    let range = node.as_table().into_iter().flat_map(Table::values).find_map(|entry| match &entry.node.value {
-        Value::Array(items) => Some(items),
-        _ => None,
-    });
+    let range =
+        node.as_table().into_iter().flat_map(Table::values).find_map(|entry| match &entry.node.value {
+            Value::Array(items) => Some(items),
+            _ => None,
+        });
     range.and_then(|items| Some(vec![written(items.first()?)?, written(items.last()?)?])).unwrap_or_default()
 }

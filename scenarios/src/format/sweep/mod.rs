@@ -26,7 +26,8 @@ use ends::try_ends;
 /// Most runs of a sweep; more is refused with the arithmetic.
 const MOST_RUNS: f64 = 1e8;
 
-/// Impacts and strobes that a bifurcation diagram over the only axis of numbers shows of each run unless the file says otherwise.
+/// Impacts and strobes that a bifurcation diagram over the only axis of numbers shows of each run unless the
+/// file says otherwise.
 const TAIL_OF_ONE_AXIS: usize = 64;
 
 /// A sweep file that has been checked.
@@ -110,14 +111,19 @@ impl SweepFile {
         let fields = reader.fields(&SWEEP, &["axes", "keep", "refine"], root, &top, "");
         let mut table = |name: &str, shape| match root.get(name).map(|entry| &entry.node) {
             None => Fields::default(),
-            Some(Node { value: Value::Table(table), origin }) => reader.fields(shape, &[], table, origin, name),
+            Some(Node { value: Value::Table(table), origin }) => {
+                reader.fields(shape, &[], table, origin, name)
+            }
             Some(node) => refuse(&mut reader, node, name),
         };
         let (keep, refine) = (table("keep", &KEEP), table("refine", &REFINE));
         let read = read_axes(&mut reader, root, &top);
         let refine = Refine::read(&refine, root, &read, problems);
         let scenario = fields.text("scenario").map(|name| source::beside(&sources.0[0].directory, name));
-        let units = scenario.as_ref().and_then(|scenario| try_ends(&read, scenario, root, problems)).unwrap_or_default();
+        let units = scenario
+            .as_ref()
+            .and_then(|scenario| try_ends(&read, scenario, root, problems))
+            .unwrap_or_default();
         let axes: IndexMap<String, Axis> = read.into_iter().map(|(key, read)| (key, read.axis)).collect();
         let drawn = axes.values().any(|axis| axis.count().is_none());
         let sampling = match fields.text("sampling") {
@@ -131,7 +137,9 @@ impl SweepFile {
         let runs: f64 = axes.values().filter_map(Axis::count).map(|count| count as f64).product();
         // A diagram for each value of a list.
         let drawn_over_one = axes.values().filter(|axis| !matches!(axis, Axis::List(_))).count() == 1;
-        let tail = keep.count("tail").map_or(if drawn_over_one { TAIL_OF_ONE_AXIS } else { 0 }, |tail| tail as usize);
+        let tail = keep
+            .count("tail")
+            .map_or(if drawn_over_one { TAIL_OF_ONE_AXIS } else { 0 }, |tail| tail as usize);
         let file = Self {
             name: fields.text("name").unwrap_or_default().into(),
             about: fields.text("about").unwrap_or_default().into(),
@@ -139,9 +147,17 @@ impl SweepFile {
             axes,
             units,
             sampling,
-            samples: if sampling == Sampling::Grid { runs as u64 } else { fields.count("samples").unwrap_or(1) },
+            samples: if sampling == Sampling::Grid {
+                runs as u64
+            } else {
+                fields.count("samples").unwrap_or(1)
+            },
             seed: fields.count("seed").unwrap_or(1),
-            keep: Keep { outcome: keep.get("outcome").is_none() || keep.flag("outcome"), traces: keep.flag("traces"), tail },
+            keep: Keep {
+                outcome: keep.get("outcome").is_none() || keep.flag("outcome"),
+                traces: keep.flag("traces"),
+                tail,
+            },
             refine,
         };
         file.check_sampling(root, runs, problems);
@@ -150,7 +166,8 @@ impl SweepFile {
     }
 
     fn check_sampling(&self, root: &Table, runs: f64, problems: &mut Problems) {
-        let mut add = |key: &str, message: &str, remedy: &str| problems.add(&place(root, key), key, message, remedy);
+        let mut add =
+            |key: &str, message: &str, remedy: &str| problems.add(&place(root, key), key, message, remedy);
         let samples = root.contains_key("samples");
         if self.sampling != Sampling::Grid {
             if !samples {
@@ -164,24 +181,39 @@ impl SweepFile {
                 add(
                     "axes",
                     &message,
-                    &format!("write {{ {way} = [from, to] }} without `points`, or `sampling = \"grid\"` without `samples`"),
+                    &format!(
+                        "write {{ {way} = [from, to] }} without `points`, or `sampling = \"grid\"` without `samples`"
+                    ),
                 );
             }
             if self.sampling == Sampling::Sobol && self.axes.len() > MOST_DIMENSIONS {
-                let message = format!("the Sobol sequence has {MOST_DIMENSIONS} dimensions here, and there are {} axes", self.axes.len());
+                let message = format!(
+                    "the Sobol sequence has {MOST_DIMENSIONS} dimensions here, and there are {} axes",
+                    self.axes.len()
+                );
                 add("axes", &message, "use `sampling = \"latin-hypercube\"`");
             }
             return;
         }
         if self.axes.values().any(|axis| axis.count().is_none()) {
-            add("sampling", "a grid has no distributions", "use `linear` or `log` with `points`, or another sampling");
+            add(
+                "sampling",
+                "a grid has no distributions",
+                "use `linear` or `log` with `points`, or another sampling",
+            );
         }
         if samples {
-            add("samples", "a grid has as many samples as its axes give", "remove it, or choose another sampling");
+            add(
+                "samples",
+                "a grid has as many samples as its axes give",
+                "remove it, or choose another sampling",
+            );
         }
         if runs > MOST_RUNS {
-            let counts: Vec<String> = self.axes.values().filter_map(Axis::count).map(|count| count.to_string()).collect();
-            let message = format!("{} = {runs:.3e} runs, and at most {MOST_RUNS:.0e} are taken", counts.join(" * "));
+            let counts: Vec<String> =
+                self.axes.values().filter_map(Axis::count).map(|count| count.to_string()).collect();
+            let message =
+                format!("{} = {runs:.3e} runs, and at most {MOST_RUNS:.0e} are taken", counts.join(" * "));
             add("axes", &message, "use fewer points, or another sampling with `samples`");
         }
     }
@@ -208,6 +240,11 @@ fn place(root: &Table, key: &str) -> Origin {
 }
 
 fn refuse(reader: &mut Reader<'_>, node: &Node, path: &str) -> Fields {
-    reader.problems.add(&node.origin, path, format!("this must be a table, not {}", node.value.kind()), format!("write [{path}]"));
+    reader.problems.add(
+        &node.origin,
+        path,
+        format!("this must be a table, not {}", node.value.kind()),
+        format!("write [{path}]"),
+    );
     Fields::default()
 }

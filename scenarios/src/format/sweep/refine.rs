@@ -15,7 +15,8 @@ const MOST_LEVELS: u32 = 12;
 /// How a grid of one or two axes is made finer where neighbours differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Refine {
-    /// How often the spacing of each axis is halved, in order of the file: as often as its own tolerance takes.
+    /// How often the spacing of each axis is halved, in order of the file: as often as its own tolerance
+    /// takes.
     pub levels: [u32; 2],
     /// What changes across a boundary: the outcome itself, or only whether the force settles.
     pub by_outcome: bool,
@@ -23,18 +24,33 @@ pub struct Refine {
 
 impl Refine {
     /// From the fields of `[refine]` and the tolerances of the axes, which are shares of their length.
-    pub(super) fn read(fields: &Fields, root: &Table, axes: &IndexMap<String, ReadAxis>, problems: &mut Problems) -> Option<Self> {
+    pub(super) fn read(
+        fields: &Fields,
+        root: &Table,
+        axes: &IndexMap<String, ReadAxis>,
+        problems: &mut Problems,
+    ) -> Option<Self> {
         let Some(entry) = root.get("refine") else {
-            for (key, (_, origin)) in axes.iter().filter_map(|(key, read)| Some((key, read.tolerance.as_ref()?))) {
+            for (key, (_, origin)) in
+                axes.iter().filter_map(|(key, read)| Some((key, read.tolerance.as_ref()?)))
+            {
                 let message = "a tolerance has a meaning where a grid is made finer along boundaries only";
-                problems.add(origin, format!("axes.\"{key}\".tolerance"), message, "add [refine], or remove it");
+                problems.add(
+                    origin,
+                    format!("axes.\"{key}\".tolerance"),
+                    message,
+                    "add [refine], or remove it",
+                );
             }
             return None;
         };
         let table = entry.node.as_table();
-        let origin = |key: &str| table.and_then(|table| table.get(key)).map_or(&entry.node.origin, |entry| &entry.node.origin);
+        let origin = |key: &str| {
+            table.and_then(|table| table.get(key)).map_or(&entry.node.origin, |entry| &entry.node.origin)
+        };
         let of_all = fields.optional("tolerance").map(|share| (share, origin("tolerance")));
-        let of_each = |read: &ReadAxis| read.tolerance.as_ref().map(|(share, origin)| (*share, origin.clone()));
+        let of_each =
+            |read: &ReadAxis| read.tolerance.as_ref().map(|(share, origin)| (*share, origin.clone()));
         let wanted = axes.iter().filter_map(|(key, read)| {
             let (share, at) = of_each(read).or(of_all.map(|(share, origin)| (share, origin.clone())))?;
             let spacings = read.axis.count()?.saturating_sub(1).max(1);
@@ -44,12 +60,24 @@ impl Refine {
         let mut levels = [given.unwrap_or(LEVELS); 2];
         for (key, at, needed) in wanted {
             if given.is_some() {
-                problems.add(origin("levels"), "refine.levels", "`levels` and a tolerance say the same thing", "remove one of them");
+                problems.add(
+                    origin("levels"),
+                    "refine.levels",
+                    "`levels` and a tolerance say the same thing",
+                    "remove one of them",
+                );
                 break;
             }
             if needed > MOST_LEVELS {
-                let message = format!("this takes {needed} halvings of the spacing of `{key}`, and at most {MOST_LEVELS} are done");
-                problems.add(&at, format!("axes.\"{key}\""), message, "use more points, or a larger tolerance");
+                let message = format!(
+                    "this takes {needed} halvings of the spacing of `{key}`, and at most {MOST_LEVELS} are done"
+                );
+                problems.add(
+                    &at,
+                    format!("axes.\"{key}\""),
+                    message,
+                    "use more points, or a larger tolerance",
+                );
             }
             if let Some(levels) = axes.get_index_of(key).and_then(|axis| levels.get_mut(axis)) {
                 *levels = needed.min(MOST_LEVELS);

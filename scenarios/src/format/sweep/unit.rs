@@ -14,16 +14,24 @@ pub fn unit_of_key(path: &str, scenario: &Scenario) -> String {
     let turns = scenario.machine.axis == Axis::Rotational;
     let parts: Vec<&str> = path.split('.').collect();
     let found = match parts.as_slice() {
-        [_, _, EFFECTS, kind, parameter] => return crate::sweep::unit_of_effect(kind, parameter, turns).unwrap_or_default().to_owned(),
+        [_, _, EFFECTS, kind, parameter] => {
+            return crate::sweep::unit_of_effect(kind, parameter, turns).unwrap_or_default().to_owned();
+        }
         ["run", rest @ ..] => unit(&RUN, None, rest).map(|unit| (unit, "")),
         [table, name, rest @ ..] => {
-            let law = scenario.controllers.get(*name).filter(|_| *table == "controllers").map(|used| used.spec.law.name());
+            let law = scenario
+                .controllers
+                .get(*name)
+                .filter(|_| *table == "controllers")
+                .map(|used| used.spec.law.name());
             let element = ELEMENTS.iter().find(|element| element.table == *table);
             element.and_then(|element| unit(&element.shape, law, rest)).map(|unit| (unit, *name))
         }
         _ => None,
     };
-    let Some((unit, dimension)) = found.and_then(|(unit, name)| Some((unit, dimension(unit, name, scenario)?))) else {
+    let Some((unit, dimension)) =
+        found.and_then(|(unit, name)| Some((unit, dimension(unit, name, scenario)?)))
+    else {
         return String::new();
     };
     match unit {
@@ -34,18 +42,24 @@ pub fn unit_of_key(path: &str, scenario: &Scenario) -> String {
     }
 }
 
-/// The unit that a shape gives to a key of it, or of a table within it; of several variants the one of this name, where it is one of them.
+/// The unit that a shape gives to a key of it, or of a table within it; of several variants the one of this
+/// name, where it is one of them.
 fn unit(shape: &'static Shape, variant: Option<&str>, path: &[&str]) -> Option<Unit> {
     let (name, rest) = path.split_first()?;
-    let chosen = shape.choice.iter().flat_map(|choice| choice.variants).find(|known| Some(known.name) == variant);
+    let chosen =
+        shape.choice.iter().flat_map(|choice| choice.variants).find(|known| Some(known.name) == variant);
     let of_variant = chosen.and_then(|variant| variant.keys.iter().find(|key| key.name == *name));
     let key = of_variant.or_else(|| shape.all_keys().find(|key| key.name == *name))?;
     match (key.kind, rest) {
         (Kind::Quantity(unit, _) | Kind::QuantityOrTable(_, unit, _), []) => Some(unit),
         (Kind::Reference(_), []) => Some(Unit::Reference),
-        (Kind::Table(shape) | Kind::QuantityOrTable(_, _, shape) | Kind::WordOrTable(_, shape) | Kind::Reference(shape), rest) => {
-            unit(shape, None, rest)
-        }
+        (
+            Kind::Table(shape)
+            | Kind::QuantityOrTable(_, _, shape)
+            | Kind::WordOrTable(_, shape)
+            | Kind::Reference(shape),
+            rest,
+        ) => unit(shape, None, rest),
         _ => None,
     }
 }

@@ -47,7 +47,10 @@ impl Writer {
                 self.unless("damping", gains.damping, 0.0);
                 self.unless("derivative_filter", gains.derivative_filter_s, 0.0);
                 if let Some(lead) = &gains.lead {
-                    self.line("lead", format!("{{ zero = {}, pole = {} }}", number(lead.zero_hz), number(lead.pole_hz)));
+                    self.line(
+                        "lead",
+                        format!("{{ zero = {}, pole = {} }}", number(lead.zero_hz), number(lead.pole_hz)),
+                    );
                 }
                 self.anti_windup(gains.anti_windup);
             }
@@ -88,9 +91,13 @@ impl Writer {
     }
 
     fn approach(&mut self, approach: &Approach) {
-        let release = approach.release.map_or_else(String::new, |release| format!(", release = {}", number(release)));
+        let release =
+            approach.release.map_or_else(String::new, |release| format!(", release = {}", number(release)));
         let [speed, until, bandwidth] = [approach.speed, approach.until, approach.bandwidth_hz].map(number);
-        self.line("approach", format!("{{ speed = {speed}, until = {until}{release}, bandwidth = {bandwidth} }}"));
+        self.line(
+            "approach",
+            format!("{{ speed = {speed}, until = {until}{release}, bandwidth = {bandwidth} }}"),
+        );
     }
 }
 
@@ -99,14 +106,19 @@ fn reference(spec: &ReferenceSpec) -> String {
     match spec {
         ReferenceSpec::Constant(value) => number(*value),
         ReferenceSpec::Steps(steps) => points(steps.iter().copied()),
-        ReferenceSpec::PiecewiseLinear(corners) => table("ramp", format!("points = {}", points(corners.iter().copied()))),
+        ReferenceSpec::PiecewiseLinear(corners) => {
+            table("ramp", format!("points = {}", points(corners.iter().copied())))
+        }
         ReferenceSpec::Chirp { sweep, amplitude, start_hz, end_hz, duration_s, offset } => {
             let sweep = match sweep {
                 Sweep::Linear => "linear",
                 Sweep::Logarithmic => "logarithmic",
             };
-            let [amplitude, start, end, duration, offset] = [*amplitude, *start_hz, *end_hz, *duration_s, *offset].map(number);
-            let numbers = format!("amplitude = {amplitude}, start = {start}, end = {end}, duration = {duration}, offset = {offset}");
+            let [amplitude, start, end, duration, offset] =
+                [*amplitude, *start_hz, *end_hz, *duration_s, *offset].map(number);
+            let numbers = format!(
+                "amplitude = {amplitude}, start = {start}, end = {end}, duration = {duration}, offset = {offset}"
+            );
             table("chirp", format!("{numbers}, sweep = \"{sweep}\""))
         }
         ReferenceSpec::Multisine { lines, low_hz, high_hz, period_s, rms, offset } => {
@@ -116,7 +128,12 @@ fn reference(spec: &ReferenceSpec) -> String {
                 Lines::OddSparse => "odd-sparse",
             };
             let [low, high, period, rms, offset] = [*low_hz, *high_hz, *period_s, *rms, *offset].map(number);
-            table("multisine", format!("rms = {rms}, band = [{low}, {high}], period = {period}, lines = \"{lines}\", offset = {offset}"))
+            table(
+                "multisine",
+                format!(
+                    "rms = {rms}, band = [{low}, {high}], period = {period}, lines = \"{lines}\", offset = {offset}"
+                ),
+            )
         }
         ReferenceSpec::WhiteNoise { low_hz, high_hz, rms, offset } => {
             let [low, high, rms, offset] = [*low_hz, *high_hz, *rms, *offset].map(number);
@@ -124,7 +141,12 @@ fn reference(spec: &ReferenceSpec) -> String {
         }
         ReferenceSpec::Prbs { order, clock_period_s, amplitude, offset } => {
             let [clock, amplitude, offset] = [*clock_period_s, *amplitude, *offset].map(number);
-            table("prbs", format!("order = {order}, clock_period = {clock}, amplitude = {amplitude}, offset = {offset}"))
+            table(
+                "prbs",
+                format!(
+                    "order = {order}, clock_period = {clock}, amplitude = {amplitude}, offset = {offset}"
+                ),
+            )
         }
         ReferenceSpec::Table { times_s, values, between, offset } => {
             let between = match between {
@@ -132,7 +154,10 @@ fn reference(spec: &ReferenceSpec) -> String {
                 Between::Linear => "linear",
             };
             let samples = points(times_s.iter().copied().zip(values.iter().copied()));
-            table("samples", format!("points = {samples}, between = \"{between}\", offset = {}", number(*offset)))
+            table(
+                "samples",
+                format!("points = {samples}, between = \"{between}\", offset = {}", number(*offset)),
+            )
         }
         // A shape that the format does not know cannot have come from a file.
         _ => number(0.0),

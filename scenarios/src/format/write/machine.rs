@@ -1,6 +1,8 @@
 //! Bodies, springs, contacts, actuators, sensors.
 
-use feeler_plant::description::{Actuator, ActuatorKind, Contact, ContactLaw, Engagement, GROUND, Knot, LowPass, Machine, Profile, Sensor};
+use feeler_plant::description::{
+    Actuator, ActuatorKind, Contact, ContactLaw, Engagement, GROUND, Knot, LowPass, Machine, Profile, Sensor,
+};
 
 use super::{Writer, number};
 
@@ -69,7 +71,10 @@ impl Writer {
         self.unless("gap", contact.gap_m, 0.0);
         if let Some(profile) = profile {
             let points = |value: fn(&Knot) -> f64| {
-                let pairs = profile.knots().iter().map(|knot| format!("[{}, {}]", number(knot.t_s), number(value(knot))));
+                let pairs = profile
+                    .knots()
+                    .iter()
+                    .map(|knot| format!("[{}, {}]", number(knot.t_s), number(value(knot))));
                 format!("[{}]", pairs.collect::<Vec<_>>().join(", "))
             };
             let (offset, rate) = (points(|knot| knot.offset_m), points(|knot| knot.rate_m_per_s));
@@ -113,7 +118,9 @@ impl Writer {
         match sensor.low_pass {
             None => {}
             Some(LowPass::FirstOrder { corner_hz }) => self.line("low_pass", low_pass(corner_hz, None)),
-            Some(LowPass::SecondOrder { corner_hz, damping_ratio }) => self.line("low_pass", low_pass(corner_hz, Some(damping_ratio))),
+            Some(LowPass::SecondOrder { corner_hz, damping_ratio }) => {
+                self.line("low_pass", low_pass(corner_hz, Some(damping_ratio)))
+            }
         }
         self.unless("delay", sensor.delay_s, 0.0);
         self.optional("resolution", sensor.resolution);

@@ -1,21 +1,23 @@
 //! Whether a motion grows, or bouncing dies out.
 //!
-//! In contact it grows where `A3 > 1.5 A2` and `A2 > 1.5 A1`. Bouncing grows where the force peaks of the last half of all contacts rise from each to the
-//! next and above all before: 6 of them at least, by more than 2.25 times in all, or 3 of them, each more than 1.5 times the last; and where the last of
-//! them falls into the tail, or the tool is away at the end, so that it has not come to rest since.
+//! In contact it grows where `A3 > 1.5 A2` and `A2 > 1.5 A1`. Bouncing grows where the force peaks of the
+//! last half of all contacts rise from each to the next and above all before: 6 of them at least, by more
+//! than 2.25 times in all, or 3 of them, each more than 1.5 times the last; and where the last of them falls
+//! into the tail, or the tool is away at the end, so that it has not come to rest since.
 //!
-//! Noise of a sensor keeps a stable loop moving, the longer each swing lasts the nearer the loop is to its limit, and then the three amplitudes rise by
-//! chance too: in one run of a hundred by 1.5 times each, and in one of ten so that a line through their logarithms seems certain to four of its standard
-//! errors. Where the motion may be the answer to noise, which is up to 100 sigma, it grows only where the rise from window to window is certain against how
-//! much these rises differ among themselves ([`Trend::in_noise`]).
+//! Noise of a sensor keeps a stable loop moving, the longer each swing lasts the nearer the loop is to its
+//! limit, and then the three amplitudes rise by chance too: in one run of a hundred by 1.5 times each, and in
+//! one of ten so that a line through their logarithms seems certain to four of its standard errors. Where the
+//! motion may be the answer to noise, which is up to 100 sigma, it grows only where the rise from window to
+//! window is certain against how much these rises differ among themselves ([`Trend::in_noise`]).
 
 use super::super::trend::Trend;
 use super::Evidence;
 
 /// Growth from one part of the tail to the next, or from impact to impact, that counts as such.
 const GROWS: f64 = 1.5;
-/// Contacts at the end of the run whose peaks must rise to call the bouncing unstable: by chance, aperiodic ones do so in one run of 720, and above
-/// all that came before far more seldom.
+/// Contacts at the end of the run whose peaks must rise to call the bouncing unstable: by chance, aperiodic
+/// ones do so in one run of 720, and above all that came before far more seldom.
 const LEAST_RISING: usize = 6;
 /// The same where each is so much harder than the one before that the whole motion grows.
 const LEAST_SOARING: usize = 3;
@@ -25,7 +27,8 @@ const FADES: f64 = 0.03;
 const LEAST_WEAKER: usize = 4;
 /// ... each by this part of the fading that counts over a tail.
 const WEAKER_SHARE: f64 = 3.0;
-/// A stable loop of any use swings by less than so many sigma of the noise that it reads: with a damping ratio of 0.01 % by about 50.
+/// A stable loop of any use swings by less than so many sigma of the noise that it reads: with a damping
+/// ratio of 0.01 % by about 50.
 const NOISE_REACH: f64 = 100.0;
 
 /// Whether the amplitudes of the tail's three parts grow clearly from each to the next.
@@ -39,7 +42,8 @@ impl Evidence<'_> {
         amplitude_n < NOISE_REACH * self.noise_n
     }
 
-    /// The trend of the tail's force, of amplitude `amplitude_n` at the end; none where there are too few cycles.
+    /// The trend of the tail's force, of amplitude `amplitude_n` at the end; none where there are too few
+    /// cycles.
     pub(super) fn trend(&self, force_n: &[f64], amplitude_n: f64) -> Option<Trend> {
         if self.may_be_noise(amplitude_n) { Trend::in_noise(force_n) } else { Trend::of(force_n) }
     }
@@ -49,9 +53,14 @@ impl Evidence<'_> {
         let rises = |least: usize, step: f64, whole: f64| {
             let last = self.last_impacts(least);
             let [(from_s, first_n), .., (to_s, last_n)] = last else { return None };
-            let before = self.impacts[..self.impacts.len() - last.len()].iter().map(|impact| impact.1).fold(0.0, f64::max);
+            let before = self.impacts[..self.impacts.len() - last.len()]
+                .iter()
+                .map(|impact| impact.1)
+                .fold(0.0, f64::max);
             let goes_on = self.lost_at_s.is_some() || *to_s >= tail_starts_at_s;
-            let grows = *last_n > before && *last_n > whole * first_n && last.windows(2).all(|pair| pair[1].1 > step * pair[0].1);
+            let grows = *last_n > before
+                && *last_n > whole * first_n
+                && last.windows(2).all(|pair| pair[1].1 > step * pair[0].1);
             (last.len() >= least && goes_on && grows).then(|| (last_n / first_n).ln() / (to_s - from_s))
         };
         rises(LEAST_RISING, 1.0, GROWS * GROWS).or_else(|| rises(LEAST_SOARING, GROWS, GROWS * GROWS))
@@ -72,8 +81,8 @@ impl Evidence<'_> {
         last.len() >= LEAST_WEAKER && whole.windows(2).all(weaker)
     }
 
-    /// Whether bouncing that is nearly steady dies out all the same: whether it falls as fast in the end as before, where a fall to a cycle comes to an
-    /// end.
+    /// Whether bouncing that is nearly steady dies out all the same: whether it falls as fast in the end as
+    /// before, where a fall to a cycle comes to an end.
     pub(super) fn dies_out(&self, trend: Option<Trend>, [a1, a2, a3]: [f64; 3]) -> bool {
         match trend {
             Some(trend) => trend.falls_on() && trend.change < -FADES,
@@ -98,7 +107,8 @@ mod tests {
 
     #[test]
     fn truth_impacts_that_rise_to_the_end_of_the_longest_run_are_unstable_even_where_the_tool_is_away() {
-        let impacts: Vec<(f64, f64)> = (0..8).map(|i| (0.1 * f64::from(i), 10.0 * (0.4 * f64::from(i)).exp())).collect();
+        let impacts: Vec<(f64, f64)> =
+            (0..8).map(|i| (0.1 * f64::from(i), 10.0 * (0.4 * f64::from(i)).exp())).collect();
         let away = |impacts: &[(f64, f64)], is_longest| of_impacts(impacts, Some(0.75), is_longest);
         let verdict = away(&impacts, true);
         assert_eq!(verdict.outcome, Outcome::Unstable);
@@ -122,7 +132,8 @@ mod tests {
         assert_eq!(of_impacts(&even, Some(0.75), true).outcome, Outcome::NoContact);
     }
 
-    /// A swing of 60 Hz in contact whose two quadratures lose or gain `rate_per_s`, kept going by white noise, so that it is about `sigma_n` in size.
+    /// A swing of 60 Hz in contact whose two quadratures lose or gain `rate_per_s`, kept going by white
+    /// noise, so that it is about `sigma_n` in size.
     fn swing(rate_per_s: f64, sigma_n: f64, seed: u64) -> Vec<f64> {
         let stream = Stream::new(seed, "swing");
         let dt = 1e-4;
@@ -144,7 +155,8 @@ mod tests {
         longest.verdict().outcome
     }
 
-    /// From a swing that lasts much longer than the tail of 0.9 s to one that is over in a hundredth of it: by what it was made of none of them grows.
+    /// From a swing that lasts much longer than the tail of 0.9 s to one that is over in a hundredth of it:
+    /// by what it was made of none of them grows.
     #[test]
     fn truth_what_noise_makes_of_a_stable_loop_does_not_grow() {
         for rate_per_s in [-0.3, -1.0, -3.0, -10.0, -100.0] {

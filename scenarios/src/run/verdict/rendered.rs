@@ -1,4 +1,5 @@
-//! The verdict where nothing can touch, so that a wall, if there is one, is one that a controller renders: by what the drive is commanded.
+//! The verdict where nothing can touch, so that a wall, if there is one, is one that a controller renders: by
+//! what the drive is commanded.
 
 use super::super::outcome::{Outcome, Undecided};
 use super::super::saturation;
@@ -10,7 +11,8 @@ use super::{Evidence, LASTS, LEAST_ROWS, SATURATES, Verdict};
 const ROUNDING: f64 = 1e-9;
 
 impl Evidence<'_> {
-    /// Where nothing can touch: of a command that grows, or swings between limits. `otherwise` is what becomes of one that does neither.
+    /// Where nothing can touch: of a command that grows, or swings between limits. `otherwise` is what
+    /// becomes of one that does neither.
     pub(super) fn of_rendered(&self, first: usize, otherwise: Verdict, growth_per_s: f64) -> Verdict {
         let command = &self.force_n[first..self.t_s.len()];
         let (tail_s, [a1, a2, a3]) = (otherwise.tail_s, otherwise.amplitudes_n);
@@ -18,8 +20,11 @@ impl Evidence<'_> {
         if self.driven || command.len() < LEAST_ROWS || a3 <= ROUNDING * largest {
             return otherwise;
         }
-        let unstable =
-            |rate: f64| Verdict { outcome: Outcome::Unstable, growth_per_s: Some(rate).filter(|rate| rate.is_finite()), ..otherwise };
+        let unstable = |rate: f64| Verdict {
+            outcome: Outcome::Unstable,
+            growth_per_s: Some(rate).filter(|rate| rate.is_finite()),
+            ..otherwise
+        };
         let open = |verdict, why| Verdict { outcome: Outcome::Undecided, undecided: Some(why), ..verdict };
         let trend = if self.noise_n > 0.0 { Trend::in_noise(command) } else { Trend::of(command) };
         if soars([a1, a2, a3]) && (self.noise_n <= 0.0 || trend.is_some_and(Trend::rises_on)) {
@@ -30,7 +35,11 @@ impl Evidence<'_> {
             let grows = unstable(trend.change / (tail_s[1] - tail_s[0]));
             return if self.is_longest && !saturates { grows } else { open(grows, Undecided::StillGrowing) };
         }
-        if saturates && a3 >= LASTS * a1 && self.swings(first) { Verdict { outcome: Outcome::LimitCycle, ..otherwise } } else { otherwise }
+        if saturates && a3 >= LASTS * a1 && self.swings(first) {
+            Verdict { outcome: Outcome::LimitCycle, ..otherwise }
+        } else {
+            otherwise
+        }
     }
 }
 

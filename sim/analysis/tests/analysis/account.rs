@@ -10,7 +10,12 @@ use feeler_plant::assembly::assemble;
 use feeler_plant::description::{ContactLaw, LowPass, Machine};
 
 fn clamped(scenario: &Scenario, gain: Option<&str>) -> Report {
-    let request = Request { view: View::CLAMPED, gain: gain.map(Into::into), sensitivities: true, ..Request::default() };
+    let request = Request {
+        view: View::CLAMPED,
+        gain: gain.map(Into::into),
+        sensitivities: true,
+        ..Request::default()
+    };
     analyze(scenario, &request).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -26,7 +31,8 @@ fn regress_a_bandwidth_that_jumps_is_told_to_be_that_of_the_integrator() {
     spec.period_s = 2e-3;
     let stages = clamped(&scenario, Some("kp")).waterfall.unwrap().stages;
     let last = stages.last().unwrap();
-    // With half of the gain, kp / (1 + kp) of the reference is more than 3 dB down: the integrator alone carries the rest.
+    // With half of the gain, kp / (1 + kp) of the reference is more than 3 dB down: the integrator alone
+    // carries the rest.
     let kp = 0.5 * last.largest_gain.unwrap();
     assert!(kp / (1.0 + kp) < 0.70 && last.bandwidth_hz.unwrap() < 3.0, "{last:?}");
     let shelf = last.shelf.unwrap();
@@ -34,12 +40,18 @@ fn regress_a_bandwidth_that_jumps_is_told_to_be_that_of_the_integrator() {
     // Every step down is that of the ingredient and that of the gain it allows.
     let first = stages.iter().position(|stage| stage.largest_gain.is_some()).unwrap();
     assert!(stages[first].bandwidth_at_gain_before_hz.is_none());
-    for pair in stages[first..].windows(2).filter(|pair| 0.5 * pair[0].largest_gain.unwrap() < pair[1].largest_gain.unwrap()) {
+    for pair in stages[first..]
+        .windows(2)
+        .filter(|pair| 0.5 * pair[0].largest_gain.unwrap() < pair[1].largest_gain.unwrap())
+    {
         assert!(pair[1].bandwidth_at_gain_before_hz.is_some(), "{pair:?}");
     }
     let unchanged = clamped(&force_loop(0.5, 0.0), None).waterfall.unwrap().stages;
     let [.., late, filtered] = unchanged.as_slice() else { unreachable!() };
-    assert_eq!((late.bandwidth_hz, filtered.bandwidth_hz), (filtered.bandwidth_at_gain_before_hz, filtered.bandwidth_at_gain_before_hz));
+    assert_eq!(
+        (late.bandwidth_hz, filtered.bandwidth_hz),
+        (filtered.bandwidth_at_gain_before_hz, filtered.bandwidth_at_gain_before_hz)
+    );
     assert!(filtered.shelf.is_none());
 }
 
@@ -53,7 +65,11 @@ fn regress_an_undamped_axis_is_unstable_at_any_gain_and_says_so() {
     // Closed form E: a held output destabilises it however fast it is sampled.
     assert_eq!(report.limit, Some(Limit::UndampedMode));
     let expected_hz = (2e5_f64 / 12.0).sqrt() / TAU;
-    assert!(matches!(report.undamped_hz.as_slice(), [f] if (f / expected_hz - 1.0).abs() < 1e-12), "{:?}", report.undamped_hz);
+    assert!(
+        matches!(report.undamped_hz.as_slice(), [f] if (f / expected_hz - 1.0).abs() < 1e-12),
+        "{:?}",
+        report.undamped_hz
+    );
     assert_eq!(report.margins.unwrap().gain_decrease, None);
     assert!(report.sensitivities.is_empty() && report.ranked_by.is_none());
     assert!(clamped(&force_loop(0.5, 0.0), None).undamped_hz.is_empty());
@@ -62,9 +78,14 @@ fn regress_an_undamped_axis_is_unstable_at_any_gain_and_says_so() {
 #[test]
 fn regress_a_response_that_only_falls_has_no_peak_above_rest() {
     let mut scenario = force_loop(0.0, 0.0);
-    scenario.controllers["force"].spec.law = Law::ExplicitForce(ForceGains { ki: 3.0, ..ForceGains::default() });
+    scenario.controllers["force"].spec.law =
+        Law::ExplicitForce(ForceGains { ki: 3.0, ..ForceGains::default() });
     let falls = clamped(&scenario, None).margins.unwrap();
-    assert!(falls.complementary_sensitivity_peak_hz <= 0.0 && (falls.complementary_sensitivity_peak - 1.0).abs() < 1e-6, "{falls:?}");
+    assert!(
+        falls.complementary_sensitivity_peak_hz <= 0.0
+            && (falls.complementary_sensitivity_peak - 1.0).abs() < 1e-6,
+        "{falls:?}"
+    );
     let rings = clamped(&force_loop(0.5, 0.0), None).margins.unwrap();
     assert!(rings.complementary_sensitivity_peak_hz > 15.0, "{rings:?}");
 }
@@ -83,10 +104,13 @@ fn regress_an_absent_contact_is_no_number_of_the_machine() {
 #[test]
 fn regress_a_slower_controller_is_named_as_why_nothing_is_told() {
     let mut scenario = force_loop(0.2, 0.0);
-    let damper = control(Law::ExplicitForce(ForceGains { kp: 0.1, ..ForceGains::default() }), "force", 0.25e-3, 0.0);
+    let damper =
+        control(Law::ExplicitForce(ForceGains { kp: 0.1, ..ForceGains::default() }), "force", 0.25e-3, 0.0);
     scenario.controllers.insert("fast".into(), damper);
     let report = clamped(&scenario, Some("fast.kp"));
-    let Some(Untold::SlowerLoop { controller, period_s, common_s, slowest }) = report.untold else { panic!("{:?}", report.untold) };
+    let Some(Untold::SlowerLoop { controller, period_s, common_s, slowest }) = report.untold else {
+        panic!("{:?}", report.untold)
+    };
     assert_eq!((controller.as_str(), slowest.as_deref()), ("fast", Some("force")));
     assert!((period_s - 0.25e-3).abs() < 1e-12 && (common_s - 1e-3).abs() < 1e-12);
     assert!(report.waterfall.is_none() && report.gain.unwrap().sampled.stable[1].is_some());
@@ -96,7 +120,8 @@ fn regress_a_slower_controller_is_named_as_why_nothing_is_told() {
 #[test]
 fn regress_where_no_period_is_a_multiple_of_the_others_no_controller_tells_all() {
     let mut scenario = force_loop(0.2, 0.0);
-    let other = control(Law::ExplicitForce(ForceGains { kp: 0.1, ..ForceGains::default() }), "force", 1.5e-3, 0.0);
+    let other =
+        control(Law::ExplicitForce(ForceGains { kp: 0.1, ..ForceGains::default() }), "force", 1.5e-3, 0.0);
     scenario.controllers.insert("other".into(), other);
     for gain in ["force.kp", "other.kp"] {
         let untold = clamped(&scenario, Some(gain)).untold;
@@ -115,9 +140,18 @@ fn truth_nothing_limits_a_loop_whose_reading_does_not_answer_the_drive() {
 fn impedance(force_gain: f64) -> Scenario {
     let law = Law::Impedance(ImpedanceGains { stiffness: 5e3, damping: 350.0, force_gain });
     let spec = ControllerSpec::new(law, 1e-3);
-    let user =
-        ControllerUse { spec, reads: Some("force".into()), motion: Some("encoder".into()), drives: "drive".into(), effects: Vec::new() };
-    Scenario { machine: machine(), controllers: [("spring".to_string(), user)].into_iter().collect(), ..force_loop(0.0, 0.0) }
+    let user = ControllerUse {
+        spec,
+        reads: Some("force".into()),
+        motion: Some("encoder".into()),
+        drives: "drive".into(),
+        effects: Vec::new(),
+    };
+    Scenario {
+        machine: machine(),
+        controllers: [("spring".to_string(), user)].into_iter().collect(),
+        ..force_loop(0.0, 0.0)
+    }
 }
 
 #[test]
@@ -130,7 +164,11 @@ fn regress_an_impedance_controls_motion_and_its_force_gain_closes_a_loop_of_forc
     ] {
         let report = clamped(&impedance(force_gain), Some(key));
         let of = report.of_loop.unwrap();
-        assert_eq!((of.output.as_str(), of.controlled.as_str()), (through, "motor.position"), "{force_gain} {key}");
+        assert_eq!(
+            (of.output.as_str(), of.controlled.as_str()),
+            (through, "motor.position"),
+            "{force_gain} {key}"
+        );
         assert_eq!(report.output, through);
         assert!(report.gain.unwrap().sampled.stable[1].is_some(), "{force_gain} {key}");
     }
@@ -140,7 +178,12 @@ fn regress_an_impedance_controls_motion_and_its_force_gain_closes_a_loop_of_forc
 fn truth_a_force_on_a_body_is_an_input() {
     // An ideal drive on a body that reacts on the ground and a force from outside on that body do the same.
     let scenario = force_loop(0.2, 0.0);
-    let of = |input: &str| analyze(&scenario, &Request { input: Some(input.parse().unwrap()), view: View::CLAMPED, ..Request::default() });
+    let of = |input: &str| {
+        analyze(
+            &scenario,
+            &Request { input: Some(input.parse().unwrap()), view: View::CLAMPED, ..Request::default() },
+        )
+    };
     let (drive, outer) = (of("drive.command").unwrap(), of("motor.force").unwrap());
     assert_eq!(outer.input, "motor.force");
     assert_eq!((&drive.poles, &drive.zeros, &drive.gain), (&outer.poles, &outer.zeros, &outer.gain));
@@ -157,18 +200,29 @@ fn truth_no_eigenvalue_is_beyond_the_bound_on_rates() {
     machine.sensors["force"].low_pass = Some(LowPass::SecondOrder { corner_hz: 40.0, damping_ratio: 0.7 });
     let largest = |machine: &Machine| {
         let plant = LinearMachine::new(machine, &View::CLAMPED).unwrap();
-        let channel = plant.channel(&"drive.command".parse().unwrap(), &"force.reading".parse().unwrap()).unwrap();
+        let channel =
+            plant.channel(&"drive.command".parse().unwrap(), &"force.reading".parse().unwrap()).unwrap();
         let rates: Vec<f64> = channel.poles().unwrap().iter().map(|p| p.norm()).collect();
         rates.into_iter().fold(0.0, f64::max)
     };
     let bound = |machine: &Machine| assemble(machine).unwrap().fastest_rate_per_s();
     // Gershgorin is off by less than a factor of two in a chain, whose middle bodies reach it.
-    assert!((largest(&machine)..2.0 * largest(&machine)).contains(&bound(&machine)), "{} {}", largest(&machine), bound(&machine));
+    assert!(
+        (largest(&machine)..2.0 * largest(&machine)).contains(&bound(&machine)),
+        "{} {}",
+        largest(&machine),
+        bound(&machine)
+    );
     // A filter, and a guide, faster than everything else.
     machine.sensors["force"].low_pass = Some(LowPass::FirstOrder { corner_hz: 1e4 });
     assert!((bound(&machine) / (TAU * 1e4) - 1.0).abs() < 1e-12);
     machine.springs["guide"].damping_n_s_per_m = 1e7;
-    assert!((largest(&machine)..2.5 * largest(&machine)).contains(&bound(&machine)), "{} {}", largest(&machine), bound(&machine));
+    assert!(
+        (largest(&machine)..2.5 * largest(&machine)).contains(&bound(&machine)),
+        "{} {}",
+        largest(&machine),
+        bound(&machine)
+    );
     machine.contacts["tool"].law = ContactLaw::Hertz;
     assert!(bound(&machine).is_infinite());
 }
@@ -179,7 +233,8 @@ fn regress_a_driven_body_on_a_spring_to_ground_keeps_its_account() {
     let guide = &mut scenario.machine.springs["guide"];
     guide.stiffness_n_per_m = 1e5;
     let report = clamped(&scenario, None);
-    let stages: Vec<&str> = report.waterfall.as_ref().unwrap().stages.iter().map(|stage| stage.added.as_str()).collect();
+    let stages: Vec<&str> =
+        report.waterfall.as_ref().unwrap().stages.iter().map(|stage| stage.added.as_str()).collect();
     // The transmission can be taken for rigid, the spring that holds the motor cannot: nothing could move.
     assert!(stages.contains(&"springs.transmission") && !stages.contains(&"springs.guide"), "{stages:?}");
     assert!(report.waterfall.unwrap().without.iter().all(|(name, _)| name != "springs.guide"));
@@ -188,11 +243,13 @@ fn regress_a_driven_body_on_a_spring_to_ground_keeps_its_account() {
 #[test]
 fn truth_what_is_set_beyond_the_edge_is_told_without_margins() {
     let mut scenario = force_loop(0.2, 0.0);
-    let fast = control(Law::ExplicitForce(ForceGains { kp: 0.1, ..ForceGains::default() }), "force", 0.25e-3, 0.0);
+    let fast =
+        control(Law::ExplicitForce(ForceGains { kp: 0.1, ..ForceGains::default() }), "force", 0.25e-3, 0.0);
     scenario.controllers.insert("fast".into(), fast);
     let edge = clamped(&scenario, Some("fast.kp")).gain.unwrap().sampled.stable[1].unwrap();
     for (kp, unstable) in [(0.99 * edge, false), (1.01 * edge, true)] {
-        scenario.controllers["fast"].spec.law = Law::ExplicitForce(ForceGains { kp, ..ForceGains::default() });
+        scenario.controllers["fast"].spec.law =
+            Law::ExplicitForce(ForceGains { kp, ..ForceGains::default() });
         assert_eq!(clamped(&scenario, Some("fast.kp")).gain.unwrap().is_unstable_as_set(), unstable, "{kp}");
     }
 }

@@ -3,20 +3,26 @@
 use crate::common::{control, force_loop, machine};
 use feeler_analysis::{ClosedLoop, ControlLoop, View};
 use feeler_control::reference::Sweep;
-use feeler_control::{AdmittanceGains, ForceGains, ImpedanceGains, Law, LeadSpec, PositionGains, ReferenceSpec};
+use feeler_control::{
+    AdmittanceGains, ForceGains, ImpedanceGains, Law, LeadSpec, PositionGains, ReferenceSpec,
+};
 use feeler_engine::{Scenario, Simulation, Trace};
 use feeler_plant::description::Spring;
 
 /// What counts as low frequency is 1e-3 Hz, the bandwidth some 30 Hz: the square of the ratio, and room.
 const LOW_IS_NOT_ZERO: f64 = 1e-8;
-/// A sampled loop lags by a period and a half at most, 0.015 ms: 3e-3 rad at 30 Hz, times the steepness of a lead and a lightly damped loop.
+/// A sampled loop lags by a period and a half at most, 0.015 ms: 3e-3 rad at 30 Hz, times the steepness of a
+/// lead and a lightly damped loop.
 const FAST_SAMPLING: f64 = 0.02;
 
 #[test]
 fn truth_bandwidth_of_a_mass_on_a_stiffness() {
     let (kp, k, b) = (0.5, 2e5, 900.0);
     let mut scenario = force_loop(kp, 0.0);
-    scenario.machine.springs.insert("transmission".into(), Spring { rigid: true, ..scenario.machine.springs["transmission"].clone() });
+    scenario.machine.springs.insert(
+        "transmission".into(),
+        Spring { rigid: true, ..scenario.machine.springs["transmission"].clone() },
+    );
     scenario.machine.springs["guide"].damping_n_s_per_m = b;
     scenario.machine.contacts["tool"].damping_n_s_per_m = 0.0;
     // kp k / (m s^2 + b s + (1 + kp) k), down to 1 / sqrt 2 of its value at rest.
@@ -24,8 +30,12 @@ fn truth_bandwidth_of_a_mass_on_a_stiffness() {
     let w0_squared = (1.0 + kp) * k / m;
     let bend = 1.0 - b * b / (2.0 * m * m * w0_squared);
     let expected_hz = (w0_squared * (bend + (bend * bend + 1.0).sqrt())).sqrt() / std::f64::consts::TAU;
-    let found_hz =
-        ClosedLoop::continuous(&ControlLoop::new(&scenario, &View::CLAMPED).unwrap(), 0).unwrap().unwrap().bandwidth_hz().unwrap().unwrap();
+    let found_hz = ClosedLoop::continuous(&ControlLoop::new(&scenario, &View::CLAMPED).unwrap(), 0)
+        .unwrap()
+        .unwrap()
+        .bandwidth_hz()
+        .unwrap()
+        .unwrap();
     assert!((found_hz / expected_hz - 1.0).abs() < LOW_IS_NOT_ZERO, "{found_hz} {expected_hz}");
 }
 
@@ -42,10 +52,26 @@ fn prop_every_law_on_paper_is_its_fast_sampled_one() {
         lead,
         ..ForceGains::default()
     };
-    let virtual_body = AdmittanceGains { mass: 5.0, damping: 300.0, stiffness: 1e3, kp: 1e4, kd: 50.0, velocity_feed_forward: 10.0 };
+    let virtual_body = AdmittanceGains {
+        mass: 5.0,
+        damping: 300.0,
+        stiffness: 1e3,
+        kp: 1e4,
+        kd: 50.0,
+        velocity_feed_forward: 10.0,
+    };
     let laws = [
         (Law::ExplicitForce(pid), "force"),
-        (Law::Position(PositionGains { kp: 2e4, ki: 100.0, kd: 200.0, damping: 50.0, ..PositionGains::default() }), "encoder"),
+        (
+            Law::Position(PositionGains {
+                kp: 2e4,
+                ki: 100.0,
+                kd: 200.0,
+                damping: 50.0,
+                ..PositionGains::default()
+            }),
+            "encoder",
+        ),
         (Law::Impedance(ImpedanceGains { stiffness: 1e4, damping: 100.0, force_gain: 0.2 }), "force"),
         (Law::Admittance(virtual_body), "force"),
         (Law::Admittance(AdmittanceGains { mass: 0.0, ..virtual_body }), "force"),
@@ -76,21 +102,30 @@ fn truth_at_the_bandwidth_a_simulated_sine_is_3_db_down() {
     let bandwidth_hz = whole.bandwidth_hz(0).unwrap().unwrap();
     let closed = ClosedLoop::sampled(&whole, 0).unwrap().unwrap();
     let at_rest = closed.at(1e-3).unwrap().norm();
-    // A whole number of samples in a whole number of periods: the sum over them is the amplitude, whatever the phase.
+    // A whole number of samples in a whole number of periods: the sum over them is the amplitude, whatever
+    // the phase.
     let frequency_hz = 0.1 * (10.0 * bandwidth_hz).round();
     let expected = closed.at(frequency_hz).unwrap().norm();
     assert!((expected / at_rest - std::f64::consts::FRAC_1_SQRT_2).abs() < 0.01);
     let duration_s = SETTLED_S + 10.0;
     let (start_hz, end_hz) = (frequency_hz, frequency_hz);
-    scenario.controllers["force"].spec.reference =
-        ReferenceSpec::Chirp { sweep: Sweep::Linear, amplitude: 1.0, start_hz, end_hz, duration_s, offset: 0.0 };
+    scenario.controllers["force"].spec.reference = ReferenceSpec::Chirp {
+        sweep: Sweep::Linear,
+        amplitude: 1.0,
+        start_hz,
+        end_hz,
+        duration_s,
+        offset: 0.0,
+    };
     scenario.run.duration_s = duration_s;
     scenario.run.record = vec!["tool.spring_force".parse().unwrap()];
     let program = feeler_engine::Program::new(&scenario).unwrap();
     let mut trace = Trace::new(program.record_names());
     Simulation::<f64>::new(vec![program]).unwrap().run(&mut trace).unwrap();
     let (mut re, mut im, mut count) = (0.0, 0.0, 0.0);
-    for (t, f) in trace.t_s.iter().zip(&trace.columns[0]).filter(|(t, _)| **t >= SETTLED_S && **t < duration_s - 1e-9) {
+    for (t, f) in
+        trace.t_s.iter().zip(&trace.columns[0]).filter(|(t, _)| **t >= SETTLED_S && **t < duration_s - 1e-9)
+    {
         let (sin, cos) = (std::f64::consts::TAU * frequency_hz * t).sin_cos();
         (re, im, count) = (re + f * cos, im + f * sin, count + 1.0);
     }

@@ -2,7 +2,9 @@
 
 use feeler_control::{ControllerSpec, ForceGains, Law};
 use feeler_engine::{ControllerUse, RunSettings, Scenario};
-use feeler_plant::description::{Actuator, Body, Contact, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring};
+use feeler_plant::description::{
+    Actuator, Body, Contact, Engagement, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
+};
 
 pub(crate) fn spring(a: &str, b: &str, k: f64, c: f64) -> Spring {
     Spring { between: [a.into(), b.into()], stiffness_n_per_m: k, damping_n_s_per_m: c, ..Spring::default() }
@@ -19,7 +21,8 @@ pub(crate) fn machine() -> Machine {
     machine.bodies.insert("tip".into(), Body { mass_kg: 5.0, ..Body::default() });
     machine.springs.insert("guide".into(), spring(GROUND, "motor", 0.0, 60.0));
     machine.springs.insert("transmission".into(), spring("motor", "tip", 1.2e6, 120.0));
-    let contact = Contact { engagement: Engagement::Clamped, ..Contact::kelvin_voigt("tip", GROUND, 2e5, 120.0) };
+    let contact =
+        Contact { engagement: Engagement::Clamped, ..Contact::kelvin_voigt("tip", GROUND, 2e5, 120.0) };
     machine.contacts.insert("tool".into(), contact);
     let drive = Actuator::ideal("motor", GROUND);
     machine.actuators.insert("drive".into(), drive);
@@ -31,7 +34,13 @@ pub(crate) fn machine() -> Machine {
 /// A controller on the drive.
 pub(crate) fn control(law: Law, reads: &str, period_s: f64, delay_s: f64) -> ControllerUse {
     let spec = ControllerSpec { delay_s, ..ControllerSpec::new(law, period_s) };
-    ControllerUse { spec, reads: Some(reads.into()), motion: None, drives: "drive".into(), effects: Vec::new() }
+    ControllerUse {
+        spec,
+        reads: Some(reads.into()),
+        motion: None,
+        drives: "drive".into(),
+        effects: Vec::new(),
+    }
 }
 
 /// The axis under proportional force control at 1 kHz.

@@ -7,9 +7,11 @@ use feeler_lti::spectral::{Estimator, LocalPolynomialSettings};
 use feeler_plant::description::ActuatorKind;
 use feeler_plant::effects::{EffectUse, find};
 
-/// Periodic excitation of a linear machine at rest leaves no leakage: what remains after the transient's decay (at 7/s over seconds).
+/// Periodic excitation of a linear machine at rest leaves no leakage: what remains after the transient's
+/// decay (at 7/s over seconds).
 const PERIODIC: f64 = 1e-6;
-/// Leakage left by local parabolas over 0.2 Hz of a resonance that is 2 Hz wide: its third power, with room for the sharpest lines.
+/// Leakage left by local parabolas over 0.2 Hz of a resonance that is 2 Hz wide: its third power, with room
+/// for the sharpest lines.
 const LOCAL: f64 = 3e-3;
 /// Three neighbouring lines of a chirp averaged: their curvature, 0.05 Hz over a resonance of 2 Hz.
 const CHIRP: f64 = 1e-2;
@@ -36,7 +38,10 @@ fn worst(measured: &MeasuredResponse) -> f64 {
 fn truth_every_excitation_finds_the_linear_response() {
     let noise = |method| Excitation::WhiteNoise { duration_s: 120.0, method };
     let cases = [
-        (Excitation::Multisine { period_s: 1.0, periods: 2, transient_periods: 4, realisations: 1 }, PERIODIC),
+        (
+            Excitation::Multisine { period_s: 1.0, periods: 2, transient_periods: 4, realisations: 1 },
+            PERIODIC,
+        ),
         (Excitation::SteppedSine { points: 12, settle_s: 4.0, measure_s: 1.0 }, PERIODIC),
         (noise(NoiseMethod::LocalPolynomial(LocalPolynomialSettings::default())), LOCAL),
         (Excitation::Chirp { sweep_s: 56.0, rest_s: 4.0, half_width: 1 }, CHIRP),
@@ -53,7 +58,8 @@ fn truth_every_excitation_finds_the_linear_response() {
 
 #[test]
 fn truth_friction_shows_as_distortion_and_sensor_noise_does_not() {
-    let excitation = Excitation::Multisine { period_s: 1.0, periods: 6, transient_periods: 4, realisations: 4 };
+    let excitation =
+        Excitation::Multisine { period_s: 1.0, periods: 6, transient_periods: 4, realisations: 4 };
     let distortion_over_noise = |experiment: &Experiment| {
         let measured = experiment.measure(&excitation, 20.0, (2.0, 100.0)).unwrap();
         let distortion: f64 = measured.distortion_variance.unwrap().iter().sum();
@@ -67,20 +73,24 @@ fn truth_friction_shows_as_distortion_and_sensor_noise_does_not() {
     let values = vec![8.0; definition.parameters.len()];
     rubbing.machine.springs["guide"].effects.push(EffectUse { definition, values });
     let (noise, friction) = (distortion_over_noise(&noisy), distortion_over_noise(&rubbing));
-    // With four realisations distortion alone gives four times the variance of their mean; noise alone leaves the excess of its own spread.
+    // With four realisations distortion alone gives four times the variance of their mean; noise alone leaves
+    // the excess of its own spread.
     assert!(friction > 3.0 && noise < 0.5 * friction, "{friction} with friction, {noise} with noise alone");
 }
 
 #[test]
 fn regress_far_below_a_resonance_a_linear_machine_has_no_distortion() {
-    // A slow filter makes the response fall by 120 dB from its resonance to the end of the band: there rounding of the whole outweighs the line.
+    // A slow filter makes the response fall by 120 dB from its resonance to the end of the band: there
+    // rounding of the whole outweighs the line.
     let mut falling = experiment();
     falling.machine.actuators["drive"].kind = ActuatorKind::Force { bandwidth_hz: Some(2.0) };
     falling.output = "tip.position".parse().unwrap();
-    let excitation = Excitation::Multisine { period_s: 1.0, periods: 4, transient_periods: 6, realisations: 4 };
+    let excitation =
+        Excitation::Multisine { period_s: 1.0, periods: 4, transient_periods: 6, realisations: 4 };
     let measured = falling.measure(&excitation, 1.0, (1.0, 450.0)).unwrap();
     let size = |g: &C64| 20.0 * g.norm().log10();
-    let (largest, smallest) = measured.linear.iter().map(size).fold((f64::MIN, f64::MAX), |(a, b), g| (a.max(g), b.min(g)));
+    let (largest, smallest) =
+        measured.linear.iter().map(size).fold((f64::MIN, f64::MAX), |(a, b), g| (a.max(g), b.min(g)));
     assert!(largest - smallest > 120.0, "{largest} {smallest}");
     assert!(!measured.evidence.unwrap().is_beyond_noise);
     // And every band that knows no noise still knows of rounding.

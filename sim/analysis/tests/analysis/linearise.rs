@@ -22,7 +22,8 @@ fn truth_a_hertzian_contact_is_as_stiff_as_its_preload_makes_it() {
     let preload_n: f64 = 25.0;
     let view = View { contact: ContactView::Pressed { preload_n }, ..View::default() };
     let plant = LinearMachine::new(&machine, &view).unwrap();
-    // F = k d^1.5, so dF/dd = 1.5 k d^0.5 at d = (F / k)^(2/3); a slow force of the drive arrives at the sensor whole.
+    // F = k d^1.5, so dF/dd = 1.5 k d^0.5 at d = (F / k)^(2/3); a slow force of the drive arrives at the
+    // sensor whole.
     let depth = (preload_n / 3e8).powf(2.0 / 3.0);
     let compression = plant.channel(&command(), &SignalName::new("tool", Quantity::Compression)).unwrap();
     let softness = compression.system.dc_gain().unwrap()[(0, 0)];
@@ -40,7 +41,9 @@ fn truth_a_held_command_presses_as_hard_as_it_arrives() {
     contact.stiffness = 3e8;
     let deadband = find("drive-deadband").unwrap();
     let width_n: f64 = 5.0;
-    machine.actuators["drive"].effects.push(EffectUse { definition: deadband, values: vec![width_n; deadband.parameters.len()] });
+    machine.actuators["drive"]
+        .effects
+        .push(EffectUse { definition: deadband, values: vec![width_n; deadband.parameters.len()] });
     // The drive is all that pushes, so that the contact carries what the deadband leaves of 30 N.
     let held = View { held: Some(HeldCommand { drive: 0, command: 30.0 }), ..View::default() };
     let pressed = View { contact: ContactView::Pressed { preload_n: 30.0 - width_n }, ..View::default() };
@@ -54,7 +57,8 @@ fn truth_free_bodies_drift_with_a_pole_at_zero_exactly() {
     let mut machine = machine();
     machine.springs["guide"].damping_n_s_per_m = 0.0;
     let plant = LinearMachine::new(&machine, &View::FREE).unwrap();
-    // Acceleration does not see where the machine stands; two free speeds remain, of which the common one is a pole at zero.
+    // Acceleration does not see where the machine stands; two free speeds remain, of which the common one is
+    // a pole at zero.
     let channel = plant.channel(&command(), &SignalName::new("tip", Quantity::Acceleration)).unwrap();
     assert_eq!(channel.system.states(), 3);
     let poles = channel.poles().unwrap();
@@ -68,7 +72,9 @@ fn truth_free_bodies_drift_with_a_pole_at_zero_exactly() {
 fn truth_a_sticking_guide_holds_its_body() {
     let mut machine = machine();
     let definition = find("coulomb-friction").unwrap();
-    machine.springs["guide"].effects.push(EffectUse { definition, values: vec![10.0; definition.parameters.len()] });
+    machine.springs["guide"]
+        .effects
+        .push(EffectUse { definition, values: vec![10.0; definition.parameters.len()] });
     let view = |friction| View { friction, ..View::CLAMPED };
     let slides = LinearMachine::new(&machine, &view(FrictionView::Ignored)).unwrap();
     let sticks = LinearMachine::new(&machine, &view(FrictionView::Stuck)).unwrap();
@@ -85,10 +91,15 @@ fn truth_delays_stand_beside_the_state_space() {
     scenario.machine.sensors["force"].delay_s = 2e-3;
     let plant = LinearMachine::new(&scenario.machine, &View::CLAMPED).unwrap();
     let channel = |signal: SignalName| plant.channel(&command(), &signal).unwrap();
-    let (read, true_force) =
-        (channel(SignalName::new("force", Quantity::Reading)), channel(SignalName::new("tool", Quantity::SpringForce)));
+    let (read, true_force) = (
+        channel(SignalName::new("force", Quantity::Reading)),
+        channel(SignalName::new("tool", Quantity::SpringForce)),
+    );
     assert!((read.delay_s - 2e-3).abs() < 1e-15);
     let f = [37.0];
     let ratio = read.frequency_response(&f).unwrap()[0] / true_force.frequency_response(&f).unwrap()[0];
-    assert!((ratio.arg() + std::f64::consts::TAU * 37.0 * 2e-3).abs() < 1e-12 && (ratio.norm() - 1.0).abs() < 1e-12);
+    assert!(
+        (ratio.arg() + std::f64::consts::TAU * 37.0 * 2e-3).abs() < 1e-12
+            && (ratio.norm() - 1.0).abs() < 1e-12
+    );
 }

@@ -1,8 +1,12 @@
 //! Sampled and continuous loops.
 
 use crate::common::{control, force_loop, machine, sensor, spring};
-use feeler_analysis::{AnalysisError, ControlLoop, Limit, ModeClass, RankedBy, Relief, Request, SampledLoop, View, analyze};
-use feeler_control::{AdmittanceGains, ForceGains, ImpedanceGains, Law, LeadSpec, LowPassSpec, PositionGains};
+use feeler_analysis::{
+    AnalysisError, ControlLoop, Limit, ModeClass, RankedBy, Relief, Request, SampledLoop, View, analyze,
+};
+use feeler_control::{
+    AdmittanceGains, ForceGains, ImpedanceGains, Law, LeadSpec, LowPassSpec, PositionGains,
+};
 use feeler_engine::{Program, RunSettings, Scenario, Simulation, Trace};
 use feeler_lti::{C64, LoopTransfer, StateSpace};
 use feeler_plant::description::{Body, GROUND, LowPass, Quantity};
@@ -47,7 +51,11 @@ fn truth_gain_margin_and_stable_gain_are_two_views_of_one_edge() {
 #[test]
 fn regress_joint_damping_that_is_zero_has_its_motion_sensor_when_it_is_varied() {
     let asked = |scenario: &Scenario| {
-        let request = Request { gain: Some("controllers.force.damping".into()), view: View::CLAMPED, ..Request::default() };
+        let request = Request {
+            gain: Some("controllers.force.damping".into()),
+            view: View::CLAMPED,
+            ..Request::default()
+        };
         let gain = analyze(scenario, &request).unwrap().gain.unwrap();
         [gain.sampled.stable[1].unwrap(), gain.continuous.unwrap().edge_hz.unwrap_or(0.0)]
     };
@@ -60,7 +68,9 @@ fn regress_joint_damping_that_is_zero_has_its_motion_sensor_when_it_is_varied() 
     let [expected, edge_hz] = asked(&named);
     for scenario in [left_out, in_use] {
         let [largest, at_hz] = asked(&scenario);
-        assert!((largest / expected - 1.0).abs() < SAME_EDGE && (at_hz - edge_hz).abs() <= SAME_EDGE * edge_hz);
+        assert!(
+            (largest / expected - 1.0).abs() < SAME_EDGE && (at_hz - edge_hz).abs() <= SAME_EDGE * edge_hz
+        );
     }
 }
 
@@ -79,7 +89,8 @@ fn regress_what_no_ingredient_s_absence_makes_stable_is_not_called_unlimited() {
     assert_eq!(serde_json::to_value(stiff.1).unwrap(), "none");
 }
 
-/// Lifted loops of every law, several rates, delays and filters: what the matrix says of a state after a common period, the engine does.
+/// Lifted loops of every law, several rates, delays and filters: what the matrix says of a state after a
+/// common period, the engine does.
 #[test]
 fn prop_one_period_of_the_lifted_loop_is_one_period_of_the_simulation() {
     let force = Law::ExplicitForce(ForceGains {
@@ -96,20 +107,36 @@ fn prop_one_period_of_the_lifted_loop_is_one_period_of_the_simulation() {
         (Law::Position(PositionGains { kp: 2e4, kd: 200.0, ..PositionGains::default() }), "encoder"),
         (Law::Impedance(ImpedanceGains { stiffness: 1e4, damping: 100.0, force_gain: 0.2 }), "force"),
         (
-            Law::Admittance(AdmittanceGains { mass: 5.0, damping: 300.0, stiffness: 1e3, kp: 1e4, kd: 50.0, velocity_feed_forward: 0.0 }),
+            Law::Admittance(AdmittanceGains {
+                mass: 5.0,
+                damping: 300.0,
+                stiffness: 1e3,
+                kp: 1e4,
+                kd: 50.0,
+                velocity_feed_forward: 0.0,
+            }),
             "force",
         ),
     ];
     for (law, reads) in laws {
         let mut machine = machine();
-        machine.sensors["force"].low_pass = Some(LowPass::SecondOrder { corner_hz: 150.0, damping_ratio: 0.7 });
+        machine.sensors["force"].low_pass =
+            Some(LowPass::SecondOrder { corner_hz: 150.0, damping_ratio: 0.7 });
         let mut main = control(law, reads, 2e-3, 0.7e-3);
         main.spec.reading_low_pass = Some(LowPassSpec { cutoff_hz: 90.0, damping_ratio: None });
-        let damper = control(Law::ExplicitForce(ForceGains { damping: 30.0, ..ForceGains::default() }), "force", 3e-3, 0.0);
+        let damper = control(
+            Law::ExplicitForce(ForceGains { damping: 30.0, ..ForceGains::default() }),
+            "force",
+            3e-3,
+            0.0,
+        );
         let controllers = [("main".to_string(), main), ("damper".to_string(), damper)].into_iter().collect();
         let periods = 5;
-        let run =
-            RunSettings { duration_s: f64::from(periods) * 6e-3, record: vec!["tip.position".parse().unwrap()], ..RunSettings::default() };
+        let run = RunSettings {
+            duration_s: f64::from(periods) * 6e-3,
+            record: vec!["tip.position".parse().unwrap()],
+            ..RunSettings::default()
+        };
         let scenario = Scenario { machine, controllers, run };
         let whole = ControlLoop::new(&scenario, &View::CLAMPED).unwrap();
         let lifted = SampledLoop::new(&whole).unwrap();
@@ -118,12 +145,15 @@ fn prop_one_period_of_the_lifted_loop_is_one_period_of_the_simulation() {
         let program = Program::new(&scenario).unwrap();
         let states = program.motion().layout().states();
         let mut simulation = Simulation::<f64>::new(vec![program]).unwrap();
-        // Only speeds at the start: controllers begin settled at their first readings, which then are zero as in the lifted loop.
+        // Only speeds at the start: controllers begin settled at their first readings, which then are zero as
+        // in the lifted loop.
         let mut start = vec![0.0; states];
         start[2] = 0.3;
         start[3] = -0.2;
         simulation.set_state(0, &start).unwrap();
-        simulation.run_to(f64::from(periods) * 6e-3 - 1e-9, &mut Trace::new(&["tip.position".into()])).unwrap();
+        simulation
+            .run_to(f64::from(periods) * 6e-3 - 1e-9, &mut Trace::new(&["tip.position".into()]))
+            .unwrap();
         let a = lifted.closed_loop().unwrap();
         let mut x = DVector::zeros(a.nrows());
         x.rows_mut(0, states).copy_from_slice(&start);
@@ -134,14 +164,21 @@ fn prop_one_period_of_the_lifted_loop_is_one_period_of_the_simulation() {
         let size = got[..2].iter().fold(0.0_f64, |s, v| s.max(v.abs()));
         for i in 0..2 {
             // The simulation stops a nanosecond short of the next sample, at speeds below 1 m/s.
-            assert!((got[i] - x[i]).abs() < 1e-9 + 1e-6 * size, "{}: coordinate {i}: {} {}", reads, got[i], x[i]);
+            assert!(
+                (got[i] - x[i]).abs() < 1e-9 + 1e-6 * size,
+                "{}: coordinate {i}: {} {}",
+                reads,
+                got[i],
+                x[i]
+            );
         }
     }
 }
 
 #[test]
 fn truth_report_of_the_flexible_axis_has_the_contract_s_shape() {
-    let report = analyze(&force_loop(0.3, 0.0), &Request { view: View::CLAMPED, ..Request::default() }).unwrap();
+    let report =
+        analyze(&force_loop(0.3, 0.0), &Request { view: View::CLAMPED, ..Request::default() }).unwrap();
     let json: serde_json::Value = serde_json::to_value(&report).unwrap();
     for key in ["poles", "zeros", "poles_hz", "zeros_hz", "modes", "gain", "margins", "limit"] {
         assert!(!json[key].is_null(), "{key}");
@@ -153,11 +190,13 @@ fn truth_report_of_the_flexible_axis_has_the_contract_s_shape() {
     assert_eq!(report.modes[1].class, ModeClass::Noncolocated);
     assert!((report.modes[1].phase_change_deg + 180.0).abs() < 1e-12);
     assert_eq!(report.limit, Some(Limit::Sampling));
-    // The branch that becomes unstable starts at the rigid-body motion, which the flexible mode robs of its phase (the paper's Fig. 8).
+    // The branch that becomes unstable starts at the rigid-body motion, which the flexible mode robs of its
+    // phase (the paper's Fig. 8).
     assert_eq!(report.gain.unwrap().continuous.unwrap().edge_mode, Some(0));
 }
 
-/// A damped mode's phase is at its end value to 2 zeta f0 / f: at a thousand times the highest mode, 1e-3 degrees of it is left.
+/// A damped mode's phase is at its end value to 2 zeta f0 / f: at a thousand times the highest mode, 1e-3
+/// degrees of it is left.
 const PHASE_LEFT_DEG: f64 = 0.1;
 
 #[test]
@@ -174,15 +213,20 @@ fn truth_what_modes_cost_for_good_is_what_the_phase_loses() {
     machine.actuators["drive"].reacts_on = "base".into();
     let report = analyze(&scenario, &Request { view: View::CLAMPED, ..Request::default() }).unwrap();
     let classes: Vec<ModeClass> = report.modes.iter().map(|mode| mode.class).collect();
-    // The transmission turns what lies above it; the workpiece's mode, noncolocated like it, comes with the zeros between both.
-    assert_eq!(classes, [ModeClass::Colocated, ModeClass::Colocated, ModeClass::Noncolocated, ModeClass::Noncolocated]);
+    // The transmission turns what lies above it; the workpiece's mode, noncolocated like it, comes with the
+    // zeros between both.
+    assert_eq!(
+        classes,
+        [ModeClass::Colocated, ModeClass::Colocated, ModeClass::Noncolocated, ModeClass::Noncolocated]
+    );
     let lost: Vec<f64> = report.modes.iter().map(|mode| mode.phase_change_deg).collect();
     assert_eq!(lost.iter().map(|v| v.round() as i32).collect::<Vec<_>>(), [0, -180, -180, 0]);
     let plant = feeler_analysis::LinearMachine::new(&scenario.machine, &View::CLAMPED).unwrap();
     let channel = plant.channel(&report.input.parse().unwrap(), &report.output.parse().unwrap()).unwrap();
     // The transmission's damping is a real zero, 90 degrees of lead in the end.
     assert_eq!(report.zeros.iter().filter(|zero| zero[1].abs() < 1e-9).count(), 1);
-    let frequencies: Vec<f64> = (0..40_000).map(|i| 0.1 * 10_f64.powf(7.0 * f64::from(i) / 40_000.0)).collect();
+    let frequencies: Vec<f64> =
+        (0..40_000).map(|i| 0.1 * 10_f64.powf(7.0 * f64::from(i) / 40_000.0)).collect();
     let phase = feeler_lti::unwrapped_phase_rad(&channel.frequency_response(&frequencies).unwrap());
     let turned = (phase[phase.len() - 1] - phase[0]).to_degrees();
     assert!((turned - 90.0 - lost.iter().sum::<f64>()).abs() < PHASE_LEFT_DEG, "{turned}");
@@ -193,7 +237,12 @@ fn truth_an_edge_of_a_whole_machine_which_nothing_holds_is_of_no_mode() {
     // A late position loop swings the whole machine at some hertz, far below its only mode.
     let mut scenario = force_loop(0.0, 0.0);
     scenario.machine.sensors.insert("end".into(), sensor("tip", Quantity::Position));
-    let law = Law::Position(PositionGains { kp: 50.0, kd: 30.0, derivative_filter_s: 2e-3, ..PositionGains::default() });
+    let law = Law::Position(PositionGains {
+        kp: 50.0,
+        kd: 30.0,
+        derivative_filter_s: 2e-3,
+        ..PositionGains::default()
+    });
     scenario.controllers = [("pos".to_string(), control(law, "end", 1e-3, 20.3e-3))].into_iter().collect();
     let report = analyze(&scenario, &Request { view: View::FREE, ..Request::default() }).unwrap();
     let sampled = report.gain.unwrap().sampled;
@@ -237,11 +286,14 @@ fn truth_unknown_names_are_told() {
     assert!(matches!(whole.sampled_bands("stiffness"), Err(AnalysisError::NoGain { .. })));
 }
 
-/// Feedback of a static contact with the sign turned: at kp = -1 the loop gives exactly what the contact takes, whatever holds or samples it.
+/// Feedback of a static contact with the sign turned: at kp = -1 the loop gives exactly what the contact
+/// takes, whatever holds or samples it.
 #[test]
 fn truth_a_stable_range_goes_on_below_zero_to_where_the_force_drifts() {
     let mut scenario = force_loop(0.3, 0.0);
-    let range = |scenario: &Scenario| analyze(scenario, &Request { view: View::CLAMPED, ..Request::default() }).unwrap().gain.unwrap();
+    let range = |scenario: &Scenario| {
+        analyze(scenario, &Request { view: View::CLAMPED, ..Request::default() }).unwrap().gain.unwrap()
+    };
     let positive = range(&scenario);
     for range in [positive.continuous.unwrap(), positive.sampled.clone()] {
         let [lower, upper] = range.edges;
@@ -254,34 +306,45 @@ fn truth_a_stable_range_goes_on_below_zero_to_where_the_force_drifts() {
     let Law::ExplicitForce(gains) = &mut scenario.controllers["force"].spec.law else { unreachable!() };
     gains.kp = -0.5;
     let negative = range(&scenario).sampled;
-    assert!((negative.stable[0].unwrap() + 1.0).abs() < SAME_EDGE && negative.edges == positive.sampled.edges);
+    assert!(
+        (negative.stable[0].unwrap() + 1.0).abs() < SAME_EDGE && negative.edges == positive.sampled.edges
+    );
 }
 
 #[test]
 fn truth_matrices_and_factors_of_a_report_are_one_response() {
     let mut scenario = force_loop(0.3, 0.0);
     scenario.machine.sensors["force"].low_pass = Some(LowPass::FirstOrder { corner_hz: 80.0 });
-    let request = Request { view: View::CLAMPED, output: Some("force.reading".parse().unwrap()), ..Request::default() };
+    let request =
+        Request { view: View::CLAMPED, output: Some("force.reading".parse().unwrap()), ..Request::default() };
     let report = analyze(&scenario, &request).unwrap();
     let space = &report.state_space;
     let names = ["motor.position", "tip.position", "motor.velocity", "tip.velocity", "force.filter1"];
-    assert_eq!((space.states.as_slice(), space.inputs[0].as_str()), (names.map(String::from).as_slice(), "drive.command"));
+    assert_eq!(
+        (space.states.as_slice(), space.inputs[0].as_str()),
+        (names.map(String::from).as_slice(), "drive.command")
+    );
     let matrix = |rows: &[Vec<f64>]| DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j]);
-    let system = StateSpace::new(matrix(&space.a), matrix(&space.b), matrix(&space.c), matrix(&space.d)).unwrap();
+    let system =
+        StateSpace::new(matrix(&space.a), matrix(&space.b), matrix(&space.c), matrix(&space.d)).unwrap();
     let s = C64::new(0.0, 150.0);
     let product = |roots: &[[f64; 2]]| roots.iter().map(|[re, im]| s - C64::new(*re, *im)).product::<C64>();
     let factored = product(&report.zeros) / product(&report.poles) * report.zero_pole_gain.unwrap();
     let value = system.at(s).unwrap()[(0, 0)];
     assert!((factored - value).norm() < SAME_EDGE * value.norm(), "{factored} {value}");
     let margins = report.margins.unwrap();
-    assert_eq!(margins.encirclements, margins.unstable_poles.cast_signed() - margins.open_unstable_poles.cast_signed());
+    assert_eq!(
+        margins.encirclements,
+        margins.unstable_poles.cast_signed() - margins.open_unstable_poles.cast_signed()
+    );
 }
 
-/// A bisected frequency is good to 1e-16 of itself, and the gain there to that times how fast it turns: some 1e3 for fifty samples of delay.
+/// A bisected frequency is good to 1e-16 of itself, and the gain there to that times how fast it turns: some
+/// 1e3 for fifty samples of delay.
 const LATE_EDGE: f64 = 1e-9;
 
-/// Eigenvalues of the lifted loop and the real gains of the frequency response are two ways to the same edges. Thirty samples of delay are looked for
-/// by the second.
+/// Eigenvalues of the lifted loop and the real gains of the frequency response are two ways to the same
+/// edges. Thirty samples of delay are looked for by the second.
 #[test]
 fn truth_edges_of_a_late_loop_are_those_of_the_lifted_one() {
     let late = force_loop(0.02, 30.4e-3);
@@ -296,21 +359,35 @@ fn truth_edges_of_a_late_loop_are_those_of_the_lifted_one() {
     assert_eq!(edge.mode, Some(0));
     let margins = whole.open_loop(0).unwrap().transfer().unwrap().margins().unwrap();
     let increase = margins.smallest_increase().unwrap();
-    assert!((increase.factor * 0.02 / edge.gain - 1.0).abs() < LATE_EDGE && (increase.frequency_hz - edge.frequency_hz).abs() < 1e-6);
+    assert!(
+        (increase.factor * 0.02 / edge.gain - 1.0).abs() < LATE_EDGE
+            && (increase.frequency_hz - edge.frequency_hz).abs() < 1e-6
+    );
     // Of a loop that is unstable several times over, it is this edge that its gain must fall to.
-    let unstable = analyze(&force_loop(3.0, 30.4e-3), &Request { view: View::CLAMPED, ..Request::default() }).unwrap().margins.unwrap();
-    assert!(unstable.unstable_poles > 2 && (unstable.gain_decrease.unwrap() * 3.0 / edge.gain - 1.0).abs() < LATE_EDGE, "{unstable:?}");
+    let unstable = analyze(&force_loop(3.0, 30.4e-3), &Request { view: View::CLAMPED, ..Request::default() })
+        .unwrap()
+        .margins
+        .unwrap();
+    assert!(
+        unstable.unstable_poles > 2
+            && (unstable.gain_decrease.unwrap() * 3.0 / edge.gain - 1.0).abs() < LATE_EDGE,
+        "{unstable:?}"
+    );
     // Where in the loop the delay is makes no difference.
     for [command_s, drive_s, sensor_s] in [[0.4e-3, 30e-3, 0.0], [5e-3, 5.4e-3, 20e-3], [0.0, 0.0, 30.4e-3]] {
         let mut other = force_loop(0.02, command_s);
         let definition = find("command-delay").unwrap();
         other.machine.actuators["drive"].effects.push(EffectUse { definition, values: vec![drive_s] });
         other.machine.sensors["force"].delay_s = sensor_s;
-        assert!((bands(&other, "kp") / edge.gain - 1.0).abs() < LATE_EDGE, "{command_s} {drive_s} {sensor_s}");
+        assert!(
+            (bands(&other, "kp") / edge.gain - 1.0).abs() < LATE_EDGE,
+            "{command_s} {drive_s} {sensor_s}"
+        );
     }
 }
 
-/// An integral loop of half a second of delay, 500 samples: nearly all of its phase is the delay's, and K tau k = pi / 2 but for the hold.
+/// An integral loop of half a second of delay, 500 samples: nearly all of its phase is the delay's, and K tau
+/// k = pi / 2 but for the hold.
 #[test]
 fn truth_five_hundred_samples_of_delay_are_analysed_whole() {
     let mut scenario = force_loop(0.0, 0.5);
@@ -324,7 +401,10 @@ fn truth_five_hundred_samples_of_delay_are_analysed_whole() {
     // Lags of hold, integrator's sample and the damped contact, 12 ms of 500 in all.
     assert!((gain.sampled.stable[1].unwrap() / expected - 1.0).abs() < 0.03, "{:?}", gain.sampled.edges);
     assert!(gain.sampled.edges[0].as_ref().unwrap().gain.abs() < SAME_EDGE);
-    assert!(report.margins.unwrap().delay_s.is_some() && report.waterfall.unwrap().stages.iter().any(|stage| stage.added == "delay"));
+    assert!(
+        report.margins.unwrap().delay_s.is_some()
+            && report.waterfall.unwrap().stages.iter().any(|stage| stage.added == "delay")
+    );
 }
 
 #[test]
@@ -344,12 +424,19 @@ const DIFFERENCES: f64 = 0.05;
 #[test]
 fn truth_advice_is_by_the_largest_gain_where_the_bandwidth_rides_a_mode() {
     let mut scenario = force_loop(0.3, 0.0);
-    let asked =
-        |scenario: &Scenario| analyze(scenario, &Request { view: View::CLAMPED, sensitivities: true, ..Request::default() }).unwrap();
+    let asked = |scenario: &Scenario| {
+        analyze(scenario, &Request { view: View::CLAMPED, sensitivities: true, ..Request::default() })
+            .unwrap()
+    };
     let slow = asked(&scenario);
-    assert_eq!((slow.waterfall.unwrap().rides_mode, slow.ranked_by), (None, Some(RankedBy::BandwidthAndGain)));
+    assert_eq!(
+        (slow.waterfall.unwrap().rides_mode, slow.ranked_by),
+        (None, Some(RankedBy::BandwidthAndGain))
+    );
     // What raises both is worth most; the contact's stiffness trades gain for bandwidth.
-    assert!(!slow.sensitivities[0].trades && slow.sensitivities.last().unwrap().key == "contacts.tool.stiffness");
+    assert!(
+        !slow.sensitivities[0].trades && slow.sensitivities.last().unwrap().key == "contacts.tool.stiffness"
+    );
     scenario.controllers["force"].spec.period_s = 1e-4;
     let fast = asked(&scenario);
     assert_eq!((fast.waterfall.unwrap().rides_mode, fast.ranked_by), (Some(1), Some(RankedBy::LargestGain)));
@@ -363,8 +450,10 @@ fn truth_a_saturating_loop_is_told_what_saturation_answers_to() {
     let mut scenario = force_loop(0.6, 0.0);
     scenario.machine.actuators["drive"].limit_n = Some(8.8);
     scenario.controllers["force"].spec.reference = feeler_control::ReferenceSpec::Constant(20.0);
-    let asked =
-        |scenario: &Scenario| analyze(scenario, &Request { view: View::CLAMPED, sensitivities: true, ..Request::default() }).unwrap();
+    let asked = |scenario: &Scenario| {
+        analyze(scenario, &Request { view: View::CLAMPED, sensitivities: true, ..Request::default() })
+            .unwrap()
+    };
     let report = asked(&scenario);
     assert_eq!((report.limit, report.ranked_by), (Some(Limit::Saturation), Some(RankedBy::Saturation)));
     let limit = report.sensitivities.iter().find(|s| s.key == "actuators.drive.limit").unwrap();
@@ -386,14 +475,22 @@ fn regress_another_output_changes_neither_the_loop_nor_what_limits_it() {
     let scenario = force_loop(0.3, 0.0);
     let asked = |output: Option<&str>| {
         let output = output.map(|name| name.parse().unwrap());
-        analyze(&scenario, &Request { view: View::CLAMPED, sensitivities: true, output, ..Request::default() }).unwrap()
+        analyze(
+            &scenario,
+            &Request { view: View::CLAMPED, sensitivities: true, output, ..Request::default() },
+        )
+        .unwrap()
     };
     let (own, other) = (asked(None), asked(Some("motor.position")));
     // Seen from the motor every mode is colocated; in the force loop the transmission's is not.
-    let classes = |report: &feeler_analysis::Report| report.modes.iter().map(|mode| (mode.class, mode.class_in_loop)).collect::<Vec<_>>();
+    let classes = |report: &feeler_analysis::Report| {
+        report.modes.iter().map(|mode| (mode.class, mode.class_in_loop)).collect::<Vec<_>>()
+    };
     assert_eq!(classes(&other)[1], (ModeClass::Colocated, Some(ModeClass::Noncolocated)));
     assert_eq!(classes(&own)[1], (ModeClass::Noncolocated, Some(ModeClass::Noncolocated)));
-    let costs = |report: &feeler_analysis::Report| report.modes.iter().map(|mode| mode.margin_cost_deg).collect::<Vec<_>>();
+    let costs = |report: &feeler_analysis::Report| {
+        report.modes.iter().map(|mode| mode.margin_cost_deg).collect::<Vec<_>>()
+    };
     assert_eq!(costs(&own), costs(&other));
     assert_eq!((&own.waterfall, &own.gain, &own.of_loop), (&other.waterfall, &other.gain, &other.of_loop));
     let of = other.of_loop.unwrap();

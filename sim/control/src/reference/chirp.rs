@@ -6,8 +6,9 @@ use super::Sweep;
 use crate::ControlError;
 use crate::error::{finite, not_negative, positive};
 
-/// `A sin(phase(t))` with phase zero at the start. The frequency is `f0 + (f1 - f0) t / D`, so that the phase is
-/// `2 pi (f0 t + (f1 - f0) t^2 / (2 D))`; or `f0 (f1 / f0)^(t / D)`, so that the phase is `2 pi f0 D / ln(f1 / f0) ((f1 / f0)^(t / D) - 1)`.
+/// `A sin(phase(t))` with phase zero at the start. The frequency is `f0 + (f1 - f0) t / D`, so that the phase
+/// is `2 pi (f0 t + (f1 - f0) t^2 / (2 D))`; or `f0 (f1 / f0)^(t / D)`, so that the phase is
+/// `2 pi f0 D / ln(f1 / f0) ((f1 / f0)^(t / D) - 1)`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Chirp {
     sweep: Sweep,
@@ -18,7 +19,13 @@ pub(super) struct Chirp {
 }
 
 impl Chirp {
-    pub(super) fn new(sweep: Sweep, amplitude: f64, start_hz: f64, end_hz: f64, duration_s: f64) -> Result<Self, ControlError> {
+    pub(super) fn new(
+        sweep: Sweep,
+        amplitude: f64,
+        start_hz: f64,
+        end_hz: f64,
+        duration_s: f64,
+    ) -> Result<Self, ControlError> {
         let edge = match sweep {
             Sweep::Linear => not_negative,
             Sweep::Logarithmic => positive,

@@ -1,7 +1,8 @@
 //! References and excitations: what a loop shall follow, as a pure function of time.
 //!
-//! [`Reference::value`] may be asked at any instants in any order, and always answers the same; nothing is drawn in passing.
-//! An excitation of the drive itself is an open-loop controller with one of these as its reference.
+//! [`Reference::value`] may be asked at any instants in any order, and always answers the same; nothing is
+//! drawn in passing. An excitation of the drive itself is an open-loop controller with one of these as its
+//! reference.
 
 mod chirp;
 mod multisine;
@@ -18,8 +19,8 @@ use white_noise::WhiteNoise;
 use crate::error::finite;
 use crate::{ControlError, Stream};
 
-/// Instants closer than this to a jump of a reference belong to the time after it, s: a sample computed as `k T` may fall a rounding short
-/// of the instant that the file names.
+/// Instants closer than this to a jump of a reference belong to the time after it, s: a sample computed as
+/// `k T` may fall a rounding short of the instant that the file names.
 const TIME_TOLERANCE_S: f64 = 1e-12;
 
 /// What a loop shall follow, in the unit of the loop.
@@ -30,7 +31,8 @@ pub enum ReferenceSpec {
     Constant(f64),
     /// Each value from its time (s) on; zero before the first.
     Steps(Vec<(f64, f64)>),
-    /// Straight lines between the points `(time in s, value)`; the first and last values hold outside. A ramp is two points.
+    /// Straight lines between the points `(time in s, value)`; the first and last values hold outside. A ramp
+    /// is two points.
     PiecewiseLinear(Vec<(f64, f64)>),
     /// A sine whose frequency is swept over `duration_s` from zero on; `offset` alone outside.
     Chirp {
@@ -47,8 +49,9 @@ pub enum ReferenceSpec {
         /// Mean value.
         offset: f64,
     },
-    /// A periodic sum of cosines of equal amplitude and random phase (Pintelon and Schoukens, "System Identification: A Frequency Domain
-    /// Approach", 2nd ed., sections 2.6 and 5.3). Of several draws of the phases, the one with the smallest crest factor is kept.
+    /// A periodic sum of cosines of equal amplitude and random phase (Pintelon and Schoukens, "System
+    /// Identification: A Frequency Domain Approach", 2nd ed., sections 2.6 and 5.3). Of several draws of the
+    /// phases, the one with the smallest crest factor is kept.
     Multisine {
         /// Which multiples of `1 / period_s` are excited.
         lines: Lines,
@@ -161,9 +164,10 @@ impl Reference {
             ReferenceSpec::Chirp { sweep, amplitude, start_hz, end_hz, duration_s, offset } => {
                 (Shape::Chirp(Chirp::new(sweep, amplitude, start_hz, end_hz, duration_s)?), offset)
             }
-            ReferenceSpec::Multisine { lines, low_hz, high_hz, period_s, rms, offset } => {
-                (Shape::Multisine(Multisine::new(lines, [low_hz, high_hz], period_s, rms, &stream())?), offset)
-            }
+            ReferenceSpec::Multisine { lines, low_hz, high_hz, period_s, rms, offset } => (
+                Shape::Multisine(Multisine::new(lines, [low_hz, high_hz], period_s, rms, &stream())?),
+                offset,
+            ),
             ReferenceSpec::WhiteNoise { low_hz, high_hz, rms, offset } => {
                 (Shape::WhiteNoise(WhiteNoise::new([low_hz, high_hz], rms, stream())?), offset)
             }

@@ -37,19 +37,32 @@ pub(super) struct Multisine {
     first: u64,
     /// Lines from one coefficient to the next.
     stride: u64,
-    /// `A exp(i phi_n)` as real and imaginary parts, eight lines to a pack; zero for lines left out and after the last.
+    /// `A exp(i phi_n)` as real and imaginary parts, eight lines to a pack; zero for lines left out and after
+    /// the last.
     coefficients: Arc<[[Pack<WIDTH>; 2]]>,
 }
 
 impl Multisine {
-    pub(super) fn new(lines: Lines, band_hz: [f64; 2], period_s: f64, rms: f64, stream: &Stream) -> Result<Self, ControlError> {
+    pub(super) fn new(
+        lines: Lines,
+        band_hz: [f64; 2],
+        period_s: f64,
+        rms: f64,
+        stream: &Stream,
+    ) -> Result<Self, ControlError> {
         let period_s = positive("reference.period", period_s)?;
         let rms = finite("reference.rms", rms)?;
-        let [low_hz, high_hz] = [not_negative("reference.band", band_hz[0])?, positive("reference.band", band_hz[1])?];
+        let [low_hz, high_hz] =
+            [not_negative("reference.band", band_hz[0])?, positive("reference.band", band_hz[1])?];
         let highest = high_hz * period_s;
         if highest > HIGHEST_LINE {
             let why = "a multisine has a million frequencies at most, one per cycle in its period";
-            return Err(ControlError::TooLarge { key: "reference.band", value: high_hz, bound: HIGHEST_LINE / period_s, why });
+            return Err(ControlError::TooLarge {
+                key: "reference.band",
+                value: high_hz,
+                bound: HIGHEST_LINE / period_s,
+                why,
+            });
         }
         let stride = if lines == Lines::All { 1 } else { 2 };
         let lowest = (low_hz * period_s - EDGE_SLACK).ceil().max(1.0) as u64;
@@ -59,7 +72,8 @@ impl Multisine {
             return Err(ControlError::NoLines { period_s, low_hz, high_hz });
         }
         let count = (last - first) / stride + 1;
-        let kept: Vec<bool> = (0..count).map(|k| lines != Lines::OddSparse || !is_left_out(k, count, stream)).collect();
+        let kept: Vec<bool> =
+            (0..count).map(|k| lines != Lines::OddSparse || !is_left_out(k, count, stream)).collect();
         let amplitude = rms * (2.0 / kept.iter().filter(|&&kept| kept).count() as f64).sqrt();
 
         let draws = (0..PHASE_DRAWS).map(|draw| {
@@ -79,7 +93,8 @@ impl Multisine {
         Ok(Self { period_s, first, stride, coefficients: packed.collect() })
     }
 
-    /// Horner's rule in `w^8`, `w = exp(2 pi i stride t / P)`, on eight interleaved sums at once, which are then joined with their own phases.
+    /// Horner's rule in `w^8`, `w = exp(2 pi i stride t / P)`, on eight interleaved sums at once, which are
+    /// then joined with their own phases.
     pub(super) fn value(&self, t_s: f64) -> f64 {
         // The share of the period keeps the phase exact in long runs.
         let share = (t_s / self.period_s).rem_euclid(1.0);
@@ -87,11 +102,9 @@ impl Multisine {
         let (sin, cos) = turn(self.stride * WIDTH as u64);
         let (w_re, w_im) = (Pack::splat(cos), Pack::splat(sin));
         let zero = Pack::<WIDTH>::zero();
-        let (re, im) = self
-            .coefficients
-            .iter()
-            .rev()
-            .fold((zero, zero), |(re, im), &[c_re, c_im]| (re * w_re - im * w_im + c_re, re * w_im + im * w_re + c_im));
+        let (re, im) = self.coefficients.iter().rev().fold((zero, zero), |(re, im), &[c_re, c_im]| {
+            (re * w_re - im * w_im + c_re, re * w_im + im * w_re + c_im)
+        });
         (0..WIDTH)
             .map(|i| {
                 let (sin, cos) = turn(self.first + self.stride * i as u64);
@@ -114,7 +127,13 @@ impl PeakMeter {
     fn new(first: u64, stride: u64, last: u64) -> Self {
         let points = (POINTS_PER_CYCLE * last).next_power_of_two() as usize;
         let transform = RealFftPlanner::new().plan_fft_inverse(points);
-        Self { spectrum: transform.make_input_vec(), values: transform.make_output_vec(), transform, first, stride }
+        Self {
+            spectrum: transform.make_input_vec(),
+            values: transform.make_output_vec(),
+            transform,
+            first,
+            stride,
+        }
     }
 
     /// The largest magnitude of the sum of `lines`, up to a factor that is the same for all.
@@ -122,7 +141,8 @@ impl PeakMeter {
         self.spectrum.fill(Complex::default());
         let bins = self.spectrum.iter_mut().skip(self.first as usize).step_by(self.stride as usize);
         bins.zip(lines).for_each(|(bin, line)| *bin = *line);
-        // The transform fails on buffers of a wrong length or complex ends of the spectrum only; these are its own, and the ends stay zero.
+        // The transform fails on buffers of a wrong length or complex ends of the spectrum only; these are
+        // its own, and the ends stay zero.
         match self.transform.process(&mut self.spectrum, &mut self.values) {
             Ok(()) => self.values.iter().fold(0.0, |peak: f64, x| peak.max(x.abs())),
             Err(_) => f64::INFINITY,
@@ -130,7 +150,8 @@ impl PeakMeter {
     }
 }
 
-/// Whether odd line `k` of `count` is the one that its group leaves out. A last group that is not full keeps all its lines.
+/// Whether odd line `k` of `count` is the one that its group leaves out. A last group that is not full keeps
+/// all its lines.
 fn is_left_out(k: u64, count: u64, stream: &Stream) -> bool {
     let group = k / GROUP;
     let full = (group + 1) * GROUP <= count;

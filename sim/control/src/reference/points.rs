@@ -33,12 +33,22 @@ impl Points {
         Self::new("file", times_s.to_vec(), values.to_vec(), between, None)
     }
 
-    fn new(kind: &'static str, times_s: Vec<f64>, values: Vec<f64>, between: Between, before: Option<f64>) -> Result<Self, ControlError> {
+    fn new(
+        kind: &'static str,
+        times_s: Vec<f64>,
+        values: Vec<f64>,
+        between: Between,
+        before: Option<f64>,
+    ) -> Result<Self, ControlError> {
         let first = *values.first().ok_or(ControlError::EmptyReference { kind })?;
         times_s.iter().try_for_each(|&t| finite("reference time", t).map(drop))?;
         values.iter().try_for_each(|&v| finite("reference value", v).map(drop))?;
         if let Some(i) = times_s.windows(2).position(|pair| pair[1] <= pair[0]) {
-            return Err(ControlError::TimesNotIncreasing { index: i + 1, time_s: times_s[i + 1], previous_s: times_s[i] });
+            return Err(ControlError::TimesNotIncreasing {
+                index: i + 1,
+                time_s: times_s[i + 1],
+                previous_s: times_s[i],
+            });
         }
         Ok(Self { times_s: times_s.into(), values: values.into(), between, before: before.unwrap_or(first) })
     }

@@ -6,8 +6,9 @@ use super::TIME_TOLERANCE_S;
 use crate::error::{finite, positive};
 use crate::{ControlError, Stream};
 
-/// Feedback taps per register length from [`MIN_ORDER`] on, each of a primitive polynomial over GF(2), so that the sequence has the greatest
-/// length, `2^order - 1`. (The tests run every one of them through its period.)
+/// Feedback taps per register length from [`MIN_ORDER`] on, each of a primitive polynomial over GF(2), so
+/// that the sequence has the greatest length, `2^order - 1`. (The tests run every one of them through its
+/// period.)
 const TAPS: [&[u32]; 17] = [
     &[2, 1],
     &[3, 2],
@@ -31,7 +32,8 @@ const TAPS: [&[u32]; 17] = [
 const MIN_ORDER: u32 = 2;
 const MAX_ORDER: u32 = MIN_ORDER + TAPS.len() as u32 - 1;
 
-/// Maximum-length sequence of a linear feedback shift register (Golomb, "Shift Register Sequences", 1967), as `+-amplitude`.
+/// Maximum-length sequence of a linear feedback shift register (Golomb, "Shift Register Sequences", 1967), as
+/// `+-amplitude`.
 #[derive(Clone, Debug)]
 pub(super) struct Prbs {
     clock_period_s: f64,
@@ -44,11 +46,22 @@ pub(super) struct Prbs {
 }
 
 impl Prbs {
-    pub(super) fn new(order: u32, clock_period_s: f64, amplitude: f64, stream: &Stream) -> Result<Self, ControlError> {
+    pub(super) fn new(
+        order: u32,
+        clock_period_s: f64,
+        amplitude: f64,
+        stream: &Stream,
+    ) -> Result<Self, ControlError> {
         let chips: Arc<[bool]> = sequence(order)?.into();
         let start = (stream.uniform_at(0) * chips.len() as f64) as usize;
         let clock_period_s = positive("reference.clock_period", clock_period_s)?;
-        Ok(Self { clock_period_s, amplitude: finite("reference.amplitude", amplitude)?, chips, length: (1 << order) - 1, start })
+        Ok(Self {
+            clock_period_s,
+            amplitude: finite("reference.amplitude", amplitude)?,
+            chips,
+            length: (1 << order) - 1,
+            start,
+        })
     }
 
     pub(super) fn value(&self, t_s: f64) -> f64 {
@@ -78,7 +91,8 @@ fn sequence(order: u32) -> Result<Vec<bool>, ControlError> {
 mod tests {
     use super::{MAX_ORDER, MIN_ORDER, sequence};
 
-    /// In a maximum-length sequence every pattern of `order` chips but all zeros occurs exactly once per period.
+    /// In a maximum-length sequence every pattern of `order` chips but all zeros occurs exactly once per
+    /// period.
     #[test]
     fn truth_every_order_has_the_greatest_length() {
         for order in MIN_ORDER..=MAX_ORDER {

@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 use crate::error::{finite, not_negative, positive};
 use crate::{ControlError, Stream};
 
-/// Draws on either side of an instant that its value is made of. The transition at each edge of the band is 1 / 16 of the bandwidth to
-/// either side.
+/// Draws on either side of an instant that its value is made of. The transition at each edge of the band is 1
+/// / 16 of the bandwidth to either side.
 const HALF_WIDTH: usize = 16;
 
 const WIDTH: usize = 2 * HALF_WIDTH;
@@ -14,10 +14,11 @@ const WIDTH: usize = 2 * HALF_WIDTH;
 /// Index of the draw at t = 0, so that instants before it have draws too.
 const ORIGIN: u64 = 1 << 40;
 
-/// Noise of a band `f_c - B` to `f_c + B` as `a(t) cos(2 pi f_c t) - b(t) sin(2 pi f_c t)` (Rice, "Mathematical Analysis of Random Noise",
-/// Bell Syst. Tech. J. 1944/45, section 3.7), where a and b are independent noises of the band 0 to B: each is a sum of white draws, one per
-/// `1 / (2 B)`, times sinc pulses under a Hann window. The weights are scaled to a unit sum of squares, so that the variance is the same at
-/// every instant.
+/// Noise of a band `f_c - B` to `f_c + B` as `a(t) cos(2 pi f_c t) - b(t) sin(2 pi f_c t)` (Rice,
+/// "Mathematical Analysis of Random Noise", Bell Syst. Tech. J. 1944/45, section 3.7), where a and b are
+/// independent noises of the band 0 to B: each is a sum of white draws, one per `1 / (2 B)`, times sinc
+/// pulses under a Hann window. The weights are scaled to a unit sum of squares, so that the variance is the
+/// same at every instant.
 #[derive(Clone, Debug)]
 pub(super) struct WhiteNoise {
     centre_hz: f64,
@@ -29,7 +30,8 @@ pub(super) struct WhiteNoise {
 
 impl WhiteNoise {
     pub(super) fn new(band_hz: [f64; 2], rms: f64, stream: Stream) -> Result<Self, ControlError> {
-        let [low, high] = [not_negative("reference.band", band_hz[0])?, positive("reference.band", band_hz[1])?];
+        let [low, high] =
+            [not_negative("reference.band", band_hz[0])?, positive("reference.band", band_hz[1])?];
         let rate_hz = positive("reference.band width", high - low)?;
         Ok(Self { centre_hz: 0.5 * (low + high), rate_hz, rms: finite("reference.rms", rms)?, stream })
     }
@@ -37,7 +39,8 @@ impl WhiteNoise {
     pub(super) fn value(&self, t_s: f64) -> f64 {
         let position = t_s * self.rate_hz;
         let start = position.floor() - (HALF_WIDTH - 1) as f64;
-        let draws: [[f64; 2]; WIDTH] = self.stream.normal_pairs_from(ORIGIN.wrapping_add_signed(start as i64));
+        let draws: [[f64; 2]; WIDTH] =
+            self.stream.normal_pairs_from(ORIGIN.wrapping_add_signed(start as i64));
         let (mut a, mut b, mut power) = (0.0, 0.0, 0.0);
         for (k, [draw_a, draw_b]) in draws.iter().enumerate() {
             let weight = windowed_sinc(position - (start + k as f64));

@@ -1,11 +1,14 @@
-//! Machines in few words: their parts, the reference machines M1, M2 and M4 (see the reference numbers' README), and their runs.
+//! Machines in few words: their parts, the reference machines M1, M2 and M4 (see the reference numbers'
+//! README), and their runs.
 
 use std::io::Write as _;
 use std::path::PathBuf;
 
 use feeler_control::{ControllerSpec, ForceGains, Law, ReferenceSpec};
 use feeler_engine::{ControllerUse, Program, RunSettings, Scenario, Simulation, Trace};
-use feeler_plant::description::{Actuator, Body, Contact, Elements, GROUND, Machine, Quantity, Sensor, SignalName, Spring};
+use feeler_plant::description::{
+    Actuator, Body, Contact, Elements, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
+};
 use feeler_plant::effects::{self, EffectUse};
 
 pub(crate) fn body(mass_kg: f64, position_m: f64) -> Body {
@@ -51,7 +54,8 @@ pub(crate) fn scenario(machine: Machine, duration_s: f64, record: &[&str]) -> Sc
 pub(crate) fn command(scenario: &mut Scenario, name: &str, reference: ReferenceSpec, period_s: f64) {
     let mut spec = ControllerSpec::new(Law::OpenLoop, period_s);
     spec.reference = reference;
-    let controller = ControllerUse { spec, reads: None, motion: None, drives: "drive".into(), effects: Vec::new() };
+    let controller =
+        ControllerUse { spec, reads: None, motion: None, drives: "drive".into(), effects: Vec::new() };
     scenario.controllers.insert(name.into(), controller);
 }
 
@@ -59,12 +63,18 @@ pub(crate) fn command(scenario: &mut Scenario, name: &str, reference: ReferenceS
 pub(crate) fn force_control(scenario: &mut Scenario, gains: ForceGains, period_s: f64, force_n: f64) {
     let mut spec = ControllerSpec::new(Law::ExplicitForce(gains), period_s);
     spec.reference = ReferenceSpec::Constant(force_n);
-    let controller = ControllerUse { spec, reads: Some("force".into()), motion: None, drives: "drive".into(), effects: Vec::new() };
+    let controller = ControllerUse {
+        spec,
+        reads: Some("force".into()),
+        motion: None,
+        drives: "drive".into(),
+        effects: Vec::new(),
+    };
     scenario.controllers.insert("force".into(), controller);
 }
 
-/// The axis on which effects are tried, in a force loop at 1 kHz: a motor (7 kg) on a guide, a transmission, a tip (5 kg) before a wall at
-/// 0.2 mm; 20 N wanted.
+/// The axis on which effects are tried, in a force loop at 1 kHz: a motor (7 kg) on a guide, a transmission,
+/// a tip (5 kg) before a wall at 0.2 mm; 20 N wanted.
 pub(crate) fn axis(duration_s: f64) -> Scenario {
     let mut machine = Machine::default();
     machine.bodies.insert("motor".into(), body(7.0, 0.0));
@@ -75,7 +85,15 @@ pub(crate) fn axis(duration_s: f64) -> Scenario {
     machine.actuators.insert("drive".into(), drive("motor", GROUND));
     machine.sensors.insert("force".into(), sensor("tool", Quantity::Force));
     machine.sensors.insert("encoder".into(), sensor("motor", Quantity::Position));
-    let names = ["tool.force", "tip.position", "tip.velocity", "motor.position", "motor.velocity", "drive.force", "force.reading"];
+    let names = [
+        "tool.force",
+        "tip.position",
+        "tip.velocity",
+        "motor.position",
+        "motor.velocity",
+        "drive.force",
+        "force.reading",
+    ];
     let mut scenario = scenario(machine, duration_s, &names);
     let gains = ForceGains { feed_forward: 1.0, kp: 0.3, damping: 100.0, ..ForceGains::default() };
     force_control(&mut scenario, gains, 1e-3, 20.0);
@@ -113,8 +131,17 @@ pub(crate) fn reference_machine(masses: u32, duration_s: f64) -> Scenario {
     let mut spec = ControllerSpec::new(Law::ExplicitForce(gains), 1e-3);
     spec.output_limit = Some(200.0);
     spec.reference = ReferenceSpec::Constant(20.0);
-    let controller = ControllerUse { spec, reads: Some("force".into()), motion: None, drives: "drive".into(), effects: Vec::new() };
-    let record = ["tool.force", "tip.position", "tip.velocity", "drive.command"].iter().map(|name| name.parse().unwrap()).collect();
+    let controller = ControllerUse {
+        spec,
+        reads: Some("force".into()),
+        motion: None,
+        drives: "drive".into(),
+        effects: Vec::new(),
+    };
+    let record = ["tool.force", "tip.position", "tip.velocity", "drive.command"]
+        .iter()
+        .map(|name| name.parse().unwrap())
+        .collect();
     let run = RunSettings { duration_s, record, ..RunSettings::default() };
     Scenario { machine, controllers: [("force".to_string(), controller)].into_iter().collect(), run }
 }
@@ -148,5 +175,9 @@ pub(crate) fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
 /// Asserts `|value - expected| <= tolerance`.
 #[track_caller]
 pub(crate) fn close(value: f64, expected: f64, tolerance: f64) {
-    assert!((value - expected).abs() <= tolerance, "{value} is {:.2e} off {expected}, allowed {tolerance:.1e}", (value - expected).abs());
+    assert!(
+        (value - expected).abs() <= tolerance,
+        "{value} is {:.2e} off {expected}, allowed {tolerance:.1e}",
+        (value - expected).abs()
+    );
 }

@@ -47,10 +47,13 @@ fn truth_unstable_loops_diverge_with_a_finite_last_state() {
     }
 }
 
-/// Steps far too long for the machine make a fixed step diverge, a cubic law within one of them; the exact method knows no such bound.
+/// Steps far too long for the machine make a fixed step diverge, a cubic law within one of them; the exact
+/// method knows no such bound.
 #[test]
 fn truth_too_long_a_fixed_step_diverges_and_the_exact_one_does_not() {
-    for ((integrator, name), cubic) in Integrator::ALL.into_iter().flat_map(|method| [(method, 0.0), (method, 1e13)]) {
+    for ((integrator, name), cubic) in
+        Integrator::ALL.into_iter().flat_map(|method| [(method, 0.0), (method, 1e13)])
+    {
         let mut scenario = axis(20.0);
         scenario.controllers.clear();
         scenario.machine.springs["transmission"].effects.push(effect("hardening-stiffness", &[cubic]));

@@ -21,7 +21,10 @@ fn driven(actuator: Actuator, reference: ReferenceSpec, duration_s: f64) -> Scen
 }
 
 fn with(effects: &[(&str, &[f64])]) -> Actuator {
-    Actuator { effects: effects.iter().map(|(kind, values)| effect(kind, values)).collect(), ..drive("tip", GROUND) }
+    Actuator {
+        effects: effects.iter().map(|(kind, values)| effect(kind, values)).collect(),
+        ..drive("tip", GROUND)
+    }
 }
 
 fn force(trace: &Trace) -> &[f64] {
@@ -47,21 +50,38 @@ fn truth_slew_limit_ramps_exactly() {
     let rate = 1234.5;
     // With and without a little damping: with it the fastest motion is far slower than the ramp.
     for damping in [0.0, 1e-7] {
-        let mut scenario = driven(with(&[("slew-limit", &[rate])]), ReferenceSpec::Steps(vec![(0.0, 40.0), (0.05, -10.0)]), 0.12);
+        let mut scenario = driven(
+            with(&[("slew-limit", &[rate])]),
+            ReferenceSpec::Steps(vec![(0.0, 40.0), (0.05, -10.0)]),
+            0.12,
+        );
         scenario.machine.springs.insert("guide".into(), spring(GROUND, "tip", 0.0, damping));
         let (trace, _) = run(&scenario);
         let (up, down) = (40.0 / rate, 50.0 / rate);
         for (i, t) in trace.t_s.iter().enumerate() {
-            let expected = if *t < 0.05 { (rate * t).min(40.0) } else { (40.0 - rate * (t - 0.05)).max(-10.0) };
+            let expected =
+                if *t < 0.05 { (rate * t).min(40.0) } else { (40.0 - rate * (t - 0.05)).max(-10.0) };
             close(force(&trace)[i], expected, 100.0 * EXACT);
             if *t < up {
-                close(trace.column("tip.velocity").unwrap()[i], 0.5 * rate * t * t / MASS_KG, 10.0 * EXACT + damping);
-                close(trace.column("tip.position").unwrap()[i], rate * t.powi(3) / (6.0 * MASS_KG), EXACT + damping * 1e-2);
+                close(
+                    trace.column("tip.velocity").unwrap()[i],
+                    0.5 * rate * t * t / MASS_KG,
+                    10.0 * EXACT + damping,
+                );
+                close(
+                    trace.column("tip.position").unwrap()[i],
+                    rate * t.powi(3) / (6.0 * MASS_KG),
+                    EXACT + damping * 1e-2,
+                );
             }
         }
         // After both ramps the impulse is what was asked for less what the ramps cost.
         let impulse = 0.05 * 40.0 - 0.5 * 40.0 * up - 0.07 * 10.0 + 0.5 * 50.0 * down;
-        close(*trace.column("tip.velocity").unwrap().last().unwrap(), impulse / MASS_KG, 10.0 * EXACT + damping);
+        close(
+            *trace.column("tip.velocity").unwrap().last().unwrap(),
+            impulse / MASS_KG,
+            10.0 * EXACT + damping,
+        );
     }
 }
 
@@ -69,7 +89,10 @@ fn truth_slew_limit_ramps_exactly() {
 fn truth_lags_in_series() {
     let (corner_hz, tau2) = (80.0, 3.3e-3);
     let tau1 = 1.0 / (std::f64::consts::TAU * corner_hz);
-    let actuator = Actuator { kind: ActuatorKind::Force { bandwidth_hz: Some(corner_hz) }, ..with(&[("actuator-lag", &[tau2])]) };
+    let actuator = Actuator {
+        kind: ActuatorKind::Force { bandwidth_hz: Some(corner_hz) },
+        ..with(&[("actuator-lag", &[tau2])])
+    };
     let (trace, _) = run(&driven(actuator, ReferenceSpec::Constant(30.0), 0.05));
     for (i, t) in trace.t_s.iter().enumerate() {
         let expected = 30.0 * (1.0 - (tau1 * (-t / tau1).exp() - tau2 * (-t / tau2).exp()) / (tau1 - tau2));
@@ -77,10 +100,13 @@ fn truth_lags_in_series() {
     }
 }
 
-/// A delay of any length moves the response by exactly itself, whether the drive or the controller is late, or both.
+/// A delay of any length moves the response by exactly itself, whether the drive or the controller is late,
+/// or both.
 #[test]
 fn truth_delays_of_any_length_shift_the_response() {
-    for (drive_delay, loop_delay) in [(0.0, 1.234_567_891e-3), (0.3e-3, 0.0), (7.77e-3, 0.0), (1.1e-3, 23.456e-3)] {
+    for (drive_delay, loop_delay) in
+        [(0.0, 1.234_567_891e-3), (0.3e-3, 0.0), (7.77e-3, 0.0), (1.1e-3, 23.456e-3)]
+    {
         let actuator = if drive_delay > 0.0 { with(&[("command-delay", &[drive_delay])]) } else { with(&[]) };
         let mut scenario = driven(actuator, ReferenceSpec::Steps(vec![(0.02, 6.0), (0.05, -4.0)]), 0.1);
         scenario.controllers["push"].spec.delay_s = loop_delay;
@@ -89,7 +115,11 @@ fn truth_delays_of_any_length_shift_the_response() {
         for (i, t) in trace.t_s.iter().enumerate() {
             let (first, second) = ((t - 0.02 - late).max(0.0), (t - 0.05 - late).max(0.0));
             close(trace.column("tip.velocity").unwrap()[i], (6.0 * first - 10.0 * second) / MASS_KG, EXACT);
-            close(trace.column("tip.position").unwrap()[i], 0.5 * (6.0 * first.powi(2) - 10.0 * second.powi(2)) / MASS_KG, EXACT);
+            close(
+                trace.column("tip.position").unwrap()[i],
+                0.5 * (6.0 * first.powi(2) - 10.0 * second.powi(2)) / MASS_KG,
+                EXACT,
+            );
         }
     }
 }
@@ -98,11 +128,13 @@ const SOURCE_DAMPING: f64 = 600.0;
 const SOURCE_LAG_S: f64 = 2e-3;
 
 fn source(limit_n: Option<f64>) -> Actuator {
-    let kind = ActuatorKind::VelocitySource { damping_n_s_per_m: SOURCE_DAMPING, time_constant_s: SOURCE_LAG_S };
+    let kind =
+        ActuatorKind::VelocitySource { damping_n_s_per_m: SOURCE_DAMPING, time_constant_s: SOURCE_LAG_S };
     Actuator { kind, limit_n, ..drive("tip", GROUND) }
 }
 
-/// Speed and force of a mass behind a velocity source, `t` after a step of the commanded speed to 1 m/s: `m tau v'' + m v' + b v = b`.
+/// Speed and force of a mass behind a velocity source, `t` after a step of the commanded speed to 1 m/s:
+/// `m tau v'' + m v' + b v = b`.
 fn source_step(t: f64) -> (f64, f64) {
     let omega = (SOURCE_DAMPING / (MASS_KG * SOURCE_LAG_S)).sqrt();
     let decay = 0.5 / SOURCE_LAG_S;
@@ -140,11 +172,13 @@ fn truth_velocity_source_holds_at_its_effort_limit() {
     assert!(force(&trace).iter().all(|f| f.abs() <= limit * (1.0 + EXACT)));
 }
 
-/// Cogging is a force of position: a mass crawls over one hill and leaves it as it came, and the drive's force is the law.
+/// Cogging is a force of position: a mass crawls over one hill and leaves it as it came, and the drive's
+/// force is the law.
 #[test]
 fn truth_ripple_is_a_force_of_position() {
     let (amplitude, pitch, phase) = (3.0, 2e-3, 0.7);
-    let mut scenario = driven(with(&[("force-ripple", &[amplitude, pitch, phase])]), ReferenceSpec::Constant(0.0), 0.1);
+    let mut scenario =
+        driven(with(&[("force-ripple", &[amplitude, pitch, phase])]), ReferenceSpec::Constant(0.0), 0.1);
     scenario.machine.bodies["tip"].velocity_m_per_s = 0.2;
     let (trace, _) = run(&scenario);
     let (x, v) = (trace.column("tip.position").unwrap(), trace.column("tip.velocity").unwrap());

@@ -34,7 +34,8 @@ fn placements(base: &Scenario, definition: &'static Definition, values: &[f64]) 
     scenarios
 }
 
-/// The values of the ideal machine. Where the library names none, the value that the element itself has, or else a limit, is it.
+/// The values of the ideal machine. Where the library names none, the value that the element itself has, or
+/// else a limit, is it.
 fn null_values(definition: &Definition) -> Option<Vec<f64>> {
     match definition.kind {
         "contact-stiffness" => Some(vec![2e5]),
@@ -68,7 +69,8 @@ fn prop_at_its_null_value_every_effect_is_absent() {
     assert!(seen >= LIBRARY.len() - 3, "only {seen} effects were looked at");
 }
 
-/// Effects that have no null but a stiff limit: the machine tends to the ideal one as one over the stiffness, in the motion after the first impact.
+/// Effects that have no null but a stiff limit: the machine tends to the ideal one as one over the stiffness,
+/// in the motion after the first impact.
 #[test]
 fn order_the_stiff_limit_of_added_bodies_is_the_ideal_machine() {
     let base = axis(0.03);
@@ -82,7 +84,8 @@ fn order_the_stiff_limit_of_added_bodies_is_the_ideal_machine() {
             largest_difference(&force(&run(&scenario).0), &force(&ideal))
         };
         let (soft, stiff) = (distance(1e9), distance(1e11));
-        // Damping falls as the root of the stiffness, and its share of the yielding with it: between one and two decades in two.
+        // Damping falls as the root of the stiffness, and its share of the yielding with it: between one and
+        // two decades in two.
         assert!(stiff < 0.2 * soft && stiff < 0.2, "{kind}: {soft} and {stiff} N");
     }
     // A body split in two of the same mass together, with a stiff spring between.
@@ -97,7 +100,8 @@ fn order_the_stiff_limit_of_added_bodies_is_the_ideal_machine() {
     assert!(stiff < 0.2 * soft && stiff < 0.2, "{soft} and {stiff} N");
 }
 
-/// On a machine that nothing drives, stored energy never grows where the effect only takes, and no meter of loss runs backwards.
+/// On a machine that nothing drives, stored energy never grows where the effect only takes, and no meter of
+/// loss runs backwards.
 #[test]
 fn prop_dissipative_effects_never_add_energy() {
     /// Roundings of a sum of some ten energies.
@@ -116,10 +120,21 @@ fn prop_dissipative_effects_never_add_energy() {
                 let balance = simulation.energy(0).unwrap();
                 let stored = balance.kinetic[1] + balance.elastic[1];
                 let size = balance.exchanged();
-                assert!(stored <= last + ROUNDING * size, "{}: grew by {:e} J", definition.kind, stored - last);
+                assert!(
+                    stored <= last + ROUNDING * size,
+                    "{}: grew by {:e} J",
+                    definition.kind,
+                    stored - last
+                );
                 last = stored;
-                for (kind, name, joule) in balance.meters.iter().filter(|(kind, ..)| *kind != MeterKind::DriveWork) {
-                    assert!(*joule >= -ROUNDING * size, "{}: {kind:?} of {name} gave {joule:e} J", definition.kind);
+                for (kind, name, joule) in
+                    balance.meters.iter().filter(|(kind, ..)| *kind != MeterKind::DriveWork)
+                {
+                    assert!(
+                        *joule >= -ROUNDING * size,
+                        "{}: {kind:?} of {name} gave {joule:e} J",
+                        definition.kind
+                    );
                 }
                 assert!(balance.residual().abs() < 1e-9 * size, "{}", definition.kind);
             }
@@ -127,7 +142,8 @@ fn prop_dissipative_effects_never_add_energy() {
     }
 }
 
-/// Near its typical value (which may be that of the axis itself) every effect runs to the end, changes the motion or the readings, and closes the ledger.
+/// Near its typical value (which may be that of the axis itself) every effect runs to the end, changes the
+/// motion or the readings, and closes the ledger.
 #[test]
 fn prop_near_its_typical_value_every_effect_shows_and_closes_the_ledger() {
     let mut base = axis(0.3);
@@ -155,7 +171,8 @@ fn prop_effects_of_rigid_joints_run_and_close_the_ledger() {
         let definition = feeler_plant::effects::find(kind).unwrap();
         assert!(definition.hosts.contains(&HostKind::RigidSpring), "{kind}");
         let mut scenario = axis(0.2);
-        let rigid = |a: &str, b: &str| Spring { between: [a.into(), b.into()], rigid: true, ..Spring::default() };
+        let rigid =
+            |a: &str, b: &str| Spring { between: [a.into(), b.into()], rigid: true, ..Spring::default() };
         let joint = match kind {
             "workpiece-dynamics" => {
                 scenario.machine.bodies.insert("part".into(), Body { mass_kg: 3.0, ..Body::default() });
@@ -170,7 +187,8 @@ fn prop_effects_of_rigid_joints_run_and_close_the_ledger() {
             }
             _ => rigid("motor", "tip"),
         };
-        let name = if kind.ends_with("dynamics") || kind.starts_with("base") { "joint" } else { "transmission" };
+        let name =
+            if kind.ends_with("dynamics") || kind.starts_with("base") { "joint" } else { "transmission" };
         let effects = vec![EffectUse { definition, values: typical_values(definition) }];
         scenario.machine.springs.insert(name.into(), Spring { effects, ..joint });
         let (_, simulation) = run(&scenario);

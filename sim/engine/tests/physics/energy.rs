@@ -23,7 +23,10 @@ fn closes(what: &str, scenario: &Scenario) -> Vec<EventKind> {
     assert!(share < TOLERANCE, "{what}: {share:.1e} of {:.1e} J, {:?}", balance.exchanged(), balance.meters);
     for (kind, name, joule) in &balance.meters {
         let takes = matches!(kind, MeterKind::LinkDamping | MeterKind::Friction | MeterKind::ContactDamping);
-        assert!(!takes || *joule >= -ROUNDING * balance.exchanged(), "{what}: {kind:?} of {name} gave {joule} J");
+        assert!(
+            !takes || *joule >= -ROUNDING * balance.exchanged(),
+            "{what}: {kind:?} of {name} gave {joule} J"
+        );
     }
     trace.events.iter().map(|event| event.kind).collect()
 }
@@ -36,7 +39,12 @@ fn truth_ledger_closes_for_every_contact_law() {
         ("undamped", ContactLaw::KelvinVoigt, 2e5, 0.0),
         ("hunt-crossley, n = 1", ContactLaw::HuntCrossley { alpha_s_per_m: 3.0, exponent: 1.0 }, 2e5, 0.0),
         ("hunt-crossley, n = 1.5", ContactLaw::HuntCrossley { alpha_s_per_m: 3.0, exponent: 1.5 }, 2e7, 0.0),
-        ("hunt-crossley and damper", ContactLaw::HuntCrossley { alpha_s_per_m: 3.0, exponent: 1.5 }, 2e7, 50.0),
+        (
+            "hunt-crossley and damper",
+            ContactLaw::HuntCrossley { alpha_s_per_m: 3.0, exponent: 1.5 },
+            2e7,
+            50.0,
+        ),
         ("hertz", ContactLaw::Hertz, 2e7, 0.0),
         ("hertz and damper", ContactLaw::Hertz, 2e7, 100.0),
     ];
@@ -44,7 +52,12 @@ fn truth_ledger_closes_for_every_contact_law() {
         for engagement in [Engagement::Unilateral, Engagement::Clamped] {
             let mut scenario = axis(0.3);
             let tool = &mut scenario.machine.contacts["tool"];
-            *tool = Contact { law, engagement, gap_m: tool.gap_m, ..contact("tip", "ground", stiffness, damping) };
+            *tool = Contact {
+                law,
+                engagement,
+                gap_m: tool.gap_m,
+                ..contact("tip", "ground", stiffness, damping)
+            };
             let events = closes(&format!("{name}, {engagement:?}"), &scenario);
             assert!(engagement == Engagement::Clamped || events.len() > 2, "{name}: no impacts");
         }
@@ -100,7 +113,8 @@ fn truth_ledger_closes_for_every_effect_of_the_drive() {
         closes(kind, &scenario);
     }
     let mut source = axis(0.5);
-    source.machine.actuators["drive"].kind = ActuatorKind::VelocitySource { damping_n_s_per_m: 600.0, time_constant_s: 2e-3 };
+    source.machine.actuators["drive"].kind =
+        ActuatorKind::VelocitySource { damping_n_s_per_m: 600.0, time_constant_s: 2e-3 };
     source.machine.actuators["drive"].limit_n = Some(12.0);
     source.machine.actuators["drive"].rate_limit_per_s = Some(0.5);
     source.controllers.clear();
@@ -113,10 +127,17 @@ fn truth_ledger_closes_for_every_effect_of_the_drive() {
 fn truth_ledger_closes_for_many_effects_at_once() {
     let mut scenario = axis(0.5);
     let machine = &mut scenario.machine;
-    machine.springs["guide"].effects.extend([effect("stribeck-friction", &[2.0, 3.0, 5e-3]), effect("load-friction", &[0.1])]);
+    machine.springs["guide"]
+        .effects
+        .extend([effect("stribeck-friction", &[2.0, 3.0, 5e-3]), effect("load-friction", &[0.1])]);
     machine.springs["transmission"].effects.push(effect("backlash", &[2e-5, 0.0, 0.0]));
-    machine.contacts["tool"].effects.extend([effect("hunt-crossley-contact", &[2.0]), effect("workpiece-dynamics", &[3.0, 1.5e6, 150.0])]);
-    machine.actuators["drive"].effects.extend([effect("slew-limit", &[5e3]), effect("force-ripple", &[1.0, 1e-3, 0.0])]);
+    machine.contacts["tool"].effects.extend([
+        effect("hunt-crossley-contact", &[2.0]),
+        effect("workpiece-dynamics", &[3.0, 1.5e6, 150.0]),
+    ]);
+    machine.actuators["drive"]
+        .effects
+        .extend([effect("slew-limit", &[5e3]), effect("force-ripple", &[1.0, 1e-3, 0.0])]);
     closes("many at once", &scenario);
 }
 
@@ -129,13 +150,19 @@ fn truth_controllers_are_charged_what_the_drive_did() {
         closes(&scenario.machine.name.clone(), &scenario);
         let (_, simulation) = run(&scenario);
         let balance = simulation.energy(0).unwrap();
-        let drive: f64 = balance.meters.iter().filter(|(kind, ..)| *kind == MeterKind::DriveWork).map(|(.., joule)| joule).sum();
+        let drive: f64 = balance
+            .meters
+            .iter()
+            .filter(|(kind, ..)| *kind == MeterKind::DriveWork)
+            .map(|(.., joule)| joule)
+            .sum();
         let controller: f64 = balance.controllers.iter().map(|(_, joule)| joule).sum();
         assert!((drive - controller).abs() < TOLERANCE * balance.exchanged(), "{drive} {controller}");
     }
 }
 
-/// A mass at rest under a nonlinear law stays there as long as one likes: what is left of its motion is rounding, and no step can resolve that.
+/// A mass at rest under a nonlinear law stays there as long as one likes: what is left of its motion is
+/// rounding, and no step can resolve that.
 #[test]
 fn regress_rest_in_a_nonlinear_contact_is_a_motion_too() {
     for offset_m in [0.0, 0.7] {
@@ -144,7 +171,8 @@ fn regress_rest_in_a_nonlinear_contact_is_a_motion_too() {
             scenario.machine.bodies[name].position_m = offset_m;
         }
         let law = ContactLaw::HuntCrossley { alpha_s_per_m: 5.0, exponent: 1.5 };
-        scenario.machine.contacts["tool"] = Contact { law, gap_m: offset_m, ..contact("tip", "ground", 2e7, 400.0) };
+        scenario.machine.contacts["tool"] =
+            Contact { law, gap_m: offset_m, ..contact("tip", "ground", 2e7, 400.0) };
         scenario.controllers["force"].spec.reference = ReferenceSpec::Constant(20.0);
         closes("long rest", &scenario);
     }

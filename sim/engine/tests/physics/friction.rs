@@ -25,7 +25,14 @@ fn shaken(friction: &[(&str, &[f64])], amplitude_n: f64, mean_n: f64) -> Scenari
     let mut shaken = scenario(machine, 60.0, &["tip.position", "tip.velocity", "guide.force"]);
     shaken.run.step_s = 1e-2;
     let (start_hz, end_hz) = (0.1, 40.0);
-    let sweep = ReferenceSpec::Chirp { sweep: Sweep::Linear, amplitude: amplitude_n, start_hz, end_hz, duration_s: 60.0, offset: mean_n };
+    let sweep = ReferenceSpec::Chirp {
+        sweep: Sweep::Linear,
+        amplitude: amplitude_n,
+        start_hz,
+        end_hz,
+        duration_s: 60.0,
+        offset: mean_n,
+    };
     command(&mut shaken, "shaker", sweep, 1e-2);
     shaken
 }
@@ -44,7 +51,9 @@ fn truth_friction_below_breakaway_holds_to_the_bit_for_a_minute() {
         assert_eq!(simulation.end(0), RunEnd::Completed);
         assert_eq!(trace.t_s.len(), 6001);
         assert!(trace.events.is_empty(), "{friction:?}: {:?}", trace.events);
-        let still = |name: &str, value: f64| trace.column(name).unwrap().iter().all(|x| x.to_bits() == value.to_bits());
+        let still = |name: &str, value: f64| {
+            trace.column(name).unwrap().iter().all(|x| x.to_bits() == value.to_bits())
+        };
         assert!(still("tip.velocity", 0.0) && still("tip.position", 0.1234), "{friction:?}");
     }
 }
@@ -59,14 +68,21 @@ fn truth_friction_breaks_away_at_its_level() {
     ] {
         for (sign, level) in [(1.0, forward), (-1.0, backward)] {
             let mut machine = free_mass(3.0, 0.0, 0.0);
-            machine.springs.insert("guide".into(), Spring { effects: vec![friction.clone()], ..spring(GROUND, "tip", 0.0, 0.0) });
+            machine.springs.insert(
+                "guide".into(),
+                Spring { effects: vec![friction.clone()], ..spring(GROUND, "tip", 0.0, 0.0) },
+            );
             let mut pushed = drive("tip", GROUND);
             pushed.rate_limit_per_s = Some(2.0);
             machine.actuators.insert("drive".into(), pushed);
             let mut ramp = scenario(machine, 8.0, &["tip.velocity"]);
             command(&mut ramp, "push", ReferenceSpec::Constant(sign * 100.0), 10.0);
             let (trace, _) = run(&ramp);
-            assert_eq!(trace.events.iter().map(|event| event.kind).collect::<Vec<_>>(), [EventKind::Slip], "{friction:?}");
+            assert_eq!(
+                trace.events.iter().map(|event| event.kind).collect::<Vec<_>>(),
+                [EventKind::Slip],
+                "{friction:?}"
+            );
             close(trace.events[0].t_s, 0.5 * level, EXACT * level);
         }
     }
@@ -74,21 +90,32 @@ fn truth_friction_breaks_away_at_its_level() {
 
 #[test]
 fn truth_bodies_that_stick_together_move_alike_to_the_bit() {
-    // The lower body is shaken; the upper one rides on it by friction alone, which its inertia does not exceed.
+    // The lower body is shaken; the upper one rides on it by friction alone, which its inertia does not
+    // exceed.
     let mut machine = free_mass(3.0, 0.0, 0.0);
     machine.bodies.insert("rider".into(), body(2.0, 0.05));
     machine.bodies.insert("pillion".into(), body(1.0, 0.07));
     machine.springs.insert("joint".into(), rubbing(["tip", "rider"], &[("coulomb-friction", &[9.0])]));
-    machine.springs.insert("second".into(), rubbing(["pillion", "rider"], &[("stribeck-friction", &[2.0, 4.0, 1e-3])]));
+    machine
+        .springs
+        .insert("second".into(), rubbing(["pillion", "rider"], &[("stribeck-friction", &[2.0, 4.0, 1e-3])]));
     machine.springs.insert("guide".into(), spring(GROUND, "tip", 300.0, 5.0));
     machine.actuators.insert("drive".into(), drive("tip", GROUND));
     let mut shaken = scenario(machine, 5.0, &["tip.velocity", "rider.velocity", "pillion.velocity"]);
     let (start_hz, end_hz) = (0.5, 5.0);
-    let sweep = ReferenceSpec::Chirp { sweep: Sweep::Linear, amplitude: 2.0, start_hz, end_hz, duration_s: 5.0, offset: 0.0 };
+    let sweep = ReferenceSpec::Chirp {
+        sweep: Sweep::Linear,
+        amplitude: 2.0,
+        start_hz,
+        end_hz,
+        duration_s: 5.0,
+        offset: 0.0,
+    };
     command(&mut shaken, "shaker", sweep, 1e-3);
     let (trace, _) = run(&shaken);
     assert!(trace.events.is_empty(), "{:?}", trace.events);
-    let [tip, rider, pillion] = ["tip", "rider", "pillion"].map(|name| trace.column(&format!("{name}.velocity")).unwrap());
+    let [tip, rider, pillion] =
+        ["tip", "rider", "pillion"].map(|name| trace.column(&format!("{name}.velocity")).unwrap());
     assert!(tip.iter().any(|v| v.abs() > 0.02));
     for ((a, b), c) in tip.iter().zip(rider).zip(pillion) {
         assert!(a.to_bits() == b.to_bits() && a.to_bits() == c.to_bits());
@@ -121,15 +148,20 @@ fn truth_sliding_body_takes_the_other_along_at_the_common_speed() {
     assert_eq!(simulation.state(0)[2].to_bits(), simulation.state(0)[3].to_bits());
 }
 
-/// A mass on a spring and a rough floor: each half swing is `2 F / k` shorter than the last, and lasts half an undamped period.
+/// A mass on a spring and a rough floor: each half swing is `2 F / k` shorter than the last, and lasts half
+/// an undamped period.
 #[test]
 fn truth_rough_oscillator_loses_the_same_amplitude_every_half_swing() {
     let (m, k, level, start) = (2.0_f64, 800.0_f64, 3.0, 0.1);
     let mut machine = free_mass(m, start, 0.0);
-    machine.springs.insert("guide".into(), Spring { stiffness_n_per_m: k, ..rubbing([GROUND, "tip"], &[("coulomb-friction", &[level])]) });
+    machine.springs.insert(
+        "guide".into(),
+        Spring { stiffness_n_per_m: k, ..rubbing([GROUND, "tip"], &[("coulomb-friction", &[level])]) },
+    );
     let (trace, simulation) = run(&scenario(machine, 6.0, &[]));
     let half = PI / (k / m).sqrt();
-    // It rests at the first turn with k |x| <= level: 0.1 - 13 * 0.0075 = 0.0025 < 0.00375 (the turn before is at 0.01).
+    // It rests at the first turn with k |x| <= level: 0.1 - 13 * 0.0075 = 0.0025 < 0.00375 (the turn before
+    // is at 0.01).
     let swings = 13;
     let turns: Vec<f64> = trace.events.iter().map(|event| event.t_s).collect();
     assert_eq!(turns.len(), swings + 1, "{turns:?}");
@@ -140,8 +172,8 @@ fn truth_rough_oscillator_loses_the_same_amplitude_every_half_swing() {
     close(simulation.state(0)[0], -(start - 2.0 * level / k * 13.0), EXACT);
 }
 
-/// A block dragged through a spring by a body too heavy to notice; static friction exceeds kinetic by `D`. Slips last
-/// `(2 pi - 2 atan(D w / (k V))) / w`, sticks `2 D / (k V)`.
+/// A block dragged through a spring by a body too heavy to notice; static friction exceeds kinetic by `D`.
+/// Slips last `(2 pi - 2 atan(D w / (k V))) / w`, sticks `2 D / (k V)`.
 #[test]
 fn truth_stick_slip_period_on_a_pulled_spring() {
     let (m, k, pull, kinetic, excess) = (1.0_f64, 1000.0_f64, 0.02_f64, 3.0, 2.0);
@@ -162,13 +194,19 @@ fn truth_stick_slip_period_on_a_pulled_spring() {
         close(slips[2] - slips[1], measured, 1e-9);
         (measured - period) / period
     };
-    // From rest the force excess grows as k V t, so the level stays static until about sqrt(2 m v_s / (k V)): that much is to be added.
+    // From rest the force excess grows as k V t, so the level stays static until about sqrt(2 m v_s / (k V)):
+    // that much is to be added.
     let late = |stribeck_speed: f64| (2.0 * m * stribeck_speed / (k * pull)).sqrt() / period;
     let (coarse, fine) = (error(1e-6), error(1e-10));
-    assert!(coarse.abs() < 2.0 * late(1e-6) && fine.abs() < 2.0 * late(1e-10), "{coarse:e} {fine:e}, late {:e}", late(1e-10));
+    assert!(
+        coarse.abs() < 2.0 * late(1e-6) && fine.abs() < 2.0 * late(1e-10),
+        "{coarse:e} {fine:e}, late {:e}",
+        late(1e-10)
+    );
 }
 
-/// Coulomb friction alone, pulled: no jump, so the block oscillates about the pull's speed and just touches rest once a period.
+/// Coulomb friction alone, pulled: no jump, so the block oscillates about the pull's speed and just touches
+/// rest once a period.
 #[test]
 fn truth_slip_without_excess_is_an_oscillation_about_the_pull() {
     let (m, k, pull, level) = (1.0_f64, 1000.0_f64, 0.02_f64, 3.0);
@@ -191,14 +229,17 @@ fn truth_slip_without_excess_is_an_oscillation_about_the_pull() {
 fn two_guides(push_n: f64, velocity_m_per_s: f64) -> Scenario {
     let mut machine: Machine = free_mass(3.0, 0.0, velocity_m_per_s);
     machine.springs.insert("left".into(), rubbing([GROUND, "tip"], &[("coulomb-friction", &[5.0])]));
-    machine.springs.insert("right".into(), rubbing(["tip", GROUND], &[("asymmetric-friction", &[10.0, 0.2])]));
+    machine
+        .springs
+        .insert("right".into(), rubbing(["tip", GROUND], &[("asymmetric-friction", &[10.0, 0.2])]));
     machine.actuators.insert("drive".into(), drive("tip", GROUND));
     let mut held = scenario(machine, 2.0, &["tip.velocity"]);
     command(&mut held, "push", ReferenceSpec::Steps(vec![(1.0, push_n)]), 0.5);
     held
 }
 
-/// Two guides beside each other hold together what both can hold: 5 + 8 N forward (the right one is mounted the other way round) and 5 + 12 N backward.
+/// Two guides beside each other hold together what both can hold: 5 + 8 N forward (the right one is mounted
+/// the other way round) and 5 + 12 N backward.
 #[test]
 fn regress_parallel_guides_hold_the_sum_of_their_levels() {
     for v in [0.0, 0.01, -0.01] {
@@ -213,7 +254,8 @@ fn regress_parallel_guides_hold_the_sum_of_their_levels() {
     }
 }
 
-/// A rider on a sliding body: both come to rest, and rest is zero for both, whatever the order in which the guides are written.
+/// A rider on a sliding body: both come to rest, and rest is zero for both, whatever the order in which the
+/// guides are written.
 #[test]
 fn regress_a_chain_of_sticking_bodies_rests_to_the_bit() {
     for order in [["joint", "guide"], ["guide", "joint"]] {
@@ -251,11 +293,13 @@ fn regress_a_state_that_is_set_is_in_its_own_mode() {
 
 #[test]
 fn regress_rest_is_seen_although_an_event_later_in_the_same_step_was_found_first() {
-    // Touch-down raises the friction of a loaded slide that barely moves: it rests at once. Lift-off ends the same step of the nonlinear mode, and
-    // beyond it, where the damper would pull, the slide would move forward again.
+    // Touch-down raises the friction of a loaded slide that barely moves: it rests at once. Lift-off ends the
+    // same step of the nonlinear mode, and beyond it, where the damper would pull, the slide would move
+    // forward again.
     let (ratio, damping, speed, creep, gap_m) = (0.43, 780.0, 0.1, 1e-8, 3.4e-4);
     let mut machine = free_mass(1.0, gap_m - 1e-9, speed);
-    let hardening = Spring { effects: vec![effect("hardening-stiffness", &[6e13])], ..spring(GROUND, "tip", 6e6, 1.0) };
+    let hardening =
+        Spring { effects: vec![effect("hardening-stiffness", &[6e13])], ..spring(GROUND, "tip", 6e6, 1.0) };
     machine.springs.insert("hard".into(), hardening);
     machine.contacts.insert("wall".into(), Contact { gap_m, ..contact("tip", GROUND, 1e4, damping) });
     machine.bodies.insert("slide".into(), Body { velocity_m_per_s: creep, ..body(1.0, 0.0) });

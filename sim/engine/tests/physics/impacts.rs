@@ -5,10 +5,11 @@ use feeler_plant::description::{Contact, ContactLaw, GROUND, Machine, Spring};
 
 use crate::common::{close, contact, effect, free_mass, run, scenario, spring};
 
-/// Linear contacts are carried by exponentials and their ends by Newton's rule: a few dozen roundings, of an impact's own size.
+/// Linear contacts are carried by exponentials and their ends by Newton's rule: a few dozen roundings, of an
+/// impact's own size.
 const EXACT: f64 = 1e-12;
-/// Nonlinear contacts are integrated to 4e-14 per step, in some tens of steps, and end where a root is found to 1e-15 s; a first integral is
-/// then a difference of logarithms of like size.
+/// Nonlinear contacts are integrated to 4e-14 per step, in some tens of steps, and end where a root is found
+/// to 1e-15 s; a first integral is then a difference of logarithms of like size.
 const INTEGRATED: f64 = 1e-11;
 
 fn against_wall(mass_kg: f64, speed_m_per_s: f64, contact: Contact) -> Machine {
@@ -26,7 +27,8 @@ fn impact(machine: Machine, duration_s: f64) -> (f64, f64, f64) {
     (trace.events[0].t_s, trace.events[1].t_s, simulation.state(0)[1])
 }
 
-/// `(zeta, c)` is turned into restitution and duration by form F of Schwager and Poeschel; overdamped, with the hyperbolic functions.
+/// `(zeta, c)` is turned into restitution and duration by form F of Schwager and Poeschel; overdamped, with
+/// the hyperbolic functions.
 #[test]
 fn truth_kelvin_voigt_restitution_and_contact_time() {
     let (m, k, v) = (2.5_f64, 4e5_f64, 0.3);
@@ -55,13 +57,15 @@ fn reference_kelvin_voigt_restitution_as_printed() {
     const PRINTED: f64 = 5e-5;
     for (zeta, e) in [(0.2, 0.5717), (0.5, 0.2984)] {
         let (m, k) = (1.0_f64, 1e4_f64);
-        let (_, _, left) = impact(against_wall(m, 1.0, contact("tip", GROUND, k, 2.0 * zeta * (k * m).sqrt())), 0.1);
+        let (_, _, left) =
+            impact(against_wall(m, 1.0, contact("tip", GROUND, k, 2.0 * zeta * (k * m).sqrt())), 0.1);
         close(-left, e, PRINTED);
     }
 }
 
-/// Form G: the relation between the speeds, and along the whole impact the first integral from which it comes,
-/// `d^(n+1) = (n+1) m / (k a) (v_i - v - ln((1 + a v_i) / (1 + a v)) / a)`, whose value at `v = 0` is the largest compression.
+/// Form G: the relation between the speeds, and along the whole impact the first integral from which it
+/// comes, `d^(n+1) = (n+1) m / (k a) (v_i - v - ln((1 + a v_i) / (1 + a v)) / a)`, whose value at `v = 0` is
+/// the largest compression.
 #[test]
 fn truth_hunt_crossley_speeds_and_compression() {
     let (m, v, k) = (1.5, 0.4, 3e6);
@@ -74,16 +78,24 @@ fn truth_hunt_crossley_speeds_and_compression() {
             let a_vo = -a * left;
             close(-a_vo - (-a_vo).ln_1p(), a_v - a_v.ln_1p(), INTEGRATED);
 
-            let mut dense = scenario(machine, lift, &["wall.compression", "tip.velocity", "tip.acceleration"]);
+            let mut dense =
+                scenario(machine, lift, &["wall.compression", "tip.velocity", "tip.acceleration"]);
             dense.run.step_s = lift / 64.0;
             let (trace, _) = run(&dense);
-            let power = |speed: f64| (n + 1.0) * m / (k * a) * (v - speed - ((1.0 + a_v) / (1.0 + a * speed)).ln() / a);
+            let power = |speed: f64| {
+                (n + 1.0) * m / (k * a) * (v - speed - ((1.0 + a_v) / (1.0 + a * speed)).ln() / a)
+            };
             let largest = power(0.0).powf(1.0 / (n + 1.0));
-            for (d, speed) in trace.column("wall.compression").unwrap().iter().zip(trace.column("tip.velocity").unwrap()) {
+            for (d, speed) in
+                trace.column("wall.compression").unwrap().iter().zip(trace.column("tip.velocity").unwrap())
+            {
                 close(d.max(0.0).powf(n + 1.0) / power(0.0), power(*speed) / power(0.0), INTEGRATED);
             }
             let peak = trace.column("wall.compression").unwrap().iter().copied().fold(0.0, f64::max);
-            assert!(peak <= largest * (1.0 + INTEGRATED) && peak > 0.99 * largest, "{peak} against {largest}");
+            assert!(
+                peak <= largest * (1.0 + INTEGRATED) && peak > 0.99 * largest,
+                "{peak} against {largest}"
+            );
         }
     }
 }
@@ -95,7 +107,8 @@ fn reference_hunt_crossley_restitution_as_printed() {
     const PRINTED: f64 = 5e-7;
     for (a_v, e) in [(0.08, 0.949_354), (0.32, 0.823_632), (0.8, 0.647_967)] {
         let law = ContactLaw::HuntCrossley { alpha_s_per_m: a_v / 0.5, exponent: 1.5 };
-        let (_, _, left) = impact(against_wall(1.0, 0.5, Contact { law, ..contact("tip", GROUND, 1e8, 0.0) }), 0.02);
+        let (_, _, left) =
+            impact(against_wall(1.0, 0.5, Contact { law, ..contact("tip", GROUND, 1e8, 0.0) }), 0.02);
         close(-left / 0.5, e, PRINTED);
     }
 }
@@ -106,7 +119,8 @@ fn reference_hunt_crossley_restitution_as_printed() {
 fn truth_hertz_contact_time_and_peak_force() {
     const SHAPE: f64 = 2.943_275_184_324_706;
     for (m, k, v) in [(0.2, 1e9, 0.1), (12.0, 2e7, 0.5), (12.0, 2e7, 0.01)] {
-        let machine = against_wall(m, v, Contact { law: ContactLaw::Hertz, ..contact("tip", GROUND, k, 0.0) });
+        let machine =
+            against_wall(m, v, Contact { law: ContactLaw::Hertz, ..contact("tip", GROUND, k, 0.0) });
         let largest = (1.25 * m * v * v / k).powf(0.4);
         let duration = SHAPE * largest / v;
         let (touch, lift, left) = impact(machine.clone(), 2.0 * duration);
@@ -121,7 +135,8 @@ fn truth_hertz_contact_time_and_peak_force() {
     }
 }
 
-/// Two free bodies: the centre of mass goes on as if nothing had happened and the relative motion is that of the reduced mass.
+/// Two free bodies: the centre of mass goes on as if nothing had happened and the relative motion is that of
+/// the reduced mass.
 #[test]
 fn truth_impact_of_two_free_bodies_keeps_the_momentum() {
     let (m1, m2, v, k, zeta) = (2.0_f64, 3.0, 0.6, 1e6_f64, 0.1_f64);
@@ -168,20 +183,31 @@ fn truth_a_contact_pushes_as_its_law_says_and_never_pulls() {
     ];
     for (law, k) in laws {
         for (c, cubic) in [(0.0, 0.0), (150.0, 0.0), (0.0, 1e12), (150.0, 1e12)] {
-            // Pressed in by a soft spring with tension, so that it bounces; thrown out so fast at first that most laws would pull, and then in.
+            // Pressed in by a soft spring with tension, so that it bounces; thrown out so fast at first that
+            // most laws would pull, and then in.
             for velocity_m_per_s in [-0.6, -0.1, 0.4] {
                 let mut machine = free_mass(2.0, 6e-4, velocity_m_per_s);
+                machine.springs.insert(
+                    "press".into(),
+                    Spring {
+                        effects: vec![effect("constant-load", &[150.0])],
+                        ..spring(GROUND, "tip", 2e3, 1.0)
+                    },
+                );
+                let effects =
+                    if cubic > 0.0 { vec![effect("hardening-stiffness", &[cubic])] } else { Vec::new() };
                 machine
-                    .springs
-                    .insert("press".into(), Spring { effects: vec![effect("constant-load", &[150.0])], ..spring(GROUND, "tip", 2e3, 1.0) });
-                let effects = if cubic > 0.0 { vec![effect("hardening-stiffness", &[cubic])] } else { Vec::new() };
-                machine.contacts.insert("wall".into(), Contact { law, effects, ..contact("tip", GROUND, k, c) });
+                    .contacts
+                    .insert("wall".into(), Contact { law, effects, ..contact("tip", GROUND, k, c) });
                 let mut scenario = scenario(machine, 0.2, &["wall.force", "tip.position", "tip.velocity"]);
                 scenario.run.step_s = 2e-4;
                 let (trace, simulation) = run(&scenario);
                 assert_eq!(simulation.end(0), RunEnd::Completed, "{law:?} {c} {cubic} {velocity_m_per_s}");
                 let [force, position, velocity] = [0, 1, 2].map(|i| &trace.columns[i]);
-                assert!(force.iter().filter(|f| **f > 0.0).count() > 10, "{law:?} {c} {cubic}: hardly any contact");
+                assert!(
+                    force.iter().filter(|f| **f > 0.0).count() > 10,
+                    "{law:?} {c} {cubic}: hardly any contact"
+                );
                 for (i, f) in force.iter().enumerate() {
                     let expected = law_force(law, [k, c, cubic], [position[i], velocity[i]]);
                     assert!(

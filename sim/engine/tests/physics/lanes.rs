@@ -30,15 +30,21 @@ impl<L: Lane> Observer<L> for Bits<L> {
 fn run_lanes<L: Lane>(scenarios: &[Scenario]) -> (Bits<L>, Vec<Vec<u64>>) {
     let programs = scenarios.iter().map(|scenario| Program::new(scenario).unwrap()).collect();
     let mut simulation = Simulation::<L>::new(programs).unwrap();
-    let mut bits = Bits { rows: vec![Vec::new(); L::WIDTH], events: vec![Vec::new(); L::WIDTH], lane: std::marker::PhantomData };
+    let mut bits = Bits {
+        rows: vec![Vec::new(); L::WIDTH],
+        events: vec![Vec::new(); L::WIDTH],
+        lane: std::marker::PhantomData,
+    };
     simulation.run(&mut bits).unwrap();
     let states = (0..L::WIDTH).map(|l| simulation.state(l).iter().map(|x| x.to_bits()).collect()).collect();
     (bits, states)
 }
 
-/// Asserts that packs of 4 and of 8 give what each of eight variants gives alone; and that something happened.
+/// Asserts that packs of 4 and of 8 give what each of eight variants gives alone; and that something
+/// happened.
 fn alike(what: &str, scenarios: &[Scenario]) {
-    let alone: Vec<_> = scenarios.iter().map(|scenario| run_lanes::<f64>(std::slice::from_ref(scenario))).collect();
+    let alone: Vec<_> =
+        scenarios.iter().map(|scenario| run_lanes::<f64>(std::slice::from_ref(scenario))).collect();
     let happened: usize = alone.iter().map(|(bits, _)| bits.events[0].len()).sum();
     assert!(happened > 8, "{what}: {happened} events");
     let four: Vec<_> = scenarios.chunks_exact(4).map(run_lanes::<Pack<4>>).collect();
@@ -104,7 +110,9 @@ fn prop_lanes_of_nonlinear_and_switching_machines_give_the_bits_of_a_lone_run() 
             base
         };
         let mut friction = base();
-        friction.machine.springs["guide"].effects.extend([effect("coulomb-friction", &[4.0]), effect("load-friction", &[0.1])]);
+        friction.machine.springs["guide"]
+            .effects
+            .extend([effect("coulomb-friction", &[4.0]), effect("load-friction", &[0.1])]);
         let mut play = base();
         play.machine.springs["transmission"].effects.push(effect("backlash", &[5e-5, 0.0, 0.0]));
         let mut limits = base();
@@ -115,7 +123,11 @@ fn prop_lanes_of_nonlinear_and_switching_machines_give_the_bits_of_a_lone_run() 
         *tool = Contact { law: ContactLaw::Hertz, stiffness: 2e7, ..tool.clone() };
         let mut hunt_crossley = base();
         let tool = &mut hunt_crossley.machine.contacts["tool"];
-        *tool = Contact { law: ContactLaw::HuntCrossley { alpha_s_per_m: 3.0, exponent: 1.5 }, stiffness: 2e7, ..tool.clone() };
+        *tool = Contact {
+            law: ContactLaw::HuntCrossley { alpha_s_per_m: 3.0, exponent: 1.5 },
+            stiffness: 2e7,
+            ..tool.clone()
+        };
         let mut stribeck = base();
         stribeck.machine.springs["guide"].effects.push(effect("stribeck-friction", &[3.0, 6.0, 5e-3]));
         let mut sensors = base();
@@ -140,15 +152,18 @@ fn prop_lanes_of_nonlinear_and_switching_machines_give_the_bits_of_a_lone_run() 
     }
 }
 
-/// Half of the lanes are taken out in the middle of the run: they stay there, and the others go on as if alone.
+/// Half of the lanes are taken out in the middle of the run: they stay there, and the others go on as if
+/// alone.
 #[test]
 fn prop_lanes_that_are_stopped_leave_the_others_their_bits() {
     for (integrator, name) in Integrator::ALL {
         let mut base = reference_machine(2, 0.2);
         base.run.integrator = integrator;
         let scenarios = variants(&base, kp);
-        let mut simulation =
-            Simulation::<Pack<8>>::new(scenarios.iter().map(|scenario| Program::new(scenario).unwrap()).collect()).unwrap();
+        let mut simulation = Simulation::<Pack<8>>::new(
+            scenarios.iter().map(|scenario| Program::new(scenario).unwrap()).collect(),
+        )
+        .unwrap();
         simulation.run_to(0.1, &mut Unobserved).unwrap();
         let states: Vec<Vec<f64>> = (0..8).map(|l| simulation.state(l)).collect();
         (0..8).step_by(2).for_each(|l| simulation.stop(l));
@@ -156,7 +171,10 @@ fn prop_lanes_that_are_stopped_leave_the_others_their_bits() {
         for (l, scenario) in scenarios.iter().enumerate() {
             if l % 2 == 0 {
                 assert_eq!(simulation.state(l), states[l], "{name}, lane {l}");
-                assert!(matches!(simulation.end(l), RunEnd::Stopped { t_s } if (t_s - 0.1).abs() < 1e-12), "{name}, lane {l}");
+                assert!(
+                    matches!(simulation.end(l), RunEnd::Stopped { t_s } if (t_s - 0.1).abs() < 1e-12),
+                    "{name}, lane {l}"
+                );
             } else {
                 let (_, alone) = run_lanes::<f64>(std::slice::from_ref(scenario));
                 let bits: Vec<u64> = simulation.state(l).iter().map(|x| x.to_bits()).collect();
@@ -193,7 +211,9 @@ fn prop_run_in_slices_gives_the_same_bits() {
                 let mut simulation = Simulation::<f64>::new(vec![program]).unwrap();
                 let slices = (scenario.run.duration_s / slice_s).ceil() as u32;
                 for slice in 1..=slices {
-                    simulation.run_to((f64::from(slice) * slice_s).min(scenario.run.duration_s), &mut trace).unwrap();
+                    simulation
+                        .run_to((f64::from(slice) * slice_s).min(scenario.run.duration_s), &mut trace)
+                        .unwrap();
                 }
                 assert_eq!(simulation.state(0), reference.state(0));
                 assert_eq!(trace, whole);

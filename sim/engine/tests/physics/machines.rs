@@ -4,7 +4,10 @@ use feeler_control::{ForceGains, ReferenceSpec};
 use feeler_engine::Scenario;
 use feeler_plant::description::{Axis, Body, Contact, GROUND, Quantity, Spring};
 
-use crate::common::{axis, body, close, command, contact, drive, force_control, free_mass, largest_difference, reference_machine, run};
+use crate::common::{
+    axis, body, close, command, contact, drive, force_control, free_mass, largest_difference,
+    reference_machine, run,
+};
 use crate::common::{scenario, sensor, spring};
 
 /// Runs whose steps differ agree to roundings, which impacts multiply a few times over.
@@ -20,7 +23,8 @@ fn columns_agree(a: &Scenario, b: &Scenario, names: &[&str]) {
     }
 }
 
-/// Two springs beside each other, or a loop of three, are the spring that they make together; two in series through a rigid joint likewise.
+/// Two springs beside each other, or a loop of three, are the spring that they make together; two in series
+/// through a rigid joint likewise.
 #[test]
 fn truth_springs_in_parallel_and_in_a_loop_add() {
     let base = axis(0.2);
@@ -38,7 +42,8 @@ fn truth_springs_in_parallel_and_in_a_loop_add() {
     columns_agree(&guided, &split, &["tool.force", "tip.position", "motor.velocity"]);
 }
 
-/// Bodies joined rigidly move as one of their mass, each at its own place, and every element may hang on any of them.
+/// Bodies joined rigidly move as one of their mass, each at its own place, and every element may hang on any
+/// of them.
 #[test]
 fn truth_rigid_groups_are_one_mass() {
     let base = reference_machine(1, 0.2);
@@ -53,12 +58,15 @@ fn truth_rigid_groups_are_one_mass() {
     group.machine.springs.insert("second".into(), rigid("sensor", "flange"));
     group.machine.springs["guide"] = spring(GROUND, "sensor", 0.0, 50.0);
     group.machine.actuators["drive"] = drive("flange", GROUND);
-    // The sensor body stands 0.295 m behind the tip (at -0.3 m against -5 mm), so the wall is as much nearer to it.
+    // The sensor body stands 0.295 m behind the tip (at -0.3 m against -5 mm), so the wall is as much nearer
+    // to it.
     group.machine.contacts["tool"] = Contact { gap_m: -0.295, ..contact("sensor", GROUND, 1e5, 100.0) };
     group.run.record.push("flange.position".parse().unwrap());
     columns_agree(&base, &group, &["tool.force", "tip.position", "tip.velocity", "drive.command"]);
     let (trace, _) = run(&group);
-    for (tip, flange) in trace.column("tip.position").unwrap().iter().zip(trace.column("flange.position").unwrap()) {
+    for (tip, flange) in
+        trace.column("tip.position").unwrap().iter().zip(trace.column("flange.position").unwrap())
+    {
         close(flange - tip, 0.405, ROUNDING);
     }
 }
@@ -77,7 +85,8 @@ fn truth_contacts_beside_each_other_add() {
     stages.contacts.insert("soft".into(), contact("tip", GROUND, 1e4, 0.0));
     stages.contacts.insert("hard".into(), Contact { gap_m: 5e-3, ..contact("tip", GROUND, 3e4, 0.0) });
     let (trace, simulation) = run(&scenario(stages, 0.1, &[]));
-    // Touch the soft wall at 0, the hard one on the sine of the soft one, and leave each at zero compression with the speed of arrival.
+    // Touch the soft wall at 0, the hard one on the sine of the soft one, and leave each at zero compression
+    // with the speed of arrival.
     let omega = 100.0_f64;
     let to_hard = (5e-3 * omega).asin() / omega;
     close(trace.events[1].t_s, to_hard, ROUNDING);
@@ -90,13 +99,18 @@ fn truth_contacts_beside_each_other_add() {
     close(simulation.state(0)[1], -1.0, ROUNDING);
 }
 
-/// Controllers at rates that share no common period act each at its own instants: on a free mass the sum of their impulses is known.
+/// Controllers at rates that share no common period act each at its own instants: on a free mass the sum of
+/// their impulses is known.
 #[test]
 fn truth_several_controllers_at_incommensurate_rates_add() {
     let mut machine = free_mass(2.0, 0.0, 0.0);
     machine.actuators.insert("drive".into(), drive("tip", GROUND));
     let mut many = scenario(machine, 0.5, &["tip.velocity", "drive.command"]);
-    let rates = [("first", 1e-3 * std::f64::consts::E, 0.0), ("second", 1e-3 * std::f64::consts::PI, 1.3e-4), ("third", 7e-4, 5e-3)];
+    let rates = [
+        ("first", 1e-3 * std::f64::consts::E, 0.0),
+        ("second", 1e-3 * std::f64::consts::PI, 1.3e-4),
+        ("third", 7e-4, 5e-3),
+    ];
     for (name, period_s, offset_s) in rates {
         command(&mut many, name, ReferenceSpec::PiecewiseLinear(vec![(0.0, 0.0), (1.0, 10.0)]), period_s);
         many.controllers[name].spec.offset_s = offset_s;
@@ -104,7 +118,8 @@ fn truth_several_controllers_at_incommensurate_rates_add() {
     let (trace, simulation) = run(&many);
     for (t, v) in trace.t_s.iter().zip(trace.column("tip.velocity").unwrap()) {
         let impulse = |(_, period, offset): &(&str, f64, f64)| {
-            // Held values 10 (offset + k T) over whole periods, and the last one over what is left of its own.
+            // Held values 10 (offset + k T) over whole periods, and the last one over what is left of its
+            // own.
             let whole = ((t - offset) / period).floor().max(-1.0);
             if whole < 0.0 {
                 return 0.0;
@@ -118,7 +133,8 @@ fn truth_several_controllers_at_incommensurate_rates_add() {
     close(charged, 0.5 * 2.0 * trace.column("tip.velocity").unwrap().last().unwrap().powi(2), ROUNDING);
 }
 
-/// Two robots press the same workpiece from either side, each with its own loop: by symmetry it does not move.
+/// Two robots press the same workpiece from either side, each with its own loop: by symmetry it does not
+/// move.
 #[test]
 fn truth_two_robots_on_one_workpiece_balance() {
     let mut machine = free_mass(10.0, -5e-3, 0.0);
@@ -129,7 +145,10 @@ fn truth_two_robots_on_one_workpiece_balance() {
     machine.actuators.insert("drive".into(), drive("tip", GROUND));
     machine.actuators.insert("other".into(), drive("left", GROUND));
     machine.sensors.insert("force".into(), sensor("tool", Quantity::Force));
-    machine.sensors.insert("mirror".into(), feeler_plant::description::Sensor { gain: -1.0, ..sensor("back", Quantity::Force) });
+    machine.sensors.insert(
+        "mirror".into(),
+        feeler_plant::description::Sensor { gain: -1.0, ..sensor("back", Quantity::Force) },
+    );
     let mut pair = scenario(machine, 0.3, &["part.position", "tool.force", "back.force"]);
     let gains = ForceGains { feed_forward: 1.0, kp: 0.5, ..ForceGains::default() };
     force_control(&mut pair, gains, 1e-3, 20.0);

@@ -1,6 +1,10 @@
 //! What a run must be, against closed forms, other people's numbers and laws that hold for every machine.
 
-#![expect(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests fail as tests do, and say what they measured")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "helpers of tests fail as tests do, and say what they measured"
+)]
 
 mod common;
 mod divergence;

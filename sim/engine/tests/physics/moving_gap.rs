@@ -1,4 +1,5 @@
-//! A gap that moves by itself: exact for cubics, the energy of what moves it counted, the same in every integrator.
+//! A gap that moves by itself: exact for cubics, the energy of what moves it counted, the same in every
+//! integrator.
 
 use std::sync::Arc;
 
@@ -19,7 +20,11 @@ fn waves() -> Profile {
     let knots: Vec<Knot> = (0..90)
         .map(|i| {
             let t_s = 0.011_3 * f64::from(i);
-            Knot { t_s, offset_m: 1e-4 * f64::sin(omega * t_s), rate_m_per_s: 1e-4 * omega * f64::cos(omega * t_s) }
+            Knot {
+                t_s,
+                offset_m: 1e-4 * f64::sin(omega * t_s),
+                rate_m_per_s: 1e-4 * omega * f64::cos(omega * t_s),
+            }
         })
         .collect();
     Profile::new(&knots).unwrap()
@@ -33,7 +38,9 @@ fn truth_a_mass_on_a_spring_follows_a_cubic() {
     let w = |t: f64| a * t + j * t * t * t / 6.0;
     let knots = [0.0, end_s].map(|t_s| Knot { t_s, offset_m: 7e-3 + w(t_s), rate_m_per_s: rate(t_s) });
     let mut machine = free_mass(m, 0.0, a - m / k * j);
-    machine.contacts.insert("tool".into(), Contact { engagement: Engagement::Clamped, ..contact("tip", GROUND, k, 0.0) });
+    machine
+        .contacts
+        .insert("tool".into(), Contact { engagement: Engagement::Clamped, ..contact("tip", GROUND, k, 0.0) });
     machine.profiles.insert("tool".into(), Arc::new(Profile::new(&knots).unwrap()));
     let (trace, simulation) = run(&scenario(machine, end_s, &["tip.position", "tool.force"]));
     assert_eq!(simulation.end(0), RunEnd::Completed);
@@ -63,12 +70,17 @@ fn truth_ledger_closes_while_the_surface_moves() {
 #[test]
 fn order_fixed_steps_converge_to_the_exact_motion() {
     let mut given = scenario(free_mass(5.0, 0.0, 0.0), 0.5, &["tip.position", "tool.force"]);
-    given.machine.contacts.insert("tool".into(), Contact { engagement: Engagement::Clamped, ..contact("tip", GROUND, 2e4, 60.0) });
+    given.machine.contacts.insert(
+        "tool".into(),
+        Contact { engagement: Engagement::Clamped, ..contact("tip", GROUND, 2e4, 60.0) },
+    );
     given.machine.profiles.insert("tool".into(), Arc::new(waves()));
     given.run.energy = false;
     given.run.record_rate_hz = Some(100.0);
     let exact = run(&given).0;
-    for (integrator, order, floor) in [(Integrator::Rk4, 4.0, 1e-13), (Integrator::SemiImplicitEuler, 1.0, 0.0)] {
+    for (integrator, order, floor) in
+        [(Integrator::Rk4, 4.0, 1e-13), (Integrator::SemiImplicitEuler, 1.0, 0.0)]
+    {
         let errors = [4e-4, 2e-4].map(|step_s| {
             given.run.integrator = integrator;
             given.run.step_s = step_s;
@@ -87,7 +99,10 @@ fn prop_a_state_that_is_set_keeps_the_gap() {
     given.machine.profiles.insert("tool".into(), Arc::new(waves()));
     given.controllers.clear();
     given.machine.actuators.insert("drive".into(), crate::common::drive("motor", GROUND));
-    given.machine.sensors.insert("force".into(), crate::common::sensor("tool", feeler_plant::description::Quantity::Force));
+    given
+        .machine
+        .sensors
+        .insert("force".into(), crate::common::sensor("tool", feeler_plant::description::Quantity::Force));
     force_control(&mut given, ForceGains { feed_forward: 1.0, ..ForceGains::default() }, 1e-3, 20.0);
     given.run.energy = false;
     let whole = run(&given).0;
@@ -98,7 +113,8 @@ fn prop_a_state_that_is_set_keeps_the_gap() {
     let state = simulation.state(0);
     simulation.set_state(0, &state).unwrap();
     simulation.run(&mut trace).unwrap();
-    let worst = whole.columns[0].iter().zip(&trace.columns[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let worst =
+        whole.columns[0].iter().zip(&trace.columns[0]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let size = whole.columns[0].iter().map(|x| x.abs()).fold(0.0, f64::max);
     assert!(worst < 1e-9 * size, "{worst} of {size}");
 }

@@ -8,7 +8,8 @@ use crate::common::{axis, body, close, free_mass, reference_machine, run, scenar
 /// Slope of `log error` over `log step` by least squares.
 fn slope(steps: &[f64], errors: &[f64]) -> f64 {
     let n = steps.len() as f64;
-    let (x, y): (Vec<f64>, Vec<f64>) = (steps.iter().map(|h| h.ln()).collect(), errors.iter().map(|e| e.ln()).collect());
+    let (x, y): (Vec<f64>, Vec<f64>) =
+        (steps.iter().map(|h| h.ln()).collect(), errors.iter().map(|e| e.ln()).collect());
     let (mean_x, mean_y) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
     let covariance: f64 = x.iter().zip(&y).map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
     covariance / x.iter().map(|x| (x - mean_x).powi(2)).sum::<f64>()
@@ -34,7 +35,8 @@ fn order_of_a_smooth_motion_is_that_of_the_method() {
     let base = scenario(machine, 0.1, &[]);
     let exact = last_state(&base);
     // The band of the slope: what the next term of the error contributes over a range of 8 in the step.
-    for (integrator, order, band) in [(Integrator::SemiImplicitEuler, 1.0, 0.1), (Integrator::Rk4, 4.0, 0.1)] {
+    for (integrator, order, band) in [(Integrator::SemiImplicitEuler, 1.0, 0.1), (Integrator::Rk4, 4.0, 0.1)]
+    {
         let steps = [4e-4, 2e-4, 1e-4, 5e-5];
         let error = |step_s: &f64| {
             let mut scenario = base.clone();
@@ -49,11 +51,13 @@ fn order_of_a_smooth_motion_is_that_of_the_method() {
     }
 }
 
-/// Events taken at the ends of steps make both methods first order through an impact. The error depends on where the touch falls in the step, so it is
-/// averaged over starting points.
+/// Events taken at the ends of steps make both methods first order through an impact. The error depends on
+/// where the touch falls in the step, so it is averaged over starting points.
 #[test]
 fn order_through_an_impact_is_one() {
-    let start = |scenario: &mut Scenario, i: u32| scenario.machine.bodies["tip"].position_m = -5e-3 - f64::from(i) * 3.7e-5;
+    let start = |scenario: &mut Scenario, i: u32| {
+        scenario.machine.bodies["tip"].position_m = -5e-3 - f64::from(i) * 3.7e-5
+    };
     let mut base = reference_machine(1, 0.06);
     base.run.record.clear();
     for integrator in [Integrator::SemiImplicitEuler, Integrator::Rk4] {
@@ -73,17 +77,19 @@ fn order_through_an_impact_is_one() {
             .collect();
         let slope = slope(&steps, &errors);
         println!("{} through an impact: {slope:.3}, errors {errors:?}", integrator.name());
-        // The mean of 24 errors, each evenly spread over a range as wide as its mean, scatters by an eighth: 0.17 octaves per step size, 0.1 in the slope.
+        // The mean of 24 errors, each evenly spread over a range as wide as its mean, scatters by an eighth:
+        // 0.17 octaves per step size, 0.1 in the slope.
         close(slope, 1.0, 0.25);
     }
 }
 
-/// The exact method has no step: how often the run is looked at changes nothing but roundings. An impact multiplies a rounding of the instant by the
-/// change of acceleration, a few times over.
+/// The exact method has no step: how often the run is looked at changes nothing but roundings. An impact
+/// multiplies a rounding of the instant by the change of acceleration, a few times over.
 #[test]
 fn truth_exact_integrator_does_not_depend_on_the_record() {
     const ROUNDING: f64 = 1e-11;
-    let mut scenarios: Vec<Scenario> = [1, 2, 4].iter().map(|&masses| reference_machine(masses, 0.3)).collect();
+    let mut scenarios: Vec<Scenario> =
+        [1, 2, 4].iter().map(|&masses| reference_machine(masses, 0.3)).collect();
     scenarios.push(axis(0.2));
     for mut scenario in scenarios {
         scenario.run.record_rate_hz = Some(1.0);
@@ -93,7 +99,12 @@ fn truth_exact_integrator_does_not_depend_on_the_record() {
             for energy in [false, true] {
                 scenario.run.energy = energy;
                 let fine = last_state(&scenario);
-                assert!(distance(&coarse, &fine) < ROUNDING, "{}: {:e}", scenario.machine.name, distance(&coarse, &fine));
+                assert!(
+                    distance(&coarse, &fine) < ROUNDING,
+                    "{}: {:e}",
+                    scenario.machine.name,
+                    distance(&coarse, &fine)
+                );
             }
         }
     }

@@ -8,7 +8,8 @@ use proptest::prelude::*;
 
 use crate::common::{body, contact, drive, effect, force_control, run, scenario, sensor, spring};
 
-/// Of the energy exchanged; an impact of a law that is integrated costs some 1e-13, and there may be hundreds.
+/// Of the energy exchanged; an impact of a law that is integrated costs some 1e-13, and there may be
+/// hundreds.
 const LEDGER: f64 = 1e-9;
 
 fn log(low: f64, high: f64) -> impl Strategy<Value = f64> {
@@ -27,17 +28,28 @@ fn link(between: [&str; 2], (k, c, what, size): (f64, f64, u8, f64)) -> Spring {
         1 => link.effects.push(effect("backlash", &[1e-4 * size, 0.0, 0.0])),
         2 => link.effects.push(effect("hardening-stiffness", &[1e7 * k * size])),
         3 => link.effects.push(effect("stribeck-friction", &[size, 1.5 * size, 5e-3])),
-        4 => link.effects.extend([effect("load-friction", &[0.05 * size]), effect("asymmetric-friction", &[size, 0.5])]),
+        4 => link
+            .effects
+            .extend([effect("load-friction", &[0.05 * size]), effect("asymmetric-friction", &[size, 0.5])]),
         5 => link.stiffness_n_per_m = 0.0,
-        6 => link.effects.extend([effect("backlash", &[1e-4 * size, 0.0, 0.0]), effect("hardening-stiffness", &[1e7 * k * size])]),
+        6 => link.effects.extend([
+            effect("backlash", &[1e-4 * size, 0.0, 0.0]),
+            effect("hardening-stiffness", &[1e7 * k * size]),
+        ]),
         _ => {}
     }
     link
 }
 
 fn machines() -> impl Strategy<Value = Scenario> {
-    let bodies = prop::collection::vec((log(0.5, 20.0), -1e-3..1e-3, -0.05..0.05, joint(), any::<prop::sample::Index>()), 2..6);
-    let contacts = prop::collection::vec((log(1e4, 1e6), prop_oneof![Just(0.0), log(1.0, 1e3)], 0_u8..4, 0.0..5e-4, any::<bool>()), 1..3);
+    let bodies = prop::collection::vec(
+        (log(0.5, 20.0), -1e-3..1e-3, -0.05..0.05, joint(), any::<prop::sample::Index>()),
+        2..6,
+    );
+    let contacts = prop::collection::vec(
+        (log(1e4, 1e6), prop_oneof![Just(0.0), log(1.0, 1e3)], 0_u8..4, 0.0..5e-4, any::<bool>()),
+        1..3,
+    );
     (bodies, contacts, joint(), 0.0..1.0_f64, 0.0..2e-3).prop_map(|(bodies, contacts, extra, kp, delay_s)| {
         let mut machine = Machine::default();
         let names: Vec<String> = (0..bodies.len()).map(|i| format!("body-{i}")).collect();
@@ -63,12 +75,20 @@ fn machines() -> impl Strategy<Value = Scenario> {
             };
             let tip = if i == 0 { last } else { &names[0] };
             let effects = if hardens { vec![effect("hardening-stiffness", &[1e14])] } else { Vec::new() };
-            machine.contacts.insert(format!("wall-{i}"), Contact { law, gap_m, effects, ..contact(tip, GROUND, stiffness, damping) });
+            machine.contacts.insert(
+                format!("wall-{i}"),
+                Contact { law, gap_m, effects, ..contact(tip, GROUND, stiffness, damping) },
+            );
         }
         machine.actuators.insert("drive".into(), drive(&names[0], GROUND));
         machine.sensors.insert("force".into(), sensor("wall-0", Quantity::Force));
         let mut scenario = scenario(machine, 0.1, &["wall-0.force", "drive.force"]);
-        force_control(&mut scenario, ForceGains { feed_forward: 1.0, kp: 0.3 * kp, ..ForceGains::default() }, 1e-3, 10.0);
+        force_control(
+            &mut scenario,
+            ForceGains { feed_forward: 1.0, kp: 0.3 * kp, ..ForceGains::default() },
+            1e-3,
+            10.0,
+        );
         scenario.controllers["force"].spec.delay_s = delay_s;
         scenario.controllers["force"].spec.output_limit = Some(50.0);
         scenario

@@ -8,7 +8,8 @@ use feeler_plant::units::Dimension;
 
 use crate::common::{axis, run};
 
-/// Scales are powers of two, so only the engine's own tolerances in seconds differ, and with them roundings of instants.
+/// Scales are powers of two, so only the engine's own tolerances in seconds differ, and with them roundings
+/// of instants.
 const TOLERANCE: f64 = 1e-9;
 
 /// New units per old: a value of dimension `kg^a m^b s^c` is multiplied by `mass^a length^b time^c`.
@@ -85,14 +86,18 @@ impl Units {
             actuator.effects.iter_mut().for_each(|used| self.scale_effect(used));
         }
         for sensor in machine.sensors.values_mut() {
-            if let Some(LowPass::FirstOrder { corner_hz } | LowPass::SecondOrder { corner_hz, .. }) = &mut sensor.low_pass {
+            if let Some(LowPass::FirstOrder { corner_hz } | LowPass::SecondOrder { corner_hz, .. }) =
+                &mut sensor.low_pass
+            {
                 *corner_hz /= self.time;
             }
             sensor.delay_s *= self.time;
             sensor.effects.iter_mut().for_each(|used| self.scale_effect(used));
         }
         for control in scaled.controllers.values_mut() {
-            let (Law::ExplicitForce(gains), ReferenceSpec::Constant(force)) = (&mut control.spec.law, &mut control.spec.reference) else {
+            let (Law::ExplicitForce(gains), ReferenceSpec::Constant(force)) =
+                (&mut control.spec.law, &mut control.spec.reference)
+            else {
                 unreachable!("the axis has an explicit force loop with a constant reference");
             };
             gains.damping *= self.of(Dimension::DAMPING);
@@ -135,9 +140,11 @@ const UNITS: [Units; 4] = [
 
 #[test]
 fn prop_units_are_free_for_every_contact_law() {
-    for (law, stiffness) in
-        [(ContactLaw::KelvinVoigt, 2e5), (ContactLaw::Hertz, 2e7), (ContactLaw::HuntCrossley { alpha_s_per_m: 3.0, exponent: 1.5 }, 2e7)]
-    {
+    for (law, stiffness) in [
+        (ContactLaw::KelvinVoigt, 2e5),
+        (ContactLaw::Hertz, 2e7),
+        (ContactLaw::HuntCrossley { alpha_s_per_m: 3.0, exponent: 1.5 }, 2e7),
+    ] {
         let mut scenario = axis(0.1);
         scenario.machine.contacts["tool"].law = law;
         scenario.machine.contacts["tool"].stiffness = stiffness;
@@ -156,7 +163,8 @@ fn prop_units_are_free_for_every_effect() {
         let machine = &mut scenario.machine;
         let on_guide = matches!(definition.place.name(), "guide" | "base");
         match definition.place.name() {
-            // Random instants are drawn in shares of the period, which scale; noise of sensors is drawn by the clock, and there is none here.
+            // Random instants are drawn in shares of the period, which scale; noise of sensors is drawn by
+            // the clock, and there is none here.
             "timing" => scenario.controllers["force"].effects.push(used),
             "drive" => machine.actuators["drive"].effects.push(used),
             "force-sensor" => machine.sensors["force"].effects.push(used),

@@ -32,13 +32,20 @@ fn truth_low_passes_follow_a_ramp_by_their_closed_forms() {
     let damped = omega * (1.0 - zeta * zeta).sqrt();
     let second = |t: f64| {
         let (sin, cos) = (damped * t).sin_cos();
-        t - 2.0 * zeta / omega + (-zeta * omega * t).exp() * (2.0 * zeta / omega * cos + (2.0 * zeta * zeta - 1.0) / damped * sin)
+        t - 2.0 * zeta / omega
+            + (-zeta * omega * t).exp()
+                * (2.0 * zeta / omega * cos + (2.0 * zeta * zeta - 1.0) / damped * sin)
     };
-    let filters: [(LowPass, &dyn Fn(f64) -> f64); 2] =
-        [(LowPass::FirstOrder { corner_hz }, &first), (LowPass::SecondOrder { corner_hz, damping_ratio: zeta }, &second)];
+    let filters: [(LowPass, &dyn Fn(f64) -> f64); 2] = [
+        (LowPass::FirstOrder { corner_hz }, &first),
+        (LowPass::SecondOrder { corner_hz, damping_ratio: zeta }, &second),
+    ];
     for (filter, form) in filters {
         for delay_s in [0.0, 0.012_345] {
-            let (trace, _) = run(&flight(Sensor { low_pass: Some(filter), delay_s, gain: 2.0, bias: -1.0, ..scale() }, 0.3));
+            let (trace, _) = run(&flight(
+                Sensor { low_pass: Some(filter), delay_s, gain: 2.0, bias: -1.0, ..scale() },
+                0.3,
+            ));
             for (t, reading) in trace.t_s.iter().zip(trace.column("scale.reading").unwrap()) {
                 // The filter starts settled at the initial position.
                 let position = START_M + SPEED_M_PER_S * form((t - delay_s).max(0.0));
@@ -51,7 +58,8 @@ fn truth_low_passes_follow_a_ramp_by_their_closed_forms() {
 #[test]
 fn truth_resolution_rounds_to_the_nearest_step() {
     let step = 0.01;
-    let quantised = Sensor { resolution: Some(step), effects: vec![effect("encoder-resolution", &[step])], ..scale() };
+    let quantised =
+        Sensor { resolution: Some(step), effects: vec![effect("encoder-resolution", &[step])], ..scale() };
     for sensor in [Sensor { effects: Vec::new(), ..quantised.clone() }, quantised] {
         let (trace, _) = run(&flight(sensor, 0.5));
         for (t, reading) in trace.t_s.iter().zip(trace.column("scale.reading").unwrap()) {
@@ -122,7 +130,8 @@ fn truth_samples_are_taken_on_the_grid_and_jitter_takes_them_off_it() {
     let times = sample_times(1e-3, &[("timing-jitter", &[5e-4])], 5e-3);
     let n = (times.len() - 1) as f64;
     let offsets: Vec<f64> = (1..times.len()).map(|i| (times[i] - nominal(i)) / sigma).collect();
-    // Five standard deviations of mean and variance of 2000 normal numbers; beyond 4.38 sigma the clock limits them, which nothing here notices.
+    // Five standard deviations of mean and variance of 2000 normal numbers; beyond 4.38 sigma the clock
+    // limits them, which nothing here notices.
     close(offsets.iter().sum::<f64>() / n, 0.0, 5.0 / n.sqrt());
     close(offsets.iter().map(|x| x * x).sum::<f64>() / n, 1.0, 5.0 * (2.0 / n).sqrt());
 }

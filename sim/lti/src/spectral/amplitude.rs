@@ -21,10 +21,15 @@ pub struct AmplitudeSpectrum {
 ///
 /// # Errors
 /// [`LtiError::RecordTooShort`] below four samples; [`LtiError::NotFinite`]; [`LtiError::OutOfRange`].
-pub fn amplitude_spectrum(record: &[f64], period_s: f64, window: Window) -> Result<AmplitudeSpectrum, LtiError> {
+pub fn amplitude_spectrum(
+    record: &[f64],
+    period_s: f64,
+    window: Window,
+) -> Result<AmplitudeSpectrum, LtiError> {
     let (weighted, weight) = weighted(record, period_s, window)?;
     let n = record.len();
-    let amplitude = |(k, line): (usize, &C64)| line.norm() / weight * if k == 0 || 2 * k == n { 1.0 } else { 2.0 };
+    let amplitude =
+        |(k, line): (usize, &C64)| line.norm() / weight * if k == 0 || 2 * k == n { 1.0 } else { 2.0 };
     Ok(AmplitudeSpectrum {
         frequencies_hz: (0..=n / 2).map(|k| k as f64 / (n as f64 * period_s)).collect(),
         amplitudes: transform(&weighted).iter().enumerate().map(amplitude).collect(),
@@ -41,8 +46,9 @@ fn weighted(record: &[f64], period_s: f64, window: Window) -> Result<(Vec<f64>, 
     Ok((record.iter().zip(&weights).map(|(v, w)| (v - mean) * w).collect(), weights.iter().sum()))
 }
 
-/// Frequency (Hz) and amplitude of the strongest sine in a record between two frequencies: the maximum of the Hann-windowed Fourier transform
-/// as a continuous function of frequency, not only on its lines. `None` where there is no line in the band or no power.
+/// Frequency (Hz) and amplitude of the strongest sine in a record between two frequencies: the maximum of the
+/// Hann-windowed Fourier transform as a continuous function of frequency, not only on its lines. `None` where
+/// there is no line in the band or no power.
 ///
 /// # Errors
 /// As [`amplitude_spectrum`].
@@ -54,12 +60,18 @@ fn weighted(record: &[f64], period_s: f64, window: Window) -> Result<(Vec<f64>, 
 /// assert!((frequency_hz - 12.34).abs() < 0.02 && (amplitude - 3.0).abs() < 0.02);
 /// # Ok::<(), feeler_lti::LtiError>(())
 /// ```
-pub fn dominant_frequency(record: &[f64], period_s: f64, (low_hz, high_hz): (f64, f64)) -> Result<Option<(f64, f64)>, LtiError> {
+pub fn dominant_frequency(
+    record: &[f64],
+    period_s: f64,
+    (low_hz, high_hz): (f64, f64),
+) -> Result<Option<(f64, f64)>, LtiError> {
     let (weighted, weight) = weighted(record, period_s, Window::Hann)?;
     let spacing_hz = 1.0 / (record.len() as f64 * period_s);
     let spectrum = transform(&weighted);
     let in_band = |k: &usize| *k > 0 && (low_hz..=high_hz).contains(&(*k as f64 * spacing_hz));
-    let strongest = (0..spectrum.len()).filter(in_band).max_by(|&i, &j| spectrum[i].norm_sqr().total_cmp(&spectrum[j].norm_sqr()));
+    let strongest = (0..spectrum.len())
+        .filter(in_band)
+        .max_by(|&i, &j| spectrum[i].norm_sqr().total_cmp(&spectrum[j].norm_sqr()));
     let Some(line) = strongest.filter(|&k| spectrum[k].norm_sqr() > 0.0) else { return Ok(None) };
     let centre = line as f64 * spacing_hz;
     let (low, high) = ((centre - spacing_hz).max(low_hz), (centre + spacing_hz).min(high_hz));
@@ -76,8 +88,8 @@ pub fn dominant_frequency(record: &[f64], period_s: f64, (low_hz, high_hz): (f64
 /// Samples whose turns are taken from one table.
 const BLOCK: usize = 64;
 
-/// `sum_k k^m v[k] exp(-i phase k)` for m = 0, 1, 2, with k counted from the middle of the record: the transform at any frequency, and what its first two
-/// derivatives by the phase per sample consist of.
+/// `sum_k k^m v[k] exp(-i phase k)` for m = 0, 1, 2, with k counted from the middle of the record: the
+/// transform at any frequency, and what its first two derivatives by the phase per sample consist of.
 fn moments(record: &[f64], phase: f64) -> [C64; 3] {
     let table: [[f64; 6]; BLOCK] = std::array::from_fn(|j| {
         let (turn, j) = (C64::cis(-phase * j as f64), j as f64);
@@ -92,7 +104,8 @@ fn moments(record: &[f64], phase: f64) -> [C64; 3] {
                 *sum += value * turn;
             }
         }
-        let [s0, s1, s2] = [C64::new(sums[0], sums[1]), C64::new(sums[2], sums[3]), C64::new(sums[4], sums[5])];
+        let [s0, s1, s2] =
+            [C64::new(sums[0], sums[1]), C64::new(sums[2], sums[3]), C64::new(sums[4], sums[5])];
         let start = (block * BLOCK) as f64 - middle;
         let turn = C64::cis(-phase * start);
         moments[0] += turn * s0;

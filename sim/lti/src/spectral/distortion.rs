@@ -1,7 +1,8 @@
 //! Noise and nonlinear distortion told apart, by random-phase multisines.
 //!
-//! Source: Pintelon and Schoukens, System Identification: A Frequency Domain Approach (2nd ed.), chapter 4: the robust method (several
-//! realisations) and the fast method (detection lines). Wiley and IEEE Press, 2012.
+//! Source: Pintelon and Schoukens, System Identification: A Frequency Domain Approach (2nd ed.), chapter 4:
+//! the robust method (several realisations) and the fast method (detection lines). Wiley and IEEE Press,
+//! 2012.
 
 use super::estimate::ResponseEstimate;
 use super::evidence::{ComplexDegrees, Evidence, evidence_beyond};
@@ -19,16 +20,18 @@ pub struct BestLinearApproximation {
     pub estimate: ResponseEstimate,
     /// Variance of the mean due to noise alone, at each frequency.
     pub noise_variance: Vec<f64>,
-    /// Variance of a single realisation due to nonlinear distortion, at each frequency: unbiased, so that it is below 0 at about half of the
-    /// frequencies where there is none.
+    /// Variance of a single realisation due to nonlinear distortion, at each frequency: unbiased, so that it
+    /// is below 0 at about half of the frequencies where there is none.
     pub distortion_variance: Vec<f64>,
     /// Whether the realisations differ by more than the noise.
     pub evidence: Evidence,
 }
 
-/// Power, as a share of the line's own, that rounding of long simulations may leave: what differs by less is the same.
+/// Power, as a share of the line's own, that rounding of long simulations may leave: what differs by less is
+/// the same.
 const ROUNDING: f64 = 1e-18;
-/// The same as a share of the strongest line's: rounding of the whole output shows at every line, however weak.
+/// The same as a share of the strongest line's: rounding of the whole output shows at every line, however
+/// weak.
 const ROUNDING_OF_STRONGEST: f64 = 1e-24;
 
 /// Power of the output at each line that may be rounding.
@@ -37,12 +40,16 @@ fn rounding(means: &PeriodMeans) -> impl Fn(usize) -> f64 {
     move |k| ROUNDING * means.output[k].norm_sqr() + ROUNDING_OF_STRONGEST * strongest
 }
 
-/// Best linear approximation from several realisations: what differs from period to period is noise, what differs from realisation to
-/// realisation beyond it is nonlinear distortion.
+/// Best linear approximation from several realisations: what differs from period to period is noise, what
+/// differs from realisation to realisation beyond it is nonlinear distortion.
 ///
 /// # Errors
-/// [`LtiError::RecordTooShort`] for fewer than two realisations; the errors of [`super::periodic_response`] for each.
-pub fn best_linear_approximation(realisations: &[Realisation<'_>], lines: &[usize]) -> Result<BestLinearApproximation, LtiError> {
+/// [`LtiError::RecordTooShort`] for fewer than two realisations; the errors of [`super::periodic_response`]
+/// for each.
+pub fn best_linear_approximation(
+    realisations: &[Realisation<'_>],
+    lines: &[usize],
+) -> Result<BestLinearApproximation, LtiError> {
     let count = realisations.len();
     if count < 2 {
         return Err(LtiError::RecordTooShort { needed: 2, found: count });
@@ -53,7 +60,8 @@ pub fn best_linear_approximation(realisations: &[Realisation<'_>], lines: &[usiz
     let (mut noise_variance, mut distortion_variance, mut explained) = (Vec::new(), Vec::new(), Vec::new());
     for (k, &line) in lines.iter().enumerate() {
         let frequency_hz = realisations[0].frequency_hz(line);
-        let each = means.iter().map(|m| m.response(k, frequency_hz)).collect::<Result<Vec<(C64, f64)>, _>>()?;
+        let each =
+            means.iter().map(|m| m.response(k, frequency_hz)).collect::<Result<Vec<(C64, f64)>, _>>()?;
         let m = count as f64;
         let mean = each.iter().map(|(g, _)| g).sum::<C64>() / m;
         let total = each.iter().map(|(g, _)| (g - mean).norm_sqr()).sum::<f64>() / (m * (m - 1.0));
@@ -74,27 +82,34 @@ pub fn best_linear_approximation(realisations: &[Realisation<'_>], lines: &[usiz
 
 /// Lines without excitation on each side of an excited one, from which the distortion there is known.
 const BESIDE: usize = 3;
-/// Fewest lines without excitation between the first and the last excited one that tell anything, as a share of the excited ones.
+/// Fewest lines without excitation between the first and the last excited one that tell anything, as a share
+/// of the excited ones.
 const LEAST_SHARE: f64 = 0.1;
 
 /// Nonlinear distortion of one realisation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DistortionBeside {
-    /// Variance of the response at each excited line; below 0 where the lines beside it hold less than the noise's mean.
+    /// Variance of the response at each excited line; below 0 where the lines beside it hold less than the
+    /// noise's mean.
     pub variance: Vec<f64>,
     /// Whether the lines without excitation hold more than noise.
     pub evidence: Evidence,
 }
 
-/// Variance of the response at the excited lines due to nonlinear distortion, from what the output holds beside them (the fast method): one
-/// realisation is enough where its multisine leaves lines out. `None` where it leaves out too few of them.
+/// Variance of the response at the excited lines due to nonlinear distortion, from what the output holds
+/// beside them (the fast method): one realisation is enough where its multisine leaves lines out. `None`
+/// where it leaves out too few of them.
 ///
 /// # Errors
 /// As [`super::periodic_response`].
-pub fn distortion_beside(record: &PeriodicRecord<'_>, excited: &[usize]) -> Result<Option<DistortionBeside>, LtiError> {
+pub fn distortion_beside(
+    record: &PeriodicRecord<'_>,
+    excited: &[usize],
+) -> Result<Option<DistortionBeside>, LtiError> {
     let (Some(&first), Some(&last)) = (excited.first(), excited.last()) else { return Ok(None) };
     let lines: Vec<usize> = (first..=last).collect();
-    let silent: Vec<usize> = lines.iter().copied().filter(|line| excited.binary_search(line).is_err()).collect();
+    let silent: Vec<usize> =
+        lines.iter().copied().filter(|line| excited.binary_search(line).is_err()).collect();
     if (silent.len() as f64) < (LEAST_SHARE * excited.len() as f64).max(2.0 * BESIDE as f64) {
         return Ok(None);
     }
@@ -117,7 +132,8 @@ pub fn distortion_beside(record: &PeriodicRecord<'_>, excited: &[usize]) -> Resu
         powers[0].push(total);
         powers[1].push(noise + rounding(nearest));
     }
-    let evidence = evidence_beyond(&powers[0], &powers[1], ComplexDegrees { total: 1, noise: means.periods - 1 })?;
+    let evidence =
+        evidence_beyond(&powers[0], &powers[1], ComplexDegrees { total: 1, noise: means.periods - 1 })?;
     Ok(Some(DistortionBeside { variance, evidence }))
 }
 
@@ -134,19 +150,24 @@ pub struct DistortionLevels {
     pub noise: f64,
 }
 
-/// Output levels on excited, odd and even lines of one realisation between the first and the last excited line. A level well above the noise
-/// is distortion of that kind. The input must be exact on its lines (no distortion of its own). A kind without lines has level 0.
+/// Output levels on excited, odd and even lines of one realisation between the first and the last excited
+/// line. A level well above the noise is distortion of that kind. The input must be exact on its lines (no
+/// distortion of its own). A kind without lines has level 0.
 ///
 /// # Errors
 /// As [`super::periodic_response`]; [`LtiError::RecordTooShort`] where no line is excited.
-pub fn distortion_levels(record: &PeriodicRecord<'_>, excited: &[usize]) -> Result<DistortionLevels, LtiError> {
+pub fn distortion_levels(
+    record: &PeriodicRecord<'_>,
+    excited: &[usize],
+) -> Result<DistortionLevels, LtiError> {
     let (Some(&first), Some(&last)) = (excited.iter().min(), excited.iter().max()) else {
         return Err(LtiError::RecordTooShort { needed: 1, found: 0 });
     };
     let lines: Vec<usize> = (first..=last).collect();
     let means = record.means(&lines)?;
     let level = |of_kind: &dyn Fn(usize) -> bool| {
-        let powers = lines.iter().zip(&means.output).filter(|(line, _)| of_kind(**line)).map(|(_, y)| y.norm_sqr());
+        let powers =
+            lines.iter().zip(&means.output).filter(|(line, _)| of_kind(**line)).map(|(_, y)| y.norm_sqr());
         let powers: Vec<f64> = powers.collect();
         (powers.iter().sum::<f64>() / powers.len().max(1) as f64).sqrt()
     };

@@ -31,20 +31,26 @@ pub struct ResponseBand {
 impl ResponseEstimate {
     /// Bands of magnitude and phase that hold the truth with the given confidence (such as 0.95).
     ///
-    /// The estimate lies in a disk about the truth; its squared distance over the variance has an F distribution with 2 and nu degrees of
-    /// freedom, whose quantile is nu/2 (alpha^(-2/nu) - 1). Source: Bendat and Piersol, Random Data (4th ed.), equation 9.97.
+    /// The estimate lies in a disk about the truth; its squared distance over the variance has an F
+    /// distribution with 2 and nu degrees of freedom, whose quantile is nu/2 (alpha^(-2/nu) - 1). Source:
+    /// Bendat and Piersol, Random Data (4th ed.), equation 9.97.
     pub fn confidence(&self, confidence: f64) -> Vec<ResponseBand> {
         let alpha = 1.0 - confidence;
         let values = self.response.iter().zip(&self.variance).zip(&self.degrees_of_freedom);
         values
             .map(|((response, variance), nu)| {
                 // Through expm1, since for large nu the power is next to 1; its limit is -ln alpha.
-                let quantile = if nu.is_finite() { 0.5 * nu * (-2.0 / nu * alpha.ln()).exp_m1() } else { -alpha.ln() };
+                let quantile =
+                    if nu.is_finite() { 0.5 * nu * (-2.0 / nu * alpha.ln()).exp_m1() } else { -alpha.ln() };
                 let (magnitude, radius) = (response.norm(), (variance * quantile).sqrt());
                 ResponseBand {
                     magnitude_low: (magnitude - radius).max(0.0),
                     magnitude_high: magnitude + radius,
-                    phase_half_width_rad: if radius < magnitude { (radius / magnitude).asin() } else { std::f64::consts::PI },
+                    phase_half_width_rad: if radius < magnitude {
+                        (radius / magnitude).asin()
+                    } else {
+                        std::f64::consts::PI
+                    },
                 }
             })
             .collect()
@@ -53,7 +59,9 @@ impl ResponseEstimate {
     /// The part between two frequencies, ends included.
     #[must_use]
     pub fn within(&self, low_hz: f64, high_hz: f64) -> Self {
-        let kept: Vec<usize> = (0..self.frequencies_hz.len()).filter(|&i| (low_hz..=high_hz).contains(&self.frequencies_hz[i])).collect();
+        let kept: Vec<usize> = (0..self.frequencies_hz.len())
+            .filter(|&i| (low_hz..=high_hz).contains(&self.frequencies_hz[i]))
+            .collect();
         let pick = |values: &[f64]| kept.iter().map(|&i| values[i]).collect::<Vec<f64>>();
         Self {
             frequencies_hz: pick(&self.frequencies_hz),

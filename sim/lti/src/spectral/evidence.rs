@@ -2,12 +2,14 @@
 
 use crate::error::LtiError;
 
-/// Standard deviations by which a mean over lines must exceed that of noise alone: chance does so once in 740 times.
+/// Standard deviations by which a mean over lines must exceed that of noise alone: chance does so once in 740
+/// times.
 const DEVIATIONS: f64 = 3.0;
 /// Chance of one line or more, among all, that noise alone exceeds as far.
 const CHANCE: f64 = 1e-3;
 
-/// Degrees of freedom, halved, with which the variances of complex values are known: the number of independent complex differences.
+/// Degrees of freedom, halved, with which the variances of complex values are known: the number of
+/// independent complex differences.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ComplexDegrees {
     /// Of the variance that may hold more than noise.
@@ -31,9 +33,10 @@ pub struct Evidence {
 
 /// Tests whether variances exceed those of the noise, line by line independent of each other.
 ///
-/// Without excess each ratio follows an F distribution. The mean of its logarithm is ψ(a) - ln a - ψ(b) + ln b and its variance ψ'(a) + ψ'(b), with
-/// a and b the complex degrees of freedom; a single line is held against the tail of F. Source: Abramowitz and Stegun, Handbook of Mathematical
-/// Functions, 6.3.2, 6.4.3 and 26.6.2 (1964).
+/// Without excess each ratio follows an F distribution. The mean of its logarithm is ψ(a) - ln a - ψ(b) + ln
+/// b and its variance ψ'(a) + ψ'(b), with a and b the complex degrees of freedom; a single line is held
+/// against the tail of F. Source: Abramowitz and Stegun, Handbook of Mathematical Functions, 6.3.2, 6.4.3 and
+/// 26.6.2 (1964).
 ///
 /// # Errors
 /// [`LtiError::RecordTooShort`] without lines or degrees of freedom.
@@ -104,7 +107,10 @@ mod tests {
         let quiet = of(&total);
         assert!(!quiet.is_beyond_noise);
         let least = quiet.least_share.ln_1p();
-        assert!(!of(&vec![level(0.99 * least); 100]).is_beyond_noise && of(&vec![level(1.01 * least); 100]).is_beyond_noise);
+        assert!(
+            !of(&vec![level(0.99 * least); 100]).is_beyond_noise
+                && of(&vec![level(1.01 * least); 100]).is_beyond_noise
+        );
         total[40] = 20.0;
         assert!(of(&total).is_beyond_noise);
         assert!(evidence_beyond(&[], &[], degrees).is_err());

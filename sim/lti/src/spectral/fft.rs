@@ -9,7 +9,8 @@ use crate::domain::C64;
 use crate::error::{LtiError, require_finite, require_positive};
 
 thread_local! {
-    /// The plan of the last transform: records of one length follow each other, and a plan costs as much as several transforms.
+    /// The plan of the last transform: records of one length follow each other, and a plan costs as much as
+    /// several transforms.
     static LAST_PLAN: RefCell<Option<Arc<dyn RealToComplex<f64>>>> = const { RefCell::new(None) };
 }
 

@@ -1,8 +1,9 @@
 //! Local polynomial method: response from one short record of noise.
 //!
-//! Round each line both the response and the leakage (the transient of what came before and after the record) are smooth; they are fitted as
-//! polynomials over a few neighbouring lines, while the noise-like input is not smooth and so tells them apart.
-//! Source: Pintelon, Schoukens, Vandersteen and Barbe, Mechanical Systems and Signal Processing 24 (2010) 573.
+//! Round each line both the response and the leakage (the transient of what came before and after the record)
+//! are smooth; they are fitted as polynomials over a few neighbouring lines, while the noise-like input is
+//! not smooth and so tells them apart. Source: Pintelon, Schoukens, Vandersteen and Barbe, Mechanical Systems
+//! and Signal Processing 24 (2010) 573.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -16,7 +17,8 @@ use crate::error::LtiError;
 pub struct LocalPolynomialSettings {
     /// Degree of the polynomials of response and leakage; 2 is usual.
     pub degree: usize,
-    /// Lines on each side of the one that is estimated; at least `degree + 1`, so that the fit is determined. More average more noise.
+    /// Lines on each side of the one that is estimated; at least `degree + 1`, so that the fit is determined.
+    /// More average more noise.
     pub half_width: usize,
 }
 
@@ -29,8 +31,9 @@ impl Default for LocalPolynomialSettings {
 /// Response at each line between two frequencies from one record, leakage removed.
 ///
 /// # Errors
-/// [`LtiError::RecordLengths`], [`LtiError::RecordTooShort`], [`LtiError::NotFinite`]; [`LtiError::OutOfRange`] for a fit that is too narrow;
-/// [`LtiError::NotExcited`] where input and leakage cannot be told apart.
+/// [`LtiError::RecordLengths`], [`LtiError::RecordTooShort`], [`LtiError::NotFinite`];
+/// [`LtiError::OutOfRange`] for a fit that is too narrow; [`LtiError::NotExcited`] where input and leakage
+/// cannot be told apart.
 pub fn local_polynomial(
     input: &[f64],
     output: &[f64],
@@ -42,7 +45,11 @@ pub fn local_polynomial(
     let LocalPolynomialSettings { degree, half_width } = *settings;
     let (unknowns, equations) = (2 * (degree + 1), 2 * half_width + 1);
     if equations <= unknowns {
-        return Err(LtiError::OutOfRange { quantity: "half width (lines)", value: half_width as f64, range: "[degree + 1, inf)" });
+        return Err(LtiError::OutOfRange {
+            quantity: "half width (lines)",
+            value: half_width as f64,
+            range: "[degree + 1, inf)",
+        });
     }
     let n = input.len();
     require_samples(2 * equations + 2, n)?;

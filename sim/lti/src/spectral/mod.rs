@@ -34,8 +34,8 @@ mod window;
 
 pub use amplitude::{AmplitudeSpectrum, amplitude_spectrum, dominant_frequency};
 pub use distortion::{
-    BestLinearApproximation, DistortionBeside, DistortionLevels, Realisation, best_linear_approximation, distortion_beside,
-    distortion_levels,
+    BestLinearApproximation, DistortionBeside, DistortionLevels, Realisation, best_linear_approximation,
+    distortion_beside, distortion_levels,
 };
 pub use estimate::{ResponseBand, ResponseEstimate};
 pub use evidence::{ComplexDegrees, Evidence, evidence_beyond};

@@ -14,18 +14,28 @@ pub struct Multisine {
 }
 
 impl Multisine {
-    /// A multisine with equal amplitudes and root mean square `rms` at the given lines, one phase (rad) each. With random phases, uniform over
-    /// a turn, its values are nearly normally distributed, and a nonlinear system shows its best linear approximation.
+    /// A multisine with equal amplitudes and root mean square `rms` at the given lines, one phase (rad) each.
+    /// With random phases, uniform over a turn, its values are nearly normally distributed, and a nonlinear
+    /// system shows its best linear approximation.
     ///
     /// # Errors
-    /// [`LtiError::RecordLengths`] unless there is a phase for each line; [`LtiError::OutOfRange`] for a line not between 1 and below half the
-    /// samples; [`LtiError::NotFinite`].
-    pub fn new(samples_per_period: usize, lines: Vec<usize>, rms: f64, phases_rad: Vec<f64>) -> Result<Self, LtiError> {
+    /// [`LtiError::RecordLengths`] unless there is a phase for each line; [`LtiError::OutOfRange`] for a line
+    /// not between 1 and below half the samples; [`LtiError::NotFinite`].
+    pub fn new(
+        samples_per_period: usize,
+        lines: Vec<usize>,
+        rms: f64,
+        phases_rad: Vec<f64>,
+    ) -> Result<Self, LtiError> {
         if lines.len() != phases_rad.len() {
             return Err(LtiError::RecordLengths { left: lines.len(), right: phases_rad.len() });
         }
         if let Some(&line) = lines.iter().find(|&&line| line == 0 || 2 * line >= samples_per_period) {
-            return Err(LtiError::OutOfRange { quantity: "line", value: line as f64, range: "[1, samples per period / 2)" });
+            return Err(LtiError::OutOfRange {
+                quantity: "line",
+                value: line as f64,
+                range: "[1, samples per period / 2)",
+            });
         }
         require_finite("root mean square", [&rms])?;
         require_finite("phases (rad)", &phases_rad)?;
@@ -41,7 +51,8 @@ impl Multisine {
     /// One sample; the sequence is periodic.
     pub fn sample(&self, index: usize) -> f64 {
         let n = self.samples_per_period;
-        let cosine = |(line, phase): (&usize, &f64)| (TAU * (line * (index % n) % n) as f64 / n as f64 + phase).cos();
+        let cosine =
+            |(line, phase): (&usize, &f64)| (TAU * (line * (index % n) % n) as f64 / n as f64 + phase).cos();
         self.amplitude * self.lines.iter().zip(&self.phases_rad).map(cosine).sum::<f64>()
     }
 
@@ -51,12 +62,19 @@ impl Multisine {
     }
 }
 
-/// Odd lines from `first` to `last`, of which one in each group of `group` is left out to detect odd distortion; `uniform` draws from [0, 1).
-pub fn odd_lines_with_detection(first: usize, last: usize, group: usize, mut uniform: impl FnMut() -> f64) -> Vec<usize> {
+/// Odd lines from `first` to `last`, of which one in each group of `group` is left out to detect odd
+/// distortion; `uniform` draws from [0, 1).
+pub fn odd_lines_with_detection(
+    first: usize,
+    last: usize,
+    group: usize,
+    mut uniform: impl FnMut() -> f64,
+) -> Vec<usize> {
     let odd: Vec<usize> = (first..=last).filter(|line| line % 2 == 1).collect();
     let mut kept = Vec::new();
     for lines in odd.chunks(group.max(2)) {
-        let left_out = if lines.len() < group.max(2) { lines.len() } else { (uniform() * lines.len() as f64) as usize };
+        let left_out =
+            if lines.len() < group.max(2) { lines.len() } else { (uniform() * lines.len() as f64) as usize };
         kept.extend(lines.iter().enumerate().filter(|(i, _)| *i != left_out).map(|(_, line)| *line));
     }
     kept

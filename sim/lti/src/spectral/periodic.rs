@@ -1,6 +1,8 @@
-//! Response from several periods of a periodic record: no leakage, and the noise is what differs from period to period.
+//! Response from several periods of a periodic record: no leakage, and the noise is what differs from period
+//! to period.
 //!
-//! Source: Pintelon and Schoukens, System Identification: A Frequency Domain Approach (2nd ed.), section 2.5 (Wiley and IEEE Press, 2012).
+//! Source: Pintelon and Schoukens, System Identification: A Frequency Domain Approach (2nd ed.), section 2.5
+//! (Wiley and IEEE Press, 2012).
 
 use super::estimate::ResponseEstimate;
 use super::fft::{require_pair, require_samples, transform};
@@ -42,7 +44,10 @@ impl PeriodicRecord<'_> {
     /// How strong the input is on some lines, and how much it differs from period to period.
     pub(crate) fn input_spread(&self, lines: &[usize]) -> Result<Spread, LtiError> {
         let means = self.means(lines)?;
-        Ok(Spread { powers: means.input.iter().map(C64::norm_sqr).collect(), variances: means.input_variance })
+        Ok(Spread {
+            powers: means.input.iter().map(C64::norm_sqr).collect(),
+            variances: means.input_variance,
+        })
     }
 
     /// Frequency of a line, Hz.
@@ -55,10 +60,18 @@ impl PeriodicRecord<'_> {
         require_pair(self.input, self.output, self.period_s)?;
         let n = self.samples_per_period;
         if n < 2 {
-            return Err(LtiError::OutOfRange { quantity: "samples in a period", value: n as f64, range: "[2, inf)" });
+            return Err(LtiError::OutOfRange {
+                quantity: "samples in a period",
+                value: n as f64,
+                range: "[2, inf)",
+            });
         }
         if let Some(&line) = lines.iter().find(|line| **line > n / 2) {
-            return Err(LtiError::OutOfRange { quantity: "line", value: line as f64, range: "[0, samples per period / 2]" });
+            return Err(LtiError::OutOfRange {
+                quantity: "line",
+                value: line as f64,
+                range: "[0, samples per period / 2]",
+            });
         }
         require_samples((self.transient_periods + 2) * n, self.input.len())?;
         let first = self.transient_periods * n;
@@ -98,14 +111,17 @@ impl PeriodMeans {
         left - noise
     }
 
-    /// Power of the output at line number k that the response does not make of the input, and the noise's share of it.
+    /// Power of the output at line number k that the response does not make of the input, and the noise's
+    /// share of it.
     pub(crate) fn left_and_noise(&self, k: usize, response: C64) -> [f64; 2] {
         [(self.output[k] - response * self.input[k]).norm_sqr(), self.spread(k, response)]
     }
 
     /// Variance of the output's mean less the response times the input's.
     fn spread(&self, k: usize, g: C64) -> f64 {
-        (self.output_variance[k] + g.norm_sqr() * self.input_variance[k] - 2.0 * (g.conj() * self.covariance[k]).re).max(0.0)
+        (self.output_variance[k] + g.norm_sqr() * self.input_variance[k]
+            - 2.0 * (g.conj() * self.covariance[k]).re)
+            .max(0.0)
     }
 
     /// Response and its variance at line number k of those asked for.
@@ -123,8 +139,9 @@ impl PeriodMeans {
 /// Response at the excited lines from the mean of the periods, with the variance that the periods show.
 ///
 /// # Errors
-/// [`LtiError::RecordTooShort`] for fewer than two periods after the transient; [`LtiError::NotExcited`]; [`LtiError::OutOfRange`] for a line
-/// beyond the Nyquist frequency; [`LtiError::RecordLengths`]; [`LtiError::NotFinite`].
+/// [`LtiError::RecordTooShort`] for fewer than two periods after the transient; [`LtiError::NotExcited`];
+/// [`LtiError::OutOfRange`] for a line beyond the Nyquist frequency; [`LtiError::RecordLengths`];
+/// [`LtiError::NotFinite`].
 pub fn periodic_response(record: &PeriodicRecord<'_>, lines: &[usize]) -> Result<ResponseEstimate, LtiError> {
     let means = record.means(lines)?;
     let mut estimate = ResponseEstimate::default();

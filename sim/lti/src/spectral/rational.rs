@@ -1,7 +1,8 @@
 //! Poles of a machine from its measured frequency responses: one set of poles for all of them.
 //!
-//! Source: Gustavsen and Semlyen, "Rational approximation of frequency domain responses by vector fitting", IEEE Trans. Power Delivery 14 (1999);
-//! each response is weighted by its inverse modulus, and carries a constant and a linear term for what lies beyond the band.
+//! Source: Gustavsen and Semlyen, "Rational approximation of frequency domain responses by vector fitting",
+//! IEEE Trans. Power Delivery 14 (1999); each response is weighted by its inverse modulus, and carries a
+//! constant and a linear term for what lies beyond the band.
 
 use std::f64::consts::TAU;
 
@@ -32,12 +33,13 @@ impl Root {
     }
 }
 
-/// Poles (rad/s, those with positive imaginary part) common to several responses that share their frequencies (Hz): `pairs` pairs are sought
-/// from evenly spaced ones over the band.
+/// Poles (rad/s, those with positive imaginary part) common to several responses that share their frequencies
+/// (Hz): `pairs` pairs are sought from evenly spaced ones over the band.
 ///
 /// # Errors
-/// [`LtiError::RecordLengths`] where a response has another length than the frequencies; [`LtiError::RecordTooShort`] for fewer frequencies than
-/// unknowns; [`LtiError::OutOfRange`] for a negative frequency; [`LtiError::Degenerate`] where responses do not tell the poles.
+/// [`LtiError::RecordLengths`] where a response has another length than the frequencies;
+/// [`LtiError::RecordTooShort`] for fewer frequencies than unknowns; [`LtiError::OutOfRange`] for a negative
+/// frequency; [`LtiError::Degenerate`] where responses do not tell the poles.
 ///
 /// # Example
 /// ```
@@ -52,7 +54,11 @@ impl Root {
 /// assert!((found[0] - mode).norm() < 1e-6);
 /// # Ok::<(), feeler_lti::LtiError>(())
 /// ```
-pub fn common_poles(frequencies_hz: &[f64], responses: &[Vec<C64>], pairs: usize) -> Result<Vec<C64>, LtiError> {
+pub fn common_poles(
+    frequencies_hz: &[f64],
+    responses: &[Vec<C64>],
+    pairs: usize,
+) -> Result<Vec<C64>, LtiError> {
     for response in responses {
         if response.len() != frequencies_hz.len() {
             return Err(LtiError::RecordLengths { left: frequencies_hz.len(), right: response.len() });
@@ -60,7 +66,10 @@ pub fn common_poles(frequencies_hz: &[f64], responses: &[Vec<C64>], pairs: usize
     }
     let unknowns = 2 * pairs + (2 * pairs + 2) * responses.len();
     if 2 * frequencies_hz.len() * responses.len() < unknowns {
-        return Err(LtiError::RecordTooShort { needed: unknowns, found: 2 * frequencies_hz.len() * responses.len() });
+        return Err(LtiError::RecordTooShort {
+            needed: unknowns,
+            found: 2 * frequencies_hz.len() * responses.len(),
+        });
     }
     let mut top: f64 = 0.0;
     for &f in frequencies_hz {
@@ -77,7 +86,8 @@ pub fn common_poles(frequencies_hz: &[f64], responses: &[Vec<C64>], pairs: usize
     for _ in 0..RELOCATIONS {
         roots = relocate(&roots, &s, responses)?;
     }
-    let mut found: Vec<C64> = roots.iter().filter_map(|root| if let Root::Pair(p) = root { Some(p * top) } else { None }).collect();
+    let mut found: Vec<C64> =
+        roots.iter().filter_map(|root| if let Root::Pair(p) = root { Some(p * top) } else { None }).collect();
     found.sort_by(|a, b| a.im.total_cmp(&b.im));
     Ok(found)
 }

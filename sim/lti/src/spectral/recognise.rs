@@ -11,19 +11,21 @@ use crate::error::{LtiError, require_finite, require_positive};
 const REPEATS: f64 = 1e-3;
 /// ...and by more than this one in between: a slow record resembles itself a sample later.
 const DIFFERS: f64 = 0.5;
-/// Sines are what a record is made of where they explain this share of its power. Of white noise the search explains two thirds or so.
+/// Sines are what a record is made of where they explain this share of its power. Of white noise the search
+/// explains two thirds or so.
 const ALL_SINES: f64 = 0.97;
 /// Segments of the spectrum whose evenness is judged.
 const SEGMENTS: usize = 8;
 /// Share of the power in the band that is judged.
 const POWER: f64 = 0.995;
-/// A value is that of a silence where it differs by no more than this share of the largest, and so many samples must be left between silences.
+/// A value is that of a silence where it differs by no more than this share of the largest, and so many
+/// samples must be left between silences.
 const SILENT: f64 = 1e-3;
 const LEAST_ACTING: usize = 256;
 /// Lines that a band has at least which does not begin at the lowest.
 const LEAST_LINES: usize = 8;
-/// Geometric over arithmetic mean of an even spectrum. White noise of [`SEGMENTS`] segments has 0.95; one slope of 20 dB per decade over two
-/// decades has 0.08.
+/// Geometric over arithmetic mean of an even spectrum. White noise of [`SEGMENTS`] segments has 0.95; one
+/// slope of 20 dB per decade over two decades has 0.08.
 const EVEN: f64 = 0.3;
 /// Change of the spectrum's modulus from line to line, of a smooth spectrum. Noise has 1 - pi/4 = 0.21.
 const SMOOTH: f64 = 0.07;
@@ -55,10 +57,12 @@ pub enum RecordedExcitation {
     },
 }
 
-/// Recognises how a command was made: by its period, by its sines, else by the evenness and smoothness of its spectrum.
+/// Recognises how a command was made: by its period, by its sines, else by the evenness and smoothness of its
+/// spectrum.
 ///
 /// # Errors
-/// [`LtiError::RecordTooShort`] below 32 samples; [`LtiError::NotFinite`]; [`LtiError::OutOfRange`] for the sample time.
+/// [`LtiError::RecordTooShort`] below 32 samples; [`LtiError::NotFinite`]; [`LtiError::OutOfRange`] for the
+/// sample time.
 pub fn recognise_excitation(command: &[f64], period_s: f64) -> Result<RecordedExcitation, LtiError> {
     require_positive("sample time (s)", period_s)?;
     require_finite("record", command)?;
@@ -66,7 +70,10 @@ pub fn recognise_excitation(command: &[f64], period_s: f64) -> Result<RecordedEx
     let mean = command.iter().sum::<f64>() / command.len() as f64;
     let about: Vec<f64> = command.iter().map(|v| v - mean).collect();
     if let Some(samples_per_period) = repetition(&about) {
-        return Ok(RecordedExcitation::Periodic { samples_per_period, periods: command.len() / samples_per_period });
+        return Ok(RecordedExcitation::Periodic {
+            samples_per_period,
+            periods: command.len() / samples_per_period,
+        });
     }
     let sines = find_sines(command, period_s)?;
     if sines.explained >= ALL_SINES {
@@ -77,15 +84,21 @@ pub fn recognise_excitation(command: &[f64], period_s: f64) -> Result<RecordedEx
     let spectra = cross_spectra(acting, acting, period_s, &WelchSettings::hann(segment))?;
     let (first, last) = powered(&spectra.input);
     let band = &spectra.input[first..=last];
-    let geometric = (band.iter().map(|p| p.max(f64::MIN_POSITIVE).ln()).sum::<f64>() / band.len() as f64).exp();
+    let geometric =
+        (band.iter().map(|p| p.max(f64::MIN_POSITIVE).ln()).sum::<f64>() / band.len() as f64).exp();
     let evenness = geometric / (band.iter().sum::<f64>() / band.len() as f64);
     if evenness < EVEN {
         return Ok(RecordedExcitation::Uneven { evenness });
     }
-    let moduli: Vec<f64> = transform(acting)[first * SEGMENTS..last * SEGMENTS].iter().map(|v| v.norm()).collect();
+    let moduli: Vec<f64> =
+        transform(acting)[first * SEGMENTS..last * SEGMENTS].iter().map(|v| v.norm()).collect();
     let steps: f64 = moduli.windows(2).map(|pair| (pair[1] - pair[0]).powi(2)).sum();
     let sizes: f64 = moduli.windows(2).map(|pair| pair[1].powi(2) + pair[0].powi(2)).sum();
-    Ok(if steps < SMOOTH * sizes { RecordedExcitation::Sweep } else { RecordedExcitation::Noise { evenness } })
+    Ok(if steps < SMOOTH * sizes {
+        RecordedExcitation::Sweep
+    } else {
+        RecordedExcitation::Noise { evenness }
+    })
 }
 
 /// A record without the silence at its ends, where it keeps one value; the whole where little would be left.
@@ -95,11 +108,14 @@ fn acting(record: &[f64]) -> &[f64] {
     let (Some(&first), Some(&last)) = (record.first(), record.last()) else { return record };
     let before = record.iter().take_while(silent(first)).count();
     let after = record.iter().rev().take_while(silent(last)).count();
-    let part = record.get(before.saturating_sub(1)..(record.len() + 1).saturating_sub(after.max(1))).unwrap_or(record);
+    let part = record
+        .get(before.saturating_sub(1)..(record.len() + 1).saturating_sub(after.max(1)))
+        .unwrap_or(record);
     if part.len() >= LEAST_ACTING { part } else { record }
 }
 
-/// First and last line of the band that holds nearly all power of a spectrum; from the first line on where the band would be narrow.
+/// First and last line of the band that holds nearly all power of a spectrum; from the first line on where
+/// the band would be narrow.
 fn powered(spectrum: &[f64]) -> (usize, usize) {
     let whole: f64 = spectrum[1..].iter().sum();
     let upto = |share: f64| {
@@ -116,8 +132,9 @@ fn powered(spectrum: &[f64]) -> (usize, usize) {
     if last >= first + LEAST_LINES { (first, last) } else { (1, last) }
 }
 
-/// Samples after which a record about its mean repeats, found at least twice in it: the first dip of the difference between the record and
-/// itself later, as a share of the power (after de Cheveigne and Kawahara, J. Acoust. Soc. Am. 111 (2002) 1917).
+/// Samples after which a record about its mean repeats, found at least twice in it: the first dip of the
+/// difference between the record and itself later, as a share of the power (after de Cheveigne and Kawahara,
+/// J. Acoust. Soc. Am. 111 (2002) 1917).
 fn repetition(record: &[f64]) -> Option<usize> {
     let n = record.len();
     // Correlations at all lags at once: the transform of the padded record's power.
@@ -135,22 +152,35 @@ fn repetition(record: &[f64]) -> Option<usize> {
     };
     let different = (1..=n / 2).find(|&lag| difference(lag) > DIFFERS)?;
     let close = (different..=n / 2).find(|&lag| difference(lag) < REPEATS)?;
-    (close..=n / 2).take_while(|&lag| difference(lag) < REPEATS).min_by(|&a, &b| difference(a).total_cmp(&difference(b)))
+    (close..=n / 2)
+        .take_while(|&lag| difference(lag) < REPEATS)
+        .min_by(|&a, &b| difference(a).total_cmp(&difference(b)))
 }
 
-/// Lines of a periodic input between two frequencies that it excites: at least a hundredth of the strongest one's amplitude, and ten times what
-/// differs from period to period.
+/// Lines of a periodic input between two frequencies that it excites: at least a hundredth of the strongest
+/// one's amplitude, and ten times what differs from period to period.
 ///
 /// # Errors
 /// As [`super::periodic_response`].
-pub fn excited_lines(record: &super::PeriodicRecord<'_>, (low_hz, high_hz): (f64, f64)) -> Result<Vec<usize>, LtiError> {
+pub fn excited_lines(
+    record: &super::PeriodicRecord<'_>,
+    (low_hz, high_hz): (f64, f64),
+) -> Result<Vec<usize>, LtiError> {
     const LEAST_AMPLITUDE: f64 = 0.01;
     const TIMES_NOISE: f64 = 10.0;
     let period_s = record.samples_per_period as f64 * record.period_s;
-    let last = ((high_hz * period_s * (1.0 + 1e-9)).floor() as usize).min((record.samples_per_period - 1) / 2);
+    let last =
+        ((high_hz * period_s * (1.0 + 1e-9)).floor() as usize).min((record.samples_per_period - 1) / 2);
     let lines: Vec<usize> = ((low_hz * period_s * (1.0 - 1e-9)).ceil().max(1.0) as usize..=last).collect();
     let Spread { powers, variances } = record.input_spread(&lines)?;
     let strongest = powers.iter().copied().fold(0.0, f64::max);
-    let excited = |k: usize| powers[k] >= LEAST_AMPLITUDE.powi(2) * strongest && powers[k] > TIMES_NOISE.powi(2) * variances[k];
-    Ok(lines.iter().enumerate().filter(|(k, _)| strongest > 0.0 && excited(*k)).map(|(_, line)| *line).collect())
+    let excited = |k: usize| {
+        powers[k] >= LEAST_AMPLITUDE.powi(2) * strongest && powers[k] > TIMES_NOISE.powi(2) * variances[k]
+    };
+    Ok(lines
+        .iter()
+        .enumerate()
+        .filter(|(k, _)| strongest > 0.0 && excited(*k))
+        .map(|(_, line)| *line)
+        .collect())
 }

@@ -24,18 +24,24 @@ pub struct SineFit {
     pub variance: f64,
 }
 
-/// Least-squares fit of a sine of known frequency, an offset and a drift. The record need not hold whole periods.
+/// Least-squares fit of a sine of known frequency, an offset and a drift. The record need not hold whole
+/// periods.
 ///
 /// # Errors
-/// [`LtiError::RecordTooShort`] below five samples; [`LtiError::OutOfRange`] for a frequency not between zero and half the sample rate;
-/// [`LtiError::NotFinite`]; [`LtiError::NotExcited`] where the record is so short that sine and drift are the same.
+/// [`LtiError::RecordTooShort`] below five samples; [`LtiError::OutOfRange`] for a frequency not between zero
+/// and half the sample rate; [`LtiError::NotFinite`]; [`LtiError::NotExcited`] where the record is so short
+/// that sine and drift are the same.
 pub fn fit_sine(record: &[f64], period_s: f64, frequency_hz: f64) -> Result<SineFit, LtiError> {
     require_positive("sample time (s)", period_s)?;
     require_finite("record", record)?;
     let n = record.len();
     require_samples(5, n)?;
     if !(frequency_hz > 0.0 && frequency_hz * period_s < 0.5) {
-        return Err(LtiError::OutOfRange { quantity: "frequency (Hz)", value: frequency_hz, range: "(0, half the sample rate)" });
+        return Err(LtiError::OutOfRange {
+            quantity: "frequency (Hz)",
+            value: frequency_hz,
+            range: "(0, half the sample rate)",
+        });
     }
     let middle = 0.5 * (n - 1) as f64;
     let regressors = DMatrix::from_fn(n, 4, |i, column| {
@@ -76,7 +82,8 @@ pub struct SteppedSinePoint<'a> {
 /// Response at each frequency of a stepped sine, in the order given.
 ///
 /// # Errors
-/// Those of [`fit_sine`]; [`LtiError::RecordLengths`]; [`LtiError::NotExcited`] where the input has no sine at the frequency.
+/// Those of [`fit_sine`]; [`LtiError::RecordLengths`]; [`LtiError::NotExcited`] where the input has no sine
+/// at the frequency.
 pub fn stepped_sine(points: &[SteppedSinePoint<'_>], period_s: f64) -> Result<ResponseEstimate, LtiError> {
     let mut estimate = ResponseEstimate::default();
     for &SteppedSinePoint { frequency_hz, input, output } in points {

@@ -1,8 +1,9 @@
 //! Sines of any frequencies in one record: found, fitted together, and the response at each of them.
 //!
-//! The sines need not share a period, nor the record hold whole ones. All of them are fitted together by least squares, weighted with a Hann
-//! window: it lets the transient at the start count for little, and neighbours need to lie no farther apart than about two over the record's
-//! length. Source of the fit: Stoica and Moses, Spectral Analysis of Signals (Prentice Hall, 2005), section 4.3.
+//! The sines need not share a period, nor the record hold whole ones. All of them are fitted together by
+//! least squares, weighted with a Hann window: it lets the transient at the start count for little, and
+//! neighbours need to lie no farther apart than about two over the record's length. Source of the fit: Stoica
+//! and Moses, Spectral Analysis of Signals (Prentice Hall, 2005), section 4.3.
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,14 +14,16 @@ use super::fft::{require_pair, require_samples, transform};
 use crate::domain::C64;
 use crate::error::{LtiError, require_finite, require_positive};
 
-/// Sines that are found are at least this far apart and from zero, in lines of the record (one over its length).
+/// Sines that are found are at least this far apart and from zero, in lines of the record (one over its
+/// length).
 const LEAST_SPACING: f64 = 1.7;
 /// Sines sought at most; more of them are no longer a sum of sines that somebody chose.
 const MOST_SINES: usize = 400;
 /// Rounds of the search, each for what is at least [`SHARE_OF_ROUND`] of the largest that is left.
 const ROUNDS: usize = 8;
 const SHARE_OF_ROUND: f64 = 0.3;
-/// A sine has at least this share of the strongest amplitude within an octave of it, and of all: what is weaker is noise or feedback.
+/// A sine has at least this share of the strongest amplitude within an octave of it, and of all: what is
+/// weaker is noise or feedback.
 const LEAST_NEARBY: f64 = 0.1;
 const LEAST_OF_ALL: f64 = 0.01;
 /// Search ends where the sines leave less than this share of the power.
@@ -31,7 +34,8 @@ const LONGEST_STEP: f64 = 0.3;
 /// Lines on each side of a sine from which the noise there is known, and the fewest of them that must remain.
 const NOISE_LINES: usize = 8;
 const LEAST_NOISE_LINES: f64 = 6.0;
-/// Lines of noise that the fit of one sine takes away under a Hann window: 2 (1 + 2/3) - (1 + 1/2), from the transforms of window and square.
+/// Lines of noise that the fit of one sine takes away under a Hann window: 2 (1 + 2/3) - (1 + 1/2), from the
+/// transforms of window and square.
 const LINES_TAKEN: f64 = 11.0 / 6.0;
 /// Lines that amount to one independent one under a Hann window: 1 + 2 (4/9 + 1/36).
 const LINES_PER_INDEPENDENT: f64 = 35.0 / 18.0;
@@ -47,10 +51,12 @@ pub struct SineSum {
     pub explained: f64,
 }
 
-/// Finds the sines of a record, the weakest a tenth of the strongest within an octave. Of noise it finds many that explain little.
+/// Finds the sines of a record, the weakest a tenth of the strongest within an octave. Of noise it finds many
+/// that explain little.
 ///
 /// # Errors
-/// [`LtiError::RecordTooShort`] below sixteen samples; [`LtiError::NotFinite`]; [`LtiError::OutOfRange`] for the sample time.
+/// [`LtiError::RecordTooShort`] below sixteen samples; [`LtiError::NotFinite`]; [`LtiError::OutOfRange`] for
+/// the sample time.
 ///
 /// # Example
 /// ```
@@ -89,19 +95,30 @@ pub fn find_sines(record: &[f64], period_s: f64) -> Result<SineSum, LtiError> {
     Ok(SineSum { frequencies_hz, amplitudes: fit.amplitudes.iter().map(|a| a.norm()).collect(), explained })
 }
 
-/// Response at the frequencies of the sines that a machine is excited with, from input and output fitted with all of them together. The variance
-/// is that of what the fit leaves beside each frequency: noise and nonlinear distortion, which one record of this kind does not tell apart.
-/// The coherence is the sine's share of the output's power in its own line.
+/// Response at the frequencies of the sines that a machine is excited with, from input and output fitted with
+/// all of them together. The variance is that of what the fit leaves beside each frequency: noise and
+/// nonlinear distortion, which one record of this kind does not tell apart. The coherence is the sine's share
+/// of the output's power in its own line.
 ///
 /// # Errors
-/// [`LtiError::RecordLengths`], [`LtiError::RecordTooShort`], [`LtiError::NotFinite`]; [`LtiError::OutOfRange`] for a frequency not between zero
-/// and half the sample rate; [`LtiError::NotExcited`] for one that the input does not have, or for two that cannot be told apart.
-pub fn response_at_sines(input: &[f64], output: &[f64], period_s: f64, frequencies_hz: &[f64]) -> Result<ResponseEstimate, LtiError> {
+/// [`LtiError::RecordLengths`], [`LtiError::RecordTooShort`], [`LtiError::NotFinite`];
+/// [`LtiError::OutOfRange`] for a frequency not between zero and half the sample rate;
+/// [`LtiError::NotExcited`] for one that the input does not have, or for two that cannot be told apart.
+pub fn response_at_sines(
+    input: &[f64],
+    output: &[f64],
+    period_s: f64,
+    frequencies_hz: &[f64],
+) -> Result<ResponseEstimate, LtiError> {
     require_pair(input, output, period_s)?;
     let n = input.len();
     require_samples((4 * frequencies_hz.len()).max(16), n)?;
     if let Some(&value) = frequencies_hz.iter().find(|f| !(**f > 0.0 && **f * period_s < 0.5)) {
-        return Err(LtiError::OutOfRange { quantity: "frequency (Hz)", value, range: "(0, half the sample rate)" });
+        return Err(LtiError::OutOfRange {
+            quantity: "frequency (Hz)",
+            value,
+            range: "(0, half the sample rate)",
+        });
     }
     let angles: Vec<f64> = frequencies_hz.iter().map(|f| TAU * f * period_s).collect();
     let (u, y) = (Fit::new(input, angles.clone())?, Fit::new(output, angles.clone())?);
@@ -136,7 +153,10 @@ fn noise_lines(angles: &[f64], angle: f64, n: usize) -> (std::ops::RangeInclusiv
     let mut half = NOISE_LINES;
     loop {
         let lines = middle.saturating_sub(half).max(1)..=(middle + half).min(last);
-        let within = angles.iter().filter(|w| (*lines.start() as f64 - 0.5..=*lines.end() as f64 + 0.5).contains(&place(**w))).count();
+        let within = angles
+            .iter()
+            .filter(|w| (*lines.start() as f64 - 0.5..=*lines.end() as f64 + 0.5).contains(&place(**w)))
+            .count();
         let all = (lines.end() + 1 - lines.start()) as f64;
         let free = all - LINES_TAKEN * within as f64;
         if free >= LEAST_NOISE_LINES || half > n {
@@ -153,7 +173,8 @@ fn candidates(fit: &Fit, line: f64) -> Vec<f64> {
     let largest = spectrum.iter().copied().fold(0.0, f64::max);
     let strongest = fit.amplitudes.iter().map(|a| a.norm()).fold(largest, f64::max);
     let nearby = |angle: f64| {
-        let beside = fit.angles.iter().zip(&fit.amplitudes).filter(|(w, _)| (0.5..=2.0).contains(&(**w / angle)));
+        let beside =
+            fit.angles.iter().zip(&fit.amplitudes).filter(|(w, _)| (0.5..=2.0).contains(&(**w / angle)));
         beside.map(|(_, a)| a.norm()).fold(0.0, f64::max)
     };
     let mut peaks: Vec<(f64, f64)> = Vec::new();
@@ -182,7 +203,8 @@ fn candidates(fit: &Fit, line: f64) -> Vec<f64> {
     taken
 }
 
-/// A straight line and sines, fitted to a record with Hann's weights; samples count from the middle of the record.
+/// A straight line and sines, fitted to a record with Hann's weights; samples count from the middle of the
+/// record.
 struct Fit {
     /// Rad per sample, rising.
     angles: Vec<f64>,
@@ -201,7 +223,8 @@ impl Fit {
         let kernel = |angle: f64| window_transform(angle, n);
         let sums: Vec<C64> = angles.iter().map(|&w| against(&weighted, w)).collect();
         let leans: Vec<f64> = angles.iter().map(|&w| -against(&ramp, w).im).collect();
-        // About the middle, cosines and the mean are even, sines and the slope odd: two systems half as large.
+        // About the middle, cosines and the mean are even, sines and the slope odd: two systems half as
+        // large.
         let count = angles.len() + 1;
         let even = DMatrix::from_fn(count, count, |i, j| match (i, j) {
             (0, 0) => kernel(0.0),
@@ -214,13 +237,17 @@ impl Fit {
             _ => 0.5 * (kernel(angles[i - 1] - angles[j - 1]) - kernel(angles[i - 1] + angles[j - 1])),
         });
         let slope: f64 = ramp.iter().zip(record).map(|(w, v)| w * v).sum();
-        let right_even = DVector::from_fn(count, |i, _| if i == 0 { weighted.iter().sum() } else { sums[i - 1].re });
+        let right_even =
+            DVector::from_fn(count, |i, _| if i == 0 { weighted.iter().sum() } else { sums[i - 1].re });
         let right_odd = DVector::from_fn(count, |i, _| if i == 0 { slope } else { -sums[i - 1].im });
         let unknown = || LtiError::NotExcited { frequency_hz: 0.0 };
-        let (cosines, sines) =
-            (even.cholesky().ok_or_else(unknown)?.solve(&right_even), odd.cholesky().ok_or_else(unknown)?.solve(&right_odd));
+        let (cosines, sines) = (
+            even.cholesky().ok_or_else(unknown)?.solve(&right_even),
+            odd.cholesky().ok_or_else(unknown)?.solve(&right_odd),
+        );
         let amplitudes: Vec<C64> = (1..count).map(|k| C64::new(cosines[k], -sines[k])).collect();
-        let mut rest: Vec<f64> = record.iter().enumerate().map(|(i, v)| v - cosines[0] - sines[0] * place(i, n)).collect();
+        let mut rest: Vec<f64> =
+            record.iter().enumerate().map(|(i, v)| v - cosines[0] - sines[0] * place(i, n)).collect();
         for (&angle, &amplitude) in angles.iter().zip(&amplitudes) {
             let turn = C64::cis(angle);
             let mut now = amplitude * C64::cis(-0.5 * angle * (n - 1) as f64);
@@ -240,23 +267,42 @@ impl Fit {
         self.rest.iter().zip(hann(self.rest.len())).map(|(v, w)| v * v * w).sum()
     }
 
-    /// Angles after a step of Gauss and Newton for each sine by itself; neighbours hardly matter at this spacing.
+    /// Angles after a step of Gauss and Newton for each sine by itself; neighbours hardly matter at this
+    /// spacing.
     fn refined(&self, line: f64) -> Vec<f64> {
         let n = self.rest.len();
         let weights = hann(n);
         let middle = 0.5 * (n - 1) as f64;
-        let moment: Vec<f64> = self.rest.iter().zip(&weights).enumerate().map(|(i, (v, w))| v * w * (i as f64 - middle)).collect();
+        let moment: Vec<f64> = self
+            .rest
+            .iter()
+            .zip(&weights)
+            .enumerate()
+            .map(|(i, (v, w))| v * w * (i as f64 - middle))
+            .collect();
         let spread: f64 = weights.iter().enumerate().map(|(i, w)| w * (i as f64 - middle).powi(2)).sum();
         let stepped = |(&angle, amplitude): (&f64, &C64)| {
             let lean = against(&moment, angle);
-            let step = 2.0 * ((C64::i() * amplitude).conj() * lean).re / (amplitude.norm_sqr() * spread).max(f64::MIN_POSITIVE);
+            let step = 2.0 * ((C64::i() * amplitude).conj() * lean).re
+                / (amplitude.norm_sqr() * spread).max(f64::MIN_POSITIVE);
             (angle + step.clamp(-LONGEST_STEP * line, LONGEST_STEP * line)).clamp(line, PI - line)
         };
         let moved: Vec<f64> = self.angles.iter().zip(&self.amplitudes).map(stepped).collect();
         // A step that would bring two sines together is not taken.
-        let apart =
-            |i: usize, j: Option<usize>| j.and_then(|j| moved.get(j)).is_none_or(|w| (w - moved[i]).abs() > 0.7 * LEAST_SPACING * line);
-        (0..moved.len()).map(|i| if apart(i, i.checked_sub(1)) && apart(i, Some(i + 1)) { moved[i] } else { self.angles[i] }).collect()
+        let apart = |i: usize, j: Option<usize>| {
+            j.and_then(|j| moved.get(j)).is_none_or(|w| (w - moved[i]).abs() > 0.7 * LEAST_SPACING * line)
+        };
+        (0..moved.len())
+            .map(
+                |i| {
+                    if apart(i, i.checked_sub(1)) && apart(i, Some(i + 1)) {
+                        moved[i]
+                    } else {
+                        self.angles[i]
+                    }
+                },
+            )
+            .collect()
     }
 }
 

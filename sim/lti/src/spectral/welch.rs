@@ -1,7 +1,7 @@
 //! Averaged auto and cross spectra, and the responses estimated from them.
 //!
-//! Sources: Welch, IEEE Trans. Audio and Electroacoustics 15 (1967); Bendat and Piersol, Random Data (4th ed.), chapters 6 and 9;
-//! Rocklin, Crowley and Vold, 3rd IMAC (1985) for Hv.
+//! Sources: Welch, IEEE Trans. Audio and Electroacoustics 15 (1967); Bendat and Piersol, Random Data (4th
+//! ed.), chapters 6 and 9; Rocklin, Crowley and Vold, 3rd IMAC (1985) for Hv.
 
 use super::estimate::ResponseEstimate;
 use super::fft::{require_pair, require_samples, transform};
@@ -57,16 +57,30 @@ pub enum Estimator {
 /// Welch's averaged spectra of two records of equal length; the mean of each segment is removed.
 ///
 /// # Errors
-/// [`LtiError::RecordLengths`], [`LtiError::RecordTooShort`] for less than one segment, [`LtiError::OutOfRange`] for a segment of less than two
-/// samples or an overlap of a whole one, [`LtiError::NotFinite`].
-pub fn cross_spectra(input: &[f64], output: &[f64], period_s: f64, settings: &WelchSettings) -> Result<CrossSpectra, LtiError> {
+/// [`LtiError::RecordLengths`], [`LtiError::RecordTooShort`] for less than one segment,
+/// [`LtiError::OutOfRange`] for a segment of less than two samples or an overlap of a whole one,
+/// [`LtiError::NotFinite`].
+pub fn cross_spectra(
+    input: &[f64],
+    output: &[f64],
+    period_s: f64,
+    settings: &WelchSettings,
+) -> Result<CrossSpectra, LtiError> {
     require_pair(input, output, period_s)?;
     let WelchSettings { segment_samples: n, overlap_samples, window } = *settings;
     if n < 2 {
-        return Err(LtiError::OutOfRange { quantity: "samples in a segment", value: n as f64, range: "[2, inf)" });
+        return Err(LtiError::OutOfRange {
+            quantity: "samples in a segment",
+            value: n as f64,
+            range: "[2, inf)",
+        });
     }
     if overlap_samples >= n {
-        return Err(LtiError::OutOfRange { quantity: "overlapping samples", value: overlap_samples as f64, range: "[0, segment)" });
+        return Err(LtiError::OutOfRange {
+            quantity: "overlapping samples",
+            value: overlap_samples as f64,
+            range: "[0, segment)",
+        });
     }
     require_samples(n, input.len())?;
     let weights = window.weights(n);
@@ -92,12 +106,18 @@ pub fn cross_spectra(input: &[f64], output: &[f64], period_s: f64, settings: &We
     Ok(sums)
 }
 
-/// Spectra of whole records, averaged over `2 half_width + 1` neighbouring lines instead of segments: for chirps, bursts and other transients
-/// that begin and end at rest, which therefore have no leakage. Lines are those of whole averages, without the zeroth.
+/// Spectra of whole records, averaged over `2 half_width + 1` neighbouring lines instead of segments: for
+/// chirps, bursts and other transients that begin and end at rest, which therefore have no leakage. Lines are
+/// those of whole averages, without the zeroth.
 ///
 /// # Errors
 /// As [`cross_spectra`]; [`LtiError::RecordTooShort`] where the record has not even one whole average.
-pub fn smoothed_spectra(input: &[f64], output: &[f64], period_s: f64, half_width: usize) -> Result<CrossSpectra, LtiError> {
+pub fn smoothed_spectra(
+    input: &[f64],
+    output: &[f64],
+    period_s: f64,
+    half_width: usize,
+) -> Result<CrossSpectra, LtiError> {
     require_pair(input, output, period_s)?;
     let n = input.len();
     let width = 2 * half_width + 1;
@@ -106,7 +126,9 @@ pub fn smoothed_spectra(input: &[f64], output: &[f64], period_s: f64, half_width
     // Line 0 holds the offset; line n / 2 of an even record is real, and left out as well.
     let bands = ((n - 1) / 2) / width;
     let mut sums = CrossSpectra {
-        frequencies_hz: (0..bands).map(|b| (1 + b * width + half_width) as f64 / (n as f64 * period_s)).collect(),
+        frequencies_hz: (0..bands)
+            .map(|b| (1 + b * width + half_width) as f64 / (n as f64 * period_s))
+            .collect(),
         input: vec![0.0; bands],
         output: vec![0.0; bands],
         cross: vec![C64::new(0.0, 0.0); bands],
@@ -125,8 +147,8 @@ fn one_sided(line: usize, samples: usize) -> f64 {
     if line == 0 || 2 * line == samples { 1.0 } else { 2.0 }
 }
 
-/// Independent averages in overlapping segments of white noise: `n / (1 + 2 sum (1 - k/n) rho_k)`, `rho_k` the squared correlation of windows k
-/// hops apart (Welch 1967, equation 11).
+/// Independent averages in overlapping segments of white noise: `n / (1 + 2 sum (1 - k/n) rho_k)`, `rho_k`
+/// the squared correlation of windows k hops apart (Welch 1967, equation 11).
 fn effective_averages(weights: &[f64], hop: usize, segments: usize) -> f64 {
     let power: f64 = weights.iter().map(|w| w * w).sum();
     let mut spread = 1.0;
@@ -143,7 +165,9 @@ impl CrossSpectra {
     /// # Errors
     /// [`LtiError::RecordTooShort`] for none; [`LtiError::RecordLengths`] where numbers of lines differ.
     pub fn averaged(parts: &[Self]) -> Result<Self, LtiError> {
-        let Some((first, others)) = parts.split_first() else { return Err(LtiError::RecordTooShort { needed: 1, found: 0 }) };
+        let Some((first, others)) = parts.split_first() else {
+            return Err(LtiError::RecordTooShort { needed: 1, found: 0 });
+        };
         let mut sum = first.clone();
         let weight: f64 = parts.iter().map(|part| part.averages).sum();
         sum.scale(|_| first.averages / weight);
@@ -179,7 +203,8 @@ impl CrossSpectra {
         }
     }
 
-    /// Ordinary coherence in [0, 1] at each frequency; 0 where a record has no power. Meaningless (1) for a single average.
+    /// Ordinary coherence in [0, 1] at each frequency; 0 where a record has no power. Meaningless (1) for a
+    /// single average.
     pub fn coherence(&self) -> Vec<f64> {
         (0..self.input.len())
             .map(|k| {
@@ -189,11 +214,18 @@ impl CrossSpectra {
             .collect()
     }
 
-    /// The response by one of the estimators, at the frequencies between two ends where input and cross spectrum have power.
+    /// The response by one of the estimators, at the frequencies between two ends where input and cross
+    /// spectrum have power.
     ///
     /// # Errors
-    /// [`LtiError::RecordTooShort`] for fewer than two averages, from which nothing can be said about the variance.
-    pub fn response(&self, estimator: Estimator, low_hz: f64, high_hz: f64) -> Result<ResponseEstimate, LtiError> {
+    /// [`LtiError::RecordTooShort`] for fewer than two averages, from which nothing can be said about the
+    /// variance.
+    pub fn response(
+        &self,
+        estimator: Estimator,
+        low_hz: f64,
+        high_hz: f64,
+    ) -> Result<ResponseEstimate, LtiError> {
         if self.averages < 1.5 {
             return Err(LtiError::RecordTooShort { needed: 2, found: self.averages as usize });
         }

@@ -28,7 +28,12 @@ impl Uniform {
 /// A sampled mode at 40 Hz with 20 % damping.
 pub(crate) fn plant() -> DiscreteStateSpace {
     let w = TAU * 40.0;
-    let mode = StateSpace::new(dmatrix![0.0, 1.0; -w * w, -0.4 * w], dmatrix![0.0; w * w], dmatrix![1.0, 0.0], dmatrix![0.0]);
+    let mode = StateSpace::new(
+        dmatrix![0.0, 1.0; -w * w, -0.4 * w],
+        dmatrix![0.0; w * w],
+        dmatrix![1.0, 0.0],
+        dmatrix![0.0],
+    );
     mode.unwrap().zero_order_hold(PERIOD_S).unwrap()
 }
 

@@ -68,8 +68,14 @@ impl Axis {
 }
 
 impl Assembly {
-    /// State space with the force on the first of `driven` from its second, and the sensor between the two of `sensed`.
-    fn close(&self, axis: &Axis, driven: (Option<usize>, Option<usize>), sensed: (Option<usize>, Option<usize>)) -> StateSpace {
+    /// State space with the force on the first of `driven` from its second, and the sensor between the two of
+    /// `sensed`.
+    fn close(
+        &self,
+        axis: &Axis,
+        driven: (Option<usize>, Option<usize>),
+        sensed: (Option<usize>, Option<usize>),
+    ) -> StateSpace {
         let n = self.mass.len();
         let unit = |plus: Option<usize>, minus: Option<usize>| {
             DVector::from_fn(n, |i, _| f64::from(i8::from(plus == Some(i)) - i8::from(minus == Some(i))))

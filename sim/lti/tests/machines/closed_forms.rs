@@ -7,7 +7,8 @@ use nalgebra::{DMatrix, dmatrix};
 
 use crate::axis::{Axis, Drive};
 
-/// Edges are bisected to 1e-14; the eigenvalues that decide are good to some hundred roundings of the fastest.
+/// Edges are bisected to 1e-14; the eigenvalues that decide are good to some hundred roundings of the
+/// fastest.
 const EDGE: f64 = 1e-9;
 
 fn rigid(mass: f64, damping: f64, stiffness: f64, drive: Drive) -> Axis {
@@ -23,14 +24,15 @@ fn rigid(mass: f64, damping: f64, stiffness: f64, drive: Drive) -> Axis {
     }
 }
 
-/// Form A: a rigid axis whose force lags with tau; `K_max = b/(tau k) + tau b/m + b^2/(m k)`, at `omega^2 = (b + tau k)/(tau m)`.
-/// A velocity source adds its damping `b_m` to b.
+/// Form A: a rigid axis whose force lags with tau; `K_max = b/(tau k) + tau b/m + b^2/(m k)`, at
+/// `omega^2 = (b + tau k)/(tau m)`. A velocity source adds its damping `b_m` to b.
 #[test]
 fn truth_a_rigid_axis_with_force_lag() {
     let (m, b, k) = (20.0_f64, 200.0, 1e5);
     for tau in [1.0 / (TAU * 30.0), (m / k).sqrt(), 1e-4] {
         for b_m in [0.0, 350.0] {
-            // The source's unit is speed: its gain b_m is divided out, so that the loop gain is that of a force.
+            // The source's unit is speed: its gain b_m is divided out, so that the loop gain is that of a
+            // force.
             let drive = if b_m > 0.0 { Drive::VelocitySource(b_m, tau) } else { Drive::Lag(tau) };
             let plant = rigid(m, b, k, drive).system();
             let plant = if b_m > 0.0 { plant.scaled(1.0 / b_m) } else { plant };
@@ -54,7 +56,8 @@ fn truth_a_rigid_axis_with_force_lag() {
     assert!((edge.gain - 0.450_043).abs() < 0.5e-6 && (edge.frequency_hz - 13.206).abs() < 0.5e-3);
 }
 
-/// Form B: an undamped two-mass axis; `1 + K* = (m1 (k + k_s) + m2 k)^2 / (4 m1 m2 k k_s)`. Poles meet on the imaginary axis there.
+/// Form B: an undamped two-mass axis; `1 + K* = (m1 (k + k_s) + m2 k)^2 / (4 m1 m2 k k_s)`. Poles meet on the
+/// imaginary axis there.
 #[test]
 fn truth_b_undamped_two_mass_axis() {
     let (m1, m2, k, ks) = (12.0, 8.0, 4e5, 1e5);
@@ -69,7 +72,8 @@ fn truth_b_undamped_two_mass_axis() {
         total_force: false,
     };
     let family = AffineLoop::negative_feedback(&axis.system()).unwrap();
-    // Below K* nothing decays or grows; beyond it growth rises as a square root, so that 1e-4 1/s moves the edge by 1e-12 or so.
+    // Below K* nothing decays or grows; beyond it growth rises as a square root, so that 1e-4 1/s moves the
+    // edge by 1e-12 or so.
     let search = GainSearch { growth_limit_per_s: 1e-4, ..GainSearch::non_negative(1.0).unwrap() };
     let stable = stable_gains(Continuous, |gain| family.at(gain), &search).unwrap();
     let edge = stable.intervals[0].upper.as_ref().unwrap();
@@ -89,11 +93,17 @@ fn truth_c_zeros_of_base_and_workpiece() {
         let truth: f64 = squared;
         assert_eq!(zeros.len(), 2);
         // A dozen roundings.
-        assert!(zeros.iter().all(|z| (z.norm() / truth.sqrt() - 1.0).abs() < 1e-14 && z.re.abs() < 1e-12 * truth.sqrt()), "{zeros:?}");
+        assert!(
+            zeros
+                .iter()
+                .all(|z| (z.norm() / truth.sqrt() - 1.0).abs() < 1e-14 && z.re.abs() < 1e-12 * truth.sqrt()),
+            "{zeros:?}"
+        );
     }
 }
 
-/// Form D: an integral force loop on a pure stiffness with n samples of delay; T G k < 2 sin(pi / (2 (2 n + 1))).
+/// Form D: an integral force loop on a pure stiffness with n samples of delay; T G k < 2 sin(pi / (2 (2 n +
+/// 1))).
 #[test]
 fn truth_d_integral_loop_with_delay() {
     for n in 0..4_usize {
@@ -135,19 +145,23 @@ fn truth_e_hold_destabilises_an_undamped_axis() {
         let sampled = plant.zero_order_hold(period_s).unwrap();
         for gain in [1e-3, 0.1, 1.0, 10.0] {
             let closed = sampled.a() - sampled.b() * sampled.c() * gain;
-            let growth = feeler_lti::eigenvalues(&closed).unwrap().iter().map(|z| z.norm()).fold(0.0, f64::max);
+            let growth =
+                feeler_lti::eigenvalues(&closed).unwrap().iter().map(|z| z.norm()).fold(0.0, f64::max);
             assert!(growth > 1.0 + 1e-9, "gain {gain} at {period_s} s: {growth}");
         }
     }
 }
 
-/// A rigid axis with damping under PI control of fixed integral gain: `m s^3 + b s^2 + k (1 + K) s + k k_i` is stable from where
-/// `b (1 + K) > m k_i` on, without end, though its slowest pole creeps to the border as `-k_i / K`.
+/// A rigid axis with damping under PI control of fixed integral gain: `m s^3 + b s^2 + k (1 + K) s + k k_i`
+/// is stable from where `b (1 + K) > m k_i` on, without end, though its slowest pole creeps to the border as
+/// `-k_i / K`.
 #[test]
 fn regress_a_pole_that_creeps_to_the_border_is_no_edge() {
     let (m, b, k, k_i) = (12.0, 60.0, 2e5, 10.0);
     let a = |gain: f64| dmatrix![0.0, 1.0, 0.0; -k * (1.0 + gain) / m, -b / m, -k * k_i / m; 1.0, 0.0, 0.0];
-    let stable = stable_gains(Continuous, a, &GainSearch { decades: 12, ..GainSearch::non_negative(1.0).unwrap() }).unwrap();
+    let stable =
+        stable_gains(Continuous, a, &GainSearch { decades: 12, ..GainSearch::non_negative(1.0).unwrap() })
+            .unwrap();
     assert_eq!(stable.intervals.len(), 1);
     assert!(stable.intervals[0].upper.is_none(), "{stable:?}");
     let lower = stable.intervals[0].lower.as_ref().unwrap().gain;

@@ -1,4 +1,5 @@
-//! Poles, zeros and critical gains of a second axis, held against figures computed outside the project (`critical-gains.json`).
+//! Poles, zeros and critical gains of a second axis, held against figures computed outside the project
+//! (`critical-gains.json`).
 
 use std::f64::consts::TAU;
 use std::io::Write as _;
@@ -16,7 +17,8 @@ const POINT: f64 = 1e-8;
 const PERIOD_S: f64 = 1e-3;
 
 fn reference() -> Option<Value> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/reference/critical-gains.json");
+    let path =
+        PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/reference/critical-gains.json");
     match std::fs::read_to_string(&path) {
         Ok(text) => Some(serde_json::from_str(&text).unwrap()),
         Err(error) => {
@@ -32,7 +34,8 @@ fn axis(params: &Value, case: &str) -> Axis {
     let p = |name: &str| params[name].as_f64().unwrap();
     let (structure, drive) = case.split_once('/').unwrap();
     let (wb, ww) = (TAU * p("fb"), TAU * p("fw"));
-    // The base's 12 Hz and 2 % are those of base and robot moving as one, which is where the reference has its zeros.
+    // The base's 12 Hz and 2 % are those of base and robot moving as one, which is where the reference has
+    // its zeros.
     let on_base = p("mb") + p("mr");
     Axis {
         masses: (p("m1"), p("m2")),
@@ -40,7 +43,8 @@ fn axis(params: &Value, case: &str) -> Axis {
         contact: (p("ks"), p("bs")),
         transmission: (structure == "transmission").then(|| (p("krf"), p("crf"))),
         base: (structure == "base").then(|| (p("mb"), on_base * wb * wb, 2.0 * p("zb") * on_base * wb)),
-        workpiece: (structure == "workpiece").then(|| (p("mw"), p("mw") * ww * ww, 2.0 * p("zw") * p("mw") * ww)),
+        workpiece: (structure == "workpiece")
+            .then(|| (p("mw"), p("mw") * ww * ww, 2.0 * p("zw") * p("mw") * ww)),
         drive: if drive == "no_actuator" { Drive::Ideal } else { Drive::Lag(p("tau")) },
         total_force: true,
     }
@@ -53,12 +57,19 @@ fn integrator() -> StateSpace {
 
 /// A sampled integrator whose output includes the present sample: `y[k] = y[k-1] + T u[k]`.
 fn accumulator() -> DiscreteStateSpace {
-    StateSpace::discrete(dmatrix![1.0], dmatrix![PERIOD_S], dmatrix![1.0], dmatrix![PERIOD_S], PERIOD_S).unwrap()
+    StateSpace::discrete(dmatrix![1.0], dmatrix![PERIOD_S], dmatrix![1.0], dmatrix![PERIOD_S], PERIOD_S)
+        .unwrap()
 }
 
 fn check_gain<T: TimeDomain>(label: &str, system: &StateSpace<T>, expected: &Value) {
     let stable = AffineLoop::negative_feedback(system).unwrap().stable_gains().unwrap();
-    let found = stable.intervals.first().unwrap_or_else(|| panic!("{label}: nothing is stable")).upper.as_ref().map(|edge| edge.gain);
+    let found = stable
+        .intervals
+        .first()
+        .unwrap_or_else(|| panic!("{label}: nothing is stable"))
+        .upper
+        .as_ref()
+        .map(|edge| edge.gain);
     match (found, expected.as_f64()) {
         (None, None) => {}
         (Some(found), Some(expected)) if (found / expected - 1.0).abs() < GAIN => {}
@@ -71,7 +82,10 @@ fn check_points(label: &str, found: &[C64], expected: &Value) {
     assert_eq!(found.len(), expected.len(), "{label}");
     for point in expected {
         let point = C64::new(point[0].as_f64().unwrap(), point[1].as_f64().unwrap());
-        assert!(found.iter().any(|f| (f - point).norm() < POINT * point.norm()), "{label}: {point} is not in {found:?}");
+        assert!(
+            found.iter().any(|f| (f - point).norm() < POINT * point.norm()),
+            "{label}: {point} is not in {found:?}"
+        );
     }
 }
 
@@ -85,12 +99,20 @@ fn reference_second_axis() {
         check_points(&format!("{name} poles"), &plant.poles().unwrap(), &expected["poles"]);
         check_points(&format!("{name} zeros"), &plant.zeros().unwrap(), &expected["zeros"]);
         check_gain(&format!("{name} Kp"), &plant, &expected["Kp_crit_continuous"]);
-        check_gain(&format!("{name} Ki"), &plant.series(&integrator()).unwrap(), &expected["Ki_crit_continuous"]);
+        check_gain(
+            &format!("{name} Ki"),
+            &plant.series(&integrator()).unwrap(),
+            &expected["Ki_crit_continuous"],
+        );
         for samples in 0..3 {
             let sampled = plant.zero_order_hold_delayed(PERIOD_S, PERIOD_S * f64::from(samples)).unwrap();
             let key = |law: &str| format!("{law}_crit_ZOH_T0.001_delay{samples}");
             check_gain(&format!("{name} {}", key("Kp")), &sampled, &expected[key("Kp")]);
-            check_gain(&format!("{name} {}", key("Ki")), &sampled.series(&accumulator()).unwrap(), &expected[key("Ki")]);
+            check_gain(
+                &format!("{name} {}", key("Ki")),
+                &sampled.series(&accumulator()).unwrap(),
+                &expected[key("Ki")],
+            );
         }
     }
 }

@@ -21,7 +21,9 @@ fn truth_third_order_loop() {
     let plant = lag.series(&lag).unwrap().series(&lag).unwrap().scaled(2.0);
     let margins = LoopTransfer::continuous(&plant, 0.0).unwrap().margins().unwrap();
     let gain = margins.smallest_increase().unwrap();
-    assert!((gain.factor - 4.0).abs() < CROSSING && (gain.frequency_hz * TAU - 3.0_f64.sqrt()).abs() < CROSSING);
+    assert!(
+        (gain.factor - 4.0).abs() < CROSSING && (gain.frequency_hz * TAU - 3.0_f64.sqrt()).abs() < CROSSING
+    );
     let w = (2.0_f64.powf(2.0 / 3.0) - 1.0).sqrt();
     let phase = margins.smallest_phase().unwrap();
     assert!((phase.frequency_hz * TAU - w).abs() < CROSSING);
@@ -43,7 +45,10 @@ fn truth_third_order_loop() {
 #[test]
 fn truth_d_integrator_with_continuous_delay() {
     for delay_s in [1e-4, 0.37e-3, 2.0] {
-        let intervals = LoopTransfer::continuous(&integrator(1.0), delay_s).unwrap().stable_gains_up_to(30.0 / delay_s).unwrap();
+        let intervals = LoopTransfer::continuous(&integrator(1.0), delay_s)
+            .unwrap()
+            .stable_gains_up_to(30.0 / delay_s)
+            .unwrap();
         assert_eq!(intervals.len(), 1, "{intervals:?}");
         assert!(intervals[0].lower.abs() < CROSSING);
         assert!((intervals[0].upper * delay_s / FRAC_PI_2 - 1.0).abs() < CROSSING);
@@ -62,7 +67,8 @@ fn truth_unstable_plant_has_a_lower_margin() {
     assert_eq!(transfer.closed_loop_unstable_poles(0.2).unwrap(), 1);
 }
 
-/// The response and the eigenvalues are two roads to the same edges: for each machine, continuous and sampled.
+/// The response and the eigenvalues are two roads to the same edges: for each machine, continuous and
+/// sampled.
 #[test]
 fn truth_nyquist_agrees_with_eigenvalues() {
     for row in &ROWS {
@@ -73,13 +79,23 @@ fn truth_nyquist_agrees_with_eigenvalues() {
         let transfer = LoopTransfer::discrete(&sampled).unwrap();
         let by_response = transfer.stable_gains_up_to(100.0 * scale).unwrap();
         assert_eq!(by_poles.intervals.len(), by_response.len(), "{}", row.name);
-        assert!((by_response[0].upper / scale - 1.0).abs() < 1e-8, "{}: {} {scale}", row.name, by_response[0].upper);
+        assert!(
+            (by_response[0].upper / scale - 1.0).abs() < 1e-8,
+            "{}: {} {scale}",
+            row.name,
+            by_response[0].upper
+        );
         let transfer = LoopTransfer::continuous(&plant, 0.0).unwrap();
         for gain in [0.3, 3.0, 8.0, 20.0, 60.0] {
             let gain = gain * if plant.states() == 3 { 1e-3 } else { 1.0 };
             let closed = AffineLoop::negative_feedback(&plant).unwrap().at(gain);
             let unstable = feeler_lti::eigenvalues(&closed).unwrap().iter().filter(|p| p.re > 0.0).count();
-            assert_eq!(transfer.closed_loop_unstable_poles(gain).unwrap(), unstable, "{} at {gain}", row.name);
+            assert_eq!(
+                transfer.closed_loop_unstable_poles(gain).unwrap(),
+                unstable,
+                "{} at {gain}",
+                row.name
+            );
         }
     }
 }

@@ -1,12 +1,13 @@
-//! The machines of the paper (Eppinger and Seering 1992) with the numbers of the reference axis: poles, zeros and stable gains, to every
-//! printed digit of figures computed independently (with `SciPy`).
+//! The machines of the paper (Eppinger and Seering 1992) with the numbers of the reference axis: poles, zeros
+//! and stable gains, to every printed digit of figures computed independently (with `SciPy`).
 
 use std::f64::consts::TAU;
 
 use crate::axis::{Axis, Drive};
 use feeler_lti::{AffineLoop, Continuous, StateSpace, TimeDomain, frequencies_hz};
 
-/// Half a unit of the third decimal, the last that is printed for frequencies, plus the rounding of the number itself.
+/// Half a unit of the third decimal, the last that is printed for frequencies, plus the rounding of the
+/// number itself.
 const FREQUENCY_HZ: f64 = 0.5e-3 + 1e-9;
 /// Half a unit of the fourth decimal, the last that is printed for gains.
 const GAIN: f64 = 0.5e-4 + 1e-9;
@@ -156,7 +157,11 @@ fn reference_sampled_gain_limits() {
         for (samples, expected) in expected.into_iter().enumerate() {
             let sampled = row.system().zero_order_hold_delayed(1e-3, samples as f64 * 1e-3).unwrap();
             let found = largest_gain(&sampled).unwrap();
-            assert!((found - expected).abs() <= GAIN, "{}, {samples} samples: {found} against {expected}", row.name);
+            assert!(
+                (found - expected).abs() <= GAIN,
+                "{}, {samples} samples: {found} against {expected}",
+                row.name
+            );
         }
     }
 }
@@ -168,7 +173,8 @@ fn truth_zeros_vanish_by_substitution() {
         for zero in system.zeros().unwrap() {
             let near = zero * 1.01;
             let ratio = system.at(zero).unwrap()[(0, 0)].norm() / system.at(near).unwrap()[(0, 0)].norm();
-            // One part in a hundred away the response is of order 0.01; at the zero, of order its relative error times as much.
+            // One part in a hundred away the response is of order 0.01; at the zero, of order its relative
+            // error times as much.
             assert!(ratio < 1e-10, "{}: {zero}: {ratio:e}", row.name);
         }
     }
@@ -183,14 +189,20 @@ fn truth_zero_pole_gain_reproduces_the_response() {
         for f in [0.1, 5.0, 20.0, 111.0, 900.0] {
             let point = Continuous.boundary_point(TAU * f);
             let (direct, factored) = (system.at(point).unwrap()[(0, 0)], form.at(point));
-            // Zeros and poles are exact to some tens of roundings, more where the response is small between large terms.
-            assert!((direct - factored).norm() < 1e-10 * direct.norm(), "{} at {f} Hz: {direct} {factored}", row.name);
+            // Zeros and poles are exact to some tens of roundings, more where the response is small between
+            // large terms.
+            assert!(
+                (direct - factored).norm() < 1e-10 * direct.norm(),
+                "{} at {f} Hz: {direct} {factored}",
+                row.name
+            );
         }
     }
 }
 
-/// The stable gains of the continuous workpiece model have no upper end, as printed, but they have a gap, which a search for the largest
-/// stable gain does not see. Hurwitz's determinant of the characteristic polynomial, written out by hand, vanishes at both its ends.
+/// The stable gains of the continuous workpiece model have no upper end, as printed, but they have a gap,
+/// which a search for the largest stable gain does not see. Hurwitz's determinant of the characteristic
+/// polynomial, written out by hand, vanishes at both its ends.
 #[test]
 fn truth_workpiece_model_has_a_gap_of_unstable_gains() {
     let hurwitz = |gain: f64| {
@@ -205,7 +217,8 @@ fn truth_workpiece_model_has_a_gap_of_unstable_gains() {
     let stable = AffineLoop::negative_feedback(&ROWS[4].system()).unwrap().stable_gains().unwrap();
     assert_eq!(stable.intervals.len(), 2);
     assert!(stable.intervals[1].upper.is_none());
-    let edges = [stable.intervals[0].upper.as_ref().unwrap().gain, stable.intervals[1].lower.as_ref().unwrap().gain];
+    let edges =
+        [stable.intervals[0].upper.as_ref().unwrap().gain, stable.intervals[1].lower.as_ref().unwrap().gain];
     // The determinant changes sign within one part in 1e9 of each edge.
     assert!(hurwitz(edges[0] * (1.0 - 1e-9)) > 0.0 && hurwitz(edges[0] * (1.0 + 1e-9)) < 0.0, "{edges:?}");
     assert!(hurwitz(edges[1] * (1.0 - 1e-9)) < 0.0 && hurwitz(edges[1] * (1.0 + 1e-9)) > 0.0, "{edges:?}");

@@ -5,7 +5,8 @@ use crate::description::Quantity;
 use crate::effects::{Definition, EffectError, Host, HostKind};
 
 impl Assembly {
-    /// What kind of element an effect sits under, as the machine stands: a rigid spring that another effect made flexible is no longer rigid.
+    /// What kind of element an effect sits under, as the machine stands: a rigid spring that another effect
+    /// made flexible is no longer rigid.
     pub fn host_kind(&self, host: Host) -> HostKind {
         match host {
             Host::Body(_) => HostKind::Body,
@@ -86,8 +87,19 @@ impl Assembly {
     }
 
     /// Adds a spring and damper between two nodes and gives its index.
-    pub fn add_link(&mut self, name: String, a: NodeId, b: NodeId, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> usize {
-        self.links.push(Link { stiffness: stiffness_n_per_m, damping: damping_n_s_per_m, ..Link::between(name, a, b) });
+    pub fn add_link(
+        &mut self,
+        name: String,
+        a: NodeId,
+        b: NodeId,
+        stiffness_n_per_m: f64,
+        damping_n_s_per_m: f64,
+    ) -> usize {
+        self.links.push(Link {
+            stiffness: stiffness_n_per_m,
+            damping: damping_n_s_per_m,
+            ..Link::between(name, a, b)
+        });
         self.links.len() - 1
     }
 
@@ -114,7 +126,8 @@ impl Assembly {
         }
     }
 
-    /// Sum of the masses that move as one with `node` through rigid links, itself included; infinite where it is fixed.
+    /// Sum of the masses that move as one with `node` through rigid links, itself included; infinite where it
+    /// is fixed.
     pub fn rigid_mass_kg(&self, node: NodeId) -> f64 {
         let mut members = vec![node];
         let mut next = 0;
@@ -141,10 +154,12 @@ impl Source {
     /// What kind of element a sensor of this signal is.
     pub fn host_kind(self) -> HostKind {
         match self {
-            Self::Contact(_, Quantity::Force | Quantity::SpringForce) | Self::Link(..) | Self::Drive(_, Quantity::Force) => {
-                HostKind::ForceSensor
+            Self::Contact(_, Quantity::Force | Quantity::SpringForce)
+            | Self::Link(..)
+            | Self::Drive(_, Quantity::Force) => HostKind::ForceSensor,
+            Self::Node(..) | Self::Contact(_, Quantity::Compression | Quantity::Gap | Quantity::GapRate) => {
+                HostKind::MotionSensor
             }
-            Self::Node(..) | Self::Contact(_, Quantity::Compression | Quantity::Gap | Quantity::GapRate) => HostKind::MotionSensor,
             Self::Contact(..) | Self::Drive(..) | Self::Sensor(_) => HostKind::OtherSensor,
         }
     }
@@ -153,7 +168,18 @@ impl Source {
 impl Link {
     /// A link that does nothing yet.
     pub fn between(name: String, a: NodeId, b: NodeId) -> Self {
-        Self { name, a, b, rigid: false, stiffness: 0.0, damping: 0.0, cubic: 0.0, play: 0.0, load: 0.0, friction: Friction::NONE }
+        Self {
+            name,
+            a,
+            b,
+            rigid: false,
+            stiffness: 0.0,
+            damping: 0.0,
+            cubic: 0.0,
+            play: 0.0,
+            load: 0.0,
+            friction: Friction::NONE,
+        }
     }
 
     /// Lets the two ends move against each other on this spring and damper.

@@ -2,16 +2,21 @@
 
 use std::collections::HashMap;
 
-use super::{Assembly, ContactPart, Drive, ForceLaw, GROUND_NODE, Link, Node, NodeId, SensorPart, Source, VelocitySource};
+use super::{
+    Assembly, ContactPart, Drive, ForceLaw, GROUND_NODE, Link, Node, NodeId, SensorPart, Source,
+    VelocitySource,
+};
 use crate::description::{ActuatorKind, Contact, ContactLaw, GROUND, Machine, Quantity, Sensor, SignalName};
 use crate::effects::{Change, EffectError, EffectUse, Host, LIBRARY};
 use crate::names::{did_you_mean, list, nearest};
 use crate::problem::Problem;
 
-/// Resolves every name of a machine and applies its effects, in the order: bodies, springs, contacts, actuators, sensors.
+/// Resolves every name of a machine and applies its effects, in the order: bodies, springs, contacts,
+/// actuators, sensors.
 ///
 /// # Errors
-/// Every mistake of the machine at once: dangling names, elements that join a body to itself, effects that cannot sit where they stand.
+/// Every mistake of the machine at once: dangling names, elements that join a body to itself, effects that
+/// cannot sit where they stand.
 pub fn assemble(machine: &Machine) -> Result<Assembly, Vec<Problem>> {
     let mut build = Build::new(machine);
     build.links();
@@ -33,7 +38,8 @@ struct Build<'a> {
 
 impl<'a> Build<'a> {
     fn new(machine: &'a Machine) -> Self {
-        let ground = Node { name: GROUND.into(), mass_kg: f64::INFINITY, position_m: 0.0, velocity_m_per_s: 0.0 };
+        let ground =
+            Node { name: GROUND.into(), mass_kg: f64::INFINITY, position_m: 0.0, velocity_m_per_s: 0.0 };
         let bodies = machine.bodies.iter().map(|(name, body)| Node {
             name: name.clone(),
             mass_kg: body.mass_kg,
@@ -43,17 +49,28 @@ impl<'a> Build<'a> {
         let nodes: Vec<Node> = std::iter::once(ground).chain(bodies).collect();
         let names = std::iter::once(GROUND).chain(machine.bodies.keys().map(String::as_str));
         let node_of = names.enumerate().map(|(i, name)| (name, i)).collect();
-        let assembly = Assembly { nodes, links: Vec::new(), contacts: Vec::new(), drives: Vec::new(), sensors: Vec::new() };
+        let assembly = Assembly {
+            nodes,
+            links: Vec::new(),
+            contacts: Vec::new(),
+            drives: Vec::new(),
+            sensors: Vec::new(),
+        };
         Self { machine, node_of, assembly, problems: Vec::new() }
     }
 
-    /// The node of a body; a dangling name is noted and gives ground so that the rest of the file is still checked.
+    /// The node of a body; a dangling name is noted and gives ground so that the rest of the file is still
+    /// checked.
     fn node(&mut self, key: &str, name: &str) -> NodeId {
         if let Some(&node) = self.node_of.get(name) {
             return node;
         }
         let candidates = std::iter::once(GROUND).chain(self.machine.bodies.keys().map(String::as_str));
-        self.problems.push(Problem::new(key, format!("there is no body `{name}`"), did_you_mean(name, candidates)));
+        self.problems.push(Problem::new(
+            key,
+            format!("there is no body `{name}`"),
+            did_you_mean(name, candidates),
+        ));
         GROUND_NODE
     }
 
@@ -61,7 +78,11 @@ impl<'a> Build<'a> {
         let before = self.problems.len();
         let pair = (self.node(&format!("{key}.0"), &between[0]), self.node(&format!("{key}.1"), &between[1]));
         if pair.0 == pair.1 && self.problems.len() == before {
-            self.problems.push(Problem::new(key, format!("both ends are `{}`", between[0]), "name two different bodies"));
+            self.problems.push(Problem::new(
+                key,
+                format!("both ends are `{}`", between[0]),
+                "name two different bodies",
+            ));
         }
         pair
     }
@@ -84,7 +105,15 @@ impl<'a> Build<'a> {
             let law = force_law(contact);
             let profile = self.machine.profiles.get(name).cloned();
             let (engagement, gap) = (contact.engagement, contact.gap_m);
-            self.assembly.contacts.push(ContactPart { name: name.clone(), a, b, engagement, gap, profile, law });
+            self.assembly.contacts.push(ContactPart {
+                name: name.clone(),
+                a,
+                b,
+                engagement,
+                gap,
+                profile,
+                law,
+            });
         }
         for name in self.machine.profiles.keys().filter(|name| !self.machine.contacts.contains_key(*name)) {
             let remedy = did_you_mean(name, self.machine.contacts.keys().map(String::as_str));
@@ -104,9 +133,10 @@ impl<'a> Build<'a> {
                 ActuatorKind::Force { bandwidth_hz } => {
                     (None, bandwidth_hz.map(|f| 1.0 / (std::f64::consts::TAU * f)).into_iter().collect())
                 }
-                ActuatorKind::VelocitySource { damping_n_s_per_m: damping, time_constant_s: time_constant } => {
-                    (Some(VelocitySource { damping, time_constant }), Vec::new())
-                }
+                ActuatorKind::VelocitySource {
+                    damping_n_s_per_m: damping,
+                    time_constant_s: time_constant,
+                } => (Some(VelocitySource { damping, time_constant }), Vec::new()),
             };
             self.assembly.drives.push(Drive {
                 name: name.clone(),
@@ -139,7 +169,11 @@ impl<'a> Build<'a> {
     fn source(&mut self, key: &str, signal: &SignalName) -> Option<Source> {
         match resolve(self.machine, signal) {
             Ok(Source::Sensor(_)) => {
-                self.problems.push(Problem::new(key, "a sensor cannot read another sensor", "name a body, contact, spring or actuator"));
+                self.problems.push(Problem::new(
+                    key,
+                    "a sensor cannot read another sensor",
+                    "name a body, contact, spring or actuator",
+                ));
                 None
             }
             Ok(Source::Contact(_, quantity)) if quantity.of_touch().is_some() => {
@@ -157,15 +191,37 @@ impl<'a> Build<'a> {
 
     fn effects(&mut self) {
         let machine = self.machine;
-        let hosts = (machine.bodies.iter().enumerate().map(|(i, (n, e))| ("bodies", n, Host::Body(i + 1), &e.effects)))
-            .chain(machine.springs.iter().enumerate().map(|(i, (n, e))| ("springs", n, Host::Spring(i), &e.effects)))
-            .chain(machine.contacts.iter().enumerate().map(|(i, (n, e))| ("contacts", n, Host::Contact(i), &e.effects)))
-            .chain(machine.actuators.iter().enumerate().map(|(i, (n, e))| ("actuators", n, Host::Actuator(i), &e.effects)))
-            .chain(machine.sensors.iter().enumerate().map(|(i, (n, e))| ("sensors", n, Host::Sensor(i), &e.effects)));
+        let hosts = (machine
+            .bodies
+            .iter()
+            .enumerate()
+            .map(|(i, (n, e))| ("bodies", n, Host::Body(i + 1), &e.effects)))
+        .chain(
+            machine.springs.iter().enumerate().map(|(i, (n, e))| ("springs", n, Host::Spring(i), &e.effects)),
+        )
+        .chain(
+            machine
+                .contacts
+                .iter()
+                .enumerate()
+                .map(|(i, (n, e))| ("contacts", n, Host::Contact(i), &e.effects)),
+        )
+        .chain(
+            machine
+                .actuators
+                .iter()
+                .enumerate()
+                .map(|(i, (n, e))| ("actuators", n, Host::Actuator(i), &e.effects)),
+        )
+        .chain(
+            machine.sensors.iter().enumerate().map(|(i, (n, e))| ("sensors", n, Host::Sensor(i), &e.effects)),
+        );
         for (table, name, host, effects) in hosts {
             // In the order of the library, so that the order in a file does not matter.
             let mut ordered: Vec<&EffectUse> = effects.iter().collect();
-            ordered.sort_by_key(|effect| LIBRARY.iter().position(|definition| definition.kind == effect.definition.kind));
+            ordered.sort_by_key(|effect| {
+                LIBRARY.iter().position(|definition| definition.kind == effect.definition.kind)
+            });
             for effect in ordered {
                 self.effect(&format!("{table}.{name}.effects.{}", effect.definition.kind), host, effect);
             }
@@ -174,7 +230,11 @@ impl<'a> Build<'a> {
 
     fn effect(&mut self, key: &str, host: Host, effect: &EffectUse) {
         if matches!(effect.definition.change, Change::SampleJitter) {
-            self.problems.push(Problem::new(key, "this effect disturbs a controller, not the plant", "move it under a controller"));
+            self.problems.push(Problem::new(
+                key,
+                "this effect disturbs a controller, not the plant",
+                "move it under a controller",
+            ));
         } else if let Err(error) = effect.definition.apply(&mut self.assembly, host, &effect.values) {
             let remedy = match error {
                 EffectError::WrongSite { .. } => "move it to such an element, or leave it out",
@@ -195,7 +255,11 @@ pub fn resolve(machine: &Machine, signal: &SignalName) -> Result<Source, Problem
     let quantity = signal.quantity;
     // Elements of different kinds may share a name; the quantity says which is meant.
     let candidates = [
-        (machine.bodies.get_index_of(name).map(|i| i + 1), BODY, Source::Node as fn(usize, Quantity) -> Source),
+        (
+            machine.bodies.get_index_of(name).map(|i| i + 1),
+            BODY,
+            Source::Node as fn(usize, Quantity) -> Source,
+        ),
         (machine.contacts.get_index_of(name), CONTACT, Source::Contact),
         (machine.actuators.get_index_of(name), ACTUATOR, Source::Drive),
         (machine.springs.get_index_of(name), SPRING, Source::Link),
@@ -203,15 +267,26 @@ pub fn resolve(machine: &Machine, signal: &SignalName) -> Result<Source, Problem
     ];
     let named = candidates.iter().filter_map(|(index, has, source)| index.map(|i| (i, *has, source)));
     if let Some((i, _, source)) = named.clone().find(|(_, has, _)| has.contains(&quantity)) {
-        if quantity.of_touch().is_some() && !machine.profiles.get(name).is_some_and(|profile| profile.has_touches()) {
-            let message = format!("the contact `{name}` has no shapes, so that it has no `{}`", quantity.name());
-            return Err(Problem::new("", message, format!("give it a `surface`, or leave `{name}.{}` out", quantity.name())));
+        if quantity.of_touch().is_some()
+            && !machine.profiles.get(name).is_some_and(|profile| profile.has_touches())
+        {
+            let message =
+                format!("the contact `{name}` has no shapes, so that it has no `{}`", quantity.name());
+            return Err(Problem::new(
+                "",
+                message,
+                format!("give it a `surface`, or leave `{name}.{}` out", quantity.name()),
+            ));
         }
         return Ok(source(i, quantity));
     }
     if let Some((_, has, _)) = named.clone().next() {
         let has: Vec<&str> = has.iter().map(|q| q.name()).collect();
-        return Err(Problem::new("", format!("`{name}` has no `{}`", quantity.name()), format!("it has {}", has.join(", "))));
+        return Err(Problem::new(
+            "",
+            format!("`{name}` has no `{}`", quantity.name()),
+            format!("it has {}", has.join(", ")),
+        ));
     }
     // Only what has the quantity can be meant.
     let kinds: [(Vec<&String>, &[Quantity]); 5] = [
@@ -221,7 +296,11 @@ pub fn resolve(machine: &Machine, signal: &SignalName) -> Result<Source, Problem
         (machine.sensors.keys().collect(), SENSOR),
         (machine.springs.keys().collect(), SPRING),
     ];
-    let names = kinds.into_iter().filter(|(_, has)| has.contains(&quantity)).flat_map(|(names, _)| names).map(String::as_str);
+    let names = kinds
+        .into_iter()
+        .filter(|(_, has)| has.contains(&quantity))
+        .flat_map(|(names, _)| names)
+        .map(String::as_str);
     let names: Vec<&str> = names.collect();
     let remedy = match nearest(name, names.iter().copied()) {
         Some(near) => format!("did you mean `{near}.{}`?", quantity.name()),

@@ -2,8 +2,10 @@
 
 /// Set-valued dry friction against the sliding speed `v = e'` of a link.
 ///
-/// While sliding forward its size is `forward + (static_forward - forward) exp(-(v/velocity)^2) + load_ratio |F_contact|`, likewise backward;
-/// at rest it takes any value up to the static level of the side it holds. `F_contact` is the sum over all contacts of the machine.
+/// While sliding forward its size is
+/// `forward + (static_forward - forward) exp(-(v/velocity)^2) + load_ratio |F_contact|`, likewise backward;
+/// at rest it takes any value up to the static level of the side it holds. `F_contact` is the sum over all
+/// contacts of the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Friction {
     /// Level for `v > 0`, N.
@@ -20,7 +22,8 @@ pub struct Friction {
 
 impl Friction {
     /// No friction.
-    pub const NONE: Self = Self { forward: 0.0, backward: 0.0, stribeck_excess: 0.0, stribeck_velocity: 1.0, load_ratio: 0.0 };
+    pub const NONE: Self =
+        Self { forward: 0.0, backward: 0.0, stribeck_excess: 0.0, stribeck_velocity: 1.0, load_ratio: 0.0 };
 
     /// Whether any force can arise.
     pub fn acts(&self) -> bool {

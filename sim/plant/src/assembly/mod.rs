@@ -1,4 +1,5 @@
-//! The machine with names resolved and effects applied: nodes, links, contacts, drives and sensors as numbers.
+//! The machine with names resolved and effects applied: nodes, links, contacts, drives and sensors as
+//! numbers.
 //!
 //! This is what effects change, and all that the equations of motion know.
 
@@ -66,7 +67,8 @@ pub struct Link {
     pub damping: f64,
     /// Hardening, N/m³.
     pub cubic: f64,
-    /// Full width of the free play, m: within `|e| < width / 2` neither `k` nor `c` acts, and beyond it the two sides only push.
+    /// Full width of the free play, m: within `|e| < width / 2` neither `k` nor `c` acts, and beyond it the
+    /// two sides only push.
     pub play: f64,
     /// A constant force on `b`, N.
     pub load: f64,
@@ -116,7 +118,8 @@ impl ForceLaw {
     }
 }
 
-/// A drive. A command goes through delay, deadband, gain, limit and rate limit (all exact on held commands), then the lags.
+/// A drive. A command goes through delay, deadband, gain, limit and rate limit (all exact on held commands),
+/// then the lags.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
     /// Name of the actuator.

@@ -6,13 +6,16 @@ use super::{Assembly, GROUND_NODE, NodeId};
 use crate::description::{Engagement, LowPass};
 
 impl Assembly {
-    /// A bound on the modulus of every eigenvalue of the machine, whatever touches, 1/s; infinite where a stiffness has no limit.
+    /// A bound on the modulus of every eigenvalue of the machine, whatever touches, 1/s; infinite where a
+    /// stiffness has no limit.
     ///
-    /// Gershgorin's circles bound `M^-1 K` by twice the largest sum of stiffnesses at a body over its mass, and `M^-1 C` alike; a motion of `s^2 = -C s - K` then
-    /// has `|s|^2 <= |C| |s| + |K|`. Drives and filters only follow or are followed, so that their own rates stand beside these.
+    /// Gershgorin's circles bound `M^-1 K` by twice the largest sum of stiffnesses at a body over its mass,
+    /// and `M^-1 C` alike; a motion of `s^2 = -C s - K` then has `|s|^2 <= |C| |s| + |K|`. Drives and filters
+    /// only follow or are followed, so that their own rates stand beside these.
     pub fn fastest_rate_per_s(&self) -> f64 {
         let lags = self.drives.iter().flat_map(|drive| &drive.lags).map(|lag| 1.0 / lag);
-        let sources = self.drives.iter().filter_map(|drive| drive.velocity_source).map(|source| source.time_constant);
+        let sources =
+            self.drives.iter().filter_map(|drive| drive.velocity_source).map(|source| source.time_constant);
         let sources = sources.filter(|lag| *lag > 0.0).map(|lag| 1.0 / lag);
         let filters = self.sensors.iter().flat_map(|sensor| &sensor.filters).map(LowPass::fastest_rate_per_s);
         lags.chain(sources).chain(filters).fold(self.fastest_motion_per_s(), f64::max)
@@ -34,11 +37,14 @@ impl Assembly {
             let stiffness = if contact.law.is_linear() { contact.law.stiffness } else { f64::INFINITY };
             hold([contact.a, contact.b], [stiffness, contact.law.damping]);
         }
-        for (drive, source) in self.drives.iter().filter_map(|drive| drive.velocity_source.map(|source| (drive, source))) {
+        for (drive, source) in
+            self.drives.iter().filter_map(|drive| drive.velocity_source.map(|source| (drive, source)))
+        {
             hold([drive.on, drive.reacts_on], [0.0, source.damping]);
         }
         let of = |(node, held): (NodeId, &[f64; 2])| {
-            let [stiffness, damping] = held.map(|sum| if sum > 0.0 { 2.0 * sum / self.nodes[node].mass_kg } else { 0.0 });
+            let [stiffness, damping] =
+                held.map(|sum| if sum > 0.0 { 2.0 * sum / self.nodes[node].mass_kg } else { 0.0 });
             0.5 * (damping + (damping * damping + 4.0 * stiffness).sqrt())
         };
         held.iter().enumerate().filter(|(node, _)| *node != GROUND_NODE).map(of).fold(0.0, f64::max)

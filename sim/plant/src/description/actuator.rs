@@ -41,7 +41,8 @@ pub enum ActuatorKind {
         /// First-order bandwidth of the current loop, where it matters.
         bandwidth_hz: Option<f64>,
     },
-    /// The paper's Fig. 2, a voltage amplifier: the command is a velocity `v_c`, and `tau df_a/dt + f_a = b_a (v_c - v)`.
+    /// The paper's Fig. 2, a voltage amplifier: the command is a velocity `v_c`, and
+    /// `tau df_a/dt + f_a = b_a (v_c - v)`.
     VelocitySource {
         /// `b_a`, force per velocity error.
         damping_n_s_per_m: f64,

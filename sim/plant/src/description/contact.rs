@@ -2,7 +2,8 @@
 
 use crate::effects::EffectUse;
 
-/// The force sensor as the paper draws it (Fig. 1): a spring `k_s`, `b_s` between tip and workpiece, compressed by `d = x_tip - x_work - gap`.
+/// The force sensor as the paper draws it (Fig. 1): a spring `k_s`, `b_s` between tip and workpiece,
+/// compressed by `d = x_tip - x_work - gap`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
     /// Tip and workpiece (or ground).
@@ -23,7 +24,12 @@ pub struct Contact {
 
 impl Contact {
     /// A linear contact that pushes only and whose tip and workpiece touch at zero positions.
-    pub fn kelvin_voigt(tip: impl Into<String>, workpiece: impl Into<String>, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
+    pub fn kelvin_voigt(
+        tip: impl Into<String>,
+        workpiece: impl Into<String>,
+        stiffness_n_per_m: f64,
+        damping_n_s_per_m: f64,
+    ) -> Self {
         Self {
             between: [tip.into(), workpiece.into()],
             engagement: Engagement::Unilateral,

@@ -1,6 +1,7 @@
 //! What the user wrote of a machine, in SI units and by name; nothing is resolved or checked yet.
 //!
-//! One axis of motion; `+x` points from the robot towards the workpiece. On a rotational axis read kg m², N m and rad for kg, N and m.
+//! One axis of motion; `+x` points from the robot towards the workpiece. On a rotational axis read kg m², N m
+//! and rad for kg, N and m.
 
 mod actuator;
 mod contact;
@@ -51,7 +52,8 @@ pub struct Machine {
     pub springs: Elements<Spring>,
     /// Places where the tool meets the workpiece.
     pub contacts: Elements<Contact>,
-    /// How gaps move by themselves, by the names of their contacts: the surface under a tool that travels sideways.
+    /// How gaps move by themselves, by the names of their contacts: the surface under a tool that travels
+    /// sideways.
     pub profiles: Elements<Arc<Profile>>,
     /// Drives.
     pub actuators: Elements<Actuator>,

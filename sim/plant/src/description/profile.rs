@@ -2,7 +2,8 @@
 
 use crate::problem::Problem;
 
-/// An offset of the gap over time: cubics between knots, each with its values and rates, so that both are continuous where neighbours agree.
+/// An offset of the gap over time: cubics between knots, each with its values and rates, so that both are
+/// continuous where neighbours agree.
 ///
 /// Before the first knot its offset holds, after the last one that of the last.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,14 +74,22 @@ impl Profile {
     /// A [`Problem`] with an empty key for no knots, times that do not rise, and numbers that are not finite.
     pub fn new(knots: &[Knot]) -> Result<Self, Problem> {
         if knots.is_empty() {
-            return Err(Problem::new("", "the profile has no knots", "give at least one time with its offset"));
+            return Err(Problem::new(
+                "",
+                "the profile has no knots",
+                "give at least one time with its offset",
+            ));
         }
         let finite = |k: &Knot| [k.t_s, k.offset_m, k.rate_m_per_s].iter().all(|x| x.is_finite());
         if let Some(k) = knots.iter().position(|k| !finite(k)) {
             return Err(Problem::new("", format!("knot {k} of the profile is not finite"), "remove it"));
         }
         if let Some(k) = knots.windows(2).position(|pair| pair[1].t_s <= pair[0].t_s) {
-            let message = format!("knot {} of the profile, at {} s, is not after the one before", k + 1, knots[k + 1].t_s);
+            let message = format!(
+                "knot {} of the profile, at {} s, is not after the one before",
+                k + 1,
+                knots[k + 1].t_s
+            );
             return Err(Problem::new("", message, "sort the knots by time"));
         }
         let last = &knots[knots.len() - 1];
@@ -124,17 +133,22 @@ impl Profile {
         Some(found)
     }
 
-    /// A smooth profile through points `(time in s, offset in m)`: the rate at each is that from the one before to the one after, and zero at both ends.
+    /// A smooth profile through points `(time in s, offset in m)`: the rate at each is that from the one
+    /// before to the one after, and zero at both ends.
     ///
     /// # Errors
     /// Those of [`Self::new`].
     pub fn smooth(points: &[(f64, f64)]) -> Result<Self, Problem> {
-        let rate = |i: usize| match (i.checked_sub(1).and_then(|before| points.get(before)), points.get(i + 1)) {
-            (Some((t0, p0)), Some((t1, p1))) => (p1 - p0) / (t1 - t0),
-            _ => 0.0,
-        };
-        let knots: Vec<Knot> =
-            points.iter().enumerate().map(|(i, &(t_s, offset_m))| Knot { t_s, offset_m, rate_m_per_s: rate(i) }).collect();
+        let rate =
+            |i: usize| match (i.checked_sub(1).and_then(|before| points.get(before)), points.get(i + 1)) {
+                (Some((t0, p0)), Some((t1, p1))) => (p1 - p0) / (t1 - t0),
+                _ => 0.0,
+            };
+        let knots: Vec<Knot> = points
+            .iter()
+            .enumerate()
+            .map(|(i, &(t_s, offset_m))| Knot { t_s, offset_m, rate_m_per_s: rate(i) })
+            .collect();
         Self::new(&knots)
     }
 
@@ -159,7 +173,13 @@ impl Profile {
             Some(i) => {
                 let piece = self.pieces[i];
                 let (offset, rate) = piece.at(t_s);
-                Piece { start_s: t_s, offset, rate, curvature: piece.curvature + piece.jerk * (t_s - piece.start_s), jerk: piece.jerk }
+                Piece {
+                    start_s: t_s,
+                    offset,
+                    rate,
+                    curvature: piece.curvature + piece.jerk * (t_s - piece.start_s),
+                    jerk: piece.jerk,
+                }
             }
             None => Piece::held(t_s, self.pieces[0].offset),
         }
@@ -179,7 +199,10 @@ mod tests {
     #[test]
     fn truth_a_cubic_is_met_exactly_and_held_outside() {
         let cubic = |t: f64| (1.0 + t * (2.0 - t * (0.5 - 0.25 * t)), 2.0 - t * (1.0 - 0.75 * t));
-        let knots: Vec<Knot> = [0.5, 1.0, 2.5].iter().map(|&t| Knot { t_s: t, offset_m: cubic(t).0, rate_m_per_s: cubic(t).1 }).collect();
+        let knots: Vec<Knot> = [0.5, 1.0, 2.5]
+            .iter()
+            .map(|&t| Knot { t_s: t, offset_m: cubic(t).0, rate_m_per_s: cubic(t).1 })
+            .collect();
         let profile = Profile::new(&knots).unwrap();
         for t in [0.5, 0.7, 1.0, 1.9, 2.4] {
             let ((p, v), (p0, v0)) = (profile.at(t), cubic(t));
@@ -202,7 +225,8 @@ mod tests {
     fn truth_touches_are_straight_between_knots_and_held_outside() {
         let profile = Profile::smooth(&[(0.0, 0.0), (1.0, 0.0)]).unwrap();
         assert_eq!(profile.touch_at(0.5), None);
-        let profile = profile.with_touches(vec![[1.0, 0.0, 0.0, 1.0, 0.0, 0.0], [3.0, 2.0, 0.0, 0.0, 1.0, 0.0]]);
+        let profile =
+            profile.with_touches(vec![[1.0, 0.0, 0.0, 1.0, 0.0, 0.0], [3.0, 2.0, 0.0, 0.0, 1.0, 0.0]]);
         let middle = profile.touch_at(0.5).unwrap();
         let expected = [2.0, 1.0, 0.0, 0.5_f64.sqrt(), 0.5_f64.sqrt(), 0.0];
         assert!(middle.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-14), "{middle:?}");

@@ -24,7 +24,8 @@ pub enum Quantity {
     Gap,
     /// Of a contact: its rate.
     GapRate,
-    /// Of a contact between shapes: where on the workpiece the tip touches when it is sent along the axis, in the frame of the shapes.
+    /// Of a contact between shapes: where on the workpiece the tip touches when it is sent along the axis, in
+    /// the frame of the shapes.
     PointX,
     /// See [`Self::PointX`].
     PointY,
@@ -74,7 +75,9 @@ impl Quantity {
 
     /// Which of the six numbers of a [`super::Touched`] it is, if any.
     pub fn of_touch(self) -> Option<usize> {
-        [Self::PointX, Self::PointY, Self::PointZ, Self::NormalX, Self::NormalY, Self::NormalZ].iter().position(|one| *one == self)
+        [Self::PointX, Self::PointY, Self::PointZ, Self::NormalX, Self::NormalY, Self::NormalZ]
+            .iter()
+            .position(|one| *one == self)
     }
 
     /// Its name in files.
@@ -129,7 +132,8 @@ impl FromStr for SignalName {
     type Err = ParseSignalError;
 
     fn from_str(text: &str) -> Result<Self, ParseSignalError> {
-        let (element, quantity) = text.rsplit_once('.').ok_or_else(|| ParseSignalError::NoDot { text: text.into() })?;
+        let (element, quantity) =
+            text.rsplit_once('.').ok_or_else(|| ParseSignalError::NoDot { text: text.into() })?;
         let found = Quantity::ALL.iter().find(|(_, name)| *name == quantity);
         let (quantity, _) = found.ok_or_else(|| ParseSignalError::UnknownQuantity {
             quantity: quantity.into(),

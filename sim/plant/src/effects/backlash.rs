@@ -8,7 +8,8 @@ use crate::units::Dimension;
 
 /// A stiffness or damping that the effect chooses itself.
 const DERIVED: f64 = 0.0;
-/// Frequency of the two bodies on derived flanks: well above what a force loop excites, low enough to be simulated with steps of 0.1 ms.
+/// Frequency of the two bodies on derived flanks: well above what a force loop excites, low enough to be
+/// simulated with steps of 0.1 ms.
 const FLANK_FREQUENCY_HZ: f64 = 1000.0;
 const FLANK_DAMPING_RATIO: f64 = 0.1;
 

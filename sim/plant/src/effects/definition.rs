@@ -122,8 +122,9 @@ pub struct Parameter {
     pub name: &'static str,
     /// Dimension on a translational axis.
     pub dimension: Dimension,
-    /// The value of the ideal machine (may be infinite): with every parameter that has one at it, the effect is absent.
-    /// None where no value of this parameter matters to that, or where the value of the element itself is the ideal one.
+    /// The value of the ideal machine (may be infinite): with every parameter that has one at it, the effect
+    /// is absent. None where no value of this parameter matters to that, or where the value of the element
+    /// itself is the ideal one.
     pub null: Option<f64>,
     /// A typical value, for templates and as a starting point of fits.
     pub typical: f64,
@@ -131,7 +132,8 @@ pub struct Parameter {
     pub bounds: (f64, f64),
     /// How a fit walks along it.
     pub scale: Scale,
-    /// Used where a file leaves the key out; such a parameter is a choice of the model and is not fitted. None where it must be given.
+    /// Used where a file leaves the key out; such a parameter is a choice of the model and is not fitted.
+    /// None where it must be given.
     pub default: Option<f64>,
     /// One line of text.
     pub text: &'static str,
@@ -180,7 +182,8 @@ pub(super) fn values<const N: usize>(parameters: &[f64]) -> [f64; N] {
 /// What an effect does to a machine.
 #[derive(Clone, Copy, Debug)]
 pub enum Change {
-    /// It changes the plant. Arguments: the machine, the element under which the effect sits, the parameters in the order of the definition.
+    /// It changes the plant. Arguments: the machine, the element under which the effect sits, the parameters
+    /// in the order of the definition.
     Plant(fn(&mut Assembly, Host, &[f64]) -> Result<(), EffectError>),
     /// It adds this much (one sigma, the first parameter) to the sample times of the controller.
     SampleJitter,
@@ -201,7 +204,8 @@ pub struct Definition {
     pub parameters: &'static [Parameter],
     /// One line.
     pub summary: &'static str,
-    /// What it is, its equation, where it comes from, what it is confused with: Markdown with the sections `Model`, `Where it comes from`, `How it shows` and `Source`.
+    /// What it is, its equation, where it comes from, what it is confused with: Markdown with the sections
+    /// `Model`, `Where it comes from`, `How it shows` and `Source`.
     pub documentation: &'static str,
     /// Whether it can only take energy out of the machine.
     pub dissipative: bool,
@@ -221,7 +225,8 @@ impl Definition {
         self.parameters.iter().position(|parameter| parameter.name == name)
     }
 
-    /// Where it lives when it sits under an element of this kind: an effect of the transmission that sits under a contact is one of the contact.
+    /// Where it lives when it sits under an element of this kind: an effect of the transmission that sits
+    /// under a contact is one of the contact.
     pub fn place_under(&self, host: HostKind) -> Place {
         match (self.place, host) {
             (Place::Transmission, HostKind::Contact) => Place::Contact,
@@ -229,14 +234,19 @@ impl Definition {
         }
     }
 
-    /// Changes the plant as the effect under `host` does, with `parameters` (SI) in the order of the definition.
-    /// What disturbs a controller leaves the plant as it is.
+    /// Changes the plant as the effect under `host` does, with `parameters` (SI) in the order of the
+    /// definition. What disturbs a controller leaves the plant as it is.
     ///
     /// # Errors
-    /// Where the host is of another kind than the effect needs, or a parameter is missing, out of bounds or senseless on this host.
+    /// Where the host is of another kind than the effect needs, or a parameter is missing, out of bounds or
+    /// senseless on this host.
     pub fn apply(&self, machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
         if parameters.len() != self.parameters.len() {
-            return Err(EffectError::Count { kind: self.kind, expected: self.parameters.len(), given: parameters.len() });
+            return Err(EffectError::Count {
+                kind: self.kind,
+                expected: self.parameters.len(),
+                given: parameters.len(),
+            });
         }
         for (parameter, &value) in self.parameters.iter().zip(parameters) {
             let (low, high) = parameter.bounds;

@@ -23,7 +23,8 @@ pub(super) fn flexible() -> Assembly {
 
 fn axis(transmission: Spring) -> Assembly {
     let body = |mass_kg| Body { mass_kg, ..Body::default() };
-    let guide = Spring { between: ["ground".into(), "motor".into()], damping_n_s_per_m: 60.0, ..Spring::default() };
+    let guide =
+        Spring { between: ["ground".into(), "motor".into()], damping_n_s_per_m: 60.0, ..Spring::default() };
     let tool = Contact { gap_m: 4e-3, ..Contact::kelvin_voigt("tip", "ground", 2e5, 120.0) };
     let drive = Actuator::ideal("motor", "ground");
     let sensor = |element: &str, quantity| Sensor::ideal(SignalName::new(element, quantity));
@@ -35,9 +36,12 @@ fn axis(transmission: Spring) -> Assembly {
         springs: [("guide".into(), guide), ("transmission".into(), transmission)].into_iter().collect(),
         contacts: [("tool".into(), tool)].into_iter().collect(),
         actuators: [("drive".into(), drive)].into_iter().collect(),
-        sensors: [("force".into(), sensor("tool", Quantity::SpringForce)), ("encoder".into(), sensor("motor", Quantity::Position))]
-            .into_iter()
-            .collect(),
+        sensors: [
+            ("force".into(), sensor("tool", Quantity::SpringForce)),
+            ("encoder".into(), sensor("motor", Quantity::Position)),
+        ]
+        .into_iter()
+        .collect(),
         ..Machine::default()
     };
     assemble(&machine).unwrap()

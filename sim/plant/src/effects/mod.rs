@@ -1,13 +1,16 @@
 //! The effects library: departures of a real machine from the ideal one.
 //!
-//! One effect, one file: its parameters (one line each), what it changes, and its documentation.
-//! [`LIBRARY`] is the one list from which file format, schema, command line, documentation, fitting and contract tests draw.
+//! One effect, one file: its parameters (one line each), what it changes, and its documentation. [`LIBRARY`]
+//! is the one list from which file format, schema, command line, documentation, fitting and contract tests
+//! draw.
 
 mod definition;
 #[cfg(test)]
 mod fixture;
 
-pub use definition::{ABOVE_ZERO, Change, Definition, EffectError, EffectUse, Host, HostKind, Parameter, Place, Scale};
+pub use definition::{
+    ABOVE_ZERO, Change, Definition, EffectError, EffectUse, Host, HostKind, Parameter, Place, Scale,
+};
 
 use definition::values;
 

@@ -17,7 +17,8 @@ pub struct Coordinates {
 impl Coordinates {
     pub(super) fn new(assembly: &Assembly) -> Result<Self, Vec<Problem>> {
         let n = assembly.nodes.len();
-        // The root of a node is the lowest node it is rigidly joined to, so that ground wins and leads keep the order of the file.
+        // The root of a node is the lowest node it is rigidly joined to, so that ground wins and leads keep
+        // the order of the file.
         let mut root: Vec<NodeId> = (0..n).collect();
         let mut changed = true;
         while changed {
@@ -60,7 +61,11 @@ impl Coordinates {
             }
         }
         if leads.is_empty() {
-            problems.push(Problem::new("bodies", "nothing in this machine can move", "add a body that is not rigidly joined to ground"));
+            problems.push(Problem::new(
+                "bodies",
+                "nothing in this machine can move",
+                "add a body that is not rigidly joined to ground",
+            ));
         }
         for (g, &mass) in masses.iter().enumerate() {
             if !(mass > 0.0 && mass.is_finite()) {

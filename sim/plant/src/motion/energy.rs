@@ -16,7 +16,8 @@ pub enum MeterKind {
     LinkDamping,
     /// Energy that the dry friction of a link takes out.
     Friction,
-    /// Energy that a contact takes out: damping, and what is stored in it when it opens while still compressed.
+    /// Energy that a contact takes out: damping, and what is stored in it when it opens while still
+    /// compressed.
     ContactDamping,
 }
 
@@ -79,16 +80,32 @@ impl Motion {
         let negative = |row: &Row| row.iter().map(|r| -r).collect::<Row>();
         let mut meters = Vec::new();
         for (element, (force, stroke)) in equations.drive_force.iter().zip(&equations.stroke).enumerate() {
-            meters.push(Meter { kind: MeterKind::DriveWork, element, force: force.clone(), speed: stroke[1].clone() });
+            meters.push(Meter {
+                kind: MeterKind::DriveWork,
+                element,
+                force: force.clone(),
+                speed: stroke[1].clone(),
+            });
         }
         for (element, link) in self.assembly.links.iter().enumerate() {
             let speed = equations.elongation[element][1].clone();
             let mut load = self.layout.zero();
             load[self.layout.one()] = if link.rigid { 0.0 } else { link.load };
             let friction = &equations.link_friction[element];
-            let damping = minus(&minus(&minus(&equations.link_force[element], friction), &equations.link_spring_force[element]), &load);
+            let damping = minus(
+                &minus(
+                    &minus(&equations.link_force[element], friction),
+                    &equations.link_spring_force[element],
+                ),
+                &load,
+            );
             meters.push(Meter { kind: MeterKind::LoadWork, element, force: load, speed: speed.clone() });
-            meters.push(Meter { kind: MeterKind::LinkDamping, element, force: negative(&damping), speed: speed.clone() });
+            meters.push(Meter {
+                kind: MeterKind::LinkDamping,
+                element,
+                force: negative(&damping),
+                speed: speed.clone(),
+            });
             meters.push(Meter { kind: MeterKind::Friction, element, force: negative(friction), speed });
         }
         for (element, force) in equations.contact_force.iter().enumerate() {
@@ -97,9 +114,19 @@ impl Motion {
                 // The gap closes: the surface comes towards the tip.
                 surface_speed[offset + 1] = -1.0;
             }
-            meters.push(Meter { kind: MeterKind::FeedWork, element, force: force.clone(), speed: surface_speed });
+            meters.push(Meter {
+                kind: MeterKind::FeedWork,
+                element,
+                force: force.clone(),
+                speed: surface_speed,
+            });
             let force = minus(force, &equations.contact_spring_force[element]);
-            meters.push(Meter { kind: MeterKind::ContactDamping, element, force, speed: equations.compression[element][1].clone() });
+            meters.push(Meter {
+                kind: MeterKind::ContactDamping,
+                element,
+                force,
+                speed: equations.compression[element][1].clone(),
+            });
         }
         Ledger { meters }
     }
@@ -109,12 +136,17 @@ impl Motion {
         let mut storage = Vec::new();
         for g in 0..self.coordinates.count() {
             let v = xi[self.layout.v(g)];
-            storage.push(Storage { kind: StorageKind::Kinetic, element: g, joule: 0.5 * self.coordinates.mass_kg(g) * v * v });
+            storage.push(Storage {
+                kind: StorageKind::Kinetic,
+                element: g,
+                joule: 0.5 * self.coordinates.mass_kg(g) * v * v,
+            });
         }
         for (element, link) in self.assembly.links.iter().enumerate().filter(|(_, link)| !link.rigid) {
             let e = dot(&equations.elongation[element][0], xi);
             let spring = |d: f64| 0.5 * link.stiffness * d * d + 0.25 * link.cubic * d.powi(4);
-            let closed = |side| self.state_of(equations.mode, Switch::Stop(element, side)) == Some(SwitchState::Plus);
+            let closed =
+                |side| self.state_of(equations.mode, Switch::Stop(element, side)) == Some(SwitchState::Plus);
             let joule = if link.play > 0.0 {
                 let upper = if closed(StopSide::Upper) { spring(e - 0.5 * link.play) } else { 0.0 };
                 let lower = if closed(StopSide::Lower) { spring(-e - 0.5 * link.play) } else { 0.0 };
@@ -128,12 +160,19 @@ impl Motion {
             let closed = match contact.engagement {
                 Engagement::Clamped => true,
                 Engagement::Free => false,
-                Engagement::Unilateral => self.state_of(equations.mode, Switch::Contact(element)) == Some(SwitchState::Plus),
+                Engagement::Unilateral => {
+                    self.state_of(equations.mode, Switch::Contact(element)) == Some(SwitchState::Plus)
+                }
             };
             let d = dot(&equations.compression[element][0], xi).abs();
             let law = contact.law;
-            let joule = law.stiffness * d.powf(law.exponent + 1.0) / (law.exponent + 1.0) + 0.25 * law.cubic * d.powi(4);
-            storage.push(Storage { kind: StorageKind::Contact, element, joule: if closed { joule } else { 0.0 } });
+            let joule = law.stiffness * d.powf(law.exponent + 1.0) / (law.exponent + 1.0)
+                + 0.25 * law.cubic * d.powi(4);
+            storage.push(Storage {
+                kind: StorageKind::Contact,
+                element,
+                joule: if closed { joule } else { 0.0 },
+            });
         }
         storage
     }

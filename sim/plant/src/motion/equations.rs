@@ -75,9 +75,13 @@ impl Motion {
         let mut stuck = Vec::new();
         for (i, link) in self.assembly.links.iter().enumerate() {
             match self.state_of(mode, Switch::Friction(i)) {
-                Some(SwitchState::Plus) => friction[i] = scaled(-1.0, &self.sliding_level(i, 1.0, &load, &mut forces)),
+                Some(SwitchState::Plus) => {
+                    friction[i] = scaled(-1.0, &self.sliding_level(i, 1.0, &load, &mut forces))
+                }
                 Some(SwitchState::Minus) => friction[i] = self.sliding_level(i, -1.0, &load, &mut forces),
-                Some(SwitchState::Rest) => stuck.push((i, [self.coordinates.of(link.a), self.coordinates.of(link.b)])),
+                Some(SwitchState::Rest) => {
+                    stuck.push((i, [self.coordinates.of(link.a), self.coordinates.of(link.b)]))
+                }
                 None => {}
             }
         }
@@ -85,8 +89,12 @@ impl Motion {
         self.stick(&stuck, &mut acceleration, &mut friction);
         let derivative = self.derivatives(mode, &forces, acceleration);
         let guards = self.guards(mode, &forces, &friction, &load);
-        let link_force =
-            forces.link.iter().zip(&friction).map(|(force, friction)| force.iter().zip(friction).map(|(a, b)| a + b).collect()).collect();
+        let link_force = forces
+            .link
+            .iter()
+            .zip(&friction)
+            .map(|(force, friction)| force.iter().zip(friction).map(|(a, b)| a + b).collect())
+            .collect();
         Equations {
             mode,
             derivative,
@@ -159,8 +167,8 @@ impl Motion {
         rows
     }
 
-    /// Makes coordinates that stick to each other move as one, and finds the friction forces `lambda` that hold them:
-    /// `J M^-1 J^T lambda = -J a`, of least size where several guides share the work.
+    /// Makes coordinates that stick to each other move as one, and finds the friction forces `lambda` that
+    /// hold them: `J M^-1 J^T lambda = -J a`, of least size where several guides share the work.
     fn stick(&self, stuck: &[(usize, [Option<usize>; 2])], acceleration: &mut [Row], friction: &mut [Row]) {
         if stuck.is_empty() {
             return;
@@ -176,7 +184,8 @@ impl Motion {
         }
         let gram = &mobility * jacobian.transpose();
         let largest = gram.amax();
-        let inverse = gram.pseudo_inverse(1e-12 * largest).unwrap_or_else(|_| DMatrix::zeros(stuck.len(), stuck.len()));
+        let inverse =
+            gram.pseudo_inverse(1e-12 * largest).unwrap_or_else(|_| DMatrix::zeros(stuck.len(), stuck.len()));
         for column in 0..self.layout.width() {
             let free = DVector::from_fn(n, |g, _| acceleration[g][column]);
             let lambda = -&inverse * (&jacobian * free);
@@ -184,7 +193,8 @@ impl Motion {
                 friction[*link][column] = lambda[k];
             }
         }
-        // The joint motion is that of the joined masses; written this way, rows of bodies at rest are zero and rows of joined ones equal, to the bit.
+        // The joint motion is that of the joined masses; written this way, rows of bodies at rest are zero
+        // and rows of joined ones equal, to the bit.
         let mut group: Vec<Option<usize>> = (0..n).map(Some).collect();
         for _ in 0..n {
             for (_, [a, b]) in stuck {
@@ -263,7 +273,8 @@ impl Motion {
                     add(&mut push, sign * link.damping, e_rate);
                     for (j, term) in self.terms.iter().enumerate() {
                         let tag: i8 = if side == StopSide::Upper { 1 } else { -1 };
-                        if matches!(term.law, super::NonlinearLaw::Cubic { link, side, .. } if link == i && side == tag) {
+                        if matches!(term.law, super::NonlinearLaw::Cubic { link, side, .. } if link == i && side == tag)
+                        {
                             push[self.layout.term(j)] += 1.0;
                         }
                     }
@@ -307,10 +318,18 @@ impl Motion {
         guards
     }
 
-    fn limit_guards(&self, i: usize, state: SwitchState, forces: &Forces, guard: &mut impl FnMut(Row, GuardValue)) {
+    fn limit_guards(
+        &self,
+        i: usize,
+        state: SwitchState,
+        forces: &Forces,
+        guard: &mut impl FnMut(Row, GuardValue),
+    ) {
         use SwitchState::{Minus, Plus, Rest};
         let drive = &self.assembly.drives[i];
-        let (Some(source), Some(force)) = (drive.velocity_source, self.layout.drives[i].force) else { return };
+        let (Some(source), Some(force)) = (drive.velocity_source, self.layout.drives[i].force) else {
+            return;
+        };
         let rate = source_rate(source, &self.lagged_command(i), &forces.stroke[i][1], force);
         match state {
             Rest => {
@@ -326,8 +345,8 @@ impl Motion {
         }
     }
 
-    /// Rows that are all positive while contact `i` pushes, and where the contact goes when one no longer is: with damping the force vanishes while
-    /// the contact is still compressed.
+    /// Rows that are all positive while contact `i` pushes, and where the contact goes when one no longer is:
+    /// with damping the force vanishes while the contact is still compressed.
     fn pushing_rows(&self, i: usize, d: &Row, rate: &Row) -> Vec<(Row, SwitchState)> {
         let law = self.assembly.contacts[i].law;
         if law.damping > 0.0 {

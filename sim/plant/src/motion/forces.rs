@@ -49,7 +49,12 @@ impl Motion {
             link_spring: Vec::new(),
             elongation: self.assembly.links.iter().map(|link| self.relative(link.b, link.a)).collect(),
             drive: Vec::new(),
-            stroke: self.assembly.drives.iter().map(|drive| self.relative(drive.on, drive.reacts_on)).collect(),
+            stroke: self
+                .assembly
+                .drives
+                .iter()
+                .map(|drive| self.relative(drive.on, drive.reacts_on))
+                .collect(),
             arguments: vec![None; self.terms.len()],
         };
         for i in 0..self.assembly.contacts.len() {
@@ -149,7 +154,8 @@ impl Motion {
                     add(&mut force, -link.damping, &rate);
                 }
                 for (j, term) in self.terms.iter().enumerate() {
-                    if matches!(term.law, NonlinearLaw::Cubic { link, side, .. } if link == i && side == tag) {
+                    if matches!(term.law, NonlinearLaw::Cubic { link, side, .. } if link == i && side == tag)
+                    {
                         // While the side would pull, its value is still needed to see when it pushes again.
                         forces.arguments[j] = Some([d.clone(), layout.zero()]);
                         spring[layout.term(j)] -= if pushes { sign } else { 0.0 };
@@ -208,7 +214,8 @@ impl Motion {
             command = own;
         }
         if let (Some(source), Some(force)) = (drive.velocity_source, states.force) {
-            let held = matches!(self.state_of(mode, Switch::Limit(i)), Some(SwitchState::Plus | SwitchState::Minus));
+            let held =
+                matches!(self.state_of(mode, Switch::Limit(i)), Some(SwitchState::Plus | SwitchState::Minus));
             let row = if held { layout.zero() } else { source_rate(source, &command, stroke_rate, force) };
             derivatives.push((force, row));
         }
@@ -217,7 +224,12 @@ impl Motion {
 }
 
 /// `(b_a (v_c - v) - f_a) / tau`, the paper's Fig. 2.
-pub(super) fn source_rate(source: crate::assembly::VelocitySource, command: &Row, stroke_rate: &Row, force: usize) -> Row {
+pub(super) fn source_rate(
+    source: crate::assembly::VelocitySource,
+    command: &Row,
+    stroke_rate: &Row,
+    force: usize,
+) -> Row {
     let mut row = scaled(source.damping, &difference(command, stroke_rate));
     row[force] -= 1.0;
     scaled(1.0 / source.time_constant, &row)

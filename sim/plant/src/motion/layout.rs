@@ -59,13 +59,26 @@ impl Layout {
             LowPass::FirstOrder { .. } => 1,
             LowPass::SecondOrder { .. } => 2,
         };
-        let filters = assembly.sensors.iter().map(|sensor| sensor.filters.iter().map(|filter| take(order(filter))).collect()).collect();
+        let filters = assembly
+            .sensors
+            .iter()
+            .map(|sensor| sensor.filters.iter().map(|filter| take(order(filter))).collect())
+            .collect();
         let mut take = |n: usize| {
             next += n;
             next - n
         };
-        let moving_gaps = assembly.contacts.iter().map(|contact| contact.profile.as_ref().map(|_| take(4))).collect();
-        Self { coordinates: coordinates.count(), states: next, inputs: assembly.drives.len(), terms, drives, filters, moving_gaps }
+        let moving_gaps =
+            assembly.contacts.iter().map(|contact| contact.profile.as_ref().map(|_| take(4))).collect();
+        Self {
+            coordinates: coordinates.count(),
+            states: next,
+            inputs: assembly.drives.len(),
+            terms,
+            drives,
+            filters,
+            moving_gaps,
+        }
     }
 
     /// Position of coordinate `g`.
@@ -88,7 +101,8 @@ impl Layout {
         self.states
     }
 
-    /// Number of inputs: one per drive, its command after the static part of its chain (where the rate is limited, what the command ramps to).
+    /// Number of inputs: one per drive, its command after the static part of its chain (where the rate is
+    /// limited, what the command ramps to).
     pub fn inputs(&self) -> usize {
         self.inputs
     }
@@ -128,8 +142,9 @@ impl Layout {
         self.drives[drive].force
     }
 
-    /// The first of the four states of a contact's moving gap: what is added to the gap, its rate, and the derivatives of that in [`GAP_TIME_S`], so that
-    /// all have a size of their own: `offset`, `offset'`, `GAP_TIME_S offset''`, `GAP_TIME_S^2 offset'''`.
+    /// The first of the four states of a contact's moving gap: what is added to the gap, its rate, and the
+    /// derivatives of that in [`GAP_TIME_S`], so that all have a size of their own: `offset`, `offset'`,
+    /// `GAP_TIME_S offset''`, `GAP_TIME_S^2 offset'''`.
     pub fn moving_gap(&self, contact: usize) -> Option<usize> {
         self.moving_gaps[contact]
     }

@@ -1,10 +1,12 @@
 //! Equations of motion, one linear set per mode.
 //!
 //! Between events and with held inputs a machine of springs, dampers, contacts and dry friction is linear:
-//! `x' = A xi`, with the state `x = [q, v, z]` and the extended vector `xi = [x, u, 1, w]`. `q` and `v` are coordinates and speeds of the bodies that
-//! move on their own, `z` the states of drives, filters and moving gaps, `u` the held inputs, `w` the values of those laws that are not linear
-//! ([`NonlinearTerm`]; none in most machines). Which contact touches, which guide sticks, is the [`Mode`]; a [`Guard`] that falls below zero ends it.
-//! Every integrator, the linear theory and the second engine draw on these rows; there is no other definition of the motion.
+//! `x' = A xi`, with the state `x = [q, v, z]` and the extended vector `xi = [x, u, 1, w]`. `q` and `v` are
+//! coordinates and speeds of the bodies that move on their own, `z` the states of drives, filters and moving
+//! gaps, `u` the held inputs, `w` the values of those laws that are not linear ([`NonlinearTerm`]; none in
+//! most machines). Which contact touches, which guide sticks, is the [`Mode`]; a [`Guard`] that falls below
+//! zero ends it. Every integrator, the linear theory and the second engine draw on these rows; there is no
+//! other definition of the motion.
 
 mod coordinates;
 mod energy;
@@ -39,12 +41,17 @@ impl Motion {
     /// Chooses coordinates and numbers everything that moves or switches.
     ///
     /// # Errors
-    /// Bodies that move as one but start apart in velocity, a machine in which nothing moves, or more switches than a [`Mode`] holds.
+    /// Bodies that move as one but start apart in velocity, a machine in which nothing moves, or more
+    /// switches than a [`Mode`] holds.
     pub fn new(assembly: Assembly) -> Result<Self, Vec<Problem>> {
         let coordinates = Coordinates::new(&assembly)?;
         let switches = mode::switches(&assembly, &coordinates);
         if switches.len() > Mode::CAPACITY {
-            let message = format!("{} contacts, plays, frictions and limits that switch; {} is the most", switches.len(), Mode::CAPACITY);
+            let message = format!(
+                "{} contacts, plays, frictions and limits that switch; {} is the most",
+                switches.len(),
+                Mode::CAPACITY
+            );
             return Err(vec![Problem::new("", message, "split the machine")]);
         }
         let terms = nonlinear::terms(&assembly, &coordinates);
@@ -92,13 +99,19 @@ impl Motion {
         for (i, contact) in self.assembly.contacts.iter().enumerate() {
             if let (Some(first), Some(profile)) = (self.layout.moving_gap(i), &contact.profile) {
                 let piece = profile.piece_from(t_s);
-                let scaled = [piece.offset, piece.rate, GAP_TIME_S * piece.curvature, GAP_TIME_S * GAP_TIME_S * piece.jerk];
+                let scaled = [
+                    piece.offset,
+                    piece.rate,
+                    GAP_TIME_S * piece.curvature,
+                    GAP_TIME_S * GAP_TIME_S * piece.jerk,
+                ];
                 state[first..first + 4].copy_from_slice(&scaled);
             }
         }
     }
 
-    /// The state at the start: positions and velocities as given, drives and filters at rest, gaps as they move then.
+    /// The state at the start: positions and velocities as given, drives and filters at rest, gaps as they
+    /// move then.
     pub fn initial_state(&self) -> Vec<f64> {
         let mut state = vec![0.0; self.layout.states()];
         for g in 0..self.coordinates.count() {

@@ -34,7 +34,8 @@ pub enum Switch {
 pub enum SwitchState {
     /// Contact or stop: apart. Friction: sticking. Limit: not reached. Ramp: at its target.
     Rest = 0,
-    /// Contact or stop: still compressed, but coming apart faster than the law pushes, so no force. Friction: sliding backward. Limit: at the lower one. Ramp: falling.
+    /// Contact or stop: still compressed, but coming apart faster than the law pushes, so no force. Friction:
+    /// sliding backward. Limit: at the lower one. Ramp: falling.
     Minus = 1,
     /// Contact or stop: pushing. Friction: sliding forward. Limit: at the upper one. Ramp: rising.
     Plus = 2,
@@ -65,19 +66,26 @@ impl Mode {
 }
 
 pub(super) fn switches(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Switch> {
-    // Two nodes that share a coordinate (or are both fixed) cannot move against each other: nothing there switches.
+    // Two nodes that share a coordinate (or are both fixed) cannot move against each other: nothing there
+    // switches.
     let apart = |a, b| coordinates.of(a) != coordinates.of(b);
     let contacts = (assembly.contacts.iter().enumerate())
         .filter(|(_, contact)| contact.engagement == Engagement::Unilateral && apart(contact.a, contact.b))
         .map(|(i, _)| Switch::Contact(i));
     let links = assembly.links.iter().enumerate().filter(|(_, link)| !link.rigid && apart(link.a, link.b));
     let links = links.flat_map(|(i, link)| {
-        let play = (link.play > 0.0).then_some([Switch::Stop(i, StopSide::Upper), Switch::Stop(i, StopSide::Lower)]);
+        let play =
+            (link.play > 0.0).then_some([Switch::Stop(i, StopSide::Upper), Switch::Stop(i, StopSide::Lower)]);
         play.into_iter().flatten().chain(link.friction.acts().then_some(Switch::Friction(i)))
     });
     let limits = (assembly.drives.iter().enumerate())
         .filter(|(_, drive)| drive.velocity_source.is_some() && drive.limit.is_finite())
         .map(|(i, _)| Switch::Limit(i));
-    let ramps = assembly.drives.iter().enumerate().filter(|(_, drive)| drive.rate_limit.is_finite()).map(|(i, _)| Switch::Ramp(i));
+    let ramps = assembly
+        .drives
+        .iter()
+        .enumerate()
+        .filter(|(_, drive)| drive.rate_limit.is_finite())
+        .map(|(i, _)| Switch::Ramp(i));
     contacts.chain(links).chain(limits).chain(ramps).collect()
 }

@@ -7,7 +7,8 @@ use crate::description::Engagement;
 /// A law `w = f(a, b)` of one or two linear functionals of the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NonlinearLaw {
-    /// `k d^n (1 + alpha d') + c d' + cubic d^3`, with `d`, `d'` as arguments; odd in `d` where the contact is clamped.
+    /// `k d^n (1 + alpha d') + c d' + cubic d^3`, with `d`, `d'` as arguments; odd in `d` where the contact
+    /// is clamped.
     Contact {
         /// The contact.
         contact: usize,
@@ -25,7 +26,8 @@ pub enum NonlinearLaw {
         /// Whether it pushes only.
         unilateral: bool,
     },
-    /// The sign of that law, for an undamped one that only pushes: its force over the power of `d` that vanishes with it.
+    /// The sign of that law, for an undamped one that only pushes: its force over the power of `d` that
+    /// vanishes with it.
     Release {
         /// The contact.
         contact: usize,
@@ -80,22 +82,31 @@ impl NonlinearTerm {
     pub fn value(&self, a: f64, b: f64) -> f64 {
         match self.law {
             NonlinearLaw::Contact { law, unilateral, .. } => {
-                // The damping that grows with compression opposes the motion on either side of a clamped contact.
+                // The damping that grows with compression opposes the motion on either side of a clamped
+                // contact.
                 let spring = law.stiffness * power(&law, a, unilateral);
                 let growing = if unilateral { spring } else { spring.abs() };
                 spring + growing * law.alpha * b + law.damping * b + law.cubic * a * a * a
             }
-            NonlinearLaw::Elastic { law, unilateral, .. } => law.stiffness * power(&law, a, unilateral) + law.cubic * a * a * a,
+            NonlinearLaw::Elastic { law, unilateral, .. } => {
+                law.stiffness * power(&law, a, unilateral) + law.cubic * a * a * a
+            }
             NonlinearLaw::Release { law, .. } => {
                 let factor = 1.0 + law.alpha * b;
                 let (power, ratio) = release(&law);
                 let d = a.max(0.0);
-                if power >= 0.0 { factor + ratio * d.powf(power) } else { factor * d.powf(-power) / ratio + 1.0 }
+                if power >= 0.0 {
+                    factor + ratio * d.powf(power)
+                } else {
+                    factor * d.powf(-power) / ratio + 1.0
+                }
             }
             NonlinearLaw::Cubic { cubic, .. } => cubic * a * a * a,
             NonlinearLaw::Stribeck { excess, velocity, .. } => excess * (-(a / velocity).powi(2)).exp(),
             NonlinearLaw::Load { .. } => a.abs(),
-            NonlinearLaw::Ripple { amplitude, pitch, phase, .. } => amplitude * (std::f64::consts::TAU * a / pitch + phase).sin(),
+            NonlinearLaw::Ripple { amplitude, pitch, phase, .. } => {
+                amplitude * (std::f64::consts::TAU * a / pitch + phase).sin()
+            }
         }
     }
 }
@@ -107,8 +118,12 @@ impl NonlinearTerm {
             NonlinearLaw::Contact { law, unilateral, .. } => {
                 let spring = law.stiffness * power(&law, a, unilateral);
                 let slope = law.stiffness * power_slope(&law, a, unilateral);
-                let (growing, growing_slope) = if unilateral { (spring, slope) } else { (spring.abs(), slope * a.signum()) };
-                [slope + growing_slope * law.alpha * b + 3.0 * law.cubic * a * a, growing * law.alpha + law.damping]
+                let (growing, growing_slope) =
+                    if unilateral { (spring, slope) } else { (spring.abs(), slope * a.signum()) };
+                [
+                    slope + growing_slope * law.alpha * b + 3.0 * law.cubic * a * a,
+                    growing * law.alpha + law.damping,
+                ]
             }
             NonlinearLaw::Elastic { law, unilateral, .. } => {
                 [law.stiffness * power_slope(&law, a, unilateral) + 3.0 * law.cubic * a * a, 0.0]
@@ -124,7 +139,9 @@ impl NonlinearTerm {
                 }
             }
             NonlinearLaw::Cubic { cubic, .. } => [3.0 * cubic * a * a, 0.0],
-            NonlinearLaw::Stribeck { velocity, .. } => [-2.0 * a / (velocity * velocity) * self.value(a, b), 0.0],
+            NonlinearLaw::Stribeck { velocity, .. } => {
+                [-2.0 * a / (velocity * velocity) * self.value(a, b), 0.0]
+            }
             NonlinearLaw::Load { .. } => [a.signum(), 0.0],
             NonlinearLaw::Ripple { amplitude, pitch, phase, .. } => {
                 let k = std::f64::consts::TAU / pitch;
@@ -139,7 +156,8 @@ fn release(law: &ForceLaw) -> (f64, f64) {
     (3.0 - law.exponent, law.cubic / law.stiffness)
 }
 
-/// `d^n`; a law that pushes only has none for `d < 0`, a clamped one is continued oddly, so that it pulls as it pushes.
+/// `d^n`; a law that pushes only has none for `d < 0`, a clamped one is continued oddly, so that it pulls as
+/// it pushes.
 fn power(law: &ForceLaw, d: f64, unilateral: bool) -> f64 {
     if unilateral { d.max(0.0).powf(law.exponent) } else { d.abs().powf(law.exponent).copysign(d) }
 }
@@ -159,32 +177,47 @@ pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Nonli
             laws.push(NonlinearLaw::Contact { contact, law: part.law, unilateral });
             laws.push(NonlinearLaw::Elastic { contact, law: part.law, unilateral });
             let law = part.law;
-            // Otherwise the force vanishes with the compression, with a linear factor, or by a damper whose whole force is the guard.
+            // Otherwise the force vanishes with the compression, with a linear factor, or by a damper whose
+            // whole force is the guard.
             if unilateral && law.damping <= 0.0 && law.alpha > 0.0 && law.stiffness > 0.0 && law.cubic > 0.0 {
                 laws.push(NonlinearLaw::Release { contact, law });
             }
         }
     }
     let mut loads = false;
-    for (link, part) in assembly.links.iter().enumerate().filter(|(_, part)| !part.rigid && apart(part.a, part.b)) {
+    for (link, part) in
+        assembly.links.iter().enumerate().filter(|(_, part)| !part.rigid && apart(part.a, part.b))
+    {
         if part.cubic != 0.0 {
             let sides: &[i8] = if part.play > 0.0 { &[1, -1] } else { &[0] };
             laws.extend(sides.iter().map(|&side| NonlinearLaw::Cubic { link, side, cubic: part.cubic }));
         }
         let friction = part.friction;
         if friction.stribeck_excess > 0.0 {
-            laws.push(NonlinearLaw::Stribeck { link, excess: friction.stribeck_excess, velocity: friction.stribeck_velocity });
+            laws.push(NonlinearLaw::Stribeck {
+                link,
+                excess: friction.stribeck_excess,
+                velocity: friction.stribeck_velocity,
+            });
         }
         loads |= friction.load_ratio > 0.0;
     }
     if loads {
-        let clamped =
-            assembly.contacts.iter().enumerate().filter(|(_, part)| part.engagement == Engagement::Clamped && apart(part.a, part.b));
+        let clamped = assembly
+            .contacts
+            .iter()
+            .enumerate()
+            .filter(|(_, part)| part.engagement == Engagement::Clamped && apart(part.a, part.b));
         laws.extend(clamped.map(|(contact, _)| NonlinearLaw::Load { contact }));
     }
     for (drive, part) in assembly.drives.iter().enumerate() {
         let ripples = part.ripples.iter().filter(|ripple| ripple.amplitude != 0.0);
-        laws.extend(ripples.map(|r| NonlinearLaw::Ripple { drive, amplitude: r.amplitude, pitch: r.pitch, phase: r.phase }));
+        laws.extend(ripples.map(|r| NonlinearLaw::Ripple {
+            drive,
+            amplitude: r.amplitude,
+            pitch: r.pitch,
+            phase: r.phase,
+        }));
     }
     laws.into_iter().map(|law| NonlinearTerm { law }).collect()
 }
@@ -193,7 +226,8 @@ pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Nonli
 mod tests {
     use super::*;
 
-    /// Error of a central difference whose step is 1e-5 of the scale: 1e-10, and its rounding 1e-11, with room.
+    /// Error of a central difference whose step is 1e-5 of the scale: 1e-10, and its rounding 1e-11, with
+    /// room.
     const DIFFERENCE: f64 = 1e-8;
 
     #[test]
@@ -217,7 +251,11 @@ mod tests {
                 let by_b = (term.value(a, b + h) - term.value(a, b - h)) / (2.0 * h);
                 let [da, db] = term.gradient(a, b);
                 let scale = 1.0 + by_a.abs() + by_b.abs() + term.value(a, b).abs();
-                assert!((da - by_a).abs() + (db - by_b).abs() < DIFFERENCE * scale, "{:?} at {a}, {b}", term.law);
+                assert!(
+                    (da - by_a).abs() + (db - by_b).abs() < DIFFERENCE * scale,
+                    "{:?} at {a}, {b}",
+                    term.law
+                );
             }
         }
     }

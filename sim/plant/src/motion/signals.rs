@@ -9,9 +9,10 @@ use crate::assembly::{GROUND_NODE, NodeId, SensorPart, Source};
 use crate::description::{LowPass, Quantity};
 
 impl Motion {
-    /// What each state is, in the numbering of [`super::Layout`]: positions and velocities as signals are named, `<drive>.ramp`, `<drive>.lag1`,
-    /// `<drive>.force`, `<sensor>.filter1` and so on (of a second-order filter the output and its rate over its corner's angular frequency), and the
-    /// four of a moving gap.
+    /// What each state is, in the numbering of [`super::Layout`]: positions and velocities as signals are
+    /// named, `<drive>.ramp`, `<drive>.lag1`, `<drive>.force`, `<sensor>.filter1` and so on (of a
+    /// second-order filter the output and its rate over its corner's angular frequency), and the four of a
+    /// moving gap.
     pub fn state_names(&self) -> Vec<String> {
         let mut names = vec![String::new(); self.layout.states()];
         for g in 0..self.coordinates.count() {
@@ -42,8 +43,9 @@ impl Motion {
         names
     }
 
-    /// A signal of the plant as a row of the extended vector; `None` for what no row can tell: whether a contact touches and where, and what a drive was
-    /// commanded before delay and limits. A sensor's row ends with its filters; gain, bias, noise and quantisation come after.
+    /// A signal of the plant as a row of the extended vector; `None` for what no row can tell: whether a
+    /// contact touches and where, and what a drive was commanded before delay and limits. A sensor's row ends
+    /// with its filters; gain, bias, noise and quantisation come after.
     pub fn signal(&self, equations: &Equations, source: Source) -> Option<Row> {
         Some(match source {
             Source::Node(node, Quantity::Acceleration) => self.acceleration(&equations.derivative, node),
@@ -60,14 +62,16 @@ impl Motion {
                 let sensor = &self.assembly.sensors[i];
                 match self.layout.filters[i].last() {
                     Some(&state) => self.layout.unit(state),
-                    None => self.unfiltered(sensor, &equations.derivative, |source| self.signal(equations, source))?,
+                    None => self
+                        .unfiltered(sensor, &equations.derivative, |source| self.signal(equations, source))?,
                 }
             }
             _ => return None,
         })
     }
 
-    /// Sets the filters of all sensors to rest at the signals of a state `xi`, so that a run starts without their transient.
+    /// Sets the filters of all sensors to rest at the signals of a state `xi`, so that a run starts without
+    /// their transient.
     pub fn settle_filters(&self, equations: &Equations, xi: &mut [f64]) {
         for (i, sensor) in self.assembly.sensors.iter().enumerate() {
             let row = self.unfiltered(sensor, &equations.derivative, |source| self.signal(equations, source));
@@ -92,7 +96,12 @@ impl Motion {
     }
 
     /// What the filters of a sensor receive.
-    fn unfiltered(&self, sensor: &SensorPart, derivative: &[Row], signal: impl Fn(Source) -> Option<Row>) -> Option<Row> {
+    fn unfiltered(
+        &self,
+        sensor: &SensorPart,
+        derivative: &[Row],
+        signal: impl Fn(Source) -> Option<Row>,
+    ) -> Option<Row> {
         let mut row = signal(sensor.source)?;
         if let Source::Node(_, quantity) = sensor.source
             && sensor.relative_to != GROUND_NODE
@@ -124,7 +133,10 @@ impl Motion {
             if sensor.filters.is_empty() {
                 continue;
             }
-            let Some(mut input) = self.unfiltered(sensor, derivative, |source| signal(derivative, source)) else { continue };
+            let Some(mut input) = self.unfiltered(sensor, derivative, |source| signal(derivative, source))
+            else {
+                continue;
+            };
             for (filter, &first) in sensor.filters.iter().zip(&self.layout.filters[i]) {
                 input = self.filter(filter, first, &input, derivative);
             }

@@ -9,7 +9,7 @@ use std::path::Path;
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::diagnose;
-use feeler_scenarios::sweep::{Options, Sweep};
+use feeler_studies::sweep::{Options, Sweep};
 
 /// Maps of M2, gain by wall stiffness: two seconds each under its controller at 1 kHz, every measure taken,
 /// rows written as Parquet. One element is one variant.

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use feeler_engine::{Integrator, Scenario};
-use feeler_scenarios::format::{Document, FormatError};
+use feeler_files::{Document, FormatError};
 
 /// A reference machine with what is known of it from elsewhere.
 #[derive(Clone, Copy, Debug)]

@@ -9,9 +9,9 @@ use std::path::PathBuf;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use feeler_engine::Integrator;
+use feeler_files::TEMPLATES;
 use feeler_plant::effects::LIBRARY;
-use feeler_scenarios::format::TEMPLATES;
-use feeler_scenarios::sweep::Shard;
+use feeler_studies::sweep::Shard;
 
 /// Folder of the scenario files where the project lies.
 pub(crate) const DEFAULT_SCENARIOS: &str = "scenarios";

@@ -6,9 +6,9 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use feeler_diagnosis::DiagnosisError;
-use feeler_scenarios::format::FormatError;
-use feeler_scenarios::run::RunError;
-use feeler_scenarios::sweep::SweepError;
+use feeler_files::FormatError;
+use feeler_studies::run::RunError;
+use feeler_studies::sweep::SweepError;
 
 use crate::terminal;
 

@@ -6,7 +6,7 @@ use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Component, Path, PathBuf};
 
-use feeler_scenarios::write_whole;
+use feeler_studies::write_whole;
 
 use crate::failure::BadInput;
 

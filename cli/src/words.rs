@@ -1,6 +1,6 @@
 //! A run in plain words.
 
-use feeler_scenarios::run::{ContactSummary, Oscillation, Outcome, Summary, Undecided};
+use feeler_studies::run::{ContactSummary, Oscillation, Outcome, Summary, Undecided};
 
 use crate::numbers::{count, plain, with_unit};
 use crate::units::Units;

@@ -174,7 +174,7 @@ impl fmt::Display for Difference {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use feeler_scenarios::format::Document;
+    use feeler_files::Document;
 
     const BELIEVED: &str =
         "[bodies.tip]\nmass = 5.0\n[springs.guide]\nbetween = [\"ground\", \"tip\"]\ndamping = 60.0\n";

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
+use feeler_files::FormatError;
 use feeler_lti::LtiError;
 use feeler_plant::problem::Problem;
-use feeler_scenarios::format::FormatError;
 use thiserror::Error;
 
 /// Why there is no diagnosis.

@@ -7,9 +7,9 @@ use feeler_diagnosis::dataset::{Channel, Dataset, Record};
 use feeler_diagnosis::predict::Predictor;
 use feeler_diagnosis::report::Verdict;
 use feeler_diagnosis::{Diagnosis, diagnose};
+use feeler_files::Document;
 use feeler_plant::assembly::{Source, assemble};
 use feeler_plant::description::Engagement;
-use feeler_scenarios::format::Document;
 
 const SPACING_S: f64 = 1e-3;
 const ROWS: usize = 1200;

@@ -6,9 +6,9 @@ use std::f64::consts::TAU;
 use feeler_diagnosis::dataset::{Channel, Dataset, Record};
 use feeler_diagnosis::diagnose;
 use feeler_diagnosis::predict::Predictor;
+use feeler_files::Document;
 use feeler_plant::assembly::{Source, assemble};
 use feeler_plant::description::{Engagement, Machine};
-use feeler_scenarios::format::Document;
 
 const SPACING_S: f64 = 1e-3;
 const ROWS: usize = 700;

@@ -23,7 +23,19 @@ const ARROWS: &[(&str, &[&str])] = &[
         &["feeler-lanes", "feeler-lti", "feeler-plant", "feeler-control", "feeler-engine", "feeler-analysis"],
     ),
     (
-        "feeler-scenarios",
+        "feeler-files",
+        &[
+            "feeler-plant",
+            "feeler-control",
+            "feeler-engine",
+            "feeler-arm",
+            "feeler-geometry",
+            "feeler-multibody",
+            "feeler-manipulator",
+        ],
+    ),
+    (
+        "feeler-studies",
         &[
             "feeler-lanes",
             "feeler-lti",
@@ -35,7 +47,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "feeler-geometry",
             "feeler-multibody",
             "feeler-manipulator",
-            "feeler-sim",
+            "feeler-files",
         ],
     ),
     (
@@ -48,7 +60,8 @@ const ARROWS: &[(&str, &[&str])] = &[
             "feeler-engine",
             "feeler-analysis",
             "feeler-sim",
-            "feeler-scenarios",
+            "feeler-files",
+            "feeler-studies",
         ],
     ),
     (
@@ -61,7 +74,8 @@ const ARROWS: &[(&str, &[&str])] = &[
             "feeler-engine",
             "feeler-analysis",
             "feeler-sim",
-            "feeler-scenarios",
+            "feeler-files",
+            "feeler-studies",
         ],
     ),
 ];

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use feeler_engine::{Integrator, Program, RunSettings, Scenario, Simulation, Trace};
+use feeler_files::Document;
 use feeler_plant::description::{Quantity, SignalName};
-use feeler_scenarios::format::Document;
 use serde::Serialize;
 
 use crate::error::ValidationError;

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use feeler_control::{ForceGains, ReferenceSpec};
 use feeler_engine::{Integrator, Program, Scenario, Trace};
+use feeler_files::Document;
 use feeler_plant::description::{ActuatorKind, Engagement, Quantity, SignalName};
-use feeler_scenarios::format::Document;
-use feeler_scenarios::run::simulation;
+use feeler_studies::run::simulation;
 use serde::Serialize;
 
 use crate::convergence::{Point, slope};

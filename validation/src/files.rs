@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use feeler_analysis::{LinearMachine, View};
+use feeler_files::Document;
 use feeler_lti::C64;
 use feeler_plant::description::{ActuatorKind, Machine, Quantity, SignalName};
-use feeler_scenarios::format::Document;
 
 use crate::error::ValidationError;
 use crate::paper::{Axis, IDEAL, Model, SOURCE};

@@ -4,8 +4,8 @@ use feeler_analysis::{
     AnalysisError, Band, Edge, MarginReport, Report, Request, StableRange, View, analyze, curves,
 };
 use feeler_engine::Scenario;
+use feeler_files::{Document, Draft};
 use feeler_lti::LtiError;
-use feeler_scenarios::format::{Document, Draft};
 
 use super::operating_point;
 use crate::arguments::Analyze;

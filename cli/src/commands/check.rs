@@ -5,7 +5,7 @@ use std::path::Path;
 use feeler_diagnosis::DiagnosisError;
 use feeler_diagnosis::dataset::{Dataset, Fault, in_words};
 use feeler_engine::{EngineError, Program};
-use feeler_scenarios::format::{ArmFile, CellFile, DatasetFile, Draft, FormatError, SweepFile, read_text};
+use feeler_files::{ArmFile, CellFile, DatasetFile, Draft, FormatError, SweepFile, read_text};
 use serde_json::{Value, json};
 
 use crate::arguments::Check;

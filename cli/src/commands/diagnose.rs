@@ -7,7 +7,7 @@ use feeler_diagnosis::difference::Difference;
 use feeler_diagnosis::replay::{Replay, replay_record};
 use feeler_diagnosis::report::{Diagnosis, NextExperiment};
 use feeler_diagnosis::{DiagnosisError, diagnose};
-use feeler_scenarios::format::machine_to_toml;
+use feeler_files::machine_to_toml;
 use rayon::prelude::*;
 
 use crate::arguments::Diagnose;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use feeler_files::{Draft, machine_to_toml};
 use feeler_plant::description::Engagement;
-use feeler_scenarios::format::{Draft, machine_to_toml};
 use feeler_validation::ValidationError;
 use feeler_validation::landmarks::{Chain, Fit, LANDMARK_HZ, Search, simulated_landmarks};
 

@@ -1,6 +1,6 @@
 //! `feeler merge`.
 
-use feeler_scenarios::sweep::{Table, merge};
+use feeler_studies::sweep::{Table, merge};
 
 use crate::arguments::Merge;
 use crate::numbers::count;

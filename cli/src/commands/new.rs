@@ -4,7 +4,7 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
-use feeler_scenarios::format::{TEMPLATES, template};
+use feeler_files::{TEMPLATES, template};
 
 use crate::arguments::New;
 use crate::failure::BadInput;

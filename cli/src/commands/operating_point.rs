@@ -2,7 +2,7 @@
 
 use feeler_analysis::ContactView;
 use feeler_engine::Scenario;
-use feeler_scenarios::operating_point::{Dependence, force_dependence, wanted_force_n};
+use feeler_studies::operating_point::{Dependence, force_dependence, wanted_force_n};
 
 use crate::arguments::Analyze;
 use crate::failure::BadInput;

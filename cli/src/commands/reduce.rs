@@ -5,11 +5,11 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use feeler_arm::{Agreement, ArmError, Landmark, Measured, Others, inverse_kinematics, usual_starts};
-use feeler_scenarios::arm::{
+use feeler_files::ArmFile;
+use feeler_studies::arm::{
     ArmFileError, AxisFile, Grid, MapPoint, MapValues, NoAxis, ToolContact, axis_file, bandwidth_map,
     distrust, gain_in_words, tool_target, without_axis,
 };
-use feeler_scenarios::format::ArmFile;
 use serde_json::{Value, json};
 
 use crate::arguments::Reduce;

@@ -5,7 +5,7 @@ use std::fs;
 
 use feeler_diagnosis::dataset::{Dataset, in_words};
 use feeler_diagnosis::replay::{Replay, replay};
-use feeler_scenarios::format::Document;
+use feeler_files::Document;
 use serde_json::json;
 
 use crate::arguments::Replay as Arguments;

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use feeler_engine::{EngineError, Integrator};
-use feeler_scenarios::format::{Document, Draft, EXACT_PAYS_UP_TO_BODIES, longest_step_s};
-use feeler_scenarios::run::{self, RunError, RunResult, Summary, write_csv, write_parquet};
+use feeler_files::{Document, Draft, EXACT_PAYS_UP_TO_BODIES, longest_step_s};
+use feeler_studies::run::{self, RunError, RunResult, Summary, write_csv, write_parquet};
 
 use super::run_arm;
 use crate::arguments::Run;

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use feeler_scenarios::format::{CellFile, Draft};
-use feeler_scenarios::run::{CellRun, RunError, run_cell, write_csv, write_parquet};
+use feeler_files::{CellFile, Draft};
+use feeler_studies::run::{CellRun, RunError, run_cell, write_csv, write_parquet};
 
 use crate::arguments::Run;
 use crate::failure::BadInput;

@@ -1,6 +1,6 @@
 //! `feeler schema`.
 
-use feeler_scenarios::format::{cell_schema, dataset_schema, schema, sweep_schema};
+use feeler_files::{cell_schema, dataset_schema, schema, sweep_schema};
 
 use crate::arguments::{FileKind, Schema};
 use crate::terminal;

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use feeler_scenarios::sweep::{self, Options, SweepResult};
+use feeler_studies::sweep::{self, Options, SweepResult};
 
 use crate::arguments::Sweep;
 use crate::numbers::{count, plain, with_unit};

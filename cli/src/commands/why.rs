@@ -2,9 +2,9 @@
 
 use std::sync::Mutex;
 
-use feeler_scenarios::format::Draft;
-use feeler_scenarios::run::Outcome;
-use feeler_scenarios::why::{Change, Explanation, Trial, explain};
+use feeler_files::Draft;
+use feeler_studies::run::Outcome;
+use feeler_studies::why::{Change, Explanation, Trial, explain};
 
 use crate::arguments::Why;
 use crate::numbers::{percent, plain, with_unit};
@@ -137,7 +137,7 @@ pub(crate) fn amplitude(trial: &Trial, units: Units) -> Option<String> {
 
 /// A row per remedy.
 pub(crate) fn remedy_rows(found: &Explanation) -> Vec<Vec<String>> {
-    let row = |remedy: &feeler_scenarios::why::Remedy| {
+    let row = |remedy: &feeler_studies::why::Remedy| {
         vec![
             remedy.what.clone(),
             format!("{} %", percent(remedy.gain_factor)),

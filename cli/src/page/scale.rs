@@ -1,7 +1,7 @@
 //! The axes of plots: where values lie, which are marked, and how their numbers are written: all with the
 //! same factor, which the title names.
 
-use feeler_scenarios::sweep::share_between;
+use feeler_studies::sweep::share_between;
 
 use crate::numbers::{PREFIXES, plain};
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use feeler_scenarios::arm::{MapPoint, MapValues, NoAxis, without_axis};
+use feeler_studies::arm::{MapPoint, MapValues, NoAxis, without_axis};
 use serde_json::{Value, json};
 
 use crate::numbers::{plain, with_unit};

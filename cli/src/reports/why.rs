@@ -1,8 +1,8 @@
 //! The page of an explanation.
 
-use feeler_scenarios::format::Document;
-use feeler_scenarios::run::Outcome;
-use feeler_scenarios::why::{Explanation, Trial};
+use feeler_files::Document;
+use feeler_studies::run::Outcome;
+use feeler_studies::why::{Explanation, Trial};
 
 use crate::commands::why::{amplitude, others, remedy_rows, trial_rows};
 use crate::page::Page;

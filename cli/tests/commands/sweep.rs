@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use assert_cmd::cargo::cargo_bin;
-use feeler_scenarios::sweep::Table;
+use feeler_studies::sweep::Table;
 
 use crate::bench::{Bench, DONE, exists};
 

@@ -1,7 +1,7 @@
 //! Looks for faults of measured series, and makes records of those that are sound.
 
+use feeler_files::Experiment;
 use feeler_plant::description::{Engagement, Quantity};
-use feeler_scenarios::format::Experiment;
 
 use super::fault::{Fault, FaultKind};
 use super::{Channel, Dataset, Record, Table, file_name, role_is_check};

@@ -14,9 +14,9 @@ pub use fault::{Fault, FaultKind, Yardstick, in_words};
 
 use std::path::{Path, PathBuf};
 
+use feeler_files::{DatasetFile, Role};
 use feeler_plant::assembly::{Source, resolve};
 use feeler_plant::description::{Engagement, Machine, Quantity};
-use feeler_scenarios::format::{DatasetFile, Role};
 use indexmap::IndexMap;
 
 use crate::error::DiagnosisError;

@@ -15,10 +15,10 @@ use std::f64::consts::TAU;
 
 use feeler_analysis::frf::{Excitation, Experiment, NoiseMethod};
 use feeler_analysis::{LinearMachine, View, modes};
+use feeler_files::Document;
 use feeler_lti::C64;
 use feeler_lti::spectral::{LocalPolynomialSettings, common_poles};
 use feeler_plant::description::{Engagement, Machine, Quantity, SignalName};
-use feeler_scenarios::format::Document;
 use serde::Serialize;
 
 use crate::error::ValidationError;

@@ -3,10 +3,10 @@
 use feeler_analysis::frf::Experiment;
 use feeler_diagnosis::DiagnosisError;
 use feeler_diagnosis::dataset::{Dataset, Fault, Record};
+use feeler_files::DatasetFile;
 use feeler_lti::spectral::{CrossSpectra, ResponseEstimate, WelchSettings, cross_spectra};
 use feeler_plant::description::{Engagement, Quantity, SignalName};
 use feeler_plant::names::did_you_mean;
-use feeler_scenarios::format::DatasetFile;
 
 use super::evaluate::{Evaluated, Pair, SEGMENTS, choose as choose_method, evaluate};
 use super::{Response, ToldApart, band, between, refused, require, require_path, sensed};

@@ -3,10 +3,10 @@
 use clap::ValueEnum;
 use feeler_analysis::LinearMachine;
 use feeler_analysis::frf::{Excitation, Experiment, NoiseMethod};
+use feeler_files::{Document, Draft};
 use feeler_lti::spectral::LocalPolynomialSettings;
 use feeler_plant::assembly::assemble;
 use feeler_plant::description::{ActuatorKind, Engagement, Machine, Quantity, SignalName};
-use feeler_scenarios::format::{Document, Draft};
 
 use super::{
     Response, ToldApart, band, between, estimator, refused, require, require_path, require_segments, sensed,

@@ -8,7 +8,7 @@ mod verdict;
 pub(crate) mod waterfall;
 
 use feeler_analysis::{Curves, ModeReport, RankedBy, Relief, Report};
-use feeler_scenarios::format::Document;
+use feeler_files::Document;
 
 use crate::numbers::{plain, with_unit};
 use crate::page::{Page, Tile};

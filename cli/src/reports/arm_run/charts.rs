@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use feeler_engine::Trace;
-use feeler_scenarios::format::CellFile;
-use feeler_scenarios::run::CellRun;
+use feeler_files::CellFile;
+use feeler_studies::run::CellRun;
 
 use crate::page::{Chart, ChartKind, Page, Series, by_extremes};
 

@@ -3,8 +3,8 @@
 mod charts;
 mod scene;
 
-use feeler_scenarios::format::CellFile;
-use feeler_scenarios::run::{CellRun, CellSummary};
+use feeler_files::CellFile;
+use feeler_studies::run::{CellRun, CellSummary};
 
 use crate::numbers::{count, percent, plain, with_unit};
 use crate::page::{Page, Tile};

@@ -1,8 +1,8 @@
 //! The arm as lines that move.
 
+use feeler_files::CellFile;
 use feeler_manipulator::link_capsules;
-use feeler_scenarios::format::CellFile;
-use feeler_scenarios::run::CellRun;
+use feeler_studies::run::CellRun;
 use serde_json::{Value, json};
 
 /// Instants that the scene holds.

@@ -8,7 +8,7 @@ mod waterfall;
 pub(crate) mod words;
 
 use feeler_diagnosis::report::{Cause, Diagnosis};
-use feeler_scenarios::format::machine_to_toml;
+use feeler_files::machine_to_toml;
 
 use crate::commands::diagnose::Answer;
 use crate::numbers::{count, fine_percent, percent, plain, two_digits, with_unit};

@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use feeler_engine::ControllerUse;
+use feeler_files::Document;
 use feeler_plant::description::{ActuatorKind, Elements, Machine, Quantity, SignalName};
-use feeler_scenarios::format::Document;
-use feeler_scenarios::run::{ContactRun, RunResult};
+use feeler_studies::run::{ContactRun, RunResult};
 
 use crate::numbers::{prefix, with_unit};
 use crate::page::{Chart, ChartKind, Line, Mark, Page, Series, by_extremes, by_steps};

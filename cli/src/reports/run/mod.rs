@@ -2,8 +2,8 @@
 
 mod charts;
 
-use feeler_scenarios::format::Document;
-use feeler_scenarios::run::{EnergyItem, EnergyTable, Outcome, RunResult, Summary};
+use feeler_files::Document;
+use feeler_studies::run::{EnergyItem, EnergyTable, Outcome, RunResult, Summary};
 
 use charts::View;
 
@@ -157,7 +157,7 @@ fn events(page: &mut Page, summary: &Summary) {
             count(summary.events.len(), "event", "events")
         ));
     }
-    let row = |event: &feeler_scenarios::run::EventRecord| {
+    let row = |event: &feeler_studies::run::EventRecord| {
         vec![format!("{:.9}", event.t_s), event.what.to_owned(), event.on.clone()]
     };
     page.table(

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use feeler_scenarios::sweep::{DrawnAxis, Table};
+use feeler_studies::sweep::{DrawnAxis, Table};
 
 use super::palette::of_outcome;
 use crate::page::svg::{Frame, Place, Scale, image, text_at};

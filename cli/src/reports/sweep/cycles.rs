@@ -2,7 +2,7 @@
 //! the simulation departs from them.
 
 use feeler_analysis::LimitCycle;
-use feeler_scenarios::sweep::{DrawnAxis, predicted_cycles};
+use feeler_studies::sweep::{DrawnAxis, predicted_cycles};
 
 use super::Report;
 use super::bifurcation::Prediction;

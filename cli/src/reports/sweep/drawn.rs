@@ -1,7 +1,7 @@
 //! Which variants of a large sweep its page draws.
 
-use feeler_scenarios::format::{Axis, Sampling, SweepFile};
-use feeler_scenarios::sweep::{DrawnAxis, Panels};
+use feeler_files::{Axis, Sampling, SweepFile};
+use feeler_studies::sweep::{DrawnAxis, Panels};
 
 use super::{MOST_PANELS, map::MOST_CELLS};
 
@@ -122,7 +122,7 @@ impl Drawn {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use feeler_scenarios::sweep::Sweep;
+    use feeler_studies::sweep::Sweep;
 
     fn sweep(axes: &str) -> SweepFile {
         let text = format!("scenario = \"../paper/rigid.toml\"\n{axes}");

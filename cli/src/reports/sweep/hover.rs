@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use feeler_scenarios::run::Outcome;
-use feeler_scenarios::sweep::Column;
+use feeler_studies::run::Outcome;
+use feeler_studies::sweep::Column;
 use serde_json::{Value, json};
 
 use super::Report;

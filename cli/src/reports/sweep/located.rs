@@ -1,6 +1,6 @@
 //! How closely an adaptive sweep locates its edges.
 
-use feeler_scenarios::sweep::{DrawnAxis, Sweep};
+use feeler_studies::sweep::{DrawnAxis, Sweep};
 
 use crate::numbers::{plain, with_unit};
 

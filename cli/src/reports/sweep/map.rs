@@ -4,9 +4,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use feeler_scenarios::format::Setting;
-use feeler_scenarios::run::Outcome;
-use feeler_scenarios::sweep::{Column, DrawnAxis, LinearLimits, Panels, Sweep, Table, linear_limits};
+use feeler_files::Setting;
+use feeler_studies::run::Outcome;
+use feeler_studies::sweep::{Column, DrawnAxis, LinearLimits, Panels, Sweep, Table, linear_limits};
 
 use super::drawn::Drawn;
 use super::nearest::{Tile, tiles};

@@ -14,9 +14,9 @@ mod tally;
 use std::cmp::Reverse;
 use std::path::{Path, PathBuf};
 
-use feeler_scenarios::format::Setting;
-use feeler_scenarios::run::Outcome;
-use feeler_scenarios::sweep::{DrawnAxis, Panels, Sweep, Table};
+use feeler_files::Setting;
+use feeler_studies::run::Outcome;
+use feeler_studies::sweep::{DrawnAxis, Panels, Sweep, Table};
 
 use bifurcation::{Diagram, Prediction};
 use cycles::Theory;

@@ -1,6 +1,6 @@
 //! Colours that all kinds of sight tell apart.
 
-use feeler_scenarios::run::Outcome;
+use feeler_studies::run::Outcome;
 
 /// Okabe and Ito's colours for what may go wrong, their blues for what goes well.
 pub(super) fn of_outcome(name: &str) -> &'static str {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use feeler_scenarios::sweep::{SweepError, Table};
+use feeler_studies::sweep::{SweepError, Table};
 
 /// What the variants came to.
 #[derive(Debug, Default)]

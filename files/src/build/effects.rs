@@ -1,0 +1,122 @@
+//! Effects under an element, by the library.
+
+use std::cmp::Ordering;
+
+use feeler_plant::effects::{ABOVE_ZERO, EffectUse, HostKind, LIBRARY, Parameter};
+use feeler_plant::names::{did_you_mean, nearest};
+
+use super::{Builder, Item};
+use crate::keys::EFFECTS;
+use crate::read::{Reader, join};
+use crate::shape::Bound;
+use crate::tree::{Entry, Node, Table, Value};
+
+impl Builder<'_> {
+    /// The effects of an element that is a `host` to the library.
+    pub(super) fn effects(&mut self, item: Item<'_>, host: HostKind) -> Vec<EffectUse> {
+        let Some(entry) = item.table.get(EFFECTS) else { return Vec::new() };
+        let path = item.key(EFFECTS);
+        let Value::Table(effects) = &entry.node.value else {
+            let message = format!("this must be a table, not {}", entry.node.value.kind());
+            self.problems.add(&entry.node.origin, &path, message, format!("write [{path}.KIND]"));
+            return Vec::new();
+        };
+        effects
+            .iter()
+            .filter_map(|(kind, entry)| self.effect(kind, entry, host, &join(&path, kind)))
+            .collect()
+    }
+
+    /// One effect under an element that is a `host` to the library.
+    pub(crate) fn effect(
+        &mut self,
+        kind: &str,
+        entry: &Entry,
+        host: HostKind,
+        path: &str,
+    ) -> Option<EffectUse> {
+        let Some(definition) = LIBRARY.iter().copied().find(|definition| definition.kind == kind) else {
+            // What fits here is suggested first; an effect of another element only where nothing here is
+            // alike.
+            let fitting = LIBRARY
+                .iter()
+                .filter(|definition| definition.hosts.contains(&host))
+                .map(|definition| definition.kind);
+            let near = nearest(kind, fitting);
+            let remedy = near.map_or_else(
+                || did_you_mean(kind, LIBRARY.iter().map(|d| d.kind)),
+                |near| format!("did you mean `{near}`?"),
+            );
+            self.problems.add(&entry.key, path, format!("there is no effect `{kind}`"), remedy);
+            return None;
+        };
+        if !definition.hosts.contains(&host) {
+            let message = format!("`{kind}` does not disturb {}", host.phrase());
+            let remedy = format!("it goes under {}", definition.sits_under());
+            self.problems.add(&entry.key, path, message, remedy);
+            return None;
+        }
+        let Value::Table(table) = &entry.node.value else {
+            let message = format!("this must be a table, not {}", entry.node.value.kind());
+            self.problems.add(&entry.node.origin, path, message, format!("write [{path}]"));
+            return None;
+        };
+        let names = || definition.parameters.iter().map(|parameter| parameter.name);
+        for (name, entry) in table.iter().filter(|(name, _)| !names().any(|known| known == name.as_str())) {
+            let message = format!("`{kind}` has no parameter `{name}`");
+            self.problems.add(&entry.key, join(path, name), message, did_you_mean(name, names()));
+        }
+        let values: Vec<Option<f64>> = definition
+            .parameters
+            .iter()
+            .map(|parameter| self.parameter(parameter, table, &entry.node, path))
+            .collect();
+        let values = values.into_iter().collect::<Option<Vec<f64>>>()?;
+        Some(EffectUse { definition, values })
+    }
+
+    fn parameter(&mut self, parameter: &Parameter, table: &Table, effect: &Node, path: &str) -> Option<f64> {
+        let path = join(path, parameter.name);
+        let Some(entry) = table.get(parameter.name) else {
+            if parameter.default.is_none() {
+                let unit = parameter.dimension.si_unit(self.rotational());
+                let remedy = format!(
+                    "add `{} = {}`{}{unit}: {}",
+                    parameter.name,
+                    parameter.typical,
+                    if unit.is_empty() { "" } else { " in " },
+                    parameter.text
+                );
+                self.problems.add(&effect.origin, path, format!("`{}` is missing", parameter.name), remedy);
+            }
+            return parameter.default;
+        };
+        // An effect that vanishes at infinity, such as a limit, may be written so.
+        if let (Value::Float(value), Some(null)) = (&entry.node.value, parameter.null)
+            && value.is_infinite()
+            && value.total_cmp(&null).is_eq()
+        {
+            return Some(null);
+        }
+        let scope = self.scope();
+        Reader { problems: self.problems, scope }.quantity_of(
+            &entry.node,
+            parameter.dimension.into(),
+            bound_of(parameter),
+            &path,
+        )
+    }
+}
+
+/// The bounds of a parameter; its open ones are the next floats.
+pub(crate) fn bound_of(parameter: &Parameter) -> Bound {
+    let (least, most) = parameter.bounds;
+    match (least.total_cmp(&0.0), least.total_cmp(&ABOVE_ZERO).is_eq(), most.is_finite()) {
+        (_, true, true) => Bound::Above(0.0, most),
+        (_, true, false) => Bound::Positive,
+        (Ordering::Equal, _, false) => Bound::NotNegative,
+        (_, _, true) => Bound::Within(least, most),
+        (_, _, false) if least.is_finite() => Bound::AtLeast(least),
+        _ => Bound::Any,
+    }
+}

@@ -1,0 +1,345 @@
+//! `[run]`: what to record where nothing is said, and requests beyond reason.
+
+use std::collections::HashSet;
+use std::f64::consts::TAU;
+
+use feeler_engine::{ControllerUse, Integrator, RunSettings};
+use feeler_multibody::LARGEST_TURN;
+use feeler_plant::assembly::resolve;
+use feeler_plant::description::{Axis, Contact, ContactLaw, Elements, Machine, Quantity, SignalName};
+use feeler_plant::names::did_you_mean;
+
+use super::{Builder, integrator};
+use crate::document::locate;
+use crate::keys::{RAPIER, RUN};
+use crate::read::{Field, Fields, Reader};
+use crate::shape::short;
+use crate::source::Origin;
+use crate::tree::{Table, Value};
+
+/// Most steps of a fixed-step integrator.
+const MOST_STEPS: f64 = 1e8;
+/// Most samples of all controllers together: some minutes of work.
+const MOST_SAMPLES: f64 = 2e8;
+/// Most cycles of the fastest vibration: contacts may open and close in each, and every one of these events
+/// is located.
+const MOST_CYCLES: f64 = 1e8;
+/// A period below this is a mistake of the period and not of the duration; so with vibrations.
+const ORDINARY_S: f64 = 1e-5;
+/// Most bodies: every mode has matrices of twice as many rows, and their exponentials cost the cube of that.
+const MOST_BODIES: usize = 256;
+/// Most rows of a record.
+const MOST_ROWS: f64 = 1e8;
+/// Most numbers of a record: 1.6 GB.
+const MOST_VALUES: f64 = 2e8;
+
+impl Builder<'_> {
+    /// How to run the scenario.
+    pub(crate) fn run(&mut self, machine: &Machine, controllers: &Elements<ControllerUse>) -> RunSettings {
+        let empty = Table::new();
+        let top = Origin { source: self.draft.main, span: 0..0 };
+        let (table, at) = match self.draft.root.get("run") {
+            None => (&empty, &top),
+            Some(entry) => match &entry.node.value {
+                Value::Table(table) => (table, &entry.node.origin),
+                other => {
+                    let message = format!("this must be a table, not {}", other.kind());
+                    self.problems.add(&entry.node.origin, "run", message, "write [run]");
+                    (&empty, &top)
+                }
+            },
+        };
+        let scope = self.scope();
+        let before = self.problems.count();
+        let fields = Reader { problems: self.problems, scope }.fields(&RUN, &[], table, at, "run");
+        let sound = self.problems.count() == before;
+        let named =
+            Integrator::ALL.iter().find(|(_, name)| fields.text("integrator") == Some(name)).map(|(i, _)| *i);
+        let step_s = fields.number("step");
+        let integrator = if fields.text("engine") == Some(RAPIER) {
+            Integrator::External
+        } else {
+            named
+                .filter(|_| table.contains_key("integrator"))
+                .unwrap_or_else(|| integrator::by_default(machine, step_s))
+        };
+        if let (Integrator::External, Some(entry)) = (integrator, table.get("integrator")) {
+            let message =
+                "with `run.engine = \"rapier\"` Rapier steps the bodies, and no integrator is chosen";
+            self.problems.add(&entry.node.origin, "run.integrator", message, "leave one of them out");
+        }
+        if integrator == Integrator::External && machine.axis == Axis::Rotational {
+            self.turns(machine, step_s);
+        }
+        let record = match fields.get("record") {
+            Some(Field::Signals(signals)) => signals.clone(),
+            _ => default_record(machine),
+        };
+        self.signals(table, machine, controllers);
+        let run = RunSettings {
+            duration_s: fields.number("duration"),
+            step_s,
+            integrator,
+            seed: fields.count("seed").unwrap_or(1),
+            record,
+            record_rate_hz: fields.optional("record_rate"),
+            energy: fields.flag("energy"),
+            peaks: false,
+        };
+        if sound {
+            self.size(&run, &fields, table, at);
+            self.work(
+                &run,
+                machine,
+                controllers,
+                table.get("duration").map_or(at, |entry| &entry.node.origin),
+            );
+        }
+        run
+    }
+
+    /// Whether each recorded signal exists.
+    fn signals(&mut self, table: &Table, machine: &Machine, controllers: &Elements<ControllerUse>) {
+        let Some(Value::Array(items)) = table.get("record").map(|entry| &entry.node.value) else { return };
+        if items.is_empty() {
+            let (at, remedy) =
+                (&table["record"].node.origin, "name signals, as in \"tool.force\", or leave `record` out");
+            self.problems.add(
+                at,
+                "run.record",
+                "no signal is named: the record would hold times alone",
+                remedy,
+            );
+        }
+        let mut seen = HashSet::new();
+        for item in items {
+            let Some(Ok(signal)) = item.as_text().map(str::parse::<SignalName>) else { continue };
+            if !seen.insert(signal.to_string()) {
+                self.problems.add(
+                    &item.origin,
+                    "run.record",
+                    format!("`{signal}` is recorded twice"),
+                    "write it once",
+                );
+            }
+            if matches!(signal.quantity, Quantity::Output | Quantity::Reference) {
+                if !controllers.contains_key(&signal.element) {
+                    let remedy = did_you_mean(&signal.element, controllers.keys().map(String::as_str));
+                    self.problems.add(
+                        &item.origin,
+                        "run.record",
+                        format!("there is no controller `{}`", signal.element),
+                        remedy,
+                    );
+                }
+            } else if self.has_bad_surface(machine, &signal) {
+                // The surface is what is wrong, and has been said.
+            } else if let Err(problem) = resolve(machine, &signal) {
+                self.problems.add(
+                    &item.origin,
+                    "run.record",
+                    problem.message,
+                    problem.remedy.unwrap_or_default(),
+                );
+            }
+        }
+    }
+
+    /// Whether a signal is one of shapes that the file names, and that could not be read.
+    fn has_bad_surface(&self, machine: &Machine, signal: &SignalName) -> bool {
+        let written = locate(&self.draft.root, &format!("contacts.{}.surface", signal.element)).1;
+        signal.quantity.of_touch().is_some() && written && !machine.profiles.contains_key(&signal.element)
+    }
+
+    fn size(&mut self, run: &RunSettings, fields: &Fields, table: &Table, at: &Origin) {
+        let place = |key: &str| table.get(key).map_or(at, |entry| &entry.node.origin);
+        let duration = run.duration_s;
+        let steps = duration / run.step_s;
+        if run.integrator != Integrator::Exact && steps > MOST_STEPS {
+            let message = format!(
+                "{} s / {} s = {steps:.3e} steps, and at most {MOST_STEPS:.0e} are taken",
+                short(duration),
+                short(run.step_s)
+            );
+            self.problems.add(
+                place("step"),
+                "run.step",
+                message,
+                "lengthen the step, shorten the run, or use the exact integrator",
+            );
+        }
+        let rate = fields.optional("record_rate").unwrap_or(1.0 / run.step_s);
+        let rows = duration * rate;
+        let signals = run.record.len();
+        let values = rows * signals as f64;
+        let key = if table.contains_key("record_rate") { "record_rate" } else { "duration" };
+        if rows > MOST_ROWS || values > MOST_VALUES {
+            let message = format!(
+                "{} s * {rate} Hz = {rows:.3e} rows of {signals} signals = {values:.3e} numbers ({:.1} GB), and at most {MOST_ROWS:.0e} rows and {MOST_VALUES:.0e} numbers are recorded",
+                short(duration),
+                values * 8e-9
+            );
+            self.problems.add(
+                place(key),
+                format!("run.{key}"),
+                message,
+                "lower `record_rate`, record fewer signals, or shorten the run",
+            );
+        }
+        if rows < 1.0 {
+            let message = format!(
+                "{duration} s * {rate} Hz = {rows:.3e} rows: the record would hold its first instant alone"
+            );
+            self.problems.add(
+                place(key),
+                format!("run.{key}"),
+                message,
+                "raise `record_rate`, or lengthen the run",
+            );
+        }
+    }
+
+    /// Refuses bodies that begin faster than Rapier follows a turning body.
+    fn turns(&mut self, machine: &Machine, step_s: f64) {
+        for (name, body) in &machine.bodies {
+            let turn = body.velocity_m_per_s.abs() * step_s;
+            if turn > LARGEST_TURN {
+                let key = format!("bodies.{name}.velocity");
+                let message = format!(
+                    "{} rad/s turn this body by {turn:.3} rad in a step of {} s, and Rapier follows a turn of at most {LARGEST_TURN:.3} rad per step",
+                    short(body.velocity_m_per_s),
+                    short(step_s),
+                );
+                let remedy = format!(
+                    "shorten `run.step` to {:.3e} s or less, or leave `run.engine` out",
+                    step_s * LARGEST_TURN / turn
+                );
+                let at = locate(&self.draft.root, &key)
+                    .0
+                    .unwrap_or(Origin { source: self.draft.main, span: 0..0 });
+                self.problems.add(&at, key, message, remedy);
+            }
+        }
+    }
+
+    /// Refuses what would take hours, with the arithmetic: samples of the controllers, cycles of the fastest
+    /// vibration, bodies.
+    fn work(
+        &mut self,
+        run: &RunSettings,
+        machine: &Machine,
+        controllers: &Elements<ControllerUse>,
+        duration_at: &Origin,
+    ) {
+        let duration = run.duration_s;
+        let samples: f64 = controllers.values().map(|used| duration / used.spec.period_s).sum();
+        if samples > MOST_SAMPLES {
+            let fastest =
+                controllers.iter().min_by(|(_, a), (_, b)| a.spec.period_s.total_cmp(&b.spec.period_s));
+            let (name, period) =
+                fastest.map_or(("", 1.0), |(name, used)| (name.as_str(), used.spec.period_s));
+            let message = format!(
+                "{} s / {} s (and all other controllers) = {samples:.3e} samples, and at most {MOST_SAMPLES:.0e} are taken",
+                short(duration),
+                short(period)
+            );
+            let (key, remedy) = if period < ORDINARY_S {
+                (format!("controllers.{name}.period"), "lengthen the period, or shorten the run")
+            } else {
+                ("run.duration".to_owned(), "shorten the run, or lengthen the period")
+            };
+            self.refuse_work(key, message, remedy, duration_at);
+        }
+        if let Some((key, frequency_hz, why)) = fastest_motion(machine) {
+            let cycles = duration * frequency_hz;
+            if cycles > MOST_CYCLES {
+                let message = format!(
+                    "{why} = {} Hz, and {} s of it are {cycles:.3e} cycles; at most {MOST_CYCLES:.0e} are followed",
+                    rounded(frequency_hz),
+                    short(duration)
+                );
+                let (key, remedy) = if frequency_hz * ORDINARY_S > 1.0 {
+                    (key, "make it less or the body heavier, join the bodies rigidly, or shorten the run")
+                } else {
+                    ("run.duration".to_owned(), "shorten the run")
+                };
+                self.refuse_work(key, message, remedy, duration_at);
+            }
+        }
+        if machine.bodies.len() > MOST_BODIES {
+            let message =
+                format!("there are {} bodies, and at most {MOST_BODIES} are followed", machine.bodies.len());
+            self.refuse_work("bodies".to_owned(), message, "lump bodies that move together", duration_at);
+        }
+    }
+
+    fn refuse_work(&mut self, key: String, message: String, remedy: &str, otherwise: &Origin) {
+        let at = locate(&self.draft.root, &key).0.unwrap_or_else(|| otherwise.clone());
+        self.problems.add(&at, key, message, remedy);
+    }
+}
+
+/// Four digits.
+fn rounded(value: f64) -> String {
+    if value < 1e6 { format!("{value:.1}") } else { format!("{value:.3e}") }
+}
+
+/// The largest `sqrt(k / m) / 2 pi` or `c / m / 2 pi` of a linear spring or contact with the lighter body at
+/// its ends: its key, the frequency, and how it comes about.
+fn fastest_motion(machine: &Machine) -> Option<(String, f64, String)> {
+    let springs = machine.springs.iter().filter(|(_, spring)| !spring.rigid);
+    let springs = springs.map(|(name, spring)| {
+        (format!("springs.{name}"), &spring.between, spring.stiffness_n_per_m, spring.damping_n_s_per_m)
+    });
+    let linear = |contact: &Contact| match contact.law {
+        ContactLaw::KelvinVoigt => true,
+        ContactLaw::HuntCrossley { exponent, .. } => exponent.total_cmp(&1.0).is_eq(),
+        ContactLaw::Hertz => false,
+    };
+    let contacts = machine.contacts.iter().filter(|(_, contact)| linear(contact));
+    let contacts = contacts.map(|(name, contact)| {
+        (format!("contacts.{name}"), &contact.between, contact.stiffness, contact.damping_n_s_per_m)
+    });
+    let of = |(key, between, stiffness, damping): (String, &[String; 2], f64, f64)| {
+        let mass = between
+            .iter()
+            .filter_map(|name| machine.bodies.get(name))
+            .map(|body| body.mass_kg)
+            .min_by(f64::total_cmp)?;
+        let vibration = (format!("{key}.stiffness"), (stiffness / mass).sqrt() / TAU);
+        let decay = (format!("{key}.damping"), damping / mass / TAU);
+        let mass = short(mass);
+        Some(if decay.1 > vibration.1 {
+            (decay.0, decay.1, format!("{} N s/m / {mass} kg / 2 pi", short(damping)))
+        } else {
+            (vibration.0, vibration.1, format!("sqrt({} N/m / {mass} kg) / 2 pi", short(stiffness)))
+        })
+    };
+    springs.chain(contacts).filter_map(of).max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// Contact forces, positions and velocities of driven bodies, commands and readings.
+pub(crate) fn default_record(machine: &Machine) -> Vec<SignalName> {
+    let mut record = Vec::new();
+    let mut add = |element: &str, quantities: &[Quantity]| {
+        for quantity in quantities {
+            let signal = SignalName::new(element, *quantity);
+            if !record.contains(&signal) {
+                record.push(signal);
+            }
+        }
+    };
+    for name in machine.contacts.keys() {
+        add(name, &[Quantity::Force, Quantity::SpringForce]);
+    }
+    for actuator in machine.actuators.values().filter(|actuator| machine.bodies.contains_key(&actuator.on)) {
+        add(&actuator.on, &[Quantity::Position, Quantity::Velocity]);
+    }
+    for name in machine.actuators.keys() {
+        add(name, &[Quantity::Command]);
+    }
+    for name in machine.sensors.keys() {
+        add(name, &[Quantity::Reading]);
+    }
+    record
+}

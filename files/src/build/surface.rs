@@ -1,0 +1,227 @@
+//! The gap of a contact over time: from shapes and a feed, or written out.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use feeler_geometry::{Feed, GeometryError, Material, Place, Shape, Touching, hertz_stiffness};
+use feeler_plant::description::{Contact, ContactLaw, Elements, Engagement, Knot, Machine, Profile};
+
+use super::shapes::{self, FileError, text_of};
+use super::{Builder, Item};
+use crate::read::Fields;
+use crate::source::Origin;
+
+impl Builder<'_> {
+    /// The gap of a contact over time; none where it has no such keys, or mistakes in them.
+    pub(super) fn gap(&mut self, item: Item<'_>, fields: &Fields, sound: bool) -> Option<Arc<Profile>> {
+        let surface = fields.table("surface");
+        let profile = fields.table("profile");
+        if let (Some(_), Some(_)) = (surface, profile) {
+            let message = "a surface and a profile both say how the gap moves";
+            self.problems.add(item.place("profile"), item.key("profile"), message, "remove one of them");
+            return None;
+        }
+        if !sound {
+            return None;
+        }
+        let (key, found) = match (surface, profile) {
+            (Some(_), _) if self.rotational() => {
+                let message = "shapes touch along a line, and this axis is rotational";
+                self.problems.add(
+                    item.place("surface"),
+                    item.key("surface"),
+                    message,
+                    "write the gap out as `profile`",
+                );
+                return None;
+            }
+            (Some(surface), _) => ("surface", self.surface(item, surface)?),
+            (_, Some(profile)) => ("profile", written(profile)),
+            _ => return None,
+        };
+        found.map_err(|message| self.geometry(item, key, item.place(key), &message)).ok()
+    }
+
+    /// The stiffness of a contact that names none: Hertz's, between two materials.
+    pub(super) fn stiffness_of_materials(
+        &mut self,
+        item: Item<'_>,
+        fields: &Fields,
+        law: ContactLaw,
+    ) -> Option<f64> {
+        if item.table.contains_key("stiffness") {
+            return None;
+        }
+        let surface = fields.table("surface");
+        let part = |name: &str| surface.and_then(|surface| surface.table(name));
+        let material = |name: &str| {
+            let material = part(name)?.table("material")?;
+            Some(Material {
+                youngs_modulus_pa: material.number("youngs_modulus"),
+                poisson_ratio: material.number("poisson_ratio"),
+            })
+        };
+        let (Some(tip), Some(workpiece), ContactLaw::Hertz) = (material("tip"), material("workpiece"), law)
+        else {
+            let remedy = "add `stiffness = \"... N/m\"`: k; or `law = \"hertz\"` and a `material` of tip and workpiece in `surface`";
+            self.problems.add(item.at, item.key("stiffness"), "`stiffness` is missing", remedy);
+            return None;
+        };
+        let radii = [part("tip"), part("workpiece")].map(|part| {
+            part.and_then(|part| match part.variant {
+                Some("ball") => Some(part.number("radius")),
+                Some("cuboid" | "mesh" | "hull" | "height-field") => Some(f64::INFINITY),
+                _ => None,
+            })
+        });
+        match radii {
+            [Some(a), Some(b)] if a.is_finite() || b.is_finite() => {
+                Some(hertz_stiffness((a, tip), (b, workpiece)))
+            }
+            _ => {
+                let message = "these two shapes do not touch in a point of one curvature, so that Hertz's law for balls does not hold";
+                self.problems.add(
+                    item.at,
+                    item.key("stiffness"),
+                    message,
+                    "write `stiffness`, or give one of them the shape of a ball",
+                );
+                None
+            }
+        }
+    }
+
+    fn geometry(&mut self, item: Item<'_>, key: &str, at: &Origin, message: &str) {
+        let (what, remedy) = message.split_once("; ").unwrap_or((message, "correct it"));
+        self.problems.add(at, item.key(key), what, remedy);
+    }
+
+    fn surface(&mut self, item: Item<'_>, fields: &Fields) -> Option<Result<Arc<Profile>, String>> {
+        let tip = self.shape(item, "tip", fields.table("tip")?);
+        let workpiece = self.shape(item, "workpiece", fields.table("workpiece")?);
+        let feed = self.feed(item, fields.table("feed")?);
+        let ((tip, tip_place), (workpiece, workpiece_place), (feed, duration_s)) = (tip?, workpiece?, feed?);
+        let compiled = Touching::new(&tip, &tip_place, &workpiece, &workpiece_place)
+            .and_then(|touching| touching.profile(&feed, duration_s, fields.number("error")));
+        Some(compiled.map(|compiled| Arc::new(compiled.profile)).map_err(|error| error.to_string()))
+    }
+
+    fn shape(&mut self, item: Item<'_>, part: &str, fields: &Fields) -> Option<(Shape, Place)> {
+        let what = shapes::file_of(fields);
+        let shape = if what.is_empty() {
+            shapes::plain(fields)?
+        } else {
+            self.file(item, part, fields, what, |path| shapes::from_file(fields, path))?
+        };
+        Some((shape, shapes::place(fields)))
+    }
+
+    fn feed(&mut self, item: Item<'_>, fields: &Fields) -> Option<(Feed, f64)> {
+        if fields.variant == Some("path") {
+            let feed =
+                self.file(item, "feed", fields, "a CSV file with the header `t_s,y_m,z_m`", |path| {
+                    Ok(Feed::read_path(&text_of(path)?)?)
+                })?;
+            let end_s = feed.end_s();
+            return Some((feed, end_s));
+        }
+        let [y, z, vy, vz] = ["y", "z", "velocity_y", "velocity_z"].map(|key| fields.number(key));
+        Some((Feed::line([y, z], [vy, vz]), fields.number("duration")))
+    }
+
+    /// Reads the file that a part of a surface names.
+    fn file<T>(
+        &mut self,
+        item: Item<'_>,
+        part: &str,
+        fields: &Fields,
+        what: &str,
+        read: impl Fn(&Path) -> Result<T, FileError>,
+    ) -> Option<T> {
+        let inner = |key: &str| {
+            item.table
+                .get("surface")?
+                .node
+                .as_table()?
+                .get(part)?
+                .node
+                .as_table()?
+                .get(key)
+                .map(|entry| &entry.node.origin)
+        };
+        let origin = inner("file").unwrap_or(item.at).clone();
+        let path: PathBuf = self.draft.sources.0[origin.source].directory.join(fields.text("file")?);
+        match read(&path) {
+            Ok(found) => Some(found),
+            Err(error) => {
+                let message = format!("{}: {error}", path.display());
+                let key = item.key(&format!("surface.{part}.file"));
+                let (said, remedy) = message
+                    .split_once("; ")
+                    .map_or((message.as_str(), None), |(said, remedy)| (said, Some(remedy)));
+                self.problems.add(
+                    &origin,
+                    key,
+                    said,
+                    remedy.map_or_else(|| format!("name {what}, relative to this file"), str::to_owned),
+                );
+                None
+            }
+        }
+    }
+
+    /// Takes the gaps of contacts into a machine, and notes tips that start inside the workpiece.
+    pub(super) fn gaps(&mut self, machine: &mut Machine, found: Elements<(Contact, Option<Arc<Profile>>)>) {
+        for (name, (contact, profile)) in found {
+            if let Some(profile) = profile {
+                let position = |name: &String| machine.bodies.get(name).map_or(0.0, |body| body.position_m);
+                let [tip, workpiece] = &contact.between;
+                let depth_m = position(tip) - position(workpiece) - contact.gap_m - profile.at(0.0).0;
+                let root = self
+                    .draft
+                    .root
+                    .get("contacts")
+                    .and_then(|entry| entry.node.as_table())
+                    .and_then(|table| table.get(&name));
+                let surface =
+                    root.and_then(|entry| entry.node.as_table()).and_then(|table| table.get("surface"));
+                if let Some(at) =
+                    surface.filter(|_| depth_m > 0.0 && contact.engagement == Engagement::Unilateral)
+                {
+                    let error = GeometryError::Overlap { depth_m }.to_string();
+                    let (what, remedy) = error.split_once("; ").unwrap_or((&error, ""));
+                    self.problems.add(&at.node.origin, format!("contacts.{name}.surface"), what, remedy);
+                }
+                machine.profiles.insert(name.clone(), profile);
+            }
+            machine.contacts.insert(name, contact);
+        }
+    }
+}
+
+/// A profile that is written out.
+fn written(fields: &Fields) -> Result<Arc<Profile>, String> {
+    let (offset, rate) = (fields.points("offset"), fields.points("rate"));
+    let profile = if rate.is_empty() {
+        Profile::smooth(&offset)
+    } else {
+        let same = offset.len() == rate.len()
+            && offset.iter().zip(&rate).all(|((a, _), (b, _))| a.to_bits() == b.to_bits());
+        if !same {
+            return Err(format!(
+                "{} offsets and {} rates are not at the same times; give each offset its rate",
+                offset.len(),
+                rate.len()
+            ));
+        }
+        let knots: Vec<Knot> = offset
+            .iter()
+            .zip(&rate)
+            .map(|((t, p), (_, v))| Knot { t_s: *t, offset_m: *p, rate_m_per_s: *v })
+            .collect();
+        Profile::new(&knots)
+    };
+    profile
+        .map(Arc::new)
+        .map_err(|problem| format!("{}; {}", problem.message, problem.remedy.unwrap_or_default()))
+}

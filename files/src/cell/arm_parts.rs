@@ -1,0 +1,189 @@
+//! The arm of a scenario: from an arm file or a URDF, with the joints that the scenario lays over it.
+
+use std::path::Path;
+
+use feeler_arm::{Arm, Collision, CollisionShape, JointKind};
+use feeler_geometry::Shape;
+use feeler_manipulator::{BodyShapes, JointPart, joint_effect_host, joint_effects, link_capsules};
+use feeler_plant::description::Axis;
+use feeler_plant::effects::{EffectUse, find};
+use feeler_plant::names::did_you_mean;
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+
+use crate::arm::{self, ReadArm, mesh_path};
+use crate::build::{Builder, shapes};
+use crate::document::{locate, node_at};
+use crate::draft::{Draft, lay_over, parse_toml, read_text};
+use crate::keys::EFFECTS;
+use crate::problem::Problems;
+use crate::read::{Fields, join};
+use crate::source::Origin;
+use crate::tree::{Entry, Table};
+
+/// An arm with its joints' drives, effects applied, and the space that it takes up.
+pub(super) struct ArmParts {
+    pub(super) arm: Arm,
+    pub(super) joints: Vec<JointPart>,
+    pub(super) bodies: Vec<BodyShapes>,
+}
+
+/// Reads the arm that a scenario names; none where there are mistakes.
+pub(super) fn read(draft: &mut Draft, fields: &Fields, problems: &mut Problems) -> Option<ArmParts> {
+    let name = fields.text("arm")?;
+    let entry = draft.root.get("arm")?.clone();
+    let path = draft.sources.0[entry.node.origin.source].directory.join(name);
+    let tool = draft.root.get("tool").cloned();
+    let is_urdf = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"));
+    let (mut root, at) = if is_urdf {
+        let mut root = Table::new();
+        root.insert("urdf".into(), entry.clone());
+        root.extend(tool.map(|tool| ("tool".to_owned(), tool)));
+        (root, entry.node.origin.clone())
+    } else {
+        if let Some(tool) = tool {
+            problems.add(
+                &tool.key,
+                "tool",
+                "an arm file names its tool itself",
+                "remove `tool`, or set it in the arm file",
+            );
+        }
+        (arm_file(&path, draft, &entry, problems)?, Origin { source: draft.sources.0.len() - 1, span: 0..0 })
+    };
+    let mut over = Table::new();
+    over.extend(draft.root.get("joints").map(|joints| ("joints".to_owned(), joints.clone())));
+    lay_over(&mut root, over, 0);
+    let read = arm::read(&root, &draft.sources, &at, &[EFFECTS], problems)?;
+    let joints = joints(&read.arm, &root, draft, problems)?;
+    let bodies = bodies(&read, &entry.node.origin, problems)?;
+    Some(ArmParts { arm: read.arm, joints, bodies })
+}
+
+/// The tree of an arm file, which is added to the sources.
+fn arm_file(path: &Path, draft: &mut Draft, entry: &Entry, problems: &mut Problems) -> Option<Table> {
+    let mut refuse = |message: String| {
+        problems.add(&entry.node.origin, "arm", message, "name an arm file or a URDF, relative to this file")
+    };
+    let said = |error: crate::FormatError| {
+        error.problems.first().map_or_else(String::new, |problem| problem.message.clone())
+    };
+    let text =
+        read_text(path).map_err(|error| refuse(format!("{}: {}", path.display(), said(error)))).ok()?;
+    parse_toml(&text, &path.display().to_string(), &mut draft.sources)
+        .map_err(|error| refuse(format!("{}: {}", path.display(), said(error))))
+        .ok()
+}
+
+/// The joints' parts with their effects.
+fn joints(arm: &Arm, root: &Table, draft: &Draft, problems: &mut Problems) -> Option<Vec<JointPart>> {
+    let mut found = Vec::new();
+    for (joint, drive) in arm.chain().joints.iter().zip(arm.drives()) {
+        let path = join("joints", &joint.name);
+        let slides = joint.kind == JointKind::Prismatic;
+        let effects = effects(root, &joint.name, &path, slides, draft, problems)?;
+        match JointPart::new(&joint.name, drive, slides, &effects) {
+            Ok(part) => found.push(part),
+            Err(mistakes) => {
+                for mistake in mistakes {
+                    let key = join(&path, &mistake.key);
+                    let at = locate(root, &key).0.unwrap_or_default();
+                    problems.add(&at, key, mistake.message, mistake.remedy.unwrap_or_default());
+                }
+            }
+        }
+    }
+    (found.len() == arm.chain().joints()).then_some(found)
+}
+
+fn effects(
+    root: &Table,
+    name: &str,
+    path: &str,
+    slides: bool,
+    draft: &Draft,
+    problems: &mut Problems,
+) -> Option<Vec<EffectUse>> {
+    let path = join(path, EFFECTS);
+    let Some(node) = node_at(root, &["joints", name, EFFECTS]) else { return Some(Vec::new()) };
+    let Some(table) = node.as_table() else {
+        problems.add(
+            &node.origin,
+            &path,
+            format!("this must be a table, not {}", node.value.kind()),
+            format!("write [{path}.KIND]"),
+        );
+        return None;
+    };
+    let axis = if slides { Axis::Translational } else { Axis::Rotational };
+    let mut found = Some(Vec::new());
+    for (kind, entry) in table {
+        let path = join(&path, kind);
+        let Some(host) = joint_effect_host(kind) else {
+            let taken = format!("joints take {}", joint_effects().collect::<Vec<_>>().join(", "));
+            let (message, remedy) = if find(kind).is_some() {
+                (format!("`{kind}` is not simulated in a joint"), taken)
+            } else {
+                (format!("there is no effect `{kind}`"), did_you_mean(kind, joint_effects()))
+            };
+            problems.add(&entry.key, &path, message, remedy);
+            found = None;
+            continue;
+        };
+        let read = Builder::new(draft, problems, axis).effect(kind, entry, host, &path);
+        match (read, &mut found) {
+            (Some(effect), Some(effects)) => effects.push(effect),
+            _ => found = None,
+        }
+    }
+    found
+}
+
+/// The URDF's collision shapes; where it has none, capsules along the links.
+fn bodies(read: &ReadArm, at: &Origin, problems: &mut Problems) -> Option<Vec<BodyShapes>> {
+    let chain = read.arm.chain();
+    if read.collisions.iter().all(Vec::is_empty) {
+        return Some(link_capsules(chain));
+    }
+    let names = std::iter::once("base").chain(chain.joints.iter().map(|joint| joint.link.as_str()));
+    let mut all = Vec::new();
+    for (name, collisions) in names.zip(&read.collisions) {
+        let mut shapes = Vec::new();
+        for collision in collisions {
+            shapes.push(
+                shape(collision, &read.folder)
+                    .map_err(|error| {
+                        problems.add(at, "arm", error, "put the file beside the URDF as STL or OBJ")
+                    })
+                    .ok()?,
+            );
+        }
+        all.push(BodyShapes { name: name.into(), shapes, radius_m: 0.0 });
+    }
+    Some(all)
+}
+
+/// A collision shape; a mesh as the convex hull of its corners, as is usual.
+fn shape(collision: &Collision, folder: &Path) -> Result<(Shape, Isometry3<f64>), String> {
+    let place = collision.place;
+    Ok(match &collision.shape {
+        CollisionShape::Box { half_extents_m } => (Shape::Cuboid { half_extents_m: *half_extents_m }, place),
+        CollisionShape::Sphere { radius_m } => (Shape::Ball { radius_m: *radius_m }, place),
+        CollisionShape::Cylinder { radius_m, half_length_m } => {
+            // A URDF's cylinders are along z, ours along y.
+            let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+            (Shape::Cylinder { half_length_m: *half_length_m, radius_m: *radius_m }, place * turn)
+        }
+        CollisionShape::Mesh { file, scale_m } => {
+            let path = mesh_path(folder, file).unwrap_or_else(|| folder.join(file));
+            let line = collision.line;
+            let mesh = shapes::mesh(&path, 1.0)
+                .map_err(|error| format!("line {line} of the URDF: {}: {error}", path.display()))?;
+            let points_m = mesh
+                .vertices_m
+                .iter()
+                .map(|corner| std::array::from_fn(|axis| corner[axis] * scale_m[axis]))
+                .collect();
+            (Shape::Hull { points_m }, place)
+        }
+    })
+}

@@ -1,0 +1,56 @@
+//! Files that people write: machines and scenarios, sweeps, datasets.
+//!
+//! A plain number is SI, a text carries a unit. Every mistake of a file is found before anything runs, and
+//! all of them are reported together, each with its line, key and remedy. Keys are declared once, in `keys`,
+//! one line each; parsing, the JSON Schema and the written reference follow from these lines, and those of
+//! effects from the effects library.
+//!
+//! ```
+//! use feeler_files::Document;
+//!
+//! let text = r#"
+//! [bodies.slide]
+//! mass = "500 g"
+//! [springs.wall]
+//! between = ["ground", "slide"]
+//! stiffness = "20 N/mm"
+//! "#;
+//! let document = Document::parse(text, "slide.toml")?;
+//! assert_eq!(document.scenario.machine.springs["wall"].stiffness_n_per_m, 2e4);
+//! # Ok::<(), feeler_files::FormatError>(())
+//! ```
+
+mod arm;
+mod build;
+mod cell;
+mod dataset;
+mod dimension;
+mod document;
+mod draft;
+mod file;
+mod keys;
+mod problem;
+mod read;
+mod reference;
+mod report;
+mod schema;
+mod shape;
+mod source;
+mod sweep;
+mod templates;
+mod tree;
+mod units;
+mod write;
+
+pub use arm::ArmFile;
+pub use build::{EXACT_PAYS_UP_TO_BODIES, longest_step_s};
+pub use cell::CellFile;
+pub use dataset::{Column, DatasetFile, Experiment, Role};
+pub use document::{Document, Place};
+pub use draft::{Draft, Setting, read_text};
+pub use problem::{FormatError, Located};
+pub use reference::reference_markdown;
+pub use schema::{cell_schema, dataset_schema, schema, sweep_schema};
+pub use sweep::{Axis, Keep, MOST_DIMENSIONS, Refine, Sampling, SweepFile, unit_of_key};
+pub use templates::{TEMPLATES, Template, template};
+pub use write::{machine_to_toml, to_toml};

@@ -1,0 +1,251 @@
+//! Sweep files: a scenario, and axes over its keys.
+
+mod axes;
+mod ends;
+mod refine;
+mod unit;
+
+use std::path::{Path, PathBuf};
+
+use indexmap::IndexMap;
+
+pub use axes::Axis;
+pub use refine::Refine;
+pub use unit::unit_of_key;
+
+use super::draft::{Sheet, load};
+use super::keys::{KEEP, REFINE, SWEEP};
+use super::problem::{FormatError, Problems};
+use super::read::{Fields, Reader, Scope};
+use super::source::{self, Origin, Sources};
+use super::tree::{Node, Table, Value};
+use axes::read_axes;
+use ends::try_ends;
+
+/// Most axes of a Sobol sequence: one more than the published polynomials that the sequence is built of.
+pub const MOST_DIMENSIONS: usize = 21;
+/// Most runs of a sweep; more is refused with the arithmetic.
+const MOST_RUNS: f64 = 1e8;
+
+/// Impacts and strobes that a bifurcation diagram over the only axis of numbers shows of each run unless the
+/// file says otherwise.
+const TAIL_OF_ONE_AXIS: usize = 64;
+
+/// A sweep file that has been checked.
+#[derive(Clone, Debug)]
+pub struct SweepFile {
+    /// Short name, empty where none is given.
+    pub name: String,
+    /// What it is for.
+    pub about: String,
+    /// The scenario, as found from the sweep file.
+    pub scenario: PathBuf,
+    /// Key paths and their values.
+    pub axes: IndexMap<String, Axis>,
+    /// The SI unit of each key; empty for a pure number.
+    pub units: IndexMap<String, String>,
+    /// How points are chosen.
+    pub sampling: Sampling,
+    /// How many points are drawn; on a grid the product of the axes' counts.
+    pub samples: u64,
+    /// Seed of the draws.
+    pub seed: u64,
+    /// What is kept of each run.
+    pub keep: Keep,
+    /// Whether a grid is made finer along boundaries.
+    pub refine: Option<Refine>,
+}
+
+/// How the points of a sweep are chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Sampling {
+    /// Every combination of the axes.
+    #[default]
+    Grid,
+    /// Independent draws.
+    Random,
+    /// Each axis cut into slices, each of which is drawn from once.
+    LatinHypercube,
+    /// A low-discrepancy sequence.
+    Sobol,
+}
+
+/// What is kept of each run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Keep {
+    /// The outcome with its measures.
+    pub outcome: bool,
+    /// The recorded signals.
+    pub traces: bool,
+    /// How many of the last impacts and strobes.
+    pub tail: usize,
+}
+
+impl SweepFile {
+    /// Reads and checks a sweep file and the scenario that it names, and tries the ends of each axis.
+    ///
+    /// # Errors
+    /// Every mistake at once.
+    pub fn load(path: &Path) -> Result<Self, FormatError> {
+        load(path, Self::parse)
+    }
+
+    /// Checks `text` as the content of `file_name`, against which the scenario's name is resolved.
+    ///
+    /// # Errors
+    /// Every mistake at once.
+    pub fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
+        let mut sheet = Sheet::parse(text, file_name)?;
+        let file = Self::read(&sheet.root, &sheet.sources, &mut sheet.problems);
+        sheet.finish(file)
+    }
+
+    /// What is read where there are mistakes is not to be used.
+    fn read(root: &Table, sources: &Sources, problems: &mut Problems) -> Option<Self> {
+        if let Some(entry) = root.get("arm") {
+            super::document::refuse_arm(entry, problems);
+            return None;
+        }
+        let top = Origin::default();
+        let mut reader = Reader { problems, scope: Scope::new(false) };
+        let fields = reader.fields(&SWEEP, &["axes", "keep", "refine"], root, &top, "");
+        let mut table = |name: &str, shape| match root.get(name).map(|entry| &entry.node) {
+            None => Fields::default(),
+            Some(Node { value: Value::Table(table), origin }) => {
+                reader.fields(shape, &[], table, origin, name)
+            }
+            Some(node) => refuse(&mut reader, node, name),
+        };
+        let (keep, refine) = (table("keep", &KEEP), table("refine", &REFINE));
+        let read = read_axes(&mut reader, root, &top);
+        let refine = Refine::read(&refine, root, &read, problems);
+        let scenario = fields.text("scenario").map(|name| source::beside(&sources.0[0].directory, name));
+        let units = scenario
+            .as_ref()
+            .and_then(|scenario| try_ends(&read, scenario, root, problems))
+            .unwrap_or_default();
+        let axes: IndexMap<String, Axis> = read.into_iter().map(|(key, read)| (key, read.axis)).collect();
+        let drawn = axes.values().any(|axis| axis.count().is_none());
+        let sampling = match fields.text("sampling") {
+            Some("grid") => Sampling::Grid,
+            Some("random") => Sampling::Random,
+            Some("latin-hypercube") => Sampling::LatinHypercube,
+            Some("sobol") => Sampling::Sobol,
+            _ if drawn => Sampling::Random,
+            _ => Sampling::Grid,
+        };
+        let runs: f64 = axes.values().filter_map(Axis::count).map(|count| count as f64).product();
+        // A diagram for each value of a list.
+        let drawn_over_one = axes.values().filter(|axis| !matches!(axis, Axis::List(_))).count() == 1;
+        let tail = keep
+            .count("tail")
+            .map_or(if drawn_over_one { TAIL_OF_ONE_AXIS } else { 0 }, |tail| tail as usize);
+        let file = Self {
+            name: fields.text("name").unwrap_or_default().into(),
+            about: fields.text("about").unwrap_or_default().into(),
+            scenario: scenario.unwrap_or_default(),
+            axes,
+            units,
+            sampling,
+            samples: if sampling == Sampling::Grid {
+                runs as u64
+            } else {
+                fields.count("samples").unwrap_or(1)
+            },
+            seed: fields.count("seed").unwrap_or(1),
+            keep: Keep {
+                outcome: keep.get("outcome").is_none() || keep.flag("outcome"),
+                traces: keep.flag("traces"),
+                tail,
+            },
+            refine,
+        };
+        file.check_sampling(root, runs, problems);
+        file.check_refinement(root, problems);
+        Some(file)
+    }
+
+    fn check_sampling(&self, root: &Table, runs: f64, problems: &mut Problems) {
+        let mut add =
+            |key: &str, message: &str, remedy: &str| problems.add(&place(root, key), key, message, remedy);
+        let samples = root.contains_key("samples");
+        if self.sampling != Sampling::Grid {
+            if !samples {
+                add("samples", "`samples` is missing", "add `samples = 1000`: how many points to draw");
+            }
+            // Lists are drawn from; a spacing is not.
+            let spaced = |axis: &Axis| matches!(axis, Axis::Linear { .. } | Axis::Log { .. });
+            for (key, axis) in self.axes.iter().filter(|(_, axis)| spaced(axis)) {
+                let way = if matches!(axis, Axis::Log { .. }) { "log_uniform" } else { "uniform" };
+                let message = format!("points are drawn here, and the values of \"{key}\" are spaced");
+                add(
+                    "axes",
+                    &message,
+                    &format!(
+                        "write {{ {way} = [from, to] }} without `points`, or `sampling = \"grid\"` without `samples`"
+                    ),
+                );
+            }
+            if self.sampling == Sampling::Sobol && self.axes.len() > MOST_DIMENSIONS {
+                let message = format!(
+                    "the Sobol sequence has {MOST_DIMENSIONS} dimensions here, and there are {} axes",
+                    self.axes.len()
+                );
+                add("axes", &message, "use `sampling = \"latin-hypercube\"`");
+            }
+            return;
+        }
+        if self.axes.values().any(|axis| axis.count().is_none()) {
+            add(
+                "sampling",
+                "a grid has no distributions",
+                "use `linear` or `log` with `points`, or another sampling",
+            );
+        }
+        if samples {
+            add(
+                "samples",
+                "a grid has as many samples as its axes give",
+                "remove it, or choose another sampling",
+            );
+        }
+        if runs > MOST_RUNS {
+            let counts: Vec<String> =
+                self.axes.values().filter_map(Axis::count).map(|count| count.to_string()).collect();
+            let message =
+                format!("{} = {runs:.3e} runs, and at most {MOST_RUNS:.0e} are taken", counts.join(" * "));
+            add("axes", &message, "use fewer points, or another sampling with `samples`");
+        }
+    }
+
+    fn check_refinement(&self, root: &Table, problems: &mut Problems) {
+        if self.refine.is_none() {
+            return;
+        }
+        let divides = |axis: &Axis| matches!(axis, Axis::Linear { points, .. } | Axis::Log { points, .. } if *points >= 2);
+        if self.axes.len() > 2 || self.sampling != Sampling::Grid || !self.axes.values().all(divides) {
+            let message = "only a grid of one or two axes, each `linear` or `log` with 2 points or more, can be refined";
+            problems.add(&place(root, "refine"), "refine", message, "remove [refine], or the other axes");
+        }
+        if !self.keep.outcome {
+            let message = "[refine] follows the outcome, which is not kept";
+            problems.add(&place(root, "keep"), "keep.outcome", message, "keep it, or remove [refine]");
+        }
+    }
+}
+
+/// Where a key of the file stands; the start where it is absent.
+fn place(root: &Table, key: &str) -> Origin {
+    root.get(key).map_or_else(Origin::default, |entry| entry.node.origin.clone())
+}
+
+fn refuse(reader: &mut Reader<'_>, node: &Node, path: &str) -> Fields {
+    reader.problems.add(
+        &node.origin,
+        path,
+        format!("this must be a table, not {}", node.value.kind()),
+        format!("write [{path}]"),
+    );
+    Fields::default()
+}

@@ -1,0 +1,135 @@
+//! The unit of a key, as axes of drawings name it.
+
+use feeler_control::Law;
+use feeler_engine::Scenario;
+use feeler_plant::description::{ActuatorKind, Axis, Quantity};
+use feeler_plant::effects;
+use feeler_plant::units::Dimension;
+
+use super::super::dimension::Dim;
+use super::super::keys::{EFFECTS, ELEMENTS, RUN};
+use super::super::shape::{Kind, Shape, Unit};
+
+/// The SI unit of the number at a key path of a scenario; empty where it has none.
+pub fn unit_of_key(path: &str, scenario: &Scenario) -> String {
+    let turns = scenario.machine.axis == Axis::Rotational;
+    let parts: Vec<&str> = path.split('.').collect();
+    let found = match parts.as_slice() {
+        [_, _, EFFECTS, kind, parameter] => {
+            return unit_of_effect(kind, parameter, turns).unwrap_or_default().to_owned();
+        }
+        ["run", rest @ ..] => unit(&RUN, None, rest).map(|unit| (unit, "")),
+        [table, name, rest @ ..] => {
+            let law = scenario
+                .controllers
+                .get(*name)
+                .filter(|_| *table == "controllers")
+                .map(|used| used.spec.law.name());
+            let element = ELEMENTS.iter().find(|element| element.table == *table);
+            element.and_then(|element| unit(&element.shape, law, rest)).map(|unit| (unit, *name))
+        }
+        _ => None,
+    };
+    let Some((unit, dimension)) =
+        found.and_then(|(unit, name)| Some((unit, dimension(unit, name, scenario)?)))
+    else {
+        return String::new();
+    };
+    match unit {
+        _ if dimension.is(Dimension::NONE.into()) => String::new(),
+        // A gain over time is no frequency.
+        Unit::OutputPer(_) if dimension.is(Dimension::FREQUENCY.into()) => "1/s".into(),
+        _ => dimension.si_unit(turns),
+    }
+}
+
+/// The unit of an effect's parameter by its key path.
+fn unit_of_effect(kind: &str, parameter: &str, turns: bool) -> Option<&'static str> {
+    let parameter = effects::find(kind)?.parameters.iter().find(|known| known.name == parameter)?;
+    Some(parameter.dimension.si_unit(turns))
+}
+
+/// The unit that a shape gives to a key of it, or of a table within it; of several variants the one of this
+/// name, where it is one of them.
+fn unit(shape: &'static Shape, variant: Option<&str>, path: &[&str]) -> Option<Unit> {
+    let (name, rest) = path.split_first()?;
+    let chosen =
+        shape.choice.iter().flat_map(|choice| choice.variants).find(|known| Some(known.name) == variant);
+    let of_variant = chosen.and_then(|variant| variant.keys.iter().find(|key| key.name == *name));
+    let key = of_variant.or_else(|| shape.all_keys().find(|key| key.name == *name))?;
+    match (key.kind, rest) {
+        (Kind::Quantity(unit, _) | Kind::QuantityOrTable(_, unit, _), []) => Some(unit),
+        (Kind::Reference(_), []) => Some(Unit::Reference),
+        (
+            Kind::Table(shape)
+            | Kind::QuantityOrTable(_, _, shape)
+            | Kind::WordOrTable(_, shape)
+            | Kind::Reference(shape),
+            rest,
+        ) => unit(shape, None, rest),
+        _ => None,
+    }
+}
+
+/// The dimension of a unit of the element of this name.
+fn dimension(unit: Unit, name: &str, scenario: &Scenario) -> Option<Dim> {
+    let machine = &scenario.machine;
+    let output = || {
+        let actuator = machine.actuators.get(&scenario.controllers.get(name)?.drives)?;
+        Some(Dim::from(match actuator.kind {
+            ActuatorKind::Force { .. } => Dimension::FORCE,
+            ActuatorKind::VelocitySource { .. } => Dimension::VELOCITY,
+        }))
+    };
+    match unit {
+        Unit::Of(dimension) => Some(dimension.into()),
+        Unit::PowerStiffness => Some(Dimension::STIFFNESS.into()),
+        Unit::Output => output(),
+        Unit::OutputPer(dimension) => Some(output()? / dimension.into()),
+        Unit::Reference => match scenario.controllers.get(name)?.spec.law {
+            Law::ExplicitForce(_) | Law::Admittance(_) => Some(Dimension::FORCE.into()),
+            Law::Position(_) | Law::Impedance(_) => Some(Dimension::LENGTH.into()),
+            _ => output(),
+        },
+        Unit::Signal => match machine.sensors.get(name)?.reads.quantity {
+            Quantity::Position | Quantity::Compression | Quantity::Gap => Some(Dimension::LENGTH.into()),
+            Quantity::Velocity | Quantity::GapRate => Some(Dimension::VELOCITY.into()),
+            Quantity::Acceleration => Some(Dimension::ACCELERATION.into()),
+            Quantity::Force | Quantity::SpringForce => Some(Dimension::FORCE.into()),
+            _ => None,
+        },
+        Unit::Swept => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Document;
+
+    fn scenario(file: &str) -> Scenario {
+        Document::load(&std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios")).join(file))
+            .unwrap()
+            .scenario
+    }
+
+    /// A gain is a command per newton: a force of a current amplifier, a velocity of a voltage amplifier.
+    #[test]
+    fn regress_a_gain_has_the_unit_that_its_law_and_drive_give_it() {
+        let (force, velocity) = (scenario("chatter/sustained.toml"), scenario("paper/rigid-source.toml"));
+        for (path, of_force, of_velocity) in [
+            ("controllers.force.kp", "", "m/(N s)"),
+            ("controllers.force.ki", "1/s", "m/(N s^2)"),
+            ("controllers.force.reference", "N", "N"),
+            ("controllers.force.delay", "s", "s"),
+            ("controllers.force.approach.speed", "m/s", "m/s"),
+            ("sensors.force.noise", "N", "N"),
+            ("contacts.tool.stiffness", "N/m", "N/m"),
+            ("run.duration", "s", "s"),
+            ("run.seed", "", ""),
+        ] {
+            assert_eq!(unit_of_key(path, &force), of_force, "{path}");
+            assert_eq!(unit_of_key(path, &velocity), of_velocity, "{path}");
+        }
+    }
+}

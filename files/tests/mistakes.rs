@@ -1,0 +1,126 @@
+//! Mistakes that once passed, came without a place, or came with a second message beside the point.
+
+#![expect(clippy::unwrap_used, reason = "without the file there is no test")]
+
+use feeler_engine::{EngineError, Program};
+use feeler_files::{Document, Draft, Located};
+
+const COMPLETE: &str = include_str!("data/complete.toml");
+
+fn mistakes(settings: &[&str]) -> Vec<Located> {
+    let mut draft = Draft::parse(COMPLETE, "complete.toml").unwrap();
+    for setting in settings {
+        draft.set(setting).unwrap();
+    }
+    draft.build().map_or_else(|error| error.problems, |_| Vec::new())
+}
+
+fn mistakes_of(text: &str) -> Vec<Located> {
+    Document::parse(text, "it.toml").map_or_else(|error| error.problems, |_| Vec::new())
+}
+
+#[test]
+fn regress_senseless_pairs_are_refused_with_a_remedy() {
+    let refused = [
+        (
+            &["actuators.drive.reacts_on=\"tip\"", "actuators.drive.on=\"tip\""][..],
+            "actuators.drive.reacts_on",
+        ),
+        (&["controllers.force.jitter=1.0"][..], "controllers.force.jitter"),
+        (&["controllers.force.approach.speed=-0.03"][..], "controllers.force.approach.speed"),
+        (&["run.record=[\"tool.force\", \"tool.force\"]"][..], "run.record"),
+        (&["run.duration=0.1", "run.record_rate=1"][..], "run.record_rate"),
+    ];
+    for (settings, key) in refused {
+        let found = mistakes(settings);
+        assert!(
+            found.iter().any(|problem| problem.key == key && problem.remedy.is_some()),
+            "{settings:?}: {found:#?}"
+        );
+    }
+}
+
+#[test]
+fn regress_a_rigid_joint_with_a_stiffness_is_refused_where_both_are_written() {
+    let text = |rest: &str| {
+        format!(
+            "[bodies.a]\nmass = 1\n[bodies.b]\nmass = 1\n[springs.s]\nbetween = [\"a\", \"b\"]\nrigid = true\n{rest}"
+        )
+    };
+    let found = mistakes_of(&text("stiffness = 1e5\ndamping = 1.0\n"));
+    let keys: Vec<_> = found.iter().map(|problem| problem.key.as_str()).collect();
+    assert_eq!(keys, ["springs.s.stiffness", "springs.s.damping"]);
+    assert_eq!(mistakes_of(&text("stiffness = 0\ndamping = 0\n")), []);
+    assert_eq!(
+        mistakes(&["springs.transmission.rigid=true"]),
+        [],
+        "a setting makes rigid what the file has as a spring"
+    );
+}
+
+#[test]
+fn regress_both_ends_of_a_spring_are_reported_each_at_its_place() {
+    let found = mistakes_of(
+        "[bodies.tip]\nmass = 1.0\n[springs.s]\nbetween = [\"tpi\", \"grund\"]\nstiffness = 1.0\n",
+    );
+    let places: Vec<_> =
+        found.iter().map(|problem| (problem.line, problem.column, problem.key.as_str())).collect();
+    assert_eq!(places, [(4, 12, "springs.s.between"), (4, 19, "springs.s.between")]);
+}
+
+#[test]
+fn regress_one_misspelling_is_one_mistake() {
+    for text in [
+        "[bodies.a]\nmas = 12\n",
+        "[bodies.a]\nmass = 1\n[actuators.d]\non = \"a\"\n[controllers.c]\nlaw = \"explicit-forse\"\ndrives = \"d\"\nperiod = 1e-3\n\
+         approach = { speed = 0.1, until = 1.0 }\n",
+    ] {
+        let found = mistakes_of(text);
+        assert_eq!(found.len(), 1, "{found:#?}");
+    }
+}
+
+#[test]
+fn regress_only_what_has_the_quantity_is_suggested() {
+    let found = mistakes_of("[bodies.tip]\nmass = 1.0\n[sensors.s]\nreads = \"tool.spring_force\"\n");
+    let remedy = found[0].remedy.clone().unwrap();
+    assert!(!remedy.contains("tip.spring_force"), "{remedy}");
+}
+
+#[test]
+fn regress_mistakes_of_the_motion_have_places() {
+    let still = "[bodies.a]\nmass = 1.0\n[springs.s]\nbetween = [\"ground\", \"a\"]\nrigid = true\n";
+    let apart = "[bodies.a]\nmass = 1.0\n[bodies.b]\nmass = 1.0\nvelocity = 2.0\n[springs.s]\nbetween = [\"a\", \"b\"]\nrigid = true\n";
+    for (text, place) in [(still, (1, "bodies")), (apart, (5, "bodies.b.velocity"))] {
+        let document = Document::parse(text, "it.toml").unwrap();
+        let Err(EngineError::Problems { problems }) = Program::new(&document.scenario) else {
+            panic!("this cannot move")
+        };
+        let found = document.locate_problems(&problems).problems;
+        assert_eq!((found[0].line, found[0].key.as_str()), place);
+        assert!(found[0].remedy.is_some());
+    }
+}
+
+#[test]
+fn regress_every_mistake_comes_with_a_remedy() {
+    for settings in [
+        &["springs.transmission.rigid=\"yes\""][..],
+        &["run.record=[\"tool.sprng_force\"]"][..],
+        &["controllers.force.approach.release=1e6"][..],
+        &["controllers.force.reference={ kind = \"multisine\", rms = 1.0, band = [1.0, 1e9], period = 1.0 }"]
+            [..],
+        &[
+            "springs.guide.effects.transmission-flexibility={ stiffness = 1e5, damping = 1.0, tip_mass = 1.0 }",
+        ][..],
+        &["springs.guide.effects.backlash={ width = 1e-4 }"][..],
+        &["springs.transmission.effects.base-flexibility={ mass = 100.0, stiffness = 1e6, damping = 100.0 }"]
+            [..],
+    ] {
+        let found = mistakes(settings);
+        assert!(
+            !found.is_empty() && found.iter().all(|problem| problem.remedy.is_some()),
+            "{settings:?}: {found:#?}"
+        );
+    }
+}

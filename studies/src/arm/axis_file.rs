@@ -1,0 +1,270 @@
+//! The machine file of an arm along a contact normal.
+
+use std::fmt::Write as _;
+
+use feeler_analysis::{GainReport, Request, analyze};
+use feeler_arm::{Agreement, Branch, Landmark, Others, Reduction};
+
+use super::error::ArmFileError;
+use feeler_files::{ArmFile, Document, FormatError};
+
+/// Share of the largest stable gain that a file starts with.
+const GAIN_SHARE: f64 = 0.25;
+/// Gain of the machine from which the largest stable one is found.
+const TRIED_GAIN: f64 = 0.1;
+/// Largest gain that a file starts with.
+const LARGEST_GAIN: f64 = 2.0;
+
+/// Part of the way from drive to tool from which on a mode is named among those that share it.
+const SHARES: f64 = 0.1;
+
+/// What the tool touches: the force sensor in series with the workpiece.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToolContact {
+    /// Stiffness.
+    pub stiffness_n_per_m: f64,
+    /// Damping.
+    pub damping_n_s_per_m: f64,
+}
+
+/// The axis that an arm is.
+#[derive(Clone, Debug)]
+pub struct AxisFile {
+    /// The machine and scenario, which analyze, run, sweep and why take.
+    pub text: String,
+    /// Its numbers.
+    pub reduction: Reduction,
+    /// How well it stands for the whole arm in contact.
+    pub agreement: Agreement,
+    /// Largest stable proportional force gain at 1 kHz; zero where none is stable, infinite where every one
+    /// is.
+    pub largest_gain: f64,
+}
+
+/// Why no machine file can be made of the numbers of an axis: nobody has written the file in which they
+/// stand.
+fn no_machine(error: &FormatError) -> ArmFileError {
+    let why = error.problems.first().map_or_else(String::new, |problem| problem.message.clone());
+    ArmFileError::Extreme { why }
+}
+
+/// The axis of an arm at a pose (rad, m) along a normal that points from the tool into the workpiece.
+///
+/// # Errors
+/// [`ArmFileError`] for poses and directions in which the arm cannot move.
+pub fn axis_file(
+    file: &ArmFile,
+    pose: &[f64],
+    normal: [f64; 3],
+    others: Others,
+    contact: ToolContact,
+) -> Result<AxisFile, ArmFileError> {
+    let touch = [contact.stiffness_n_per_m, contact.damping_n_s_per_m];
+    let (reduction, agreement) = file.arm.reduce_in_contact(pose, normal, others, touch)?;
+    let document = Document::parse(&axis_text(&reduction, contact, TRIED_GAIN), "axis.toml")
+        .map_err(|error| no_machine(&error))?;
+    let report = analyze(&document.scenario, &Request::default())?;
+    let edge = largest_stable(report.gain.as_ref());
+    let gain = (GAIN_SHARE * edge).min(LARGEST_GAIN);
+    let mut text = header(file, pose, normal, others, &agreement, touch[0]);
+    text.push_str(&bodies_note(&reduction));
+    if let Some(why) = distrust(&reduction, &agreement) {
+        let _ = writeln!(text, "# Warning: {why}.");
+    }
+    let name = format!("{}-axis", file.name);
+    let held = if others == Others::Held { "the other directions held" } else { "the other directions free" };
+    let about = format!("The single axis that {} is at one pose along one normal, {held}", file.name);
+    let _ = write!(
+        text,
+        "name  = {}\nabout = {}\n\n{}",
+        quoted(&name),
+        quoted(&about),
+        axis_text(&reduction, contact, gain)
+    );
+    Ok(AxisFile { text, reduction, agreement, largest_gain: edge })
+}
+
+/// The largest stable gain of a report: zero where none is stable, infinite where all are.
+fn largest_stable(gain: Option<&GainReport>) -> f64 {
+    match gain.map(|gain| (gain.sampled.all.bands.is_empty(), gain.sampled.stable[1])) {
+        Some((true, _)) => 0.0,
+        Some((false, Some(edge))) => edge,
+        _ => f64::INFINITY,
+    }
+}
+
+/// Why an axis should not be trusted, where it is more than 5 % off the whole arm in one of the landmarks.
+pub fn distrust(axis: &Reduction, agreement: &Agreement) -> Option<String> {
+    if agreement.is_trusted() {
+        return None;
+    }
+    let off: Vec<String> = (Landmark::ALL.iter().zip(agreement.misfits()).zip(agreement.landmarks()))
+        .filter(|((_, misfit), _)| *misfit > Agreement::TRUSTED)
+        .map(|((landmark, misfit), [arm, own])| match misfit.is_finite() {
+            true => format!("{:.1} % in the {}", 100.0 * misfit, landmark.name()),
+            false if landmark.is_gain() && own <= 0.0 => {
+                format!("in the {}, of which the arm has one and the axis none", landmark.name())
+            }
+            false if landmark.is_gain() && arm <= 0.0 => {
+                format!("in the {}, of which the axis has one and the arm none", landmark.name())
+            }
+            false => format!("without bound in the {}", landmark.name()),
+        })
+        .collect();
+    let sharing: Vec<String> = axis
+        .modes
+        .iter()
+        .filter(|mode| mode.drive_share.abs() > SHARES)
+        .map(|mode| format!("{:.1}", mode.frequency_hz))
+        .collect();
+    Some(format!(
+        "this axis is off the arm by {}, more than {:.0} %: modes of the arm at {} Hz share the way from drive to tool, which no few masses on springs show; choose \
+         another pose, or do not rely on what the axis says of that",
+        off.join(" and "),
+        100.0 * Agreement::TRUSTED,
+        sharing.join(", ")
+    ))
+}
+
+/// A largest stable gain in words where it is no number: `none` where no gain is stable, `every gain` where
+/// all are.
+pub fn gain_in_words(gain: f64) -> Option<&'static str> {
+    match gain {
+        gain if gain.is_nan() => Some("unknown"),
+        gain if gain <= 0.0 => Some("none"),
+        gain if gain.is_infinite() => Some("every gain"),
+        _ => None,
+    }
+}
+
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+fn header(
+    file: &ArmFile,
+    pose: &[f64],
+    normal: [f64; 3],
+    others: Others,
+    agreement: &Agreement,
+    stiffness: f64,
+) -> String {
+    let pose: Vec<String> = pose.iter().map(|x| format!("{x:.5}")).collect();
+    let [nx, ny, nz] = normal;
+    let said = |landmark: &Landmark, [arm, own]: [f64; 2], misfit: f64| {
+        let number = |value: f64| match landmark.is_gain() {
+            true => gain_in_words(value).map_or_else(|| format!("{value:.4}"), str::to_owned),
+            false if value.is_nan() => "none".to_owned(),
+            false => format!("{value:.3}"),
+        };
+        let unit = match landmark {
+            Landmark::ContactMode | Landmark::PhaseCrossover => " Hz",
+            Landmark::StableKp => "",
+            Landmark::StableKi => " 1/s",
+        };
+        let name = landmark.name();
+        if [arm, own].iter().all(|value| value.is_nan()) {
+            return format!("#   {name}: neither has one\n");
+        }
+        if landmark.is_gain() && number(arm) == number(own) && gain_in_words(arm).is_some() {
+            return format!("#   {name}: of both {}\n", number(arm));
+        }
+        let with_unit =
+            |value: f64| if value.is_finite() { format!("{}{unit}", number(value)) } else { number(value) };
+        format!("#   {name}: {} and {}: off by {} %\n", with_unit(arm), with_unit(own), percent(misfit))
+    };
+    let landmarks: String = (Landmark::ALL.iter().zip(agreement.landmarks()).zip(agreement.misfits()))
+        .map(|((name, pair), misfit)| said(name, pair, misfit))
+        .collect();
+    format!(
+        "# The axis that {} is at the pose {} (rad) along [{nx}, {ny}, {nz}], the tool's other directions {}; made by `feeler reduce`.\n\
+         # Whole arm and this axis on a contact of {stiffness:.4e} N/m (phase crossover of the whole contact force, the drives' bandwidths left out; stable gains\n\
+         # of loops on its spring's force at 1 kHz behind them, ki with {:.4} N s/m of motor damping from differenced encoder positions):\n{landmarks}",
+        file.name,
+        pose.join(", "),
+        if others == Others::Held { "held" } else { "free" },
+        agreement.motor_damping_n_s_per_m,
+    )
+}
+
+fn percent(misfit: f64) -> String {
+    if misfit.is_finite() { format!("{:.2}", 100.0 * misfit) } else { "no number of".into() }
+}
+
+/// How many bodies there are beside motor and tool, and why.
+fn bodies_note(axis: &Reduction) -> String {
+    let frequencies: Vec<String> =
+        axis.branches.iter().map(|branch| format!("{:.2}", branch.frequency_hz())).collect();
+    let (bodies, verb) = if frequencies.len() == 1 { ("a body", "stands") } else { ("bodies", "stand") };
+    let linked = axis.branches.iter().any(Branch::is_linked);
+    let (place, held) = if linked {
+        ("beside motor and tool, fitted to the arm's response,", "motor and tool")
+    } else {
+        ("beside the motor", "motors")
+    };
+    if frequencies.is_empty() {
+        return String::new();
+    }
+    format!(
+        "# Two masses alone miss these: {bodies} {place} {verb} for modes at {} Hz ({held} held) that load the drive as well.\n",
+        frequencies.join(", ")
+    )
+}
+
+/// The machine and its force loop, unnamed.
+fn axis_text(axis: &Reduction, contact: ToolContact, gain: f64) -> String {
+    let mut text = String::new();
+    let mut line = |line: String| {
+        text.push_str(&line);
+        text.push('\n');
+    };
+    line(format!(
+        "[bodies.motor]\nmass = {:?}\n\n[bodies.tip]\nmass = {:?}\n",
+        axis.motor_mass_kg, axis.tip_mass_kg
+    ));
+    line(format!(
+        "[springs.guide]\nbetween = [\"ground\", \"motor\"]\ndamping = {:?}\n",
+        axis.guide_damping_n_s_per_m
+    ));
+    if axis.dry_friction_n > 0.0 {
+        line(format!("[springs.guide.effects.coulomb-friction]\nlevel = {:?}\n", axis.dry_friction_n));
+    }
+    line(format!(
+        "[springs.transmission]\nbetween = [\"motor\", \"tip\"]\nstiffness = {:?}\ndamping = {:?}\n",
+        axis.stiffness_n_per_m, axis.damping_n_s_per_m
+    ));
+    for (number, branch) in (1..).zip(&axis.branches) {
+        line(format!("[bodies.branch-{number}]\nmass = {:?}\n", branch.mass_kg));
+        line(format!(
+            "[springs.branch-{number}]\nbetween = [\"motor\", \"branch-{number}\"]\nstiffness = {:?}\ndamping = {:?}\n",
+            branch.stiffness_n_per_m, branch.damping_n_s_per_m
+        ));
+        if branch.is_linked() {
+            line(format!(
+                "[springs.branch-{number}-tool]\nbetween = [\"branch-{number}\", \"tip\"]\nstiffness = {:?}\ndamping = {:?}\n",
+                branch.to_tool_n_per_m, branch.to_tool_n_s_per_m
+            ));
+        }
+    }
+    line(format!(
+        "[contacts.tool]\nbetween = [\"tip\", \"ground\"]\nstiffness = {:?}\ndamping = {:?}\ngap = \"1 mm\"\n",
+        contact.stiffness_n_per_m, contact.damping_n_s_per_m
+    ));
+    line("[actuators.drive]\non = \"motor\"".into());
+    if let Some(limit) = axis.force_limit_n {
+        line(format!("limit = {limit:?}"));
+    }
+    if let Some(bandwidth) = axis.bandwidth_hz {
+        line(format!("bandwidth = {bandwidth:?}"));
+    }
+    line(
+        "\n[sensors.force]\nreads = \"tool.spring_force\"\n\n[sensors.encoder]\nreads = \"motor.position\"\n"
+            .into(),
+    );
+    line(format!(
+        "[controllers.force]\nlaw = \"explicit-force\"\nreads = \"force\"\nmotion = \"encoder\"\ndrives = \"drive\"\nperiod = \"1 ms\"\nfeed_forward = 1.0\n\
+         kp = {gain:?}\napproach = {{ speed = \"10 mm/s\", until = \"3 N\" }}\nreference = 20.0\n"
+    ));
+    line("[run]\nduration = \"2 s\"\nrecord = [\"tool.force\", \"motor.position\", \"tip.position\", \"drive.command\", \"force.reading\"]\nrecord_rate = \"2 kHz\"".into());
+    text
+}

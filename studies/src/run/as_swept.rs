@@ -1,0 +1,50 @@
+//! A run as a sweep makes it, to the bit, with all that can be shown of it.
+
+use feeler_engine::Scenario;
+
+use super::record::Recording;
+use super::{Manner, Progress, RunError, RunResult, recorded};
+
+/// Runs a scenario as a variant of a sweep is run: for as long as it takes to tell its outcome, up to
+/// [`super::MOST_EXTENSION`] times its duration, with rows at the instants of a sweep and without the energy
+/// ledger. Its figures are those of the variant's row, to the bit, of an aperiodic motion too. What the file
+/// asks to record is kept at those instants but for readings of sensors, whose delays would bring instants of
+/// their own.
+///
+/// # Errors
+/// As [`super::run`].
+pub fn run_as_swept(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<RunResult, RunError> {
+    recorded(scenario, &Recording::as_swept(scenario), Manner { energy: false, extends: true }, progress)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::{Candidate, Outcome};
+    use feeler_files::{Document, Setting};
+
+    /// An aperiodic motion, in which any difference would grow by orders of magnitude within the run, and one
+    /// that a sweep extends.
+    #[test]
+    fn prop_a_run_as_swept_has_the_figures_of_the_row() {
+        let document = Document::load(
+            &std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios"))
+                .join("chatter/sustained.toml"),
+        )
+        .unwrap();
+        for (kp, duration, sustained) in [(2.5, 1.0, true), (0.6, 0.3, false)] {
+            let settings =
+                [("controllers.force.kp", Setting::Number(kp)), ("run.duration", Setting::Number(duration))];
+            let scenario = document.with(settings).unwrap().scenario;
+            let row = Candidate::new(scenario.clone()).unwrap().measure(0).unwrap().summary;
+            let run = run_as_swept(&scenario, &mut |_| {}).unwrap();
+            assert_eq!(row.outcome == Outcome::Chatter, sustained, "{:?}", row.verdict);
+            assert!(sustained || row.simulated_s > duration);
+            assert_eq!(
+                format!("{row:?}"),
+                format!("{:?}", crate::run::Summary { wall_s: 0.0, ..run.summary })
+            );
+            assert_eq!(run.trace.names.len(), scenario.run.record.len() - 1, "all but the sensor's reading");
+        }
+    }
+}

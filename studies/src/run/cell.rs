@@ -1,0 +1,212 @@
+//! Runs a whole arm, and measures it as an axis is measured.
+
+use std::time::Instant;
+
+use feeler_engine::{Event, EventKind, RunEnd, Trace};
+use feeler_manipulator::{JointEvent, LOWER, Simulation, UPPER};
+use feeler_plant::motion::Switch;
+use serde::Serialize;
+
+use super::contact::{self, ContactRun};
+use super::error::RunError;
+use super::force_loop::ForceLoop;
+use super::saturation::Limits;
+use super::standing::Standing;
+use super::summary::{EventRecord, Finished, Summary};
+use super::{Progress, SLICES};
+use feeler_files::CellFile;
+
+/// Measures are taken at no less than this rate.
+const MEASURE_RATE_HZ: f64 = 1e4;
+/// Events of joints in the summary; a joint that hunts has many.
+const MOST_JOINT_EVENTS: usize = 1000;
+/// The column that tells whether a joint's torque is at its limit.
+const LIMITED: &str = "joints.limited";
+
+/// All that a run of a whole arm gave.
+#[derive(Clone, Debug)]
+pub struct CellRun {
+    /// What the measures were taken from, at no less than 10 kHz, with the contact's events.
+    pub record: Trace,
+    /// The same and joints, tool, point of contact and normal, at the rate of the file.
+    pub motion: Trace,
+    /// The contact, with when it pushed.
+    pub contact: ContactRun,
+    /// The force loop whose reference the measures refer to.
+    pub force_loop: Option<ForceLoop>,
+    /// Whether a joint or the controller was at its limit, for each row of the record.
+    pub saturated: Vec<bool>,
+    /// Figures of the run.
+    pub summary: CellSummary,
+}
+
+/// A joint that came to the end of its travel, where a stop as stiff as its gear holds it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LimitMet {
+    /// Which joint.
+    pub joint: String,
+    /// `upper limit` or `lower limit`.
+    pub what: &'static str,
+    /// The limit, rad or m.
+    pub position: f64,
+    /// When it was first met, s.
+    pub t_s: f64,
+}
+
+/// What a run of a whole arm came to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CellSummary {
+    /// What is measured of an axis too. Energies are not kept; saturation counts the time at which a joint's
+    /// torque or the controller was at its limit, and events are those of the contact and, the first
+    /// thousand, of the joints.
+    #[serde(flatten)]
+    pub figures: Summary,
+    /// Mean force over the last tenth of the run.
+    pub final_force_n: f64,
+    /// How far the tool got off the line along the normal through its start.
+    pub sideways_m: f64,
+    /// How often a joint stuck or broke loose, a flank of its play met or parted, or it met the end of its
+    /// travel.
+    pub joint_events: usize,
+    /// Joints that met an end of their travel, with the first time of each.
+    pub limits: Vec<LimitMet>,
+    /// Longest step, s.
+    pub step_s: f64,
+    /// Time that preparing, running and measuring took, s, per simulated second.
+    pub wall_s_per_simulated_s: f64,
+}
+
+/// Runs a scenario of a whole arm, and calls `progress` now and then.
+///
+/// # Errors
+/// Mistakes of arm, shapes and wiring that only show together. A motion that diverges is a result.
+pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<CellRun, RunError> {
+    let started = Instant::now();
+    let cell = &file.cell;
+    let duration_s = cell.scenario.run.duration_s;
+    let every = (MEASURE_RATE_HZ / file.record_rate_hz).ceil().max(1.0);
+    let rate_hz = file.record_rate_hz * every;
+    let mut simulation = Simulation::new(cell, rate_hz, every as u64)?;
+    let rows = (duration_s * rate_hz).floor();
+    // Slices end where the record stops anyway, so that slicing leaves every bit as it is.
+    let slices =
+        (1..SLICES).map(|slice| (rows * slice as f64 / SLICES as f64).floor() / rate_hz).chain([duration_s]);
+    let mut finished = simulation.run_to(0.0);
+    for until_s in slices.filter(|until_s| *until_s > 0.0) {
+        if finished.end != RunEnd::Completed {
+            break;
+        }
+        finished = simulation.run_to(until_s);
+        progress(Progress { t_s: simulation.time_s(), duration_s });
+    }
+    if finished.end == RunEnd::Completed {
+        simulation.finish();
+    }
+    let standing = Standing::of_arm(&simulation);
+    let (assembly, step_s) = (simulation.assembly().clone(), simulation.step_s());
+    let found = simulation.into_record();
+    let mut record = found.measures;
+    with_slips(&mut record, &found.joint_events);
+    let scenario = &cell.scenario;
+    let contacts = contact::contacts(scenario, &assembly, &record, &[], finished.end_s);
+    let force_loop = ForceLoop::find(scenario);
+    let mut limits = Limits::of(scenario, &assembly, &record);
+    for (flag, limited) in limits.saturated.iter_mut().zip(record.column(LIMITED).unwrap_or_default()) {
+        *flag |= *limited > 0.5;
+    }
+    let summed = Finished {
+        scenario,
+        assembly: &assembly,
+        record: &record,
+        contacts: &contacts,
+        force_loop: force_loop.as_ref(),
+        limits: &limits,
+        end: finished.end,
+        end_s: finished.end_s,
+        is_longest: false,
+        standing: &standing,
+        steps: finished.steps,
+        energy: None,
+    };
+    let mut figures = summed.summary();
+    figures.name.clone_from(&file.name);
+    figures.events = events(&figures.events, &found.joint_events, file);
+    figures.wall_s = started.elapsed().as_secs_f64();
+    let force_n =
+        contacts.first().and_then(|contact| record.column(&contact.force_signal())).unwrap_or_default();
+    let last = &force_n[force_n.len() - force_n.len().div_ceil(10)..];
+    let summary = CellSummary {
+        final_force_n: last.iter().sum::<f64>() / last.len().max(1) as f64,
+        sideways_m: sideways_m(file, &found.motion),
+        joint_events: found.joint_events.len(),
+        limits: limits_met(&found.joint_events, file),
+        step_s,
+        wall_s_per_simulated_s: if figures.simulated_s > 0.0 {
+            figures.wall_s / figures.simulated_s
+        } else {
+            0.0
+        },
+        figures,
+    };
+    let contact = contacts
+        .into_iter()
+        .next()
+        .ok_or(feeler_manipulator::ManipulatorError::Count { what: "contact", count: 0 })?;
+    Ok(CellRun { record, motion: found.motion, contact, force_loop, saturated: limits.saturated, summary })
+}
+
+/// Adds what the joints' dry friction did to a record, as that of the axis's guide: it tells hunting from
+/// other oscillations.
+fn with_slips(record: &mut Trace, joints: &[JointEvent]) {
+    let kind = |what| match what {
+        "stick" => Some(EventKind::Stick),
+        "slip" => Some(EventKind::Slip),
+        _ => None,
+    };
+    let slips = joints.iter().filter_map(|event| {
+        Some(Event { t_s: event.t_s, kind: kind(event.what)?, switch: Switch::Friction(0) })
+    });
+    record.events.extend(slips);
+    record.events.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
+}
+
+/// Events of the contact, and those of the joints under their names.
+fn events(of_axis: &[EventRecord], joints: &[JointEvent], file: &CellFile) -> Vec<EventRecord> {
+    let name = |joint: usize| file.cell.joints[joint].name.clone();
+    let slips = [EventKind::Stick, EventKind::Slip].map(EventKind::name);
+    let mut events: Vec<EventRecord> =
+        of_axis.iter().filter(|event| !slips.contains(&event.what)).cloned().collect();
+    events.extend(joints.iter().take(MOST_JOINT_EVENTS).map(|event| EventRecord {
+        t_s: event.t_s,
+        what: event.what,
+        on: name(event.joint),
+    }));
+    events.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
+    events
+}
+
+fn limits_met(joints: &[JointEvent], file: &CellFile) -> Vec<LimitMet> {
+    let mut met: Vec<LimitMet> = Vec::new();
+    for event in joints.iter().filter(|event| [LOWER, UPPER].contains(&event.what)) {
+        let joint = &file.cell.arm.chain().joints[event.joint];
+        if !met.iter().any(|known| known.joint == joint.name && known.what == event.what) {
+            let position = joint.limits[usize::from(event.what == UPPER)];
+            met.push(LimitMet { joint: joint.name.clone(), what: event.what, position, t_s: event.t_s });
+        }
+    }
+    met
+}
+
+/// The farthest that the tool was from the line along the normal through its start.
+fn sideways_m(file: &CellFile, motion: &Trace) -> f64 {
+    let columns = ["tool.x", "tool.y", "tool.z"].map(|name| motion.column(name).unwrap_or_default());
+    let length = file.cell.start.normal.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let normal = file.cell.start.normal.map(|x| x / length);
+    let home = columns.map(|column| column.first().copied().unwrap_or(0.0));
+    let off = |row: usize| {
+        let way: [f64; 3] = std::array::from_fn(|axis| columns[axis][row] - home[axis]);
+        let along: f64 = way.iter().zip(normal).map(|(a, b)| a * b).sum();
+        way.iter().zip(normal).map(|(a, b)| (a - along * b).powi(2)).sum::<f64>().sqrt()
+    };
+    (0..motion.t_s.len()).map(off).fold(0.0, f64::max)
+}

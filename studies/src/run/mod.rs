@@ -1,0 +1,299 @@
+//! Runs a scenario and says what happened in it.
+//!
+//! ```
+//! use feeler_files::Document;
+//! use feeler_studies::run::{Outcome, run};
+//!
+//! let text = r#"
+//! [bodies.tip]
+//! mass = 2.0
+//! [contacts.tool]
+//! between = ["tip", "ground"]
+//! stiffness = 1e4
+//! damping = 200.0
+//! [actuators.drive]
+//! on = "tip"
+//! reacts_on = "ground"
+//! kind = "force"
+//! [sensors.force]
+//! reads = "tool.force"
+//! [controllers.force]
+//! law = "explicit-force"
+//! reads = "force"
+//! drives = "drive"
+//! period = "1 ms"
+//! feed_forward = 1.0
+//! reference = 10.0
+//! [run]
+//! duration = 1.0
+//! "#;
+//! let document = Document::parse(text, "press.toml")?;
+//! let result = run(&document.scenario, &mut |_| {})?;
+//! assert_eq!(result.summary.outcome, Outcome::Settled);
+//! assert!(result.summary.energy.is_some_and(|energy| energy.relative_residual < 1e-9));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod as_swept;
+mod cell;
+mod chatter;
+mod contact;
+mod energy;
+mod engine;
+mod error;
+mod force_loop;
+mod lanes;
+mod measure;
+mod outcome;
+mod record;
+mod saturation;
+mod settling;
+mod standing;
+mod strobe;
+mod summary;
+mod swings;
+mod trace_file;
+mod trend;
+mod verdict;
+mod winding;
+
+use std::time::Instant;
+
+use feeler_engine::{
+    EnergyBalance, Observer, Peak, Program, RunEnd, RunSettings, Scenario, Simulation, Trace,
+};
+use feeler_lanes::Lane;
+use feeler_lti::spectral::{AmplitudeSpectrum, Window, amplitude_spectrum};
+use feeler_plant::assembly::Assembly;
+
+pub use as_swept::run_as_swept;
+pub use cell::{CellRun, CellSummary, LimitMet, run_cell};
+pub use chatter::Oscillation;
+pub use contact::{ContactRun, Interval};
+pub use energy::{EnergyItem, EnergyTable};
+pub use engine::simulation;
+pub use error::RunError;
+pub(crate) use error::system_error;
+pub use force_loop::ForceLoop;
+pub use measure::{Candidate, LANES, MOST_EXTENSION, Measured, measure};
+pub use outcome::{Outcome, Undecided};
+pub use settling::Response;
+pub(crate) use standing::nothing_can_touch;
+pub use summary::{ContactSummary, EventRecord, Summary};
+pub use trace_file::{write_csv, write_parquet};
+pub use verdict::Verdict;
+
+use record::Recording;
+use saturation::Limits;
+use standing::Standing;
+use summary::Finished;
+
+/// Slices in which a run goes, each followed by a word on its progress.
+const SLICES: usize = 200;
+/// Rows of the tail from which its spectrum is computed, the last ones; enough for any frequency that a run
+/// shows, and quick.
+const SPECTRUM_ROWS: usize = 1 << 16;
+
+/// How far a run has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Simulated time reached, s.
+    pub t_s: f64,
+    /// Where it ends, s.
+    pub duration_s: f64,
+}
+
+/// All that a run gave.
+#[derive(Clone, Debug)]
+pub struct RunResult {
+    /// The signals that the scenario asks for, at its rate.
+    pub trace: Trace,
+    /// What the measures were taken from: those signals and contacts, drives, controllers and bodies beside
+    /// them, at no less than the scenario's rate.
+    pub record: Trace,
+    /// Each contact with when it pushed.
+    pub contacts: Vec<ContactRun>,
+    /// The force loop whose reference the measures refer to.
+    pub force_loop: Option<ForceLoop>,
+    /// Whether a drive or controller was at its limit, for each row of the record.
+    pub saturated: Vec<bool>,
+    /// Figures of the run.
+    pub summary: Summary,
+}
+
+impl RunResult {
+    /// Amplitude spectrum of the main contact's force over the tail of the run; none where there is no
+    /// contact or no tail.
+    pub fn tail_spectrum(&self) -> Option<AmplitudeSpectrum> {
+        let contact = self.contacts.get(self.summary.main_contact?)?;
+        let rows = self.tail_rows();
+        let force = self.record.column(&contact.force_signal())?.get(rows)?;
+        let period_s = self.record_spacing_s()?;
+        amplitude_spectrum(force, period_s, Window::Hann).ok()
+    }
+
+    /// Rows of the record from which the tail is judged.
+    pub fn tail_rows(&self) -> std::ops::Range<usize> {
+        let end = self.record.t_s.len();
+        let start = self.record.t_s.partition_point(|&t| t < self.summary.verdict.tail_s[0]);
+        start.max(end.saturating_sub(SPECTRUM_ROWS))..end
+    }
+
+    fn record_spacing_s(&self) -> Option<f64> {
+        let t = &self.record.t_s;
+        Some((t.last()? - t.first()?) / (t.len().checked_sub(1).filter(|&n| n > 0)? as f64))
+    }
+}
+
+/// Runs a scenario with its energy ledger, and calls `progress` now and then; what it is told does not change
+/// the run.
+///
+/// # Errors
+/// A machine or wiring with mistakes, and exponentials that cannot be computed. A motion that diverges is a
+/// result.
+pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<RunResult, RunError> {
+    recorded(scenario, &Recording::new(scenario), Manner { energy: true, extends: false }, progress)
+}
+
+/// How a run goes.
+#[derive(Clone, Copy, Debug)]
+struct Manner {
+    /// Whether it keeps the energy ledger.
+    energy: bool,
+    /// Whether it goes on until its outcome is told.
+    extends: bool,
+}
+
+fn recorded(
+    scenario: &Scenario,
+    recording: &Recording,
+    Manner { energy, extends }: Manner,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<RunResult, RunError> {
+    let started = Instant::now();
+    let settings = RunSettings { energy, ..recording.settings(&scenario.run) };
+    let program = Program::new(&Scenario { run: settings, ..scenario.clone() })?;
+    let assembly = program.motion().assembly().clone();
+    let mut record = Trace::new(program.record_names());
+    let mut simulation = simulation(program, scenario.machine.axis)?;
+    let duration_s = scenario.run.duration_s;
+    let mut until_s = duration_s;
+    loop {
+        advance(&mut simulation, &mut record, until_s, recording.rate_hz, progress)?;
+        until_s *= 2.0;
+        let is_longest = extends && until_s > MOST_EXTENSION * duration_s;
+        record::drop_undefined_rows(&mut record);
+        let ended = Ended { is_longest, ..Ended::of(&simulation, 0) };
+        let Judged { contacts, force_loop, limits, mut summary } =
+            Judged::new(scenario, &assembly, &record, &ended, simulation.energy(0));
+        if is_longest || !extends || !summary.verdict.may_be_decided() {
+            summary.wall_s = started.elapsed().as_secs_f64();
+            let trace = recording.wanted(&record);
+            return Ok(RunResult {
+                trace,
+                record,
+                contacts,
+                force_loop,
+                saturated: limits.saturated,
+                summary,
+            });
+        }
+    }
+}
+
+/// How a run ended.
+#[derive(Clone, Debug)]
+struct Ended {
+    end: RunEnd,
+    /// How far the motion came, s.
+    end_s: f64,
+    /// Whether it may go on no longer.
+    is_longest: bool,
+    standing: Standing,
+    /// Largest force of every stretch of contact, per contact; none where the engine looks for none.
+    peaks: Vec<Vec<Peak>>,
+    /// Zero where several variants ran side by side: their steps are counted together.
+    steps: u64,
+}
+
+impl Ended {
+    fn of<L: Lane>(simulation: &Simulation<L>, lane: usize) -> Self {
+        let end = simulation.end(lane);
+        let end_s = match end {
+            RunEnd::Diverged { t_s } | RunEnd::EventStorm { t_s } => t_s,
+            _ => simulation.time_s(),
+        };
+        Self {
+            end,
+            end_s,
+            is_longest: false,
+            standing: Standing::of(simulation, lane),
+            peaks: simulation.peaks(lane),
+            steps: if L::WIDTH == 1 { simulation.steps() } else { 0 },
+        }
+    }
+}
+
+/// A record with what it tells.
+#[derive(Clone, Debug)]
+struct Judged {
+    contacts: Vec<ContactRun>,
+    force_loop: Option<ForceLoop>,
+    limits: Limits,
+    summary: Summary,
+}
+
+impl Judged {
+    fn new(
+        scenario: &Scenario,
+        assembly: &Assembly,
+        record: &Trace,
+        ended: &Ended,
+        energy: Option<EnergyBalance>,
+    ) -> Self {
+        let force_loop = ForceLoop::find(scenario);
+        let contacts = contact::contacts(scenario, assembly, record, &ended.peaks, ended.end_s);
+        let limits = Limits::of(scenario, assembly, record);
+        let finished = Finished {
+            scenario,
+            assembly,
+            record,
+            contacts: &contacts,
+            force_loop: force_loop.as_ref(),
+            limits: &limits,
+            end: ended.end,
+            end_s: ended.end_s,
+            is_longest: ended.is_longest,
+            standing: &ended.standing,
+            steps: ended.steps,
+            energy,
+        };
+        let summary = finished.summary();
+        Self { contacts, force_loop, limits, summary }
+    }
+}
+
+/// Runs to the end in slices that end where the record stops anyway, so that slicing leaves every bit as it
+/// is.
+fn advance(
+    simulation: &mut Simulation<f64>,
+    observer: &mut impl Observer<f64>,
+    duration_s: f64,
+    rate_hz: f64,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<(), RunError> {
+    let rows = (duration_s * rate_hz).floor();
+    for slice in 1..SLICES {
+        let until_s = (rows * slice as f64 / SLICES as f64).floor() / rate_hz;
+        if until_s > simulation.time_s() && until_s < duration_s {
+            simulation.run_to(until_s, observer)?;
+            progress(Progress { t_s: simulation.time_s(), duration_s });
+        }
+        if simulation.end(0) != RunEnd::Completed {
+            return Ok(());
+        }
+    }
+    simulation.run_to(duration_s, observer)?;
+    progress(Progress { t_s: simulation.time_s(), duration_s });
+    Ok(())
+}

@@ -1,0 +1,230 @@
+//! Runs a scenario in many variants.
+//!
+//! Variants are numbered, and each is computed from its number, so that running a sweep of any size takes the
+//! memory of the chunks in hand. A chunk's results are on disk before the next is begun: a sweep that is
+//! killed goes on where it was, and what it writes in the end does not depend on that, nor on the number of
+//! threads, nor on how it was cut into shards. A variant that fails is a row with its error.
+
+mod axes;
+mod boundary;
+mod contour;
+mod cycles;
+mod error;
+mod execute;
+mod permutation;
+mod points;
+mod refine;
+mod row;
+mod shard;
+mod sobol;
+mod store;
+mod table;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use serde_json::json;
+
+pub use axes::{DrawnAxis, Panels, share_between};
+pub use boundary::{Line, LinearLimits, linear_limits, sampled_growth_per_s};
+pub use cycles::predicted_cycles;
+pub use error::SweepError;
+pub use shard::{ParseShardError, Shard, merge};
+pub use table::{Column, Table};
+
+use feeler_files::{Document, SweepFile};
+use points::Points;
+use store::{ChunkId, Store};
+
+/// Chunks of a sweep, about: enough for many cores, and for little to be lost when it is killed.
+const CHUNKS: u64 = 64;
+/// Variants of a chunk at least, and at most.
+const CHUNK: [u64; 2] = [crate::run::LANES as u64, 1024];
+/// Changes whenever the same files would give other bytes.
+const RESULTS_VERSION: u32 = 10;
+
+/// A sweep ready to run.
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    /// The sweep file.
+    pub file: SweepFile,
+    /// Its scenario.
+    pub document: Document,
+    /// The files' texts, by which results know what they belong to.
+    plan: String,
+}
+
+/// How to run a sweep.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options {
+    /// Threads; one per processor where absent.
+    pub threads: Option<usize>,
+    /// The part of the sweep to run; all of it where absent.
+    pub shard: Option<Shard>,
+}
+
+/// How far a sweep has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SweepProgress {
+    /// Variants done in this call.
+    pub done: u64,
+    /// Variants that an earlier call did.
+    pub found: u64,
+    /// Variants to be done in all by this call and earlier ones; of an adaptive sweep, those known so far.
+    pub total: u64,
+}
+
+/// What a sweep has done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SweepResult {
+    /// The table of results; none where this was one of several shards, until [`merge`] puts them together.
+    pub table: Option<PathBuf>,
+    /// Variants run by this call, found from an earlier one, and in all.
+    pub progress: SweepProgress,
+    /// Passes of an adaptive sweep, 1 of any other; none where an earlier call did them all.
+    pub passes: Option<usize>,
+}
+
+impl Sweep {
+    /// Reads and checks a sweep file and its scenario.
+    ///
+    /// # Errors
+    /// Every mistake at once.
+    pub fn load(path: &Path) -> Result<Self, SweepError> {
+        let text = feeler_files::read_text(path)?;
+        Self::parse(&text, &path.display().to_string())
+    }
+
+    /// Takes `text` as the content of `file_name`.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn parse(text: &str, file_name: &str) -> Result<Self, SweepError> {
+        let file = SweepFile::parse(text, file_name)?;
+        let document = Document::load(&file.scenario)?;
+        let scenario: Vec<&str> = document.texts().collect();
+        let plan = json!({ "version": RESULTS_VERSION, "variants": file.samples, "feeler": env!("CARGO_PKG_VERSION"), "sweep": text, "scenario": scenario });
+        Ok(Self { file, document, plan: plan.to_string() + "\n" })
+    }
+
+    /// Runs that a grid of the same fineness would take; none where the sweep is not adaptive.
+    pub fn runs_of_the_grid(&self) -> Option<u64> {
+        self.file.refine.map(|refine| refine::runs_of_the_grid(&self.file, refine))
+    }
+
+    /// Runs the sweep, or goes on with it, in `folder`.
+    ///
+    /// # Errors
+    /// [`SweepError::OtherSweep`], [`SweepError::RefineShard`], and what the system says to files and
+    /// threads.
+    pub fn run(
+        &self,
+        folder: &Path,
+        options: Options,
+        progress: &(dyn Fn(SweepProgress) + Sync),
+    ) -> Result<SweepResult, SweepError> {
+        if options.shard.is_some() && self.file.refine.is_some() {
+            return Err(SweepError::RefineShard);
+        }
+        let store = Store::open(folder, &self.plan)?;
+        if store.is_complete() {
+            // Whoever put the results together may not have come to remove what they were made of.
+            store.tidy()?;
+            let found = Table::count_rows(&store.table())? as u64;
+            let progress = SweepProgress { done: 0, found, total: found };
+            return Ok(SweepResult { table: Some(store.table()), progress, passes: None });
+        }
+        let threads = options.threads.unwrap_or(0);
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .map_err(|source| SweepError::Threads { source })?;
+        let counters = Counters {
+            done: AtomicU64::new(0),
+            found: AtomicU64::new(0),
+            total: AtomicU64::new(0),
+            tell: progress,
+        };
+        let ran = pool.install(|| match self.file.refine {
+            Some(refine) => refine::run(self, refine, folder, &store, &counters),
+            None => self
+                .pass(&Points::Plan(&self.file), 0, 0, options.shard, folder, &store, &counters)
+                .map(|chunks| vec![chunks]),
+        });
+        let passes = match ran {
+            // Another call has put the results together, and taken away the chunks that were to be read.
+            Err(_) if store.is_complete() => Vec::new(),
+            ran => ran?,
+        };
+        let (count, ids) = (passes.len(), passes.concat());
+        // Of several shards at work in one folder none knows when the others are done reading: [`merge`] puts
+        // their chunks together.
+        let is_part = options.shard.is_some_and(Shard::is_part);
+        let table = if store.is_complete() {
+            store.tidy()?;
+            Some(store.table())
+        } else if !is_part && ids.iter().all(|id| store.has(*id)) {
+            store.assemble(&ids.iter().map(|id| (&store, *id)).collect::<Vec<_>>())?;
+            Some(store.table())
+        } else {
+            None
+        };
+        Ok(SweepResult { table, progress: counters.now(), passes: Some(count).filter(|&passes| passes > 0) })
+    }
+}
+
+/// How many variants a plan has.
+fn planned_variants(plan: &str) -> Option<u64> {
+    serde_json::from_str::<serde_json::Value>(plan).ok()?.get("variants")?.as_u64()
+}
+
+/// The chunks of so many variants: the first variant of each, and how many.
+fn chunks(variants: u64) -> impl ExactSizeIterator<Item = (u64, u64)> {
+    let size = (variants / CHUNKS).clamp(CHUNK[0], CHUNK[1]).next_multiple_of(CHUNK[0]);
+    let count = variants.div_ceil(size) as usize;
+    (0..count).map(move |i| (i as u64 * size, size.min(variants - i as u64 * size)))
+}
+
+/// The identities of the chunks of a pass.
+fn chunk_ids(pass: usize, variants: u64) -> Vec<ChunkId> {
+    (0..chunks(variants).len()).map(|number| ChunkId { pass, number }).collect()
+}
+
+/// Counts what is done, and tells of it.
+struct Counters<'a> {
+    done: AtomicU64,
+    found: AtomicU64,
+    total: AtomicU64,
+    tell: &'a (dyn Fn(SweepProgress) + Sync),
+}
+
+impl Counters<'_> {
+    fn add(&self, counter: &AtomicU64, variants: u64) {
+        counter.fetch_add(variants, Ordering::Relaxed);
+        (self.tell)(self.now());
+    }
+
+    fn now(&self) -> SweepProgress {
+        let of = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        SweepProgress { done: of(&self.done), found: of(&self.found), total: of(&self.total) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_chunks_cover_every_variant_once() {
+        for variants in [1, 7, 8, 9, 511, 4096, 100_003, 1_000_000] {
+            let mut next = 0;
+            for (first, count) in chunks(variants) {
+                assert_eq!(first, next);
+                assert!(count >= 1 && count <= CHUNK[1]);
+                next += count;
+            }
+            assert_eq!(next, variants);
+        }
+        assert_eq!(chunks(4096).len(), 64);
+    }
+}

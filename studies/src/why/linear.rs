@@ -1,0 +1,140 @@
+//! What linear theory adds: how far the loop is from its limit, and how fast it is.
+
+use feeler_analysis::{ControlLoop, SampledLoop, modes};
+use feeler_engine::Scenario;
+use feeler_lti::TimeDomain;
+
+use super::change::sampled_faster;
+use crate::operating_point::contact_view;
+use crate::sweep::sampled_growth_per_s;
+
+/// Factors of the loop's gain that are tried: from here to its inverse.
+const SMALLEST_FACTOR: f64 = 0.02;
+/// Factors tried, evenly by ratio.
+const FACTORS: u32 = 48;
+/// A margin is located to this.
+const MARGIN_ACCURACY: f64 = 1e-3;
+
+/// The loop in contact with the drives' gain scaled.
+fn scaled(whole: &ControlLoop, factor: f64) -> Option<ControlLoop> {
+    whole.altered(|assembly, _| assembly.drives.iter_mut().for_each(|drive| drive.gain *= factor)).ok()
+}
+
+fn is_stable(whole: &ControlLoop, factor: f64) -> Option<bool> {
+    sampled_growth_per_s(&scaled(whole, factor)?).ok().map(|rate| rate < 0.0)
+}
+
+/// Whether the sampled loop in contact is stable; none where linear theory has no answer.
+pub(super) fn is_stable_in_contact(scenario: &Scenario) -> Option<bool> {
+    let whole = ControlLoop::new(scenario, &contact_view(scenario)).ok()?;
+    is_stable(&whole, 1.0)
+}
+
+/// The largest factor on the loop's gain up to which it is stable in contact: below one where it is unstable
+/// as it is, infinite where none within reason destabilises it, zero where no smaller gain helps.
+pub(super) fn gain_margin(scenario: &Scenario) -> Option<f64> {
+    let whole = ControlLoop::new(scenario, &contact_view(scenario)).ok()?;
+    let factor = |i: u32| SMALLEST_FACTOR * SMALLEST_FACTOR.powf(-2.0 * f64::from(i) / f64::from(FACTORS));
+    let mut stable: Option<f64> = None;
+    for i in 0..=FACTORS {
+        let here = factor(i);
+        match (is_stable(&whole, here)?, stable) {
+            (true, _) => stable = Some(here),
+            // Gains below the first stable one do not count: an open loop may be unstable.
+            (false, None) => {}
+            (false, Some(below)) => {
+                let (mut low, mut high) = (below, here);
+                while high / low > 1.0 + MARGIN_ACCURACY {
+                    let middle = (low * high).sqrt();
+                    if is_stable(&whole, middle)? { low = middle } else { high = middle }
+                }
+                return Some(low);
+            }
+        }
+    }
+    Some(if stable.is_some() { f64::INFINITY } else { 0.0 })
+}
+
+/// Growth within a period that rounding makes of none.
+const ROUNDING: f64 = 1e-9;
+/// Growth that is left, as a share of that of the loop as it is, when it is no more than what extrapolation
+/// errs by.
+const GROWTH_LEFT: f64 = 0.01;
+
+/// Whether a loop that grows in contact does so only because of its period: `faster` is the same loop at a
+/// much shorter one. By the line through its growth at that period and at half of it, none is left at none. A
+/// loop may be unstable at every gain and period, and yet stable in continuous time.
+pub(super) fn grows_only_by_period(scenario: &Scenario, faster: &Scenario) -> bool {
+    let growth = |scenario: &Scenario| {
+        sampled_growth_per_s(&ControlLoop::new(scenario, &contact_view(scenario)).ok()?).ok()
+    };
+    let [as_it_is, short, shorter] = [scenario, faster, &sampled_faster(faster, 2.0)].map(growth);
+    let Some(((as_it_is, short), shorter)) = as_it_is.zip(short).zip(shorter) else { return false };
+    let period_s = scenario.controllers.values().map(|used| used.spec.period_s).fold(f64::INFINITY, f64::min);
+    as_it_is * period_s > ROUNDING && short > 0.0 && 2.0 * shorter - short < GROWTH_LEFT * as_it_is
+}
+
+/// Whether the loop in contact pushes itself away as a feedback of the wrong sign does: its fastest motion
+/// grows without swinging, and with the sign reversed that is gone.
+pub(super) fn has_wrong_sign(scenario: &Scenario) -> bool {
+    let Ok(whole) = ControlLoop::new(scenario, &contact_view(scenario)) else { return false };
+    swings_as_it_grows(&whole) == Some(false)
+        && scaled(&whole, -1.0).is_some_and(|reversed| swings_as_it_grows(&reversed) != Some(false))
+}
+
+/// Damping ratios below this are rounding.
+const NO_DAMPING: f64 = 1e-9;
+
+/// Whether the machine in contact has a mode that nothing damps: bouncing on it loses nothing either.
+pub(super) fn is_undamped(scenario: &Scenario) -> bool {
+    let found = ControlLoop::new(scenario, &contact_view(scenario)).and_then(|whole| modes(whole.plant()));
+    found.is_ok_and(|found| {
+        found.iter().any(|mode| mode.frequency_hz() > 0.0 && mode.damping_ratio().abs() < NO_DAMPING)
+    })
+}
+
+/// Whether the fastest growing motion of a loop swings; none where none grows.
+fn swings_as_it_grows(whole: &ControlLoop) -> Option<bool> {
+    let sampled = SampledLoop::new(whole).ok()?;
+    let domain = sampled.domain().ok()?;
+    let poles = sampled.eigenvalues().ok()?.into_iter().map(|pole| domain.s_of_point(pole));
+    let fastest = poles.max_by(|a, b| a.re.total_cmp(&b.re)).filter(|pole| pole.re > 0.0)?;
+    Some(fastest.im.abs() > 1e-9 * fastest.norm())
+}
+
+/// The bandwidth of the force loop in contact, as sampled, Hz.
+pub(super) fn bandwidth_hz(scenario: &Scenario) -> Option<f64> {
+    let whole = ControlLoop::new(scenario, &contact_view(scenario)).ok()?;
+    let controller = crate::run::ForceLoop::find(scenario).map_or(0, |found| found.controller);
+    whole.bandwidth_hz(controller).ok()?
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use feeler_files::{Document, Setting};
+
+    fn bandwidth(settings: &[(&str, f64)]) -> f64 {
+        let document = Document::load(
+            &Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios"))
+                .join("paper/flexible-contact.toml"),
+        )
+        .unwrap();
+        let settings = settings.iter().map(|(key, value)| (*key, Setting::Number(*value)));
+        bandwidth_hz(&document.with(settings).unwrap().scenario).unwrap()
+    }
+
+    #[test]
+    fn prop_a_lower_gain_gains_no_bandwidth() {
+        let gains = [0.8, 0.4, 0.2, 0.1, 0.05].map(|kp| bandwidth(&[("controllers.force.kp", kp)]));
+        assert!(gains.windows(2).all(|pair| pair[1] <= pair[0]), "{gains:?}");
+    }
+
+    #[test]
+    fn prop_damping_alone_does_not_multiply_the_bandwidth() {
+        let (without, with) = (bandwidth(&[]), bandwidth(&[("springs.guide.damping", 600.0)]));
+        assert!(with < 1.5 * without, "{with} {without}");
+    }
+}

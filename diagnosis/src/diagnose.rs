@@ -1,16 +1,16 @@
 //! The diagnosis: calibrate, try causes, compose, judge.
 
-use crate::candidates::{Candidate, candidates};
 use crate::dataset::Dataset;
+use crate::dataset::rattle::rattles;
 use crate::error::DiagnosisError;
-use crate::gap::noise;
+use crate::fit::candidates::{Candidate, candidates};
+use crate::fit::odds::gain;
+use crate::fit::search::{Extended, Scored, Search, extensions, finished, glance, score, search};
+use crate::gap::size::noise;
+use crate::gap::unknown;
 use crate::nested;
-use crate::odds::gain;
-use crate::rattle::rattles;
 use crate::report::Diagnosis;
-use crate::search::{Extended, Scored, Search, extensions, finished, glance, score, search};
 use crate::tolerance::is_within;
-use crate::unknown;
 
 /// Evidence on the check experiments that a cause must bring, nats.
 pub(crate) const ACCEPT: f64 = 6.0;

@@ -6,8 +6,8 @@
 //! library has, so that its levels, and whatever is fitted beside it, are shifted by more than residuals
 //! show. By how much was measured on the same cases, and is added.
 
-use crate::candidates::Candidate;
-use crate::model::{DRY, STEP_SPREAD};
+use crate::fit::candidates::Candidate;
+use crate::fit::model::{DRY, STEP_SPREAD};
 
 /// By what the deviations of values beside dry friction are larger than their fit says: of 8 delays and modes
 /// the middle one was off by 4.

@@ -1,8 +1,8 @@
 //! A model that contains another must not fit worse. Where an optimiser has stopped early it would, and the
 //! comparison would be the optimiser's.
 
-use crate::fit::{Fitted, Task};
-use crate::search::Scored;
+use crate::fit::least_squares::{Fitted, Task};
+use crate::fit::search::Scored;
 
 /// Cost by which a containing model may lag: what two converged fits of the same machine differ by.
 const SLACK: f64 = 0.5;

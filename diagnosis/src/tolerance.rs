@@ -3,7 +3,7 @@
 use feeler_plant::description::Machine;
 use indexmap::IndexMap;
 
-use crate::model::{Model, Site};
+use crate::fit::model::{Model, Site};
 
 /// Default tolerance of masses, stiffnesses and gains.
 const TOLERANCE: f64 = 0.10;

@@ -8,19 +8,19 @@ use feeler_plant::description::{Contact, Engagement, GROUND, Quantity, SignalNam
 use nalgebra::DMatrix;
 use serde::Serialize;
 
-use crate::assumptions::Assumption;
-use crate::channel::Channel;
-use crate::control_loop::ControlLoop;
 use crate::error::AnalysisError;
-use crate::limit_cycle::{LimitCycle, limit_cycles};
-use crate::loop_pair::{LoopReport, loop_pair};
-use crate::margins::MarginReport;
-use crate::modes::{BodyMotion, Mode, ModeClass, ModeInPair, classify, modes};
-use crate::outer_force::commanded;
-use crate::prepare::View;
-use crate::sensitivity::{RankedBy, Sensitivity, rank};
-use crate::stability::{Band, BelowZero, Edge, GainBands, nearest};
-use crate::waterfall::{Limit, Waterfall};
+use crate::limits::limit_cycle::{LimitCycle, limit_cycles};
+use crate::limits::margins::MarginReport;
+use crate::limits::sensitivity::{RankedBy, Sensitivity, rank};
+use crate::limits::stability::{Band, BelowZero, Edge, GainBands, nearest};
+use crate::limits::waterfall::{Limit, Waterfall};
+use crate::loops::control_loop::ControlLoop;
+use crate::loops::loop_pair::{LoopReport, loop_pair};
+use crate::machine::assumptions::Assumption;
+use crate::machine::channel::Channel;
+use crate::machine::modes::{BodyMotion, Mode, ModeClass, ModeInPair, classify, modes};
+use crate::machine::outer_force::commanded;
+use crate::machine::prepare::View;
 
 /// Damping ratios below this are rounding.
 const UNDAMPED: f64 = 1e-9;
@@ -241,7 +241,7 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
     if let Some(key) = key {
         let (controller, name) = whole.gain_of_key(&key)?;
         pair = loop_pair(&scenario.machine, &whole, controller, &name, &own)?;
-        let present = crate::gain_key::gain(&whole.controllers()[controller].spec, &name)?;
+        let present = crate::loops::gain_key::gain(&whole.controllers()[controller].spec, &name)?;
         let continuous = match whole.continuous_bands(&key) {
             Ok(bands) => Some(StableRange::about(present, bands, whole.continuous_bands_below_zero(&key)?)),
             Err(AnalysisError::Improper { name }) => {

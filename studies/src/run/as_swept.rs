@@ -2,8 +2,8 @@
 
 use feeler_engine::Scenario;
 
-use super::record::Recording;
 use super::{Manner, Progress, RunError, RunResult, recorded};
+use crate::run::record::recording::Recording;
 
 /// Runs a scenario as a variant of a sweep is run: for as long as it takes to tell its outcome, up to
 /// [`super::MOST_EXTENSION`] times its duration, with rows at the instants of a sweep and without the energy

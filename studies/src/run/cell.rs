@@ -7,13 +7,13 @@ use feeler_manipulator::{JointEvent, LOWER, Simulation, UPPER};
 use feeler_plant::motion::Switch;
 use serde::Serialize;
 
-use super::contact::{self, ContactRun};
 use super::error::RunError;
-use super::force_loop::ForceLoop;
-use super::saturation::Limits;
-use super::standing::Standing;
 use super::summary::{EventRecord, Finished, Summary};
 use super::{Progress, SLICES};
+use crate::run::measure::contact::{self, ContactRun};
+use crate::run::measure::force_loop::ForceLoop;
+use crate::run::measure::saturation::Limits;
+use crate::run::measure::standing::Standing;
 use feeler_files::CellFile;
 
 /// Measures are taken at no less than this rate.

@@ -36,26 +36,13 @@
 
 mod as_swept;
 mod cell;
-mod chatter;
-mod contact;
-mod energy;
 mod engine;
 mod error;
-mod force_loop;
-mod lanes;
 mod measure;
-mod outcome;
 mod record;
-mod saturation;
-mod settling;
-mod standing;
-mod strobe;
 mod summary;
-mod swings;
-mod trace_file;
-mod trend;
+mod variants;
 mod verdict;
-mod winding;
 
 use std::time::Instant;
 
@@ -68,24 +55,24 @@ use feeler_plant::assembly::Assembly;
 
 pub use as_swept::run_as_swept;
 pub use cell::{CellRun, CellSummary, LimitMet, run_cell};
-pub use chatter::Oscillation;
-pub use contact::{ContactRun, Interval};
-pub use energy::{EnergyItem, EnergyTable};
 pub use engine::simulation;
 pub use error::RunError;
 pub(crate) use error::system_error;
-pub use force_loop::ForceLoop;
-pub use measure::{Candidate, LANES, MOST_EXTENSION, Measured, measure};
-pub use outcome::{Outcome, Undecided};
-pub use settling::Response;
-pub(crate) use standing::nothing_can_touch;
+pub use measure::chatter::Oscillation;
+pub use measure::contact::{ContactRun, Interval};
+pub use measure::energy::{EnergyItem, EnergyTable};
+pub use measure::force_loop::ForceLoop;
+pub use measure::settling::Response;
+pub(crate) use measure::standing::nothing_can_touch;
+pub use record::trace_file::{write_csv, write_parquet};
 pub use summary::{ContactSummary, EventRecord, Summary};
-pub use trace_file::{write_csv, write_parquet};
+pub use variants::{Candidate, LANES, MOST_EXTENSION, Measured, measure};
 pub use verdict::Verdict;
+pub use verdict::outcome::{Outcome, Undecided};
 
-use record::Recording;
-use saturation::Limits;
-use standing::Standing;
+use measure::saturation::Limits;
+use measure::standing::Standing;
+use record::recording::{self, Recording};
 use summary::Finished;
 
 /// Slices in which a run goes, each followed by a word on its progress.
@@ -182,7 +169,7 @@ fn recorded(
         advance(&mut simulation, &mut record, until_s, recording.rate_hz, progress)?;
         until_s *= 2.0;
         let is_longest = extends && until_s > MOST_EXTENSION * duration_s;
-        record::drop_undefined_rows(&mut record);
+        recording::drop_undefined_rows(&mut record);
         let ended = Ended { is_longest, ..Ended::of(&simulation, 0) };
         let Judged { contacts, force_loop, limits, mut summary } =
             Judged::new(scenario, &assembly, &record, &ended, simulation.energy(0));
@@ -252,7 +239,7 @@ impl Judged {
         energy: Option<EnergyBalance>,
     ) -> Self {
         let force_loop = ForceLoop::find(scenario);
-        let contacts = contact::contacts(scenario, assembly, record, &ended.peaks, ended.end_s);
+        let contacts = measure::contact::contacts(scenario, assembly, record, &ended.peaks, ended.end_s);
         let limits = Limits::of(scenario, assembly, record);
         let finished = Finished {
             scenario,

@@ -5,16 +5,16 @@ use feeler_plant::assembly::{Assembly, Drive};
 use feeler_plant::description::{Quantity, SignalName};
 use serde::Serialize;
 
-use super::chatter::{Oscillation, oscillation};
-use super::contact::ContactRun;
-use super::energy::EnergyTable;
-use super::force_loop::{ForceLoop, sensor_noise_n};
-use super::outcome::Outcome;
-use super::saturation::{self, Limits};
-use super::settling::{Answer, Ending, Response};
-use super::standing::{self, Standing};
 use super::verdict::{Evidence, Verdict};
-use super::winding::Command;
+use crate::run::measure::chatter::{Oscillation, oscillation};
+use crate::run::measure::contact::ContactRun;
+use crate::run::measure::energy::EnergyTable;
+use crate::run::measure::force_loop::{ForceLoop, sensor_noise_n};
+use crate::run::measure::saturation::{self, Limits};
+use crate::run::measure::settling::{Answer, Ending, Response};
+use crate::run::measure::standing::{self, Standing};
+use crate::run::measure::winding::Command;
+use crate::run::verdict::outcome::Outcome;
 
 /// What a run came to. Forces in N and lengths in m; on a rotational axis read N m and rad.
 #[derive(Clone, Debug, PartialEq, Serialize)]

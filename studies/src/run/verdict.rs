@@ -25,15 +25,16 @@
 //! it is.
 
 mod growth;
+pub(crate) mod outcome;
 mod rendered;
 
 use feeler_engine::RunEnd;
 use serde::Serialize;
 
-use super::outcome::{Outcome, Undecided};
-use super::swings::turns;
-use super::trend::Trend;
-use super::winding::Command;
+use crate::run::measure::swings::turns;
+use crate::run::measure::trend::Trend;
+use crate::run::measure::winding::Command;
+use crate::run::verdict::outcome::{Outcome, Undecided};
 
 /// Growth (or decay) from one part of the tail to the next that is more than the fluctuation of a steady
 /// oscillation of too few cycles for a trend.
@@ -171,7 +172,7 @@ impl Evidence<'_> {
         }
         let force = &self.force_n[first..];
         let mean = force.iter().sum::<f64>() / force.len() as f64;
-        let band_n = self.band_n.unwrap_or(super::settling::SETTLING_BAND * mean.abs());
+        let band_n = self.band_n.unwrap_or(crate::run::measure::settling::SETTLING_BAND * mean.abs());
         let [a1, a2, a3] = amplitudes_n;
         let noisy = self.may_be_noise(a3);
         let trend = self.trend(force, a3);
@@ -215,7 +216,7 @@ impl Evidence<'_> {
         if lifts.0 > 0 {
             return unsure(Undecided::TooFewBounces);
         }
-        let saturates = super::saturation::share(&self.saturated[first..]) > SATURATES;
+        let saturates = crate::run::measure::saturation::share(&self.saturated[first..]) > SATURATES;
         let sticks = self.sticks_s.iter().filter(|&&t| t >= tail_s[0]).count() >= LEAST_STICKS;
         // Noise makes of a few cycles what it likes.
         let falls = trend.map_or(!noisy && a2 > CREEPS * a3 && a1 > CREEPS * a2, Trend::falls);

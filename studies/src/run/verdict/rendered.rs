@@ -1,11 +1,11 @@
 //! The verdict where nothing can touch, so that a wall, if there is one, is one that a controller renders: by
 //! what the drive is commanded.
 
-use super::super::outcome::{Outcome, Undecided};
-use super::super::saturation;
-use super::super::trend::Trend;
 use super::growth::soars;
 use super::{Evidence, LASTS, LEAST_ROWS, SATURATES, Verdict};
+use crate::run::measure::saturation;
+use crate::run::measure::trend::Trend;
+use crate::run::verdict::outcome::{Outcome, Undecided};
 
 /// Growth of a command below this share of the largest one is rounding.
 const ROUNDING: f64 = 1e-9;

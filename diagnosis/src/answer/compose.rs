@@ -1,0 +1,438 @@
+//! What the search found, as an answer.
+
+use feeler_plant::effects::Place;
+use indexmap::IndexMap;
+
+use crate::answer::next::next_experiment;
+use crate::dataset::in_words;
+use crate::diagnose::{ACCEPT, Attempts, Judge, LOOK_ALIKE, PARSIMONY};
+use crate::fit::candidates::Candidate;
+use crate::fit::least_squares::Fitted;
+use crate::fit::odds::probabilities;
+use crate::fit::search::Scored;
+use crate::gap::ladder::{ladder, missing_force, what_is_left};
+use crate::gap::locate::{heart, table};
+use crate::gap::size;
+use crate::gap::unknown;
+use crate::intervals;
+use crate::report::{Attempt, Cause, Cell, Diagnosis, Estimate, Verdict, Where};
+
+/// Softening of the odds.
+const TEMPERATURE: f64 = 4.0;
+/// Probability that the set of rivals listed holds.
+const CREDIBLE: f64 = 0.99;
+/// 90 % of a normal distribution, in standard deviations.
+const NINETY_PERCENT: f64 = 1.645;
+/// Points of the portrait.
+const PORTRAIT_POINTS: usize = 4000;
+/// Places among causes that look alike from which on the records cannot tell where.
+const PLACES_TO_TELL: usize = 3;
+/// Variation over noise that the best experiment of a channel must show.
+const ENOUGH_EXCITATION: f64 = 5.0;
+/// The same where other channels do not: an encoder alone tells of a machine if it resolves its motion well.
+const ENOUGH_ALONE: f64 = 50.0;
+
+/// Whether the first is one level of friction and a constant load where the second is friction that differs
+/// by direction: the same force while the guide slides, so that either may be meant whichever fits the stops
+/// a little better.
+fn is_split_of(pair: &Scored, rival: &Scored) -> bool {
+    let [directed] = rival.causes[..] else { return false };
+    let has = |kind: &str| {
+        pair.causes.iter().any(|cause| cause.site == directed.site && cause.definition.kind == kind)
+    };
+    directed.definition.kind == "asymmetric-friction" && has("coulomb-friction") && has("constant-load")
+}
+
+impl Judge<'_> {
+    pub(crate) fn answer(&self, accepted: &Scored, rivals: &[Scored], attempts: &Attempts) -> Diagnosis {
+        let task = &self.search.task;
+        let checks = self.checks();
+        let calibrated = &self.search.calibrated;
+        let errors = |fitted: &Fitted| size::square_errors(task, &fitted.model, &fitted.theta, &checks);
+        let refit = errors(&calibrated.fitted).unwrap_or_else(|| vec![f64::INFINITY; checks.len()]);
+        let before =
+            size::square_errors(task, &calibrated.fitted.model, &calibrated.fitted.model.start(), &checks)
+                .unwrap_or_else(|| refit.clone());
+        let after = errors(&accepted.fitted).unwrap_or_else(|| refit.clone());
+        let noise = size::noise(task, &accepted.fitted.model, &accepted.fitted.theta);
+        let floor = size::square_floors(task, &noise, &checks);
+        let figures = size::gap(&before, &refit, &after, &floor);
+
+        // Odds among models that differ in their last cause; those of earlier causes are settled by
+        // acceptance. A rival that needs more parameters must bring more, as in the choice itself.
+        let rivals: Vec<Scored> =
+            rivals.iter().filter(|rival| !is_the_same_elsewhere(accepted, rival)).cloned().collect();
+        let simple = accepted.fitted.model.effect_parameters();
+        let evidence: Vec<f64> = rivals.iter().map(|rival| self.all(rival)).collect();
+        let weighed: Vec<f64> = (rivals.iter().zip(&evidence))
+            .map(
+                |(rival, e)| if rival.fitted.model.effect_parameters() > simple { e - PARSIMONY } else { *e },
+            )
+            .collect();
+        let odds = probabilities(&weighed, TEMPERATURE);
+        let adequate = unknown::explains(calibrated, accepted);
+        let own = rivals.iter().zip(&odds).find(|(rival, _)| same(rival, accepted)).map_or(1.0, |(_, p)| *p);
+        let known = if adequate { 1.0 } else { 0.5 };
+        let mut effects: Vec<Cause> = (0..accepted.causes.len())
+            .map(|i| {
+                self.cause(accepted, i, known * if i + 1 == accepted.causes.len() { own } else { 0.95 }, true)
+            })
+            .collect();
+        let mut look_alikes = Vec::new();
+        let mut sum = own;
+        for (rival, &p) in rivals.iter().zip(&odds) {
+            let Some(last) = rival.causes.len().checked_sub(1).filter(|_| !same(rival, accepted)) else {
+                continue;
+            };
+            let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let alike = best - self.all(rival) < LOOK_ALIKE || is_split_of(accepted, rival);
+            if let Some(mine) = accepted.causes.last().filter(|_| alike && look_alikes.len() < 2) {
+                look_alikes.push([mine.definition.kind, rival.causes[last].definition.kind]);
+            }
+            if sum < CREDIBLE && p > 0.005 {
+                sum += p;
+                effects.push(self.cause(rival, last, known * p, false));
+            }
+        }
+        let removed: Vec<Scored> = match accepted.causes.len() {
+            1 => vec![calibrated.clone()],
+            n => (0..n).map(|i| self.without(accepted, i)).collect(),
+        };
+        self.credit(accepted, &removed, &refit, &after, &mut effects);
+        let near: Vec<&Scored> = alike(accepted, &rivals, &evidence);
+        let verdict = self.verdict(accepted, adequate, own, &near);
+        let believed = calibrated.fitted.model.start();
+        let at = |scored: &'_ Scored| (scored.fitted.model.clone(), scored.fitted.theta.clone());
+        let (refitted, repaired) = (at(calibrated), at(accepted));
+        let cells = table(
+            task,
+            [(&refitted.0, &believed), (&refitted.0, &refitted.1), (&repaired.0, &repaired.1)],
+            &noise,
+        );
+        let places = self.places(accepted, &removed, &effects, verdict, &cells);
+        let tried = self.tried(attempts, accepted);
+        let mut portrait = unknown::portrait(task, calibrated, &task.fitted, 8, None);
+        let thin = portrait.len().div_ceil(PORTRAIT_POINTS).max(1);
+        portrait = portrait.into_iter().step_by(thin).collect();
+        // Where neither cause holds there is nothing to tell apart.
+        let open = near.first().filter(|_| verdict != Verdict::UnknownCause);
+        let next_experiment = open.and_then(|rival| next_experiment(self, accepted, rival));
+        Diagnosis {
+            verdict,
+            gap: figures,
+            places,
+            effects,
+            look_alikes,
+            attempts: tried,
+            warnings: in_words(&self.dataset.warnings),
+            contradictions: (self.dataset.warnings.iter().filter(|fault| fault.kind.is_contradiction()))
+                .map(ToString::to_string)
+                .collect(),
+            next_experiment,
+            cells,
+            ladder: ladder(task, calibrated),
+            missing_force_n: [calibrated, accepted].map(|scored| missing_force(task, scored, &checks)),
+            left: what_is_left(task, accepted),
+            noise: self.dataset.channels.iter().map(|channel| channel.column.clone()).zip(noise).collect(),
+            portrait,
+            machine: accepted.fitted.model.machine(&accepted.fitted.theta),
+            calibrated: calibrated.fitted.model.machine(&calibrated.fitted.theta),
+        }
+    }
+
+    /// The answer where a force over position is missing that is no effect of the library.
+    pub(crate) fn position_force(&self, shape: &Scored, attempts: &Attempts) -> Diagnosis {
+        let mut answer = self.answer(&self.search.calibrated, &[], attempts);
+        answer.verdict = Verdict::UnknownCause;
+        let values = shape.fitted.model.parameters(0, &shape.fitted.theta);
+        let evidence = format!(
+            "a force that depends on position and hardly repeats over the stroke, about {:.2} N over {:.4} m, explains what no effect of the library does",
+            values[0], self.search.seen.stroke_m
+        );
+        let mut found = answer
+            .places
+            .iter()
+            .find(|place| place.place == Place::Guide.name())
+            .or(answer.places.first())
+            .cloned();
+        if let Some(place) = &mut found {
+            place.place = Place::Guide.name();
+            place.probability = 0.85;
+            place.evidence = evidence;
+        }
+        answer.places = found.into_iter().collect();
+        answer
+    }
+
+    fn verdict(&self, accepted: &Scored, adequate: bool, own: f64, alike: &[&Scored]) -> Verdict {
+        let mut places: Vec<Place> = alike
+            .iter()
+            .copied()
+            .chain([accepted])
+            .filter_map(|scored| scored.causes.last().map(|cause| cause.place))
+            .collect();
+        places.sort_unstable_by_key(|place| place.name());
+        places.dedup();
+        match (accepted.causes.is_empty(), adequate) {
+            (true, true) if !self.is_excited() => Verdict::NotIdentifiable,
+            (true, true) => Verdict::NoGap,
+            (_, false) => Verdict::UnknownCause,
+            (false, true) if places.len() >= PLACES_TO_TELL => Verdict::NotIdentifiable,
+            (false, true) if own < 0.9 => Verdict::Ambiguous,
+            (false, true) => Verdict::Explained,
+        }
+    }
+
+    /// Whether channels vary so far beyond their noise that silence says something: most of them in their
+    /// best experiment, or one by far.
+    fn is_excited(&self) -> bool {
+        let weights = &self.search.task.weights;
+        let channels = self.dataset.channels.len();
+        let best = |c: usize| {
+            let ratios = weights.scale.iter().zip(&weights.noise).filter(|(scale, _)| scale[c].is_finite());
+            ratios.map(|(scale, noise)| scale[c] / noise[c]).fold(0.0, f64::max)
+        };
+        let ratios: Vec<f64> = (0..channels).map(best).collect();
+        let enough = ratios.iter().filter(|ratio| **ratio > ENOUGH_EXCITATION).count();
+        2 * enough >= channels || ratios.iter().any(|ratio| *ratio > ENOUGH_ALONE)
+    }
+
+    /// Everything that was tried, the best first, and what became of it.
+    fn tried(&self, attempts: &Attempts, accepted: &Scored) -> Vec<Attempt> {
+        let mut tried: Vec<Attempt> =
+            attempts.fitted.iter().map(|scored| self.attempt(scored, accepted)).collect();
+        tried.extend(attempts.screened.iter().map(|scored| {
+            let attempt = self.attempt(scored, accepted);
+            let others = "left after a few steps, in which others gained more";
+            Attempt {
+                why: if attempt.why.contains("what was accepted") { others.into() } else { attempt.why },
+                ..attempt
+            }
+        }));
+        tried.sort_by(|a, b| {
+            b.gain_all.unwrap_or(f64::NEG_INFINITY).total_cmp(&a.gain_all.unwrap_or(f64::NEG_INFINITY))
+        });
+        let why = "nothing in the records leads to it, or no machine with it moves";
+        let silent = |causes: &Vec<Candidate>| Attempt {
+            causes: self.named(causes),
+            gain_check: None,
+            gain_all: None,
+            why: why.into(),
+        };
+        tried.extend(attempts.silent.iter().map(silent));
+        tried
+    }
+
+    fn attempt(&self, scored: &Scored, accepted: &Scored) -> Attempt {
+        let (gain_check, gain_all) = (self.check(&self.search.calibrated, scored), self.all(scored));
+        let best = self.all(accepted);
+        let why = if same(scored, accepted) {
+            "accepted".to_owned()
+        } else if !self.is_finding(scored) {
+            "its fitted value is within what was believed, or makes it no instance of its kind".to_owned()
+        } else if gain_check < ACCEPT {
+            format!("gains {gain_check:.0} nats on the check experiments; {ACCEPT:.0} are needed")
+        } else if (best - gain_all).abs() < 1.0 {
+            "explains as much as what was accepted".to_owned()
+        } else if gain_all < best {
+            format!("explains {:.0} nats less than what was accepted", best - gain_all)
+        } else {
+            format!(
+                "explains {:.0} nats more than what was accepted, too little for what it adds",
+                gain_all - best
+            )
+        };
+        Attempt {
+            causes: self.named(&scored.causes),
+            gain_check: Some(gain_check),
+            gain_all: Some(gain_all),
+            why,
+        }
+    }
+
+    fn named(&self, causes: &[Candidate]) -> String {
+        let name = |cause: &Candidate| {
+            format!("{}@{}", cause.definition.kind, cause.site.key(&self.dataset.machine))
+        };
+        causes.iter().map(name).collect::<Vec<_>>().join("+")
+    }
+
+    fn cause(&self, scored: &Scored, i: usize, probability: f64, accepted: bool) -> Cause {
+        let candidate = scored.causes[i];
+        let fitted = &scored.fitted;
+        let rotational = self.dataset.machine.axis == feeler_plant::description::Axis::Rotational;
+        let values = fitted.model.parameters(i, &fitted.theta);
+        let mut parameters = IndexMap::new();
+        for (k, parameter) in candidate.definition.parameters.iter().enumerate() {
+            let spread = fitted
+                .model
+                .unknowns
+                .iter()
+                .position(|unknown| unknown.parameter_of(i) == Some(k))
+                .map_or(0.0, |u| fitted.model.unknowns[u].spread(fitted.theta[u], fitted.sigma[u]));
+            let spacing_s = self.dataset.records[0].spacing_s;
+            let spread = NINETY_PERCENT
+                * intervals::widened(&scored.causes, i, parameter.name, values[k], spread, spacing_s);
+            let unit = parameter.dimension.si_unit(rotational).to_owned();
+            parameters.insert(
+                parameter.name,
+                Estimate { value: values[k], ci90: [values[k] - spread, values[k] + spread], unit },
+            );
+        }
+        Cause {
+            kind: candidate.definition.kind,
+            on: candidate.site.key(&self.dataset.machine),
+            place: candidate.place.name(),
+            probability,
+            parameters,
+            credit: 0.0,
+            accepted,
+        }
+    }
+
+    /// Shapley's share of each accepted effect in what all of them close: its gain averaged over all orders
+    /// of adding them. `removed` are the accepted effects without each in turn.
+    fn credit(
+        &self,
+        accepted: &Scored,
+        removed: &[Scored],
+        refit: &[f64],
+        after: &[f64],
+        effects: &mut [Cause],
+    ) {
+        let n = accepted.causes.len();
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+        let checks = self.checks();
+        let (none, all) = (mean(refit), mean(after));
+        let whole = none - all;
+        if n == 0 || whole <= 0.0 {
+            return;
+        }
+        // What each subset closes; bit `i` of its number is effect `i`.
+        let closes: Vec<f64> = (0..1_usize << n)
+            .map(|subset| {
+                if subset == 0 {
+                    return 0.0;
+                }
+                let mut out = (0..n).rev().filter(|i| subset & (1 << i) == 0);
+                let Some(first) = out.next() else { return none - all };
+                let kept = out.fold(removed[first].clone(), |scored, i| self.without(&scored, i));
+                let errors =
+                    size::square_errors(&self.search.task, &kept.fitted.model, &kept.fitted.theta, &checks);
+                errors.map_or(0.0, |errors| none - mean(&errors))
+            })
+            .collect();
+        let factorial = |n: usize| (1..=n).product::<usize>() as f64;
+        for (i, effect) in effects.iter_mut().take(n).enumerate() {
+            let share: f64 = (0..1_usize << n)
+                .filter(|subset| subset & (1 << i) == 0)
+                .map(|subset| {
+                    let others = subset.count_ones() as usize;
+                    factorial(others) * factorial(n - 1 - others) / factorial(n)
+                        * (closes[subset | (1 << i)] - closes[subset])
+                })
+                .sum();
+            effect.credit = (share / whole).clamp(0.0, 1.0);
+        }
+    }
+
+    /// Where, each place with what speaks for it: what is worse without its effect, or where the residual
+    /// points.
+    fn places(
+        &self,
+        accepted: &Scored,
+        removed: &[Scored],
+        effects: &[Cause],
+        verdict: Verdict,
+        cells: &[Cell],
+    ) -> Vec<Where> {
+        let pointer = unknown::point(
+            &self.search.task,
+            if accepted.causes.is_empty() || verdict == Verdict::UnknownCause {
+                accepted
+            } else {
+                &self.search.calibrated
+            },
+        );
+        let mut chances: IndexMap<&'static str, f64> = IndexMap::new();
+        for effect in effects {
+            let chance = chances.entry(effect.place).or_insert(0.0);
+            *chance =
+                if effect.accepted { chance.max(effect.probability) } else { *chance + effect.probability }
+                    .min(1.0);
+        }
+        if verdict == Verdict::UnknownCause {
+            let rest = if accepted.causes.is_empty() { 0.7 } else { 0.4 };
+            let chance = chances.entry(pointer.place.name()).or_insert(0.0);
+            *chance = chance.max(rest);
+        }
+        let whole = (
+            [0.0, 0.5 / self.dataset.records[0].spacing_s],
+            if pointer.is_contact { "contact" } else { "free" },
+        );
+        let with = unknown::channel_misfits(accepted);
+        let of_effect = |i: usize| {
+            let taken = unknown::channel_misfits(&removed[i]);
+            let rise = |c: usize| taken[c] / with[c].max(1.0);
+            let worst = (0..taken.len()).max_by(|&a, &b| rise(a).total_cmp(&rise(b))).unwrap_or(0);
+            let kind = accepted.causes[i].definition.kind;
+            let sigmas = [taken[worst], with[worst]].map(f64::sqrt);
+            (
+                worst,
+                format!(
+                    "without {kind} `{}` departs {:.1} sigma, with it {:.1}",
+                    self.column(worst),
+                    sigmas[0],
+                    sigmas[1]
+                ),
+            )
+        };
+        let mut places: Vec<Where> = chances
+            .into_iter()
+            .map(|(place, probability)| {
+                let own = accepted.causes.iter().position(|cause| cause.place.name() == place);
+                let rival = effects.iter().find(|effect| effect.place == place);
+                let (channel, evidence) = match (own, rival) {
+                    (Some(i), _) => of_effect(i),
+                    (None, Some(rival)) if place != pointer.place.name() => {
+                        (pointer.channel, format!("{} there would explain about as much", rival.kind))
+                    }
+                    _ => (pointer.channel, pointer.evidence.clone()),
+                };
+                let channel = self.column(channel);
+                let (band_hz, phase) = heart(cells, &channel).unwrap_or(whole);
+                Where { place, probability, channel, band_hz, phase, evidence }
+            })
+            .collect();
+        places.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+        places
+    }
+}
+
+impl Judge<'_> {
+    fn column(&self, channel: usize) -> String {
+        self.dataset.channels.get(channel).map_or_else(String::new, |channel| channel.column.clone())
+    }
+}
+
+fn same(a: &Scored, b: &Scored) -> bool {
+    a.causes.len() == b.causes.len() && a.causes.iter().zip(&b.causes).all(|(a, b)| a.is(b))
+}
+
+/// Whether a rival's last cause is the accepted one under another element of the same place: a joint that
+/// bends may be told of as a spring or as a body.
+fn is_the_same_elsewhere(accepted: &Scored, rival: &Scored) -> bool {
+    let (Some(a), Some(b)) = (accepted.causes.last(), rival.causes.last()) else { return false };
+    accepted.causes.len() == rival.causes.len()
+        && a.definition.kind == b.definition.kind
+        && a.place == b.place
+        && a.site != b.site
+}
+
+/// Rivals that these records can hardly tell from the accepted set.
+fn alike<'b>(accepted: &Scored, rivals: &'b [Scored], evidence: &[f64]) -> Vec<&'b Scored> {
+    let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let near =
+        rivals.iter().zip(evidence).filter(|(rival, e)| !same(rival, accepted) && best - **e < LOOK_ALIKE);
+    near.map(|(rival, _)| rival).collect()
+}

@@ -1,0 +1,215 @@
+//! What is different between two machines, as a person would write it.
+
+use std::fmt;
+
+use feeler_plant::description::{Axis, Elements, Machine};
+use feeler_plant::effects::EffectUse;
+use feeler_plant::units::Dimension;
+use indexmap::IndexMap;
+use serde::Serialize;
+
+use crate::fit::model::Model;
+
+/// Changes below this, as a fraction, are rounding.
+const ROUNDING: f64 = 1e-9;
+/// Changes below this are quoted without a percentage.
+const LEAST_PERCENT: f64 = 0.05;
+/// Significant digits of values that are quoted.
+const DIGITS: usize = 5;
+
+/// A value that is another.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Changed {
+    /// Dotted key, as in `bodies.motor.mass`.
+    pub key: String,
+    /// As believed, SI.
+    pub old: f64,
+    /// As found, SI.
+    pub new: f64,
+    /// SI unit.
+    pub unit: String,
+    /// Whether calibration stopped there because it may not be farther off: the real value may be.
+    pub is_at_end: bool,
+}
+
+/// An effect that one machine has and the other has not.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Added {
+    /// Its table, as in `springs.guide.effects.coulomb-friction`.
+    pub key: String,
+    /// Name, value (SI) and unit of its parameters.
+    pub parameters: Vec<(&'static str, f64, String)>,
+}
+
+/// What turns one machine into the other.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Difference {
+    /// Values that are others, in the order of the file.
+    pub changed: Vec<Changed>,
+    /// Effects that are added.
+    pub added: Vec<Added>,
+}
+
+impl Difference {
+    /// What turns `old` into `new`, a machine of the same elements.
+    pub fn between(old: &Machine, new: &Machine) -> Self {
+        let rotational = old.axis == Axis::Rotational;
+        let unit = |dimension: Dimension| dimension.si_unit(rotational).to_owned();
+        let mut found = Self::default();
+        let mut value = |key: String, old: f64, new: f64, unit: String| {
+            if (new - old).abs() > ROUNDING * old.abs().max(new.abs()) {
+                found.changed.push(Changed { key, old, new, unit, is_at_end: false });
+            }
+        };
+        for (name, a, b) in pairs(&old.bodies, &new.bodies) {
+            value(format!("bodies.{name}.mass"), a.mass_kg, b.mass_kg, unit(Dimension::MASS));
+        }
+        for (name, a, b) in pairs(&old.springs, &new.springs) {
+            value(
+                format!("springs.{name}.stiffness"),
+                a.stiffness_n_per_m,
+                b.stiffness_n_per_m,
+                unit(Dimension::STIFFNESS),
+            );
+            value(
+                format!("springs.{name}.damping"),
+                a.damping_n_s_per_m,
+                b.damping_n_s_per_m,
+                unit(Dimension::DAMPING),
+            );
+        }
+        for (name, a, b) in pairs(&old.contacts, &new.contacts) {
+            value(format!("contacts.{name}.stiffness"), a.stiffness, b.stiffness, unit(Dimension::STIFFNESS));
+            value(
+                format!("contacts.{name}.damping"),
+                a.damping_n_s_per_m,
+                b.damping_n_s_per_m,
+                unit(Dimension::DAMPING),
+            );
+            value(format!("contacts.{name}.gap"), a.gap_m, b.gap_m, unit(Dimension::LENGTH));
+        }
+        for (name, a, b) in pairs(&old.sensors, &new.sensors) {
+            value(format!("sensors.{name}.gain"), a.gain, b.gain, String::new());
+        }
+        let mut effects = |table: &str, name: &str, old: &[EffectUse], new: &[EffectUse]| {
+            for effect in new.iter().filter(|effect| !old.contains(effect)) {
+                let kind = effect.definition.kind;
+                let parameters = effect.definition.parameters.iter().zip(&effect.values);
+                found.added.push(Added {
+                    key: format!("{table}.{name}.effects.{kind}"),
+                    parameters: parameters.map(|(p, value)| (p.name, *value, unit(p.dimension))).collect(),
+                });
+            }
+        };
+        pairs(&old.bodies, &new.bodies)
+            .for_each(|(name, a, b)| effects("bodies", name, &a.effects, &b.effects));
+        pairs(&old.springs, &new.springs)
+            .for_each(|(name, a, b)| effects("springs", name, &a.effects, &b.effects));
+        pairs(&old.contacts, &new.contacts)
+            .for_each(|(name, a, b)| effects("contacts", name, &a.effects, &b.effects));
+        pairs(&old.actuators, &new.actuators)
+            .for_each(|(name, a, b)| effects("actuators", name, &a.effects, &b.effects));
+        pairs(&old.sensors, &new.sensors)
+            .for_each(|(name, a, b)| effects("sensors", name, &a.effects, &b.effects));
+        found
+    }
+
+    /// The same with what is known of the values that calibration could move no farther: `old` is the
+    /// believed machine, `tolerance` what its file states.
+    #[must_use]
+    pub fn with_ends(mut self, old: &Machine, tolerance: &IndexMap<String, f64>) -> Self {
+        if let Ok(model) = Model::calibration(old, tolerance) {
+            for changed in &mut self.changed {
+                changed.is_at_end = model.is_at_end(&changed.key, changed.new);
+            }
+        }
+        self
+    }
+
+    /// Whether the machines are the same.
+    pub fn is_empty(&self) -> bool {
+        self.changed.is_empty() && self.added.is_empty()
+    }
+}
+
+fn pairs<'a, T>(old: &'a Elements<T>, new: &'a Elements<T>) -> impl Iterator<Item = (&'a str, &'a T, &'a T)> {
+    old.iter().filter_map(|(name, a)| Some((name.as_str(), a, new.get(name)?)))
+}
+
+/// Few digits, and no more noughts than needed.
+fn short(value: f64) -> String {
+    let rounded: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
+    if rounded != 0.0 && !(1e-3..1e6).contains(&rounded.abs()) {
+        format!("{rounded:e}")
+    } else {
+        format!("{rounded}")
+    }
+}
+
+impl fmt::Display for Difference {
+    /// Lines of a machine file: values as `key = new  # was old`, effects as tables of their own.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for Changed { key, old, new, unit, is_at_end } in &self.changed {
+            let percent = 100.0 * (new / old - 1.0);
+            let share = if percent.is_finite() && percent.abs() >= LEAST_PERCENT {
+                format!(", {percent:+.1} %")
+            } else {
+                String::new()
+            };
+            let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+            let end = if *is_at_end { " (at the end of its tolerance)" } else { "" };
+            writeln!(f, "{key} = {}  # was {}{unit}{share}{end}", short(*new), short(*old))?;
+        }
+        for Added { key, parameters } in &self.added {
+            writeln!(f, "\n[{key}]")?;
+            for (name, value, unit) in parameters {
+                let unit = if unit.is_empty() { String::new() } else { format!("  # {unit}") };
+                writeln!(f, "{name} = {}{unit}", short(*value))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use feeler_files::Document;
+
+    const BELIEVED: &str =
+        "[bodies.tip]\nmass = 5.0\n[springs.guide]\nbetween = [\"ground\", \"tip\"]\ndamping = 60.0\n";
+
+    #[test]
+    fn truth_a_value_and_an_effect_are_found_and_written() {
+        let old = Document::parse(BELIEVED, "old.toml").unwrap().scenario.machine;
+        let text =
+            BELIEVED.replace("5.0", "5.5") + "[springs.guide.effects.coulomb-friction]\nlevel = 12.0\n";
+        let new = Document::parse(&text, "new.toml").unwrap().scenario.machine;
+        let found = Difference::between(&old, &new);
+        assert_eq!(
+            found.to_string(),
+            "bodies.tip.mass = 5.5  # was 5 kg, +10.0 %\n\n[springs.guide.effects.coulomb-friction]\nlevel = 12  # N\n"
+        );
+        assert!(Difference::between(&old, &old).is_empty());
+    }
+
+    /// A mass may be off by a tenth where its file states nothing, in ratio: up to `5 exp(0.1) = 5.526`.
+    #[test]
+    fn truth_a_value_that_calibration_stopped_at_says_so() {
+        let parse = |text: &str| Document::parse(text, "machine.toml").unwrap().scenario.machine;
+        let old = parse(BELIEVED);
+        let said = |mass: &str, tolerance: &IndexMap<String, f64>| {
+            Difference::between(&old, &parse(&BELIEVED.replace("5.0", mass)))
+                .with_ends(&old, tolerance)
+                .to_string()
+        };
+        let none = IndexMap::new();
+        assert_eq!(
+            said("5.52585", &none),
+            "bodies.tip.mass = 5.5259  # was 5 kg, +10.5 % (at the end of its tolerance)\n"
+        );
+        assert_eq!(said("5.4", &none), "bodies.tip.mass = 5.4  # was 5 kg, +8.0 %\n");
+        let stated: IndexMap<String, f64> = [("bodies.tip.mass".to_owned(), 0.2)].into_iter().collect();
+        assert!(!said("5.52585", &stated).contains("tolerance"));
+    }
+}

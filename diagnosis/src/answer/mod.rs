@@ -1,0 +1,6 @@
+//! What the search found, as an answer, and the experiment that should follow.
+
+pub(crate) mod compose;
+pub mod difference;
+pub(crate) mod next;
+pub(crate) mod templates;

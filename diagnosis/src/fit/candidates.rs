@@ -1,0 +1,161 @@
+//! Every effect of the library under every element of the believed machine where it makes sense.
+
+use feeler_plant::assembly::{Assembly, GROUND_NODE, assemble};
+use feeler_plant::description::{Machine, Quantity};
+use feeler_plant::effects::{Change, Definition, EffectUse, Host, HostKind, LIBRARY, Place};
+
+use crate::fit::model::{Site, Table};
+
+/// An effect that may be the cause.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Candidate {
+    pub(crate) site: Site,
+    pub(crate) definition: &'static Definition,
+    pub(crate) place: Place,
+}
+
+impl Candidate {
+    /// Whether both are one effect under one element.
+    pub(crate) fn is(&self, other: &Self) -> bool {
+        self.site == other.site && self.definition.kind == other.definition.kind
+    }
+}
+
+/// All candidates of a machine.
+pub(crate) fn candidates(machine: &Machine) -> Vec<Candidate> {
+    let Ok(assembly) = assemble(machine) else { return Vec::new() };
+    let mut found = Vec::new();
+    for definition in
+        LIBRARY.iter().copied().filter(|definition| matches!(definition.change, Change::Plant(_)))
+    {
+        for site in sites(machine) {
+            let host = host_kind(&assembly, site);
+            if definition.hosts.contains(&host)
+                && makes_sense(machine, &assembly, definition, site, host)
+                && applies(machine, definition, site)
+            {
+                found.push(Candidate { site, definition, place: definition.place_under(host) });
+            }
+        }
+    }
+    found
+}
+
+fn sites(machine: &Machine) -> Vec<Site> {
+    let tables = [
+        (Table::Bodies, machine.bodies.len()),
+        (Table::Springs, machine.springs.len()),
+        (Table::Contacts, machine.contacts.len()),
+        (Table::Actuators, machine.actuators.len()),
+        (Table::Sensors, machine.sensors.len()),
+    ];
+    tables.into_iter().flat_map(|(table, n)| (0..n).map(move |index| Site { table, index })).collect()
+}
+
+fn host_kind(assembly: &Assembly, site: Site) -> HostKind {
+    let host = match site.table {
+        Table::Bodies => Host::Body(site.index + 1),
+        Table::Springs => Host::Spring(site.index),
+        Table::Contacts => Host::Contact(site.index),
+        Table::Actuators => Host::Actuator(site.index),
+        Table::Sensors => Host::Sensor(site.index),
+    };
+    assembly.host_kind(host)
+}
+
+/// Whether the machine with the effect can be assembled.
+fn applies(machine: &Machine, definition: &'static Definition, site: Site) -> bool {
+    let mut probe = machine.clone();
+    let values = definition.parameters.iter().map(|p| p.default.unwrap_or(p.typical)).collect();
+    let Some(effects) = site.effects(&mut probe) else { return false };
+    if effects.iter().any(|effect| effect.definition.kind == definition.kind) {
+        return false;
+    }
+    effects.push(EffectUse { definition, values });
+    match assemble(&probe) {
+        Ok(_) => true,
+        // A split of masses may ask for less than the typical one; the fit will.
+        Err(problems) => problems.iter().all(|problem| problem.message.contains("leaves nothing")),
+    }
+}
+
+/// Bodies between drive and tool: joined to what a drive pushes, rigidly or by stiffness, without passing
+/// ground or what carries the reaction.
+fn driven(assembly: &Assembly) -> Vec<usize> {
+    let mut members: Vec<usize> = assembly.drives.iter().map(|drive| drive.on).collect();
+    let stops: Vec<usize> =
+        assembly.drives.iter().map(|drive| drive.reacts_on).chain([GROUND_NODE]).collect();
+    let mut next = 0;
+    while let Some(&at) = members.get(next) {
+        next += 1;
+        for link in assembly.links.iter().filter(|link| link.rigid || link.stiffness > 0.0) {
+            for (from, to) in [(link.a, link.b), (link.b, link.a)] {
+                if from == at && !stops.contains(&to) && !members.contains(&to) {
+                    members.push(to);
+                }
+            }
+        }
+    }
+    members
+}
+
+/// Whether an effect under this element is the effect's own place: a transmission lies between driven bodies,
+/// a fixture holds what a contact touches.
+fn makes_sense(
+    machine: &Machine,
+    assembly: &Assembly,
+    definition: &Definition,
+    site: Site,
+    host: HostKind,
+) -> bool {
+    let chain = driven(assembly);
+    let i = site.index;
+    match (definition.place, site.table) {
+        (Place::Transmission, Table::Springs) => {
+            chain.contains(&assembly.links[i].a) && chain.contains(&assembly.links[i].b)
+        }
+        (Place::Transmission, Table::Bodies) => {
+            // Bodies that move as one are one mass: the payload is named at the end that meets the work.
+            let tool = assembly.contacts.iter().map(|contact| contact.a).find(|node| chain.contains(node));
+            let last = tool.or_else(|| chain.last().copied());
+            chain.contains(&(i + 1))
+                && (last == Some(i + 1) || !rigid_together(assembly, i + 1, last.unwrap_or(GROUND_NODE)))
+        }
+        (Place::Guide, Table::Springs) => {
+            let link = &assembly.links[i];
+            host == HostKind::Spring && chain.contains(&link.a) != chain.contains(&link.b)
+        }
+        (Place::Workpiece, Table::Springs) => {
+            let link = &assembly.links[i];
+            assembly
+                .contacts
+                .iter()
+                .any(|contact| (contact.b == link.a || contact.b == link.b) && contact.b != GROUND_NODE)
+        }
+        (Place::Workpiece, Table::Contacts) => {
+            let touched = assembly.contacts[i].b;
+            !assembly
+                .links
+                .iter()
+                .any(|link| link.rigid && touched != GROUND_NODE && (link.a == touched || link.b == touched))
+        }
+        (Place::Encoder, Table::Sensors) => machine.sensors[i].reads.quantity == Quantity::Position,
+        _ => true,
+    }
+}
+
+fn rigid_together(assembly: &Assembly, a: usize, b: usize) -> bool {
+    let mut members = vec![a];
+    let mut next = 0;
+    while let Some(&at) = members.get(next) {
+        next += 1;
+        for link in assembly.links.iter().filter(|link| link.rigid) {
+            for (from, to) in [(link.a, link.b), (link.b, link.a)] {
+                if from == at && !members.contains(&to) {
+                    members.push(to);
+                }
+            }
+        }
+    }
+    members.contains(&b)
+}

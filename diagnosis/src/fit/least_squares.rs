@@ -1,0 +1,355 @@
+//! Fitting unknowns to records: Levenberg and Marquardt's method with bounds, priors and a robust loss.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::dataset::Dataset;
+use crate::fit::bounded::minimise;
+use crate::fit::curvature::{add_curvature, add_gradient, times};
+use crate::fit::model::{Model, Unknown};
+use crate::predict::{Prediction, Predictor};
+
+/// Independent pieces of evidence in one channel of one experiment. Samples are many, but a model's errors
+/// last: whole stretches of motion are one piece.
+pub(crate) const PIECES: f64 = 100.0;
+/// Residuals beyond this many sigmas count linearly.
+const ROBUST_SIGMAS: f64 = 8.0;
+/// Share of a channel's variation that no model is expected to explain.
+const DISCREPANCY: f64 = 0.01;
+/// Share of a channel's variation over all experiments below which one experiment's own is not taken as its
+/// scale.
+const SMALLEST_SCALE: f64 = 0.1;
+/// Least damping of a step.
+const LEAST_DAMPING: f64 = 1e-9;
+/// Gain of the cost in one step below which a fit has converged: a hundredth of what one unknown costs.
+const CONVERGED: f64 = 0.02;
+/// The same as a share of the cost: models are told apart by far larger differences.
+const CONVERGED_SHARE: f64 = 1e-5;
+
+/// Per record and channel, what the residuals are compared with.
+#[derive(Clone, Debug)]
+pub(crate) struct Weights {
+    /// One sigma of noise.
+    pub(crate) noise: Vec<Vec<f64>>,
+    /// Root mean square of the variation.
+    pub(crate) scale: Vec<Vec<f64>>,
+    /// What a residual is divided by.
+    pub(crate) sigma: Vec<Vec<f64>>,
+}
+
+impl Weights {
+    pub(crate) fn new(dataset: &Dataset, reference: &[Prediction]) -> Self {
+        let channels = dataset.channels.len();
+        let variation = |(series, silent): (&Vec<f64>, &bool)| {
+            if *silent || series.iter().all(|x| x.to_bits() == series[0].to_bits()) {
+                return 0.0;
+            }
+            let mean = series.iter().sum::<f64>() / series.len() as f64;
+            (series.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / series.len() as f64).sqrt()
+        };
+        let own: Vec<Vec<f64>> = dataset
+            .records
+            .iter()
+            .map(|record| record.series.iter().zip(&record.silent).map(variation).collect())
+            .collect();
+        let pooled: Vec<f64> = (0..channels)
+            .map(|c| (own.iter().map(|o: &Vec<f64>| o[c].powi(2)).sum::<f64>() / own.len() as f64).sqrt())
+            .collect();
+        // A channel that never changes says nothing, however far its prediction is from it.
+        let scale =
+            |own: f64, pooled: f64| if own > 0.0 { own.max(SMALLEST_SCALE * pooled) } else { f64::INFINITY };
+        let scale: Vec<Vec<f64>> = own
+            .iter()
+            .map(|own| own.iter().zip(&pooled).map(|(&own, &pooled)| scale(own, pooled)).collect())
+            .collect();
+        let noise: Vec<Vec<f64>> = dataset
+            .records
+            .iter()
+            .map(|_| {
+                dataset
+                    .channels
+                    .iter()
+                    .map(|c| (c.noise.powi(2) + c.resolution.powi(2) / 12.0).sqrt())
+                    .collect()
+            })
+            .collect();
+        // The anchored prediction of a position differs from its reading only by what an acceleration error
+        // makes within the anchor's memory.
+        let is_position: Vec<bool> = dataset
+            .channels
+            .iter()
+            .map(|channel| {
+                channel.quantity(&dataset.machine) == feeler_plant::description::Quantity::Position
+            })
+            .collect();
+        let sigma = (0..dataset.records.len())
+            .map(|r| {
+                let accelerations = acceleration_scale(dataset, &scale[r], r, reference[r].omega);
+                (0..channels)
+                    .map(|c| {
+                        let expected = if is_position[c] && reference[r].omega > 0.0 {
+                            accelerations / reference[r].omega.powi(2)
+                        } else {
+                            scale[r][c]
+                        };
+                        noise[r][c].hypot(DISCREPANCY * expected).max(f64::MIN_POSITIVE)
+                    })
+                    .collect()
+            })
+            .collect();
+        Self { noise, scale, sigma }
+    }
+}
+
+/// Root mean square acceleration of a record: measured, or from the position's own variation at the anchor's
+/// frequency.
+fn acceleration_scale(dataset: &Dataset, scale: &[f64], record: usize, omega: f64) -> f64 {
+    use feeler_plant::description::Quantity;
+    let of = |wanted: Quantity| {
+        (0..scale.len())
+            .find(|&c| scale[c].is_finite() && dataset.channels[c].quantity(&dataset.machine) == wanted)
+    };
+    if let Some(c) = of(Quantity::Acceleration) {
+        return scale[c];
+    }
+    let Some(c) = of(Quantity::Position) else { return 0.0 };
+    // Second difference over the anchor's memory.
+    let series = &dataset.records[record].series[c];
+    let span = ((1.0 / (omega * dataset.records[record].spacing_s)).round() as usize).max(1);
+    let h = span as f64 * dataset.records[record].spacing_s;
+    let n = series.len().saturating_sub(2 * span).max(1);
+    let sum: f64 = (0..series.len().saturating_sub(2 * span))
+        .map(|k| ((series[k + 2 * span] - 2.0 * series[k + span] + series[k]) / (h * h)).powi(2))
+        .sum();
+    (sum / n as f64).sqrt()
+}
+
+/// Records, weights and which records are fitted.
+pub(crate) struct Task<'a> {
+    pub(crate) dataset: &'a Dataset,
+    pub(crate) weights: Weights,
+    pub(crate) fitted: Vec<usize>,
+}
+
+/// A fitted model.
+#[derive(Clone, Debug)]
+pub(crate) struct Fitted {
+    pub(crate) model: Model,
+    pub(crate) theta: Vec<f64>,
+    pub(crate) cost: f64,
+    /// Standard deviations of `theta`.
+    pub(crate) sigma: Vec<f64>,
+}
+
+/// Mean robust squared residual of one series in sigmas.
+fn loss(measured: &[f64], predicted: &[f64], sigma: f64, dead_zone: f64) -> f64 {
+    let sum: f64 =
+        measured.iter().zip(predicted).map(|(m, p)| robust(beyond(m - p, dead_zone) / sigma).0).sum();
+    sum / measured.len() as f64
+}
+
+/// What of a residual a quantised reading can vouch for.
+pub(crate) fn beyond(residual: f64, dead_zone: f64) -> f64 {
+    residual - residual.clamp(-dead_zone, dead_zone)
+}
+
+/// Pseudo-Huber loss (Charbonnier) and the weight it gives a residual.
+pub(crate) fn robust(r: f64) -> (f64, f64) {
+    let t = (1.0 + (r / ROBUST_SIGMAS).powi(2)).sqrt();
+    (2.0 * ROBUST_SIGMAS.powi(2) * (t - 1.0), 1.0 / t)
+}
+
+impl Task<'_> {
+    /// The anchored prediction of one record; none where the model makes no machine or leaves all bounds.
+    pub(crate) fn predict(&self, model: &Model, theta: &[f64], record: usize) -> Option<Prediction> {
+        let assembly = model.assembly(theta, self.dataset.records[record].engagement)?;
+        let prediction =
+            Predictor::with(assembly, model.presliding(theta), self.dataset, &self.dataset.records[record])
+                .ok()?
+                .anchored()
+                .ok()?;
+        prediction.series.iter().all(|series| series.iter().all(|x| x.is_finite())).then_some(prediction)
+    }
+
+    /// Mean robust squared residual per record and channel.
+    pub(crate) fn misfits(&self, model: &Model, theta: &[f64], records: &[usize]) -> Option<Vec<Vec<f64>>> {
+        records
+            .par_iter()
+            .map(|&r| {
+                let prediction = self.predict(model, theta, r)?;
+                Some(self.misfit_of(r, &prediction))
+            })
+            .collect()
+    }
+
+    pub(crate) fn misfit_of(&self, r: usize, prediction: &Prediction) -> Vec<f64> {
+        let record = &self.dataset.records[r];
+        let channels = record
+            .series
+            .iter()
+            .zip(&prediction.smooth)
+            .zip(&self.weights.sigma[r])
+            .zip(&prediction.dead_zone);
+        channels.map(|(((m, p), &sigma), &dead_zone)| loss(m, p, sigma, dead_zone)).collect()
+    }
+
+    pub(crate) fn prior_cost(model: &Model, theta: &[f64]) -> f64 {
+        let term = |(unknown, theta): (&Unknown, &f64)| {
+            unknown.prior.map_or(0.0, |(mean, sigma)| ((theta - mean) / sigma).powi(2))
+        };
+        model.unknowns.iter().zip(theta).map(term).sum()
+    }
+
+    /// Cost over the fitted records: pieces times mean loss, and the priors.
+    pub(crate) fn cost(&self, model: &Model, theta: &[f64]) -> f64 {
+        self.misfits(model, theta, &self.fitted).map_or(f64::INFINITY, |misfits| {
+            PIECES * misfits.iter().flatten().sum::<f64>() + Self::prior_cost(model, theta)
+        })
+    }
+
+    /// The prediction with unknown `i` moved a little, and how far; none where the model bears no move either
+    /// way.
+    pub(crate) fn moved(
+        &self,
+        model: &Model,
+        theta: &[f64],
+        i: usize,
+        record: usize,
+    ) -> Option<(Prediction, f64)> {
+        let difference = model.unknowns[i].difference;
+        [difference, -difference].into_iter().find_map(|step| {
+            let mut probe = theta.to_vec();
+            probe[i] += step;
+            Some((self.predict(model, &probe, record)?, step))
+        })
+    }
+
+    /// Normal equations of one record: `J^T W J`, `J^T W r`.
+    fn normal(&self, model: &Model, theta: &[f64], r: usize) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let n = theta.len();
+        let base = self.predict(model, theta, r)?;
+        let record = &self.dataset.records[r];
+        let moved: Vec<Option<(Prediction, f64)>> = (0..n).map(|i| self.moved(model, theta, i, r)).collect();
+        let mut a = DMatrix::zeros(n, n);
+        let mut b = DVector::zeros(n);
+        for (c, measured) in record.series.iter().enumerate() {
+            let sigma = self.weights.sigma[r][c];
+            let slopes = slopes(&base, &moved, c, sigma);
+            let residual =
+                |(value, predicted): (&f64, &f64)| beyond(value - predicted, base.dead_zone[c]) / sigma;
+            let residuals: Vec<f64> = measured.iter().zip(&base.smooth[c]).map(residual).collect();
+            // Within a dead zone a slope changes nothing.
+            let counts = |r: f64| r != 0.0 || base.dead_zone[c] == 0.0;
+            let weights: Vec<f64> =
+                residuals.iter().map(|&r| if counts(r) { robust(r).1 } else { 0.0 }).collect();
+            let factor = PIECES / measured.len() as f64;
+            add_curvature(&mut a, factor, &slopes, &weights);
+            add_gradient(&mut b, factor, &slopes, &times(&residuals, &weights));
+        }
+        Some((a, b))
+    }
+
+    /// Fits from `start` in at most `steps` steps.
+    pub(crate) fn fit(&self, model: &Model, start: &[f64], steps: usize) -> Fitted {
+        let n = start.len();
+        let mut theta = start.to_vec();
+        let mut cost = self.cost(model, &theta);
+        let mut damping = 1e-3;
+        let mut sigma = vec![f64::INFINITY; n];
+        for _ in 0..steps {
+            if !cost.is_finite() {
+                break;
+            }
+            let parts: Option<Vec<_>> =
+                self.fitted.par_iter().map(|&r| self.normal(model, &theta, r)).collect();
+            let Some(parts) = parts else { break };
+            let mut a = DMatrix::zeros(n, n);
+            let mut b = DVector::zeros(n);
+            for (pa, pb) in parts {
+                a += pa;
+                b += pb;
+            }
+            for (i, unknown) in model.unknowns.iter().enumerate() {
+                if let Some((mean, prior)) = unknown.prior {
+                    a[(i, i)] += prior.powi(-2);
+                    b[i] -= (theta[i] - mean) / prior.powi(2);
+                }
+            }
+            sigma = deviations(&a);
+            let mut gained = None;
+            for _ in 0..6 {
+                let mut damped = a.clone();
+                for i in 0..n {
+                    damped[(i, i)] += damping * a[(i, i)].max(1e-9) + 1e-9;
+                }
+                let (low, high) = reach(&model.unknowns, &theta);
+                let Some(step) = minimise(&damped, &b, &low, &high) else {
+                    damping *= 10.0;
+                    continue;
+                };
+                let probe: Vec<f64> =
+                    theta.iter().zip(step.iter()).map(|(theta, step)| theta + step).collect();
+                let tried = self.cost(model, &probe);
+                if tried < cost {
+                    gained = Some(cost - tried);
+                    theta = probe;
+                    cost = tried;
+                    damping = (damping * 0.1).max(LEAST_DAMPING);
+                    break;
+                }
+                damping *= 8.0;
+            }
+            // Along a valley, where two unknowns do the same and only priors tell them apart, a damped fit
+            // creeps: one more step, freely.
+            match gained {
+                Some(gain) if gain >= CONVERGED + CONVERGED_SHARE * cost => {}
+                Some(_) if damping > LEAST_DAMPING => damping = LEAST_DAMPING,
+                _ => break,
+            }
+        }
+        Fitted { model: model.clone(), theta, cost, sigma }
+    }
+}
+
+/// Slopes of channel `c` of a prediction in sigmas, by unknown, from predictions that were moved; zero along
+/// what bears no move.
+pub(crate) fn slopes(
+    base: &Prediction,
+    moved: &[Option<(Prediction, f64)>],
+    c: usize,
+    sigma: f64,
+) -> Vec<Vec<f64>> {
+    let base = &base.smooth[c];
+    let of = |moved: &Option<(Prediction, f64)>| match moved {
+        Some((moved, step)) => {
+            moved.smooth[c].iter().zip(base).map(|(m, b)| (m - b) / (step * sigma)).collect()
+        }
+        None => vec![0.0; base.len()],
+    };
+    moved.iter().map(of).collect()
+}
+
+/// Longest step of one unknown: a factor of e, or its unit.
+const LONGEST_STEP: f64 = 1.0;
+
+/// How far down and up one step may take every unknown.
+pub(crate) fn reach(unknowns: &[Unknown], theta: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let of = |(unknown, theta): (&Unknown, &f64)| {
+        let (low, high) = unknown.bounds;
+        ((low - theta).clamp(-LONGEST_STEP, 0.0), (high - theta).clamp(0.0, LONGEST_STEP))
+    };
+    unknowns.iter().zip(theta).map(of).unzip()
+}
+
+/// Standard deviations from the normal matrix.
+pub(crate) fn deviations(a: &DMatrix<f64>) -> Vec<f64> {
+    let n = a.nrows();
+    // Unknowns that nothing depends on must not spoil the others.
+    let scale: Vec<f64> = (0..n).map(|i| a[(i, i)].sqrt().max(1e-9)).collect();
+    let scaled =
+        DMatrix::from_fn(n, n, |i, j| a[(i, j)] / (scale[i] * scale[j]) + if i == j { 1e-10 } else { 0.0 });
+    scaled.try_inverse().map_or_else(
+        || vec![f64::INFINITY; n],
+        |inverse| (0..n).map(|i| inverse[(i, i)].max(0.0).sqrt() / scale[i]).collect(),
+    )
+}

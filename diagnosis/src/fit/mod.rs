@@ -1,0 +1,10 @@
+//! Fits of a machine with unknowns to records, and the search among candidate effects.
+
+pub(crate) mod bounded;
+pub(crate) mod candidates;
+pub(crate) mod curvature;
+pub(crate) mod least_squares;
+pub(crate) mod model;
+pub(crate) mod odds;
+pub(crate) mod screen;
+pub(crate) mod search;

@@ -1,0 +1,284 @@
+//! Candidates compared cheaply: a few steps in the parameters of an effect, the other unknowns following
+//! linearly.
+//!
+//! The slopes of the base model are taken once; every trial value of the effect then costs one prediction,
+//! and the best shift of the other unknowns follows from the normal equations (variable projection with
+//! frozen slopes: Golub and Pereyra, SIAM J. Numerical Analysis 10, 1973; Kaufman, BIT 15, 1975).
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use crate::fit::bounded::minimise;
+use crate::fit::curvature::{add_curvature, add_gradient, add_mixed, along, times};
+use crate::fit::least_squares::{Fitted, PIECES, Task, beyond, deviations, reach, robust, slopes};
+use crate::fit::model::Model;
+use crate::predict::Prediction;
+
+/// Trials of a shorter step before a fit is left where it is.
+const TRIALS: usize = 4;
+/// Gain of the cost in one step below which screening stops, and the same as a share of the cost.
+const SETTLED: f64 = 1.0;
+const SETTLED_SHARE: f64 = 1e-3;
+
+/// A fitted model with its slopes on the fitted records.
+pub(crate) struct Linearised<'a> {
+    task: &'a Task<'a>,
+    base: &'a Fitted,
+    /// Per fitted record and channel, the slopes of the prediction in sigmas along every unknown.
+    slopes: Vec<Vec<Vec<Vec<f64>>>>,
+    /// Curvature of the cost along the other unknowns, residuals weighted as at the base, and all alike.
+    normal: DMatrix<f64>,
+    plain: DMatrix<f64>,
+    /// What the priors pull with at the base.
+    pull: DVector<f64>,
+}
+
+/// Trial values of an effect, with the other unknowns where they follow to.
+struct Trial {
+    cost: f64,
+    shift: DVector<f64>,
+    /// The part of the shift that the residuals were weighted after.
+    weighed_at: DVector<f64>,
+    /// Which of the other unknowns follow; the rest are at their bounds.
+    free: Vec<usize>,
+    predictions: Vec<Prediction>,
+}
+
+impl<'a> Linearised<'a> {
+    /// Takes the slopes of a fitted model; none where it does not predict.
+    pub(crate) fn new(task: &'a Task<'a>, base: &'a Fitted) -> Option<Self> {
+        let n = base.theta.len();
+        let parts: Option<Vec<_>> = task
+            .fitted
+            .par_iter()
+            .map(|&r| {
+                let here = task.predict(&base.model, &base.theta, r)?;
+                let moved: Vec<Option<(Prediction, f64)>> =
+                    (0..n).map(|i| task.moved(&base.model, &base.theta, i, r)).collect();
+                let series = &task.dataset.records[r].series;
+                let (mut normal, mut plain) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
+                let slopes: Vec<Vec<Vec<f64>>> = (0..series.len())
+                    .map(|c| {
+                        let sigma = task.weights.sigma[r][c];
+                        let slopes = slopes(&here, &moved, c, sigma);
+                        let rows = series[c].len();
+                        let residual = |(value, predicted): (&f64, &f64)| {
+                            beyond(value - predicted, here.dead_zone[c]) / sigma
+                        };
+                        let weights: Vec<f64> = series[c]
+                            .iter()
+                            .zip(&here.smooth[c])
+                            .map(|pair| robust(residual(pair)).1)
+                            .collect();
+                        add_curvature(&mut normal, PIECES / rows as f64, &slopes, &weights);
+                        add_curvature(&mut plain, PIECES / rows as f64, &slopes, &vec![1.0; rows]);
+                        slopes
+                    })
+                    .collect();
+                Some((slopes, normal, plain))
+            })
+            .collect();
+        let (mut normal, mut plain) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
+        let mut slopes = Vec::new();
+        for (part, weighted, alike) in parts? {
+            normal += weighted;
+            plain += alike;
+            slopes.push(part);
+        }
+        let mut pull = DVector::zeros(n);
+        for (i, unknown) in base.model.unknowns.iter().enumerate() {
+            for curvature in [&mut normal, &mut plain] {
+                // Unknowns that nothing depends on stay.
+                curvature[(i, i)] += unknown.prior.map_or(0.0, |(_, prior)| prior.powi(-2)) + 1e-9;
+            }
+            pull[i] = unknown.prior.map_or(0.0, |(mean, prior)| (base.theta[i] - mean) / prior.powi(2));
+        }
+        Some(Self { task, base, slopes, normal, plain, pull })
+    }
+
+    /// A few steps from `start`, of which the first unknowns are those of the base.
+    pub(crate) fn screen(&self, model: &Model, start: &[f64], steps: usize) -> Option<Fitted> {
+        let n = self.base.theta.len();
+        let own = start.len() - n;
+        let mut theta = start.to_vec();
+        let mut here = self.trial(model, &theta)?;
+        let mut damping = 1e-2;
+        let mut curvature = DMatrix::identity(own, own);
+        for _ in 0..steps {
+            let Some((a, b)) = self.own_normal(model, &theta, &here) else { break };
+            curvature = a;
+            let mut gain = 0.0;
+            for _ in 0..TRIALS {
+                let mut damped = curvature.clone();
+                for i in 0..own {
+                    damped[(i, i)] += damping * curvature[(i, i)].max(1e-9) + 1e-9;
+                }
+                let (low, high) = reach(&model.unknowns[n..], &theta[n..]);
+                let Some(step) = minimise(&damped, &b, &low, &high) else { break };
+                let mut probe = theta.clone();
+                for (theta, step) in probe[n..].iter_mut().zip(step.iter()) {
+                    *theta += step;
+                }
+                if let Some(there) = self.trial(model, &probe)
+                    && there.cost < here.cost
+                {
+                    gain = here.cost - there.cost;
+                    (theta, here) = (probe, there);
+                    damping *= 0.1;
+                    break;
+                }
+                damping *= 10.0;
+            }
+            if gain < SETTLED + SETTLED_SHARE * here.cost {
+                break;
+            }
+        }
+        for (theta, shift) in theta.iter_mut().zip(here.shift.iter()) {
+            *theta += shift;
+        }
+        let sigma = deviations(&self.normal).into_iter().chain(deviations(&curvature)).collect();
+        Some(Fitted { model: model.clone(), theta, cost: here.cost, sigma })
+    }
+
+    /// The cost at trial values, the other unknowns shifted to where they fit best within their bounds.
+    pub(crate) fn cost(&self, model: &Model, theta: &[f64]) -> f64 {
+        self.trial(model, theta).map_or(f64::INFINITY, |trial| trial.cost)
+    }
+
+    fn trial(&self, model: &Model, theta: &[f64]) -> Option<Trial> {
+        let n = self.base.theta.len();
+        let predictions: Option<Vec<Prediction>> =
+            self.task.fitted.par_iter().map(|&r| self.task.predict(model, theta, r)).collect();
+        let predictions = predictions?;
+        let (low, high) = reach(&self.base.model.unknowns, &self.base.theta);
+        // Far from where the others belong the robust loss hardly feels how far: they are first brought near
+        // by plain least squares.
+        let still = DVector::zeros(n);
+        let [here, alike] = self.along(&predictions, &still);
+        let near = minimise(&self.plain, &(alike.1 - &self.pull), &low, &high)?;
+        let [there, _] = self.along(&predictions, &near);
+        let prior = |shift: &DVector<f64>| {
+            let moved: Vec<f64> =
+                self.base.theta.iter().zip(shift.iter()).map(|(theta, shift)| theta + shift).collect();
+            Task::prior_cost(&self.base.model, &moved)
+        };
+        let (from_still, from_near) = (here.0 + prior(&still), there.0 + prior(&near));
+        let (start, cost, along) =
+            if from_near < from_still { (near, from_near, there.1) } else { (still, from_still, here.1) };
+        let stiff = self
+            .base
+            .model
+            .unknowns
+            .iter()
+            .map(|unknown| unknown.prior.map_or(0.0, |(_, prior)| prior.powi(-2)));
+        let along = along - &self.pull - DVector::from_iterator(n, stiff).component_mul(&start);
+        let [low, high] = [low, high].map(|bound| {
+            bound.iter().zip(start.iter()).map(|(bound, start)| bound - start).collect::<Vec<f64>>()
+        });
+        let step = minimise(&self.normal, &along, &low, &high)?;
+        let free = (0..n).filter(|&i| step[i] > low[i] && step[i] < high[i]).collect();
+        let cost = cost + (&self.normal * &step).dot(&step) - 2.0 * along.dot(&step);
+        let shift = &start + step;
+        cost.is_finite().then_some(Trial { cost, shift, weighed_at: start, free, predictions })
+    }
+
+    /// Cost without priors with the other unknowns shifted, and the residuals along their slopes: first with
+    /// robust weights, then all alike.
+    fn along(&self, predictions: &[Prediction], shift: &DVector<f64>) -> [(f64, DVector<f64>); 2] {
+        let n = self.base.theta.len();
+        let parts: Vec<(f64, DVector<f64>, DVector<f64>)> =
+            (self.task.fitted.par_iter().zip(self.slopes.par_iter().zip(predictions)))
+                .map(|(&r, (slopes, prediction))| {
+                    let (mut cost, mut weighted, mut alike) = (0.0, DVector::zeros(n), DVector::zeros(n));
+                    for (c, slopes) in slopes.iter().enumerate() {
+                        let Some(residuals) = self.residuals(r, c, slopes, prediction, shift) else {
+                            continue;
+                        };
+                        let factor = PIECES / residuals.len() as f64;
+                        let (losses, weights): (Vec<f64>, Vec<f64>) =
+                            residuals.iter().map(|&residual| robust(residual)).unzip();
+                        cost += factor * losses.iter().sum::<f64>();
+                        add_gradient(&mut weighted, factor, slopes, &times(&residuals, &weights));
+                        add_gradient(&mut alike, factor, slopes, &residuals);
+                    }
+                    (cost, weighted, alike)
+                })
+                .collect();
+        let mut cost = 0.0;
+        let (mut weighted, mut alike) = (DVector::zeros(n), DVector::zeros(n));
+        for (part, a, b) in parts {
+            cost += part;
+            weighted += a;
+            alike += b;
+        }
+        [(cost, weighted), (cost, alike)]
+    }
+
+    /// Residuals of a channel in sigmas, the other unknowns shifted; none where it never changes, and so says
+    /// nothing.
+    fn residuals(
+        &self,
+        r: usize,
+        c: usize,
+        slopes: &[Vec<f64>],
+        prediction: &Prediction,
+        shift: &DVector<f64>,
+    ) -> Option<Vec<f64>> {
+        let sigma = self.task.weights.sigma[r][c];
+        if sigma.is_infinite() {
+            return None;
+        }
+        let measured = &self.task.dataset.records[r].series[c];
+        let moved = along(slopes, shift, measured.len());
+        let rows = measured.iter().zip(&prediction.smooth[c]).zip(&moved);
+        Some(
+            rows.map(|((m, p), moved)| beyond(m - p - sigma * moved, prediction.dead_zone[c]) / sigma)
+                .collect(),
+        )
+    }
+
+    /// Normal equations of the effect's own parameters, what the other unknowns can take over being projected
+    /// out.
+    fn own_normal(&self, model: &Model, theta: &[f64], here: &Trial) -> Option<(DMatrix<f64>, DVector<f64>)> {
+        let n = self.base.theta.len();
+        let own = theta.len() - n;
+        let parts: Option<Vec<_>> = self
+            .task
+            .fitted
+            .par_iter()
+            .zip(self.slopes.par_iter().zip(&here.predictions))
+            .map(|(&r, (others, prediction))| {
+                let moved: Vec<Option<(Prediction, f64)>> =
+                    (0..own).map(|i| self.task.moved(model, theta, n + i, r)).collect();
+                let mut a = DMatrix::zeros(own, own);
+                let mut mixed = DMatrix::zeros(n, own);
+                let mut b = DVector::zeros(own);
+                for (c, others) in others.iter().enumerate() {
+                    let Some(residuals) = self.residuals(r, c, others, prediction, &here.weighed_at) else {
+                        continue;
+                    };
+                    let slopes = slopes(prediction, &moved, c, self.task.weights.sigma[r][c]);
+                    let factor = PIECES / residuals.len() as f64;
+                    let weights: Vec<f64> = residuals.iter().map(|&residual| robust(residual).1).collect();
+                    add_curvature(&mut a, factor, &slopes, &weights);
+                    add_mixed(&mut mixed, factor, others, &slopes, &weights);
+                    add_gradient(&mut b, factor, &slopes, &times(&residuals, &weights));
+                }
+                Some((a, mixed, b))
+            })
+            .collect();
+        let mut a = DMatrix::zeros(own, own);
+        let mut mixed = DMatrix::zeros(n, own);
+        let mut b = DVector::zeros(own);
+        for (pa, pm, pb) in parts? {
+            a += pa;
+            mixed += pm;
+            b += pb;
+        }
+        let slope = b - mixed.transpose() * (&here.shift - &here.weighed_at);
+        let following = mixed.select_rows(&here.free);
+        let taken =
+            self.normal.select_rows(&here.free).select_columns(&here.free).cholesky()?.solve(&following);
+        Some((a - following.transpose() * &taken, slope))
+    }
+}

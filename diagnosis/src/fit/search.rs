@@ -1,0 +1,310 @@
+//! From calibration to single effects to compounds.
+
+use feeler_plant::assembly::Source;
+use feeler_plant::description::{Engagement, Quantity};
+use rayon::prelude::*;
+
+use crate::dataset::{Dataset, Record, quantum};
+use crate::error::DiagnosisError;
+use crate::fit::candidates::{Candidate, candidates};
+use crate::fit::least_squares::{Fitted, Task, Weights};
+use crate::fit::model::Model;
+use crate::fit::screen::Linearised;
+use crate::gap::locate::low_pass;
+use crate::nested;
+use crate::predict::{Prediction, Predictor};
+use crate::starts::{Glance, starts};
+use crate::tolerance::Seen;
+
+/// Steps of a full fit.
+const STEPS: usize = 10;
+/// Steps after which candidates are compared.
+const SCREENING_STEPS: usize = 6;
+/// Starts of a candidate that are fitted.
+const BEST_STARTS: usize = 3;
+/// Starts whose values all differ by less than this, as a fraction, are one.
+const NEIGHBOURS: f64 = 0.16;
+/// Gain of the cost in screening below which a candidate is not fitted: a fraction of the least evidence that
+/// is ever accepted, which takes about ten of cost per nat.
+const WORTH_FITTING: f64 = 25.0;
+/// Candidates that are fitted fully, and at least one of every place.
+const FULLY: usize = 7;
+
+/// A candidate with its fit and its misfits on every record.
+#[derive(Clone, Debug)]
+pub(crate) struct Scored {
+    pub(crate) causes: Vec<Candidate>,
+    pub(crate) fitted: Fitted,
+    /// Mean robust squared residual per record and channel.
+    pub(crate) misfits: Vec<Vec<f64>>,
+}
+
+/// All that a search has tried.
+pub(crate) struct Search<'a> {
+    pub(crate) task: Task<'a>,
+    pub(crate) calibrated: Scored,
+    pub(crate) singles: Vec<Scored>,
+    /// Singles that were not fitted to the end, and those that nothing in the records leads to.
+    pub(crate) others: Vec<Scored>,
+    pub(crate) silent: Vec<Candidate>,
+    /// What the fitted records cover.
+    pub(crate) seen: Seen,
+}
+
+pub(crate) fn search(dataset: &Dataset) -> Result<Search<'_>, DiagnosisError> {
+    let model = Model::calibration(&dataset.machine, &dataset.tolerance)?;
+    let start = model.start();
+    let reference = dataset
+        .records
+        .iter()
+        .map(|record| {
+            let assembly = model
+                .assembly(&start, record.engagement)
+                .ok_or(DiagnosisError::Machine { problems: Vec::new() })?;
+            Predictor::new(assembly, dataset, record)?.anchored()
+        })
+        .collect::<Result<Vec<Prediction>, _>>()?;
+    let weights = Weights::new(dataset, &reference);
+    let fitted = (0..dataset.records.len()).filter(|&r| !dataset.records[r].is_check).collect();
+    let task = Task { dataset, weights, fitted };
+    let calibrated = score(&task, Vec::new(), task.fit(&model, &start, STEPS));
+    let glance = glance(&task, &calibrated);
+    let all = candidates(&dataset.machine);
+    let Extended { fits: singles, others, silent } = extensions(&task, &calibrated, &all, &glance);
+    let (low, high) = glance
+        .missing
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
+    let seen = Seen { stroke_m: high - low, command_n: glance.command };
+    Ok(Search { task, calibrated, singles, others, silent, seen })
+}
+
+/// One more effect, for every candidate.
+pub(crate) struct Extended {
+    /// Fitted to the end.
+    pub(crate) fits: Vec<Scored>,
+    /// Left after a few steps.
+    pub(crate) others: Vec<Scored>,
+    /// Those that nothing in the records leads to, or that make no machine that moves.
+    pub(crate) silent: Vec<Candidate>,
+}
+
+pub(crate) fn score(task: &Task<'_>, causes: Vec<Candidate>, fitted: Fitted) -> Scored {
+    let records: Vec<usize> = (0..task.dataset.records.len()).collect();
+    let channels = task.dataset.channels.len();
+    let misfits = task
+        .misfits(&fitted.model, &fitted.theta, &records)
+        .unwrap_or_else(|| vec![vec![f64::INFINITY; channels]; records.len()]);
+    Scored { causes, fitted, misfits }
+}
+
+/// `base` with one more effect, for every candidate: all after a few steps, then the best and the best of
+/// every place to the end.
+pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glance: &Glance) -> Extended {
+    let Some(linearised) = Linearised::new(task, &base.fitted) else {
+        return Extended { fits: Vec::new(), others: Vec::new(), silent: all.to_vec() };
+    };
+    let screened: Vec<(Candidate, Option<Fitted>)> = all
+        .par_iter()
+        .map(|&candidate| (candidate, screen(task, &linearised, base, candidate, glance)))
+        .collect();
+    let silent =
+        screened.iter().filter(|(_, fitted)| fitted.is_none()).map(|(candidate, _)| *candidate).collect();
+    let mut screened: Vec<(Candidate, Fitted)> =
+        screened.into_iter().filter_map(|(c, fitted)| Some((c, fitted?))).collect();
+    screened.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    let with = |candidate: Candidate, fitted: Fitted| {
+        score(task, base.causes.iter().copied().chain([candidate]).collect(), fitted)
+    };
+    let mut places = Vec::new();
+    let mut taken = 0;
+    let (chosen, left): (Vec<_>, Vec<_>) = screened.into_iter().partition(|(candidate, fitted)| {
+        let is_worth = base.fitted.cost - fitted.cost > WORTH_FITTING;
+        let is_first = !places.contains(&candidate.place);
+        let is_taken = is_worth && (taken < FULLY || is_first);
+        if is_worth {
+            places.push(candidate.place);
+            taken += 1;
+        }
+        is_taken
+    });
+    let others = left.into_par_iter().map(|(candidate, fitted)| with(candidate, fitted)).collect();
+    let mut fits: Vec<Scored> = chosen
+        .into_par_iter()
+        .map(|(candidate, fitted)| with(candidate, task.fit(&fitted.model, &fitted.theta, STEPS)))
+        .collect();
+    nested::enforce(task, &mut fits, STEPS, |old, fitted| score(task, old.causes.clone(), fitted));
+    Extended { fits, others, silent }
+}
+
+/// A model that was left after a few steps, fitted to the end.
+pub(crate) fn finished(task: &Task<'_>, scored: &Scored) -> Scored {
+    score(task, scored.causes.clone(), task.fit(&scored.fitted.model, &scored.fitted.theta, STEPS))
+}
+
+/// A few steps with one more effect than `base`.
+fn screen(
+    task: &Task<'_>,
+    linearised: &Linearised<'_>,
+    base: &Scored,
+    candidate: Candidate,
+    glance: &Glance,
+) -> Option<Fitted> {
+    let mut begun: Vec<(f64, Model, Vec<f64>)> = starts(candidate, &task.dataset.machine, glance)
+        .into_iter()
+        .map(|values| {
+            let model = base.fitted.model.with(candidate.site, candidate.definition, &values);
+            let mut start = model.start();
+            start[..base.fitted.theta.len()].copy_from_slice(&base.fitted.theta);
+            (linearised.cost(&model, &start), model, start)
+        })
+        .filter(|(cost, ..)| cost.is_finite())
+        .collect();
+    begun.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut apart: Vec<&(f64, Model, Vec<f64>)> = Vec::new();
+    for begin in &begun {
+        if apart.len() < BEST_STARTS && apart.iter().all(|other| !are_neighbours(&begin.1, &other.1)) {
+            apart.push(begin);
+        }
+    }
+    apart
+        .into_iter()
+        .filter_map(|(_, model, start)| linearised.screen(model, start, SCREENING_STEPS))
+        .min_by(|a, b| a.cost.total_cmp(&b.cost))
+}
+
+/// Whether two starts of one candidate are so near that a fit from either ends at the same place.
+fn are_neighbours(a: &Model, b: &Model) -> bool {
+    let values =
+        |model: &Model| model.tried.last().map(|tried| tried.effect.values.clone()).unwrap_or_default();
+    values(a).iter().zip(values(b)).all(|(a, b)| (a - b).abs() <= NEIGHBOURS * a.abs().max(b.abs()))
+}
+
+/// What the records show at a glance, with the force that the calibrated machine lacks.
+pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
+    let dataset = task.dataset;
+    let largest = |series: &[f64]| series.iter().map(|x| x.abs()).fold(0.0, f64::max);
+    let mut glance = Glance::default();
+    let mut depths: Vec<Vec<f64>> = vec![Vec::new(); dataset.machine.contacts.len()];
+    for (r, record) in dataset.records.iter().enumerate() {
+        glance.spacing_s = record.spacing_s;
+        for command in &record.commands {
+            glance.command = glance.command.max(largest(command));
+            let changes: Vec<f64> = command.windows(2).map(|w| w[1] - w[0]).collect();
+            glance.command_change = glance.command_change.max(largest(&changes));
+        }
+        for (channel, series) in dataset.channels.iter().zip(&record.series) {
+            if matches!(channel.quantity(&dataset.machine), Quantity::Force | Quantity::SpringForce) {
+                glance.force = glance.force.max(largest(series));
+            }
+        }
+        let Some(prediction) = task.predict(&calibrated.fitted.model, &calibrated.fitted.theta, r) else {
+            continue;
+        };
+        glance.speed = prediction.stroke.iter().map(|s| s[1].abs()).fold(glance.speed, f64::max);
+        if !record.is_check {
+            let mass = moving_mass(dataset, calibrated);
+            let residual = missing_acceleration(dataset, r, &prediction);
+            glance
+                .missing
+                .extend(prediction.stroke.iter().zip(residual).map(|(stroke, a)| (stroke[0], mass * a)));
+            for (contact, depths) in depths.iter_mut().enumerate() {
+                depths.extend(excess_depths(dataset, record, &prediction, contact));
+            }
+        }
+    }
+    for (contact, depths) in depths.iter_mut().enumerate() {
+        depths.sort_by(f64::total_cmp);
+        glance.surfaces.extend(depths.get(depths.len() / 2).map(|middle| (contact, *middle)));
+    }
+    for (c, channel) in dataset.channels.iter().enumerate() {
+        let Source::Sensor(sensor) = channel.source else { continue };
+        let steps: Vec<f64> =
+            dataset.records.iter().filter_map(|record| quantum(&record.series[c])).collect();
+        let coarse = steps.iter().copied().filter(|&step| channel.is_coarse(step)).fold(0.0, f64::max);
+        if coarse > 0.0 && 2 * steps.len() > dataset.records.len() {
+            glance.quanta.push((sensor, coarse));
+        }
+    }
+    glance
+}
+
+/// A force below this many times its noise is none.
+const COARSEST_TOUCH: f64 = 20.0;
+/// Share of the largest contact force of a record from which on its contact is surely closed.
+const PRESSED: f64 = 0.3;
+
+/// How much deeper the bodies of a contact are in each other than the measured force says, at every row of a
+/// record where they press.
+fn excess_depths(dataset: &Dataset, record: &Record, prediction: &Prediction, contact: usize) -> Vec<f64> {
+    let Some((name, believed)) = dataset.machine.contacts.get_index(contact) else { return Vec::new() };
+    let parts = record.engagement.unwrap_or(believed.engagement) == Engagement::Unilateral;
+    let reads = |source: Source| match source {
+        Source::Sensor(i) => {
+            let reads = &dataset.machine.sensors[i].reads;
+            reads.element == *name && matches!(reads.quantity, Quantity::Force | Quantity::SpringForce)
+        }
+        source => {
+            matches!(source, Source::Contact(c, Quantity::Force | Quantity::SpringForce) if c == contact)
+        }
+    };
+    let (Some(c), true) = (dataset.channels.iter().position(|channel| reads(channel.source)), parts) else {
+        return Vec::new();
+    };
+    let force = &record.series[c];
+    let pressed = PRESSED * force.iter().copied().fold(COARSEST_TOUCH * dataset.channels[c].noise, f64::max);
+    let rows = force.iter().zip(&prediction.compressions[contact]).filter(|(force, _)| **force > pressed);
+    rows.map(|(force, depth)| depth - force / believed.stiffness).collect()
+}
+
+/// Mass that moves with the first drive.
+pub(crate) fn moving_mass(dataset: &Dataset, scored: &Scored) -> f64 {
+    let Some(assembly) = scored.fitted.model.assembly(&scored.fitted.theta, None) else { return 1.0 };
+    let node = dataset.drives.first().map_or(1, |(drive, _)| assembly.drives[*drive].on);
+    assembly.rigid_mass_kg(node)
+}
+
+/// Mean of the accelerometers' residuals at each row; without any, what the anchor makes of the position's.
+pub(crate) fn missing_acceleration(dataset: &Dataset, record: usize, prediction: &Prediction) -> Vec<f64> {
+    let of = |wanted: Quantity| -> Vec<usize> {
+        (0..dataset.channels.len())
+            .filter(|&c| {
+                dataset.channels[c].quantity(&dataset.machine) == wanted && !dataset.records[record].silent[c]
+            })
+            .collect()
+    };
+    let accelerations = of(Quantity::Acceleration);
+    let series = &dataset.records[record].series;
+    let residual = |c: usize, k: usize| series[c][k] - prediction.series[c][k];
+    let rows = dataset.records[record].len();
+    if accelerations.is_empty() {
+        return match of(Quantity::Position).first() {
+            Some(&c) => {
+                let residuals: Vec<f64> = (0..rows).map(|k| residual(c, k)).collect();
+                forcing(&residuals, prediction.omega, dataset.records[record].spacing_s)
+            }
+            None => vec![0.0; rows],
+        };
+    }
+    (0..rows)
+        .map(|k| accelerations.iter().map(|&c| residual(c, k)).sum::<f64>() / accelerations.len() as f64)
+        .collect()
+}
+
+/// Corner of the smoothing before a position's residual is differentiated, Hz.
+const SMOOTH_HZ: f64 = 30.0;
+
+/// The acceleration that forces an anchored position's residual `r`: `r'' + sqrt(2) omega r' + omega^2 r`,
+/// the anchor's own error dynamics.
+fn forcing(residual: &[f64], omega: f64, dt: f64) -> Vec<f64> {
+    let r = low_pass(residual, SMOOTH_HZ, dt);
+    let last = r.len() - 1;
+    (0..r.len())
+        .map(|k| {
+            let [a, b, c] = [r[k.saturating_sub(1)], r[k], r[(k + 1).min(last)]];
+            (a - 2.0 * b + c) / (dt * dt)
+                + std::f64::consts::SQRT_2 * omega * (c - a) / (2.0 * dt)
+                + omega * omega * b
+        })
+        .collect()
+}

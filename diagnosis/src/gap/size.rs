@@ -1,0 +1,209 @@
+//! How large the gap is: short free predictions from the anchored state, against what was measured.
+
+use feeler_plant::description::Machine;
+use indexmap::IndexMap;
+use rayon::prelude::*;
+
+use crate::dataset::laps::lap;
+use crate::dataset::{Channel, Dataset, Record};
+use crate::fit::least_squares::{Task, Weights};
+use crate::fit::model::Model;
+use crate::predict::{Anchoring, Predictor, Start};
+use crate::report::Gap;
+
+/// Length of the free windows, s.
+const WINDOW_S: f64 = 0.05;
+/// Draws of the bootstrap.
+const DRAWS: usize = 400;
+/// Below this a gap counts as closed to the floor, so that a quotient of nothings is not quoted.
+const TINY: f64 = 1e-4;
+
+/// Rows of a free window.
+fn window_rows(record: &Record) -> usize {
+    ((WINDOW_S / record.spacing_s).round() as usize).max(1)
+}
+
+/// The length nearest to that of a free window that a lap holds a whole number of times, so that windows of
+/// all laps begin alike; none where there is none between half and twice that length.
+fn rows_of_lap(record: &Record, lap: usize) -> Option<usize> {
+    let rows = window_rows(record);
+    (rows / 2..=2 * rows)
+        .filter(|&own| own > 0 && lap.is_multiple_of(own))
+        .min_by_key(|own| own.abs_diff(rows))
+}
+
+/// Errors of free windows of some rows, one series per channel; none where the model has no prediction.
+fn errors(task: &Task<'_>, model: &Model, theta: &[f64], r: usize, rows: usize) -> Option<Vec<Vec<f64>>> {
+    let record = &task.dataset.records[r];
+    let assembly = model.assembly(theta, record.engagement)?;
+    let prediction = Predictor::with(assembly, model.presliding(theta), task.dataset, record)
+        .ok()?
+        .follow(Anchoring::Continuous, Start::Windows(rows))
+        .ok()?;
+    let of = |(m, p): (&Vec<f64>, &Vec<f64>)| m.iter().zip(p).map(|(m, p)| m - p).collect();
+    Some(record.series.iter().zip(&prediction.series).map(of).collect())
+}
+
+/// Mean square error over scale of each record in `records`, over all channels; none where the model has no
+/// prediction.
+pub(crate) fn square_errors(
+    task: &Task<'_>,
+    model: &Model,
+    theta: &[f64],
+    records: &[usize],
+) -> Option<Vec<f64>> {
+    records
+        .par_iter()
+        .map(|&r| {
+            let errors = errors(task, model, theta, r, window_rows(&task.dataset.records[r]))?;
+            let of =
+                |(error, scale): (&Vec<f64>, &f64)| mean_square(error) / scale.powi(2).max(f64::MIN_POSITIVE);
+            let mean = errors.iter().zip(&task.weights.scale[r]).map(of).sum::<f64>() / errors.len() as f64;
+            mean.is_finite().then_some(mean)
+        })
+        .collect()
+}
+
+fn mean_square(series: &[f64]) -> f64 {
+    series.iter().map(|x| x * x).sum::<f64>() / series.len().max(1) as f64
+}
+
+/// One sigma of every channel's noise: as stated, or more where experiments that repeat each other differ by
+/// more. What a model gets wrong is wrong in all of them alike and cancels in the difference of its errors;
+/// what does not repeat no model can explain. The middle stretch of motion counts, so that an impact that
+/// comes a row later in one of them does not. Where no noise is stated, laps within a record count as
+/// repeats.
+pub(crate) fn noise(task: &Task<'_>, model: &Model, theta: &[f64]) -> Vec<f64> {
+    let stated = task.weights.noise.first().cloned().unwrap_or_default();
+    let records = &task.dataset.records;
+    let mut groups: IndexMap<&str, Vec<usize>> = IndexMap::new();
+    for (r, record) in records.iter().enumerate() {
+        if let Some(name) = &record.repeat {
+            groups.entry(name).or_default().push(r);
+        }
+    }
+    let mut stretches: Vec<Vec<f64>> = vec![Vec::new(); stated.len()];
+    for pair in groups.values().flat_map(|group| group.windows(2)) {
+        let rows = window_rows(&records[pair[0]]);
+        let [Some(a), Some(b)] =
+            [0, 1].map(|i| errors(task, model, theta, pair[i], window_rows(&records[pair[i]])))
+        else {
+            continue;
+        };
+        for (stretches, (a, b)) in stretches.iter_mut().zip(a.iter().zip(&b)) {
+            stretches.extend(unrepeated(a, b, rows));
+        }
+    }
+    let is_stated: Vec<bool> =
+        task.dataset.channels.iter().map(|channel| task.dataset.is_noise_stated(&channel.column)).collect();
+    if is_stated.contains(&false) {
+        for (r, record) in records.iter().enumerate() {
+            let Some((lap, rows)) = lap(record).and_then(|lap| Some((lap, rows_of_lap(record, lap)?))) else {
+                continue;
+            };
+            let Some(errors) = errors(task, model, theta, r, rows) else { continue };
+            for (c, series) in errors.iter().enumerate().filter(|(c, _)| !is_stated[*c]) {
+                stretches[c].extend(unrepeated(series, &series[lap..], rows));
+            }
+        }
+    }
+    let of = |(stated, stretches): (&f64, &mut Vec<f64>)| {
+        stretches.sort_by(f64::total_cmp);
+        stretches.get(stretches.len() / 2).map_or(*stated, |middle| middle.sqrt().max(*stated))
+    };
+    stated.iter().zip(&mut stretches).map(of).collect()
+}
+
+/// Mean square, stretch by stretch, of what each of two repeats has for itself.
+fn unrepeated(a: &[f64], b: &[f64], rows: usize) -> Vec<f64> {
+    let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    difference.chunks_exact(rows).map(|stretch| 0.5 * mean_square(stretch)).collect()
+}
+
+/// Mean square of noise over scale, as [`square_errors`].
+pub(crate) fn square_floors(task: &Task<'_>, noise: &[f64], records: &[usize]) -> Vec<f64> {
+    let of = |(noise, scale): (&f64, &f64)| (noise / scale.max(f64::MIN_POSITIVE)).powi(2);
+    records
+        .iter()
+        .map(|&r| noise.iter().zip(&task.weights.scale[r]).map(of).sum::<f64>() / noise.len().max(1) as f64)
+        .collect()
+}
+
+/// Share of the closable gap that `repaired` closes against `calibrated` on the records of a dataset that
+/// neither was made with: the true closing, to be held against the claimed one. `noise` is one sigma of every
+/// column, as that dataset showed it; none where a machine does not predict.
+pub fn closing(
+    dataset: &Dataset,
+    calibrated: &Machine,
+    repaired: &Machine,
+    noise: &IndexMap<String, f64>,
+) -> Option<f64> {
+    let records: Vec<usize> = (0..dataset.records.len()).collect();
+    let none = IndexMap::default();
+    let of = |machine: &Machine| {
+        let model = Model::calibration(machine, &none).ok()?;
+        let start = model.start();
+        let reference: Option<Vec<_>> = dataset
+            .records
+            .iter()
+            .map(|record| {
+                Predictor::new(model.assembly(&start, record.engagement)?, dataset, record)
+                    .ok()?
+                    .anchored()
+                    .ok()
+            })
+            .collect();
+        let task = Task { dataset, weights: Weights::new(dataset, &reference?), fitted: Vec::new() };
+        let errors = square_errors(&task, &model, &start, &records)?;
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
+        let of = |channel: &Channel| noise.get(&channel.column).copied().unwrap_or(channel.noise);
+        let noise: Vec<f64> = dataset.channels.iter().map(of).collect();
+        Some((mean(&errors), mean(&square_floors(&task, &noise, &records))))
+    };
+    let (refit, floor) = of(calibrated)?;
+    let (after, _) = of(repaired)?;
+    Some(closed(refit, after, floor))
+}
+
+fn closed(refit: f64, after: f64, floor: f64) -> f64 {
+    // Noise is no more than the best model leaves, whatever the stretches say that repeat each other.
+    let floor = floor.min(after);
+    let closable = refit - floor;
+    if closable <= TINY * TINY {
+        return 0.0;
+    }
+    1.0 - ((after - floor) / closable).sqrt()
+}
+
+/// The gap from square errors per check record.
+pub(crate) fn gap(before: &[f64], refit: &[f64], after: &[f64], floor: &[f64]) -> Gap {
+    let n = refit.len().max(1);
+    let mean = |values: &[f64], pick: &[usize]| {
+        pick.iter().map(|&i| values[i]).sum::<f64>() / pick.len().max(1) as f64
+    };
+    let all: Vec<usize> = (0..refit.len()).collect();
+    // A small generator is enough for a bootstrap, and makes it repeatable.
+    let mut seed: u64 = 0x9E37_79B9_7F4A_7C15;
+    let mut draws: Vec<f64> = (0..DRAWS)
+        .map(|_| {
+            let pick: Vec<usize> = (0..n)
+                .map(|_| {
+                    seed =
+                        seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                    (seed >> 33) as usize % n
+                })
+                .collect();
+            closed(mean(refit, &pick), mean(after, &pick), mean(floor, &pick))
+        })
+        .collect();
+    draws.sort_by(f64::total_cmp);
+    let [r, a, f] = [refit, after, floor].map(|values| mean(values, &all));
+    Gap {
+        before: mean(before, &all).sqrt(),
+        refit: r.sqrt(),
+        after: a.sqrt(),
+        floor: f.sqrt(),
+        closed: closed(r, a, f),
+        closed_ci90: [draws[DRAWS / 20], draws[DRAWS - 1 - DRAWS / 20]],
+    }
+}

@@ -1,0 +1,10 @@
+//! How far a loop can go: stable gains, margins, chatter, limits of drives, and what limits the bandwidth.
+
+pub(crate) mod drift;
+pub(crate) mod limit_cycle;
+pub(crate) mod locus;
+pub(crate) mod margins;
+pub(crate) mod saturation;
+pub(crate) mod sensitivity;
+pub(crate) mod stability;
+pub(crate) mod waterfall;

@@ -1,0 +1,234 @@
+//! How the bandwidth, and what else is achieved, answers to each number of a machine: what to stiffen,
+//! lighten or damp first.
+
+use feeler_plant::assembly::Assembly;
+use feeler_plant::description::Engagement;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::error::AnalysisError;
+use crate::loops::control_loop::{ControlLoop, LoopController};
+
+/// Relative step of the central differences; their error is its square.
+const DIFFERENCE: f64 = 1e-3;
+/// A loss below this share of what is won is none.
+const NO_LOSS: f64 = 0.1;
+
+/// How the loop answers to one number of the machine.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Sensitivity {
+    /// The number's key.
+    pub key: String,
+    /// Its value, SI.
+    pub value: f64,
+    /// Derivative of the bandwidth, Hz per unit of the number.
+    pub bandwidth_hz_per_unit: f64,
+    /// Relative change of the bandwidth over relative change of the number. Where the drive saturates, of the
+    /// frequency at which it does.
+    pub bandwidth_relative: f64,
+    /// Relative change of the largest stable gain over relative change of the number.
+    pub largest_gain_relative: f64,
+    /// Whether the one is won at the other's expense.
+    pub trades: bool,
+}
+
+/// By what the numbers of a machine are ranked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RankedBy {
+    /// Bandwidth and largest stable gain together, those that trade the one for the other last.
+    BandwidthAndGain,
+    /// The largest stable gain alone: the bandwidth lies on the flank of a mode's peak, and says how high
+    /// that is.
+    LargestGain,
+    /// The frequency at which the drive saturates, which is what is achieved.
+    Saturation,
+}
+
+impl Sensitivity {
+    /// What a change of the number is worth, signed: a relative change of what is achieved over the relative
+    /// change of the number. Not a number where there is nothing to compare by.
+    pub fn worth(&self, by: RankedBy) -> f64 {
+        match by {
+            RankedBy::BandwidthAndGain => self.bandwidth_relative + self.largest_gain_relative,
+            RankedBy::LargestGain => self.largest_gain_relative,
+            RankedBy::Saturation => self.bandwidth_relative,
+        }
+    }
+
+    /// Whether the number trades one thing that it is ranked by for another.
+    pub fn is_trade(&self, by: RankedBy) -> bool {
+        by == RankedBy::BandwidthAndGain && self.trades
+    }
+}
+
+/// Puts the most telling first, trades and what cannot be compared last.
+pub(crate) fn rank(sensitivities: &mut [Sensitivity], by: RankedBy) {
+    let size = |s: &Sensitivity| if s.worth(by).is_nan() { -1.0 } else { s.worth(by).abs() };
+    sensitivities.sort_by(|a, b| a.is_trade(by).cmp(&b.is_trade(by)).then(size(b).total_cmp(&size(a))));
+}
+
+impl ControlLoop {
+    /// How bandwidth and largest gain of the sampled loop answer to every mass, stiffness and damping that is
+    /// not zero, and, where the drive saturates below the bandwidth, how the frequency at which it does
+    /// answers to these and to the limits themselves, the gain being kept. By falling worth; none where no
+    /// gain is stable.
+    ///
+    /// # Errors
+    /// Those of [`Self::sampled_bands`].
+    pub fn sensitivities(&self, key: &str) -> Result<Vec<Sensitivity>, AnalysisError> {
+        let assembly = self.assembly();
+        let base = self.sampled_stage("", key, None)?;
+        if base.largest_gain == Some(0.0) {
+            return Ok(Vec::new());
+        }
+        let saturates = base.saturates(self.saturation_hz(key, base.largest_gain)?);
+        let mut numbers = self.numbers();
+        if saturates {
+            numbers.extend(self.limits());
+        }
+        let answer = |(name, slot): (String, Slot)| -> Result<Option<Sensitivity>, AnalysisError> {
+            let value = *slot.of(&mut assembly.clone(), &mut self.controllers().to_vec());
+            if value == 0.0 {
+                return Ok(None);
+            }
+            // Largest gain, and bandwidth or what is left of it.
+            let at = |factor: f64| -> Result<[Option<f64>; 2], AnalysisError> {
+                let altered =
+                    self.altered(|assembly, controllers| *slot.of(assembly, controllers) *= factor)?;
+                let stage = altered.sampled_stage("", key, None)?;
+                let achieved = if saturates {
+                    altered.saturation_hz(key, base.largest_gain)?
+                } else {
+                    stage.bandwidth_hz
+                };
+                Ok([stage.largest_gain, achieved])
+            };
+            let (low, high) = (at(1.0 - DIFFERENCE)?, at(1.0 + DIFFERENCE)?);
+            let slope = |which: usize| {
+                low[which].zip(high[which]).map_or(f64::NAN, |(a, b)| (b - a) / (DIFFERENCE * (a + b)))
+            };
+            let (largest_gain_relative, bandwidth_relative) = (slope(0), slope(1));
+            let middle = low[1].zip(high[1]).map_or(f64::NAN, |(a, b)| 0.5 * (a + b));
+            Ok(Some(Sensitivity {
+                key: name,
+                value,
+                bandwidth_hz_per_unit: bandwidth_relative * middle / value,
+                bandwidth_relative,
+                largest_gain_relative,
+                trades: trades(bandwidth_relative, largest_gain_relative),
+            }))
+        };
+        let answers = numbers.into_par_iter().map(answer).collect::<Result<Vec<_>, _>>()?;
+        let mut sensitivities: Vec<Sensitivity> = answers.into_iter().flatten().collect();
+        rank(&mut sensitivities, if saturates { RankedBy::Saturation } else { RankedBy::BandwidthAndGain });
+        Ok(sensitivities)
+    }
+
+    /// Masses, stiffnesses and dampings of what takes part: an absent contact does not.
+    fn numbers(&self) -> Vec<(String, Slot)> {
+        let assembly = self.assembly();
+        let mut numbers: Vec<(String, Slot)> = Vec::new();
+        for (i, node) in assembly.nodes.iter().enumerate().skip(1) {
+            numbers.push((format!("bodies.{}.mass", node.name), Slot::Mass(i)));
+        }
+        for (i, link) in assembly.links.iter().enumerate().filter(|(_, link)| !link.rigid) {
+            numbers.push((format!("springs.{}.stiffness", link.name), Slot::LinkStiffness(i)));
+            numbers.push((format!("springs.{}.damping", link.name), Slot::LinkDamping(i)));
+        }
+        let taken = &self.plant().motion().assembly().contacts;
+        for (i, contact) in
+            taken.iter().enumerate().filter(|(_, contact)| contact.engagement != Engagement::Free)
+        {
+            numbers.push((format!("contacts.{}.stiffness", contact.name), Slot::ContactStiffness(i)));
+            numbers.push((format!("contacts.{}.damping", contact.name), Slot::ContactDamping(i)));
+        }
+        numbers
+    }
+
+    /// Limits of drives and controllers, where there are any.
+    fn limits(&self) -> Vec<(String, Slot)> {
+        let mut limits = Vec::new();
+        for (i, drive) in self.assembly().drives.iter().enumerate() {
+            if drive.limit.is_finite() {
+                limits.push((format!("actuators.{}.limit", drive.name), Slot::DriveLimit(i)));
+            }
+            if drive.rate_limit.is_finite() {
+                limits.push((format!("actuators.{}.rate_limit", drive.name), Slot::DriveRateLimit(i)));
+            }
+        }
+        for (i, controller) in
+            self.controllers().iter().enumerate().filter(|(_, c)| c.spec.output_limit.is_some())
+        {
+            limits.push((format!("controllers.{}.output_limit", controller.name), Slot::OutputLimit(i)));
+        }
+        limits
+    }
+}
+
+/// Whether two changes go opposite ways, the loss being no trifle beside the gain.
+fn trades(a: f64, b: f64) -> bool {
+    a * b < 0.0 && a.abs().min(b.abs()) > NO_LOSS * a.abs().max(b.abs())
+}
+
+/// One number of a machine or its controllers.
+#[derive(Clone, Copy)]
+enum Slot {
+    Mass(usize),
+    LinkStiffness(usize),
+    LinkDamping(usize),
+    ContactStiffness(usize),
+    ContactDamping(usize),
+    DriveLimit(usize),
+    DriveRateLimit(usize),
+    OutputLimit(usize),
+}
+
+impl Slot {
+    fn of<'a>(self, assembly: &'a mut Assembly, controllers: &'a mut [LoopController]) -> &'a mut f64 {
+        match self {
+            Self::Mass(i) => &mut assembly.nodes[i].mass_kg,
+            Self::LinkStiffness(i) => &mut assembly.links[i].stiffness,
+            Self::LinkDamping(i) => &mut assembly.links[i].damping,
+            Self::ContactStiffness(i) => &mut assembly.contacts[i].law.stiffness,
+            Self::ContactDamping(i) => &mut assembly.contacts[i].law.damping,
+            Self::DriveLimit(i) => &mut assembly.drives[i].limit,
+            Self::DriveRateLimit(i) => &mut assembly.drives[i].rate_limit,
+            Self::OutputLimit(i) => controllers[i].spec.output_limit.get_or_insert(f64::INFINITY),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn number(key: &str, bandwidth_relative: f64, largest_gain_relative: f64) -> Sensitivity {
+        let trades = trades(bandwidth_relative, largest_gain_relative);
+        Sensitivity {
+            key: key.into(),
+            value: 1.0,
+            bandwidth_hz_per_unit: 0.0,
+            bandwidth_relative,
+            largest_gain_relative,
+            trades,
+        }
+    }
+
+    #[test]
+    fn truth_what_raises_both_comes_before_what_trades_one_for_the_other() {
+        let mut all = [
+            number("trade", 0.3, -1.0),
+            number("nothing known", f64::NAN, 0.2),
+            number("both", 0.1, 0.3),
+            number("mass", -0.3, 0.01),
+        ];
+        let mut order = |by| {
+            rank(&mut all, by);
+            all.iter().map(|s| s.key.clone()).collect::<Vec<_>>()
+        };
+        assert_eq!(order(RankedBy::BandwidthAndGain), ["both", "mass", "nothing known", "trade"]);
+        assert_eq!(order(RankedBy::LargestGain), ["trade", "both", "nothing known", "mass"]);
+        assert_eq!(order(RankedBy::Saturation)[3], "nothing known");
+    }
+}

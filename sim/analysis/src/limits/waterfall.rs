@@ -1,0 +1,432 @@
+//! What limits the bandwidth: from the rigid body under a perfect drive down to the loop that is built, one
+//! ingredient after the other.
+
+use feeler_control::Law;
+use feeler_lti::C64;
+use feeler_plant::assembly::{Assembly, NodeId};
+use serde::{Serialize, Serializer};
+
+use crate::error::AnalysisError;
+use crate::limits::stability::GainBands;
+use crate::loops::closed_loop::{ClosedLoop, Shelf};
+use crate::loops::control_loop::{ControlLoop, LoopController};
+use crate::loops::gain_key::with_gain;
+use crate::machine::modes::{Mode, ModeClass, ModeInPair};
+use crate::report::undamped_hz;
+
+/// Bandwidths are compared with half of the largest stable gain: a gain margin of two.
+const SHARE_OF_LIMIT: f64 = 0.5;
+/// An ingredient whose absence raises the limit by less than this factor does not limit.
+const MATTERS: f64 = 1.05;
+/// Modes damped less than this have a peak...
+const RESONANT: f64 = 0.3;
+/// ...on whose flank, 3 dB below where the response began, a bandwidth up to so many times the mode's
+/// frequency lies.
+const FLANK: f64 = 1.3;
+
+/// Which of the paper's three problems, or the controller itself, limits the bandwidth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Limit {
+    /// Inertia, damping and the drive.
+    RigidBody,
+    /// A mode in which actuator and sensor part.
+    NoncolocatedMode,
+    /// A mode of base or workpiece.
+    ColocatedMode,
+    /// Hold, delay and filters.
+    Sampling,
+    /// The drive's limit.
+    Saturation,
+    /// A mode that nothing damps: no gain is stable.
+    UndampedMode,
+    /// Nothing: no gain is too large.
+    Nothing,
+}
+
+/// One step down.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Stage {
+    /// What has been added.
+    pub added: String,
+    /// Largest stable gain; absent where there is none.
+    pub largest_gain: Option<f64>,
+    /// Frequency at which the loop begins to swing there, Hz.
+    pub edge_hz: Option<f64>,
+    /// Frequency at which, at half that gain, the reading's answer to the reference first falls 3 dB below
+    /// what it is at low frequency, Hz; half of the sampling rate where it never does; absent where the gain
+    /// is unlimited.
+    pub bandwidth_hz: Option<f64>,
+    /// The same at the gain of the stage before, Hz: what this ingredient does by itself; the rest of the
+    /// difference is that of the gain it allows. Absent where there is no gain before, or this loop is
+    /// unstable with it.
+    pub bandwidth_at_gain_before_hz: Option<f64>,
+    /// What of the reference is still followed beyond the bandwidth, where that is where integral action
+    /// ends.
+    pub shelf: Option<Shelf>,
+}
+
+impl Stage {
+    /// Whether the drive reaches its limit below the bandwidth.
+    pub(crate) fn saturates(&self, saturation_hz: Option<f64>) -> bool {
+        saturation_hz.zip(self.bandwidth_hz).is_some_and(|(saturation, bandwidth)| saturation < bandwidth)
+    }
+
+    /// What of the bandwidth is left.
+    fn saturated(self, saturation_hz: Option<f64>) -> Self {
+        let bandwidth_hz = self
+            .bandwidth_hz
+            .map(|bandwidth| saturation_hz.map_or(bandwidth, |saturation| bandwidth.min(saturation)));
+        Self { added: "saturation".into(), bandwidth_hz, bandwidth_at_gain_before_hz: bandwidth_hz, ..self }
+    }
+}
+
+/// What becomes of the largest gain without an ingredient. Serialised as a number, `"unlimited"`, `"stable"`
+/// or `"none"`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Relief {
+    /// It is this many times as large.
+    Times(f64),
+    /// Every gain is stable.
+    Unlimited,
+    /// Gains up to a largest one are stable, where none is with the ingredient.
+    Stable,
+    /// No gain is stable, as with it.
+    NoneEither,
+}
+
+impl Relief {
+    /// From the largest gain with an ingredient to that without; zero where nothing is stable, infinite where
+    /// everything is.
+    fn new(with: f64, without: f64) -> Self {
+        match (with > 0.0, without > 0.0) {
+            (_, true) if without.is_infinite() => Self::Unlimited,
+            (true, _) => Self::Times(without / with),
+            (false, true) => Self::Stable,
+            (false, false) => Self::NoneEither,
+        }
+    }
+
+    /// As a factor, to compare by.
+    fn factor(self) -> f64 {
+        match self {
+            Self::Times(factor) => factor,
+            Self::Unlimited | Self::Stable => f64::INFINITY,
+            Self::NoneEither => 1.0,
+        }
+    }
+}
+
+impl Serialize for Relief {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Times(factor) => serializer.serialize_f64(*factor),
+            Self::Unlimited => serializer.serialize_str("unlimited"),
+            Self::Stable => serializer.serialize_str("stable"),
+            Self::NoneEither => serializer.serialize_str("none"),
+        }
+    }
+}
+
+/// The whole account.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Waterfall {
+    /// From the ideal down to what is built.
+    pub stages: Vec<Stage>,
+    /// What would become of the largest gain without an ingredient, the others present.
+    pub without: Vec<(String, Relief)>,
+    /// Frequency above which a reference of the size that the file ends with drives the command to its limit
+    /// at half of the largest stable gain, Hz: zero where it does so at rest, absent where it never does.
+    pub saturation_hz: Option<f64>,
+    /// Index of a flexible mode on whose falling flank the bandwidth lies: it then moves with that mode's
+    /// peak, whatever becomes of the loop below it.
+    pub rides_mode: Option<usize>,
+    /// The verdict.
+    pub limit: Limit,
+}
+
+/// The lightly damped flexible mode on whose falling flank a frequency lies.
+fn flank(frequency_hz: f64, modes: &[Mode], pairs: &[ModeInPair]) -> Option<usize> {
+    let flexible = |i: &usize| {
+        !pairs[*i].rigid_body
+            && pairs[*i].class != ModeClass::Uninvolved
+            && modes[*i].damping_ratio() < RESONANT
+    };
+    let beside = |i: &usize| (1.0..=FLANK).contains(&(frequency_hz / modes[*i].frequency_hz()));
+    (0..modes.len())
+        .filter(flexible)
+        .filter(beside)
+        .max_by(|&i, &j| modes[i].frequency_hz().total_cmp(&modes[j].frequency_hz()))
+}
+
+/// Whether a law adds up its error.
+fn has_integral_action(law: &Law) -> bool {
+    match law {
+        Law::ExplicitForce(gains) => gains.ki != 0.0,
+        Law::Position(gains) => gains.ki != 0.0,
+        _ => false,
+    }
+}
+
+/// An ideal drive with the same gain: a velocity source keeps the damping of its motor, and loses its lag.
+fn idealise_drives(assembly: &mut Assembly) {
+    for i in 0..assembly.drives.len() {
+        let drive = &mut assembly.drives[i];
+        drive.lags.clear();
+        if let Some(source) = drive.velocity_source.take() {
+            drive.gain *= source.damping;
+            let (name, on, reacts_on) = (drive.name.clone(), drive.on, drive.reacts_on);
+            assembly.add_link(name, reacts_on, on, 0.0, source.damping);
+        }
+    }
+}
+
+/// The same with two nodes moving as one.
+fn merged(joined: &[NodeId], a: NodeId, b: NodeId) -> Vec<NodeId> {
+    joined.iter().map(|&of| if of == joined[b] { joined[a] } else { of }).collect()
+}
+
+fn without_delay(assembly: &mut Assembly, controllers: &mut [LoopController]) {
+    assembly.drives.iter_mut().for_each(|drive| drive.delay = 0.0);
+    assembly.sensors.iter_mut().for_each(|sensor| sensor.delay = 0.0);
+    for controller in controllers {
+        controller.spec.delay_s = 0.0;
+    }
+}
+
+fn without_filters(assembly: &mut Assembly, controllers: &mut [LoopController]) {
+    assembly.sensors.iter_mut().for_each(|sensor| sensor.filters.clear());
+    for c in controllers {
+        c.spec.reading_low_pass = None;
+        c.spec.velocity_filter_s = 0.0;
+    }
+}
+
+impl ControlLoop {
+    /// The account for one gain. `modes` and `pairs` are those of the loop's own actuator and sensor.
+    ///
+    /// # Errors
+    /// Those of [`Self::sampled_bands`] and [`Self::continuous_bands`].
+    pub fn waterfall(
+        &self,
+        key: &str,
+        modes: &[Mode],
+        pairs: &[ModeInPair],
+    ) -> Result<Waterfall, AnalysisError> {
+        let flexible = self.flexible_links(modes, pairs);
+        let rigid = |assembly: &mut Assembly, links: &[(usize, ModeClass)]| {
+            links.iter().for_each(|(i, _)| assembly.links[*i].rigid = true)
+        };
+        let mut stages: Vec<Stage> = Vec::new();
+        let ideal = self.altered(|assembly, _| {
+            rigid(assembly, &flexible);
+            idealise_drives(assembly);
+        })?;
+        stages.push(ideal.continuous_stage("rigid body", key, None)?);
+        let driven = self.altered(|assembly, _| rigid(assembly, &flexible))?;
+        stages.push(driven.continuous_stage("actuator", key, stages.last())?);
+        for n in 0..flexible.len() {
+            let added = format!("springs.{}", self.assembly().links[flexible[n].0].name);
+            let softer = self.altered(|assembly, _| rigid(assembly, &flexible[n + 1..]))?;
+            stages.push(softer.continuous_stage(&added, key, stages.last())?);
+        }
+        let held = self.altered(|assembly, controllers| {
+            without_delay(assembly, controllers);
+            without_filters(assembly, controllers);
+        })?;
+        stages.push(held.sampled_stage("hold", key, stages.last())?);
+        let late = self.altered(|assembly, controllers| without_filters(assembly, controllers))?;
+        stages.push(late.sampled_stage("delay", key, stages.last())?);
+        let last = self.sampled_stage("filters", key, stages.last())?;
+        let largest_gain = last.largest_gain;
+        let limit_gain = largest_gain.unwrap_or(f64::INFINITY);
+        stages.push(last.clone());
+
+        let relief = |bands: GainBands| Relief::new(limit_gain, bands.first_upper());
+        let mut candidates =
+            vec![("sampling".to_string(), Limit::Sampling, relief(self.continuous_bands(key)?))];
+        let perfect = self.altered(|assembly, _| idealise_drives(assembly))?;
+        candidates.push(("actuator".into(), Limit::RigidBody, relief(perfect.sampled_bands(key)?)));
+        for &(i, class) in &flexible {
+            let limit =
+                if class == ModeClass::Noncolocated { Limit::NoncolocatedMode } else { Limit::ColocatedMode };
+            let stiff = self.altered(|assembly, _| rigid(assembly, &[(i, class)]))?;
+            candidates.push((
+                format!("springs.{}", self.assembly().links[i].name),
+                limit,
+                relief(stiff.sampled_bands(key)?),
+            ));
+        }
+        let saturation_hz = self.saturation_hz(key, largest_gain)?;
+        if saturation_hz.is_some() {
+            stages.push(last.clone().saturated(saturation_hz));
+        }
+        let saturates = last.saturates(saturation_hz);
+        let rides_mode = last
+            .bandwidth_hz
+            .filter(|_| !saturates)
+            .and_then(|bandwidth_hz| flank(bandwidth_hz, modes, pairs));
+        let worst = candidates
+            .iter()
+            .max_by(|a, b| a.2.factor().total_cmp(&b.2.factor()))
+            .filter(|c| limit_gain.is_finite() && c.2.factor() > MATTERS);
+        let undamped = largest_gain == Some(0.0) && !undamped_hz(modes, pairs).is_empty();
+        let limit = match worst {
+            _ if saturates => Limit::Saturation,
+            Some(candidate) => candidate.1,
+            None if undamped => Limit::UndampedMode,
+            None if limit_gain.is_infinite() => Limit::Nothing,
+            None => Limit::RigidBody,
+        };
+        let without = candidates.into_iter().map(|(name, _, relief)| (name, relief)).collect();
+        Ok(Waterfall { stages, without, saturation_hz, rides_mode, limit })
+    }
+
+    fn continuous_stage(
+        &self,
+        added: &str,
+        key: &str,
+        before: Option<&Stage>,
+    ) -> Result<Stage, AnalysisError> {
+        let bands = self.continuous_bands(key)?;
+        self.stage(added, key, &bands, before, |loops, controller| {
+            let Some(closed) = ClosedLoop::continuous(loops, controller)? else { return Ok((None, None)) };
+            let bandwidth_hz = closed.bandwidth_hz()?;
+            Ok((bandwidth_hz, bandwidth_hz.map(|f| closed.shelf(f)).transpose()?.flatten()))
+        })
+    }
+
+    pub(crate) fn sampled_stage(
+        &self,
+        added: &str,
+        key: &str,
+        before: Option<&Stage>,
+    ) -> Result<Stage, AnalysisError> {
+        let bands = self.sampled_bands(key)?;
+        self.stage(added, key, &bands, before, |loops, controller| {
+            let nyquist_hz = 0.5 / loops.controllers()[controller].spec.period_s;
+            let Some(closed) = ClosedLoop::sampled(loops, controller)? else { return Ok((None, None)) };
+            let bandwidth_hz = closed.bandwidth_hz()?.unwrap_or(nyquist_hz);
+            Ok((Some(bandwidth_hz), closed.shelf(bandwidth_hz)?))
+        })
+    }
+
+    /// The bandwidth of a controller in the sampled loop: where its reading, as it answers the reference,
+    /// first falls 3 dB below what it is at low frequency, Hz; half of the sampling rate where it never does,
+    /// none where it reads nothing.
+    ///
+    /// # Errors
+    /// Those of [`crate::SampledLoop::open_loop`].
+    pub fn bandwidth_hz(&self, controller: usize) -> Result<Option<f64>, AnalysisError> {
+        let nyquist_hz = 0.5 / self.controllers()[controller].spec.period_s;
+        let closed = ClosedLoop::sampled(self, controller)?;
+        closed.map(|closed| Ok(closed.bandwidth_hz()?.unwrap_or(nyquist_hz))).transpose()
+    }
+
+    fn stage(
+        &self,
+        added: &str,
+        key: &str,
+        bands: &GainBands,
+        before: Option<&Stage>,
+        follows: impl Fn(&Self, usize) -> Result<(Option<f64>, Option<Shelf>), AnalysisError>,
+    ) -> Result<Stage, AnalysisError> {
+        let (controller, gain) = self.gain_of_key(key)?;
+        let edge = bands.bands.first().and_then(|band| band.upper.as_ref());
+        let (bandwidth_hz, shelf) = match edge {
+            None => (None, None),
+            Some(edge) => follows(&self.at_half_of(controller, &gain, edge.gain)?, controller)?,
+        };
+        // The gain before, where this loop is stable with it.
+        let kept = before.and_then(|stage| stage.largest_gain).filter(|largest| *largest > 0.0);
+        let kept = kept.filter(|largest| edge.is_some_and(|edge| SHARE_OF_LIMIT * largest < edge.gain));
+        let at_gain_before = kept
+            .map(|largest| follows(&self.at_half_of(controller, &gain, largest)?, controller))
+            .transpose()?;
+        let largest_gain = if bands.bands.is_empty() { Some(0.0) } else { edge.map(|edge| edge.gain) };
+        Ok(Stage {
+            added: added.into(),
+            largest_gain,
+            edge_hz: edge.map(|edge| edge.frequency_hz),
+            bandwidth_hz,
+            bandwidth_at_gain_before_hz: at_gain_before.and_then(|(bandwidth_hz, _)| bandwidth_hz),
+            shelf: shelf.filter(|_| has_integral_action(&self.controllers()[controller].spec.law)),
+        })
+    }
+
+    /// The same with a gain at half of its largest stable value.
+    pub(crate) fn at_half_of(
+        &self,
+        controller: usize,
+        gain: &str,
+        largest: f64,
+    ) -> Result<Self, AnalysisError> {
+        let mut half = self.clone();
+        half.set_spec(
+            controller,
+            with_gain(&self.controllers()[controller].spec, gain, SHARE_OF_LIMIT * largest)?,
+        );
+        Ok(half)
+    }
+
+    /// Springs that can be taken for rigid while every drive can still move, with the class of the mode that
+    /// strains each most, by rising frequency of that mode.
+    fn flexible_links(&self, modes: &[Mode], pairs: &[ModeInPair]) -> Vec<(usize, ModeClass)> {
+        let plant = self.plant();
+        let layout = plant.motion().layout();
+        let strain = |i: usize, mode: &Mode| {
+            let row = &plant.equations().elongation[i][0];
+            let e: C64 = (0..layout.coordinates()).map(|g| mode.vector[layout.q(g)] * row[layout.q(g)]).sum();
+            let speed: f64 = (0..layout.coordinates()).map(|g| mode.vector[layout.v(g)].norm_sqr()).sum();
+            e.norm_sqr() / speed
+        };
+        let mut links: Vec<(f64, usize, ModeClass)> = Vec::new();
+        for (i, link) in plant
+            .motion()
+            .assembly()
+            .links
+            .iter()
+            .enumerate()
+            .filter(|(_, link)| !link.rigid && link.stiffness > 0.0)
+        {
+            let flexible = (0..modes.len()).filter(|&m| !pairs[m].rigid_body);
+            let most = flexible.max_by(|&a, &b| {
+                (link.stiffness * strain(i, &modes[a])).total_cmp(&(link.stiffness * strain(i, &modes[b])))
+            });
+            if let Some(m) = most {
+                links.push((modes[m].frequency_hz(), i, pairs[m].class));
+            }
+        }
+        links.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut joined = self.joined_by_rigid_links();
+        // From the stiffest on: with all of them rigid, the drive has to be able to move.
+        let mut kept = vec![true; links.len()];
+        for (kept, (_, i, _)) in kept.iter_mut().zip(&links).rev() {
+            let link = &self.assembly().links[*i];
+            let after = merged(&joined, link.a, link.b);
+            *kept = self
+                .controllers()
+                .iter()
+                .all(|c| self.drive_moves(c.drive, &after) || !self.drive_moves(c.drive, &joined));
+            if *kept {
+                joined = after;
+            }
+        }
+        links.into_iter().zip(kept).filter(|(_, kept)| *kept).map(|((_, i, class), _)| (i, class)).collect()
+    }
+
+    /// For each node the one that stands for all that move as one with it.
+    fn joined_by_rigid_links(&self) -> Vec<NodeId> {
+        let apart: Vec<NodeId> = (0..self.assembly().nodes.len()).collect();
+        self.assembly()
+            .links
+            .iter()
+            .filter(|link| link.rigid)
+            .fold(apart, |joined, link| merged(&joined, link.a, link.b))
+    }
+
+    fn drive_moves(&self, drive: usize, joined: &[NodeId]) -> bool {
+        let drive = &self.assembly().drives[drive];
+        joined[drive.on] != joined[drive.reacts_on]
+    }
+}

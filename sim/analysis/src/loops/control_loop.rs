@@ -1,0 +1,236 @@
+//! A machine with its controllers, as linear theory sees them.
+
+use feeler_control::{ControllerSpec, Law};
+use feeler_engine::{Program, Scenario};
+use feeler_plant::assembly::{Assembly, Source};
+use nalgebra::DMatrix;
+
+use crate::error::AnalysisError;
+use crate::loops::gain_key::{leading_gain, with_gain};
+use crate::machine::channel::{Reduction, reduce};
+use crate::machine::linearise::{LinearMachine, OutputRow};
+use crate::machine::prepare::View;
+
+/// One controller and the signals that it reads and drives.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoopController {
+    /// Its name.
+    pub name: String,
+    /// Law, gains and timing.
+    pub spec: ControllerSpec,
+    /// Sensor that it controls.
+    pub reading: Option<usize>,
+    /// Sensor of position or velocity.
+    pub motion: Option<usize>,
+    /// Which of the two.
+    pub motion_is_velocity: bool,
+    /// Drive that it commands.
+    pub drive: usize,
+}
+
+impl LoopController {
+    /// The sensor through which the law closes its loop: what it controls, or the motion where it makes no
+    /// use of that.
+    pub fn fed_back(&self) -> Option<usize> {
+        let unused = matches!(self.spec.law, Law::Impedance(gains) if gains.force_gain == 0.0);
+        self.reading.filter(|_| !unused).or(self.motion)
+    }
+
+    /// The sensor through which the loop of a gain closes: what an impedance's force gain multiplies, also
+    /// where it is zero so far, else [`Self::fed_back`].
+    pub fn sensor_of_gain(&self, gain: &str) -> Option<usize> {
+        if gain == "force_gain" { self.reading.or(self.motion) } else { self.fed_back() }
+    }
+
+    /// The sensor of what the reference is of, and its bandwidth: motion under an impedance, whose reference
+    /// is a position, else what is read.
+    pub fn controlled(&self) -> Option<usize> {
+        if matches!(self.spec.law, Law::Impedance(_)) {
+            self.motion.or(self.reading)
+        } else {
+            self.reading.or(self.motion)
+        }
+    }
+}
+
+/// A machine at an operating point with its controllers.
+#[derive(Clone, Debug)]
+pub struct ControlLoop {
+    plant: LinearMachine,
+    assembly: Assembly,
+    view: View,
+    controllers: Vec<LoopController>,
+}
+
+/// The plant between the drives and the sensors in use, without idle states.
+#[derive(Clone, Debug)]
+pub(crate) struct LoopPlant {
+    pub(crate) reduced: Reduction,
+    /// Per controller: its reading and its motion sensor, over the reduced states.
+    pub(crate) reading: Vec<Option<OutputRow>>,
+    pub(crate) motion: Vec<Option<OutputRow>>,
+    /// Delay of each drive, s.
+    pub(crate) drive_delay_s: Vec<f64>,
+}
+
+/// What a broken loop puts out.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Probe {
+    /// The controller's output, negated: negative feedback is understood.
+    Law,
+    /// Its reading.
+    Reading,
+}
+
+impl ControlLoop {
+    /// Linearises a scenario.
+    ///
+    /// # Errors
+    /// The mistakes of the scenario; [`AnalysisError::NoEquilibrium`].
+    pub fn new(scenario: &Scenario, view: &View) -> Result<Self, AnalysisError> {
+        let program = Program::new(scenario)?;
+        let controllers = program.loops().map(|wiring| LoopController {
+            name: wiring.name.into(),
+            spec: wiring.spec.clone(),
+            reading: wiring.reading,
+            motion: wiring.motion,
+            motion_is_velocity: wiring.motion_is_velocity,
+            drive: wiring.drive,
+        });
+        let assembly = program.motion().assembly().clone();
+        let plant = LinearMachine::of_assembly(&scenario.machine, &assembly, view)?;
+        Ok(Self { plant, assembly, view: *view, controllers: controllers.collect() })
+    }
+
+    /// Linearises a scenario for the gain that a key names to be varied: a controller that would need a
+    /// motion sensor with that gain has one, also where the gain is zero in the scenario.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`] and [`Self::gain_of_key`], [`AnalysisError::NoGain`], and a machine without
+    /// such a sensor.
+    pub fn varying(scenario: &Scenario, view: &View, key: &str) -> Result<Self, AnalysisError> {
+        let mut whole = Self::new(scenario, view)?;
+        let (controller, gain) = whole.gain_of_key(key)?;
+        let own = &mut whole.controllers[controller];
+        let with_one = with_gain(&own.spec, &gain, 1.0)?;
+        if own.motion.is_none() && with_one.law.needs_motion() {
+            let mut varied = scenario.clone();
+            varied.controllers[controller].spec = with_one;
+            if let Some(wiring) = Program::new(&varied)?.loops().nth(controller) {
+                (own.motion, own.motion_is_velocity) = (wiring.motion, wiring.motion_is_velocity);
+            }
+        }
+        Ok(whole)
+    }
+
+    /// The same controllers around another machine or with other timing.
+    ///
+    /// # Errors
+    /// [`AnalysisError::NoEquilibrium`], and the mistakes of the new machine.
+    pub fn altered(
+        &self,
+        change: impl FnOnce(&mut Assembly, &mut Vec<LoopController>),
+    ) -> Result<Self, AnalysisError> {
+        let (mut assembly, mut controllers) = (self.assembly.clone(), self.controllers.clone());
+        change(&mut assembly, &mut controllers);
+        let plant = LinearMachine::of_assembly(self.plant.machine(), &assembly, &self.view)?;
+        Ok(Self { plant, assembly, view: self.view, controllers })
+    }
+
+    /// The machine.
+    pub fn plant(&self) -> &LinearMachine {
+        &self.plant
+    }
+
+    /// The machine's numbers before it was linearised.
+    pub fn assembly(&self) -> &Assembly {
+        &self.assembly
+    }
+
+    /// The controllers, in the order of the file.
+    pub fn controllers(&self) -> &[LoopController] {
+        &self.controllers
+    }
+
+    /// The controller of this name.
+    ///
+    /// # Errors
+    /// [`AnalysisError::NoController`].
+    pub fn controller(&self, name: &str) -> Result<usize, AnalysisError> {
+        let found = self.controllers.iter().position(|c| c.name == name);
+        found.ok_or_else(|| AnalysisError::NoController { name: name.into() })
+    }
+
+    /// Controller and gain that a key such as `controllers.force.kp` (or `force.kp`, or `kp` for the first
+    /// controller) names.
+    ///
+    /// # Errors
+    /// [`AnalysisError::NoController`]; the gain itself is checked where it is set.
+    pub fn gain_of_key(&self, key: &str) -> Result<(usize, String), AnalysisError> {
+        let (path, gain) = key.rsplit_once('.').unwrap_or(("", key));
+        let name = path.strip_prefix("controllers.").unwrap_or(path);
+        let controller = if name.is_empty() { 0 } else { self.controller(name)? };
+        if controller >= self.controllers.len() {
+            return Err(AnalysisError::NoController { name: name.into() });
+        }
+        Ok((controller, gain.into()))
+    }
+
+    /// The gain that is looked at unless another is asked for: of the first controller that closes a loop,
+    /// the first that is not zero.
+    pub fn default_gain_key(&self) -> Option<String> {
+        let closes = |c: &&LoopController| !matches!(c.spec.law, Law::OpenLoop);
+        let controller = self.controllers.iter().find(closes)?;
+        leading_gain(&controller.spec).map(|gain| format!("controllers.{}.{gain}", controller.name))
+    }
+
+    pub(crate) fn set_spec(&mut self, controller: usize, spec: ControllerSpec) {
+        self.controllers[controller].spec = spec;
+    }
+
+    /// Specifications with one gain changed.
+    pub(crate) fn specs_with(
+        &self,
+        controller: usize,
+        gain: &str,
+        value: f64,
+    ) -> Result<Vec<ControllerSpec>, AnalysisError> {
+        let mut specs: Vec<ControllerSpec> = self.controllers.iter().map(|c| c.spec.clone()).collect();
+        specs[controller] = with_gain(&specs[controller], gain, value)?;
+        Ok(specs)
+    }
+
+    /// The plant between drives and sensors. `outputs` may replace the readings of controllers.
+    pub(crate) fn loop_plant(
+        &self,
+        replaced: Option<(usize, OutputRow)>,
+    ) -> Result<LoopPlant, AnalysisError> {
+        let plant = &self.plant;
+        let sensor = |index: Option<usize>| index.map(|i| plant.output(Source::Sensor(i))).transpose();
+        let mut reading: Vec<Option<OutputRow>> =
+            self.controllers.iter().map(|c| sensor(c.reading)).collect::<Result<_, _>>()?;
+        let mut motion: Vec<Option<OutputRow>> =
+            self.controllers.iter().map(|c| sensor(c.motion)).collect::<Result<_, _>>()?;
+        if let Some((controller, output)) = replaced {
+            reading[controller] = Some(output);
+        }
+        let rows: Vec<&mut OutputRow> = reading.iter_mut().chain(&mut motion).flatten().collect();
+        let n = plant.a().nrows();
+        let mut c = DMatrix::zeros(rows.len(), n);
+        for (i, row) in rows.iter().enumerate() {
+            c.row_mut(i).copy_from(&row.c);
+        }
+        let mut b = plant.b().clone();
+        for drive in 0..b.ncols() {
+            if !self.controllers.iter().any(|controller| controller.drive == drive) {
+                b.column_mut(drive).fill(0.0);
+            }
+        }
+        let reduced = reduce(plant.a(), &b, &c, plant.motion().layout().coordinates());
+        for (i, row) in rows.into_iter().enumerate() {
+            row.c = reduced.c.row(i).into_owned();
+        }
+        let drive_delay_s = self.assembly.drives.iter().map(|drive| drive.delay).collect();
+        Ok(LoopPlant { reduced, reading, motion, drive_delay_s })
+    }
+}

@@ -1,0 +1,53 @@
+//! The actuator and the sensor between which a controller closes its loop, whatever else is looked at.
+
+use feeler_plant::description::{Machine, Quantity, SignalName};
+use serde::Serialize;
+
+use crate::error::AnalysisError;
+use crate::loops::control_loop::ControlLoop;
+use crate::machine::modes::{Mode, ModeInPair, classify};
+
+/// What gains, margins and limits are of: the loop of one controller.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct LoopReport {
+    /// The controller.
+    pub controller: String,
+    /// The command that it gives.
+    pub input: String,
+    /// The signal that its sensor reads: that of motion, for a law that makes no use of a force, unless its
+    /// gain of force is asked for.
+    pub output: String,
+    /// The signal of which the bandwidth is told: that which the reference is of.
+    pub controlled: String,
+}
+
+/// The loop of a controller as one of its gains closes it, and what each mode is in it; `None` where the
+/// controller reads nothing.
+pub(crate) fn loop_pair(
+    machine: &Machine,
+    whole: &ControlLoop,
+    controller: usize,
+    gain: &str,
+    modes: &[Mode],
+) -> Result<Option<(LoopReport, Vec<ModeInPair>)>, AnalysisError> {
+    let own = &whole.controllers()[controller];
+    let signal = |sensor: Option<usize>| {
+        sensor.and_then(|i| machine.sensors.get_index(i)).map(|(_, sensor)| sensor.reads.clone())
+    };
+    let sensor = signal(own.sensor_of_gain(gain));
+    let drive =
+        machine.actuators.get_index(own.drive).map(|(name, _)| SignalName::new(name, Quantity::Command));
+    let Some((input, output)) = drive.zip(sensor) else { return Ok(None) };
+    let plant = whole.plant();
+    let pairs = classify(plant, modes, own.drive, plant.source(&output)?, &plant.channel(&input, &output)?)?;
+    let controlled = signal(own.controlled()).map_or_else(|| output.to_string(), |signal| signal.to_string());
+    Ok(Some((
+        LoopReport {
+            controller: own.name.clone(),
+            input: input.to_string(),
+            output: output.to_string(),
+            controlled,
+        },
+        pairs,
+    )))
+}

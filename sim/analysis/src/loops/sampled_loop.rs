@@ -1,0 +1,346 @@
+//! The sampled loop, exact: plant under every hold, fractional delays of controllers, drives and sensors,
+//! filters, and several rates.
+//!
+//! All of it is linear in what is known when a common period begins: the plant's state, the outputs held,
+//! those under way, signals taken early and not yet read, and the controllers' states. One period is walked
+//! through instant by instant with each quantity as a row over that vector (lifting); what stands at the end
+//! is the matrix of the loop.
+
+use std::collections::VecDeque;
+
+use feeler_control::{ControllerSpec, LinearLaw};
+use feeler_lti::{C64, Discrete, DiscreteStateSpace, StateSpace, eigenvalues, expm_integrals};
+use nalgebra::{DMatrix, RowDVector};
+
+use crate::error::AnalysisError;
+use crate::loops::control_loop::{ControlLoop, LoopPlant, Probe};
+use crate::loops::schedule::{Action, Schedule, Timing};
+use crate::machine::linearise::OutputRow;
+
+/// Spans that differ by less than this share one exponential, s: the engine's grid.
+const SAME_SPAN_S: f64 = 1e-15;
+/// Outputs and readings under way, at most, of a loop whose eigenvalues are sought: each is a state, and an
+/// analysis takes some ten seconds with a hundred of them and eight times as long with twice as many.
+const MOST_STORED: usize = 100;
+
+/// The sampled loop of a [`ControlLoop`].
+#[derive(Clone, Debug)]
+pub struct SampledLoop<'a> {
+    whole: &'a ControlLoop,
+    plant: LoopPlant,
+    schedule: Schedule,
+    /// Per instant, how the plant gets from it to the next: transition and input matrix.
+    spans: Vec<Span>,
+    /// From the start of the period to the first instant.
+    lead_in: Span,
+}
+
+/// Transition and input matrix of the plant over a span of time.
+type Span = (DMatrix<f64>, DMatrix<f64>);
+
+/// Everything over the lifted vector.
+struct Walk {
+    width: usize,
+    /// Plant states, one row each.
+    x: DMatrix<f64>,
+    held: Vec<RowDVector<f64>>,
+    pending: Vec<VecDeque<RowDVector<f64>>>,
+    taken: Vec<[VecDeque<RowDVector<f64>>; 2]>,
+    states: Vec<Vec<RowDVector<f64>>>,
+}
+
+impl<'a> SampledLoop<'a> {
+    /// The sampled loop of a machine and its controllers.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Rates`] where the periods do not repeat together; [`AnalysisError::Lti`].
+    pub fn new(whole: &'a ControlLoop) -> Result<Self, AnalysisError> {
+        Self::build(whole, whole.loop_plant(None)?)
+    }
+
+    fn build(whole: &'a ControlLoop, plant: LoopPlant) -> Result<Self, AnalysisError> {
+        let timings: Vec<Timing> = (whole.controllers().iter().enumerate())
+            .map(|(i, c)| Timing {
+                period_s: c.spec.period_s,
+                offset_s: c.spec.offset_s,
+                output_delay_s: c.spec.delay_s + plant.drive_delay_s[c.drive],
+                sensor_delay_s: [&plant.reading[i], &plant.motion[i]]
+                    .map(|row| row.as_ref().map(|row| row.delay_s)),
+            })
+            .collect();
+        let schedule = Schedule::new(&timings)?;
+        let mut known: Vec<(f64, Span)> = Vec::new();
+        let mut span = |s: f64| -> Result<_, AnalysisError> {
+            if let Some((_, found)) = known.iter().find(|(t, _)| (t - s).abs() <= SAME_SPAN_S) {
+                return Ok(found.clone());
+            }
+            let e = expm_integrals(&plant.reduced.a, &plant.reduced.b, s.max(0.0))?;
+            known.push((s, (e.transition, e.step)));
+            Ok((known[known.len() - 1].1).clone())
+        };
+        let ends = schedule.instants.iter().skip(1).map(|(t, _)| *t).chain([schedule.common_s]);
+        let spans = schedule
+            .instants
+            .iter()
+            .zip(ends)
+            .map(|((t, _), end)| span(end - t.max(0.0)))
+            .collect::<Result<Vec<_>, _>>()?;
+        let lead_in = span(schedule.instants.first().map_or(0.0, |(t, _)| t.max(0.0)))?;
+        Ok(Self { whole, plant, schedule, spans, lead_in })
+    }
+
+    /// The time after which all controllers repeat together, s.
+    pub fn common_period_s(&self) -> f64 {
+        self.schedule.common_s
+    }
+
+    /// The common period where some controller samples more than once in it, so that motions faster than half
+    /// of one over it look slower.
+    pub(crate) fn alias_s(&self) -> Option<f64> {
+        let common_s = self.schedule.common_s;
+        let is_fast = |period_s: f64| period_s < 0.75 * common_s;
+        self.whole.controllers().iter().any(|c| is_fast(c.spec.period_s)).then_some(common_s)
+    }
+
+    /// The loop's time domain: one step per common period.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Lti`].
+    pub fn domain(&self) -> Result<Discrete, AnalysisError> {
+        Ok(Discrete::new(self.schedule.common_s)?)
+    }
+
+    /// State matrix of the closed loop over one common period. The plant's states come first.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Control`].
+    pub fn closed_loop(&self) -> Result<DMatrix<f64>, AnalysisError> {
+        self.closed_with(&self.specs())
+    }
+
+    /// The same with one gain changed.
+    ///
+    /// # Errors
+    /// [`AnalysisError::NoGain`], [`AnalysisError::Control`].
+    pub fn closed_loop_with(
+        &self,
+        controller: usize,
+        gain: &str,
+        value: f64,
+    ) -> Result<DMatrix<f64>, AnalysisError> {
+        self.closed_with(&self.whole.specs_with(controller, gain, value)?)
+    }
+
+    /// Eigenvalues of the closed loop (z plane of the common period).
+    ///
+    /// # Errors
+    /// [`AnalysisError::Lti`].
+    pub fn eigenvalues(&self) -> Result<Vec<C64>, AnalysisError> {
+        Ok(eigenvalues(&self.closed_loop()?)?)
+    }
+
+    /// Positions and speeds of the machine in a state of the loop.
+    pub(crate) fn expand(&self) -> &DMatrix<f64> {
+        &self.plant.reduced.expand
+    }
+
+    /// The loop broken at the output of one controller, the others closed: from that output to what the
+    /// controller answers, negated.
+    ///
+    /// # Errors
+    /// [`AnalysisError::SlowerThanLoop`] where other controllers repeat more slowly, so that the broken loop
+    /// varies in time.
+    pub fn open_loop(&self, controller: usize) -> Result<DiscreteStateSpace, AnalysisError> {
+        self.broken(controller, Probe::Law)
+    }
+
+    /// From the output of one controller, held, to any signal as it would be sampled by that controller just
+    /// before it acts; the other controllers closed.
+    ///
+    /// # Errors
+    /// As [`Self::open_loop`].
+    pub fn response_to(
+        whole: &'a ControlLoop,
+        controller: usize,
+        output: OutputRow,
+    ) -> Result<DiscreteStateSpace, AnalysisError> {
+        Self::build(whole, whole.loop_plant(Some((controller, output)))?)?.broken(controller, Probe::Reading)
+    }
+
+    fn broken(&self, controller: usize, probe: Probe) -> Result<DiscreteStateSpace, AnalysisError> {
+        let own = &self.whole.controllers()[controller];
+        let common_s = self.schedule.common_s;
+        if (common_s - own.spec.period_s).abs() > 1e-9 * common_s {
+            return Err(AnalysisError::SlowerThanLoop {
+                name: own.name.clone(),
+                period_s: own.spec.period_s,
+                common_s,
+            });
+        }
+        let (a, output) = self.walk(&self.specs(), Some((controller, probe)))?;
+        let n = a.nrows();
+        let b = a.column(n).into_owned();
+        let (c, d) = (output.columns(0, n).into_owned(), output[n]);
+        let sign = if probe == Probe::Law { -1.0 } else { 1.0 };
+        Ok(StateSpace::discrete(
+            a.columns(0, n).into_owned(),
+            DMatrix::from_column_slice(n, 1, b.as_slice()),
+            DMatrix::from_row_slice(1, n, c.as_slice()) * sign,
+            DMatrix::from_element(1, 1, sign * d),
+            common_s,
+        )?)
+    }
+
+    fn specs(&self) -> Vec<ControllerSpec> {
+        self.whole.controllers().iter().map(|c| c.spec.clone()).collect()
+    }
+
+    fn closed_with(&self, specs: &[ControllerSpec]) -> Result<DMatrix<f64>, AnalysisError> {
+        Ok(self.walk(specs, None)?.0)
+    }
+
+    /// Samples under way when a common period begins.
+    fn stored(&self) -> usize {
+        self.schedule.pending.iter().sum::<usize>() + self.schedule.taken.iter().flatten().sum::<usize>()
+    }
+
+    /// One common period: what every entry of the lifted vector has become, as rows over the vector (and,
+    /// where the loop is broken, over the output that enters instead, as the last column); and the broken
+    /// controller's answer.
+    fn walk(
+        &self,
+        specs: &[ControllerSpec],
+        broken: Option<(usize, Probe)>,
+    ) -> Result<(DMatrix<f64>, RowDVector<f64>), AnalysisError> {
+        let stored = self.stored();
+        if stored > MOST_STORED {
+            return Err(AnalysisError::LongDelay {
+                stored,
+                most: MOST_STORED,
+                common_s: self.schedule.common_s,
+            });
+        }
+        let motion_is_velocity = self.whole.controllers().iter().map(|c| c.motion_is_velocity);
+        let laws = specs
+            .iter()
+            .zip(motion_is_velocity)
+            .map(|(spec, v)| spec.linear(v))
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut walk = self.start(&laws, broken.is_some());
+        let mut answer = RowDVector::zeros(walk.width);
+        self.advance(&mut walk, &self.lead_in);
+        for ((_, actions), span) in self.schedule.instants.iter().zip(&self.spans) {
+            // Sensors are read before anything acts.
+            let signals: Vec<[Option<RowDVector<f64>>; 2]> = (0..laws.len())
+                .map(|i| {
+                    [&self.plant.reading[i], &self.plant.motion[i]]
+                        .map(|row| self.signal(&walk, row.as_ref()))
+                })
+                .collect();
+            for action in actions {
+                match *action {
+                    Action::Take(i, which) => walk.taken[i][which].extend(signals[i][which].clone()),
+                    Action::Arrive(i) => {
+                        if let Some(output) = walk.pending[i].pop_front() {
+                            walk.held[i] = output;
+                        }
+                    }
+                    Action::Sample(i) => {
+                        let now = |which: usize, walk: &mut Walk| {
+                            let delayed = [&self.plant.reading[i], &self.plant.motion[i]][which]
+                                .as_ref()
+                                .is_some_and(|row| row.delay_s > 0.0);
+                            let early = delayed.then(|| walk.taken[i][which].pop_front()).flatten();
+                            early
+                                .or_else(|| signals[i][which].clone())
+                                .unwrap_or_else(|| RowDVector::zeros(walk.width))
+                        };
+                        let inputs = [now(0, &mut walk), now(1, &mut walk)];
+                        let output = step(&laws[i], &mut walk.states[i], &inputs);
+                        let entering = match broken {
+                            Some((controller, probe)) if controller == i => {
+                                answer = if probe == Probe::Law { output } else { inputs[0].clone() };
+                                let mut unit = RowDVector::zeros(walk.width);
+                                unit[walk.width - 1] = 1.0;
+                                unit
+                            }
+                            _ => output,
+                        };
+                        walk.pending[i].push_back(entering);
+                    }
+                }
+            }
+            self.advance(&mut walk, span);
+        }
+        Ok((walk.into_matrix(), answer))
+    }
+
+    /// Every entry of the lifted vector as itself.
+    fn start(&self, laws: &[LinearLaw], broken: bool) -> Walk {
+        let n = self.plant.reduced.a.nrows();
+        let controllers = laws.len();
+        let order = n + controllers + self.stored() + laws.iter().map(|law| law.c.len()).sum::<usize>();
+        let width = order + usize::from(broken);
+        let mut next = n;
+        let mut take = || {
+            let mut row = RowDVector::zeros(width);
+            row[next] = 1.0;
+            next += 1;
+            row
+        };
+        let held = (0..controllers).map(|_| take()).collect();
+        let pending =
+            self.schedule.pending.iter().map(|&count| (0..count).map(|_| take()).collect()).collect();
+        let taken = self
+            .schedule
+            .taken
+            .iter()
+            .map(|counts| counts.map(|count| (0..count).map(|_| take()).collect()))
+            .collect();
+        let states = laws.iter().map(|law| law.c.iter().map(|_| take()).collect()).collect();
+        Walk { width, x: DMatrix::identity(n, width), held, pending, taken, states }
+    }
+
+    /// Moves the plant on with its inputs held.
+    fn advance(&self, walk: &mut Walk, (transition, step): &Span) {
+        walk.x = transition * &walk.x;
+        for (controller, held) in self.whole.controllers().iter().zip(&walk.held) {
+            walk.x.ger(1.0, &step.column(controller.drive), &held.transpose(), 1.0);
+        }
+    }
+
+    fn signal(&self, walk: &Walk, row: Option<&OutputRow>) -> Option<RowDVector<f64>> {
+        let row = row?;
+        let mut signal = &row.c * &walk.x;
+        for (controller, held) in self.whole.controllers().iter().zip(&walk.held) {
+            signal += held * row.d[controller.drive];
+        }
+        Some(signal)
+    }
+}
+
+impl Walk {
+    fn into_matrix(self) -> DMatrix<f64> {
+        let mut rows: Vec<RowDVector<f64>> = self.x.row_iter().map(nalgebra::Matrix::into_owned).collect();
+        rows.extend(self.held);
+        rows.extend(self.pending.into_iter().flatten());
+        rows.extend(self.taken.into_iter().flatten().flatten());
+        rows.extend(self.states.into_iter().flatten());
+        if rows.is_empty() { DMatrix::zeros(0, self.width) } else { DMatrix::from_rows(&rows) }
+    }
+}
+
+/// One sample of a law: its states move on, and its output for reading and motion with the reference at rest.
+fn step(law: &LinearLaw, states: &mut [RowDVector<f64>], inputs: &[RowDVector<f64>; 2]) -> RowDVector<f64> {
+    let mix = |of_state: &[f64], of_input: &[f64; 3], states: &[RowDVector<f64>]| {
+        let mut sum = &inputs[0] * of_input[1] + &inputs[1] * of_input[2];
+        for (factor, state) in of_state.iter().zip(states) {
+            sum += state * *factor;
+        }
+        sum
+    };
+    let output = mix(&law.c, &law.d, states);
+    let next: Vec<_> = law.a.iter().zip(&law.b).map(|(a, b)| mix(a, b, states)).collect();
+    states.clone_from_slice(&next);
+    output
+}

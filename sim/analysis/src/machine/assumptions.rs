@@ -1,0 +1,153 @@
+//! What of a machine linear theory leaves out, and what it takes in its place.
+
+use feeler_plant::assembly::Drive;
+use feeler_plant::description::Engagement;
+use serde::Serialize;
+
+use crate::loops::control_loop::ControlLoop;
+use crate::machine::prepare::{FrictionView, PlayView, View};
+
+/// One nonlinear property, and how it is taken.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Assumption {
+    /// What has it: the key of an element, as in `springs.transmission`.
+    pub of: String,
+    /// The property, as in `backlash`.
+    pub property: &'static str,
+    /// What the linear model takes in its place.
+    pub taken: String,
+}
+
+impl ControlLoop {
+    /// Every nonlinear property of machine and controllers, effects applied, with what stands in its place
+    /// under `view`.
+    pub fn assumptions(&self, view: &View) -> Vec<Assumption> {
+        let mut found = Found(Vec::new());
+        self.of_springs(view, &mut found);
+        self.of_contacts(view, &mut found);
+        self.assembly().drives.iter().for_each(|drive| of_drive(drive, &mut found));
+        for sensor in &self.assembly().sensors {
+            let of = format!("sensors.{}", sensor.name);
+            found.when(
+                sensor.resolutions.iter().any(|q| *q > 0.0),
+                &of,
+                "quantisation",
+                "left out: readings are continuous",
+            );
+            found.when(
+                sensor.noise > 0.0,
+                &of,
+                "noise",
+                "left out: it disturbs the loop and does not change it",
+            );
+        }
+        for controller in self.controllers() {
+            let (of, spec) = (format!("controllers.{}", controller.name), &controller.spec);
+            found.when(
+                spec.jitter_s > 0.0,
+                &of,
+                "timing jitter",
+                "left out: samples are exactly a period apart",
+            );
+            found.when(
+                spec.output_resolution.is_some_and(|q| q > 0.0),
+                &of,
+                "quantisation",
+                "left out: the output is continuous",
+            );
+            found.when(spec.output_limit.is_some(), &of, "output limit", NOT_REACHED);
+            found.when(
+                spec.approach.is_some(),
+                &of,
+                "approach",
+                "left out: the law that follows it acts all the time",
+            );
+        }
+        found.0
+    }
+
+    fn of_springs(&self, view: &View, found: &mut Found) {
+        for link in &self.assembly().links {
+            let of = format!("springs.{}", link.name);
+            let play = match view.play {
+                PlayView::Closed => {
+                    "taken as closed: one flank bears, stiffness and damping act in full; a motion that crosses the gap meets less"
+                }
+                PlayView::Open => "taken as open: neither stiffness nor damping acts",
+            };
+            found.when(link.play > 0.0, &of, "backlash", play);
+            let friction = match view.friction {
+                FrictionView::Ignored => {
+                    "taken as sliding one way: a constant force, which neither damps nor holds; at rest it sticks instead"
+                }
+                FrictionView::Stuck => "taken as sticking: both bodies move as one",
+            };
+            found.when(link.friction.acts(), &of, "dry friction", friction);
+            found.when(
+                !link.rigid && link.cubic != 0.0,
+                &of,
+                "hardening",
+                "taken as its tangent at the operating point",
+            );
+        }
+    }
+
+    fn of_contacts(&self, view: &View, found: &mut Found) {
+        // As it is taken, beside as it is.
+        let taken = &self.plant().motion().assembly().contacts;
+        for (contact, taken) in self.assembly().contacts.iter().zip(taken) {
+            if taken.engagement == Engagement::Free {
+                continue;
+            }
+            let of = format!("contacts.{}", contact.name);
+            let one_sided = "taken as never leaving: it pulls as well as it pushes";
+            found.when(contact.engagement == Engagement::Unilateral, &of, "one-sided contact", one_sided);
+            let preload_n = view.preload_n();
+            let tangent = if preload_n > 0.0 {
+                format!("taken as its tangent at {preload_n} N")
+            } else {
+                "taken as its tangent without force".into()
+            };
+            found.when(!contact.law.is_linear(), &of, "nonlinear contact law", &tangent);
+            found.when(
+                contact.profile.is_some(),
+                &of,
+                "surface",
+                "taken as flat: it disturbs the loop and does not change it",
+            );
+        }
+    }
+}
+
+/// What is said of every limit.
+const NOT_REACHED: &str =
+    "taken as never reached; where a reference of the file's size reaches it is found apart (saturation)";
+
+fn of_drive(drive: &Drive, found: &mut Found) {
+    let of = format!("actuators.{}", drive.name);
+    found.when(drive.limit.is_finite(), &of, "force limit", NOT_REACHED);
+    found.when(drive.rate_limit.is_finite(), &of, "rate limit", NOT_REACHED);
+    found.when(
+        drive.deadband > 0.0,
+        &of,
+        "deadband",
+        "taken as crossed: the drive answers in full; a command inside it moves nothing",
+    );
+    found.when(
+        drive.ripples.iter().any(|r| r.amplitude > 0.0),
+        &of,
+        "force ripple",
+        "taken as its tangent where the machine rests: a stiffness",
+    );
+}
+
+/// What has been found so far.
+struct Found(Vec<Assumption>);
+
+impl Found {
+    fn when(&mut self, has: bool, of: &str, property: &'static str, taken: &str) {
+        if has {
+            self.0.push(Assumption { of: of.into(), property, taken: taken.into() });
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! Linearisation: a machine at rest, as the state space of its small motions.
+
+use feeler_engine::EngineError;
+use feeler_lti::StateSpace;
+use feeler_plant::assembly::{Assembly, Source, assemble, resolve};
+use feeler_plant::description::{Machine, Quantity, SignalName};
+use feeler_plant::motion::{Equations, Mode, Motion, Row};
+
+use nalgebra::{DMatrix, RowDVector};
+
+use crate::error::AnalysisError;
+use crate::machine::channel::{Channel, reduce};
+use crate::machine::equilibrium::{Holding, OperatingPoint, eliminate, equilibrium, term_gradients};
+use crate::machine::prepare::{View, without_switches};
+
+/// Small motions of a machine about an operating point: `x' = A x + B u` with one input per drive, its
+/// command.
+///
+/// States are those of [`feeler_plant::motion::Layout`]: positions, speeds, then states of drives and sensor
+/// filters, all as deviations. Delays of drives and sensors are no part of it; they stand beside each input
+/// and output, exact.
+#[derive(Clone, Debug)]
+pub struct LinearMachine {
+    machine: Machine,
+    motion: Motion,
+    equations: Equations,
+    gradients: Vec<Row>,
+    operating_point: OperatingPoint,
+    a: DMatrix<f64>,
+    b: DMatrix<f64>,
+}
+
+/// What keeps the machine at rest; a held command acts as far as deadband and limit let it.
+fn holding(assembly: &Assembly, view: &View) -> Holding {
+    let held = view.held.and_then(|held| assembly.drives.get(held.drive).map(|drive| (held, drive)));
+    held.map_or(Holding::Preload(view.preload_n()), |(held, drive)| {
+        let beyond = held.command - held.command.clamp(-drive.deadband, drive.deadband);
+        Holding::Drive { drive: held.drive, effort: (beyond * drive.gain).clamp(-drive.limit, drive.limit) }
+    })
+}
+
+/// An output: `y = C x + D u`, `delay_s` later.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutputRow {
+    /// One entry per state.
+    pub c: RowDVector<f64>,
+    /// One entry per drive.
+    pub d: RowDVector<f64>,
+    /// Pure delay, s.
+    pub delay_s: f64,
+}
+
+impl LinearMachine {
+    /// Linearises a machine.
+    ///
+    /// # Errors
+    /// The mistakes of the machine; [`AnalysisError::NoEquilibrium`] where a nonlinear machine cannot rest.
+    pub fn new(machine: &Machine, view: &View) -> Result<Self, AnalysisError> {
+        let assembly = assemble(machine).map_err(|problems| EngineError::Problems { problems })?;
+        Self::of_assembly(machine, &assembly, view)
+    }
+
+    /// Linearises an assembly of this machine, which may differ from it in numbers and in what is rigid.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_assembly(machine: &Machine, assembly: &Assembly, view: &View) -> Result<Self, AnalysisError> {
+        let frozen = without_switches(assembly, view);
+        let motion = Motion::new(frozen).map_err(|problems| EngineError::Problems { problems })?;
+        let equations = motion.equations(Mode::default());
+        let operating_point = equilibrium(&motion, &equations, holding(assembly, view))?;
+        let gradients = term_gradients(&motion, &equations, &operating_point.xi);
+        let layout = motion.layout();
+        let (n, m) = (layout.states(), layout.inputs());
+        let rows: Vec<Row> =
+            equations.derivative.iter().map(|row| eliminate(&motion, &gradients, row)).collect();
+        let a = DMatrix::from_fn(n, n, |i, j| rows[i][j]);
+        let b = DMatrix::from_fn(n, m, |i, j| rows[i][layout.input(j)] * motion.assembly().drives[j].gain);
+        Ok(Self { machine: machine.clone(), motion, equations, gradients, operating_point, a, b })
+    }
+
+    /// The machine as described.
+    pub fn machine(&self) -> &Machine {
+        &self.machine
+    }
+
+    /// Its motion, with contacts, friction and limits as the view takes them.
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// Its equations of motion there.
+    pub fn equations(&self) -> &Equations {
+        &self.equations
+    }
+
+    /// Where it was linearised.
+    pub fn operating_point(&self) -> &OperatingPoint {
+        &self.operating_point
+    }
+
+    /// State matrix, 1/s.
+    pub fn a(&self) -> &DMatrix<f64> {
+        &self.a
+    }
+
+    /// Input matrix, one column per drive command.
+    pub fn b(&self) -> &DMatrix<f64> {
+        &self.b
+    }
+
+    /// A row of the extended vector as an output, without delay.
+    pub fn row(&self, row: &Row) -> OutputRow {
+        let layout = self.motion.layout();
+        let linear = eliminate(&self.motion, &self.gradients, row);
+        OutputRow {
+            c: RowDVector::from_fn(layout.states(), |_, j| linear[j]),
+            d: RowDVector::from_fn(layout.inputs(), |_, j| {
+                linear[layout.input(j)] * self.motion.assembly().drives[j].gain
+            }),
+            delay_s: 0.0,
+        }
+    }
+
+    /// The plant's signal of this name.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Signal`].
+    pub fn source(&self, signal: &SignalName) -> Result<Source, AnalysisError> {
+        Ok(resolve(&self.machine, signal)?)
+    }
+
+    /// A signal as an output; a sensor's reading comes with its gain, filters and delay.
+    ///
+    /// # Errors
+    /// [`AnalysisError::NotLinear`] for whether a contact touches, and for commands.
+    pub fn output(&self, source: Source) -> Result<OutputRow, AnalysisError> {
+        let row = self.motion.signal(&self.equations, source);
+        let row = row.ok_or_else(|| AnalysisError::NotLinear { name: format!("{source:?}") })?;
+        let mut output = self.row(&row);
+        if let Source::Sensor(i) = source {
+            let sensor = &self.motion.assembly().sensors[i];
+            output.c *= sensor.gain;
+            output.d *= sensor.gain;
+            output.delay_s = sensor.delay;
+        }
+        Ok(output)
+    }
+
+    /// The drive whose command a signal is.
+    ///
+    /// # Errors
+    /// [`AnalysisError::NotAnInput`] for any other signal.
+    pub fn drive(&self, signal: &SignalName) -> Result<usize, AnalysisError> {
+        match self.source(signal)? {
+            Source::Drive(i, Quantity::Command) => Ok(i),
+            _ => Err(AnalysisError::NotAnInput { name: signal.to_string() }),
+        }
+    }
+
+    /// From the command of an actuator to a signal, with only the states that matter, and the delays of both
+    /// ends.
+    ///
+    /// Bodies that nothing holds in place are described by their distances from one of them, so that their
+    /// drift is a pole at zero exactly, and is left out where the output does not see it.
+    ///
+    /// # Errors
+    /// Those of [`Self::drive`] and [`Self::output`].
+    pub fn channel(&self, input: &SignalName, output: &SignalName) -> Result<Channel, AnalysisError> {
+        let drive = self.drive(input)?;
+        let row = match self.output(self.source(output)?) {
+            Err(AnalysisError::NotLinear { .. }) => {
+                return Err(AnalysisError::NotLinear { name: output.to_string() });
+            }
+            other => other?,
+        };
+        self.channel_of(drive, &row)
+    }
+
+    /// From the command of drive `drive` to an output.
+    ///
+    /// # Errors
+    /// [`AnalysisError::Lti`] where a number is not finite.
+    pub fn channel_of(&self, drive: usize, output: &OutputRow) -> Result<Channel, AnalysisError> {
+        let c = DMatrix::from_fn(1, self.a.ncols(), |_, j| output.c[j]);
+        let d = DMatrix::from_element(1, 1, output.d[drive]);
+        let part =
+            reduce(&self.a, &self.b.columns(drive, 1).into_owned(), &c, self.motion.layout().coordinates());
+        let states = part.names(&self.motion.state_names());
+        let system = StateSpace::new(part.a, part.b, part.c, d)?;
+        Ok(Channel { system, states, delay_s: output.delay_s + self.motion.assembly().drives[drive].delay })
+    }
+}

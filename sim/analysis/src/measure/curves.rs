@@ -1,0 +1,256 @@
+//! What a page shows of a loop: frequency responses, sampled and continuous, and root loci over the gain in
+//! question.
+
+use std::f64::consts::TAU;
+
+use feeler_control::Law;
+use feeler_engine::Scenario;
+use feeler_lti::{C64, StateSpace, TimeDomain, TransferEvaluator};
+use feeler_plant::description::SignalName;
+
+use crate::error::AnalysisError;
+use crate::limits::locus::{Locus, follow};
+use crate::loops::continuous_loop::ContinuousLoop;
+use crate::loops::control_loop::ControlLoop;
+use crate::loops::gain_key::gain;
+use crate::loops::late::LateResponse;
+use crate::loops::sampled_loop::SampledLoop;
+use crate::machine::linearise::OutputRow;
+use crate::machine::outer_force::commanded;
+use crate::report::{Report, Request};
+
+/// Points of a response over its whole band, evenly spaced on a logarithmic scale.
+const POINTS: u32 = 500;
+/// Points on each side of every resonance and antiresonance, spaced by its own width.
+const POINTS_BESIDE: i32 = 12;
+/// Between neighbouring points a response changes by no more than this share of itself, and a loop and its
+/// closed form on the sphere of complex numbers by no more than this much of its radius: curves look round,
+/// on a logarithmic scale and in the plane, wherever they are.
+const CHANGE: f64 = 0.12;
+const ARC: f64 = 0.02;
+/// Halvings of a step, and points, at most.
+const HALVINGS: usize = 12;
+const MOST_POINTS: usize = 3000;
+
+/// Responses over frequency, not a number where a response has none: at a pole on the axis, and beyond half
+/// of the sampling rate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curves {
+    /// Hz, rising.
+    pub frequencies_hz: Vec<f64>,
+    /// From command to output in continuous time, delays of drive and sensor exact.
+    pub plant: Vec<C64>,
+    /// The same under the controller's hold, sampled; absent without a controller.
+    pub plant_sampled: Option<Vec<C64>>,
+    /// The loop broken at its controller, without sampling, delay and filters; absent as the continuous gain
+    /// of a [`Report`].
+    pub open: Option<Vec<C64>>,
+    /// The loop broken at its controller, as built.
+    pub open_sampled: Option<Vec<C64>>,
+    /// Half of the sampling rate, Hz.
+    pub nyquist_hz: Option<f64>,
+    /// Root locus of the continuous loop.
+    pub locus: Option<Locus>,
+    /// Root locus of the loop as built, in the z plane of [`Locus::period_s`]; absent where a long delay
+    /// makes its branches countless.
+    pub locus_sampled: Option<Locus>,
+}
+
+/// Curves behind a report.
+///
+/// # Errors
+/// As [`crate::analyze`].
+pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result<Curves, AnalysisError> {
+    let name = |text: &str| {
+        text.parse::<SignalName>().map_err(|_| AnalysisError::NotLinear { name: text.to_owned() })
+    };
+    let (scenario, input) = commanded(scenario, &name(&report.input)?);
+    let (scenario, output) = (scenario.as_ref(), name(&report.output)?);
+    let whole = match &report.gain {
+        Some(gain) => ControlLoop::varying(scenario, &request.view, &gain.key)?,
+        None => ControlLoop::new(scenario, &request.view)?,
+    };
+    let channel = whole.plant().channel(&input, &output)?;
+    let drive = whole.plant().drive(&input)?;
+    let looped = report.gain.as_ref().map(|g| whole.gain_of_key(&g.key)).transpose()?;
+    let holder = looped
+        .as_ref()
+        .map(|(controller, _)| *controller)
+        .or_else(|| whole.controllers().iter().position(|c| c.drive == drive));
+    let nyquist_hz = holder.map(|controller| 0.5 / whole.controllers()[controller].spec.period_s);
+    let roots: Vec<C64> = channel.poles()?.into_iter().chain(channel.zeros()?).collect();
+
+    let delayed = at(&channel.system);
+    let delay_s = channel.delay_s;
+    let plant: Response = Box::new(move |f| delayed(f) * C64::cis(-TAU * f * delay_s));
+    let row = whole.plant().output(whole.plant().source(&output)?)?;
+    let plant_sampled = holder
+        .filter(|&controller| whole.controllers()[controller].drive == drive)
+        .map(|controller| Ok::<_, AnalysisError>(at_late(&held_plant(&whole, controller, row)?)))
+        .transpose()?;
+    let (mut open, mut open_sampled, mut locus, mut locus_sampled) = (None, None, None, None);
+    if let (Some((controller, key)), Some(gains)) = (&looped, &report.gain) {
+        let present = gain(&whole.controllers()[*controller].spec, key)?;
+        let sampled = SampledLoop::new(&whole)?;
+        let broken = whole.open_loop(*controller).ok();
+        // Hundreds of branches, one for each sample of a long delay, would show nothing.
+        let late = broken.as_ref().is_some_and(|open| open.samples > 0);
+        open_sampled = broken.as_ref().map(at_late);
+        if !late {
+            let zeros = broken.map(|open| open.system.zeros().unwrap_or_default()).unwrap_or_default();
+            let closed = |k: f64| sampled.closed_loop_with(*controller, key, k);
+            locus_sampled = Some(follow(
+                Some(sampled.common_period_s()),
+                closed,
+                zeros,
+                present,
+                gains.sampled.stable[1],
+            )?);
+        }
+        if let Some(range) = &gains.continuous {
+            let continuous = ContinuousLoop::new(&whole)?;
+            let broken = continuous.open_loop(*controller)?;
+            open = Some(at(&broken));
+            let closed = |k: f64| continuous.closed_loop_with(*controller, key, k);
+            locus = Some(follow(None, closed, broken.zeros().unwrap_or_default(), present, range.stable[1])?);
+        }
+    }
+    let loops = [open, open_sampled];
+    let plants = [Some(plant), plant_sampled];
+    let frequencies_hz = refined(grid(&roots, nyquist_hz), &plants, &loops);
+    let values = |response: &Option<Response>| {
+        response.as_ref().map(|at| frequencies_hz.iter().map(|&f| at(f)).collect::<Vec<C64>>())
+    };
+    let [[plant, plant_sampled], [open, open_sampled]] =
+        [&plants, &loops].map(|pair| [values(&pair[0]), values(&pair[1])]);
+    let plant = plant.unwrap_or_default();
+    Ok(Curves { frequencies_hz, plant, plant_sampled, open, open_sampled, nyquist_hz, locus, locus_sampled })
+}
+
+/// A response over frequency (Hz).
+type Response = Box<dyn Fn(f64) -> C64>;
+
+/// Frequencies (Hz) with as many more between as the curves need to look round.
+fn refined(
+    mut frequencies_hz: Vec<f64>,
+    plants: &[Option<Response>],
+    loops: &[Option<Response>],
+) -> Vec<f64> {
+    let at = |f: f64| Point {
+        values: plants.iter().flatten().map(|response| response(f)).collect(),
+        loops: loops.iter().flatten().map(|response| response(f)).collect(),
+    };
+    let mut points: Vec<Point> = frequencies_hz.iter().map(|&f| at(f)).collect();
+    for _ in 0..HALVINGS {
+        let coarse: Vec<usize> =
+            (1..points.len()).filter(|&i| points[i - 1].is_far_from(&points[i])).collect();
+        if coarse.is_empty() || points.len() + coarse.len() > MOST_POINTS {
+            break;
+        }
+        let middle = |i: &usize| (frequencies_hz[i - 1] * frequencies_hz[*i]).sqrt();
+        let mut all: Vec<(f64, Point)> = coarse
+            .iter()
+            .map(middle)
+            .map(|f| (f, at(f)))
+            .chain(frequencies_hz.iter().copied().zip(points))
+            .collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        (frequencies_hz, points) = all.into_iter().unzip();
+    }
+    frequencies_hz
+}
+
+/// All responses at one frequency.
+struct Point {
+    values: Vec<C64>,
+    loops: Vec<C64>,
+}
+
+impl Point {
+    fn is_far_from(&self, other: &Self) -> bool {
+        let change = |(a, b): (&C64, &C64)| (a - b).norm() > CHANGE * a.norm().max(b.norm());
+        let arc = |a: C64, b: C64| {
+            2.0 * (a - b).norm() > ARC * ((1.0 + a.norm_sqr()) * (1.0 + b.norm_sqr())).sqrt()
+        };
+        let closed = |l: &C64| l / (l + 1.0);
+        // What is not a number is far from nothing.
+        self.values.iter().zip(&other.values).any(change)
+            || self
+                .loops
+                .iter()
+                .zip(&other.loops)
+                .any(|(a, b)| arc(*a, *b) || arc(closed(a), closed(b)) || change((a, b)))
+    }
+}
+
+/// From a drive's held command to a signal, the loops of all controllers open.
+fn held_plant(whole: &ControlLoop, controller: usize, row: OutputRow) -> Result<LateResponse, AnalysisError> {
+    let alone = whole.altered(|_, controllers| {
+        let mut kept = controllers.swap_remove(controller);
+        (kept.spec.law, kept.spec.delay_s, kept.reading, kept.motion) = (Law::OpenLoop, 0.0, None, None);
+        *controllers = vec![kept];
+    })?;
+    alone.response_to(0, row)
+}
+
+/// Frequencies (Hz) that show every root near the axis, and end beyond the last of them and half of the
+/// sampling rate.
+fn grid(roots: &[C64], nyquist_hz: Option<f64>) -> Vec<f64> {
+    let sizes = || roots.iter().map(|r| r.norm() / TAU).filter(|f| *f > 1e-3);
+    let (lowest, highest) = (sizes().fold(f64::INFINITY, f64::min), sizes().fold(0.0, f64::max));
+    let low = if lowest.is_finite() { (0.1 * lowest).clamp(1e-2, 1.0) } else { 0.1 };
+    let nyquist = nyquist_hz.unwrap_or(0.0);
+    let high = (2.0 * highest.min(4.0 * nyquist.max(100.0))).max(nyquist).max(100.0 * low);
+    // Scales end at 1, 2 or 5 of a decade.
+    let (low, high) = (1.0 / round_above(1.0 / low), round_above(high));
+    let mut all: Vec<f64> =
+        (0..=POINTS).map(|i| low * (high / low).powf(f64::from(i) / f64::from(POINTS))).collect();
+    for root in roots.iter().filter(|r| r.im > 0.0) {
+        let width = root.re.abs().max(1e-5 * root.im) / TAU;
+        let beside = (-POINTS_BESIDE..=POINTS_BESIDE).map(|i| root.im / TAU + 0.4 * f64::from(i) * width);
+        all.extend(beside.filter(|f| (low..high).contains(f)));
+    }
+    all.extend(nyquist_hz);
+    all.sort_by(f64::total_cmp);
+    all.dedup();
+    all
+}
+
+/// The next of 1, 2, 5, 10 ... from a number on.
+fn round_above(value: f64) -> f64 {
+    let decade = 10_f64.powf(value.log10().floor());
+    // A number that is round already stays, but for rounding.
+    let reaches = |round: &&f64| **round * decade >= value * (1.0 - 1e-9);
+    [1.0, 2.0, 5.0].iter().find(reaches).map_or(10.0 * decade, |round| round * decade)
+}
+
+fn at_late(response: &LateResponse) -> Response {
+    let prompt = at(&response.system);
+    let delay_s = response.samples as f64 * response.system.period_s();
+    Box::new(move |f| prompt(f) * C64::cis(-TAU * f * delay_s))
+}
+
+fn at<T: TimeDomain + 'static>(system: &StateSpace<T>) -> Response {
+    let evaluator = TransferEvaluator::new(system);
+    let domain = system.domain();
+    let nyquist = domain.nyquist_rad_per_s() * (1.0 + 1e-9);
+    let none = C64::new(f64::NAN, f64::NAN);
+    Box::new(move |f| {
+        let w = TAU * f;
+        if w > nyquist { none } else { evaluator.at(domain.boundary_point(w)).map_or(none, |g| g[(0, 0)]) }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_the_grid_rises_and_shows_a_sharp_root() {
+        let sharp = C64::new(-0.1, 600.0);
+        let found = grid(&[sharp, sharp.conj()], Some(500.0));
+        assert!(found.is_sorted() && found.contains(&500.0));
+        let near = found.iter().filter(|f| (**f - 600.0 / TAU).abs() < 0.1).count();
+        assert!(near >= 24, "{near}");
+    }
+}

@@ -1,0 +1,42 @@
+//! What the lanes of a simulation have in common at the moment, so that the loop need not ask each of them at
+//! every instant.
+
+use feeler_lanes::{Lane, LaneMask};
+
+use crate::carry::lane::LaneCore;
+
+/// How the lanes stand. It holds until a lane goes alone.
+#[derive(Debug)]
+pub(crate) struct Formation<L: Lane> {
+    /// Counts the times that the lanes formed up anew; tables that depend on their modes compare it.
+    pub(crate) number: u64,
+    /// Lanes that travel by exponentials: in a linear mode, and not ended.
+    pub(crate) travelling: L::Mask,
+    pub(crate) all_linear: bool,
+    pub(crate) all_ended: bool,
+    /// Whether guides stick bodies to each other in some lane, whose speeds are then kept equal to the bit.
+    pub(crate) any_joined: bool,
+}
+
+impl<L: Lane> Formation<L> {
+    pub(crate) fn new(lanes: &[LaneCore]) -> Self {
+        let mut formation = Self {
+            number: 0,
+            travelling: L::Mask::splat(false),
+            all_linear: false,
+            all_ended: false,
+            any_joined: false,
+        };
+        formation.form(lanes);
+        formation
+    }
+
+    /// Looks at every lane again.
+    pub(crate) fn form(&mut self, lanes: &[LaneCore]) {
+        self.number += 1;
+        self.travelling = L::Mask::from_fn(|l| lanes[l].flow().linear && !lanes[l].has_ended());
+        self.all_linear = lanes.iter().all(|lane| lane.flow().linear);
+        self.all_ended = lanes.iter().all(LaneCore::has_ended);
+        self.any_joined = lanes.iter().any(LaneCore::joins_bodies);
+    }
+}

@@ -1,0 +1,431 @@
+//! The largest force of every stretch of contact, between the rows of any record: where a force crests within
+//! a span is found on the motion itself.
+
+use feeler_lanes::Lane;
+use feeler_plant::motion::{Motion, dot};
+
+use crate::error::EngineError;
+use crate::solve::crossing::Look;
+use crate::solve::extrapolation::Extrapolation;
+use crate::solve::flow::{Flow, ROWS_PER_BEND, ROWS_PER_LINE};
+use crate::solve::taylor::Series;
+
+/// Share of itself by which a crest may be higher than what is known without being looked at: slopes taken by
+/// differences tell no more, and a force at rest is not to be looked at for its rounding.
+const CREST: f64 = 1e-9;
+/// The same in spans in which the force may swing more than once, so that a force which creeps to its largest
+/// value is not looked at all the way.
+const NEAR: f64 = 1e-6;
+/// Share of the force to which two polynomials through the ends of a span must agree, or its crest is looked
+/// for on the motion.
+const AGREE: f64 = 1e-5;
+/// Looks at a crest of a nonlinear mode; each brings the bounds several times closer.
+const MOST_LOOKS: usize = 60;
+
+/// In seconds.
+const FEMTOSECOND: f64 = 1e-15;
+
+/// The largest force of one stretch of contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Peak {
+    /// When, s.
+    pub t_s: f64,
+    /// How large, N; 0 where the contact only pulled.
+    pub force_n: f64,
+}
+
+impl Peak {
+    fn at(t_s: f64, force_n: f64) -> Self {
+        Self { t_s, force_n: if force_n > 0.0 { force_n } else { 0.0 } }
+    }
+
+    fn rise_to(&mut self, other: Self) {
+        if other.force_n > self.force_n {
+            *self = other;
+        }
+    }
+}
+
+/// A force at an instant.
+#[derive(Clone, Copy)]
+struct Point {
+    s: f64,
+    force_n: f64,
+    slope: f64,
+}
+
+/// Where tangents at both ends of a span of `h` meet, above `level` or not: what lies between them if it
+/// bends one way only. Positive where above.
+#[inline(always)]
+fn room<L: Lane>([start, end]: [L; 2], [rise, fall]: [L; 2], h: L, level: L) -> L {
+    (start - level) * (rise - fall) + rise * (end - start - fall * h)
+}
+
+/// Of one variant: a list per contact, and the stretch that lasts.
+#[derive(Debug)]
+pub(crate) struct Peaks {
+    finished: Vec<Vec<Peak>>,
+    present: Vec<Option<Peak>>,
+}
+
+impl Peaks {
+    pub(crate) fn new(contacts: usize) -> Self {
+        Self { finished: vec![Vec::new(); contacts], present: vec![None; contacts] }
+    }
+
+    /// The machine is in the mode of `flow` from now on, or is still at the end of a fixed step: stretches
+    /// begin, rise and end.
+    pub(crate) fn enter(&mut self, flow: &Flow, xi: &[f64], t_s: f64) {
+        for (i, present) in self.present.iter_mut().enumerate() {
+            if flow.pushing[i] {
+                let peak = Peak::at(t_s, dot(&flow.equations.contact_force[i], xi));
+                present.get_or_insert(peak).rise_to(peak);
+            } else {
+                self.finished[i].extend(present.take());
+            }
+        }
+    }
+
+    /// Every stretch of contact `i` so far. Of the one that lasts the peak is `abreast`, where the lane
+    /// travels in company.
+    pub(crate) fn of(&self, i: usize, abreast: Option<Peak>) -> Vec<Peak> {
+        let present = self.present[i].map(|own| abreast.unwrap_or(own));
+        self.finished[i].iter().copied().chain(present).collect()
+    }
+
+    /// A leg of `h` of a linear mode, from `xi` at `t_s` on.
+    pub(crate) fn linear_leg(&mut self, flow: &Flow, series: &Series, xi: &[f64], t_s: f64, h: f64) {
+        for (i, present) in self.present.iter_mut().enumerate() {
+            if let Some(present) = present {
+                let force = series.functional(&flow.equations.contact_force[i], xi, flow.width);
+                if force.may_exceed(present.force_n, h) {
+                    let (s, force_n) = force.largest(h);
+                    present.rise_to(Peak::at(t_s + s, force_n));
+                }
+            }
+        }
+    }
+
+    /// A leg of `h` of a nonlinear mode, from `start` at `t_s` to `end`; terms are filled in at both.
+    pub(crate) fn nonlinear_leg(
+        &mut self,
+        motion: &Motion,
+        flow: &Flow,
+        method: &mut Extrapolation,
+        [start, end]: [&[f64]; 2],
+        t_s: f64,
+        h: f64,
+    ) {
+        for (i, present) in self.present.iter_mut().enumerate() {
+            if let Some(present) = present {
+                let look = Look { motion, flow, start, row: &flow.equations.contact_force[i] };
+                let point =
+                    |s: f64, xi: &[f64]| Point { s, force_n: dot(look.row, xi), slope: look.slope(xi, h) };
+                let ends = [point(0.0, start), point(h, end)];
+                for point in ends {
+                    present.rise_to(Peak::at(t_s + point.s, point.force_n));
+                }
+                crest(&look, method, ends, h, t_s, present);
+            }
+        }
+    }
+
+    /// A span of a linear mode that was travelled in one go crests in it: looks where, from `xi` at its start
+    /// on, in parts in which a force has one crest at most. `xi` is moved.
+    pub(crate) fn crest(
+        &mut self,
+        flow: &mut Flow,
+        series: &mut Series,
+        xi: &mut [f64],
+        t_s: f64,
+        span_fs: u64,
+    ) -> Result<(), EngineError> {
+        let parts = flow.looks(span_fs as f64 * FEMTOSECOND)?;
+        let length_s = (span_fs / parts) as f64 * FEMTOSECOND;
+        if parts == 1 {
+            self.crest_of_motion(flow, series, xi, t_s, length_s);
+            return Ok(());
+        }
+        let (states, width) = (flow.states, flow.width);
+        let bends_from = states + ROWS_PER_LINE * flow.lines.len();
+        let rows = flow.transition(span_fs / parts)?.to_vec();
+        for part in 0..parts {
+            let from_s = t_s + part as f64 * length_s;
+            let y: Vec<f64> = rows.chunks_exact(width).map(|row| dot(row, &xi[..width])).collect();
+            let mut unclear = false;
+            for (i, present) in self.present.iter_mut().enumerate() {
+                let Some(present) = present else { continue };
+                let (line, bends) = (&y[states + ROWS_PER_LINE * i..], &y[bends_from + ROWS_PER_BEND * i..]);
+                let (ends, slopes) = ([line[3], line[0]], [line[1], line[2]]);
+                present.rise_to(Peak::at(from_s, ends[0]));
+                present.rise_to(Peak::at(from_s + length_s, ends[1]));
+                match (Span { ends, slopes, bends: [bends[0], bends[1]], length_s, is_rough: false }).crest()
+                {
+                    Crest::At { s, force_n } => present.rise_to(Peak::at(from_s + s, force_n)),
+                    Crest::Unclear => {
+                        unclear |= room(ends, slopes, length_s, present.force_n) > 0.0
+                            || slopes[0] * slopes[1] >= 0.0
+                    }
+                    Crest::None => {}
+                }
+            }
+            if unclear {
+                self.crest_of_motion(flow, series, &mut xi.to_vec(), from_s, length_s);
+            }
+            xi[..states].copy_from_slice(&y[..states]);
+        }
+        Ok(())
+    }
+
+    /// The same on the motion itself, by its series; `xi` is moved.
+    fn crest_of_motion(&mut self, flow: &Flow, series: &mut Series, xi: &mut [f64], t_s: f64, span_s: f64) {
+        let mut gone_s = 0.0;
+        while gone_s < span_s {
+            let h = flow.horizon_s.min(span_s - gone_s);
+            series.expand(flow, xi, h);
+            self.linear_leg(flow, series, xi, t_s + gone_s, h);
+            series.evaluate(h, xi);
+            gone_s += h;
+        }
+    }
+}
+
+/// Where the force rises at one end of a leg and falls at the other, the crest in between: by the secant of
+/// the slope, until the tangents leave no room.
+fn crest(
+    look: &Look,
+    method: &mut Extrapolation,
+    [mut a, mut b]: [Point; 2],
+    h: f64,
+    t_s: f64,
+    present: &mut Peak,
+) {
+    for _ in 0..MOST_LOOKS {
+        let level = present.force_n * (1.0 + CREST);
+        if a.slope <= 0.0
+            || b.slope >= 0.0
+            || room([a.force_n, b.force_n], [a.slope, b.slope], b.s - a.s, level) <= 0.0
+        {
+            return;
+        }
+        // Kept off the ends, so that both come closer.
+        let share = (a.slope / (a.slope - b.slope)).clamp(0.05, 0.95);
+        let s = a.s + share * (b.s - a.s);
+        let Some(xi) = look.at(method, s) else { return };
+        let middle = Point { s, force_n: dot(look.row, &xi), slope: look.slope(&xi, h) };
+        present.rise_to(Peak::at(t_s + s, middle.force_n));
+        if middle.slope > 0.0 { a = middle } else { b = middle }
+    }
+}
+
+/// A span of a linear mode as the force of one contact went through it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span {
+    /// Force at start and end, N.
+    pub(crate) ends: [f64; 2],
+    /// Its slopes there, N/s.
+    pub(crate) slopes: [f64; 2],
+    /// Its second derivatives there, N/s2.
+    pub(crate) bends: [f64; 2],
+    pub(crate) length_s: f64,
+    /// Whether it may have swung more than once.
+    pub(crate) is_rough: bool,
+}
+
+/// Where a force crests in a span.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Crest {
+    /// Nowhere.
+    None,
+    /// `s` after the start, at `force_n`.
+    At { s: f64, force_n: f64 },
+    /// The ends do not tell.
+    Unclear,
+}
+
+impl Span {
+    /// By the polynomials of third and fifth degree through the ends. Of a sine that turns by `q` over the
+    /// span they err by `q^4 / 384` and `q^6 / 46080`, so where they agree to [`AGREE`], the second is right
+    /// to `q^2 / 120` of that. A swing that the span holds many of would part them by many times its size, as
+    /// it bends that much more than what they can follow.
+    pub(crate) fn crest(&self) -> Crest {
+        let ([start, end], [rise, fall]) = (self.ends, self.slopes);
+        let [cubic, quintic] = self.polynomials();
+        let size = AGREE * start.abs().max(end.abs());
+        if self.is_rough && cubic.iter().zip(&quintic).map(|(a, b)| (a - b).abs()).sum::<f64>() > size {
+            return Crest::Unclear;
+        }
+        if rise <= 0.0 || fall >= 0.0 {
+            return if (rise > 0.0 && end < start) || (fall < 0.0 && start < end) {
+                Crest::Unclear
+            } else {
+                Crest::None
+            };
+        }
+        let [(_, rough), (share, fine)] = [cubic, quintic].map(|c| highest(&c));
+        if (fine - rough).abs() > size {
+            Crest::Unclear
+        } else {
+            Crest::At { s: share * self.length_s, force_n: start + fine }
+        }
+    }
+
+    /// What the force gains over the span, by powers of the share of it that is gone.
+    fn polynomials(&self) -> [[f64; 6]; 2] {
+        let h = self.length_s;
+        let ([d1, e1], [d2, e2]) = (self.slopes.map(|slope| slope * h), self.bends.map(|bend| bend * h * h));
+        let gain = self.ends[1] - self.ends[0];
+        let (r0, r1, r2) = (gain - d1 - 0.5 * d2, e1 - d1 - d2, e2 - d2);
+        [
+            [0.0, d1, 3.0 * gain - 2.0 * d1 - e1, d1 + e1 - 2.0 * gain, 0.0, 0.0],
+            [
+                0.0,
+                d1,
+                0.5 * d2,
+                10.0 * r0 - 4.0 * r1 + 0.5 * r2,
+                7.0 * r1 - 15.0 * r0 - r2,
+                6.0 * r0 - 3.0 * r1 + 0.5 * r2,
+            ],
+        ]
+    }
+}
+
+/// Where in `[0, 1]` a polynomial that rises at the start and falls at the end is highest: Newton on its
+/// slope, kept inside the bracket.
+fn highest(c: &[f64; 6]) -> (f64, f64) {
+    let at = |u: f64| c.iter().rev().fold(0.0, |sum, c| sum * u + c);
+    let slope = |u: f64| (1..6).rev().fold(0.0, |sum, k| sum * u + k as f64 * c[k]);
+    let bend = |u: f64| (2..6).rev().fold(0.0, |sum, k| sum * u + (k * (k - 1)) as f64 * c[k]);
+    let (mut a, mut b, mut u) = (0.0, 1.0, 0.5);
+    for _ in 0..MOST_LOOKS {
+        let value = slope(u);
+        if value > 0.0 {
+            a = u;
+        } else {
+            b = u;
+        }
+        let newton = u - value / bend(u);
+        let next = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
+        if (next - u).abs() <= NEAR {
+            return (next, at(next));
+        }
+        u = next;
+    }
+    (u, at(u))
+}
+
+/// The present stretch of one contact in all lanes, for spans that lanes travel together.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Abreast<L> {
+    force_n: L,
+    t_s: L,
+}
+
+impl<L: Lane> Abreast<L> {
+    pub(crate) fn new() -> Self {
+        Self { force_n: L::zero(), t_s: L::zero() }
+    }
+
+    /// Gives a lane that goes alone from here on what was found in company.
+    pub(crate) fn give(&self, peaks: &mut Peaks, i: usize, l: usize) {
+        if let Some(present) = &mut peaks.present[i] {
+            *present = self.peak(l);
+        }
+    }
+
+    pub(crate) fn peak(&self, l: usize) -> Peak {
+        Peak { t_s: self.t_s.lane(l), force_n: self.force_n.lane(l) }
+    }
+
+    /// Takes over what a lane has found alone.
+    pub(crate) fn take(&mut self, peaks: &Peaks, i: usize, l: usize) {
+        let present = peaks.present[i].unwrap_or_default();
+        self.force_n.set_lane(l, present.force_n);
+        self.t_s.set_lane(l, present.t_s);
+    }
+
+    /// A lane's force has been this large.
+    pub(crate) fn rise_to(&mut self, l: usize, t_s: f64, force_n: f64) {
+        if force_n > self.force_n.lane(l) {
+            self.force_n.set_lane(l, force_n);
+            self.t_s.set_lane(l, t_s);
+        }
+    }
+
+    /// The lanes of `pushing` have gone from `from_s` on by `h` (s), with these forces at start and end and
+    /// these slopes: gives those whose force may have been larger in between than anything yet.
+    #[inline(always)]
+    pub(crate) fn pass(
+        &mut self,
+        pushing: L::Mask,
+        [start, end]: [L; 2],
+        [rise, fall]: [L; 2],
+        from_s: L,
+        h: L,
+    ) -> L::Mask {
+        let zero = L::zero();
+        for (force_n, t_s) in [(start, from_s), (end, from_s + h)] {
+            let higher = pushing & force_n.gt(self.force_n);
+            self.force_n = L::select(higher, force_n, self.force_n);
+            self.t_s = L::select(higher, t_s, self.t_s);
+        }
+        let crests = rise.gt(zero)
+            & fall.lt(zero)
+            & room([start, end], [rise, fall], h, self.force_n * L::splat(1.0 + CREST)).gt(zero);
+        // Ends that tell of a turn at least, though tangents do not bound it.
+        let turns =
+            (rise.gt(zero) & fall.ge(zero) & end.lt(start)) | (rise.le(zero) & fall.lt(zero) & start.lt(end));
+        pushing & (crests | turns)
+    }
+
+    /// Lanes whose force may have been larger than anything yet within a span in which it swings more than
+    /// once: at the steeper of its slopes, from the higher of its ends, it would get there.
+    #[inline(always)]
+    pub(crate) fn is_near(&self, [start, end]: [L; 2], [rise, fall]: [L; 2], h: L) -> L::Mask {
+        (start.max(end) + h * rise.abs().max(fall.abs())).gt(self.force_n * L::splat(1.0 + NEAR))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 20 + 10 sin, turned by up to 1.2 rad over a span: where the ends tell the crest, they tell it to
+    /// 1.2e-7 (see [`Span::crest`]).
+    #[test]
+    fn truth_the_crest_of_a_sine_follows_from_both_ends() {
+        let h = 5e-4;
+        let mut told = 0;
+        for turn in [0.02_f64, 0.1, 0.2, 0.4, 0.8, 1.2] {
+            for share in [0.1, 0.37, 0.5, 0.9] {
+                let (w, phase) = (turn / h, std::f64::consts::FRAC_PI_2 - share * turn);
+                let of = |f: &dyn Fn(f64) -> f64| [f(phase), f(phase + turn)];
+                let span = Span {
+                    ends: of(&|p| 20.0 + 10.0 * p.sin()),
+                    slopes: of(&|p| 10.0 * w * p.cos()),
+                    bends: of(&|p| -10.0 * w * w * p.sin()),
+                    length_s: h,
+                    is_rough: false,
+                };
+                if let Crest::At { s, force_n } = span.crest() {
+                    told += 1;
+                    assert!(
+                        (force_n / 30.0 - 1.0).abs() < 1.2e-7 && (s / h - share).abs() < 1e-2,
+                        "{turn} {share}: {force_n} at {s}"
+                    );
+                } else {
+                    assert!(turn > 0.2, "{turn} {share}");
+                }
+                // A ripple of a ten thousandth, seventy turns of it.
+                let ripple = |p: f64| {
+                    [3e-3 * p.sin(), 3e-3 * 440.0 / h * p.cos(), -3e-3 * (440.0 / h).powi(2) * p.sin()]
+                };
+                let [a, b] = [ripple(0.3 + turn), ripple(440.3 + turn)];
+                let add = |values: [f64; 2], k: usize| [values[0] + a[k], values[1] + b[k]];
+                let [ends, slopes, bends] = [add(span.ends, 0), add(span.slopes, 1), add(span.bends, 2)];
+                assert_eq!(Span { ends, slopes, bends, is_rough: true, ..span }.crest(), Crest::Unclear);
+            }
+        }
+        assert!(told >= 12, "{told}");
+    }
+}

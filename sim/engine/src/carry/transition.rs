@@ -1,0 +1,223 @@
+//! The exponentials of all lanes side by side, and the look at their guards.
+
+use feeler_lanes::{Blocks, Lane, LaneMask};
+
+use crate::carry::lane::LaneCore;
+use crate::carry::peaks::{Abreast, Span};
+use crate::error::EngineError;
+use crate::solve::flow::{Flow, ROWS_PER_BEND, ROWS_PER_LINE};
+
+/// Spans closer than this are surely one on the grid of femtoseconds.
+const SAME_SPAN_S: f64 = 0.49e-15;
+
+/// Carries every lane over the same span, each in its own mode.
+#[derive(Debug)]
+pub(crate) struct Transition<L: Lane> {
+    pub(crate) span_fs: u64,
+    span_s: f64,
+    /// Formation of the lanes (see [`crate::carry::formation`]) for which the rows were last looked through.
+    filled_at: u64,
+    /// Flow of each lane for which the rows were filled in.
+    filled_for: Vec<usize>,
+    /// Equal parts into which each lane cuts the span so as not to miss an event between two looks.
+    pub(crate) parts: Vec<u64>,
+    /// Most of these.
+    pub(crate) most_parts: u64,
+    /// Length of these parts, s.
+    part_s: L,
+    matrix: Blocks<L>,
+    width: usize,
+    states: usize,
+    /// Lines that there is room for.
+    lines: usize,
+    /// Where the signals begin.
+    signals_from: usize,
+    /// Lanes in which the first lines, those of contacts whose peaks are kept, are guards, and in which they
+    /// are forces.
+    guarding: Vec<L::Mask>,
+    pub(crate) pushing: Vec<L::Mask>,
+    /// Lanes that go through more in one part than [`Flow::looks`] asks for, as they have no guards.
+    rough: L::Mask,
+}
+
+impl<L: Lane> Transition<L> {
+    pub(crate) fn new(span_fs: u64, lanes: &[LaneCore]) -> Self {
+        let layout = lanes[0].motion.layout();
+        let (states, width) = (layout.states(), layout.linear_width());
+        Self {
+            span_fs,
+            span_s: span_fs as f64 * 1e-15,
+            filled_at: 0,
+            filled_for: vec![usize::MAX; L::WIDTH],
+            parts: vec![1; L::WIDTH],
+            most_parts: 1,
+            part_s: L::zero(),
+            matrix: Blocks::zeros(0, width),
+            width,
+            states,
+            lines: 0,
+            signals_from: 0,
+            guarding: Vec::new(),
+            pushing: Vec::new(),
+            rough: L::Mask::splat(false),
+        }
+    }
+
+    /// Whether a span is this one on the grid of femtoseconds.
+    #[inline(always)]
+    pub(crate) fn is_over(&self, span_s: f64) -> bool {
+        (span_s - self.span_s).abs() < SAME_SPAN_S
+    }
+
+    /// Rows of the product, padded.
+    pub(crate) fn padded_rows(&self) -> usize {
+        self.matrix.padded_rows()
+    }
+
+    /// Fills in the rows of lanes whose mode has changed since.
+    #[inline(always)]
+    pub(crate) fn refresh(&mut self, formation: u64, lanes: &mut [LaneCore]) -> Result<(), EngineError> {
+        if self.filled_at == formation {
+            return Ok(());
+        }
+        self.filled_at = formation;
+        self.fill(lanes)
+    }
+
+    #[cold]
+    fn fill(&mut self, lanes: &mut [LaneCore]) -> Result<(), EngineError> {
+        let most = lanes.iter().map(|lane| lane.flow().lines.len()).max().unwrap_or(0);
+        if most > self.lines || self.signals_from == 0 {
+            self.lines = most;
+            let flow = lanes[0].flow();
+            self.signals_from = self.states + ROWS_PER_LINE * most + ROWS_PER_BEND * flow.pushing.len();
+            self.matrix = Blocks::zeros(self.signals_from + flow.signals.len(), self.width);
+            self.filled_for.fill(usize::MAX);
+        }
+        let mut rough: Vec<bool> = (0..L::WIDTH).map(|l| self.rough.test(l)).collect();
+        for (l, lane) in lanes.iter_mut().enumerate() {
+            if self.filled_for[l] == lane.current || lane.has_ended() {
+                continue;
+            }
+            self.filled_for[l] = lane.current;
+            let flow = lane.flow_mut();
+            if !flow.linear {
+                continue;
+            }
+            let span_s = self.span_s;
+            // Where nothing can happen there is nothing to look for but crests, which have a look of their
+            // own.
+            let is_guarded = flow.lines.iter().any(|line| line.is_guard);
+            let looks = flow.looks(span_s)?;
+            self.parts[l] = if is_guarded { looks } else { 1 };
+            rough[l] = !is_guarded && looks > 1;
+            self.part_s.set_lane(l, span_s / self.parts[l] as f64);
+            let own = self.states + ROWS_PER_LINE * flow.lines.len();
+            let room = self.states + ROWS_PER_LINE * self.lines;
+            for (i, row) in
+                flow.transition(self.span_fs / self.parts[l])?.chunks_exact(self.width).enumerate()
+            {
+                self.matrix.set_row(l, if i < own { i } else { room + i - own }, row);
+            }
+            // Lines that this lane does not have read 1 at both ends.
+            let mut one = vec![0.0; self.width];
+            one[self.width - 1] = 1.0;
+            for i in own..room {
+                let is_value = matches!((i - self.states) % ROWS_PER_LINE, 0 | 3);
+                self.matrix.set_row(l, i, if is_value { &one } else { &[] });
+            }
+        }
+        self.rough = L::Mask::from_fn(|l| rough[l]);
+        let of_contacts = |is: &dyn Fn(&Flow, usize) -> bool| {
+            let contacts = lanes[0].flow().pushing.len();
+            (0..contacts).map(|c| L::Mask::from_fn(|l| is(lanes[l].flow(), c))).collect()
+        };
+        self.guarding = of_contacts(&|flow, c| flow.lines[c].is_guard);
+        self.pushing = of_contacts(&|flow, c| flow.pushing[c]);
+        self.most_parts = self.parts.iter().copied().max().unwrap_or(1);
+        Ok(())
+    }
+
+    /// Lanes in which a guard may have been crossed on the way: it is not positive at the end, was negative
+    /// at the start, or falls at the start and rises at the end so steeply that it may have dipped below zero
+    /// in between.
+    #[inline(always)]
+    fn suspects(&self, y: &[L]) -> L::Mask {
+        let zero = L::zero();
+        let mut suspect = L::Mask::splat(false);
+        for (i, line) in y[self.states..].chunks_exact(ROWS_PER_LINE).take(self.lines).enumerate() {
+            let [end, slope_start, slope_end, start] = [line[0], line[1], line[2], line[3]];
+            // Where the tangents at both ends meet below zero (see `taylor::Polynomial::dip`).
+            let below =
+                (slope_end * start - slope_start * end + slope_start * slope_end * self.part_s).lt(zero);
+            let dips = slope_start.lt(zero) & slope_end.gt(zero) & below;
+            let crossed = end.le(zero) | start.lt(zero) | dips;
+            suspect = suspect | self.guarding.get(i).map_or(crossed, |guarding| crossed & *guarding);
+        }
+        suspect
+    }
+
+    /// Looks where the lanes of `here` are after one part, and gives those that may have met an event on the
+    /// way.
+    #[inline(always)]
+    pub(crate) fn look(&self, here: L::Mask, xi: &[L], y: &mut [L]) -> L::Mask {
+        self.matrix.apply(xi, y);
+        here & self.suspects(y)
+    }
+
+    /// Notes the largest forces of the lanes of `moved` in part `part` of a span that began at `t_s`, and
+    /// gives those whose force may be larger still in between.
+    #[inline(always)]
+    pub(crate) fn pass(
+        &self,
+        moved: L::Mask,
+        y: &[L],
+        part: u64,
+        t_s: f64,
+        peaks: &mut [Abreast<L>],
+    ) -> L::Mask {
+        let from_s = L::splat(t_s) + self.part_s * L::splat(part as f64);
+        let mut crests = L::Mask::splat(false);
+        for ((line, pushing), peak) in
+            y[self.states..].chunks_exact(ROWS_PER_LINE).zip(&self.pushing).zip(peaks)
+        {
+            let [end, slope_start, slope_end, start] = [line[0], line[1], line[2], line[3]];
+            let here = moved & *pushing;
+            crests = crests | peak.pass(here, [start, end], [slope_start, slope_end], from_s, self.part_s);
+            if self.rough.any() {
+                crests = crests
+                    | (here & self.rough & peak.is_near([start, end], [slope_start, slope_end], self.part_s));
+            }
+        }
+        crests
+    }
+
+    /// One part of a lane as contact `i` went through it; none where it does not push.
+    pub(crate) fn span(&self, l: usize, i: usize, y: &[L]) -> Option<Span> {
+        let line = &y[self.states + ROWS_PER_LINE * i..];
+        let bends = &y[self.states + ROWS_PER_LINE * self.lines + ROWS_PER_BEND * i..];
+        let of = |values: [L; 2]| values.map(|value| value.lane(l));
+        self.pushing[i].test(l).then(|| Span {
+            ends: of([line[3], line[0]]),
+            slopes: of([line[1], line[2]]),
+            bends: of([bends[0], bends[1]]),
+            length_s: self.part_s.lane(l),
+            is_rough: self.rough.test(l),
+        })
+    }
+
+    /// Moves the lanes of `moved` to where they were seen, and gives what their signals are there.
+    #[inline(always)]
+    pub(crate) fn go(&self, moved: L::Mask, xi: &mut [L], signals: &mut [L], y: &[L]) {
+        let signals = signals.iter_mut().zip(&y[self.signals_from..]);
+        if moved.all() {
+            xi[..self.states].copy_from_slice(&y[..self.states]);
+            signals.for_each(|(signal, &y)| *signal = y);
+            return;
+        }
+        signals.for_each(|(signal, &y)| *signal = L::select(moved, y, *signal));
+        for (x, &y) in xi.iter_mut().zip(y.iter()).take(self.states) {
+            *x = L::select(moved, y, *x);
+        }
+    }
+}

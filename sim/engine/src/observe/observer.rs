@@ -1,0 +1,70 @@
+//! Who watches a run.
+
+use feeler_lanes::Lane;
+
+use crate::observe::event::Event;
+
+/// Receives the record of a run as it goes.
+///
+/// At a sample instant a controller's outputs and the drives' commands are those issued at that instant; all
+/// else is what a sampler would read just before they act. Of a variant that has ended early the values are
+/// not numbers.
+pub trait Observer<L: Lane> {
+    /// The recorded signals at `t_s`, in the order of the scenario's `record`.
+    fn record(&mut self, t_s: f64, values: &[L]);
+    /// An event of one lane. Events of a lane come in order; between lanes, and between events and records,
+    /// order within a sampling interval is free.
+    fn event(&mut self, lane: usize, event: &Event);
+}
+
+/// Watches nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Unobserved;
+
+impl<L: Lane> Observer<L> for Unobserved {
+    fn record(&mut self, _t_s: f64, _values: &[L]) {}
+    fn event(&mut self, _lane: usize, _event: &Event) {}
+}
+
+/// Keeps everything of a single variant.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Trace {
+    /// Names of the signals.
+    pub names: Vec<String>,
+    /// Time stamps, s.
+    pub t_s: Vec<f64>,
+    /// One column per signal.
+    pub columns: Vec<Vec<f64>>,
+    /// Every event.
+    pub events: Vec<Event>,
+}
+
+impl Trace {
+    /// An empty trace of these signals.
+    pub fn new(names: &[String]) -> Self {
+        Self {
+            names: names.to_vec(),
+            t_s: Vec::new(),
+            columns: vec![Vec::new(); names.len()],
+            events: Vec::new(),
+        }
+    }
+
+    /// The values of a signal.
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        self.names.iter().position(|n| n == name).map(|i| self.columns[i].as_slice())
+    }
+}
+
+impl Observer<f64> for Trace {
+    fn record(&mut self, t_s: f64, values: &[f64]) {
+        self.t_s.push(t_s);
+        for (column, value) in self.columns.iter_mut().zip(values) {
+            column.push(*value);
+        }
+    }
+
+    fn event(&mut self, _lane: usize, event: &Event) {
+        self.events.push(*event);
+    }
+}

@@ -1,0 +1,358 @@
+//! A scenario made ready: the machine's motion, how its controllers are wired, and what is recorded.
+
+use std::sync::Arc;
+
+use feeler_control::{ControllerSpec, Law, Reference, SampleClock};
+use feeler_plant::assembly::{ContactPart, Source, assemble, resolve};
+use feeler_plant::description::{Elements, Machine, Profile, Quantity, SignalName};
+use feeler_plant::effects::Change;
+use feeler_plant::motion::Motion;
+use feeler_plant::names::did_you_mean;
+use feeler_plant::problem::Problem;
+
+use crate::error::EngineError;
+use crate::run::scenario::{ControllerUse, RunSettings, Scenario};
+
+/// Where a recorded value comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Recorded {
+    /// A row of the plant: index into the wanted signals.
+    Plant(usize),
+    /// One of the six numbers of where the shapes of contact `i` touch.
+    Touch(usize, usize),
+    /// 1 while contact `i` pushes.
+    Touching(usize),
+    /// The command of drive `i` as issued.
+    Command(usize),
+    /// The reading of sensor `i`; its signal is the wanted one of this index.
+    Reading(usize, usize),
+    /// The output of controller `i`, as applied.
+    Output(usize),
+    /// The reference of controller `i`.
+    Reference(usize),
+}
+
+/// How one controller is wired.
+#[derive(Clone, Debug)]
+pub(crate) struct Wiring {
+    pub(crate) reading: Option<Tapped>,
+    pub(crate) motion: Option<Tapped>,
+    pub(crate) motion_is_velocity: bool,
+    pub(crate) drive: usize,
+    pub(crate) clock: SampleClock,
+    pub(crate) reference: Reference,
+}
+
+/// A sensor as somebody reads it: the sensor and its wanted signal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Tapped {
+    pub(crate) sensor: usize,
+    pub(crate) signal: usize,
+}
+
+/// A controller with its names resolved to indices of the assembly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoopWiring<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Law, gains, timing and reference, effects applied.
+    pub spec: &'a ControllerSpec,
+    /// Sensor it controls.
+    pub reading: Option<usize>,
+    /// Sensor of position or velocity that it damps with.
+    pub motion: Option<usize>,
+    /// Which of the two that sensor reads.
+    pub motion_is_velocity: bool,
+    /// Drive that it commands.
+    pub drive: usize,
+}
+
+/// A scenario ready to run, in one variant.
+#[derive(Clone, Debug)]
+pub struct Program {
+    pub(crate) motion: Motion,
+    pub(crate) controllers: Elements<ControllerUse>,
+    pub(crate) wiring: Vec<Wiring>,
+    pub(crate) run: RunSettings,
+    /// Signals of the plant that somebody reads, as rows.
+    pub(crate) wanted: Vec<Source>,
+    pub(crate) recorded: Vec<Recorded>,
+    pub(crate) names: Vec<String>,
+}
+
+impl Program {
+    /// Checks and prepares a scenario.
+    ///
+    /// # Errors
+    /// Every mistake of machine and wiring at once, by key.
+    pub fn new(scenario: &Scenario) -> Result<Self, EngineError> {
+        let mut scenario = scenario.clone();
+        let mut problems = Vec::new();
+        for (name, controller) in &mut scenario.controllers {
+            for effect in &controller.effects {
+                match effect.definition.change {
+                    // Independent deviations add in square.
+                    Change::SampleJitter => {
+                        controller.spec.jitter_s = controller.spec.jitter_s.hypot(effect.values[0])
+                    }
+                    Change::Plant(_) => problems.push(Problem::new(
+                        format!("controllers.{name}.effects.{}", effect.definition.kind),
+                        "this effect disturbs the plant, not a controller",
+                        "move it under the element that it disturbs",
+                    )),
+                }
+            }
+        }
+        let motion = match assemble(&scenario.machine) {
+            Ok(assembly) => Motion::new(assembly).map_err(|more| problems.extend(more)).ok(),
+            Err(more) => {
+                problems.extend(more);
+                None
+            }
+        };
+        let mut wanted = Wanted::default();
+        let mut wiring = Vec::new();
+        for (name, controller) in &scenario.controllers {
+            if let Some(w) = wire(&scenario, name, controller, &mut wanted, &mut problems)? {
+                wiring.push(w);
+            }
+        }
+        let mut recorded = Vec::new();
+        for signal in &scenario.run.record {
+            match record(&scenario, signal, &mut wanted) {
+                Ok(source) => recorded.push(source),
+                Err(problem) => problems.push(Problem { key: "run.record".into(), ..problem }),
+            }
+        }
+        let Some(motion) = motion.filter(|_| problems.is_empty()) else {
+            return Err(EngineError::Problems { problems });
+        };
+        let names = scenario.run.record.iter().map(ToString::to_string).collect();
+        Ok(Self {
+            motion,
+            controllers: scenario.controllers,
+            wiring,
+            run: scenario.run,
+            wanted: wanted.0,
+            recorded,
+            names,
+        })
+    }
+
+    /// The machine's motion.
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// How it is run.
+    pub fn settings(&self) -> &RunSettings {
+        &self.run
+    }
+
+    /// Names of the recorded signals, in the order of the file.
+    pub fn record_names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// Names of the controllers, in the order of the file.
+    pub fn controller_names(&self) -> impl Iterator<Item = &str> {
+        self.controllers.keys().map(String::as_str)
+    }
+
+    /// How the controllers are wired, in the order of the file.
+    pub fn loops(&self) -> impl Iterator<Item = LoopWiring<'_>> {
+        self.controllers.iter().zip(&self.wiring).map(|((name, used), wiring)| LoopWiring {
+            name,
+            spec: &used.spec,
+            reading: wiring.reading.map(|tapped| tapped.sensor),
+            motion: wiring.motion.map(|tapped| tapped.sensor),
+            motion_is_velocity: wiring.motion_is_velocity,
+            drive: wiring.drive,
+        })
+    }
+
+    /// In what two variants differ that lanes must share; `None` where they can run side by side.
+    pub fn difference(&self, other: &Self) -> Option<&'static str> {
+        let (a, b) = (self.motion.assembly(), other.motion.assembly());
+        let bits = f64::to_bits;
+        let same_loop = |(a, b): (&ControllerUse, &ControllerUse)| {
+            let timing = |c: &ControllerUse| {
+                [c.spec.period_s, c.spec.delay_s, c.spec.offset_s, c.spec.jitter_s].map(bits)
+            };
+            timing(a) == timing(b)
+                && std::mem::discriminant(&a.spec.law) == std::mem::discriminant(&b.spec.law)
+        };
+        let wires = |p: &Self| {
+            p.wiring.iter().map(|w| (w.reading, w.motion, w.motion_is_velocity, w.drive)).collect::<Vec<_>>()
+        };
+        let knots = |contact: &ContactPart| {
+            let starts = |profile: &Arc<Profile>| {
+                profile.pieces().iter().map(|piece| bits(piece.start_s)).collect::<Vec<_>>()
+            };
+            contact.profile.as_ref().map(starts)
+        };
+        let same_run = {
+            let [x, y] = [&self.run, &other.run];
+            let numbers =
+                |r: &RunSettings| [r.duration_s, r.step_s, r.record_rate_hz.unwrap_or(0.0)].map(bits);
+            numbers(x) == numbers(y) && (x.integrator, x.seed, x.energy) == (y.integrator, y.seed, y.energy)
+        };
+        let checks = [
+            (self.motion.layout() == other.motion.layout(), "its states"),
+            (self.motion.switches() == other.motion.switches(), "what can switch"),
+            (self.motion.terms().len() == other.motion.terms().len(), "its nonlinear laws"),
+            (self.wanted == other.wanted && self.recorded == other.recorded, "what is recorded"),
+            (
+                self.controllers.len() == other.controllers.len() && wires(self) == wires(other),
+                "how controllers are wired",
+            ),
+            (
+                self.controllers.values().zip(other.controllers.values()).all(same_loop),
+                "the law or timing of a controller",
+            ),
+            (
+                a.contacts.iter().map(knots).eq(b.contacts.iter().map(knots)),
+                "when pieces of a moving gap begin",
+            ),
+            (
+                a.drives.iter().map(|d| bits(d.delay)).eq(b.drives.iter().map(|d| bits(d.delay))),
+                "the delay of a drive",
+            ),
+            (
+                a.sensors
+                    .iter()
+                    .map(|s| (bits(s.delay), s.resolutions.len()))
+                    .eq(b.sensors.iter().map(|s| (bits(s.delay), s.resolutions.len()))),
+                "the delay or quantisation of a sensor",
+            ),
+            (same_run, "duration, step, integrator or seed"),
+        ];
+        checks.iter().find(|(same, _)| !same).map(|(_, what)| *what)
+    }
+
+    /// Spacing of the record, s.
+    pub fn record_spacing_s(&self) -> f64 {
+        self.run.record_rate_hz.map_or(self.run.step_s, |rate| 1.0 / rate)
+    }
+}
+
+#[derive(Default)]
+struct Wanted(Vec<Source>);
+
+impl Wanted {
+    fn index(&mut self, source: Source) -> usize {
+        self.0.iter().position(|&s| s == source).unwrap_or_else(|| {
+            self.0.push(source);
+            self.0.len() - 1
+        })
+    }
+
+    fn tap(&mut self, sensor: usize) -> Tapped {
+        Tapped { sensor, signal: self.index(Source::Sensor(sensor)) }
+    }
+}
+
+fn missing<T>(key: String, what: &str, name: &str, table: &Elements<T>) -> Problem {
+    Problem::new(
+        key,
+        format!("there is no {what} `{name}`"),
+        did_you_mean(name, table.keys().map(String::as_str)),
+    )
+}
+
+fn wire(
+    scenario: &Scenario,
+    name: &str,
+    controller: &ControllerUse,
+    wanted: &mut Wanted,
+    problems: &mut Vec<Problem>,
+) -> Result<Option<Wiring>, EngineError> {
+    let machine = &scenario.machine;
+    let before = problems.len();
+    let key = |last: &str| format!("controllers.{name}.{last}");
+    let drive = machine.actuators.get_index_of(&controller.drives);
+    if drive.is_none() {
+        problems.push(missing(key("drives"), "actuator", &controller.drives, &machine.actuators));
+    }
+    let mut tap = |sensor: &Option<String>, last: &str| {
+        let sensor = sensor.as_ref()?;
+        let index = machine.sensors.get_index_of(sensor);
+        if index.is_none() {
+            problems.push(missing(key(last), "sensor", sensor, &machine.sensors));
+        }
+        index.map(|i| wanted.tap(i))
+    };
+    let reading = tap(&controller.reads, "reads");
+    let needs_motion = controller.spec.law.needs_motion() || controller.spec.approach.is_some();
+    let motion_name = controller
+        .motion
+        .clone()
+        .or_else(|| needs_motion.then(|| motion_sensor(machine, &controller.drives)).flatten());
+    let motion = tap(&motion_name, "motion");
+    let is_velocity = motion_name
+        .as_ref()
+        .and_then(|name| machine.sensors.get(name))
+        .is_some_and(|s| s.reads.quantity == Quantity::Velocity);
+    if needs_motion && motion_name.is_none() {
+        let message = "damping, impedance, admittance and the approach need a sensor of position or velocity of the driven body";
+        problems.push(Problem::new(key("motion"), message, "add one under [sensors] and name it here"));
+    }
+    let blind = match &controller.spec.law {
+        Law::OpenLoop => true,
+        Law::Impedance(gains) => gains.force_gain == 0.0 && controller.spec.approach.is_none(),
+        _ => false,
+    };
+    if controller.reads.is_none() && !blind {
+        problems.push(Problem::new(
+            key("reads"),
+            "this law needs a sensor",
+            "name one with `reads = \"...\"`",
+        ));
+    }
+    let control = |source| EngineError::Control { name: name.into(), source };
+    let clock = SampleClock::new(&controller.spec, scenario.run.seed, &format!("controllers.{name}"))
+        .map_err(control)?;
+    let reference =
+        Reference::new(&controller.spec.reference, scenario.run.seed, &format!("controllers.{name}"))
+            .map_err(control)?;
+    let drive = drive.filter(|_| problems.len() == before);
+    Ok(drive.map(|drive| Wiring {
+        reading,
+        motion,
+        motion_is_velocity: is_velocity,
+        drive,
+        clock,
+        reference,
+    }))
+}
+
+/// The first sensor that reads position or velocity of the body an actuator drives.
+fn motion_sensor(machine: &Machine, actuator: &str) -> Option<String> {
+    let body = &machine.actuators.get(actuator)?.on;
+    let reads_motion = |quantity| matches!(quantity, Quantity::Position | Quantity::Velocity);
+    machine
+        .sensors
+        .iter()
+        .find(|(_, s)| s.reads.element == *body && reads_motion(s.reads.quantity))
+        .map(|(name, _)| name.clone())
+}
+
+fn record(scenario: &Scenario, signal: &SignalName, wanted: &mut Wanted) -> Result<Recorded, Problem> {
+    if let Quantity::Output | Quantity::Reference = signal.quantity {
+        let Some(i) = scenario.controllers.get_index_of(&signal.element) else {
+            return Err(missing(String::new(), "controller", &signal.element, &scenario.controllers));
+        };
+        return Ok(if signal.quantity == Quantity::Output {
+            Recorded::Output(i)
+        } else {
+            Recorded::Reference(i)
+        });
+    }
+    Ok(match resolve(&scenario.machine, signal)? {
+        Source::Contact(i, Quantity::Contact) => Recorded::Touching(i),
+        Source::Contact(i, quantity) if let Some(which) = quantity.of_touch() => Recorded::Touch(i, which),
+        Source::Drive(i, Quantity::Command) => Recorded::Command(i),
+        Source::Sensor(i) => Recorded::Reading(i, wanted.tap(i).signal),
+        source => Recorded::Plant(wanted.index(source)),
+    })
+}

@@ -1,0 +1,7 @@
+//! What acts at instants: clocks, controllers, drives, sensors and delayed readings.
+
+pub(crate) mod clock;
+pub(crate) mod control_loop;
+pub(crate) mod drive;
+pub(crate) mod sensing;
+pub(crate) mod taps;

@@ -1,0 +1,270 @@
+//! The flow of one mode: its equations as matrices, and its exponentials.
+
+use feeler_lti::{balance, eigenvalues};
+use feeler_plant::assembly::Source;
+use feeler_plant::description::Engagement;
+use feeler_plant::motion::{Equations, Guard, Ledger, Mode, Motion, Row, Switch, SwitchState, dot};
+use nalgebra::DMatrix;
+
+use crate::error::EngineError;
+use crate::solve::exponentials::exponential;
+
+/// Largest angle of the fastest oscillation between two looks at the guards, rad: below a quarter turn, so
+/// that a guard has at most one minimum in between and its slopes at both ends betray it.
+const CHECK_ANGLE: f64 = 1.2;
+/// Largest product of a mode's norm and the span of one Taylor polynomial. With the 30 terms of
+/// [`crate::solve::taylor`] its remainder is below 1e-18.
+const TAYLOR_REACH: f64 = 3.0;
+
+/// Angle of the fastest oscillation per step of a nonlinear mode, rad.
+const NONLINEAR_ANGLE: f64 = 0.5 * CHECK_ANGLE;
+
+/// States that are expanded side by side: one AVX-512 register.
+pub(crate) const BLOCK: usize = 8;
+
+/// Rows of a transition per line: value at the end, slope at the start, slope at the end, value at the start.
+pub(crate) const ROWS_PER_LINE: usize = 4;
+/// Further rows per contact whose peaks are kept, after those of the lines: how its force bends at start and
+/// end.
+pub(crate) const ROWS_PER_BEND: usize = 2;
+/// Rows are proportional where their entries are so to this, a few roundings.
+const PROPORTIONAL: f64 = 8.0 * f64::EPSILON;
+
+/// A quantity looked at along a transition.
+#[derive(Clone, Debug)]
+pub(crate) struct Line {
+    row: Row,
+    /// Whether the mode ends where it is no longer positive.
+    pub(crate) is_guard: bool,
+}
+
+/// One mode of one machine.
+#[derive(Clone, Debug)]
+pub(crate) struct Flow {
+    pub(crate) equations: Equations,
+    pub(crate) linear: bool,
+    /// Derivatives of the states over the linear part of the extended vector, row by row.
+    pub(crate) derivative: Vec<f64>,
+    /// Its part over the states, column by column, each padded to whole blocks.
+    pub(crate) columns: Vec<f64>,
+    pub(crate) states: usize,
+    pub(crate) width: usize,
+    /// Norm of the balanced derivative matrix, 1/s.
+    pub(crate) rate: f64,
+    /// Longest span of one Taylor polynomial, or of one step where the mode is nonlinear, s.
+    pub(crate) horizon_s: f64,
+    /// The fastest oscillation of the linear part, rad/s; none until the norm, which is never less, does not
+    /// do.
+    fastest: Option<f64>,
+    /// Whether each contact pushes, or is clamped; empty where peaks are not kept.
+    pub(crate) pushing: Vec<bool>,
+    /// The guards, and the forces of contacts that push where peaks are kept; then the first ones are those
+    /// of the contacts, one for each.
+    pub(crate) lines: Vec<Line>,
+    /// Coordinates whose speed is that of another, or zero, because guides stick: each once, and the other is
+    /// none of them.
+    pub(crate) joined: Vec<(usize, Option<usize>)>,
+    /// Rows of the wanted signals; `None` for those no row can tell.
+    pub(crate) signals: Vec<Option<Row>>,
+    /// Energy meters, where the run keeps the ledger.
+    pub(crate) ledger: Ledger,
+    /// Transition rows by span.
+    transitions: Vec<(u64, Vec<f64>)>,
+}
+
+impl Flow {
+    pub(crate) fn new(
+        motion: &Motion,
+        mode: Mode,
+        wanted: &[Source],
+        energy: bool,
+        peaks: bool,
+    ) -> Result<Self, EngineError> {
+        let equations = motion.equations(mode);
+        let layout = motion.layout();
+        let (states, width) = (layout.states(), layout.linear_width());
+        let derivative: Vec<f64> =
+            equations.derivative.iter().flat_map(|row| row[..width].iter().copied()).collect();
+        let matrix = DMatrix::from_row_slice(states, width, &derivative);
+        let square = matrix.columns(0, states).into_owned();
+        let balanced = balance(&square).matrix;
+        let rate = norm(&balanced).max(f64::MIN_POSITIVE);
+        let linear = equations.is_linear();
+        let (fastest, horizon_s) = if linear {
+            (None, TAYLOR_REACH / rate)
+        } else {
+            let fastest = fastest(&square)?;
+            (Some(fastest), NONLINEAR_ANGLE / fastest)
+        };
+        let signals = wanted.iter().map(|&source| motion.signal(&equations, source)).collect();
+        let ledger = if energy { motion.ledger(&equations) } else { Ledger::default() };
+        let contacts = if peaks { motion.assembly().contacts.len() } else { 0 };
+        let pushing: Vec<bool> = (0..contacts).map(|i| pushes(motion, mode, i)).collect();
+        Ok(Self {
+            lines: lines(motion, &equations, &pushing),
+            pushing,
+            linear,
+            joined: joined(&equations.stuck, layout.coordinates()),
+            equations,
+            columns: square
+                .column_iter()
+                .flat_map(|column| {
+                    (0..states.next_multiple_of(BLOCK)).map(move |i| column.get(i).copied().unwrap_or(0.0))
+                })
+                .collect(),
+            derivative,
+            states,
+            width,
+            rate,
+            horizon_s,
+            fastest,
+            signals,
+            ledger,
+            transitions: Vec::new(),
+        })
+    }
+
+    /// Equal parts of a span between which the guards must be looked at.
+    pub(crate) fn looks(&mut self, span_s: f64) -> Result<u64, EngineError> {
+        if span_s * self.rate <= CHECK_ANGLE {
+            return Ok(1);
+        }
+        let fastest = if let Some(known) = self.fastest {
+            known
+        } else {
+            let matrix = DMatrix::from_row_slice(self.states, self.width, &self.derivative);
+            *self.fastest.insert(fastest(&matrix.columns(0, self.states).into_owned())?)
+        };
+        Ok((span_s * fastest / CHECK_ANGLE).ceil().max(1.0) as u64)
+    }
+
+    /// Row `i` of the derivative matrix.
+    pub(crate) fn derivative_row(&self, i: usize) -> &[f64] {
+        &self.derivative[i * self.width..(i + 1) * self.width]
+    }
+
+    /// The slope of a linear functional along the flow, as a row.
+    pub(crate) fn slope(&self, row: &[f64]) -> Row {
+        let mut slope = vec![0.0; self.width];
+        for (i, &factor) in row[..self.states].iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
+            for (s, d) in slope.iter_mut().zip(self.derivative_row(i)) {
+                *s += factor * d;
+            }
+        }
+        slope
+    }
+
+    /// Sum of the sizes of the parts that the slope of a linear functional is made of.
+    pub(crate) fn slope_size(&self, row: &[f64], xi: &[f64]) -> f64 {
+        let parts = |i: usize| self.derivative_row(i).iter().zip(xi).map(|(d, x)| (d * x).abs()).sum::<f64>();
+        row[..self.states]
+            .iter()
+            .enumerate()
+            .filter(|(_, factor)| **factor != 0.0)
+            .map(|(i, factor)| factor.abs() * parts(i))
+            .sum()
+    }
+
+    /// The rows that carry the extended vector over `span_fs` femtoseconds: the states, then for every line
+    /// its value at the end, its slopes at start and end, and its value at the start, then for every contact
+    /// whose peaks are kept the second derivatives at start and end, then the wanted signals at the end.
+    pub(crate) fn transition(&mut self, span_fs: u64) -> Result<&[f64], EngineError> {
+        if let Some(i) = self.transitions.iter().position(|(key, _)| *key == span_fs) {
+            return Ok(&self.transitions[i].1);
+        }
+        let n = self.width;
+        let exponential = exponential(&self.derivative, n, span_fs)?;
+        let count = self.states
+            + ROWS_PER_LINE * self.lines.len()
+            + ROWS_PER_BEND * self.pushing.len()
+            + self.signals.len();
+        let mut rows = Vec::with_capacity(count * n);
+        for i in 0..self.states {
+            rows.extend(exponential.row(i).iter());
+        }
+        for line in &self.lines {
+            let value = &line.row[..n];
+            let slope = self.slope(value);
+            rows.extend(exponential.column_iter().map(|column| dot(value, column.as_slice())));
+            rows.extend_from_slice(&slope);
+            rows.extend(exponential.column_iter().map(|column| dot(&slope, column.as_slice())));
+            rows.extend_from_slice(value);
+        }
+        for line in &self.lines[..self.pushing.len()] {
+            let bend = self.slope(&self.slope(&line.row));
+            rows.extend_from_slice(&bend);
+            rows.extend(exponential.column_iter().map(|column| dot(&bend, column.as_slice())));
+        }
+        for signal in &self.signals {
+            let row = signal.as_deref().map_or(&[][..], |row| &row[..n]);
+            rows.extend(exponential.column_iter().map(|column| dot(row, column.as_slice())));
+        }
+        self.transitions.push((span_fs, rows));
+        Ok(&self.transitions[self.transitions.len() - 1].1)
+    }
+}
+
+/// The fastest oscillation of a system, rad/s.
+fn fastest(matrix: &DMatrix<f64>) -> Result<f64, EngineError> {
+    Ok(eigenvalues(matrix)?.iter().map(|lambda| lambda.im.abs()).fold(0.0, f64::max))
+}
+
+/// Whether contact `i` pushes in a mode, or is clamped.
+pub(crate) fn pushes(motion: &Motion, mode: Mode, i: usize) -> bool {
+    match motion.assembly().contacts[i].engagement {
+        Engagement::Clamped => true,
+        Engagement::Free => false,
+        Engagement::Unilateral => {
+            let switch = motion.switches().iter().position(|&switch| switch == Switch::Contact(i));
+            switch.is_some_and(|switch| mode.get(switch) == SwitchState::Plus)
+        }
+    }
+}
+
+/// A force that a guard is proportional to stands for it, so that to look at peaks costs lanes that travel
+/// together no further rows.
+fn lines(motion: &Motion, equations: &Equations, pushing: &[bool]) -> Vec<Line> {
+    let mut guards: Vec<&Guard> = equations.guards.iter().collect();
+    let mut lines = Vec::new();
+    for (i, &pushes) in pushing.iter().enumerate() {
+        let force = &equations.contact_force[i];
+        let stands = |guard: &&Guard| {
+            motion.switches()[guard.switch] == Switch::Contact(i)
+                && (!pushes || are_proportional(&guard.row, force))
+        };
+        let guard = guards.iter().position(stands).map(|at| guards.remove(at));
+        lines.push(match guard {
+            Some(guard) if !pushes => Line { row: guard.row.clone(), is_guard: true },
+            _ => Line { row: force.clone(), is_guard: guard.is_some() },
+        });
+    }
+    lines.extend(guards.into_iter().map(|guard| Line { row: guard.row.clone(), is_guard: true }));
+    lines
+}
+
+/// Whether `b` is `a` times a positive number.
+fn are_proportional(a: &[f64], b: &[f64]) -> bool {
+    let Some(largest) = (0..a.len()).max_by(|&i, &j| a[i].abs().total_cmp(&a[j].abs())) else { return false };
+    let factor = b[largest] / a[largest];
+    factor > 0.0 && a.iter().zip(b).all(|(a, b)| (factor * a - b).abs() <= PROPORTIONAL * b.abs())
+}
+
+/// The groups that pairs of equal speeds make: each member with the first one, or with ground.
+fn joined(pairs: &[[Option<usize>; 2]], coordinates: usize) -> Vec<(usize, Option<usize>)> {
+    let mut lead: Vec<Option<usize>> = (0..coordinates).map(Some).collect();
+    let lead_of = |lead: &[Option<usize>], end: Option<usize>| end.and_then(|g| lead[g]);
+    for &[a, b] in pairs {
+        let (a, b) = (lead_of(&lead, a), lead_of(&lead, b));
+        // None, the ground, is less than any coordinate.
+        let (low, high) = (a.min(b), a.max(b));
+        lead.iter_mut().filter(|l| **l == high).for_each(|l| *l = low);
+    }
+    (0..coordinates).map(|g| (g, lead[g])).filter(|(g, lead)| *lead != Some(*g)).collect()
+}
+
+/// The smaller of the largest row sum and the largest column sum.
+fn norm(matrix: &DMatrix<f64>) -> f64 {
+    let rows = matrix.row_iter().map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max);
+    let columns = matrix.column_iter().map(|column| column.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max);
+    f64::min(rows, columns)
+}

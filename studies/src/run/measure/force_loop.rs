@@ -1,0 +1,75 @@
+//! Which controller wants which force of which contact.
+
+use feeler_control::Law;
+use feeler_engine::Scenario;
+use feeler_plant::description::{Quantity, Sensor, SignalName};
+
+/// A controller whose reference is the force of a contact.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ForceLoop {
+    /// Index of the controller.
+    pub controller: usize,
+    /// Its name.
+    pub name: String,
+    /// Index of its sensor.
+    pub sensor: usize,
+    /// Index of the contact.
+    pub contact: usize,
+}
+
+impl ForceLoop {
+    /// The first controller whose reference is a force and whose sensor reads a contact, or another force
+    /// where there is only one contact.
+    pub fn find(scenario: &Scenario) -> Option<Self> {
+        let machine = &scenario.machine;
+        scenario.controllers.iter().enumerate().find_map(|(controller, (name, used))| {
+            if !matches!(used.spec.law, Law::ExplicitForce(_) | Law::Admittance(_)) {
+                return None;
+            }
+            let sensor = machine.sensors.get_index_of(used.reads.as_ref()?)?;
+            let element = &machine.sensors[sensor].reads.element;
+            let only = (machine.contacts.len() == 1).then_some(0);
+            let contact = machine.contacts.get_index_of(element).or(only)?;
+            Some(Self { controller, name: name.clone(), sensor, contact })
+        })
+    }
+
+    /// The signal of its reference.
+    pub fn reference_signal(&self) -> String {
+        SignalName::new(&self.name, Quantity::Reference).to_string()
+    }
+
+    /// What the sensor cannot tell apart: what noise hides and half its resolution, N.
+    pub(in crate::run) fn unresolved_n(&self, scenario: &Scenario) -> f64 {
+        let sensor = &scenario.machine.sensors[self.sensor];
+        self.hidden_by_noise_n(scenario) + 0.5 * sensor.resolution.unwrap_or(0.0) / scale(sensor)
+    }
+
+    /// What the sensor's noise hides: four sigma, N.
+    pub(in crate::run) fn hidden_by_noise_n(&self, scenario: &Scenario) -> f64 {
+        let sensor = &scenario.machine.sensors[self.sensor];
+        4.0 * sensor.noise / scale(sensor)
+    }
+}
+
+/// One sigma of the noisiest sensor as a force, N: of a position what the stiffest contact makes of it, of a
+/// velocity or an acceleration what that comes to within the shortest period of a controller.
+pub(in crate::run) fn sensor_noise_n(scenario: &Scenario) -> f64 {
+    let stiffness = scenario.machine.contacts.values().map(|contact| contact.stiffness).fold(0.0, f64::max);
+    let period_s = scenario.controllers.values().map(|used| used.spec.period_s).fold(f64::INFINITY, f64::min);
+    let force_n = |sensor: &Sensor| {
+        let factor = match sensor.reads.quantity {
+            Quantity::Position | Quantity::Compression => stiffness,
+            Quantity::Velocity => stiffness * period_s,
+            Quantity::Acceleration => stiffness * period_s * period_s,
+            _ => 1.0,
+        };
+        factor * sensor.noise / scale(sensor)
+    };
+    scenario.machine.sensors.values().filter(|sensor| sensor.noise > 0.0).map(force_n).fold(0.0, f64::max)
+}
+
+/// What a sensor reads of one of what it measures.
+fn scale(sensor: &Sensor) -> f64 {
+    if sensor.gain == 0.0 { 1.0 } else { sensor.gain.abs() }
+}

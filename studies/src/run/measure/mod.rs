@@ -1,0 +1,13 @@
+//! Figures taken from a record.
+
+pub(crate) mod chatter;
+pub(crate) mod contact;
+pub(crate) mod energy;
+pub(crate) mod force_loop;
+pub(crate) mod saturation;
+pub(crate) mod settling;
+pub(crate) mod standing;
+pub(crate) mod strobe;
+pub(crate) mod swings;
+pub(crate) mod trend;
+pub(crate) mod winding;

@@ -1,0 +1,166 @@
+//! Whether an oscillation grows or dies out, however slowly.
+//!
+//! The record is cut into windows of whole cycles and more. In each the amplitude is the root of the mean
+//! square about the mean, weighed by a Hann window so that parts of cycles at its ends and how rows fall on a
+//! peak do not show. A line through the logarithms of the amplitudes is the rate of growth; how far they
+//! scatter about it says how well it is known.
+//!
+//! That takes each window to scatter by itself. The swing of a loop that noise keeps moving wanders instead,
+//! from window to window, and a line fits a part of such a way well. How well its rate is known is then told
+//! by how much the rises from each window to the next differ.
+
+use std::f64::consts::TAU;
+
+use crate::run::measure::swings::turns;
+
+/// Cycles of a window at least: what is left of the ends is then below 0.2 % of the amplitude.
+const CYCLES: usize = 3;
+/// Windows, at least and at most.
+const WINDOWS: [usize; 2] = [4, 24];
+/// A slope beyond so many of its standard errors is one.
+const SIGNIFICANT: f64 = 4.0;
+/// Growth or decay over the whole record that is below this is none.
+const LEAST: f64 = 0.005;
+/// Windows at least of a swing that may wander: three rises hardly tell how much they differ.
+const WINDOWS_IN_NOISE: usize = 8;
+/// A trend whose later half is steeper than this share of its earlier one does not come to an end.
+const GOES_ON: f64 = 0.5;
+
+/// How the logarithm of an amplitude changes over a record.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::run) struct Trend {
+    /// Over the whole record, by the line that fits best.
+    pub(in crate::run) change: f64,
+    /// The standard error of that.
+    error: f64,
+    /// The same over the earlier and the later half, each as if it were the whole.
+    halves: [f64; 2],
+}
+
+impl Trend {
+    /// The trend of evenly spaced values; none where there are too few cycles.
+    pub(in crate::run) fn of(values: &[f64]) -> Option<Self> {
+        Self::by(values, &|_| 0.0)
+    }
+
+    /// The same of values that noise keeps moving: where there are few cycles, with an error without bound.
+    pub(in crate::run) fn in_noise(values: &[f64]) -> Option<Self> {
+        Self::by(values, &|logs| if logs.len() < WINDOWS_IN_NOISE { f64::INFINITY } else { wandering(logs) })
+    }
+
+    /// With an error of no less than `least_error` makes of the logarithms.
+    fn by(values: &[f64], least_error: &dyn Fn(&[f64]) -> f64) -> Option<Self> {
+        let count = (turns(values) / 2 / CYCLES).min(WINDOWS[1]);
+        if count < WINDOWS[0] {
+            return None;
+        }
+        let logs: Vec<f64> = (0..count)
+            .map(|i| amplitude(&values[i * values.len() / count..(i + 1) * values.len() / count]).ln())
+            .collect();
+        let (change, error) = line(&logs, count)?;
+        let [(earlier, _), (later, _)] =
+            [line(&logs[..count / 2], count)?, line(&logs[count - count / 2..], count)?];
+        Some(Self { change, error: error.max(least_error(&logs)), halves: [earlier, later] })
+    }
+
+    /// Whether the amplitude falls.
+    pub(in crate::run) fn falls(self) -> bool {
+        self.change < 0.0 && self.is_significant()
+    }
+
+    /// Whether it rises.
+    pub(in crate::run) fn rises(self) -> bool {
+        self.change > 0.0 && self.is_significant()
+    }
+
+    /// Whether it rises as fast in the end as before, so that no bound shows.
+    pub(in crate::run) fn rises_on(self) -> bool {
+        self.rises() && self.halves[1] > GOES_ON * self.halves[0]
+    }
+
+    /// Whether it falls as fast in the end as before, so that it will come to nothing.
+    pub(in crate::run) fn falls_on(self) -> bool {
+        self.falls() && self.halves[1] < GOES_ON * self.halves[0]
+    }
+
+    fn is_significant(self) -> bool {
+        self.change.abs() > LEAST.max(SIGNIFICANT * self.error)
+    }
+}
+
+/// Root of the weighed mean square about the weighed mean.
+fn amplitude(values: &[f64]) -> f64 {
+    let weights =
+        || (0..values.len()).map(|i| 0.5 - 0.5 * (TAU * (i as f64 + 0.5) / values.len() as f64).cos());
+    // The weights of a whole window come to half as many as there are.
+    let mean_of = |of: &dyn Fn(f64) -> f64| {
+        weights().zip(values).map(|(w, v)| w * of(*v)).sum::<f64>() * 2.0 / values.len() as f64
+    };
+    let mean = mean_of(&|v| v);
+    mean_of(&|v| (v - mean).powi(2)).sqrt()
+}
+
+/// The standard error of the change over all values if each comes from the one before by a random rise.
+fn wandering(values: &[f64]) -> f64 {
+    let rises: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let n = rises.len() as f64;
+    let mean = rises.iter().sum::<f64>() / n;
+    let variance = rises.iter().map(|rise| (rise - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (variance / n).sqrt() * values.len() as f64
+}
+
+/// Slope per `whole` values of the line through values at equal distances, and its standard error; none where
+/// some value is no number.
+fn line(values: &[f64], whole: usize) -> Option<(f64, f64)> {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let offset = |i: usize| (i as f64 - 0.5 * (n - 1.0)) / whole as f64;
+    let spread: f64 = (0..values.len()).map(|i| offset(i).powi(2)).sum();
+    let slope = values.iter().enumerate().map(|(i, v)| offset(i) * (v - mean)).sum::<f64>() / spread;
+    let left: f64 = values.iter().enumerate().map(|(i, v)| (v - mean - slope * offset(i)).powi(2)).sum();
+    slope.is_finite().then(|| (slope, (left / (n - 2.0).max(1.0) / spread).sqrt()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a rate: the windows' ends leave up to 0.2 % of an amplitude, over a record of 40 windows' cycles.
+    const RATE: f64 = 0.005;
+
+    fn swing(rate: f64, hz: f64) -> Vec<f64> {
+        (0..2000)
+            .map(|i| f64::from(i) * 5e-4)
+            .map(|t| 20.0 + (rate * t).exp() * (TAU * hz * t).sin())
+            .collect()
+    }
+
+    #[test]
+    fn truth_the_rate_of_an_exponential_is_found() {
+        for (rate, hz) in [(0.03, 60.0), (-0.03, 60.0), (1.5, 137.3), (-0.4, 24.7)] {
+            let trend = Trend::of(&swing(rate, hz)).unwrap();
+            assert!((trend.change - rate).abs() < RATE, "{rate}: {trend:?}");
+            assert_eq!((trend.rises_on(), trend.falls()), (rate > 0.0, rate < 0.0), "{trend:?}");
+        }
+    }
+
+    /// 400.3 Hz in rows of 2 kHz: the largest row of a cycle beats at 1.5 Hz, by 5 % of the amplitude.
+    #[test]
+    fn truth_a_steady_oscillation_has_no_trend_however_rows_fall_on_it() {
+        for hz in [24.7, 60.0, 137.3, 400.3] {
+            let trend = Trend::of(&swing(0.0, hz)).unwrap();
+            assert!(!trend.rises() && !trend.falls(), "{hz}: {trend:?}");
+        }
+    }
+
+    #[test]
+    fn truth_growth_that_comes_to_an_end_is_told_from_growth_that_goes_on() {
+        let bounded: Vec<f64> = (0..2000)
+            .map(|i| f64::from(i) * 5e-4)
+            .map(|t| (2.0 - (-4.0 * t).exp()) * (TAU * 80.0 * t).sin())
+            .collect();
+        let trend = Trend::of(&bounded).unwrap();
+        assert!(trend.rises() && !trend.rises_on(), "{trend:?}");
+        assert_eq!(Trend::of(&swing(0.5, 3.0)), None);
+    }
+}

@@ -1,0 +1,75 @@
+//! Whether a drive's command goes on moving while the force that it should move rests.
+//!
+//! An integrator in front of a guide that sticks does so until the guide breaks loose: such a run only looks
+//! settled.
+
+use feeler_plant::assembly::Drive;
+
+/// Part of the settling band by which a command must move more than the force does.
+const LEAST: f64 = 0.1;
+/// A command that comes to rest moves less than this share in each piece of what it did in the one before.
+const GOES_ON: f64 = 0.5;
+
+/// The command of a drive as force, and what bounds it.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::run) struct Command<'a> {
+    /// Row by row, N, or what one newton of the drive takes.
+    values: &'a [f64],
+    /// Newtons for one of them.
+    gain: f64,
+    /// What lies beyond is lost, so that moving there means nothing.
+    bound: f64,
+}
+
+impl<'a> Command<'a> {
+    /// What is recorded of a drive: the command of a force drive, the force of a velocity source.
+    pub(in crate::run) fn of(drive: &Drive, values: &'a [f64]) -> Self {
+        let gain = if drive.velocity_source.is_some() { 1.0 } else { drive.gain.abs() };
+        Self { values, gain, bound: drive.limit + gain * drive.deadband }
+    }
+
+    /// Whether it winds on over the rows from `first` on, where `force_n` stays within a band of half-width
+    /// `band_n`.
+    pub(in crate::run) fn winds(&self, force_n: &[f64], first: usize, band_n: f64) -> bool {
+        let moves = |of: &dyn Fn(usize) -> f64| {
+            let rows = self.values.len() - first;
+            let mean = |piece: usize| {
+                let piece = first + piece * rows / 3..first + (piece + 1) * rows / 3;
+                let count = piece.len().max(1) as f64;
+                piece.map(of).sum::<f64>() / count
+            };
+            [mean(1) - mean(0), mean(2) - mean(1)]
+        };
+        let [before, last] = moves(&|row| (self.gain * self.values[row]).clamp(-self.bound, self.bound));
+        let [_, answer] = moves(&|row| force_n[row]);
+        before * last > 0.0
+            && last.abs() > GOES_ON * before.abs()
+            && last.abs() - answer.abs() > LEAST * band_n
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ROWS: usize = 3000;
+
+    fn winds(command: impl Fn(f64) -> f64, bound: f64) -> bool {
+        let values: Vec<f64> = (0..ROWS).map(|i| command(i as f64 / ROWS as f64)).collect();
+        Command { values: &values, gain: 1.0, bound }.winds(&vec![20.0; values.len()], 0, 0.4)
+    }
+
+    #[test]
+    fn truth_only_what_moves_on_within_its_bounds_winds() {
+        assert!(winds(|t| 20.0 + t, f64::INFINITY));
+        assert!(winds(|t| 20.0 - t, f64::INFINITY));
+        assert!(!winds(|t| 20.0 + t, 19.0), "beyond the drive's limit");
+        assert!(!winds(|t| 20.0 + (-5.0 * t).exp(), f64::INFINITY), "comes to rest");
+        assert!(!winds(|t| 20.0 + 0.05 * t, f64::INFINITY), "less than the band resolves");
+        let follows: Vec<f64> = (0..ROWS).map(|i| 20.0 + 0.3 * i as f64 / ROWS as f64).collect();
+        assert!(
+            !Command { values: &follows, gain: 1.0, bound: f64::INFINITY }.winds(&follows, 0, 0.4),
+            "the force follows"
+        );
+    }
+}

@@ -1,0 +1,108 @@
+//! The names of what becomes of a run; [`crate::run::verdict`] tells which it is.
+
+use serde::{Serialize, Serializer};
+
+/// What became of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Outcome {
+    /// At rest, and never left the workpiece since the first touch.
+    Settled,
+    /// At rest after leaving the workpiece at least once.
+    BouncesThenSettles,
+    /// Leaves the workpiece again and again.
+    Chatter,
+    /// Grows.
+    Unstable,
+    /// Oscillates between limits of drive or controller.
+    LimitCycle,
+    /// Sticks and breaks loose again and again.
+    Hunting,
+    /// Oscillates in contact with no limit or stiction in play.
+    Oscillates,
+    /// Follows a reference that moves to the end.
+    Driven,
+    /// Does not touch, or no longer.
+    NoContact,
+    /// Not to be told from this run.
+    Undecided,
+}
+
+impl Outcome {
+    /// Every outcome with its name in files.
+    pub const ALL: [(Self, &'static str); 10] = [
+        (Self::Settled, "settled"),
+        (Self::BouncesThenSettles, "bounces-then-settles"),
+        (Self::Chatter, "chatter"),
+        (Self::Unstable, "unstable"),
+        (Self::LimitCycle, "limit-cycle"),
+        (Self::Hunting, "hunting"),
+        (Self::Oscillates, "oscillates"),
+        (Self::Driven, "driven"),
+        (Self::NoContact, "no-contact"),
+        (Self::Undecided, "undecided"),
+    ];
+
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(outcome, _)| *outcome == self).map_or("", |(_, name)| name)
+    }
+
+    /// Whether the force comes to rest, or follows a reference that moves.
+    pub fn is_stable(self) -> bool {
+        matches!(self, Self::Settled | Self::BouncesThenSettles | Self::Driven)
+    }
+
+    /// Whether the force oscillates to the end.
+    pub fn is_sustained(self) -> bool {
+        matches!(self, Self::Chatter | Self::LimitCycle | Self::Hunting | Self::Oscillates)
+    }
+}
+
+impl Serialize for Outcome {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+/// Why a run is undecided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Undecided {
+    /// Too little of the run follows the first touch or the last change of the reference.
+    TooShort,
+    /// Bounces or oscillations die out but have not ended.
+    StillDecaying,
+    /// The tool leaves the workpiece too seldom to tell.
+    TooFewBounces,
+    /// The tool is still on its way to the workpiece, or pressed upon it by an approach that has not ended.
+    StillApproaching,
+    /// The force rests, away from where it should, and a command moves on: something sticks and will break
+    /// loose.
+    StillWinding,
+    /// The oscillation grows, and where to does not show yet.
+    StillGrowing,
+    /// The run stopped: more events than can be followed at one instant.
+    EventStorm,
+}
+
+impl Undecided {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::TooShort => "too-short",
+            Self::StillDecaying => "still-decaying",
+            Self::TooFewBounces => "too-few-bounces",
+            Self::StillApproaching => "still-approaching",
+            Self::StillWinding => "still-winding",
+            Self::StillGrowing => "still-growing",
+            Self::EventStorm => "event-storm",
+        }
+    }
+
+    /// Whether a longer run may tell.
+    pub fn may_be_decided(self) -> bool {
+        self != Self::EventStorm
+    }
+}

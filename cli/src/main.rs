@@ -5,14 +5,9 @@
 
 mod arguments;
 mod commands;
-mod failure;
 mod numbers;
-mod page;
-mod progress;
-mod reports;
-mod results;
+mod pages;
 mod signals;
-mod table;
 mod terminal;
 mod units;
 mod words;
@@ -22,6 +17,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use arguments::{Arguments, Command};
+use terminal::failure;
 
 fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {

@@ -4,7 +4,7 @@ use feeler_plant::assembly::resolve;
 use feeler_plant::description::{Machine, Quantity, SignalName};
 use feeler_plant::names::{list, nearest};
 
-use crate::failure::BadInput;
+use crate::terminal::failure::BadInput;
 
 /// The signal of a machine that is named.
 ///

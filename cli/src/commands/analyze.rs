@@ -9,11 +9,11 @@ use feeler_lti::LtiError;
 
 use super::operating_point;
 use crate::arguments::Analyze;
-use crate::failure::BadInput;
 use crate::numbers::{plain, with_unit};
-use crate::progress::Busy;
-use crate::table::table;
-use crate::{reports, signals, terminal};
+use crate::terminal::failure::BadInput;
+use crate::terminal::progress::Busy;
+use crate::terminal::table;
+use crate::{pages, signals, terminal};
 
 pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
@@ -45,7 +45,7 @@ pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
     if let Some(folder) = &arguments.out {
         let curves = curves(&document.scenario, &request, &report)
             .map_err(|error| refused(arguments, &document, error))?;
-        let page = reports::analyze::page(&document, &arguments.settings, &notes, &report, &curves);
+        let page = pages::analyze::page(&document, &arguments.settings, &notes, &report, &curves);
         let json = serde_json::to_string_pretty(&report)? + "\n";
         written = terminal::write_all(folder, &[("analyze.json", json), ("report.html", page)])?;
     }
@@ -117,13 +117,13 @@ fn delays(scenario: &Scenario) -> String {
 }
 
 fn text(report: &Report) -> String {
-    let mut parts = vec![reports::analyze::subject(report), roots(report)];
+    let mut parts = vec![pages::analyze::subject(report), roots(report)];
     if !report.modes.is_empty() {
         let rows = report.modes.iter().map(|mode| {
-            let class = if mode.rigid_body { "rigid body" } else { reports::analyze::class_name(mode.class) }
+            let class = if mode.rigid_body { "rigid body" } else { pages::analyze::class_name(mode.class) }
                 .to_owned();
             let cost = mode.margin_cost_deg.map_or_else(|| "-".to_owned(), plain);
-            let damping_ratio = plain(reports::analyze::damping_ratio(mode));
+            let damping_ratio = plain(pages::analyze::damping_ratio(mode));
             vec![
                 plain(mode.frequency_hz),
                 damping_ratio,
@@ -168,8 +168,8 @@ fn text(report: &Report) -> String {
         parts.extend(margin_tables(margins));
     }
     if let Some(waterfall) = &report.waterfall {
-        let rows = reports::analyze::waterfall::rows(waterfall);
-        parts.push(table(&reports::analyze::waterfall::HEADER, &reports::analyze::waterfall::NUMBERS, rows));
+        let rows = pages::analyze::waterfall::rows(waterfall);
+        parts.push(table(&pages::analyze::waterfall::HEADER, &pages::analyze::waterfall::NUMBERS, rows));
     }
     if !report.sensitivities.is_empty() {
         let rows = report.sensitivities.iter().map(|s| {
@@ -179,7 +179,7 @@ fn text(report: &Report) -> String {
                 [s.value, s.bandwidth_relative, s.largest_gain_relative, s.bandwidth_hz_per_unit].map(number);
             [s.key.clone()].into_iter().chain(numbers).chain([trade.to_owned()]).collect()
         });
-        let achieved = reports::analyze::achieved_name(report);
+        let achieved = pages::analyze::achieved_name(report);
         let header = [
             "1 % more of",
             "value (SI)",
@@ -191,16 +191,16 @@ fn text(report: &Report) -> String {
         parts.push(table(&header, &[1, 2, 3, 4], rows));
     }
     if !report.limit_cycles.is_empty() {
-        let rows = reports::analyze::cycles::rows(report);
-        parts.push(table(&reports::analyze::cycles::HEADER, &reports::analyze::cycles::NUMBERS, rows));
+        let rows = pages::analyze::cycles::rows(report);
+        parts.push(table(&pages::analyze::cycles::HEADER, &pages::analyze::cycles::NUMBERS, rows));
     }
     if !report.assumptions.is_empty() {
-        parts.push(table(&reports::analyze::ASSUMPTIONS, &[], reports::analyze::assumption_rows(report)));
+        parts.push(table(&pages::analyze::ASSUMPTIONS, &[], pages::analyze::assumption_rows(report)));
     }
     if let Some(limit) = report.limit.and_then(|limit| serde_json::to_value(limit).ok()) {
         parts.push(format!("limited by: {}", limit.as_str().unwrap_or_default()));
     }
-    parts.push(reports::analyze::sentences(report).join("\n"));
+    parts.push(pages::analyze::sentences(report).join("\n"));
     parts.join("\n\n")
 }
 

@@ -5,18 +5,18 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use feeler_diagnosis::blind::{
-    Answered, AnsweredEffect, CASES, Case, HELD_BACK, Measure, SEALED, Score, make, score, unseal,
+    Answered, AnsweredEffect, CASES, Case, HELD_BACK, SEALED, make, score, unseal,
 };
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::report::Diagnosis;
 use feeler_diagnosis::{DiagnosisError, closing, diagnose};
 
 use crate::arguments::{Blind, BlindMake, BlindRun, BlindScore};
-use crate::failure::BadInput;
-use crate::numbers::{count, percent, plain};
-use crate::progress::Rate;
-use crate::table::table;
-use crate::{reports, terminal};
+use crate::numbers::count;
+use crate::terminal::failure::BadInput;
+use crate::terminal::progress::Rate;
+use crate::terminal::table;
+use crate::{pages, terminal};
 
 /// Folder of the answers.
 const ANSWERS: &str = "answers";
@@ -194,7 +194,7 @@ fn score_cases(arguments: &BlindScore) -> anyhow::Result<()> {
     let json = serde_json::to_string_pretty(&scored)? + "\n";
     let written = terminal::write_all(
         &given,
-        &[("score.json", json.clone()), ("score.html", reports::blind::page(&scored))],
+        &[("score.json", json.clone()), ("score.html", pages::blind::page(&scored))],
     )?;
     if arguments.json {
         return terminal::print(&json);
@@ -203,34 +203,7 @@ fn score_cases(arguments: &BlindScore) -> anyhow::Result<()> {
         vec![case.case.clone(), case.hidden.join(" + "), case.answered.join(" + "), case.verdict.clone()]
     });
     let misses = table(&["missed", "hidden", "answered", "verdict"], &[], missed);
-    let measures = table(&["measure", "value", "cases", "to reach", ""], &[1, 2], measure_rows(&scored));
+    let measures =
+        table(&["measure", "value", "cases", "to reach", ""], &[1, 2], pages::blind::measure_rows(&scored));
     terminal::print(&format!("{measures}\n\n{misses}{written}"))
-}
-
-/// The table of measures.
-pub(crate) fn measure_rows(score: &Score) -> Vec<Vec<String>> {
-    let value = |measure: &Measure| match measure.value {
-        None => "-".to_owned(),
-        Some(seconds) if measure.what.starts_with("wall time") => plain(seconds),
-        Some(share) => format!("{} %", percent(share)),
-    };
-    let mark = |measure: &Measure| {
-        if measure.wanted.is_empty() || measure.value.is_none() {
-            ""
-        } else if measure.reached {
-            "reached"
-        } else {
-            "missed"
-        }
-    };
-    let row = |measure: &Measure| {
-        vec![
-            measure.what.to_owned(),
-            value(measure),
-            measure.cases.to_string(),
-            measure.wanted.to_owned(),
-            mark(measure).to_owned(),
-        ]
-    };
-    score.measures.iter().map(row).collect()
 }

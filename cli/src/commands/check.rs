@@ -9,9 +9,9 @@ use feeler_files::{ArmFile, CellFile, DatasetFile, Draft, FormatError, SweepFile
 use serde_json::{Value, json};
 
 use crate::arguments::Check;
-use crate::failure::Reported;
 use crate::numbers::count;
 use crate::terminal;
+use crate::terminal::failure::Reported;
 
 /// The file in a dataset's folder that describes it.
 const DATASET: &str = "dataset.toml";

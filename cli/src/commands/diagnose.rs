@@ -2,40 +2,29 @@
 
 use std::fmt::Write as _;
 
+use feeler_diagnosis::Examination;
 use feeler_diagnosis::dataset::{Dataset, Record};
-use feeler_diagnosis::difference::Difference;
-use feeler_diagnosis::replay::{Replay, replay_record};
-use feeler_diagnosis::report::{Diagnosis, NextExperiment};
-use feeler_diagnosis::{DiagnosisError, diagnose};
+use feeler_diagnosis::report::NextExperiment;
 use feeler_files::machine_to_toml;
-use rayon::prelude::*;
 
 use crate::arguments::Diagnose;
-use crate::failure::BadInput;
 use crate::numbers::{fine_percent, percent};
-use crate::progress::Steps;
-use crate::reports::diagnosis::{self, words};
-use crate::table::table;
-use crate::{results, terminal};
+use crate::pages::diagnosis::{self, words};
+use crate::terminal;
+use crate::terminal::failure::BadInput;
+use crate::terminal::progress::Steps;
+use crate::terminal::table;
 
 /// What was tried, on the terminal; the page has more.
 const MOST_RIVALS: usize = 4;
 
-/// An answer with what its page needs besides.
-pub(crate) struct Answer {
-    pub(crate) dataset: Dataset,
-    pub(crate) diagnosis: Diagnosis,
-    pub(crate) difference: Difference,
-    /// Predictions of the check experiments: by the machine as given, and as repaired.
-    pub(crate) replays: Vec<[Replay; 2]>,
-}
-
 pub(crate) fn run(arguments: &Diagnose) -> anyhow::Result<()> {
     let dataset = Dataset::load(&arguments.dataset)?;
-    let folder = arguments.out.clone().unwrap_or_else(|| results::folder(&dataset.name, "diagnosis"));
+    let folder =
+        arguments.out.clone().unwrap_or_else(|| terminal::results::folder(&dataset.name, "diagnosis"));
     std::fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
     let steps = Steps::new(format!("diagnosing {}", dataset.name));
-    let answer = answer(dataset, &|what| steps.at(what));
+    let answer = Examination::of(dataset, &|what| steps.at(what));
     steps.done();
     let answer = answer?;
     let json = serde_json::to_string_pretty(&answer.diagnosis)? + "\n";
@@ -60,27 +49,8 @@ pub(crate) fn run(arguments: &Diagnose) -> anyhow::Result<()> {
     terminal::print(&format!("{said}{written}"))
 }
 
-/// Diagnoses, and predicts the check experiments before and after.
-pub(crate) fn answer(dataset: Dataset, progress: &dyn Fn(&str)) -> Result<Answer, DiagnosisError> {
-    let diagnosis = diagnose(&dataset, progress)?;
-    progress("predicting the check experiments");
-    let checks: Vec<usize> = (0..dataset.records.len()).filter(|&r| dataset.records[r].is_check).collect();
-    let replays = checks
-        .into_par_iter()
-        .map(|r| {
-            Ok([
-                replay_record(&dataset.machine, &dataset, r)?,
-                replay_record(&diagnosis.machine, &dataset, r)?,
-            ])
-        })
-        .collect::<Result<_, DiagnosisError>>()?;
-    let difference = Difference::between(&dataset.machine, &diagnosis.machine)
-        .with_ends(&dataset.machine, &dataset.tolerance);
-    Ok(Answer { dataset, diagnosis, difference, replays })
-}
-
 /// What an engineer needs to know first.
-fn summary(answer: &Answer) -> String {
+fn summary(answer: &Examination) -> String {
     let diagnosis = &answer.diagnosis;
     let gap = &diagnosis.gap;
     let mut said = format!("{}: {}\n", answer.dataset.name, words::verdict(diagnosis));
@@ -90,12 +60,7 @@ fn summary(answer: &Answer) -> String {
         gaps.push(row("with what was found", gap.after));
     }
     gaps.push(row("noise floor", gap.floor));
-    let _ = write!(
-        said,
-        "\n{}\n{}\n",
-        table(&[], &[1], gaps),
-        words::closed(diagnosis, diagnosis::checks(answer))
-    );
+    let _ = write!(said, "\n{}\n{}\n", table(&[], &[1], gaps), words::closed(diagnosis, answer.checks()));
     if !diagnosis.places.is_empty() {
         let rows = diagnosis.places.iter().map(|place| {
             let band = words::band(place.band_hz);
@@ -136,7 +101,7 @@ fn summary(answer: &Answer) -> String {
 }
 
 /// What to change in the believed machine.
-fn change(answer: &Answer) -> String {
+fn change(answer: &Examination) -> String {
     if answer.difference.is_empty() {
         return "nothing to change in the machine".into();
     }
@@ -151,7 +116,7 @@ struct MachineFile {
 }
 
 /// The repaired machine, driven with the commands of a check experiment, so that it runs as it is.
-fn machine_file(answer: &Answer) -> MachineFile {
+fn machine_file(answer: &Examination) -> MachineFile {
     let (dataset, machine) = (&answer.dataset, &answer.diagnosis.machine);
     let mut file = MachineFile { text: machine_to_toml(machine), commands: Vec::new() };
     let own = machine.contacts.values().next().map(|contact| contact.engagement);

@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 
 use crate::arguments::Effects;
 use crate::numbers::plain;
-use crate::table::table;
 use crate::terminal;
+use crate::terminal::table;
 
 pub(crate) fn run(arguments: &Effects) -> anyhow::Result<()> {
     let chosen = arguments.kind.as_deref().and_then(find);

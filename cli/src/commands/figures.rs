@@ -6,8 +6,8 @@ use std::fs;
 use feeler_validation::figures::figures;
 
 use crate::arguments::Figures;
-use crate::failure::BadInput;
 use crate::terminal;
+use crate::terminal::failure::BadInput;
 
 pub(crate) fn run(arguments: &Figures) -> anyhow::Result<()> {
     let folder = &arguments.out;

@@ -8,10 +8,10 @@ use feeler_validation::ValidationError;
 use feeler_validation::landmarks::{Chain, Fit, LANDMARK_HZ, Search, simulated_landmarks};
 
 use crate::arguments::FitLandmarks;
-use crate::failure::BadInput;
 use crate::numbers::{count, percent, plain};
-use crate::table::table;
 use crate::terminal;
+use crate::terminal::failure::BadInput;
+use crate::terminal::table;
 
 /// What a written machine says of itself first.
 const NOT_THE_ROBOT: &str = "# A chain with the landmarks of the measured robot (Eppinger and Seering 1992, Figs. 15 to 17), made by `feeler fit-landmarks`.\n\

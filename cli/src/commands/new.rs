@@ -7,9 +7,9 @@ use std::path::Path;
 use feeler_files::{TEMPLATES, template};
 
 use crate::arguments::New;
-use crate::failure::BadInput;
-use crate::table::table;
 use crate::terminal;
+use crate::terminal::failure::BadInput;
+use crate::terminal::table;
 
 pub(crate) fn run(arguments: &New) -> anyhow::Result<()> {
     let Some(found) = arguments.template.as_deref().and_then(template) else {

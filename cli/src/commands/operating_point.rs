@@ -5,8 +5,8 @@ use feeler_engine::Scenario;
 use feeler_studies::operating_point::{Dependence, force_dependence, wanted_force_n};
 
 use crate::arguments::Analyze;
-use crate::failure::BadInput;
 use crate::numbers::with_unit;
+use crate::terminal::failure::BadInput;
 use crate::units::Units;
 
 /// How the contacts are taken, and what there is to say about it.

@@ -13,12 +13,12 @@ use feeler_studies::arm::{
 use serde_json::{Value, json};
 
 use crate::arguments::Reduce;
-use crate::failure::BadInput;
 use crate::numbers::{count, plain, with_unit};
-use crate::progress::Progress;
-use crate::reports;
-use crate::table::table;
+use crate::pages;
 use crate::terminal;
+use crate::terminal::failure::BadInput;
+use crate::terminal::progress::Progress;
+use crate::terminal::table;
 
 /// Most places of a map: some minutes of work.
 const MOST_PLACES: usize = 10_000;
@@ -404,7 +404,7 @@ fn page(arguments: &Reduce, name: &str, map: &[MapPoint]) -> String {
     let command = |[x, y, z]: [f64; 3]| {
         format!("feeler reduce {arm} --at {x},{y},{z} --normal {normal} {contact}{hold} --out axis.toml")
     };
-    reports::reduce::page(name, map, &command)
+    pages::reduce::page(name, map, &command)
 }
 
 fn csv(map: &[MapPoint]) -> String {

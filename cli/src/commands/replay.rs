@@ -9,11 +9,11 @@ use feeler_files::Document;
 use serde_json::json;
 
 use crate::arguments::Replay as Arguments;
-use crate::failure::BadInput;
 use crate::numbers::{percent, with_unit};
-use crate::progress::Steps;
-use crate::table::table;
 use crate::terminal;
+use crate::terminal::failure::BadInput;
+use crate::terminal::progress::Steps;
+use crate::terminal::table;
 use crate::units::Units;
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {

@@ -9,12 +9,12 @@ use feeler_studies::run::{self, RunError, RunResult, Summary, write_csv, write_p
 
 use super::run_arm;
 use crate::arguments::Run;
-use crate::failure::BadInput;
 use crate::numbers::{percent, plain, split, with_unit};
-use crate::progress::Progress;
-use crate::table::table;
+use crate::terminal::failure::BadInput;
+use crate::terminal::progress::Progress;
+use crate::terminal::table;
 use crate::units::Units;
-use crate::{reports, results, terminal, words};
+use crate::{pages, terminal, words};
 
 pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
     let draft = read(arguments)?;
@@ -22,8 +22,10 @@ pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
         return run_arm::run(arguments, draft);
     }
     let document = draft.build()?;
-    let folder =
-        arguments.out.clone().unwrap_or_else(|| results::folder(&document.scenario.machine.name, "run"));
+    let folder = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| terminal::results::folder(&document.scenario.machine.name, "run"));
     // Before the run, so that nobody waits for results that cannot be kept.
     fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
     let mut progress = Progress::new(document.scenario.machine.name.clone());
@@ -103,7 +105,7 @@ fn write(
         Ok(put(&summary, serde_json::to_string_pretty(&result.summary)? + "\n")?)
     };
     let write_report = || -> anyhow::Result<()> {
-        Ok(put(&report, reports::run::page(document, &arguments.settings, result))?)
+        Ok(put(&report, pages::run::page(document, &arguments.settings, result))?)
     };
     let threads = arguments.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;

@@ -7,12 +7,12 @@ use feeler_files::{CellFile, Draft};
 use feeler_studies::run::{CellRun, RunError, run_cell, write_csv, write_parquet};
 
 use crate::arguments::Run;
-use crate::failure::BadInput;
 use crate::numbers::{percent, plain, split, with_unit};
-use crate::progress::Progress;
-use crate::table::table;
+use crate::terminal::failure::BadInput;
+use crate::terminal::progress::Progress;
+use crate::terminal::table;
 use crate::units::Units;
-use crate::{reports, results, terminal, words};
+use crate::{pages, terminal, words};
 
 pub(crate) fn run(arguments: &Run, draft: Draft) -> anyhow::Result<()> {
     if arguments.as_sweep {
@@ -22,7 +22,7 @@ pub(crate) fn run(arguments: &Run, draft: Draft) -> anyhow::Result<()> {
         ));
     }
     let file = CellFile::build(draft)?;
-    let folder = arguments.out.clone().unwrap_or_else(|| results::folder(&file.name, "run"));
+    let folder = arguments.out.clone().unwrap_or_else(|| terminal::results::folder(&file.name, "run"));
     // Before the run, so that nobody waits for results that cannot be kept.
     fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
     let mut progress = Progress::new(file.name.clone());
@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &Run, draft: Draft) -> anyhow::Result<()> {
     let said = format!(
         "{}{}",
         words::outcome(&result.summary.figures, units),
-        reports::arm_run::limits(&result.summary)
+        pages::arm_run::limits(&result.summary)
     );
     terminal::print(&format!("{}: {said}\n\n{}\n\nwrote\n{files}", file.name, figures(&result, units)))
 }
@@ -61,7 +61,7 @@ fn write(arguments: &Run, file: &CellFile, result: &CellRun, folder: &Path) -> a
         write_csv(&result.motion, &csv)?;
     }
     put(&summary, serde_json::to_string_pretty(&result.summary)? + "\n")?;
-    put(&report, reports::arm_run::page(file, &arguments.settings, result)?)?;
+    put(&report, pages::arm_run::page(file, &arguments.settings, result)?)?;
     let csv = arguments.csv.then_some(csv);
     Ok([Some(trace), csv, Some(summary), Some(report)].into_iter().flatten().collect())
 }

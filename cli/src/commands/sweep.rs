@@ -7,10 +7,10 @@ use feeler_studies::sweep::{self, Options, SweepResult};
 
 use crate::arguments::Sweep;
 use crate::numbers::{count, plain, with_unit};
-use crate::progress::Rate;
-use crate::reports::sweep::Tally;
-use crate::table::table;
-use crate::{reports, results, terminal};
+use crate::pages::sweep::Tally;
+use crate::terminal::progress::Rate;
+use crate::terminal::table;
+use crate::{pages, terminal};
 
 /// The name of a sweep whose own is none.
 const OTHERWISE: &str = "sweep";
@@ -18,7 +18,7 @@ const OTHERWISE: &str = "sweep";
 pub(crate) fn run(arguments: &Sweep) -> anyhow::Result<()> {
     let sweep = sweep::Sweep::load(&arguments.file)?;
     let name = name(&sweep, &arguments.file);
-    let folder = arguments.out.clone().unwrap_or_else(|| results::folder(&name, OTHERWISE));
+    let folder = arguments.out.clone().unwrap_or_else(|| terminal::results::folder(&name, OTHERWISE));
     let rate = Rate::new(name.clone());
     let options = Options { threads: arguments.threads.map(usize::from), shard: arguments.shard };
     let started = Instant::now();
@@ -36,7 +36,7 @@ pub(crate) fn run(arguments: &Sweep) -> anyhow::Result<()> {
         ));
     };
     let tally = Tally::of(path)?;
-    let drawn = reports::sweep::write(&sweep, &name, path, &tally, &folder)?;
+    let drawn = pages::sweep::write(&sweep, &name, path, &tally, &folder)?;
     let written: Vec<String> =
         [path].into_iter().chain(&drawn).map(|path| format!("  {}", path.display())).collect();
     terminal::print(&format!(
@@ -54,7 +54,7 @@ fn name(sweep: &sweep::Sweep, file: &Path) -> String {
     } else {
         (&*sweep.file.name).into()
     };
-    results::safe_name(&own, OTHERWISE)
+    terminal::results::safe_name(&own, OTHERWISE)
 }
 
 fn told(sweep: &sweep::Sweep, result: &SweepResult, wall_s: f64) -> String {
@@ -73,8 +73,8 @@ fn told(sweep: &sweep::Sweep, result: &SweepResult, wall_s: f64) -> String {
             )
         }
     };
-    if let Some((grid, edges)) = sweep.runs_of_the_grid().zip(reports::sweep::located(sweep)) {
-        let noise = reports::sweep::about_noise(sweep).map_or_else(String::new, |words| format!("\n{words}"));
+    if let Some((grid, edges)) = sweep.runs_of_the_grid().zip(pages::sweep::located(sweep)) {
+        let noise = pages::sweep::about_noise(sweep).map_or_else(String::new, |words| format!("\n{words}"));
         let share = plain(100.0 * progress.total as f64 / grid as f64);
         let passes = result
             .passes

@@ -9,10 +9,10 @@ use feeler_validation::convergence::{convergence, default_steps_s, markdown};
 use feeler_validation::{Options, Row, RowKind, Table, ValidationError, validate};
 
 use crate::arguments::{Checks, DEFAULT_SCENARIOS, Validate};
-use crate::failure::{BadInput, CheckFailed};
 use crate::numbers::{count, plain, to_tolerance};
-use crate::table::table;
 use crate::terminal;
+use crate::terminal::failure::{BadInput, CheckFailed};
+use crate::terminal::table;
 
 pub(crate) fn run(arguments: &Validate) -> anyhow::Result<()> {
     match arguments.checks {

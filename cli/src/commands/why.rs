@@ -3,18 +3,14 @@
 use std::sync::Mutex;
 
 use feeler_files::Draft;
-use feeler_studies::run::Outcome;
-use feeler_studies::why::{Change, Explanation, Trial, explain};
+use feeler_studies::why::{Change, Explanation, explain};
 
 use crate::arguments::Why;
-use crate::numbers::{percent, plain, with_unit};
-use crate::progress::Progress;
-use crate::table::table;
+use crate::pages::why::{others, remedy_rows, trial_rows};
+use crate::terminal::progress::Progress;
+use crate::terminal::table;
 use crate::units::Units;
-use crate::{reports, terminal, words};
-
-/// Sets as small as the chosen one that are listed.
-const MOST_OTHERS: usize = 8;
+use crate::{pages, terminal};
 
 /// What the last column of the table of runs is.
 const ABOUT_LIMIT: &str =
@@ -37,7 +33,7 @@ pub(crate) fn run(arguments: &Why) -> anyhow::Result<()> {
     let json = serde_json::to_string_pretty(&found)?;
     let mut written = String::new();
     if let Some(folder) = &arguments.out {
-        let page = reports::why::page(&document, &arguments.settings, &found);
+        let page = pages::why::page(&document, &arguments.settings, &found);
         written = terminal::write_all(folder, &[("why.json", json.clone() + "\n"), ("report.html", page)])?;
     }
     if arguments.json {
@@ -73,77 +69,4 @@ fn details(found: &Explanation, units: Units) -> String {
         table(&["remedies, cheapest first", "gain kept", "bandwidth", "cost"], &[1, 2, 3], remedies)
     };
     format!("\n\n{trials}\n{ABOUT_LIMIT}{unlimited}{others}\n\n{remedies}")
-}
-
-/// Sets that are as small as the chosen one and remove the chatter too, with what they take away: the first
-/// ones, and how many more there are.
-pub(crate) fn others(found: &Explanation) -> Vec<Vec<String>> {
-    let others = found.smallest.get(1..).unwrap_or_default();
-    let row = |set: &Vec<Change>| {
-        let changes: Vec<&str> = set.iter().map(|change| change.words()).collect();
-        let mut causes: Vec<&str> = set.iter().map(|change| change.cause().words()).collect();
-        causes.dedup();
-        vec![changes.join(" and "), causes.join(" and ")]
-    };
-    let mut rows: Vec<Vec<String>> = others.iter().take(MOST_OTHERS).map(row).collect();
-    if others.len() > MOST_OTHERS {
-        rows.push(vec![format!("and {} more, in why.json", others.len() - MOST_OTHERS), String::new()]);
-    }
-    rows
-}
-
-/// A row per run: what was changed, what became of it.
-pub(crate) fn trial_rows(found: &Explanation, units: Units) -> Vec<Vec<String>> {
-    let all = std::iter::once(&found.baseline).chain(&found.singles);
-    let sets = found.contributions.iter().filter(|trial| trial.changes.len() > 1);
-    all.chain(sets).map(|trial| trial_row(trial, units)).collect()
-}
-
-fn trial_row(trial: &Trial, units: Units) -> Vec<String> {
-    let changes: Vec<&str> = trial.changes.iter().map(|change| change.words()).collect();
-    let name = if changes.is_empty() { "everything as it is".to_owned() } else { changes.join(" and ") };
-    if !trial.applies {
-        let is_of_step =
-            trial.changes.iter().all(|change| matches!(change, Change::HalveStep | Change::FineStep));
-        let why = if is_of_step { "integrated exactly: no step" } else { "nothing to take away" };
-        return vec![name, why.into(), String::new(), String::new()];
-    }
-    let outcome = trial
-        .outcome
-        .map_or_else(|| "could not be run".to_owned(), |outcome| words::outcome_label(outcome).to_owned());
-    let decays = trial.cured && trial.outcome == Some(Outcome::Undecided);
-    vec![
-        name,
-        if trial.only_by_period {
-            "grows, less with the period".into()
-        } else if decays {
-            "decays slowly".into()
-        } else {
-            outcome
-        },
-        amplitude(trial, units).unwrap_or_else(|| "-".into()),
-        trial.gain_margin.map_or_else(|| "-".into(), plain),
-    ]
-}
-
-/// The size of what lasts; of a motion that grows without bound the size at the end says nothing.
-pub(crate) fn amplitude(trial: &Trial, units: Units) -> Option<String> {
-    if trial.outcome == Some(Outcome::Unstable) {
-        Some("grows".into())
-    } else {
-        trial.amplitude_n.map(|amplitude| with_unit(amplitude, units.force))
-    }
-}
-
-/// A row per remedy.
-pub(crate) fn remedy_rows(found: &Explanation) -> Vec<Vec<String>> {
-    let row = |remedy: &feeler_studies::why::Remedy| {
-        vec![
-            remedy.what.clone(),
-            format!("{} %", percent(remedy.gain_factor)),
-            remedy.bandwidth_hz.map_or_else(|| "-".into(), |hz| with_unit(hz, "Hz")),
-            remedy.cost.map_or_else(|| "-".into(), |cost| format!("{} %", percent(cost))),
-        ]
-    };
-    found.remedies.iter().map(row).collect()
 }

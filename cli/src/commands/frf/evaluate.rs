@@ -10,8 +10,8 @@ use feeler_lti::spectral::{
 
 use super::{ToldApart, estimator, refused, require, require_segments};
 use crate::arguments::{EstimatorKind, ExcitationKind, Frf};
-use crate::failure::BadInput;
 use crate::numbers::{plain, with_unit};
+use crate::terminal::failure::BadInput;
 
 /// Segments of which averaged spectra are formed where no length is given.
 pub(super) const SEGMENTS: f64 = 8.0;

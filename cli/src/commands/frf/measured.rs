@@ -11,8 +11,8 @@ use feeler_plant::names::did_you_mean;
 use super::evaluate::{Evaluated, Pair, SEGMENTS, choose as choose_method, evaluate};
 use super::{Response, ToldApart, band, between, refused, require, require_path, sensed};
 use crate::arguments::Frf;
-use crate::failure::BadInput;
 use crate::numbers::plain;
+use crate::terminal::failure::BadInput;
 
 /// Share of the command's power within the band that is looked at unless another is asked for.
 const POWER: f64 = 0.995;

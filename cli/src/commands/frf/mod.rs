@@ -15,10 +15,10 @@ use feeler_lti::spectral::{Estimator, Evidence, ResponseEstimate};
 use feeler_plant::description::{Machine, Quantity, SignalName};
 
 use crate::arguments::{EstimatorKind, Frf};
-use crate::failure::BadInput;
 use crate::numbers::plain;
-use crate::table::table;
-use crate::{reports, terminal};
+use crate::terminal::failure::BadInput;
+use crate::terminal::table;
+use crate::{pages, terminal};
 
 /// Rows of the printed table; files have all.
 const MOST_ROWS: usize = 24;
@@ -260,7 +260,7 @@ pub(crate) fn run(arguments: &Frf) -> anyhow::Result<()> {
         let files = [
             ("frf.csv", writing::csv(&response)),
             ("frf.json", serde_json::to_string_pretty(&writing::json(&response))? + "\n"),
-            ("report.html", reports::frf::page(&response)),
+            ("report.html", pages::frf::page(&response)),
         ];
         written = terminal::write_all(folder, &files)?;
     }

@@ -12,9 +12,9 @@ use super::{
     Response, ToldApart, band, between, estimator, refused, require, require_path, require_segments, sensed,
 };
 use crate::arguments::{EstimatorKind, ExcitationKind, Frf};
-use crate::failure::BadInput;
 use crate::numbers::{plain, with_unit};
 use crate::signals;
+use crate::terminal::failure::BadInput;
 
 /// Hold of a machine without controllers, s.
 const HOLD_S: f64 = 1e-3;

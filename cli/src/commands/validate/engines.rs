@@ -3,10 +3,10 @@
 use feeler_validation::engines::{Agreement, agreements, default_steps_s, engine_rows};
 
 use crate::arguments::Validate;
-use crate::failure::CheckFailed;
 use crate::numbers::plain;
-use crate::table::table;
 use crate::terminal;
+use crate::terminal::failure::CheckFailed;
+use crate::terminal::table;
 
 pub(super) fn run(arguments: &Validate) -> anyhow::Result<()> {
     let steps_s = default_steps_s();

@@ -1,0 +1,104 @@
+//! Bode's diagrams of loop and plant.
+
+use feeler_analysis::{Curves, Report};
+use feeler_lti::C64;
+
+use crate::pages::parts::{Chart, ChartKind, Line, Mark, Series};
+
+/// Charts of frequency that zoom together.
+const TOGETHER: &str = "frequency";
+
+type Response = (&'static str, Option<Vec<C64>>, bool);
+
+/// Magnitude and phase of the open loop, the closed loop and the plant.
+pub(super) fn charts(report: &Report, curves: &Curves) -> Vec<Chart> {
+    let closed =
+        |open: &Option<Vec<C64>>| open.as_ref().map(|l| l.iter().map(|l| l / (l + 1.0)).collect::<Vec<_>>());
+    let mut charts = Vec::new();
+    let open = [("continuous", curves.open.clone(), true), ("sampled", curves.open_sampled.clone(), false)];
+    let mut loops = pair(curves, "Open loop,", "broken at the controller, gains as in the file.", &open);
+    if let [magnitude, phase] = loops.as_mut_slice() {
+        magnitude.lines.push(Line { y: 0.0, label: "modulus 1".into() });
+        phase.lines.push(Line { y: -180.0, label: "−180°".into() });
+        let crossover = report.margins.as_ref().and_then(|m| m.crossover_hz);
+        if let Some(f) = crossover.filter(|f| curves.frequencies_hz.last().is_some_and(|last| f <= last)) {
+            magnitude.marks.push(Mark { x: f, y: 0.0, label: "crossover".into() });
+        }
+    }
+    charts.append(&mut loops);
+    let both = [("continuous", closed(&curves.open), true), ("sampled", closed(&curves.open_sampled), false)];
+    charts.append(&mut pair(curves, "Closed loop,", "complementary sensitivity, L / (1 + L).", &both));
+    let plant = [
+        ("continuous, delays exact", Some(curves.plant.clone()), true),
+        ("held and sampled", curves.plant_sampled.clone(), false),
+    ];
+    charts.append(&mut pair(
+        curves,
+        "Plant,",
+        &format!("from {} to {}.", report.input, report.output),
+        &plant,
+    ));
+    charts
+}
+
+fn pair(curves: &Curves, title: &str, caption: &str, responses: &[Response]) -> Vec<Chart> {
+    let present: Vec<(&str, &Vec<C64>, bool)> = responses
+        .iter()
+        .filter_map(|(name, values, dashed)| Some((*name, values.as_ref()?, *dashed)))
+        .collect();
+    if present.is_empty() {
+        return Vec::new();
+    }
+    let chart = |label: &str, text: String, of: &dyn Fn(&[C64]) -> Vec<f64>, unit: &str| {
+        let mut chart = Chart::new(ChartKind::Line, title, "frequency (Hz)", label);
+        chart.caption = text;
+        chart.x_log = true;
+        chart.together = Some(TOGETHER);
+        chart.x.clone_from(&curves.frequencies_hz);
+        chart.series = present
+            .iter()
+            .map(|(name, values, dashed)| {
+                let series = Series::new(*name, unit, of(values));
+                if *dashed { series.dashed() } else { series }
+            })
+            .collect();
+        chart
+    };
+    vec![
+        chart("magnitude (dB)", format!("magnitude: {caption}"), &decibels, "dB"),
+        chart("phase (°)", "phase.".to_owned(), &degrees, "°"),
+    ]
+}
+
+fn decibels(values: &[C64]) -> Vec<f64> {
+    values.iter().map(|g| 20.0 * g.norm().log10()).collect()
+}
+
+/// Phase continued over frequency; gaps stay gaps, and values of no modulus have none.
+pub(crate) fn degrees(values: &[C64]) -> Vec<f64> {
+    let mut last: Option<f64> = None;
+    let continued = values.iter().map(|g| {
+        let own = g.arg();
+        if !own.is_finite() {
+            return f64::NAN;
+        }
+        let phase = last
+            .map_or(own, |last| own - ((own - last) / std::f64::consts::TAU).round() * std::f64::consts::TAU);
+        last = Some(phase);
+        phase.to_degrees()
+    });
+    continued.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_phase_goes_on_across_a_gap() {
+        let turn = |degrees: f64| C64::from_polar(1.0, degrees.to_radians());
+        let found = degrees(&[turn(-150.0), C64::new(f64::NAN, 0.0), turn(-210.0), turn(-330.0)]);
+        assert!((found[0] + 150.0).abs() < 1e-9 && found[1].is_nan());
+        assert!((found[2] + 210.0).abs() < 1e-9 && (found[3] + 330.0).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,291 @@
+//! The page of an analysis.
+
+mod bode;
+pub(crate) mod cycles;
+mod planes;
+mod shapes;
+mod verdict;
+pub(crate) mod waterfall;
+
+use feeler_analysis::{Curves, ModeReport, RankedBy, Relief, Report};
+use feeler_files::Document;
+
+use crate::numbers::{plain, with_unit};
+use crate::pages::parts::{Page, Tile};
+
+pub(crate) use bode::degrees;
+pub(crate) use verdict::{achieved_name, class_name, sentences, subject};
+
+/// The page of an analysis, sensitivities included; notes say how the machine was taken.
+pub(crate) fn page(
+    document: &Document,
+    settings: &[String],
+    notes: &[String],
+    report: &Report,
+    curves: &Curves,
+) -> String {
+    let machine = &document.scenario.machine;
+    let mut page = Page::new(&format!("{}: linear theory", machine.name), &machine.about);
+    let said = sentences(report);
+    let (lead, rest) = said.split_first().map_or(("", &[][..]), |(first, rest)| (first.as_str(), rest));
+    page.lead(lead);
+    for sentence in rest {
+        page.paragraph(sentence);
+    }
+    if report.of_loop.as_ref().is_some_and(|of| of.input != report.input || of.output != report.output) {
+        page.paragraph(&format!("Looked at {}", subject(report).replace('\n', ". ")));
+    }
+    for note in notes {
+        page.paragraph(&format!("Note: {note}."));
+    }
+    page.tiles(&tiles(report));
+    limits(&mut page, report);
+    sensitivities(&mut page, report);
+    modes(&mut page, report);
+    assumptions(&mut page, report);
+    page.heading("Frequency responses");
+    page.paragraph(&format!(
+        "From {} to {}. Continuous curves drop sampling, hold, delays of the controller and filters; sampled curves have all of them, exactly, and end \
+         at half of the sampling rate.",
+        report.input, report.output
+    ));
+    for chart in bode::charts(report, curves) {
+        page.chart(&chart);
+    }
+    if let Some(plane) = planes::nyquist(report, curves) {
+        page.plane(&plane);
+    }
+    limit_cycles(&mut page, report);
+    page.heading("Poles and zeros");
+    for plane in planes::loci(report, curves) {
+        page.plane(&plane);
+    }
+    if curves.open_sampled.is_some() && curves.locus_sampled.is_none() {
+        page.paragraph("The sampled loop has a branch for each of the many samples of its delay: a root locus would show nothing.");
+    }
+    page.plane(&planes::map(report));
+    page.heading("Scenario");
+    if !settings.is_empty() {
+        page.paragraph(&format!("Set on the command line: {}", settings.join("; ")));
+    }
+    page.verbatim("the file as it was analysed", document.text());
+    page.render()
+}
+
+fn tiles(report: &Report) -> Vec<Tile> {
+    let tile = |name, value: String, remark: String| Tile { name, value, remark };
+    let mut tiles = Vec::new();
+    if let Some(gain) = &report.gain {
+        let top = |range: &feeler_analysis::StableRange| match (range.all.bands.is_empty(), range.stable[1]) {
+            (true, _) => "none".to_owned(),
+            (_, Some(edge)) => plain(edge),
+            (_, None) => "unbounded".to_owned(),
+        };
+        let edge = |range: &feeler_analysis::StableRange| {
+            range.edge_hz.map_or_else(String::new, |f| format!("swings at {}", with_unit(f, "Hz")))
+        };
+        tiles.push(tile("largest stable gain, sampled", top(&gain.sampled), edge(&gain.sampled)));
+        if let Some(continuous) = &gain.continuous {
+            tiles.push(tile("and continuous", top(continuous), edge(continuous)));
+        }
+    }
+    if let Some(margins) = report.margins.as_ref().filter(|margins| margins.unstable_poles == 0) {
+        let number = |value: Option<f64>, unit: &str| {
+            value.map_or_else(|| "unlimited".to_owned(), |v| with_unit(v, unit))
+        };
+        tiles.push(tile(
+            "gain margin",
+            margins.gain.map_or_else(|| "unlimited".to_owned(), plain),
+            "factor".into(),
+        ));
+        let crossover = margins
+            .crossover_hz
+            .map_or_else(|| "no crossover".to_owned(), |f| format!("at {}", with_unit(f, "Hz")));
+        tiles.push(tile(
+            "phase margin",
+            margins.phase_deg.map_or_else(|| "unlimited".to_owned(), |v| format!("{}°", plain(v))),
+            crossover,
+        ));
+        tiles.push(tile("delay margin", number(margins.delay_s, "s"), "in addition".into()));
+        tiles.push(tile("disk margin", plain(margins.disk), "0 to 2".into()));
+        tiles.push(tile("largest sensitivity", plain(margins.sensitivity_peak), "|S|".into()));
+    }
+    tiles
+}
+
+fn limit_cycles(page: &mut Page, report: &Report) {
+    if report.limit_cycles.is_empty() {
+        return;
+    }
+    page.heading("Chatter by describing functions");
+    page.paragraph(
+        "The contact only pushes. Its force in an oscillation, taken as mean and first harmonic, is that of a softer contact that also pulls; these are \
+         the oscillations that the sampled loop then neither damps nor feeds. A first approximation: `feeler run` shows the motion itself.",
+    );
+    page.table(&cycles::HEADER, &cycles::NUMBERS, &cycles::rows(report));
+}
+
+/// Heads of the columns of what is not linear.
+pub(crate) const ASSUMPTIONS: [&str; 3] = ["not linear", "", "in the linear model"];
+
+fn assumptions(page: &mut Page, report: &Report) {
+    if report.assumptions.is_empty() {
+        return;
+    }
+    page.heading("What the linear model leaves out");
+    page.table(&ASSUMPTIONS, &[], &assumption_rows(report));
+}
+
+/// One row for each thing that is not linear.
+pub(crate) fn assumption_rows(report: &Report) -> Vec<Vec<String>> {
+    report.assumptions.iter().map(|a| vec![a.of.clone(), a.property.to_owned(), a.taken.clone()]).collect()
+}
+
+/// A mode's damping ratio, that of an undamped one without the rounding that is left of it.
+pub(crate) fn damping_ratio(mode: &ModeReport) -> f64 {
+    if mode.damping_ratio.abs() < 1e-12 { 0.0 } else { mode.damping_ratio }
+}
+
+fn limits(page: &mut Page, report: &Report) {
+    let Some(waterfall) = &report.waterfall else { return };
+    page.heading("What limits the bandwidth");
+    let controlled = report.of_loop.as_ref().map_or("the reading", |of| of.controlled.as_str());
+    page.paragraph(&format!(
+        "From the rigid body with a perfect drive down to the loop as built, one ingredient after the other: the frequency at which {controlled}, as it \
+         follows the reference, first falls 3 dB below what it is at low frequency, when the gain is half of the largest stable one. \
+         Where every gain is stable there is no largest one, and nothing yet limits the bandwidth."
+    ));
+    let bars: Vec<_> = (waterfall.stages.iter())
+        .map(|stage| {
+            let text = match (stage.bandwidth_hz, stage.largest_gain) {
+                (Some(f), Some(gain)) => format!("{}, largest gain {}", with_unit(f, "Hz"), plain(gain)),
+                (None, Some(gain)) if gain <= 0.0 => "no gain is stable".to_owned(),
+                (None, Some(gain)) => format!("no bandwidth, largest gain {}", plain(gain)),
+                (_, None) => "no limit: stable at every gain".to_owned(),
+            };
+            let size =
+                if stage.largest_gain.is_none() { f64::INFINITY } else { stage.bandwidth_hz.unwrap_or(0.0) };
+            let name =
+                if stage.added == "rigid body" { stage.added.clone() } else { format!("+ {}", stage.added) };
+            (name, size, text)
+        })
+        .collect();
+    page.bars(&bars);
+    page.paragraph(
+        "At half of the largest gain of the row above, the bandwidth shows what an ingredient does by itself; what is left of the difference is done by the \
+         gain that it allows.",
+    );
+    page.table(&waterfall::HEADER, &waterfall::NUMBERS, &waterfall::rows(waterfall));
+    page.paragraph("How much higher the largest gain would be without one ingredient, all others present:");
+    let rows: Vec<Vec<String>> = (waterfall.without.iter())
+        .map(|(name, relief)| {
+            let text = match relief {
+                Relief::Times(factor) => format!("{} times", plain(*factor)),
+                Relief::Unlimited => "unlimited".to_owned(),
+                Relief::Stable => "some are stable, none is with it".to_owned(),
+                Relief::NoneEither => "none either".to_owned(),
+            };
+            vec![name.clone(), text]
+        })
+        .collect();
+    page.table(&["without", "largest gain"], &[1], &rows);
+    if let Some(f) = waterfall.saturation_hz {
+        page.paragraph(&format!(
+            "At half of the largest stable gain, a reference of the size that the file ends with asks more of the drive than its limit allows {}.",
+            if f > 0.0 { format!("from {} on", with_unit(f, "Hz")) } else { "even at rest".to_owned() }
+        ));
+    }
+}
+
+fn sensitivities(page: &mut Page, report: &Report) {
+    if report.sensitivities.is_empty() {
+        return;
+    }
+    page.heading("What to stiffen, lighten or damp first");
+    let achieved = achieved_name(report);
+    let ranked = match report.ranked_by {
+        Some(RankedBy::LargestGain) => {
+            "the most telling for the largest gain first, since the bandwidth lies on the flank of a mode's peak"
+        }
+        Some(RankedBy::Saturation) => {
+            "the most telling first: of the frequency at which the drive saturates, which is what is achieved, and of the largest gain"
+        }
+        _ => "the most telling for both together first, those that raise one and lower the other last",
+    };
+    page.paragraph(&format!(
+        "Change of {achieved} and of the largest stable gain, in per cent, for one per cent more of each number; {ranked}."
+    ));
+    let percent = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
+    let rows: Vec<Vec<String>> = (report.sensitivities.iter())
+        .map(|s| {
+            let per_unit = if s.bandwidth_hz_per_unit.is_finite() {
+                plain(s.bandwidth_hz_per_unit)
+            } else {
+                "-".to_owned()
+            };
+            let trade = if report.ranked_by.is_some_and(|by| s.is_trade(by)) { "trade-off" } else { "" };
+            vec![
+                s.key.clone(),
+                plain(s.value),
+                percent(s.bandwidth_relative),
+                percent(s.largest_gain_relative),
+                per_unit,
+                trade.to_owned(),
+            ]
+        })
+        .collect();
+    let header = [
+        "number",
+        "value (SI)",
+        &format!("{achieved} (%)"),
+        "largest gain (%)",
+        &format!("{achieved} (Hz per unit)"),
+        "",
+    ];
+    page.table(&header, &[1, 2, 3, 4], &rows);
+}
+
+fn modes(page: &mut Page, report: &Report) {
+    if report.modes.is_empty() {
+        return;
+    }
+    page.heading("Modes");
+    page.paragraph(
+        "Colocated: actuator and sensor move in the phase relation of rigid-body motion. Noncolocated: against it. Uninvolved: one of them does not \
+         take part. Where the class changes from one mode to the next there are no zeros between them, and 180° are lost for good unless a pair of zeros farther up \
+         gives them back; between modes of one class lies a pair of zeros, so that the upper one takes no more than these gave. The table says what each \
+         mode takes with the zeros that go with it.",
+    );
+    let edge = report.gain.as_ref().and_then(|gain| gain.sampled.edge_mode);
+    let row = |(i, mode): (usize, &ModeReport)| {
+        let class = if mode.rigid_body {
+            format!("{}, rigid-body motion", class_name(mode.class))
+        } else {
+            class_name(mode.class).to_owned()
+        };
+        let cost = mode.margin_cost_deg.map_or_else(|| "-".to_owned(), plain);
+        let breaks = if edge == Some(i) { "unstable first" } else { "" };
+        vec![
+            plain(mode.frequency_hz),
+            plain(damping_ratio(mode)),
+            class,
+            plain(mode.phase_change_deg),
+            plain(mode.phase_dip_deg),
+            cost,
+            breaks.to_owned(),
+        ]
+    };
+    let rows: Vec<Vec<String>> = report.modes.iter().enumerate().map(row).collect();
+    let header = [
+        "frequency (Hz)",
+        "damping ratio",
+        "class",
+        "phase lost for good (°)",
+        "largest dip (°)",
+        "taken at crossover (°)",
+        "",
+    ];
+    page.table(&header, &[0, 1, 3, 4, 5], &rows);
+    page.paragraph("Shapes: displacement of each body towards the workpiece, the largest being 1; an open orange dot shows what lags or leads by a quarter period.");
+    page.drawings(&report.modes.iter().map(shapes::drawing).collect::<Vec<_>>());
+}

@@ -1,0 +1,197 @@
+//! Where the gap shows: channels against phases of the motion, frequency bands and levels of the command,
+//! before and after.
+
+use std::fmt::Write as _;
+
+use feeler_diagnosis::report::Cell;
+
+use crate::numbers::plain;
+use crate::pages::parts::escape;
+
+const WIDTH: f64 = 900.0;
+const LEFT: f64 = 190.0;
+const ROW: f64 = 26.0;
+const HEAD: f64 = 52.0;
+/// Widest column.
+const WIDEST: f64 = 90.0;
+/// Width of a letter of a group's name, and room between two names.
+const LETTER: f64 = 8.0;
+const GAP: f64 = 12.0;
+/// Up to this many noise floors the colour is white, and from `FULL` on the darkest; on a logarithmic scale
+/// between.
+pub(super) const LEAST: f64 = 1.5;
+pub(super) const FULL: f64 = 50.0;
+/// Floors below this share of the variation are none that a model would be held to.
+const LEAST_FLOOR: f64 = 1e-5;
+/// Where letters turn white.
+const DARK: f64 = 0.55;
+
+/// Phases in the order of a motion.
+const PHASES: [&str; 5] = ["free", "approach", "impact", "contact", "release"];
+
+/// Levels of the command from low to high.
+const LEVELS: [&str; 3] = ["low", "middle", "high"];
+
+/// A state of the machine whose gap is drawn.
+type Of = fn(&Cell) -> f64;
+
+/// One column: its group, its label, and which cells it holds.
+struct Column<'a> {
+    group: &'a str,
+    label: String,
+    holds: Box<dyn Fn(&Cell) -> bool + 'a>,
+    of: Of,
+}
+
+/// Phases of the motion and frequency bands, over all levels.
+pub(super) fn by_phase(cells: &[Cell], of: Of, label: &str) -> String {
+    let mut keys: Vec<(&'static str, [f64; 2])> = Vec::new();
+    for cell in cells {
+        if !keys.iter().any(|(phase, band)| *phase == cell.phase && same(*band, cell.band_hz)) {
+            keys.push((cell.phase, cell.band_hz));
+        }
+    }
+    keys.sort_by(|a, b| order(a.0).cmp(&order(b.0)).then(a.1[0].total_cmp(&b.1[0])));
+    let column = |(phase, band): (&'static str, [f64; 2])| Column {
+        group: phase,
+        label: plain(band[1].round()),
+        holds: Box::new(move |cell: &Cell| cell.phase == phase && same(cell.band_hz, band)),
+        of,
+    };
+    let columns: Vec<Column> = keys.into_iter().map(column).collect();
+    grid(cells, &columns, "band up to (Hz)", label)
+}
+
+/// Levels of the command, before and after, over all phases and bands.
+pub(super) fn by_level(cells: &[Cell]) -> String {
+    let states: [(&'static str, Of); 2] =
+        [("calibrated machine", |cell| cell.refit), ("with what was found", |cell| cell.after)];
+    let mut columns = Vec::new();
+    for (group, of) in states {
+        for level in LEVELS.iter().filter(|level| cells.iter().any(|cell| cell.amplitude == **level)) {
+            columns.push(Column {
+                group,
+                label: (*level).to_owned(),
+                holds: Box::new(move |cell: &Cell| cell.amplitude == *level),
+                of,
+            });
+        }
+    }
+    grid(cells, &columns, "level of the command", "by level")
+}
+
+/// Channels down, columns across.
+fn grid(cells: &[Cell], columns: &[Column<'_>], axis: &str, label: &str) -> String {
+    let mut channels: Vec<&str> = Vec::new();
+    for cell in cells {
+        if !channels.contains(&cell.channel.as_str()) {
+            channels.push(&cell.channel);
+        }
+    }
+    // A group is as wide as its name.
+    let share = |column: &Column<'_>| {
+        let members = columns.iter().filter(|other| other.group == column.group).count();
+        (LETTER * column.group.chars().count() as f64 + GAP) / members as f64
+    };
+    let asked = columns.iter().map(share).fold(WIDEST, f64::max);
+    let wide = ((WIDTH - LEFT) / columns.len().max(1) as f64).min(asked);
+    let height = HEAD + ROW * channels.len() as f64 + 6.0;
+    let mut svg = format!(
+        "<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{}\" font-size=\"12\">",
+        escape(label)
+    );
+    let mut from = 0;
+    while from < columns.len() {
+        let group = columns[from].group;
+        let to = from + columns[from..].iter().take_while(|column| column.group == group).count();
+        let centre = LEFT + wide * (from + to) as f64 * 0.5;
+        let _ = write!(
+            svg,
+            "<text x=\"{centre:.1}\" y=\"16\" text-anchor=\"middle\" font-weight=\"600\">{group}</text>"
+        );
+        let _ = write!(
+            svg,
+            "<path d=\"M{:.1} 22H{:.1}\" stroke=\"#5a646c\"/>",
+            LEFT + wide * from as f64 + 3.0,
+            LEFT + wide * to as f64 - 3.0
+        );
+        from = to;
+    }
+    let _ = write!(svg, "<text x=\"{}\" y=\"42\" text-anchor=\"end\">{}</text>", LEFT - 8.0, escape(axis));
+    for (i, column) in columns.iter().enumerate() {
+        let centre = LEFT + wide * (i as f64 + 0.5);
+        let _ =
+            write!(svg, "<text x=\"{centre:.1}\" y=\"42\" text-anchor=\"middle\">{}</text>", column.label);
+    }
+    for (j, channel) in channels.iter().enumerate() {
+        let top = HEAD + ROW * j as f64;
+        let _ = write!(
+            svg,
+            "<text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+            LEFT - 8.0,
+            top + 17.0,
+            escape(channel)
+        );
+        for (i, column) in columns.iter().enumerate() {
+            let Some([value, floor]) = value(cells, channel, column) else { continue };
+            let floors = value / floor.max(LEAST_FLOOR);
+            let share = ((floors / LEAST).ln() / (FULL / LEAST).ln()).clamp(0.0, 1.0);
+            let ink = if share > DARK { "#ffffff" } else { "#1d2226" };
+            let _ = write!(
+                svg,
+                "<rect x=\"{:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{}\"/>\
+                 <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" style=\"fill:{ink}\">{}</text>",
+                LEFT + wide * i as f64 + 1.0,
+                wide - 2.0,
+                ROW - 2.0,
+                colour(share),
+                LEFT + wide * (i as f64 + 0.5),
+                top + 17.0,
+                shown(value)
+            );
+        }
+    }
+    svg.push_str("</svg>");
+    svg
+}
+
+/// A share as a percentage of two digits.
+fn shown(value: f64) -> String {
+    match 100.0 * value {
+        percent if percent < 0.0095 => "<.01".into(),
+        percent if percent < 0.095 => format!("{percent:.2}"),
+        percent if percent < 9.95 => format!("{percent:.1}"),
+        percent => format!("{percent:.0}"),
+    }
+}
+
+fn order(phase: &str) -> usize {
+    PHASES.iter().position(|p| *p == phase).unwrap_or(PHASES.len())
+}
+
+fn same(a: [f64; 2], b: [f64; 2]) -> bool {
+    a.map(f64::to_bits) == b.map(f64::to_bits)
+}
+
+/// Root mean square over the cells of a column, weighted by time, and of their noise floors.
+fn value(cells: &[Cell], channel: &str, column: &Column<'_>) -> Option<[f64; 2]> {
+    let (mut sum, mut floor, mut time) = (0.0, 0.0, 0.0);
+    for cell in cells.iter().filter(|cell| cell.channel == channel && (column.holds)(cell)) {
+        sum += (column.of)(cell).powi(2) * cell.seconds;
+        floor += cell.floor.powi(2) * cell.seconds;
+        time += cell.seconds;
+    }
+    (time > 0.0).then(|| [sum, floor].map(|sum| (sum / time).sqrt()))
+}
+
+/// From white through blue to near black: told apart in grey too.
+fn colour(share: f64) -> String {
+    const STOPS: [[f64; 3]; 4] =
+        [[247.0, 251.0, 255.0], [158.0, 202.0, 225.0], [33.0, 113.0, 181.0], [8.0, 29.0, 70.0]];
+    let at = share * (STOPS.len() - 1) as f64;
+    let i = (at.floor() as usize).min(STOPS.len() - 2);
+    let mixed: Vec<u8> = (0..3)
+        .map(|k| (STOPS[i][k] + (at - i as f64) * (STOPS[i + 1][k] - STOPS[i][k])).round() as u8)
+        .collect();
+    format!("#{:02x}{:02x}{:02x}", mixed[0], mixed[1], mixed[2])
+}

@@ -1,0 +1,173 @@
+//! The page of a measured frequency response.
+
+use feeler_lti::C64;
+
+use super::analyze::degrees;
+use crate::commands::frf::{Response, Row, row};
+use crate::numbers::{plain, with_unit};
+use crate::pages::parts::{Chart, ChartKind, Line, Page, Series, Tile, by_extremes};
+
+/// Points of each curve.
+const MOST_POINTS: usize = 4000;
+/// Charts that zoom together.
+const TOGETHER: &str = "frequency";
+
+/// The page of a response.
+pub(crate) fn page(response: &Response) -> String {
+    let mut page = Page::new(&format!("{}: frequency response", response.title), &response.about);
+    page.lead(&format!("{}.", capital(&response.path())));
+    page.paragraph(&format!("{}.", capital(&response.how)));
+    for sentence in &response.sentences() {
+        page.paragraph(sentence);
+    }
+    for note in &response.notes {
+        page.paragraph(&format!("{}.", capital(note)));
+    }
+    page.tiles(&tiles(response));
+    page.heading("Response");
+    page.paragraph(&format!(
+        "The linear response is that of the machine with its command held for {} and its output sampled as often, delays exact.",
+        with_unit(response.hold_s, "s")
+    ));
+    for chart in charts(response) {
+        page.chart(&chart);
+    }
+    page.render()
+}
+
+fn tiles(response: &Response) -> Vec<Tile> {
+    let agreement = response.agreement();
+    let tile = |name, value: String, remark: String| Tile { name, value, remark };
+    vec![
+        tile("frequencies", response.linear.len().to_string(), format!("{} compared", agreement.compared)),
+        tile(
+            "largest difference",
+            format!("{} dB", plain(agreement.decibels)),
+            "from the linear response".into(),
+        ),
+        tile("and in phase", format!("{}°", plain(agreement.degrees)), "from the linear response".into()),
+        tile(
+            "within the band",
+            format!("{} %", plain((100.0 * agreement.within).round())),
+            "of frequencies".into(),
+        ),
+    ]
+}
+
+/// A frequency of the charts: one of the estimate, or one between where only the linear response is known.
+struct Place {
+    frequency_hz: f64,
+    row: Option<Row>,
+    linear: C64,
+    measured: C64,
+}
+
+/// The frequencies of the charts, rising: those of the estimate, thinned out where there are many, and those
+/// between.
+fn places(response: &Response) -> Vec<Place> {
+    let estimate = &response.estimate;
+    let decibels: Vec<f64> = estimate.response.iter().map(|g| 20.0 * g.norm().log10()).collect();
+    let of_estimate = by_extremes(&[&decibels], decibels.len(), MOST_POINTS).into_iter().map(|i| Place {
+        frequency_hz: estimate.frequencies_hz[i],
+        row: Some(row(response, i)),
+        linear: response.linear[i],
+        measured: estimate.response[i],
+    });
+    let none = C64::new(f64::NAN, f64::NAN);
+    let between = response.between.iter().map(|&(frequency_hz, linear)| Place {
+        frequency_hz,
+        row: None,
+        linear,
+        measured: none,
+    });
+    let mut places: Vec<Place> = of_estimate.chain(between).collect();
+    places.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    places
+}
+
+fn charts(response: &Response) -> Vec<Chart> {
+    let estimate = &response.estimate;
+    let places = places(response);
+    let column = |of: &dyn Fn(&Row) -> f64| {
+        places.iter().map(|place| place.row.as_ref().map_or(f64::NAN, of)).collect::<Vec<f64>>()
+    };
+    let measured = |name: &str, unit: &str, values: Vec<f64>| {
+        let series = Series::new(name, unit, values);
+        if response.isolated { series.dots() } else { series }
+    };
+    let band = format!("{} % band", plain(100.0 * response.confidence));
+    let new = |title: &str, caption: &str, label: &str, series: Vec<Series>| {
+        let mut chart = Chart::new(ChartKind::Line, title, "frequency (Hz)", label);
+        caption.clone_into(&mut chart.caption);
+        (chart.x_log, chart.together) = (true, Some(TOGETHER));
+        chart.x = places.iter().map(|place| place.frequency_hz).collect();
+        chart.series = series;
+        chart
+    };
+    let magnitude = vec![
+        measured("measured", "dB", column(&|r| r.magnitude_db)),
+        Series::new("linear", "dB", places.iter().map(|place| 20.0 * place.linear.norm().log10()).collect())
+            .dashed(),
+        measured(&format!("{band}, low"), "dB", column(&|r| r.low_db)),
+        measured(&format!("{band}, high"), "dB", column(&|r| r.high_db)),
+    ];
+    let linear_deg = degrees(&places.iter().map(|place| place.linear).collect::<Vec<_>>());
+    // Noise turns a phase that is continued from one value to the next for good; the linear response does
+    // not.
+    let off: Vec<C64> = places.iter().map(|place| place.measured / place.linear).collect();
+    let measured_deg =
+        linear_deg.iter().zip(&off).map(|(linear, off)| linear + off.arg().to_degrees()).collect();
+    let phase =
+        vec![measured("measured", "°", measured_deg), Series::new("linear", "°", linear_deg).dashed()];
+    let mut all = vec![
+        new(
+            "Magnitude,",
+            "measured and by linear theory, with the confidence band of the measurement.",
+            "magnitude (dB)",
+            magnitude,
+        ),
+        new(
+            "Phase,",
+            "measured and by linear theory; whole turns are those that bring both nearest.",
+            "phase (°)",
+            phase,
+        ),
+    ];
+    let mut difference = new(
+        "Difference,",
+        "measured over linear, magnitude.",
+        "difference (dB)",
+        vec![measured("measured over linear", "dB", off.iter().map(|g| 20.0 * g.norm().log10()).collect())],
+    );
+    difference.lines.push(Line { y: 0.0, label: "no difference".into() });
+    all.push(difference);
+    if estimate.coherence.is_some() {
+        let caption = "the share of the output that the input explains linearly; below 1 there is noise, leakage or nonlinearity.";
+        all.push(new(
+            "Coherence,",
+            caption,
+            "coherence",
+            vec![measured("coherence", "", column(&|r| r.coherence))],
+        ));
+    }
+    if let Some(levels) = &response.told_apart {
+        let beyond = levels.evidence.is_beyond_noise;
+        let caption = if beyond {
+            "what differs from period to period is noise; what differs from realisation to realisation beyond it is nonlinear distortion."
+        } else {
+            "what differs from period to period is noise; nothing beyond it tells of nonlinear distortion."
+        };
+        let mut series = vec![
+            measured("response", "dB", column(&|r| r.magnitude_db)),
+            measured("noise", "dB", column(&|r| r.noise_db)),
+        ];
+        series.extend(beyond.then(|| measured("nonlinear distortion", "dB", column(&|r| r.distortion_db))));
+        all.push(new("Noise and distortion,", caption, "level (dB)", series));
+    }
+    all
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}

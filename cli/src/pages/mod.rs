@@ -1,0 +1,12 @@
+//! Pages: what each command shows, put together from parts that are the same for all.
+
+pub(crate) mod analyze;
+pub(crate) mod arm_run;
+pub(crate) mod blind;
+pub(crate) mod diagnosis;
+pub(crate) mod frf;
+pub(crate) mod parts;
+pub(crate) mod reduce;
+pub(crate) mod run;
+pub(crate) mod sweep;
+pub(crate) mod why;

@@ -1,0 +1,275 @@
+//! The page of a map of the force bandwidth over a workspace.
+
+use std::fmt::Write as _;
+
+use feeler_studies::arm::{MapPoint, MapValues, NoAxis, without_axis};
+use serde_json::{Value, json};
+
+use crate::numbers::{plain, with_unit};
+use crate::pages::parts::svg::{Frame, Place, Scale, image, legend};
+use crate::pages::parts::{Page, of_share};
+
+const PLOT: Place = Place { x: 90.0, y: 40.0, width: 540.0, height: 400.0 };
+const WIDTH: f64 = 830.0;
+/// Where the arm does not reach.
+const NOTHING: &str = "#f2f2f2";
+/// Where it reaches and has no axis, and where there is an axis without this figure.
+const NO_AXIS: &str = "#b8b8b8";
+const NONE: &str = "#d9c9a3";
+/// Strokes through a place whose axis is not trusted.
+const CROSS: &str = "stroke=\"#000000\" stroke-width=\"1.2\" fill=\"none\"";
+/// Side of the cell of a grid that has one place along an axis, m.
+const ONLY_CELL_M: f64 = 0.05;
+/// Steps of colour in the legend.
+const STEPS: u32 = 6;
+
+/// One figure of every place.
+struct Field {
+    title: &'static str,
+    caption: &'static str,
+    unit: &'static str,
+    of: fn(&MapValues) -> f64,
+}
+
+const FIELDS: [Field; 4] = [
+    Field {
+        title: "Force bandwidth.",
+        caption: "The arm's: crossover of integral control of the contact's spring force, sampled at 1 kHz, at half the arm's largest stable gain, with motor damping of 2 * 0.7 * contact mode * mass. The axis's own is told under the pointer.",
+        unit: "Hz",
+        of: |found| found.agreement.force_bandwidth_hz[0],
+    },
+    Field {
+        title: "Effective mass.",
+        caption: "What moves along the normal, motors included.",
+        unit: "kg",
+        of: |found| found.mass_kg,
+    },
+    Field {
+        title: "Stiffness.",
+        caption: "All joints in series along the normal, the motors locked.",
+        unit: "N/m",
+        of: |found| found.stiffness_n_per_m,
+    },
+    Field {
+        title: "How far the axis is off the arm.",
+        caption: "The largest misfit of contact mode, phase crossover, stable kp and stable ki; places beyond 5 % are crossed out in every map.",
+        unit: "%",
+        of: |found| 100.0 * found.agreement.worst(),
+    },
+];
+
+/// What the axis has in place of the arm's.
+const AXIS_BANDWIDTH: Field =
+    Field { title: "", caption: "", unit: "Hz", of: |found| found.agreement.force_bandwidth_hz[1] };
+
+/// The page; `command` gives what reduces the arm at a place.
+pub(crate) fn page(arm: &str, map: &[MapPoint], command: &dyn Fn([f64; 3]) -> String) -> String {
+    let mut page = Page::new(&format!("{arm}: force bandwidth over the workspace"), "");
+    let reached: Vec<(&MapPoint, &MapValues)> =
+        map.iter().filter_map(|point| Some((point, point.found.as_ref().ok()?))).collect();
+    page.lead(&(sentence(map, &reached) + &lacking(map)));
+    let grid = Grid::of(map);
+    let hover = json!({
+        "places": map.iter().map(|point| grid.cell(point)).collect::<Vec<_>>(),
+        "columns": columns(map),
+        "settings": 0,
+        "commands": map.iter().map(|point| command(point.place_m)).collect::<Vec<_>>(),
+    });
+    let mut first = None;
+    for field in &FIELDS {
+        let svg = grid.svg(map, field);
+        let caption = format!(
+            "{} Hover to see a place and the command that gives its axis; click to copy it.",
+            field.caption
+        );
+        match first {
+            None => first = Some(page.map(field.title, &caption, &svg, hover.clone())),
+            Some(first) => page.map_like(field.title, field.caption, &svg, first),
+        }
+    }
+    page.render()
+}
+
+fn sentence(map: &[MapPoint], reached: &[(&MapPoint, &MapValues)]) -> String {
+    let places = map.len();
+    let within = map.iter().filter(|point| !matches!(point.found, Err(NoAxis::OutOfReach))).count();
+    let bandwidth = |(_, found): &&(&MapPoint, &MapValues)| found.agreement.force_bandwidth_hz[0];
+    let with_one = || reached.iter().filter(|place| bandwidth(place).is_finite());
+    let worst = with_one().min_by(|a, b| bandwidth(a).total_cmp(&bandwidth(b)));
+    let best = with_one().max_by(|a, b| bandwidth(a).total_cmp(&bandwidth(b)));
+    let at = |(point, found): &(&MapPoint, &MapValues)| {
+        let [x, y, _] = point.place_m;
+        format!(
+            "{} at x = {} m, y = {} m",
+            with_unit(found.agreement.force_bandwidth_hz[0], "Hz"),
+            plain(x),
+            plain(y)
+        )
+    };
+    if within == 0 {
+        return format!("The arm reaches none of {places} places.");
+    }
+    let (Some(worst), Some(best)) = (worst, best) else {
+        return format!(
+            "The arm reaches {within} of {places} places, and has a force bandwidth at none of them."
+        );
+    };
+    let doubtful = reached.iter().filter(|(_, found)| !found.agreement.is_trusted()).count();
+    let doubts = match doubtful {
+        0 => " Everywhere the axis is within 5 % of the whole arm in contact mode, phase crossover, stable kp and stable ki.".to_owned(),
+        count => format!(
+            " At {count} of them the axis is more than 5 % off the whole arm in contact mode, phase crossover, stable kp or stable ki."
+        ),
+    };
+    format!(
+        "The arm reaches {within} of {places} places; its force bandwidth goes from {} to {}.{doubts}",
+        at(worst),
+        at(best)
+    )
+}
+
+/// The colour of a place in the map of a figure.
+fn colour_of(point: &MapPoint, field: &Field, share: &dyn Fn(f64) -> f64) -> String {
+    match point.found.as_ref().map(field.of) {
+        Ok(value) if value.is_finite() => of_share(share(value)),
+        Ok(_) => NONE.to_owned(),
+        Err(NoAxis::OutOfReach) => NOTHING.to_owned(),
+        Err(_) => NO_AXIS.to_owned(),
+    }
+}
+
+/// Places that have no axis, or no stable gain, counted by the reason.
+fn lacking(map: &[MapPoint]) -> String {
+    let unstable = map
+        .iter()
+        .filter(|point| point.found.as_ref().is_ok_and(|found| found.agreement.largest_ki_per_s[0] <= 0.0))
+        .count();
+    let mut said: Vec<String> = without_axis(map)
+        .into_iter()
+        .map(|(reason, count)| format!(" Without an axis, {count}: {reason}."))
+        .collect();
+    if unstable > 0 {
+        said.push(format!(
+            " At {unstable} of the places no ki is stable, as the damping of the motors alone is unstable at 1 kHz: there is no force bandwidth."
+        ));
+    }
+    said.concat()
+}
+
+/// What is said of a place under the pointer.
+fn columns(map: &[MapPoint]) -> Vec<Value> {
+    let place = |name: &str, axis: usize| {
+        json!([name, map.iter().map(|point| point.place_m[axis]).collect::<Vec<_>>(), "m"])
+    };
+    let field = |name: &str, field: &Field| {
+        let values: Vec<Option<f64>> =
+            map.iter().map(|point| point.found.as_ref().ok().map(field.of)).collect();
+        json!([name, values, field.unit])
+    };
+    let [bandwidth, mass, stiffness, misfit] = &FIELDS;
+    vec![
+        place("x", 0),
+        place("y", 1),
+        place("z", 2),
+        field("force bandwidth", bandwidth),
+        field("of the axis", &AXIS_BANDWIDTH),
+        field("mass", mass),
+        field("stiffness", stiffness),
+        field("axis off by", misfit),
+    ]
+}
+
+/// The cells of a map.
+struct Grid {
+    frame: Frame,
+    /// Sides of a cell, m.
+    cell_m: [f64; 2],
+}
+
+impl Grid {
+    fn of(map: &[MapPoint]) -> Self {
+        let axis = |axis: usize, name: &str| {
+            let mut values: Vec<f64> = map.iter().map(|point| point.place_m[axis]).collect();
+            values.sort_by(f64::total_cmp);
+            values.dedup_by(|a, b| a.to_bits() == b.to_bits());
+            let (low, high) = (values.first().copied().unwrap_or(0.0), values.last().copied().unwrap_or(0.0));
+            let cell_m =
+                if values.len() > 1 { (high - low) / (values.len() - 1) as f64 } else { ONLY_CELL_M };
+            let range = [low - 0.5 * cell_m, high + 0.5 * cell_m];
+            (Scale { label: format!("{name} of the tool"), unit: "m".into(), range, log: false }, cell_m)
+        };
+        let ((x, width), (y, height)) = (axis(0, "x"), axis(1, "y"));
+        Self { frame: Frame { place: PLOT, x, y }, cell_m: [width, height] }
+    }
+
+    /// Left, top, width and height.
+    fn cell(&self, point: &MapPoint) -> [f64; 4] {
+        let [x, y, _] = point.place_m;
+        let [half_x, half_y] = self.cell_m.map(|side| 0.5 * side);
+        let ([left, top], [right, bottom]) =
+            (self.frame.at([x - half_x, y + half_y]), self.frame.at([x + half_x, y - half_y]));
+        [left, top, right - left, bottom - top].map(|v| (v * 100.0).round() / 100.0)
+    }
+
+    fn svg(&self, map: &[MapPoint], field: &Field) -> String {
+        let values = || {
+            map.iter()
+                .filter_map(|point| point.found.as_ref().ok().map(field.of))
+                .filter(|value| value.is_finite())
+        };
+        let (low, high) =
+            values().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let share = |value: f64| if high > low { (value - low) / (high - low) } else { 0.5 };
+        let mut body = String::new();
+        for point in map {
+            let [x, y, width, height] = self.cell(point);
+            let colour = colour_of(point, field, &share);
+            // A little larger, so that no seams show between cells.
+            let (width, height) = (width + 0.15, height + 0.15);
+            let _ = write!(
+                body,
+                "<rect x=\"{x}\" y=\"{y}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"{colour}\" shape-rendering=\"crispEdges\"/>"
+            );
+            if point.found.as_ref().is_ok_and(|found| !found.agreement.is_trusted()) {
+                let (right, bottom) = (x + width, y + height);
+                let _ = write!(
+                    body,
+                    "<path d=\"M{x} {y}L{right:.2} {bottom:.2}M{right:.2} {y}L{x} {bottom:.2}\" {CROSS}/>"
+                );
+            }
+        }
+        self.frame.draw(&mut body, "");
+        let swatch = |colour: &str| {
+            format!(
+                "<rect width=\"24\" height=\"14\" fill=\"{colour}\" stroke=\"#5a646c\" stroke-width=\"0.5\"/>"
+            )
+        };
+        let entry = |step: u32| {
+            let share = f64::from(step) / f64::from(STEPS);
+            (swatch(&of_share(share)), with_unit(low + share * (high - low), field.unit))
+        };
+        let mut entries: Vec<(String, String)> = match (low.is_finite(), high > low) {
+            (false, _) => Vec::new(),
+            (true, false) => vec![(swatch(&of_share(0.5)), with_unit(low, field.unit))],
+            (true, true) => (0..=STEPS).rev().map(entry).collect(),
+        };
+        if map.iter().any(|point| matches!(point.found, Err(NoAxis::OutOfReach))) {
+            entries.push((swatch(NOTHING), "out of reach".into()));
+        }
+        if map.iter().any(|point| matches!(&point.found, Err(why) if *why != NoAxis::OutOfReach)) {
+            entries.push((swatch(NO_AXIS), "no axis".into()));
+        }
+        if map.iter().any(|point| point.found.as_ref().is_ok_and(|found| !(field.of)(found).is_finite())) {
+            entries.push((swatch(NONE), "none: see above".into()));
+        }
+        if map.iter().filter_map(|point| point.found.as_ref().ok()).any(|found| !found.agreement.is_trusted())
+        {
+            entries.push((
+                format!("{}<path d=\"M0 0L24 14M24 0L0 14\" {CROSS}/>", swatch("#ffffff")),
+                "axis off by over 5 %".into(),
+            ));
+        }
+        legend(&mut body, [PLOT.x + PLOT.width + 24.0, PLOT.y + 4.0], &entries);
+        image(WIDTH, PLOT.y + PLOT.height + 56.0, &body)
+    }
+}

@@ -1,0 +1,168 @@
+//! The page of one run.
+
+mod charts;
+
+use feeler_files::Document;
+use feeler_studies::run::{EnergyItem, EnergyTable, Outcome, RunResult, Summary};
+
+use charts::View;
+
+use crate::numbers::{count, percent, plain, split, with_unit};
+use crate::pages::parts::{Page, Tile};
+use crate::units::Units;
+use crate::words;
+
+/// Events listed; more are in the summary.
+const MOST_EVENTS: usize = 400;
+
+/// The page of a run.
+pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult) -> String {
+    let summary = &result.summary;
+    let machine = &document.scenario.machine;
+    let mut page = Page::new(&machine.name, &machine.about);
+    let units = Units::of(machine);
+    page.lead(&words::outcome(summary, units));
+    page.tiles(&tiles(summary, units, strongest_hz(result)));
+    let view = View::new(document, result, units);
+    // What tells most comes first: the force over the whole run, then how it looks when it does not come to
+    // rest.
+    view.whole_run(&mut page);
+    view.close_up(&mut page);
+    view.phase_portrait(&mut page);
+    view.spectrum(&mut page);
+    view.motion(&mut page);
+    if let Some(table) = &summary.energy {
+        energy(&mut page, table);
+    }
+    events(&mut page, summary);
+    view.others(&mut page);
+    page.heading("Scenario");
+    if !settings.is_empty() {
+        page.paragraph(&format!("Set on the command line: {}", settings.join("; ")));
+    }
+    page.verbatim("the file as it was run", document.text());
+    page.render()
+}
+
+/// Frequency of the strongest line of the force of a motion that grows, Hz; what lasts has its frequency in
+/// the summary.
+fn strongest_hz(result: &RunResult) -> Option<f64> {
+    let grows = result.summary.outcome == Outcome::Unstable && result.summary.oscillation.is_none();
+    let spectrum = result.tail_spectrum().filter(|_| grows)?;
+    let lines =
+        spectrum.frequencies_hz.iter().zip(&spectrum.amplitudes).filter(|(frequency, _)| **frequency > 0.0);
+    lines.max_by(|a, b| a.1.total_cmp(b.1)).map(|(frequency, _)| *frequency)
+}
+
+fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) -> Vec<Tile> {
+    let tile = |name, value: String, remark: String| Tile { name, value, remark };
+    let mut tiles = vec![tile("outcome", words::label(summary).into(), String::new())];
+    let hardest = summary.contacts.iter().max_by(|a, b| a.peak_force_n.total_cmp(&b.peak_force_n));
+    if let Some(contact) = hardest {
+        tiles.push(tile("peak force", with_unit(contact.peak_force_n, units.force), words::when(contact)));
+    }
+    if let Some(response) = summary.response {
+        let of = response
+            .final_reference_n
+            .map_or_else(String::new, |reference| format!("of {}", with_unit(reference, units.force)));
+        tiles.push(tile(
+            "overshoot",
+            response.overshoot.map_or("-".into(), |share| format!("{} %", percent(share))),
+            of,
+        ));
+        let outside = words::rests_outside(summary, units);
+        let absent = if outside.is_some() { "-" } else { "not settled" };
+        let time = response.settling_time_s.map_or(absent.into(), |time| with_unit(time, "s"));
+        let band =
+            outside.unwrap_or_else(|| format!("to within {}", with_unit(response.band_n, units.force)));
+        tiles.push(tile("settling time", time, band));
+    }
+    if !summary.contacts.is_empty() {
+        tiles.push(tile("bounces", summary.bounces.to_string(), "times the tool left the workpiece".into()));
+        let share = format!("{} % of the run", percent(summary.contact_share));
+        tiles.push(tile("time in contact", with_unit(summary.contact_time_s, "s"), share));
+    }
+    if let Some(oscillation) = &summary.oscillation {
+        let impacts = format!("{} impacts per second", plain(oscillation.impacts_per_s));
+        tiles.push(tile("frequency", with_unit(oscillation.frequency_hz, "Hz"), impacts));
+        tiles.push(tile(
+            "amplitude",
+            with_unit(oscillation.amplitude_n, units.force),
+            "half of peak to peak".into(),
+        ));
+    }
+    if let Some(frequency_hz) = strongest_hz {
+        tiles.push(tile("frequency", with_unit(frequency_hz, "Hz"), "of the motion that grows".into()));
+    }
+    tiles.push(tile(
+        "at a limit",
+        format!("{} %", percent(summary.saturation_share)),
+        "of the controller samples".into(),
+    ));
+    if let Some(energy) = &summary.energy {
+        tiles.push(tile(
+            "energy balance",
+            plain(energy.relative_residual),
+            "residual over energy exchanged".into(),
+        ));
+    }
+    tiles
+}
+
+fn energy(page: &mut Page, energy: &EnergyTable) {
+    page.heading("Energy");
+    page.paragraph("What each element put in (blue) and took out (orange) over the run; what is stored at its end counts as taken out.");
+    let bar = |sign: f64| {
+        move |item: &EnergyItem| {
+            (
+                format!("{}, {}", item.what.replace('-', " "), item.on),
+                sign * item.joule,
+                with_unit(sign * item.joule, "J"),
+            )
+        }
+    };
+    let growth =
+        |name: &str, [first, last]: [f64; 2]| (name.to_owned(), first - last, with_unit(first - last, "J"));
+    let moved = |item: &&EnergyItem| item.joule != 0.0;
+    let bars: Vec<_> = (energy.supplied.iter().filter(moved).map(bar(1.0)))
+        .chain(energy.dissipated.iter().filter(moved).map(bar(-1.0)))
+        .chain([growth("stored, kinetic", energy.kinetic), growth("stored, elastic", energy.elastic)])
+        .collect();
+    page.bars(&bars);
+    let row = |item: &EnergyItem| {
+        vec![item.what.replace('-', " "), item.on.clone(), split(item.joule, "J").0, split(item.joule, "J").1]
+    };
+    let controllers: Vec<Vec<String>> = energy.controllers.iter().map(row).collect();
+    if !controllers.is_empty() {
+        page.table(&["part of it", "by", "energy", "unit"], &[2], &controllers);
+    }
+    page.paragraph(&format!(
+        "The books close to {} of {} exchanged, a share of {}.",
+        with_unit(energy.residual.abs(), "J"),
+        with_unit(energy.exchanged, "J"),
+        plain(energy.relative_residual)
+    ));
+}
+
+fn events(page: &mut Page, summary: &Summary) {
+    page.heading("Events");
+    if summary.events.is_empty() {
+        page.paragraph("Nothing touched, lifted, stuck, slipped or met a limit.");
+        return;
+    }
+    let shown = summary.events.len().min(MOST_EVENTS);
+    if shown < summary.events.len() {
+        page.paragraph(&format!(
+            "The first {shown} of {}; summary.json has all.",
+            count(summary.events.len(), "event", "events")
+        ));
+    }
+    let row = |event: &feeler_studies::run::EventRecord| {
+        vec![format!("{:.9}", event.t_s), event.what.to_owned(), event.on.clone()]
+    };
+    page.table(
+        &["time (s)", "what", "on"],
+        &[0],
+        &summary.events[..shown].iter().map(row).collect::<Vec<_>>(),
+    );
+}

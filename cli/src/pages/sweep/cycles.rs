@@ -1,0 +1,167 @@
+//! Chatter, and limit cycles through saturation, that describing functions predict over one axis, and how far
+//! the simulation departs from them.
+
+use feeler_analysis::LimitCycle;
+use feeler_studies::sweep::{DrawnAxis, predicted_cycles};
+
+use super::Report;
+use super::bifurcation::Prediction;
+use super::map::Panel;
+use crate::numbers::{percent, plain};
+use crate::pages::parts::Page;
+
+/// Values of the axis at which cycles are predicted, at most.
+const MOST_VALUES: usize = 200;
+/// Rows of the table of departures at most.
+const MOST_ROWS: usize = 12;
+/// The first harmonic tells the motion where it departs by no more than this.
+const AGREES: f64 = 0.1;
+
+/// Predictions at the rows of a sweep over one axis.
+pub(super) struct Theory<'a> {
+    report: &'a Report<'a>,
+    axis: &'a DrawnAxis,
+    /// Value of the axis, row, and cycles there; by rising value.
+    places: Vec<(f64, usize, Vec<LimitCycle>)>,
+}
+
+/// One variant that chatters or swings between limits, in simulation and in theory.
+struct Pair {
+    at: f64,
+    frequency_hz: [f64; 2],
+    peak_force_n: [f64; 2],
+}
+
+impl<'a> Theory<'a> {
+    /// At the rows of a panel.
+    pub(super) fn new(report: &'a Report<'a>, axis: &'a DrawnAxis, rows: &[usize], panel: &Panel) -> Self {
+        let values = report.table.reals(&axis.key).unwrap_or_default();
+        let mut rows: Vec<(f64, usize)> =
+            rows.iter().filter_map(|&row| Some(((*values.get(row)?)?, row))).collect();
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let step = rows.len().div_ceil(MOST_VALUES).max(1);
+        let rows: Vec<(f64, usize)> = rows.into_iter().step_by(step).collect();
+        let sorted: Vec<f64> = rows.iter().map(|(value, _)| *value).collect();
+        let cycles = predicted_cycles(&report.sweep.document, axis, &sorted, panel);
+        let places =
+            rows.into_iter().zip(cycles).map(|((value, row), cycles)| (value, row, cycles)).collect();
+        Self { report, axis, places }
+    }
+
+    /// Peak forces over the axis: a line for each run of values at which a cycle of those `wanted` that
+    /// attracts (or does not) exists.
+    pub(super) fn peaks(&self, wanted: impl Fn(&LimitCycle) -> bool) -> Vec<Prediction> {
+        [true, false]
+            .into_iter()
+            .flat_map(|stable| self.lines(|cycle| cycle.stable == stable && wanted(cycle), !stable))
+            .collect()
+    }
+
+    fn lines(&self, wanted: impl Fn(&LimitCycle) -> bool, dashed: bool) -> Vec<Prediction> {
+        let mut lines: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
+        for (value, _, cycles) in &self.places {
+            match cycles.iter().find(|cycle| wanted(cycle)) {
+                Some(cycle) => {
+                    lines.last_mut().into_iter().for_each(|line| line.push([*value, cycle.peak_force_n]))
+                }
+                None => lines.push(Vec::new()),
+            }
+        }
+        lines.into_iter().filter(|line| line.len() > 1).map(|line| Prediction { line, dashed }).collect()
+    }
+
+    fn pairs(&self) -> Vec<Pair> {
+        let column = |name: &str| self.report.table.reals(name).unwrap_or_default();
+        let frequencies = column("frequency_hz");
+        let list = |name: &str| self.report.table.lists(name).unwrap_or_default();
+        // Where the tool stays in contact the force once per cycle is its largest.
+        let (impacts, cycles_n) = (list("impact_peaks_n"), list("strobe_n"));
+        let pair = |(at, row, cycles): &(f64, usize, Vec<LimitCycle>)| {
+            let cycle = cycles.iter().find(|cycle| cycle.stable)?;
+            let peaks = match self.report.outcomes[*row].as_str() {
+                "chatter" => impacts,
+                "limit-cycle" => cycles_n,
+                _ => return None,
+            };
+            let peak = peaks.get(*row)?.iter().copied().reduce(f64::max)?;
+            let frequency = (*frequencies.get(*row)?)?;
+            Some(Pair {
+                at: *at,
+                frequency_hz: [frequency, cycle.frequency_hz],
+                peak_force_n: [peak, cycle.peak_force_n],
+            })
+        };
+        self.places.iter().filter_map(pair).collect()
+    }
+
+    /// Says where theory and simulation part, and by how much, under the title of the panel.
+    pub(super) fn compare(&self, title: &str, page: &mut Page) {
+        let pairs = self.pairs();
+        if pairs.is_empty() {
+            return;
+        }
+        page.heading(&if title.is_empty() {
+            "Theory beside it".into()
+        } else {
+            format!("Theory beside it, {title}")
+        });
+        page.paragraph(&summary(&pairs, &self.axis.key));
+        let step = pairs.len().div_ceil(MOST_ROWS);
+        let rows = pairs.iter().step_by(step).map(|pair| {
+            let mut row = vec![plain(pair.at)];
+            for both in [pair.frequency_hz, pair.peak_force_n] {
+                row.extend([plain(both[0]), plain(both[1]), percent(departure(both))]);
+            }
+            row
+        });
+        let unit = self.report.units.force;
+        let peaks = ["simulated", "predicted"].map(|which| format!("{which} peak ({unit})"));
+        let header = [
+            &self.axis.key,
+            "simulated (Hz)",
+            "predicted (Hz)",
+            "apart (%)",
+            &peaks[0],
+            &peaks[1],
+            "apart (%)",
+        ];
+        page.table(&header, &[0, 1, 2, 3, 4, 5, 6], &rows.collect::<Vec<_>>());
+    }
+}
+
+/// Prediction less simulation, as a share of the simulation.
+fn departure([simulated, predicted]: [f64; 2]) -> f64 {
+    predicted / simulated - 1.0
+}
+
+fn summary(pairs: &[Pair], key: &str) -> String {
+    let of = |pick: fn(&Pair) -> [f64; 2]| -> [f64; 2] {
+        let mut sizes: Vec<f64> = pairs.iter().map(|pair| departure(pick(pair)).abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        [sizes[sizes.len() / 2], sizes[sizes.len() - 1]]
+    };
+    let ([frequency, worst_frequency], [peak, worst_peak]) =
+        (of(|pair| pair.frequency_hz), of(|pair| pair.peak_force_n));
+    let agree = |pair: &&Pair| {
+        [pair.frequency_hz, pair.peak_force_n].into_iter().all(|both| departure(both).abs() <= AGREES)
+    };
+    let agreeing: Vec<f64> = pairs.iter().filter(agree).map(|pair| pair.at).collect();
+    let within = percent(AGREES);
+    let where_they_agree = match agreeing.as_slice() {
+        [] => format!("Nowhere are both within {within} %."),
+        [only] => format!("Both are within {within} % at {key} = {} only.", plain(*only)),
+        [first, .., last] => {
+            format!("Both are within {within} % from {key} = {} to {}.", plain(*first), plain(*last))
+        }
+    };
+    format!(
+        "Describing functions take the force as its mean and first harmonic. Over the {} variants that chatter or swing between limits, and for which they predict it, the \
+         frequency is off by {} % in the middle (at most {} %), the peak by {} % (at most {} %). {where_they_agree} The longer the tool is away, the \
+         more the motion is a series of impacts, of which the first harmonic says little.",
+        pairs.len(),
+        percent(frequency),
+        percent(worst_frequency),
+        percent(peak),
+        percent(worst_peak),
+    )
+}

@@ -1,0 +1,168 @@
+//! Which variants of a large sweep its page draws.
+
+use feeler_files::{Axis, Sampling, SweepFile};
+use feeler_studies::sweep::{DrawnAxis, Panels};
+
+/// Panels that are drawn; more are left to the table.
+pub(super) const MOST_PANELS: usize = 8;
+/// Cells of an axis that are drawn at most; of finer grids every so many.
+pub(super) const MOST_CELLS: u64 = 256;
+/// Variants that maps draw, and show under the pointer, at most.
+const MOST_ON_MAPS: usize = 20_000;
+/// The same of diagrams, whose columns are narrower than half a pixel then; each variant brings its list of
+/// impacts.
+const MOST_ON_DIAGRAMS: usize = 2_000;
+
+/// A choice of variants.
+#[derive(Debug)]
+pub(super) enum Drawn {
+    /// Every variant.
+    All,
+    /// So many from the start: of points that are drawn these are a fair part, and of an adaptive sweep the
+    /// coarse passes.
+    First(usize),
+    /// Of a grid, these values of each axis in order of the file, and so many panels.
+    Grid { axes: Vec<Values>, panels: u64 },
+}
+
+/// The values of an axis that are drawn.
+#[derive(Debug)]
+pub(super) struct Values {
+    key: String,
+    count: u64,
+    /// One value in so many is drawn; none where each value has a panel of its own.
+    every: Option<u64>,
+}
+
+impl Values {
+    fn drawn(&self) -> u64 {
+        self.every.map_or(1, |every| self.count.div_ceil(every))
+    }
+}
+
+impl Drawn {
+    /// Chooses from the `rows` variants of a sweep.
+    pub(super) fn of(sweep: &SweepFile, rows: usize) -> Self {
+        let on_diagrams = DrawnAxis::of(sweep).len() == 1;
+        let most = if on_diagrams { MOST_ON_DIAGRAMS } else { MOST_ON_MAPS };
+        if rows <= most {
+            return Self::All;
+        }
+        if sweep.sampling != Sampling::Grid || sweep.refine.is_some() {
+            return Self::First(most);
+        }
+        let apart = Panels::of(sweep);
+        let panels = apart.count().min(MOST_PANELS as u64);
+        let values = |(key, axis): (&String, &Axis)| {
+            let count = axis.count().unwrap_or(1);
+            let every = if on_diagrams { 1 } else { count.div_ceil(MOST_CELLS) };
+            Values { key: key.clone(), count, every: (!apart.has(key)).then_some(every) }
+        };
+        let mut axes: Vec<Values> = sweep.axes.iter().map(values).collect();
+        let budget = most as u64 / panels.max(1);
+        // The axis with the most values left is thinned until all fit.
+        while axes.iter().map(Values::drawn).product::<u64>() > budget.max(1) {
+            let Some(axis) = axes.iter_mut().max_by_key(|axis| axis.drawn()) else { break };
+            axis.every = axis.every.map(|every| every + 1);
+        }
+        Self::Grid { axes, panels }
+    }
+
+    /// Whether a variant is drawn.
+    pub(super) fn has(&self, row: usize) -> bool {
+        match self {
+            Self::All => true,
+            Self::First(count) => row < *count,
+            Self::Grid { axes, panels: drawn } => {
+                // The last axis runs fastest, and of panels too.
+                let (mut rest, mut panel, mut panels) = (row as u64, 0, 1);
+                for axis in axes.iter().rev() {
+                    let index = rest % axis.count;
+                    rest /= axis.count;
+                    match axis.every {
+                        Some(every) if !index.is_multiple_of(every) => return false,
+                        Some(_) => {}
+                        None => {
+                            panel += index * panels;
+                            panels *= axis.count;
+                        }
+                    }
+                }
+                panel < *drawn
+            }
+        }
+    }
+
+    /// Of how many values of an axis one is drawn; none where no values of a grid are left out.
+    pub(super) fn every(&self, key: &str) -> Option<u64> {
+        if let Self::Grid { axes, .. } = self {
+            axes.iter().find(|axis| axis.key == key)?.every
+        } else {
+            None
+        }
+    }
+
+    /// Says what is left out; empty where nothing is. `drawn` variants are.
+    pub(super) fn words(&self, drawn: usize) -> String {
+        let which = match self {
+            Self::All => return String::new(),
+            Self::First(_) => "the first of them".to_owned(),
+            Self::Grid { axes, .. } => {
+                let thinned =
+                    axes.iter().filter_map(|axis| Some((axis.every.filter(|&every| every > 1)?, &axis.key)));
+                let words: Vec<String> =
+                    thinned.map(|(every, key)| format!("one value in {every} of {key}")).collect();
+                words.join(", ")
+            }
+        };
+        format!(
+            " The drawings below hold {drawn} variants ({which}); all figures here, and sweep.parquet, are of all."
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use feeler_studies::sweep::Sweep;
+
+    fn sweep(axes: &str) -> SweepFile {
+        let text = format!("scenario = \"../paper/rigid.toml\"\n{axes}");
+        let place = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/sweeps/large.toml");
+        Sweep::parse(&text, &place.display().to_string()).unwrap().file
+    }
+
+    fn drawn(file: &SweepFile) -> Vec<usize> {
+        let rows = file.samples as usize;
+        let drawn = Drawn::of(file, rows);
+        (0..rows).filter(|&row| drawn.has(row)).collect()
+    }
+
+    #[test]
+    fn prop_large_grids_are_thinned_evenly_and_small_ones_not() {
+        let grid = |[x, y]: [u64; 2]| {
+            sweep(&format!(
+                "[axes]\n\"controllers.force.kp\" = {{ linear = [0.1, 1.0], points = {x} }}\n\
+                 \"contacts.tool.stiffness\" = {{ log = [\"10 kN/m\", \"1 MN/m\"], points = {y} }}\n\"run.seed\" = [1, 2]\n"
+            ))
+        };
+        assert_eq!(drawn(&grid([100, 100])).len(), 20_000);
+        let large = grid([400, 300]);
+        let rows = drawn(&large);
+        assert!(rows.len() > MOST_ON_MAPS / 2 && rows.len() <= MOST_ON_MAPS, "{}", rows.len());
+        let Drawn::Grid { axes, .. } = Drawn::of(&large, 240_000) else {
+            panic!("a grid is thinned by values")
+        };
+        let [x, y] = [0, 1].map(|i| axes[i].every.unwrap() as usize);
+        let on_lattice = |row: usize| (row / 600).is_multiple_of(x) && (row / 2 % 300).is_multiple_of(y);
+        assert_eq!(rows, (0..240_000).filter(|&row| on_lattice(row)).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn prop_drawn_points_and_diagrams_stay_in_bounds() {
+        let drawn_at_random = "sampling = \"sobol\"\nsamples = 50000\n[axes]\n\"controllers.force.kp\" = { uniform = [0.1, 1.0] }\n";
+        assert_eq!(drawn(&sweep(drawn_at_random)), (0..MOST_ON_DIAGRAMS).collect::<Vec<_>>());
+        let line = sweep("[axes]\n\"controllers.force.kp\" = { linear = [0.1, 1.0], points = 5000 }\n");
+        assert_eq!(drawn(&line), (0..5000).step_by(3).collect::<Vec<_>>());
+    }
+}

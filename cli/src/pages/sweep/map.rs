@@ -1,0 +1,422 @@
+//! Maps over two axes: each variant a cell, coloured by its outcome or by a measure, with the limits of
+//! linear theory over them.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use feeler_files::Setting;
+use feeler_studies::run::Outcome;
+use feeler_studies::sweep::{Column, DrawnAxis, LinearLimits, Panels, Sweep, Table, linear_limits};
+
+use super::drawn::{Drawn, MOST_CELLS};
+use super::nearest::{Tile, tiles};
+use super::palette::of_outcome;
+use crate::numbers::with_unit;
+use crate::pages::parts::of_share;
+use crate::pages::parts::svg::{Frame, Place, Scale, image, legend};
+use crate::words;
+
+/// Half the size of a variant that lies on no grid, as a share of the plot.
+const DOT: f64 = 0.006;
+const WIDTH: f64 = 860.0;
+const PLOT: Place = Place { x: 92.0, y: 34.0, width: 540.0, height: 430.0 };
+
+/// A cell: shares of the plot from its lower left corner, and the variant.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    left: f64,
+    low: f64,
+    width: f64,
+    height: f64,
+    row: usize,
+}
+
+impl Cell {
+    fn place(&self) -> Place {
+        Place {
+            x: PLOT.x + self.left * PLOT.width,
+            y: PLOT.y + (1.0 - self.low - self.height) * PLOT.height,
+            width: self.width * PLOT.width,
+            height: self.height * PLOT.height,
+        }
+    }
+}
+
+/// The variants of one panel on two axes.
+pub(super) struct Map<'a> {
+    axes: [&'a DrawnAxis; 2],
+    pub(super) title: String,
+    cells: Vec<Cell>,
+    /// Whether variants lie closer along boundaries, and what lies between them has the colour of the
+    /// nearest.
+    is_refined: bool,
+    limits: LinearLimits,
+    /// From the outermost values to the ends of the plot, as shares of the axes: half a cell of the finest.
+    margins: [f64; 2],
+    /// Keys besides the two axes that differ from cell to cell, and with them the limit.
+    varied: Vec<String>,
+}
+
+/// Settings that the variants of a panel share.
+pub(super) type Panel = [(String, Setting)];
+
+/// What colours the cells.
+pub(super) enum Colouring<'a> {
+    /// Outcomes by row.
+    Outcome(&'a [String]),
+    /// A measure by row, with its name and unit.
+    Measure(&'a [Option<f64>], &'static str, &'static str),
+}
+
+impl<'a> Map<'a> {
+    pub(super) fn new(
+        sweep: &Sweep,
+        table: &Table,
+        drawn: &Drawn,
+        axes: [&'a DrawnAxis; 2],
+        panel: &Panel,
+    ) -> Self {
+        let values = axes.map(|axis| table.reals(&axis.key).unwrap_or_default());
+        let place =
+            |row: usize| Some(([axes[0].share(values[0][row]?), axes[1].share(values[1][row]?)], row));
+        let places: Vec<([f64; 2], usize)> = rows_of(table, panel).into_iter().filter_map(place).collect();
+        let lattice = axes.map(|axis| {
+            axis.points.map(|points| {
+                let index = sweep.file.axes.get_index_of(&axis.key).unwrap_or_default();
+                let stride = sweep.file.refine.map_or(1, |refine| refine.stride(index));
+                let every = drawn.every(&axis.key).unwrap_or_else(|| points.div_ceil(MOST_CELLS));
+                Lattice { last: (points - 1) * stride, stride, every }
+            })
+        });
+        let cells = match (sweep.file.refine, lattice) {
+            (Some(_), [Some(x), Some(y)]) => refined(&places, [x, y]),
+            _ => places
+                .iter()
+                .filter_map(|(share, row)| {
+                    let [[left, width], [low, height]] = sides(*share, lattice)?;
+                    Some(Cell { left, low, width, height, row: *row })
+                })
+                .collect(),
+        };
+        let panels = Panels::of(&sweep.file);
+        // How long a run is and what its noise is do not move the limit.
+        let others = sweep
+            .file
+            .axes
+            .keys()
+            .filter(|key| !axes.iter().any(|axis| axis.key == **key) && !key.starts_with("run."));
+        let varied: Vec<String> = others.filter(|key| !panels.has(key)).cloned().collect();
+        let margins = lattice.map(|lattice| lattice.map_or(0.0, |lattice| 0.5 / lattice.last as f64));
+        let limits = if varied.is_empty() {
+            // Up to the edges of the plot.
+            let [x, y] = [0, 1].map(|i| beyond(sweep, axes[i], margins[i]));
+            linear_limits(&sweep.document, [&x, &y], panel)
+        } else {
+            LinearLimits::default()
+        };
+        let is_refined = sweep.file.refine.is_some();
+        let mut map = Self { axes, title: words(panel), cells, is_refined, limits, margins, varied };
+        let frame = map.frame();
+        for lines in [&mut map.limits.sampled, &mut map.limits.continuous] {
+            lines.retain(|line| crosses(&frame, line));
+        }
+        map
+    }
+
+    /// What a cell is.
+    pub(super) fn about_cells(&self) -> &'static str {
+        if self.is_refined {
+            "Each place has the colour of the variant that is nearest."
+        } else {
+            "Each cell is a variant."
+        }
+    }
+
+    /// What the lines are, or why there are none.
+    pub(super) fn about_limits(&self) -> String {
+        if !self.varied.is_empty() {
+            return format!(
+                "No limit of linear theory is drawn, since each cell has its own value of {}.",
+                self.varied.join(", ")
+            );
+        }
+        let [sampled, continuous] =
+            [&self.limits.sampled, &self.limits.continuous].map(|lines| !lines.is_empty());
+        match (sampled, continuous) {
+            (true, true) => {
+                "The solid line is where linear theory puts the limit of stability in contact for the loop as it is sampled, the dashed one for \
+                 continuous control."
+            }
+            (true, false) => {
+                "The line is where linear theory puts the limit of stability in contact for the loop as it is sampled; continuous control has none \
+                 on this map."
+            }
+            (false, true) => {
+                "The dashed line is where linear theory puts the limit of stability in contact for continuous control; the loop as it is sampled has \
+                 none on this map."
+            }
+            (false, false) => "Linear theory puts no limit of stability in contact on this map.",
+        }
+        .into()
+    }
+
+    /// The rows that it shows.
+    pub(super) fn rows(&self) -> impl Iterator<Item = usize> {
+        self.cells.iter().map(|cell| cell.row)
+    }
+
+    fn frame(&self) -> Frame {
+        let scale = |axis: &DrawnAxis, margin: f64| Scale {
+            label: axis.key.clone(),
+            unit: axis.unit.clone(),
+            range: [axis.value(-margin), axis.value(1.0 + margin)],
+            log: axis.log,
+        };
+        let [x, y] = [0, 1].map(|i| scale(self.axes[i], self.margins[i]));
+        Frame { place: PLOT, x, y }
+    }
+
+    /// For each cell its place and row, as the page's script wants them.
+    pub(super) fn places(&self) -> Vec<[f64; 5]> {
+        let round = |v: f64| (v * 100.0).round() / 100.0;
+        let of = |cell: &Cell| {
+            let place = cell.place();
+            [round(place.x), round(place.y), round(place.width), round(place.height), cell.row as f64]
+        };
+        self.cells.iter().map(of).collect()
+    }
+
+    pub(super) fn svg(&self, colouring: &Colouring<'_>) -> String {
+        let mut body = String::new();
+        let (colours, entries) = self.colours(colouring);
+        let mut paths: BTreeMap<String, String> = BTreeMap::new();
+        for (cell, colour) in self.cells.iter().zip(&colours) {
+            let Place { x, y, width, height } = cell.place();
+            let path = paths.entry(colour.clone()).or_default();
+            // A little wider, so that no seams show between cells.
+            let _ =
+                write!(path, "M{x:.2} {y:.2}h{:.2}v{:.2}h-{:.2}z", width + 0.15, height + 0.15, width + 0.15);
+        }
+        for (colour, path) in &paths {
+            let _ = write!(body, "<path d=\"{path}\" fill=\"{colour}\" shape-rendering=\"crispEdges\"/>");
+        }
+        let frame = self.frame();
+        frame.clip(&mut body, "plot");
+        for line in &self.limits.continuous {
+            frame.line(&mut body, "plot", line, true);
+        }
+        for line in &self.limits.sampled {
+            frame.line(&mut body, "plot", line, false);
+        }
+        frame.draw(&mut body, &self.title);
+        let right = PLOT.x + PLOT.width + 24.0;
+        let mut all = entries;
+        let line = |dash: &str| format!("<path d=\"M0 7h24\" stroke=\"#000000\" stroke-width=\"2\"{dash}/>");
+        if !self.limits.sampled.is_empty() {
+            all.push((line(""), "limit in contact, sampled".into()));
+        }
+        if !self.limits.continuous.is_empty() {
+            all.push((line(" stroke-dasharray=\"7 5\""), "limit in contact,".into()));
+            all.push((String::new(), "continuous control".into()));
+        }
+        legend(&mut body, [right, PLOT.y + 4.0], &all);
+        image(WIDTH, PLOT.y + PLOT.height + 56.0, &body)
+    }
+
+    /// A colour for each cell, and the legend.
+    fn colours(&self, colouring: &Colouring<'_>) -> (Vec<String>, Vec<(String, String)>) {
+        let swatch = |colour: &str| format!("<rect width=\"24\" height=\"14\" fill=\"{colour}\"/>");
+        match colouring {
+            Colouring::Outcome(outcomes) => {
+                let colours =
+                    self.cells.iter().map(|cell| of_outcome(&outcomes[cell.row]).to_owned()).collect();
+                let met = |name: &str| self.cells.iter().any(|cell| outcomes[cell.row] == name);
+                let known = Outcome::ALL.iter().filter(|(_, name)| met(name));
+                let mut entries: Vec<_> = known
+                    .map(|(outcome, name)| {
+                        (swatch(of_outcome(name)), words::outcome_label(*outcome).to_owned())
+                    })
+                    .collect();
+                if met("error") {
+                    entries.push((swatch(of_outcome("error")), "failed".into()));
+                }
+                (colours, entries)
+            }
+            Colouring::Measure(values, name, unit) => {
+                let positive = self.cells.iter().filter_map(|cell| values[cell.row]).filter(|v| *v > 0.0);
+                let (low, high) =
+                    positive.fold((f64::INFINITY, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+                let share =
+                    |value: f64| if high > low { (value / low).ln() / (high / low).ln() } else { 0.5 };
+                let colour = |cell: &Cell| match values[cell.row] {
+                    Some(value) if value > 0.0 => of_share(share(value)),
+                    _ => "#f2f2f2".to_owned(),
+                };
+                let colours = self.cells.iter().map(colour).collect();
+                let mut entries = vec![(String::new(), (*name).to_owned())];
+                if high > low {
+                    let step = |i: u32| f64::from(i) / 6.0;
+                    let entry = |i: u32| {
+                        (swatch(&of_share(step(i))), with_unit(low * (high / low).powf(step(i)), unit))
+                    };
+                    entries.extend((0..=6).rev().map(entry));
+                }
+                if self.cells.iter().any(|cell| values[cell.row].is_none_or(|v| v <= 0.0)) {
+                    entries.push((swatch("#f2f2f2"), "none".into()));
+                }
+                (colours, entries)
+            }
+        }
+    }
+}
+
+/// An axis that reaches beyond its ends by a share of its length, on each side where the machine can be built
+/// there.
+fn beyond(sweep: &Sweep, axis: &DrawnAxis, margin: f64) -> DrawnAxis {
+    let end = |share: f64, otherwise: f64| {
+        let value = axis.value(share);
+        let builds = sweep.document.with([(axis.key.as_str(), Setting::Number(value))]).is_ok();
+        if builds { value } else { otherwise }
+    };
+    DrawnAxis { range: [end(-margin, axis.range[0]), end(1.0 + margin, axis.range[1])], ..axis.clone() }
+}
+
+/// Whether a part of a line may lie within a frame.
+fn crosses(frame: &Frame, line: &[[f64; 2]]) -> bool {
+    let shares = |point: &[f64; 2]| [frame.x.share(point[0]), frame.y.share(point[1])];
+    let spans = |[a, b]: [[f64; 2]; 2]| (0..2).all(|i| a[i].min(b[i]) <= 1.0 && a[i].max(b[i]) >= 0.0);
+    let meets = |pair: &[[f64; 2]]| spans([shares(&pair[0]), shares(&pair[pair.len() - 1])]);
+    if line.len() == 1 { meets(line) } else { line.windows(2).any(meets) }
+}
+
+/// The values of an axis as they are drawn.
+#[derive(Clone, Copy, Debug)]
+struct Lattice {
+    /// Index of the last value.
+    last: u64,
+    /// From one value of the coarsest grid to the next.
+    stride: u64,
+    /// Each so many indices a cell is drawn.
+    every: u64,
+}
+
+/// From where, as a share of the plot, and how long a cell's sides are; none where the grid is too fine to
+/// show this one.
+fn sides(share: [f64; 2], lattice: [Option<Lattice>; 2]) -> Option<[[f64; 2]; 2]> {
+    let [Some(x), Some(y)] = lattice else {
+        return Some(share.map(|at| [at - DOT, 2.0 * DOT]));
+    };
+    let of = |share: f64, Lattice { last, every, .. }: Lattice| {
+        let index = (share * last as f64).round() as u64;
+        // The plot reaches half a cell beyond the outermost values, and wider cells are cut off there.
+        let cells = (last + 1) as f64;
+        let half = 0.5 * every as f64;
+        let [from, to] = [-half, half].map(|side| (index as f64 + 0.5 + side).clamp(0.0, cells));
+        (index.is_multiple_of(every)).then(|| [from / cells, (to - from) / cells])
+    };
+    Some([of(share[0], x)?, of(share[1], y)?])
+}
+
+/// The cells of a map whose variants, at shares of the axes, lie closer along boundaries.
+fn refined(places: &[([f64; 2], usize)], lattice: [Lattice; 2]) -> Vec<Cell> {
+    // From shares between the outermost values to shares of the plot, which reaches half a cell of the finest
+    // beyond.
+    let of_plot = |share: f64, Lattice { last, .. }: Lattice| (share * last as f64 + 0.5) / (last + 1) as f64;
+    let shares: Vec<[f64; 2]> =
+        places.iter().map(|([x, y], _)| [of_plot(*x, lattice[0]), of_plot(*y, lattice[1])]).collect();
+    let counts = lattice.map(|lattice| (lattice.last + 1).min(MOST_CELLS));
+    let coarse = [0, 1].map(|i| lattice[i].stride as f64 * counts[i] as f64 / (lattice[i].last + 1) as f64);
+    let [columns, rows] = counts.map(|count| count as f64);
+    let cell = |tile: Tile| Cell {
+        left: tile.columns[0] as f64 / columns,
+        width: tile.columns[1] as f64 / columns,
+        low: tile.rows[0] as f64 / rows,
+        height: tile.rows[1] as f64 / rows,
+        row: places[tile.of].1,
+    };
+    tiles(&shares, counts.map(|count| count as usize), coarse).into_iter().map(cell).collect()
+}
+
+/// The rows of a panel.
+pub(super) fn rows_of(table: &Table, panel: &Panel) -> Vec<usize> {
+    let has = |row: usize, key: &str, setting: &Setting| match table.columns.get(key) {
+        Some(Column::Text(texts)) => texts[row].as_ref().is_some_and(|text| *text == shown_setting(setting)),
+        Some(Column::Real(values)) => {
+            matches!(setting, Setting::Number(number) if values[row].map(f64::to_bits) == Some(number.to_bits()))
+        }
+        _ => false,
+    };
+    (0..table.rows).filter(|&row| panel.iter().all(|(key, setting)| has(row, key, setting))).collect()
+}
+
+/// The settings of a panel, as a title.
+pub(super) fn words(panel: &Panel) -> String {
+    let words: Vec<String> =
+        panel.iter().map(|(key, setting)| format!("{key} = {}", shown_setting(setting))).collect();
+    words.join(", ")
+}
+
+fn shown_setting(setting: &Setting) -> String {
+    match setting {
+        Setting::Number(value) => value.to_string(),
+        Setting::Text(text) => text.clone(),
+        Setting::Flag(flag) => flag.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame() -> Frame {
+        let scale = |range| Scale { label: String::new(), unit: String::new(), range, log: false };
+        Frame { place: PLOT, x: scale([0.0, 10.0]), y: scale([0.0, 1.0]) }
+    }
+
+    #[test]
+    fn truth_only_lines_that_show_are_drawn_and_named() {
+        assert!(crosses(&frame(), &[[1.0, 0.5], [2.0, 3.0]]));
+        assert!(crosses(&frame(), &[[1.0, -2.0], [2.0, 3.0]]), "through the plot, with no point in it");
+        assert!(!crosses(&frame(), &[[1.0, 2.0], [9.0, 3.0]]) && !crosses(&frame(), &[]));
+    }
+
+    /// Two levels of halving between three values, known at the coarse ones and once between: the plot ends
+    /// half a finest cell beyond the outermost.
+    #[test]
+    fn regress_a_refined_map_is_painted_by_the_nearest_variant_up_to_its_ends() {
+        let lattice = Lattice { last: 8, stride: 4, every: 1 };
+        let coarse = (0..3).flat_map(|x| (0..3).map(move |y| [0.5 * f64::from(x), 0.5 * f64::from(y)]));
+        let places: Vec<([f64; 2], usize)> =
+            coarse.chain([[0.25, 0.25]]).enumerate().map(|(row, share)| (share, row)).collect();
+        let cells = refined(&places, [lattice; 2]);
+        let area = |row: usize| {
+            cells
+                .iter()
+                .filter(|cell| cell.row == row)
+                .map(|cell| 81.0 * cell.width * cell.height)
+                .sum::<f64>()
+        };
+        assert!((cells.iter().map(|cell| cell.width * cell.height).sum::<f64>() - 1.0).abs() < 1e-12);
+        // Corner (0, 0): of the 3 x 3 places nearer to it than to the other coarse ones, (2, 2), (1, 2) and
+        // (2, 1) are the middle one's.
+        assert!((area(0) - 6.0).abs() < 1e-9, "{}", area(0));
+        let holds = |cell: &Cell, x: f64, y: f64| {
+            (cell.left..cell.left + cell.width).contains(&x)
+                && (cell.low..cell.low + cell.height).contains(&y)
+        };
+        let at = |x: f64, y: f64| cells.iter().find(|cell| holds(cell, x / 9.0, y / 9.0)).unwrap().row;
+        assert_eq!((at(0.5, 0.5), at(2.5, 2.5), at(8.5, 8.5)), (0, 9, 8));
+    }
+
+    #[test]
+    fn truth_cells_of_a_grid_stand_about_their_values() {
+        let [[left, width], [low, height]] =
+            sides([0.0, 0.5], [Some(Lattice { last: 4, stride: 1, every: 1 }); 2]).unwrap();
+        assert!(
+            left.abs() < 1e-12
+                && (width - 0.2).abs() < 1e-12
+                && (low - 0.4).abs() < 1e-12
+                && (height - 0.2).abs() < 1e-12
+        );
+    }
+}

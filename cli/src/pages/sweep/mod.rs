@@ -1,0 +1,372 @@
+//! The page of a sweep: maps over two axes, diagrams over one, and what each variant came to.
+
+mod bifurcation;
+mod cycles;
+mod drawn;
+mod hover;
+mod located;
+mod map;
+mod nearest;
+mod palette;
+mod png;
+mod tally;
+
+use std::cmp::Reverse;
+use std::path::{Path, PathBuf};
+
+use feeler_files::Setting;
+use feeler_studies::run::Outcome;
+use feeler_studies::sweep::{DrawnAxis, Panels, Sweep, Table};
+
+use bifurcation::{Diagram, Prediction};
+use cycles::Theory;
+use drawn::{Drawn, MOST_PANELS};
+pub(crate) use located::{about_noise, located};
+use map::{Colouring, Map};
+pub(crate) use tally::Tally;
+
+use crate::numbers::{percent, plain};
+use crate::pages::parts::{Page, Tile};
+use crate::units::Units;
+use crate::{terminal, words};
+
+/// Lists that only diagrams show.
+const TAILS: [&str; 2] = ["impact_peaks_n", "strobe_n"];
+
+/// Writes page and drawings of the results in `path`, and gives their paths.
+pub(crate) fn write(
+    sweep: &Sweep,
+    name: &str,
+    path: &Path,
+    tally: &Tally,
+    folder: &Path,
+) -> anyhow::Result<Vec<PathBuf>> {
+    let axes = DrawnAxis::of(&sweep.file);
+    let drawn = Drawn::of(&sweep.file, tally.rows);
+    let is_shown = |column: &str| {
+        let tail = axes.len() == 1 && TAILS.contains(&column);
+        tail || ["outcome", "error"].contains(&column)
+            || sweep.file.axes.contains_key(column)
+            || hover::SHOWN.iter().any(|(name, ..)| *name == column)
+    };
+    let table = Table::read_part(path, &is_shown, &|row| drawn.has(row))?;
+    let outcomes = tally::outcomes(&table).map(str::to_owned).collect();
+    let units = Units::of(&sweep.document.scenario.machine);
+    let report = Report { sweep, table: &table, tally, drawn, axes, outcomes, units };
+    let mut page = Page::new(name, &sweep.file.about);
+    page.lead(&report.lead());
+    page.tiles(&report.tiles());
+    let mut drawings: Vec<(String, String)> = Vec::new();
+    match report.axes.as_slice() {
+        [] => page.paragraph(
+            "No axis of this sweep runs over a range of numbers, so that there is nothing to draw.",
+        ),
+        [axis] => report.diagrams(axis, &mut page, &mut drawings),
+        [x, y, ..] => report.maps([x, y], &mut page, &mut drawings),
+    }
+    report.counts(&mut page);
+    page.heading("Scenario");
+    page.verbatim("the file whose keys are varied", sweep.document.text());
+    let mut written = Vec::new();
+    let mut pixels: Vec<(&str, PathBuf)> = Vec::new();
+    for (name, svg) in &drawings {
+        let path = folder.join(format!("{name}.svg"));
+        terminal::write(&path, svg.as_bytes())?;
+        let png = path.with_extension("png");
+        written.extend([path, png.clone()]);
+        pixels.push((svg, png));
+    }
+    png::write(&pixels)?;
+    let path = folder.join("report.html");
+    terminal::write(&path, page.render().as_bytes())?;
+    written.push(path);
+    Ok(written)
+}
+
+struct Report<'a> {
+    sweep: &'a Sweep,
+    /// The variants that are drawn.
+    table: &'a Table,
+    /// Figures of all variants.
+    tally: &'a Tally,
+    drawn: Drawn,
+    axes: Vec<DrawnAxis>,
+    /// By row of the table; `error` where a variant failed, `done` where outcomes are not kept.
+    outcomes: Vec<String>,
+    units: Units,
+}
+
+impl Report<'_> {
+    fn lead(&self) -> String {
+        let rows = self.tally.rows;
+        let thinned = if self.axes.is_empty() { String::new() } else { self.drawn.words(self.table.rows) };
+        if !self.sweep.file.keep.outcome {
+            return format!("{rows} variants have run; the sweep keeps no outcomes.{thinned}");
+        }
+        let of = |outcome: &(Outcome, &str)| self.tally.count(outcome.1);
+        let stable: usize = Outcome::ALL.iter().filter(|(outcome, _)| outcome.is_stable()).map(of).sum();
+        let share = |count: usize| percent(count as f64 / rows.max(1) as f64);
+        // What does not settle, by falling number; what is left to say of the few is in the table.
+        let mut others: Vec<(usize, &str)> = Outcome::ALL
+            .iter()
+            .filter(|(outcome, _)| !outcome.is_stable())
+            .map(|(outcome, name)| (self.tally.count(name), headline(*outcome)))
+            .chain([(self.tally.count("error"), "failed")])
+            .filter(|(count, _)| *count > 0)
+            .collect();
+        others.sort_by_key(|(count, _)| Reverse(*count));
+        let words = |(count, words): (usize, &str)| format!("{} % {words}", share(count));
+        let said: Vec<String> = std::iter::once((stable, "settle")).chain(others).map(words).collect();
+        let edges =
+            located(self.sweep).map_or_else(String::new, |found| format!(" Edges are located to {found}."));
+        let noise = about_noise(self.sweep).map_or_else(String::new, |words| format!(" {words}"));
+        format!("Of {rows} variants {}.{edges}{noise}{thinned}", said.join(", "))
+    }
+
+    fn tiles(&self) -> Vec<Tile> {
+        let tile = |name, value: String, remark: &str| Tile { name, value, remark: remark.into() };
+        let mut tiles = vec![tile("variants", self.tally.rows.to_string(), "")];
+        if let Some(largest_n) = self.tally.largest_peak_n {
+            tiles.push(tile(
+                "largest peak",
+                format!("{} {}", plain(largest_n), self.units.force),
+                "of the contact, of any variant",
+            ));
+        }
+        if self.sweep.file.keep.outcome {
+            tiles.push(tile(
+                "undecided",
+                self.tally.count("undecided").to_string(),
+                "at the end of the extended run",
+            ));
+        }
+        tiles.push(tile("failed", self.tally.count("error").to_string(), "their rows say why"));
+        if let Some(grid) = self.sweep.runs_of_the_grid() {
+            let share = percent(self.tally.rows as f64 / grid as f64);
+            tiles.push(Tile {
+                name: "runs of a grid",
+                value: grid.to_string(),
+                remark: format!("as fine; this took {share} % of them"),
+            });
+        }
+        tiles
+    }
+
+    /// The panels that are drawn, each with what tells the names of its drawings from those of others; says
+    /// where there are more.
+    fn panels(&self, page: &mut Page) -> Vec<(Vec<(String, Setting)>, String)> {
+        let panels = Panels::of(&self.sweep.file);
+        let count = panels.count();
+        if count > MOST_PANELS as u64 {
+            page.paragraph(&format!(
+                "{MOST_PANELS} of {count} combinations are drawn; sweep.parquet has all."
+            ));
+        }
+        let suffix = |i: usize| if count > 1 { format!("-{}", i + 1) } else { String::new() };
+        panels.settings().take(MOST_PANELS).enumerate().map(|(i, panel)| (panel, suffix(i))).collect()
+    }
+
+    fn maps(&self, axes: [&DrawnAxis; 2], page: &mut Page, drawings: &mut Vec<(String, String)>) {
+        for (panel, suffix) in self.panels(page) {
+            let map = Map::new(self.sweep, self.table, &self.drawn, axes, &panel);
+            let caption = format!(
+                "{} {} Hover to see a variant and the command that runs it; click to copy it.",
+                map.about_cells(),
+                map.about_limits()
+            );
+            let svg = map.svg(&Colouring::Outcome(&self.outcomes));
+            let first = page.map(&titled("Outcome", &map.title), &caption, &svg, self.hover(&map.places()));
+            drawings.push((format!("map{suffix}"), svg));
+            let amplitudes = self.table.reals("amplitude_n").unwrap_or_default();
+            let oscillates =
+                map.rows().any(|row| amplitudes.get(row).copied().flatten().is_some_and(|a| a > 0.0));
+            let (values, title, name, caption) = if oscillates {
+                (
+                    amplitudes,
+                    "Size of the oscillation",
+                    "amplitude",
+                    "Half of peak to peak of the force of what lasts to the end.",
+                )
+            } else {
+                (
+                    self.table.reals("peak_force_n").unwrap_or_default(),
+                    "Peak force",
+                    "peak force",
+                    "The largest contact force of each variant.",
+                )
+            };
+            if values.len() == self.table.rows {
+                let svg = map.svg(&Colouring::Measure(&values, name, self.units.force));
+                page.map_like(&titled(title, &map.title), caption, &svg, first);
+                drawings.push((format!("size{suffix}"), svg));
+            }
+        }
+        if self.sweep.file.keep.outcome
+            && Outcome::ALL.iter().any(|(outcome, name)| outcome.is_sustained() && self.tally.count(name) > 0)
+        {
+            page.paragraph(
+                "Bifurcation diagrams (the peaks of impacts, and the force once per cycle) are drawn over one axis of numbers: leave the other out, or \
+                 give it as a list of values, each of which then has diagrams of its own.",
+            );
+        }
+    }
+
+    fn diagrams(&self, axis: &DrawnAxis, page: &mut Page, drawings: &mut Vec<(String, String)>) {
+        for (panel, suffix) in self.panels(page) {
+            let rows = map::rows_of(self.table, &panel);
+            let theory = Theory::new(self, axis, &rows, &panel);
+            let diagram = Diagram::new(axis, self.table, rows);
+            let of_panel = map::words(&panel);
+            let Units { force: unit, .. } = self.units;
+            let force = self.units.force_word();
+            let mut first = None;
+            let mut draw = |name: &str,
+                            title: &str,
+                            caption: &str,
+                            label: &str,
+                            lists: &[Vec<f64>],
+                            predictions: &[Prediction]| {
+                // Of what no variant has, an empty plot would say nothing.
+                let is_empty = |row: &usize| lists[*row].iter().all(|value| value.abs() <= 0.0);
+                if predictions.is_empty() && diagram.rows.iter().all(is_empty) {
+                    page.paragraph(&format!(
+                        "{} No variant here has any, so that nothing is drawn.",
+                        titled(title, &of_panel)
+                    ));
+                    return;
+                }
+                let svg = diagram.svg(lists, &self.outcomes, [label, unit], predictions);
+                match first {
+                    Some(first) => page.map_like(&titled(title, &of_panel), caption, &svg, first),
+                    None => {
+                        first = Some(page.map(
+                            &titled(title, &of_panel),
+                            caption,
+                            &svg,
+                            self.hover(&diagram.places()),
+                        ))
+                    }
+                }
+                drawings.push((format!("{name}{suffix}"), svg));
+            };
+            if let Some(lists) = self.table.lists("impact_peaks_n") {
+                let caption = "The largest force of each of the last contacts: one point where they are alike, two where the period has doubled, \
+                    many where no two are alike, none where the tool stays in contact.";
+                let leaves = diagram.rows.iter().any(|&row| !lists[row].is_empty());
+                let predictions = if leaves { theory.peaks(|_| true) } else { Vec::new() };
+                let caption = format!(
+                    "{caption}{}",
+                    about_predictions(&predictions, "the cycle that describing functions predict")
+                );
+                draw(
+                    "impacts",
+                    "Per impact",
+                    &caption,
+                    &format!("peak {force} of an impact"),
+                    lists,
+                    &predictions,
+                );
+            }
+            if let Some(lists) = self.table.lists("strobe_n") {
+                let caption = "The force one sample of the controller after each touch-down, which grows with the speed of impact; where the tool \
+                    stays in contact, the largest of each cycle. One point where every cycle is like the last, two where the period has doubled.";
+                let predictions = theory.peaks(|cycle| cycle.contact_share >= 1.0);
+                let about = about_predictions(
+                    &predictions,
+                    "the largest force of the cycle in contact that describing functions predict",
+                );
+                draw(
+                    "strobe",
+                    "Stroboscopic",
+                    &format!("{caption}{about}"),
+                    &format!("{force} once per cycle"),
+                    lists,
+                    &predictions,
+                );
+            }
+            let amplitudes: Vec<Vec<f64>> = self
+                .table
+                .reals("amplitude_n")
+                .unwrap_or_default()
+                .iter()
+                .map(|value| value.iter().copied().collect())
+                .collect();
+            if amplitudes.len() == self.table.rows {
+                let caption = "Half of peak to peak of the force of what lasts.";
+                draw("amplitude", "Size of the oscillation", caption, "amplitude", &amplitudes, &[]);
+            }
+            theory.compare(&of_panel, page);
+        }
+    }
+
+    fn counts(&self, page: &mut Page) {
+        page.heading("Outcomes");
+        let mut rows: Vec<Vec<String>> = Vec::new();
+        for (outcome, name) in Outcome::ALL {
+            let count = self.tally.count(name);
+            if count > 0 {
+                rows.push(vec![
+                    words::outcome_label(outcome).into(),
+                    count.to_string(),
+                    colour_name(name).into(),
+                ]);
+            }
+        }
+        let other = [("error", "failed"), ("done", "outcome not kept")]
+            .map(|(name, words)| (self.tally.count(name), words));
+        for (count, words) in other.into_iter().filter(|(count, _)| *count > 0) {
+            rows.push(vec![words.into(), count.to_string(), "black".into()]);
+        }
+        page.table(&["outcome", "variants", "colour"], &[1], &rows);
+        if let Some((row, error)) = &self.tally.first_error {
+            page.paragraph(&format!("The first to fail is variant {row}: {error}"));
+        }
+    }
+}
+
+/// What variants of an outcome that is not stable do, after a number of them.
+fn headline(outcome: Outcome) -> &'static str {
+    match outcome {
+        Outcome::Chatter => "chatter",
+        Outcome::Unstable => "are unstable",
+        Outcome::LimitCycle => "swing between limits",
+        Outcome::Hunting => "hunt",
+        Outcome::Oscillates => "oscillate in contact",
+        Outcome::NoContact => "make no contact",
+        _ => "are undecided",
+    }
+}
+
+/// What the lines of a diagram are, where there are any.
+fn about_predictions(predictions: &[Prediction], what: &str) -> String {
+    let [attracts, repels] =
+        [false, true].map(|dashed| predictions.iter().any(|prediction| prediction.dashed == dashed));
+    let repelling = "the largest disturbance from which the loop settles";
+    match (attracts, repels) {
+        (true, true) => format!(" The line is {what}, dashed where it does not attract: {repelling}."),
+        (true, false) => format!(" The line is {what}."),
+        (false, true) => format!(" The dashed line is {what}; it does not attract: {repelling}."),
+        (false, false) => String::new(),
+    }
+}
+
+/// A title, and which panel it is of.
+fn titled(title: &str, panel: &str) -> String {
+    if panel.is_empty() { format!("{title}.") } else { format!("{title}, {panel}.") }
+}
+
+fn colour_name(outcome: &str) -> &'static str {
+    match palette::of_outcome(outcome) {
+        "#0072b2" => "dark blue",
+        "#56b4e9" => "sky blue",
+        "#a6d8f5" => "pale blue",
+        "#e69f00" => "orange",
+        "#d55e00" => "vermilion",
+        "#cc79a7" => "pink",
+        "#f0e442" => "yellow",
+        "#009e73" => "green",
+        "#dddddd" => "light grey",
+        "#999999" => "grey",
+        _ => "black",
+    }
+}

@@ -1,0 +1,79 @@
+//! The page of an explanation.
+
+mod rows;
+
+use feeler_files::Document;
+use feeler_studies::run::Outcome;
+use feeler_studies::why::{Explanation, Trial};
+
+use crate::pages::parts::Page;
+use crate::units::Units;
+
+use rows::amplitude;
+pub(crate) use rows::{others, remedy_rows, trial_rows};
+
+/// The page of an explanation.
+pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation) -> String {
+    let machine = &document.scenario.machine;
+    let units = Units::of(machine);
+    let mut page = Page::new(&format!("Why does {} chatter?", machine.name), &machine.about);
+    page.lead(&found.verdict);
+    if found.chatters {
+        page.heading("What was tried");
+        page.paragraph(
+            "Each row is the scenario run again with one thing made ideal (or several, where it takes them). The last column is the factor on the \
+             loop's gain up to which the sampled loop is stable in contact, by linear theory: a dash where that is 50 or more, or not to be told.",
+        );
+        page.table(&["with", "ends as", "amplitude", "limit over gain"], &[2, 3], &trial_rows(found, units));
+        let others = others(found);
+        if !others.is_empty() {
+            page.paragraph("These sets of changes are as small, and remove the chatter too:");
+            page.table(&["with", "which takes away"], &[], &others);
+        }
+        page.heading("What lasts");
+        page.paragraph(
+            "Amplitude of the contact force that lasts to the end of each run (bars by logarithm).",
+        );
+        let bars = bars(found, units);
+        page.bars(&bars);
+        page.heading("What to do");
+        let rows = remedy_rows(found);
+        if rows.is_empty() {
+            page.paragraph("None of the remedies tried settles in simulation.");
+        } else {
+            page.paragraph(
+                "Remedies that settle in simulation, each with as much of the gain as half its largest stable one allows, cheapest in bandwidth first.",
+            );
+            page.table(&["remedy", "gain kept", "bandwidth", "cost in bandwidth"], &[1, 2, 3], &rows);
+        }
+    }
+    page.heading("Scenario");
+    if !settings.is_empty() {
+        page.paragraph(&format!("Set on the command line: {}", settings.join("; ")));
+    }
+    page.verbatim("the file as it was run", document.text());
+    page.render()
+}
+
+/// A bar per run: its name, its length, and the amplitude in words.
+fn bars(found: &Explanation, units: Units) -> Vec<(String, f64, String)> {
+    let trials: Vec<&Trial> =
+        std::iter::once(&found.baseline).chain(&found.singles).filter(|trial| trial.applies).collect();
+    let length =
+        |trial: &Trial| if trial.cured { 0.0 } else { trial.amplitude_n.unwrap_or(0.0).max(0.0).ln_1p() };
+    let grows = |trial: &Trial| trial.outcome == Some(Outcome::Unstable);
+    // What grows without bound is drawn longer than all else.
+    let longest = trials.iter().filter(|trial| !grows(trial)).map(|trial| length(trial)).fold(1.0, f64::max);
+    let bar = |trial: &&Trial| {
+        let name = trial.changes.first().map_or("everything as it is", |change| change.words()).to_owned();
+        let said = if trial.only_by_period {
+            "grows, less with the period".into()
+        } else if trial.cured {
+            "settles".into()
+        } else {
+            amplitude(trial, units).unwrap_or_else(|| "-".into())
+        };
+        (name, if grows(trial) { 1.1 * longest } else { length(trial) }, said)
+    };
+    trials.iter().map(bar).collect()
+}

@@ -1,0 +1,106 @@
+//! The terminal and the folder of results: printing and writing, in one place.
+
+pub(crate) mod failure;
+pub(crate) mod progress;
+pub(crate) mod results;
+mod stderr;
+mod table;
+
+pub(crate) use stderr::{complain, has_colours};
+pub(crate) use table::table;
+
+use std::borrow::Cow;
+use std::fmt::Write as _;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Component, Path, PathBuf};
+
+use feeler_studies::write_whole;
+
+use failure::BadInput;
+
+/// Control characters, and marks that turn the direction of writing and so the order in which a line reads.
+fn steers(c: char) -> bool {
+    let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    turns || (c.is_control() && !matches!(c, '\n' | '\t'))
+}
+
+/// Prints a text to standard output.
+pub(crate) fn print(text: &str) -> anyhow::Result<()> {
+    // Names come from files, and what is printed goes to a terminal: nothing in it may steer that.
+    let text: Cow<str> =
+        if text.contains(steers) { text.replace(steers, "\u{fffd}").into() } else { text.into() };
+    let mut out = io::stdout().lock();
+    let end = if text.ends_with('\n') { "" } else { "\n" };
+    let written = out
+        .write_all(text.as_bytes())
+        .and_then(|()| out.write_all(end.as_bytes()))
+        .and_then(|()| out.flush());
+    written.map_err(|error| match error.kind() {
+        io::ErrorKind::BrokenPipe => error.into(),
+        _ => BadInput::error(
+            format!("cannot write to standard output: {error}"),
+            "make room there, or send it elsewhere",
+        ),
+    })
+}
+
+/// Writes files into a folder, made if absent, and says which, for the end of a printed text.
+pub(crate) fn write_all(folder: &Path, files: &[(&str, String)]) -> anyhow::Result<String> {
+    fs::create_dir_all(folder).map_err(|error| BadInput::unwritable(folder, &error))?;
+    let mut said = String::from("\n\nwrote");
+    for (name, text) in files {
+        let path = folder.join(name);
+        write(&path, text.as_bytes())?;
+        let _ = write!(said, "\n  {}", path.display());
+    }
+    Ok(said)
+}
+
+/// Writes a file whole or not at all, so that several processes may write the same one. What stands at `path`
+/// is replaced.
+pub(crate) fn write(path: &Path, content: &[u8]) -> anyhow::Result<()> {
+    let told = |error| BadInput::unwritable(path, &error);
+    write_whole(path, &told, |mut file| {
+        file.write_all(content).map_err(told)?;
+        Ok(file)
+    })
+}
+
+/// A word of a command as a shell takes it.
+pub(crate) fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=+:@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}
+
+/// A path as a word of a command, the same however it was typed.
+pub(crate) fn quoted_path(path: &Path) -> String {
+    let plain: PathBuf = path.components().filter(|part| *part != Component::CurDir).collect();
+    quoted(&plain.display().to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_words_are_quoted_where_a_shell_would_take_them_apart() {
+        for (word, expected) in
+            [("a/b.toml", "a/b.toml"), ("my file", "'my file'"), ("it's", "'it'\\''s'"), ("", "''")]
+        {
+            assert_eq!(quoted(word), expected);
+        }
+    }
+
+    #[test]
+    fn truth_a_path_is_the_same_however_it_was_typed() {
+        for typed in ["maps/a.toml", "./maps/a.toml", "maps//a.toml", "././maps/./a.toml"] {
+            assert_eq!(quoted_path(Path::new(typed)), "maps/a.toml");
+        }
+        assert_eq!(quoted_path(Path::new("./../a b.toml")), "'../a b.toml'");
+    }
+}

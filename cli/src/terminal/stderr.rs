@@ -1,0 +1,18 @@
+//! Standard error: where everything goes that is no result.
+
+use std::io::{self, IsTerminal, Write};
+
+/// Prints a text to standard error; where even that is closed nobody is left to tell.
+pub(crate) fn complain(text: &str) {
+    let _ = writeln!(io::stderr().lock(), "{}", text.trim_end());
+}
+
+/// Whether errors may be coloured.
+pub(crate) fn has_colours() -> bool {
+    io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none()
+}
+
+/// Whether whoever read the output has had enough of it.
+pub(crate) fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+}

@@ -1,0 +1,54 @@
+//! A diagnosis with what is needed to show and to use it.
+
+use rayon::prelude::*;
+
+use crate::answer::difference::Difference;
+use crate::dataset::Dataset;
+use crate::diagnose::diagnose;
+use crate::error::DiagnosisError;
+use crate::gap::replay::{Replay, replay_record};
+use crate::report::Diagnosis;
+
+/// A diagnosed dataset: the answer, the change of the machine, and what both machines predict.
+#[derive(Debug)]
+pub struct Examination {
+    /// What was measured, with the machine as it was believed.
+    pub dataset: Dataset,
+    /// The answer.
+    pub diagnosis: Diagnosis,
+    /// What to change in the believed machine.
+    pub difference: Difference,
+    /// Predictions of each check experiment: by the machine as given, and as repaired.
+    pub replays: Vec<[Replay; 2]>,
+}
+
+impl Examination {
+    /// Diagnoses, then predicts the check experiments with both machines, side by side on all processors.
+    /// `progress` hears what is being done.
+    ///
+    /// # Errors
+    /// Where the records cannot be used, or a machine has no motion.
+    pub fn of(dataset: Dataset, progress: &dyn Fn(&str)) -> Result<Self, DiagnosisError> {
+        let diagnosis = diagnose(&dataset, progress)?;
+        progress("predicting the check experiments");
+        let checks: Vec<usize> =
+            (0..dataset.records.len()).filter(|&r| dataset.records[r].is_check).collect();
+        let replays = checks
+            .into_par_iter()
+            .map(|r| {
+                Ok([
+                    replay_record(&dataset.machine, &dataset, r)?,
+                    replay_record(&diagnosis.machine, &dataset, r)?,
+                ])
+            })
+            .collect::<Result<_, DiagnosisError>>()?;
+        let difference = Difference::between(&dataset.machine, &diagnosis.machine)
+            .with_ends(&dataset.machine, &dataset.tolerance);
+        Ok(Self { dataset, diagnosis, difference, replays })
+    }
+
+    /// Experiments that were set aside for scoring and never fitted.
+    pub fn checks(&self) -> usize {
+        self.dataset.records.iter().filter(|record| record.is_check).count()
+    }
+}

@@ -17,7 +17,7 @@ use feeler_studies::sweep::Shard;
 pub(crate) const DEFAULT_SCENARIOS: &str = "scenarios";
 
 pub(crate) use diagnosis::{Blind, BlindMake, BlindRun, BlindScore, Diagnose, Replay};
-pub(crate) use frf::{EstimatorKind, ExcitationKind, Frf};
+pub(crate) use frf::{ExcitationKind, Frf};
 pub(crate) use reduce::Reduce;
 
 /// Simulate robot force control, and see why it chatters.

@@ -5,9 +5,7 @@
 
 mod arguments;
 mod commands;
-mod numbers;
 mod pages;
-mod signals;
 mod terminal;
 mod units;
 mod words;
@@ -15,6 +13,7 @@ mod words;
 use std::process::ExitCode;
 
 use clap::Parser;
+use feeler_studies::numbers;
 
 use arguments::{Arguments, Command};
 use terminal::failure;

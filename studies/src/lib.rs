@@ -1,11 +1,17 @@
-//! What is done with scenarios: runs and their outcomes, sweeps, reasons of chatter, reduction of arms.
+//! What is done with scenarios: runs and their outcomes, sweeps, frequency responses, reasons of chatter,
+//! reduction of arms.
 
 pub mod arm;
+pub mod frf;
+pub mod numbers;
 pub mod operating_point;
 pub mod run;
+pub mod signals;
 pub mod sweep;
 pub mod why;
 
+mod refusal;
 mod whole_file;
 
+pub use refusal::Refusal;
 pub use whole_file::write_whole;

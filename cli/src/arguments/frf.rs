@@ -4,6 +4,9 @@ use std::path::PathBuf;
 
 use clap::builder::TypedValueParser;
 use clap::{Args, ValueEnum, ValueHint};
+use feeler_lti::spectral::Estimator;
+use feeler_plant::description::Engagement;
+use feeler_studies::frf::{self, NoiseEstimator, Request};
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
@@ -118,6 +121,56 @@ pub(crate) enum EstimatorKind {
     H2,
     /// Averaged: equal noise on both
     Hv,
+}
+
+impl Frf {
+    /// The response that is asked for.
+    pub(crate) fn request(&self) -> Request {
+        let clamped = self.clamped.then_some(Engagement::Clamped);
+        Request {
+            input: self.input.clone(),
+            output: self.output.clone(),
+            excitation: self.excitation.map(ExcitationKind::asked),
+            estimator: self.estimator.map(EstimatorKind::asked),
+            from_hz: self.from,
+            to_hz: self.to,
+            rms: self.rms,
+            offset: self.offset,
+            duration_s: self.duration,
+            segment_s: self.segment,
+            period_s: self.period,
+            periods: self.periods,
+            realisations: self.realisations,
+            points: self.points,
+            hold_s: self.hold,
+            seed: self.seed,
+            engagement: clamped.or(self.free.then_some(Engagement::Free)),
+            confidence: self.confidence,
+            experiments: self.experiments.clone(),
+        }
+    }
+}
+
+impl ExcitationKind {
+    fn asked(self) -> frf::ExcitationKind {
+        match self {
+            Self::WhiteNoise => frf::ExcitationKind::WhiteNoise,
+            Self::Multisine => frf::ExcitationKind::Multisine,
+            Self::Chirp => frf::ExcitationKind::Chirp,
+            Self::SteppedSine => frf::ExcitationKind::SteppedSine,
+        }
+    }
+}
+
+impl EstimatorKind {
+    fn asked(self) -> NoiseEstimator {
+        match self {
+            Self::LocalPolynomial => NoiseEstimator::LocalPolynomial,
+            Self::H1 => NoiseEstimator::Averaged(Estimator::H1),
+            Self::H2 => NoiseEstimator::Averaged(Estimator::H2),
+            Self::Hv => NoiseEstimator::Averaged(Estimator::Hv),
+        }
+    }
 }
 
 fn at_least_two() -> impl TypedValueParser<Value = usize> {

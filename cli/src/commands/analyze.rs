@@ -6,6 +6,7 @@ use feeler_analysis::{
 use feeler_engine::Scenario;
 use feeler_files::{Document, Draft};
 use feeler_lti::LtiError;
+use feeler_studies::signals;
 
 use super::operating_point;
 use crate::arguments::Analyze;
@@ -13,7 +14,7 @@ use crate::numbers::{plain, with_unit};
 use crate::terminal::failure::BadInput;
 use crate::terminal::progress::Busy;
 use crate::terminal::table;
-use crate::{pages, signals, terminal};
+use crate::{pages, terminal};
 
 pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
@@ -27,12 +28,14 @@ pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
             .input
             .as_deref()
             .map(|name| signals::input(&document.scenario.machine, name))
-            .transpose()?,
+            .transpose()
+            .map_err(BadInput::from_refusal)?,
         output: arguments
             .output
             .as_deref()
             .map(|name| signals::named(&document.scenario.machine, name))
-            .transpose()?,
+            .transpose()
+            .map_err(BadInput::from_refusal)?,
         gain: arguments.gain.clone(),
         view: View { contact, ..View::default() },
         sensitivities: true,

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use feeler_diagnosis::DiagnosisError;
 use feeler_files::FormatError;
+use feeler_studies::Refusal;
 use feeler_studies::run::RunError;
 use feeler_studies::sweep::SweepError;
 
@@ -31,6 +32,11 @@ pub(crate) struct BadInput {
 impl BadInput {
     pub(crate) fn error(message: impl Into<String>, remedy: impl Into<String>) -> anyhow::Error {
         Self { message: message.into(), remedy: remedy.into() }.into()
+    }
+
+    /// A request that a library refuses.
+    pub(crate) fn from_refusal(refusal: Refusal) -> anyhow::Error {
+        Self::error(refusal.message, refusal.remedy)
     }
 
     /// A file or folder that cannot be written.

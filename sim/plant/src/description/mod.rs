@@ -4,6 +4,7 @@
 //! and rad for kg, N and m.
 
 mod actuator;
+mod building;
 mod contact;
 mod profile;
 mod sensor;

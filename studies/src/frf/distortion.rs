@@ -2,31 +2,30 @@
 
 use feeler_lti::C64;
 
-use super::ToldApart;
-use crate::numbers::{plain, with_unit};
+use super::response::Separated;
 
 /// Standard deviations by which a band's distortion must exceed what the noise makes of it.
 const DEVIATIONS: f64 = 5.0;
 /// Fewest lines of a band, and the ratio of its ends at least: halves of an octave.
 const FEWEST: usize = 4;
 const RATIO: f64 = std::f64::consts::SQRT_2;
-/// Bands that are named.
-const NAMED: usize = 3;
 
 /// A band in which there is distortion.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub(crate) struct DistortionBand {
-    pub(crate) low_hz: f64,
-    pub(crate) high_hz: f64,
+pub struct DistortionBand {
+    /// First frequency, Hz.
+    pub low_hz: f64,
+    /// Last frequency, Hz.
+    pub high_hz: f64,
     /// Power over that of the response, each summed over the band.
-    pub(crate) share: f64,
+    pub share: f64,
     #[serde(skip)]
     sums: [f64; 2],
 }
 
 /// The bands in which distortion exceeds the noise, rising, neighbours joined. Line by line its unbiased
 /// variance scatters as much as the noise; summed over a band it does not.
-pub(crate) fn bands(told_apart: &ToldApart, frequencies_hz: &[f64], response: &[C64]) -> Vec<DistortionBand> {
+pub(super) fn bands(separated: &Separated, frequencies_hz: &[f64], response: &[C64]) -> Vec<DistortionBand> {
     let mut found: Vec<DistortionBand> = Vec::new();
     let mut before = false;
     let mut start = 0;
@@ -38,9 +37,9 @@ pub(crate) fn bands(told_apart: &ToldApart, frequencies_hz: &[f64], response: &[
         if frequencies_hz.len() - end < FEWEST {
             end = frequencies_hz.len();
         }
-        let exceeds = stands_out(told_apart, start..end);
+        let exceeds = stands_out(separated, start..end);
         if exceeds {
-            let distortion: f64 = told_apart.distortion[start..end].iter().sum();
+            let distortion: f64 = separated.distortion[start..end].iter().sum();
             let power: f64 = response[start..end].iter().map(C64::norm_sqr).sum();
             let high_hz = frequencies_hz[end - 1];
             match found.last_mut().filter(|_| before) {
@@ -67,31 +66,14 @@ pub(crate) fn bands(told_apart: &ToldApart, frequencies_hz: &[f64], response: &[
 
 /// Whether the distortion of some lines, summed, exceeds what noise makes of it: with `a` and `b` complex
 /// degrees of freedom, a line's total and noise have variances of `1 / a` and `1 / b` of the noise squared.
-fn stands_out(told_apart: &ToldApart, lines: std::ops::Range<usize>) -> bool {
-    let evidence = &told_apart.evidence;
+fn stands_out(separated: &Separated, lines: std::ops::Range<usize>) -> bool {
+    let evidence = &separated.evidence;
     let (a, b) = (evidence.degrees.total as f64, evidence.degrees.noise as f64);
     // Lines known from fewer ones beside them are not known independently.
-    let shared = (told_apart.noise.len() as f64 / evidence.lines as f64).max(1.0);
-    let distortion: f64 = told_apart.distortion[lines.clone()].iter().sum();
-    let noise: f64 = told_apart.noise[lines].iter().map(|n| n * n).sum();
+    let shared = (separated.noise.len() as f64 / evidence.lines as f64).max(1.0);
+    let distortion: f64 = separated.distortion[lines.clone()].iter().sum();
+    let noise: f64 = separated.noise[lines].iter().map(|n| n * n).sum();
     distortion > DEVIATIONS * (noise * (1.0 / a + 1.0 / b) * shared).sqrt()
-}
-
-/// The strongest bands in words.
-pub(crate) fn words(mut bands: Vec<DistortionBand>, decibels: impl Fn(f64) -> String) -> String {
-    bands.sort_by(|a, b| b.share.total_cmp(&a.share));
-    let named: Vec<String> = (bands.iter().take(NAMED))
-        .map(|band| {
-            format!(
-                "{} from {} to {}",
-                decibels(band.share),
-                plain(band.low_hz),
-                with_unit(band.high_hz, "Hz")
-            )
-        })
-        .collect();
-    let rest = if bands.len() > NAMED { ", less in other bands" } else { "" };
-    named.join(", ") + rest
 }
 
 #[cfg(test)]
@@ -101,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn truth_only_the_band_that_distorts_is_named() {
+    fn truth_only_the_band_that_distorts_is_found() {
         // Noise of 1 line by line, whose unbiased excess is +-1 in turn, and distortion of 4 from 10 to 20
         // Hz.
         let frequencies: Vec<f64> = (1..=100).map(f64::from).collect();
@@ -114,11 +96,10 @@ mod tests {
             degrees: ComplexDegrees { total: 3, noise: 12 },
             lines: 100,
         };
-        let told_apart = ToldApart { noise: vec![1.0; 100], distortion, evidence };
-        let found = bands(&told_apart, &frequencies, &vec![C64::new(10.0, 0.0); 100]);
+        let separated = Separated { noise: vec![1.0; 100], distortion, evidence };
+        let found = bands(&separated, &frequencies, &vec![C64::new(10.0, 0.0); 100]);
         let [only] = found.as_slice() else { panic!("{found:?}") };
         assert!((7.0..=10.0).contains(&only.low_hz) && (20.0..=29.0).contains(&only.high_hz), "{only:?}");
         assert!((0.1..=0.2).contains(&only.share), "{only:?}");
-        assert!(words(found, |share| format!("{share:.1}")).contains("Hz"));
     }
 }

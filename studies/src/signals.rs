@@ -1,16 +1,16 @@
-//! Signals as they are named on the command line.
+//! Signals of a machine as a person names them.
 
 use feeler_plant::assembly::resolve;
 use feeler_plant::description::{Machine, Quantity, SignalName};
 use feeler_plant::names::{list, nearest};
 
-use crate::terminal::failure::BadInput;
+use crate::refusal::Refusal;
 
 /// The signal of a machine that is named.
 ///
 /// # Errors
-/// Bad input where the machine has no such signal, with the nearest one and all that there are.
-pub(crate) fn named(machine: &Machine, text: &str) -> anyhow::Result<SignalName> {
+/// A refusal where the machine has no such signal, with the nearest one and all that there are.
+pub fn named(machine: &Machine, text: &str) -> Result<SignalName, Refusal> {
     match text.parse::<SignalName>() {
         Ok(name) if resolve(machine, &name).is_ok() => Ok(name),
         _ => Err(unknown(text, "signal", &of_machine(machine))),
@@ -20,16 +20,16 @@ pub(crate) fn named(machine: &Machine, text: &str) -> anyhow::Result<SignalName>
 /// The actuator whose command is named as the input.
 ///
 /// # Errors
-/// Bad input where no actuator has this command, with those that there are.
-pub(crate) fn command(machine: &Machine, text: &str) -> anyhow::Result<SignalName> {
+/// A refusal where no actuator has this command, with those that there are.
+pub fn command(machine: &Machine, text: &str) -> Result<SignalName, Refusal> {
     one_of(machine, text, "an actuator's command", &commands(machine))
 }
 
 /// The actuator's command or the force on a body that is named as the input.
 ///
 /// # Errors
-/// Bad input where there is neither, with those that there are.
-pub(crate) fn input(machine: &Machine, text: &str) -> anyhow::Result<SignalName> {
+/// A refusal where there is neither, with those that there are.
+pub fn input(machine: &Machine, text: &str) -> Result<SignalName, Refusal> {
     let forces = machine.bodies.keys().map(|body| SignalName::new(body, Quantity::Force).to_string());
     let inputs: Vec<String> = commands(machine).into_iter().chain(forces).collect();
     one_of(machine, text, "an actuator's command or the force on a body", &inputs)
@@ -43,10 +43,10 @@ fn commands(machine: &Machine) -> Vec<String> {
         .collect()
 }
 
-fn one_of(machine: &Machine, text: &str, what: &str, inputs: &[String]) -> anyhow::Result<SignalName> {
+fn one_of(machine: &Machine, text: &str, what: &str, inputs: &[String]) -> Result<SignalName, Refusal> {
     match text.parse::<SignalName>() {
         Ok(name) if inputs.contains(&name.to_string()) => Ok(name),
-        Ok(name) if resolve(machine, &name).is_ok() => Err(BadInput::error(
+        Ok(name) if resolve(machine, &name).is_ok() => Err(Refusal::new(
             format!("`{text}` is no input: an input is {what}"),
             format!("name one of {}", list(inputs.iter().map(String::as_str))),
         )),
@@ -54,13 +54,13 @@ fn one_of(machine: &Machine, text: &str, what: &str, inputs: &[String]) -> anyho
     }
 }
 
-fn unknown(text: &str, what: &str, known: &[String]) -> anyhow::Error {
+fn unknown(text: &str, what: &str, known: &[String]) -> Refusal {
     let names = || known.iter().map(String::as_str);
     let near = nearest(text, names()).map_or_else(String::new, |near| format!("did you mean `{near}`? "));
     // The whole list, since each name says of what element it is.
     let all = names().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     let there = if known.is_empty() { "there is none".to_owned() } else { format!("there is {all}") };
-    BadInput::error(format!("the machine has no {what} `{text}`"), format!("{near}{there}"))
+    Refusal::new(format!("the machine has no {what} `{text}`"), format!("{near}{there}"))
 }
 
 /// Every signal of a machine's bodies, springs, contacts, actuators and sensors.

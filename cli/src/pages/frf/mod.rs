@@ -1,9 +1,11 @@
 //! The page of a measured frequency response.
 
+pub(crate) mod words;
+
 use feeler_lti::C64;
+use feeler_studies::frf::{Response, Row, row};
 
 use super::analyze::degrees;
-use crate::commands::frf::{Response, Row, row};
 use crate::numbers::{plain, with_unit};
 use crate::pages::parts::{Chart, ChartKind, Line, Page, Series, Tile, by_extremes};
 
@@ -15,9 +17,9 @@ const TOGETHER: &str = "frequency";
 /// The page of a response.
 pub(crate) fn page(response: &Response) -> String {
     let mut page = Page::new(&format!("{}: frequency response", response.title), &response.about);
-    page.lead(&format!("{}.", capital(&response.path())));
+    page.lead(&format!("{}.", capital(&words::path(response))));
     page.paragraph(&format!("{}.", capital(&response.how)));
-    for sentence in &response.sentences() {
+    for sentence in &words::sentences(response) {
         page.paragraph(sentence);
     }
     for note in &response.notes {
@@ -150,7 +152,7 @@ fn charts(response: &Response) -> Vec<Chart> {
             vec![measured("coherence", "", column(&|r| r.coherence))],
         ));
     }
-    if let Some(levels) = &response.told_apart {
+    if let Some(levels) = &response.separated {
         let beyond = levels.evidence.is_beyond_noise;
         let caption = if beyond {
             "what differs from period to period is noise; what differs from realisation to realisation beyond it is nonlinear distortion."

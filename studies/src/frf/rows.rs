@@ -4,26 +4,39 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::{Response, ToldApart};
+use super::response::{Response, Separated};
 
 /// One frequency; what is not known is not a number.
-pub(crate) struct Row {
-    pub(crate) frequency_hz: f64,
-    pub(crate) magnitude_db: f64,
-    pub(crate) low_db: f64,
-    pub(crate) high_db: f64,
-    pub(crate) half_width_db: f64,
-    pub(crate) phase_deg: f64,
-    pub(crate) phase_half_width_deg: f64,
-    pub(crate) coherence: f64,
-    pub(crate) linear_db: f64,
-    pub(crate) linear_deg: f64,
-    pub(crate) noise_db: f64,
-    pub(crate) distortion_db: f64,
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Size of the measured response, dB.
+    pub magnitude_db: f64,
+    /// Lower end of its confidence band, dB.
+    pub low_db: f64,
+    /// Upper end of its confidence band, dB.
+    pub high_db: f64,
+    /// From the response to the upper end, dB.
+    pub half_width_db: f64,
+    /// Phase of the measured response, degrees.
+    pub phase_deg: f64,
+    /// Half the width of its confidence band, degrees.
+    pub phase_half_width_deg: f64,
+    /// Share of the output that the input explains linearly.
+    pub coherence: f64,
+    /// Size of the linear response, dB.
+    pub linear_db: f64,
+    /// Phase of the linear response, degrees.
+    pub linear_deg: f64,
+    /// Noise of one realisation, dB.
+    pub noise_db: f64,
+    /// Nonlinear distortion of one realisation, dB.
+    pub distortion_db: f64,
 }
 
 /// Row `i` of a response.
-pub(crate) fn row(response: &Response, i: usize) -> Row {
+pub fn row(response: &Response, i: usize) -> Row {
     let estimate = &response.estimate;
     let one = feeler_lti::spectral::ResponseEstimate {
         response: vec![estimate.response[i]],
@@ -33,8 +46,8 @@ pub(crate) fn row(response: &Response, i: usize) -> Row {
     };
     let band = one.confidence(response.confidence)[0];
     let decibels = |value: f64| 20.0 * value.log10();
-    let level = |of: fn(&ToldApart) -> &Vec<f64>| {
-        response.told_apart.as_ref().map_or(f64::NAN, |levels| 0.5 * decibels(of(levels)[i]))
+    let level = |of: fn(&Separated) -> &Vec<f64>| {
+        response.separated.as_ref().map_or(f64::NAN, |levels| 0.5 * decibels(of(levels)[i]))
     };
     let magnitude_db = decibels(estimate.response[i].norm());
     Row {
@@ -54,7 +67,7 @@ pub(crate) fn row(response: &Response, i: usize) -> Row {
 }
 
 /// All rows, unknown cells empty.
-pub(super) fn csv(response: &Response) -> String {
+pub fn csv(response: &Response) -> String {
     let mut text = String::from(
         "frequency_hz,magnitude_db,magnitude_low_db,magnitude_high_db,phase_deg,phase_half_width_deg,coherence,\
          linear_magnitude_db,linear_phase_deg,noise_db,distortion_db\n",
@@ -81,7 +94,7 @@ pub(super) fn csv(response: &Response) -> String {
 }
 
 /// The response as programs read it.
-pub(super) fn json(response: &Response) -> Value {
+pub fn json(response: &Response) -> Value {
     let estimate = &response.estimate;
     let complex = |values: &[feeler_lti::C64]| values.iter().map(|g| [g.re, g.im]).collect::<Vec<_>>();
     let bands = estimate.confidence(response.confidence);
@@ -101,10 +114,10 @@ pub(super) fn json(response: &Response) -> Value {
         "phase_half_width_deg": bands.iter().map(|b| b.phase_half_width_rad.to_degrees()).collect::<Vec<_>>(),
         "coherence": estimate.coherence,
         "linear": complex(&response.linear),
-        "noise_variance": response.told_apart.as_ref().map(|t| &t.noise),
-        "distortion_variance": response.told_apart.as_ref().map(|t| &t.distortion),
+        "noise_variance": response.separated.as_ref().map(|t| &t.noise),
+        "distortion_variance": response.separated.as_ref().map(|t| &t.distortion),
         "distortion_bands": response.distortion_bands(),
-        "distortion_beyond_noise": response.told_apart.as_ref().map(|t| t.evidence.is_beyond_noise),
+        "distortion_beyond_noise": response.separated.as_ref().map(|t| t.evidence.is_beyond_noise),
         "agreement": {
             "frequencies_compared": agreement.compared,
             "largest_difference_db": agreement.decibels,

@@ -5,11 +5,12 @@ const DIGITS: i32 = 4;
 
 /// Units that take a prefix, and the prefixes.
 const PREFIXABLE: &[&str] = &["m", "s", "N", "J", "Hz", "m/s", "N m", "rad", "rad/s"];
-pub(crate) const PREFIXES: &[(f64, &str)] =
+/// Prefixes of units, factor and name, falling.
+pub const PREFIXES: &[(f64, &str)] =
     &[(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
 
 /// A number in the unit in which it reads best, such as `("1.25", "mm")`.
-pub(crate) fn split(value: f64, unit: &str) -> (String, String) {
+pub fn split(value: f64, unit: &str) -> (String, String) {
     if value == 0.0 || !value.is_finite() || !PREFIXABLE.contains(&unit) {
         return (plain(value), unit.to_owned());
     }
@@ -21,13 +22,13 @@ pub(crate) fn split(value: f64, unit: &str) -> (String, String) {
 }
 
 /// The same as one text.
-pub(crate) fn with_unit(value: f64, unit: &str) -> String {
+pub fn with_unit(value: f64, unit: &str) -> String {
     let (number, unit) = split(value, unit);
     if unit.is_empty() { number } else { format!("{number} {unit}") }
 }
 
 /// The prefix in which a size reads best, as factor and name. Up to ten thousand stay without one.
-pub(crate) fn prefix(value: f64) -> (f64, &'static str) {
+pub fn prefix(value: f64) -> (f64, &'static str) {
     let size = value.abs();
     if (1.0..1e4).contains(&size) {
         return (1.0, "");
@@ -38,7 +39,7 @@ pub(crate) fn prefix(value: f64) -> (f64, &'static str) {
 }
 
 /// Four digits, with an exponent only where the number is very large or small.
-pub(crate) fn plain(value: f64) -> String {
+pub fn plain(value: f64) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -60,7 +61,7 @@ const BELOW_TOLERANCE: i32 = 2;
 
 /// A number with so many digits that a difference of a hundredth of the tolerance shows; all of them where
 /// there is no tolerance.
-pub(crate) fn to_tolerance(value: f64, tolerance: f64) -> String {
+pub fn to_tolerance(value: f64, tolerance: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return plain(value);
     }
@@ -77,14 +78,14 @@ pub(crate) fn to_tolerance(value: f64, tolerance: f64) -> String {
 }
 
 /// A share as a percentage.
-pub(crate) fn percent(share: f64) -> String {
+pub fn percent(share: f64) -> String {
     // Zero has no sign here.
     let percent = 100.0 * share + 0.0;
     if percent != 0.0 && percent.abs() < 0.05 { "< 0.1".into() } else { format!("{percent:.1}") }
 }
 
 /// A share as a percentage of which two digits show, however small.
-pub(crate) fn fine_percent(share: f64) -> String {
+pub fn fine_percent(share: f64) -> String {
     let percent = 100.0 * share;
     if percent == 0.0 || !percent.is_finite() || percent.abs() >= 1.0 {
         return self::percent(share);
@@ -93,7 +94,7 @@ pub(crate) fn fine_percent(share: f64) -> String {
 }
 
 /// A number rounded to two digits.
-pub(crate) fn two_digits(value: f64) -> f64 {
+pub fn two_digits(value: f64) -> f64 {
     if value == 0.0 || !value.is_finite() {
         return value;
     }
@@ -102,7 +103,7 @@ pub(crate) fn two_digits(value: f64) -> f64 {
 }
 
 /// A count with its noun.
-pub(crate) fn count(count: usize, one: &str, many: &str) -> String {
+pub fn count(count: usize, one: &str, many: &str) -> String {
     if count == 1 { format!("1 {one}") } else { format!("{count} {many}") }
 }
 

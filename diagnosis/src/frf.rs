@@ -1,18 +1,18 @@
-//! Records of a dataset.
+//! Frequency responses from the records of a dataset.
 
 use feeler_analysis::frf::Experiment;
-use feeler_diagnosis::DiagnosisError;
-use feeler_diagnosis::dataset::{Dataset, Fault, Record};
 use feeler_files::DatasetFile;
 use feeler_lti::spectral::{CrossSpectra, ResponseEstimate, WelchSettings, cross_spectra};
 use feeler_plant::description::{Engagement, Quantity, SignalName};
 use feeler_plant::names::did_you_mean;
+use feeler_studies::Refusal;
+use feeler_studies::frf::{
+    Evaluated, FrfError, Pair, Request, Response, SEGMENTS, Separated, between, choose as choose_method,
+    evaluate, require, require_path, sensed,
+};
+use feeler_studies::numbers::plain;
 
-use super::evaluate::{Evaluated, Pair, SEGMENTS, choose as choose_method, evaluate};
-use super::{Response, ToldApart, band, between, refused, require, require_path, sensed};
-use crate::arguments::Frf;
-use crate::numbers::plain;
-use crate::terminal::failure::BadInput;
+use crate::dataset::{Dataset, Fault, Record};
 
 /// Share of the command's power within the band that is looked at unless another is asked for.
 const POWER: f64 = 0.995;
@@ -35,13 +35,19 @@ struct Chosen<'a> {
     records: Vec<&'a Record>,
 }
 
-pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
-    refuse_experiment(arguments)?;
-    let file = DatasetFile::load(&arguments.source)?;
-    let data = Dataset::load(&arguments.source).map_err(|error| unusable(arguments, error))?;
+/// The response between two columns of a dataset, which its file describes, with the linear one of its
+/// machine. Of the request, what makes an excitation has no meaning here.
+///
+/// # Errors
+/// A request that the records cannot meet, or a machine that linear theory cannot take.
+pub fn measured_response(
+    file: &DatasetFile,
+    data: &Dataset,
+    request: &Request,
+) -> Result<Response, FrfError> {
     let mut notes: Vec<String> = Vec::new();
-    let chosen = choose(arguments, &file, &data, &mut notes)?;
-    notes.extend(warnings(&data, &chosen.records));
+    let chosen = choose(request, file, data, &mut notes)?;
+    notes.extend(warnings(data, &chosen.records));
     let first = chosen.records[0];
     let spacing_s = first.spacing_s;
     let length_s = chosen.records.iter().map(|r| r.len()).min().unwrap_or(0) as f64 * spacing_s;
@@ -50,19 +56,18 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         .iter()
         .map(|r| (centred(&r.commands[chosen.drive]), centred(&r.series[chosen.series])))
         .collect();
-    let choice = choose_method(arguments, &pairs, spacing_s, length_s)?;
+    let choice = choose_method(request, &pairs, spacing_s, length_s)?;
     let is_of_lines = choice.method.is_of_lines();
     notes.extend(choice.why.clone());
     let command = if is_of_lines { None } else { command_spectra(&first.commands[chosen.drive], spacing_s) };
-    let band_hz = band(arguments, spacing_s, 2.0 / length_s, command.as_ref().and_then(excited_hz))?;
-    let mut found =
-        evaluate(&choice, &pairs, spacing_s, band_hz).map_err(|error| refused(arguments, &error))?;
+    let band_hz = request.band(spacing_s, 2.0 / length_s, command.as_ref().and_then(excited_hz))?;
+    let mut found = evaluate(&choice, &pairs, spacing_s, band_hz)?;
     require(
         !found.estimate.frequencies_hz.is_empty(),
         || format!("the command excites nothing between {} and {} Hz", plain(band_hz.0), plain(band_hz.1)),
         "name another band with --from and --to, other experiments, or leave --period and --excitation out",
     )?;
-    drop_unknown(arguments, &mut found, is_of_lines, command.as_ref(), &mut notes)?;
+    drop_unknown(request, &mut found, is_of_lines, command.as_ref(), &mut notes)?;
     let estimate = found.estimate;
     let isolated = found.isolated || estimate.frequencies_hz.len() < FEW;
 
@@ -86,11 +91,10 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         offset: 0.0,
         seed: 0,
     };
-    require_path(arguments, &experiment, band_hz, &chosen.input)?;
-    let linear =
-        experiment.linear_response(&estimate.frequencies_hz).map_err(|error| refused(arguments, &error))?;
+    require_path(&experiment, band_hz, &chosen.input)?;
+    let linear = experiment.linear_response(&estimate.frequencies_hz)?;
     let between_hz = between(&estimate.frequencies_hz, isolated);
-    let filled = experiment.linear_response(&between_hz).map_err(|error| refused(arguments, &error))?;
+    let filled = experiment.linear_response(&between_hz)?;
     let names: Vec<&str> = chosen.records.iter().map(|r| r.name.as_str()).collect();
     Ok(Response {
         title: data.name.clone(),
@@ -105,8 +109,8 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         linear,
         isolated,
         between: between_hz.into_iter().zip(filled).collect(),
-        told_apart: found.told_apart,
-        confidence: arguments.confidence,
+        separated: found.separated,
+        confidence: request.confidence,
     })
 }
 
@@ -124,39 +128,17 @@ fn warnings(data: &Dataset, looked_at: &[&Record]) -> Vec<String> {
     said
 }
 
-/// What chooses an experiment on the simulated machine has no say in one that has been recorded.
-fn refuse_experiment(arguments: &Frf) -> anyhow::Result<()> {
-    let given = [
-        ("--set", !arguments.settings.is_empty()),
-        ("--rms", arguments.rms.is_some()),
-        ("--offset", arguments.offset.is_some()),
-        ("--periods", arguments.periods.is_some()),
-        ("--realisations", arguments.realisations.is_some()),
-        ("--points", arguments.points.is_some()),
-        ("--duration", arguments.duration.is_some()),
-        ("--hold", arguments.hold.is_some()),
-        ("--seed", arguments.seed.is_some()),
-        ("--clamped", arguments.clamped),
-        ("--free", arguments.free),
-    ];
-    let Some((name, _)) = given.into_iter().find(|(_, given)| *given) else { return Ok(()) };
-    Err(BadInput::error(
-        format!("{name} belongs to an experiment on the simulated machine, and this is a dataset"),
-        "leave it out, or name a machine file: of records that exist it can change nothing",
-    ))
-}
-
 fn choose<'a>(
-    arguments: &Frf,
+    request: &Request,
     file: &DatasetFile,
     data: &'a Dataset,
     notes: &mut Vec<String>,
-) -> anyhow::Result<Chosen<'a>> {
+) -> Result<Chosen<'a>, FrfError> {
     let of_column = |column: &str| file.columns.get(column).map(|c| c.signal.to_string()).unwrap_or_default();
     let commands: Vec<(usize, &str)> =
         data.drives.iter().map(|(drive, column)| (*drive, column.as_str())).collect();
     let named = |wanted: &str, column: &str| wanted == column || wanted == of_column(column);
-    let input = match &arguments.input {
+    let input = match &request.input {
         None => commands.first().copied(),
         Some(wanted) => Some(
             commands
@@ -167,13 +149,14 @@ fn choose<'a>(
         ),
     };
     let Some((drive, column)) = input else {
-        return Err(BadInput::error(
+        return Err(Refusal::new(
             "the dataset has no command of a drive",
             "record one, and name it in [columns]",
-        ));
+        )
+        .into());
     };
     let outputs: Vec<&str> = data.channels.iter().map(|c| c.column.as_str()).collect();
-    let series = if let Some(wanted) = &arguments.output {
+    let series = if let Some(wanted) = &request.output {
         outputs
             .iter()
             .position(|c| named(wanted, c))
@@ -181,21 +164,22 @@ fn choose<'a>(
     } else {
         let is = |i: &usize, quantity| data.channels[*i].quantity(&data.machine) == quantity;
         let named =
-            arguments.experiments.first().and_then(|wanted| data.records.iter().find(|r| r.name == *wanted));
+            request.experiments.first().and_then(|wanted| data.records.iter().find(|r| r.name == *wanted));
         let free = named.or(data.records.first()).is_some_and(|r| r.engagement == Some(Engagement::Free));
         let wanted = if free { Quantity::Acceleration } else { Quantity::SpringForce };
         (0..outputs.len()).rev().find(|i| is(i, wanted)).unwrap_or(0)
     };
     let Some(signal) = outputs.get(series).and_then(|c| file.columns.get(*c)).map(|c| c.signal.clone())
     else {
-        return Err(BadInput::error(
+        return Err(Refusal::new(
             "the dataset has nothing but commands",
             "record an output, and name it in [columns]",
-        ));
+        )
+        .into());
     };
     let all = || data.records.iter().map(|r| r.name.as_str());
     let mut records = Vec::new();
-    for wanted in &arguments.experiments {
+    for wanted in &request.experiments {
         records.push(
             data.records
                 .iter()
@@ -211,7 +195,7 @@ fn choose<'a>(
         ));
     }
     let Some(first) = records.first() else {
-        return Err(BadInput::error("the dataset has no experiment", "add one as [[experiments]]"));
+        return Err(Refusal::new("the dataset has no experiment", "add one as [[experiments]]").into());
     };
     let alike = |r: &&Record| {
         r.engagement == first.engagement && (r.spacing_s - first.spacing_s).abs() < 1e-9 * first.spacing_s
@@ -264,17 +248,17 @@ fn powered(frequencies_hz: &[f64], spectra: Option<&CrossSpectra>) -> Vec<bool> 
 /// Leaves out what the records say nothing about: frequencies without power in the command, and those whose
 /// phase is unknown.
 fn drop_unknown(
-    arguments: &Frf,
+    request: &Request,
     found: &mut Evaluated,
     of_lines: bool,
     command: Option<&CrossSpectra>,
     notes: &mut Vec<String>,
-) -> anyhow::Result<()> {
+) -> Result<(), FrfError> {
     let all = found.estimate.frequencies_hz.len();
     let powered = powered(&found.estimate.frequencies_hz, command);
     let without_power = powered.iter().filter(|powered| !**powered).count();
-    keep(&mut found.estimate, found.told_apart.as_mut(), &powered);
-    let bands = found.estimate.confidence(arguments.confidence);
+    keep(&mut found.estimate, found.separated.as_mut(), &powered);
+    let bands = found.estimate.confidence(request.confidence);
     let known: Vec<bool> =
         bands.iter().map(|band| band.phase_half_width_rad < std::f64::consts::PI).collect();
     let unknown = known.iter().filter(|known| !**known).count();
@@ -282,7 +266,7 @@ fn drop_unknown(
     let carried = if of_lines { known.clone() } else { carried(&known) };
     let by_chance =
         known.iter().filter(|known| **known).count() - carried.iter().filter(|carried| **carried).count();
-    keep(&mut found.estimate, found.told_apart.as_mut(), &carried);
+    keep(&mut found.estimate, found.separated.as_mut(), &carried);
     let mut left_out = |count: usize, why: &str| {
         if count > 0 {
             notes.push(format!("{count} of {all} frequencies are left out: {why}"));
@@ -297,16 +281,13 @@ fn drop_unknown(
         by_chance,
         "at most frequencies about them nothing is known, so that what seems to be is so by chance",
     );
-    require(
-        !found.estimate.frequencies_hz.is_empty(),
-        || {
-            format!(
-                "{}: no response is known at any of {all} frequencies from these records",
-                arguments.source.display()
-            )
-        },
-        "name other experiments, another output or another band; feeler frf needs a command that excites the machine",
-    )
+    if found.estimate.frequencies_hz.is_empty() {
+        return Err(FrfError::Source(Refusal::new(
+            format!("no response is known at any of {all} frequencies from these records"),
+            "name other experiments, another output or another band; feeler frf needs a command that excites the machine",
+        )));
+    }
+    Ok(())
 }
 
 /// Those known frequencies about which at least half of the neighbours are known too.
@@ -317,7 +298,7 @@ fn carried(known: &[bool]) -> Vec<bool> {
 }
 
 /// Drops the frequencies that are not kept.
-fn keep(estimate: &mut ResponseEstimate, told_apart: Option<&mut ToldApart>, kept: &[bool]) {
+fn keep(estimate: &mut ResponseEstimate, separated: Option<&mut Separated>, kept: &[bool]) {
     fn of<T>(values: &mut Vec<T>, kept: &[bool]) {
         let mut kept = kept.iter();
         values.retain(|_| kept.next().is_none_or(|kept| *kept));
@@ -329,7 +310,7 @@ fn keep(estimate: &mut ResponseEstimate, told_apart: Option<&mut ToldApart>, kep
     if let Some(coherence) = &mut estimate.coherence {
         of(coherence, kept);
     }
-    told_apart
+    separated
         .into_iter()
         .flat_map(|levels| [&mut levels.noise, &mut levels.distortion])
         .for_each(|variance| of(variance, kept));
@@ -341,18 +322,8 @@ fn centred(values: &[f64]) -> Vec<f64> {
     values.iter().map(|v| v - mean).collect()
 }
 
-fn unknown<'a>(what: &str, wanted: &str, known: impl Iterator<Item = &'a str>) -> anyhow::Error {
-    BadInput::error(format!("the dataset has no {what} `{wanted}`"), did_you_mean(wanted, known))
-}
-
-fn unusable(arguments: &Frf, error: DiagnosisError) -> anyhow::Error {
-    match error {
-        DiagnosisError::Format(error) => error.into(),
-        other => BadInput::error(
-            format!("{}: {other}", arguments.source.display()),
-            "feeler check names every mistake of a dataset",
-        ),
-    }
+fn unknown<'a>(what: &str, wanted: &str, known: impl Iterator<Item = &'a str>) -> Refusal {
+    Refusal::new(format!("the dataset has no {what} `{wanted}`"), did_you_mean(wanted, known))
 }
 
 #[cfg(test)]

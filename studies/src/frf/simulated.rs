@@ -1,20 +1,19 @@
 //! Experiments on the simulated machine.
 
-use clap::ValueEnum;
 use feeler_analysis::LinearMachine;
 use feeler_analysis::frf::{Excitation, Experiment, NoiseMethod};
-use feeler_files::{Document, Draft};
+use feeler_engine::Scenario;
 use feeler_lti::spectral::LocalPolynomialSettings;
 use feeler_plant::assembly::assemble;
 use feeler_plant::description::{ActuatorKind, Engagement, Machine, Quantity, SignalName};
 
-use super::{
-    Response, ToldApart, band, between, estimator, refused, require, require_path, require_segments, sensed,
-};
-use crate::arguments::{EstimatorKind, ExcitationKind, Frf};
+use super::between::{between, require_path, sensed};
+use super::error::{FrfError, require};
+use super::request::{ExcitationKind, NoiseEstimator, Request};
+use super::response::{Response, Separated};
 use crate::numbers::{plain, with_unit};
+use crate::refusal::Refusal;
 use crate::signals;
-use crate::terminal::failure::BadInput;
 
 /// Hold of a machine without controllers, s.
 const HOLD_S: f64 = 1e-3;
@@ -41,27 +40,24 @@ const PERIODS: usize = 4;
 const REALISATIONS: usize = 4;
 const POINTS: usize = 40;
 
-pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
-    require(
-        arguments.experiments.is_empty(),
-        || "--experiment names a record of a dataset, and this is a scenario".to_owned(),
-        "name a dataset's folder, or leave --experiment out",
-    )?;
-    let kind = arguments.excitation.unwrap_or(ExcitationKind::WhiteNoise);
-    refuse_others(arguments, kind)?;
-    let averages = arguments.estimator.is_some_and(|estimator| estimator != EstimatorKind::LocalPolynomial);
-    require_segments(arguments, averages && kind == ExcitationKind::WhiteNoise)?;
-    let document = Draft::load_with(&arguments.source, &arguments.settings)?.build()?;
+/// The response of a simulated machine. The request's `experiments` have no meaning here.
+///
+/// # Errors
+/// A request that the machine cannot meet, or a simulation that ends early.
+pub fn simulate(scenario: &Scenario, request: &Request) -> Result<Response, FrfError> {
+    let kind = request.excitation.unwrap_or(ExcitationKind::WhiteNoise);
+    let averages = matches!(request.estimator, Some(NoiseEstimator::Averaged(_)));
+    request.require_segments(averages && kind == ExcitationKind::WhiteNoise)?;
     let mut notes = Vec::new();
-    let experiment = experiment(arguments, &document, &mut notes)?;
-    let (low, high) = band(arguments, experiment.hold_s, 1.0, None)?;
-    let rms = arguments.rms.unwrap_or_else(|| usual_rms(&experiment.machine, &experiment.actuator));
+    let experiment = experiment(request, scenario, &mut notes)?;
+    let (low, high) = request.band(experiment.hold_s, 1.0, None)?;
+    let rms = request.rms.unwrap_or_else(|| usual_rms(&experiment.machine, &experiment.actuator));
     require(
         rms > 0.0 && rms.is_finite(),
         || format!("an excitation of {rms} excites nothing"),
         "give a size above zero with --rms",
     )?;
-    let dies_in_s = dies_in_s(&experiment).map_err(|error| refused(arguments, &error))?;
+    let dies_in_s = dies_in_s(&experiment)?;
     let wait_s = dies_in_s.clamp(WAIT_S.0, WAIT_S.1);
     if dies_in_s > wait_s && kind != ExcitationKind::WhiteNoise {
         let (left, waited) = (with_unit(dies_in_s, "s"), with_unit(wait_s, "s"));
@@ -69,11 +65,10 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
             "transients take {left} to die away and {waited} are waited for: what is left of them reads as distortion, and no band knows of it"
         ));
     }
-    let excitation = excitation(arguments, kind, &experiment, wait_s, low)?;
+    let excitation = excitation(request, kind, &experiment, wait_s, low)?;
     let input = SignalName::new(&experiment.actuator, Quantity::Command).to_string();
-    require_path(arguments, &experiment, (low, high), &input)?;
-    let measured =
-        experiment.measure(&excitation, rms, (low, high)).map_err(|error| refused(arguments, &error))?;
+    require_path(&experiment, (low, high), &input)?;
+    let measured = experiment.measure(&excitation, rms, (low, high))?;
     require(
         measured.estimate.response.iter().any(|value| value.norm() > 0.0),
         || {
@@ -85,12 +80,12 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         },
         "excite it more strongly with --rms, beyond dry friction, free play and the sensor's resolution",
     )?;
-    let realisations = arguments.realisations.unwrap_or(REALISATIONS) as f64;
+    let realisations = request.realisations.unwrap_or(REALISATIONS) as f64;
     let isolated = kind == ExcitationKind::SteppedSine;
     let between_hz = between(&measured.estimate.frequencies_hz, isolated);
-    let between = experiment.linear_response(&between_hz).map_err(|error| refused(arguments, &error))?;
+    let between = experiment.linear_response(&between_hz)?;
     let variances = measured.noise_variance.zip(measured.distortion_variance).zip(measured.evidence);
-    let told_apart = variances.map(|((noise, distortion), evidence)| ToldApart {
+    let separated = variances.map(|((noise, distortion), evidence)| Separated {
         // The noise of the mean over realisations, as that of one of them.
         noise: noise.into_iter().map(|v| v * realisations).collect(),
         distortion,
@@ -98,8 +93,8 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
     });
     let hold = with_unit(experiment.hold_s, "s");
     Ok(Response {
-        title: document.scenario.machine.name.clone(),
-        about: document.scenario.machine.about.clone(),
+        title: scenario.machine.name.clone(),
+        about: scenario.machine.about.clone(),
         input,
         output: experiment.output.to_string(),
         reads: sensed(&experiment.machine, &experiment.output),
@@ -115,48 +110,22 @@ pub(super) fn respond(arguments: &Frf) -> anyhow::Result<Response> {
         linear: measured.linear,
         isolated,
         between: between_hz.into_iter().zip(between).collect(),
-        told_apart,
-        confidence: arguments.confidence,
+        separated,
+        confidence: request.confidence,
     })
 }
 
-/// What belongs to another excitation has no say in this one.
-fn refuse_others(arguments: &Frf, kind: ExcitationKind) -> anyhow::Result<()> {
-    use ExcitationKind::{Chirp, Multisine, SteppedSine, WhiteNoise};
-    let given: [(&str, bool, &[ExcitationKind]); 6] = [
-        ("--estimator", arguments.estimator.is_some(), &[WhiteNoise]),
-        ("--duration", arguments.duration.is_some(), &[WhiteNoise, Chirp]),
-        ("--period", arguments.period.is_some(), &[Multisine]),
-        ("--periods", arguments.periods.is_some(), &[Multisine]),
-        ("--realisations", arguments.realisations.is_some(), &[Multisine]),
-        ("--points", arguments.points.is_some(), &[SteppedSine]),
-    ];
-    let name = |kind: &ExcitationKind| {
-        kind.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
-    };
-    for (option, given, kinds) in given {
-        require(
-            !given || kinds.contains(&kind),
-            || format!("{option} has no meaning for --excitation {}", name(&kind)),
-            &format!(
-                "leave it out, or add --excitation {}",
-                kinds.iter().map(name).collect::<Vec<_>>().join(" or ")
-            ),
-        )?;
-    }
-    Ok(())
-}
-
-fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> anyhow::Result<Experiment> {
-    let scenario = &document.scenario;
+fn experiment(
+    request: &Request,
+    scenario: &Scenario,
+    notes: &mut Vec<String>,
+) -> Result<Experiment, FrfError> {
     let mut machine = scenario.machine.clone();
     let engage = |machine: &mut Machine, engagement| {
         machine.contacts.values_mut().for_each(|contact| contact.engagement = engagement)
     };
-    if arguments.clamped {
-        engage(&mut machine, Engagement::Clamped);
-    } else if arguments.free {
-        engage(&mut machine, Engagement::Free);
+    if let Some(engagement) = request.engagement {
+        engage(&mut machine, engagement);
     } else if machine.contacts.values().any(|contact| contact.engagement == Engagement::Unilateral) {
         machine
             .contacts
@@ -170,16 +139,16 @@ fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> 
         .values()
         .find(|c| c.reads.is_some())
         .or_else(|| scenario.controllers.values().next());
-    let actuator = match &arguments.input {
+    let actuator = match &request.input {
         Some(input) => signals::command(&machine, input)?.element,
         None => {
             match controller.map(|c| c.drives.clone()).or_else(|| machine.actuators.keys().next().cloned()) {
                 Some(actuator) => actuator,
                 None => {
-                    return Err(BadInput::error(
-                        format!("{}: no actuator to excite", arguments.source.display()),
+                    return Err(FrfError::Source(Refusal::new(
+                        "no actuator to excite",
                         "give the machine an [actuators.NAME]",
-                    ));
+                    )));
                 }
             }
         }
@@ -198,15 +167,16 @@ fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> 
         .filter(|(_, sensor)| feels(&sensor.reads))
         .map(|(name, _)| SignalName::new(name, Quantity::Reading));
     let any_sensor = || machine.sensors.keys().next().map(|name| SignalName::new(name, Quantity::Reading));
-    let wanted = arguments.output.as_deref().map(|name| signals::named(&machine, name)).transpose()?;
+    let wanted = request.output.as_deref().map(|name| signals::named(&machine, name)).transpose()?;
     let Some(output) = wanted.or(read).or(pressed).or_else(any_sensor) else {
-        return Err(BadInput::error(
+        return Err(Refusal::new(
             "no sensor and no contact to look at",
             "name a signal with --output, as in --output motor.acceleration",
-        ));
+        )
+        .into());
     };
-    let hold_s = arguments
-        .hold
+    let hold_s = request
+        .hold_s
         .or_else(|| scenario.controllers.values().find(|c| c.drives == actuator).map(|c| c.spec.period_s))
         .unwrap_or(HOLD_S);
     require(
@@ -214,7 +184,7 @@ fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> 
         || format!("a hold of {hold_s} s is none"),
         "give a time above zero with --hold, in s",
     )?;
-    let offset = arguments.offset.unwrap_or(0.0);
+    let offset = request.offset.unwrap_or(0.0);
     if touches_nonlinearly(&machine) {
         let rest = if offset == 0.0 {
             "without a mean force (--offset gives one)".to_owned()
@@ -229,7 +199,7 @@ fn experiment(arguments: &Frf, document: &Document, notes: &mut Vec<String>) -> 
         output,
         hold_s,
         offset,
-        seed: arguments.seed.unwrap_or(scenario.run.seed),
+        seed: request.seed.unwrap_or(scenario.run.seed),
     })
 }
 
@@ -264,13 +234,13 @@ fn dies_in_s(experiment: &Experiment) -> Result<f64, feeler_analysis::AnalysisEr
 }
 
 fn excitation(
-    arguments: &Frf,
+    request: &Request,
     kind: ExcitationKind,
     experiment: &Experiment,
     wait_s: f64,
     low_hz: f64,
-) -> anyhow::Result<Excitation> {
-    let duration_s = arguments.duration.unwrap_or(DURATION_S);
+) -> Result<Excitation, FrfError> {
+    let duration_s = request.duration_s.unwrap_or(DURATION_S);
     let positive = |name: &str, value: f64| {
         require(
             value > 0.0 && value.is_finite(),
@@ -281,17 +251,17 @@ fn excitation(
     positive("duration", duration_s)?;
     let chosen = match kind {
         ExcitationKind::WhiteNoise => {
-            let segment_s = arguments.segment.unwrap_or(duration_s / 15.0);
+            let segment_s = request.segment_s.unwrap_or(duration_s / 15.0);
             positive("segment", segment_s)?;
             let local = NoiseMethod::LocalPolynomial(LocalPolynomialSettings::default());
-            let method = arguments
+            let method = request
                 .estimator
-                .and_then(estimator)
+                .and_then(NoiseEstimator::averaged)
                 .map_or(local, |estimator| NoiseMethod::Welch { segment_s, estimator });
             Excitation::WhiteNoise { duration_s, method }
         }
         ExcitationKind::Multisine => {
-            let period_s = arguments.period.unwrap_or(PERIOD_S);
+            let period_s = request.period_s.unwrap_or(PERIOD_S);
             positive("period", period_s)?;
             let holds = period_s / experiment.hold_s;
             require(
@@ -301,12 +271,12 @@ fn excitation(
             )?;
             let transient_periods = (wait_s / period_s).ceil() as usize;
             let (periods, realisations) =
-                (arguments.periods.unwrap_or(PERIODS), arguments.realisations.unwrap_or(REALISATIONS));
+                (request.periods.unwrap_or(PERIODS), request.realisations.unwrap_or(REALISATIONS));
             Excitation::Multisine { period_s, periods, transient_periods, realisations }
         }
         ExcitationKind::Chirp => Excitation::Chirp { sweep_s: duration_s, rest_s: wait_s, half_width: 1 },
         ExcitationKind::SteppedSine => {
-            let points = arguments.points.unwrap_or(POINTS);
+            let points = request.points.unwrap_or(POINTS);
             Excitation::SteppedSine { points, settle_s: wait_s, measure_s: (5.0 / low_hz).max(1.0) }
         }
     };

@@ -1,0 +1,108 @@
+//! A measured frequency response in words.
+
+use feeler_studies::frf::{COHERENT, DistortionBand, INCOHERENT, Incoherent, KNOWN_DEG, Levels, Response};
+
+use crate::numbers::{plain, with_unit};
+
+/// Bands of distortion that are named.
+const MOST_BANDS: usize = 3;
+/// Spans of frequency that are named.
+const MOST_SPANS: usize = 4;
+
+/// Input and output.
+pub(crate) fn path(response: &Response) -> String {
+    let reads = response
+        .reads
+        .as_ref()
+        .map_or_else(String::new, |signal| format!(", the sensor's reading of {signal}"));
+    format!("from {} to {}{reads}", response.input, response.output)
+}
+
+/// The comparison with linear theory, and the noise and distortion that the excitation separates.
+pub(crate) fn sentences(response: &Response) -> Vec<String> {
+    let agreement = response.agreement();
+    let coherent = (agreement.coherence).map_or_else(
+        || format!(" known to {KNOWN_DEG}°"),
+        |least| format!(" with a coherence of {} or more", plain(least)),
+    );
+    let mut said = vec![if agreement.compared == 0 && agreement.coherence.is_none() {
+        format!(
+            "No frequency is known to {KNOWN_DEG}° of phase: noise outweighs the excitation, and nothing can be compared."
+        )
+    } else if agreement.compared == 0 {
+        format!(
+            "No frequency has a coherence of {}: output and input have little to do with each other.",
+            COHERENT[2]
+        )
+    } else {
+        format!(
+            "At the {} {}{coherent}, measured and linear response differ by {} dB and {}° at most; the linear response lies within \
+             the {} % confidence band at {} % of all frequencies.",
+            agreement.compared,
+            if agreement.compared == 1 { "frequency" } else { "frequencies" },
+            plain(agreement.decibels),
+            plain(agreement.degrees),
+            plain(100.0 * response.confidence),
+            plain((100.0 * agreement.within).round()),
+        )
+    }];
+    said.extend(
+        (response.incoherent().filter(|found| found.count > 0))
+            .map(|found| incoherent(found, response.estimate.frequencies_hz.len())),
+    );
+    said.extend(response.levels().map(levels));
+    said
+}
+
+/// How large noise and distortion are, and whether there is distortion.
+fn levels(levels: Levels) -> String {
+    let Levels { noise, shows_from, is_beyond_noise, bands } = levels;
+    let distortion = if !is_beyond_noise {
+        format!("none beyond the noise (it would show from {} on)", decibels(shows_from))
+    } else if bands.is_empty() {
+        "at single frequencies only".to_owned()
+    } else {
+        strongest(bands)
+    };
+    format!(
+        "Relative to the response: noise {} (median over frequency), nonlinear distortion {distortion}, each of one realisation.",
+        decibels(noise)
+    )
+}
+
+fn decibels(share: f64) -> String {
+    if share > 0.0 { format!("{} dB", plain((10.0 * share.log10()).round())) } else { "nothing".to_owned() }
+}
+
+/// The strongest bands.
+fn strongest(mut bands: Vec<DistortionBand>) -> String {
+    bands.sort_by(|a, b| b.share.total_cmp(&a.share));
+    let named: Vec<String> = (bands.iter().take(MOST_BANDS))
+        .map(|band| {
+            format!(
+                "{} from {} to {}",
+                decibels(band.share),
+                plain(band.low_hz),
+                with_unit(band.high_hz, "Hz")
+            )
+        })
+        .collect();
+    let rest = if bands.len() > MOST_BANDS { ", less in other bands" } else { "" };
+    named.join(", ") + rest
+}
+
+/// Where the output has little to do with the input: the widest spans.
+fn incoherent(Incoherent { count, mut spans }: Incoherent, frequencies: usize) -> String {
+    spans.sort_by(|a, b| (b[1] - b[0]).total_cmp(&(a[1] - a[0])));
+    let more = if spans.len() > MOST_SPANS { " and elsewhere" } else { "" };
+    spans.truncate(MOST_SPANS);
+    spans.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let named = spans.iter().map(|[a, b]| {
+        if a < b { format!("from {} to {}", plain(*a), plain(*b)) } else { format!("at {}", plain(*a)) }
+    });
+    let named = named.collect::<Vec<_>>().join(", ");
+    format!(
+        "Coherence is below {INCOHERENT} at {count} of {frequencies} frequencies ({named} Hz{more}): there noise, leakage, nonlinearity or something else that \
+         acts on the machine makes up a good part of the output."
+    )
+}

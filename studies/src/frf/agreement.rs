@@ -1,0 +1,84 @@
+//! How far a measured response and the linear one agree, and where the output has little to do with the input.
+
+use super::response::Response;
+
+/// Frequencies at which the coherence is at least this count when responses are compared: the first of these
+/// with enough of them.
+pub const COHERENT: [f64; 3] = [0.99, 0.9, 0.5];
+/// Where an estimate has no coherence, a frequency counts whose phase is known to so many degrees: half of
+/// the response's size.
+pub const KNOWN_DEG: f64 = 30.0;
+/// Enough frequencies, as a share of all.
+const ENOUGH: f64 = 0.05;
+/// Coherence below which a response is mostly something else.
+pub const INCOHERENT: f64 = 0.8;
+
+/// How the estimate compares with the linear response.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Agreement {
+    /// Coherence from which a frequency counts; absent where the estimate has none.
+    pub coherence: Option<f64>,
+    /// Frequencies that count.
+    pub compared: usize,
+    /// Largest difference of size among them, dB.
+    pub decibels: f64,
+    /// Largest difference of phase among them, degrees.
+    pub degrees: f64,
+    /// Share of all frequencies at which the linear response lies within the confidence band.
+    pub within: f64,
+}
+
+/// Where the coherence is below [`INCOHERENT`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Incoherent {
+    /// Frequencies there.
+    pub count: usize,
+    /// First and last frequency of each span, Hz, rising.
+    pub spans: Vec<[f64; 2]>,
+}
+
+impl Response {
+    /// How measured and linear response compare.
+    pub fn agreement(&self) -> Agreement {
+        let all = || (0..self.linear.len()).filter(|&i| self.linear[i].norm() > 0.0);
+        let known = self.estimate.coherence.as_ref();
+        let bands = self.estimate.confidence(self.confidence);
+        let is_known = |i: usize| bands[i].phase_half_width_rad.to_degrees() <= KNOWN_DEG;
+        let from = |least: f64| {
+            all().filter(|&i| known.map_or_else(|| is_known(i), |c| c[i] >= least)).collect::<Vec<usize>>()
+        };
+        let enough = |least: &f64| from(*least).len() as f64 >= ENOUGH * self.linear.len() as f64;
+        let least = COHERENT.into_iter().find(enough).unwrap_or(COHERENT[2]);
+        let counts = from(least);
+        let ratio = |i: usize| self.estimate.response[i] / self.linear[i];
+        let inside = (0..self.linear.len()).filter(|&i| {
+            let radius = bands[i].magnitude_high - self.estimate.response[i].norm();
+            (self.estimate.response[i] - self.linear[i]).norm() <= radius
+        });
+        Agreement {
+            coherence: known.map(|_| least),
+            compared: counts.len(),
+            decibels: counts.iter().map(|&i| (20.0 * ratio(i).norm().log10()).abs()).fold(0.0, f64::max),
+            degrees: counts.iter().map(|&i| ratio(i).arg().to_degrees().abs()).fold(0.0, f64::max),
+            within: inside.count() as f64 / self.linear.len().max(1) as f64,
+        }
+    }
+
+    /// Where the output has little to do with the input; absent where nothing is known of it.
+    pub fn incoherent(&self) -> Option<Incoherent> {
+        let (coherence, f) = (self.estimate.coherence.as_ref()?, &self.estimate.frequencies_hz);
+        let mut spans: Vec<[f64; 2]> = Vec::new();
+        let mut before = false;
+        for (value, &f) in coherence.iter().zip(f) {
+            let low = *value < INCOHERENT;
+            match spans.last_mut() {
+                Some(span) if low && before => span[1] = f,
+                _ if low => spans.push([f, f]),
+                _ => {}
+            }
+            before = low;
+        }
+        let count = coherence.iter().filter(|value| **value < INCOHERENT).count();
+        Some(Incoherent { count, spans })
+    }
+}

@@ -1,0 +1,55 @@
+//! The linear response beside a measured one.
+
+use feeler_analysis::frf::Experiment;
+use feeler_plant::description::{Machine, Quantity, SignalName};
+
+use super::error::{FrfError, require};
+
+/// Times the least spacing from which on there is a gap between two frequencies.
+const GAP: f64 = 1.5;
+/// Step between frequencies at which a curve is drawn, as a share of them.
+const STEP: f64 = 0.01;
+
+/// Frequencies (Hz) between those of an estimate at which nothing was measured: all the way from each to the
+/// next where they are isolated, and in the gaps where they are not.
+pub fn between(frequencies_hz: &[f64], isolated: bool) -> Vec<f64> {
+    let spacing = frequencies_hz.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+    let gaps = frequencies_hz.windows(2).filter(|pair| isolated || pair[1] - pair[0] > GAP * spacing);
+    let filled = gaps.flat_map(|pair| {
+        let ratio = pair[1] / pair[0];
+        let count = ((ratio.ln() / STEP).ceil() as usize).clamp(2, 200);
+        (1..count).map(move |i| pair[0] * ratio.powf(i as f64 / count as f64))
+    });
+    filled.collect()
+}
+
+/// What the sensor reads whose reading a signal is.
+pub fn sensed(machine: &Machine, signal: &SignalName) -> Option<String> {
+    let sensor = machine.sensors.get(&signal.element).filter(|_| signal.quantity == Quantity::Reading)?;
+    Some(sensor.reads.to_string())
+}
+
+/// Refuses an output at which nothing of the input arrives, by linear theory.
+///
+/// # Errors
+/// The refusal, or a machine that linear theory cannot take.
+pub fn require_path(
+    experiment: &Experiment,
+    (low_hz, high_hz): (f64, f64),
+    input: &str,
+) -> Result<(), FrfError> {
+    let ends = [low_hz, (low_hz * high_hz).sqrt(), high_hz];
+    let response = experiment.linear_response(&ends)?;
+    require(
+        response.iter().any(|value| value.norm() > 0.0),
+        || {
+            format!(
+                "nothing of {input} arrives at {}: the machine has no response between them as it is engaged",
+                experiment.output
+            )
+        },
+        "name another --output, as the acceleration of a body; a contact that is absent feels nothing, and one of force k d^1.5 has no stiffness without \
+         a mean force, which --offset gives",
+    )?;
+    Ok(())
+}

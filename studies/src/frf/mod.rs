@@ -1,0 +1,27 @@
+//! Frequency responses as an analyst measures them, with the response of linear theory beside them.
+//!
+//! [`simulate`] excites the simulated machine. Records of a real one are evaluated by [`choose`] and
+//! [`evaluate`], which recognise how the command was made. Both give a [`Response`], which says how far theory
+//! and measurement agree.
+
+mod agreement;
+mod between;
+mod distortion;
+mod error;
+mod evaluate;
+mod recognise;
+mod request;
+mod response;
+mod rows;
+mod simulated;
+
+pub use agreement::{Agreement, COHERENT, INCOHERENT, Incoherent, KNOWN_DEG};
+pub use between::{between, require_path, sensed};
+pub use distortion::DistortionBand;
+pub use error::{FrfError, require};
+pub use evaluate::{Evaluated, evaluate};
+pub use recognise::{Choice, Method, Pair, SEGMENTS, choose};
+pub use request::{ExcitationKind, NoiseEstimator, Request};
+pub use response::{Levels, Response, Separated};
+pub use rows::{Row, csv, json, row};
+pub use simulated::simulate;

@@ -1,0 +1,89 @@
+//! A response estimated from records, with the linear one at the same frequencies.
+
+use feeler_lti::C64;
+use feeler_lti::spectral::{Evidence, ResponseEstimate};
+
+use super::distortion::{DistortionBand, bands};
+
+/// A response estimated from records, with the linear one at the same frequencies.
+#[derive(Clone, Debug)]
+pub struct Response {
+    /// Name of the machine or dataset.
+    pub title: String,
+    /// What its file says about it.
+    pub about: String,
+    /// Name of the input.
+    pub input: String,
+    /// Name of the output.
+    pub output: String,
+    /// What a sensor reads whose reading is the output.
+    pub reads: Option<String>,
+    /// Excitation and estimator in words.
+    pub how: String,
+    /// What was assumed.
+    pub notes: Vec<String>,
+    /// Time for which each command is held, s.
+    pub hold_s: f64,
+    /// The estimate, output over input in SI.
+    pub estimate: ResponseEstimate,
+    /// The linear response at its frequencies.
+    pub linear: Vec<C64>,
+    /// Whether each frequency stands for itself, with nothing measured on the way to the next.
+    pub isolated: bool,
+    /// The linear response at frequencies (Hz) between those of the estimate, where nothing was measured.
+    pub between: Vec<(f64, C64)>,
+    /// Noise and distortion, where the excitation separates them.
+    pub separated: Option<Separated>,
+    /// Confidence of the bands, between 0 and 1.
+    pub confidence: f64,
+}
+
+/// Noise and nonlinear distortion, which periodic excitations separate.
+#[derive(Clone, Debug)]
+pub struct Separated {
+    /// Variance of one realisation by noise, per frequency.
+    pub noise: Vec<f64>,
+    /// And by nonlinear distortion, below zero by chance where there is none.
+    pub distortion: Vec<f64>,
+    /// Whether there is distortion at all.
+    pub evidence: Evidence,
+}
+
+/// How large noise and distortion are beside the response; powers over its power.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Levels {
+    /// Noise of one realisation, median over frequency.
+    pub noise: f64,
+    /// Distortion would show from here on.
+    pub shows_from: f64,
+    /// Whether there is distortion beyond the noise.
+    pub is_beyond_noise: bool,
+    /// Where it is.
+    pub bands: Vec<DistortionBand>,
+}
+
+impl Response {
+    /// The bands in which there is distortion; none where all of it may be noise.
+    pub fn distortion_bands(&self) -> Vec<DistortionBand> {
+        let beyond = self.separated.as_ref().filter(|separated| separated.evidence.is_beyond_noise);
+        beyond.map_or_else(Vec::new, |separated| {
+            bands(separated, &self.estimate.frequencies_hz, &self.estimate.response)
+        })
+    }
+
+    /// How large noise and distortion are; absent where the excitation does not separate them.
+    pub fn levels(&self) -> Option<Levels> {
+        let Separated { noise, evidence, .. } = self.separated.as_ref()?;
+        let mut shares: Vec<f64> =
+            noise.iter().zip(&self.estimate.response).map(|(v, g)| v / g.norm_sqr()).collect();
+        shares.retain(|share| share.is_finite());
+        shares.sort_by(f64::total_cmp);
+        let noise = shares.get(shares.len() / 2).copied().unwrap_or(0.0);
+        Some(Levels {
+            noise,
+            shows_from: noise * evidence.least_share,
+            is_beyond_noise: evidence.is_beyond_noise,
+            bands: self.distortion_bands(),
+        })
+    }
+}

@@ -11,7 +11,9 @@ pub mod sweep;
 pub mod why;
 
 mod refusal;
+mod threads;
 mod whole_file;
 
 pub use refusal::Refusal;
+pub use threads::ALL_PROCESSORS;
 pub use whole_file::write_whole;

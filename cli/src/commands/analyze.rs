@@ -6,7 +6,7 @@ use feeler_analysis::{
 use feeler_engine::Scenario;
 use feeler_files::{Document, Draft};
 use feeler_lti::LtiError;
-use feeler_studies::signals;
+use feeler_studies::{ALL_PROCESSORS, signals};
 
 use super::operating_point;
 use crate::arguments::Analyze;
@@ -39,6 +39,7 @@ pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
         gain: arguments.gain.clone(),
         view: View { contact, ..View::default() },
         sensitivities: true,
+        workers: ALL_PROCESSORS,
     };
     let busy = Busy::new("analysing, with every mass, stiffness and damping a little more and less");
     let report =

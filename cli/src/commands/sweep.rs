@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::time::Instant;
 
-use feeler_studies::sweep::{self, Options, SweepResult};
+use feeler_studies::sweep::{self, Options, SweepResult, Theory};
 
 use crate::arguments::Sweep;
 use crate::numbers::{count, plain, with_unit};
-use crate::pages::sweep::Tally;
+use crate::pages::sweep::{MOST_PANELS, Tally};
 use crate::terminal::progress::Rate;
 use crate::terminal::table;
 use crate::{pages, terminal};
@@ -36,7 +36,9 @@ pub(crate) fn run(arguments: &Sweep) -> anyhow::Result<()> {
         ));
     };
     let tally = Tally::of(path)?;
-    let drawn = pages::sweep::write(&sweep, &name, path, &tally, &folder)?;
+    let shown = pages::sweep::read(&sweep, path, &tally)?;
+    let theory = Theory::of(&sweep, &shown.table, MOST_PANELS);
+    let drawn = pages::sweep::write(&sweep, &name, &shown, &theory, &tally, &folder)?;
     let written: Vec<String> =
         [path].into_iter().chain(&drawn).map(|path| format!("  {}", path.display())).collect();
     terminal::print(&format!(

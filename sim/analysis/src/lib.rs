@@ -22,6 +22,7 @@ mod loops;
 mod machine;
 mod measure;
 mod report;
+mod workers;
 
 pub use error::AnalysisError;
 pub use limits::limit_cycle::{LimitCycle, limit_cycles};
@@ -46,3 +47,4 @@ pub use machine::prepare::{ContactView, FrictionView, HeldCommand, PlayView, Vie
 pub use measure::curves::{Curves, curves};
 pub use measure::frf;
 pub use report::{GainReport, ModeReport, Report, Request, StableRange, StateSpaceReport, Untold, analyze};
+pub use workers::Workers;

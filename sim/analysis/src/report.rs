@@ -21,6 +21,7 @@ use crate::machine::channel::Channel;
 use crate::machine::modes::{BodyMotion, Mode, ModeClass, ModeInPair, classify, modes};
 use crate::machine::outer_force::commanded;
 use crate::machine::prepare::View;
+use crate::workers::Workers;
 
 /// Damping ratios below this are rounding.
 const UNDAMPED: f64 = 1e-9;
@@ -40,6 +41,8 @@ pub struct Request {
     pub view: View,
     /// Whether to find out how the bandwidth answers to every mass, stiffness and damping.
     pub sensitivities: bool,
+    /// Who finds them out.
+    pub workers: Workers,
 }
 
 /// A mode for the pair of input and output.
@@ -273,7 +276,7 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
             )?);
         }
         if request.sensitivities && margins.is_some() {
-            sensitivities = whole.sensitivities(&key)?;
+            sensitivities = whole.sensitivities(&key, request.workers)?;
             let by = match &waterfall {
                 Some(Waterfall { limit: Limit::Saturation, .. }) => RankedBy::Saturation,
                 Some(Waterfall { rides_mode: Some(_), .. }) => RankedBy::LargestGain,

@@ -1,4 +1,5 @@
-//! How far a measured response and the linear one agree, and where the output has little to do with the input.
+//! How far a measured response and the linear one agree, and where the output has little to do with the
+//! input.
 
 use super::response::Response;
 

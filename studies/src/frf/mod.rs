@@ -1,8 +1,8 @@
 //! Frequency responses as an analyst measures them, with the response of linear theory beside them.
 //!
 //! [`simulate`] excites the simulated machine. Records of a real one are evaluated by [`choose`] and
-//! [`evaluate`], which recognise how the command was made. Both give a [`Response`], which says how far theory
-//! and measurement agree.
+//! [`evaluate`], which recognise how the command was made. Both give a [`Response`], which says how far
+//! theory and measurement agree.
 
 mod agreement;
 mod between;

@@ -51,9 +51,30 @@ impl DrawnAxis {
         if self.log { from * (to / from).powf(share) } else { from + share * (to - from) }
     }
 
+    /// Index of the last value of a grid, counted in the finest steps of an adaptive sweep; absent where the
+    /// values are drawn at random.
+    pub fn last_index(&self, sweep: &SweepFile) -> Option<u64> {
+        self.points.map(|points| (points - 1) * self.stride(sweep))
+    }
+
+    /// From one value of the coarsest grid to the next, in the finest steps of an adaptive sweep.
+    pub fn stride(&self, sweep: &SweepFile) -> u64 {
+        let index = sweep.axes.get_index_of(&self.key).unwrap_or_default();
+        sweep.refine.map_or(1, |refine| refine.stride(index))
+    }
+
     /// So many values at even distances, ends included.
     pub fn values(&self, count: usize) -> Vec<f64> {
         (0..count).map(|i| self.value(i as f64 / count.saturating_sub(1).max(1) as f64)).collect()
+    }
+}
+
+/// A setting as tables hold it.
+pub fn shown(setting: &Setting) -> String {
+    match setting {
+        Setting::Number(value) => value.to_string(),
+        Setting::Text(text) => text.clone(),
+        Setting::Flag(flag) => flag.to_string(),
     }
 }
 

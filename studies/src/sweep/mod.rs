@@ -19,18 +19,19 @@ mod shard;
 mod sobol;
 mod store;
 mod table;
+mod theory;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde_json::json;
 
-pub use axes::{DrawnAxis, Panels, share_between};
-pub use boundary::{Line, LinearLimits, linear_limits, sampled_growth_per_s};
-pub use cycles::predicted_cycles;
+pub use axes::{DrawnAxis, Panels, share_between, shown};
+pub use boundary::{Line, LinearLimits, sampled_growth_per_s};
 pub use error::SweepError;
 pub use shard::{ParseShardError, Shard, merge};
 pub use table::{Column, Table};
+pub use theory::{CyclesAt, MapTheory, Theory};
 
 use feeler_files::{Document, SweepFile};
 use points::Points;

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 
+use feeler_files::Setting;
 use indexmap::IndexMap;
 use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
 use parquet::column::reader::ColumnReader;
@@ -14,6 +15,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
+use super::axes::shown;
 use super::error::SweepError;
 
 /// Rows of a row group, at least, where there are as many.
@@ -114,6 +116,18 @@ impl Table {
     /// The lists of a column; none where there is no such column of lists.
     pub fn lists(&self, name: &str) -> Option<&[Vec<f64>]> {
         if let Column::List(values) = self.columns.get(name)? { Some(values) } else { None }
+    }
+
+    /// The rows that have all of some settings.
+    pub fn rows_with(&self, settings: &[(String, Setting)]) -> Vec<usize> {
+        let has = |row: usize, key: &str, setting: &Setting| match self.columns.get(key) {
+            Some(Column::Text(texts)) => texts[row].as_ref().is_some_and(|text| *text == shown(setting)),
+            Some(Column::Real(values)) => {
+                matches!(setting, Setting::Number(number) if values[row].map(f64::to_bits) == Some(number.to_bits()))
+            }
+            _ => false,
+        };
+        (0..self.rows).filter(|&row| settings.iter().all(|(key, setting)| has(row, key, setting))).collect()
     }
 
     fn append(&mut self, other: Self) {

@@ -2,27 +2,24 @@
 //! the simulation departs from them.
 
 use feeler_analysis::LimitCycle;
-use feeler_studies::sweep::{DrawnAxis, predicted_cycles};
+use feeler_studies::sweep::{CyclesAt, DrawnAxis};
 
 use super::Report;
 use super::bifurcation::Prediction;
-use super::map::Panel;
 use crate::numbers::{percent, plain};
 use crate::pages::parts::Page;
 
-/// Values of the axis at which cycles are predicted, at most.
-const MOST_VALUES: usize = 200;
 /// Rows of the table of departures at most.
 const MOST_ROWS: usize = 12;
 /// The first harmonic tells the motion where it departs by no more than this.
 const AGREES: f64 = 0.1;
 
 /// Predictions at the rows of a sweep over one axis.
-pub(super) struct Theory<'a> {
+pub(super) struct Predicted<'a> {
     report: &'a Report<'a>,
     axis: &'a DrawnAxis,
-    /// Value of the axis, row, and cycles there; by rising value.
-    places: Vec<(f64, usize, Vec<LimitCycle>)>,
+    /// By rising value.
+    places: &'a [CyclesAt],
 }
 
 /// One variant that chatters or swings between limits, in simulation and in theory.
@@ -32,19 +29,8 @@ struct Pair {
     peak_force_n: [f64; 2],
 }
 
-impl<'a> Theory<'a> {
-    /// At the rows of a panel.
-    pub(super) fn new(report: &'a Report<'a>, axis: &'a DrawnAxis, rows: &[usize], panel: &Panel) -> Self {
-        let values = report.table.reals(&axis.key).unwrap_or_default();
-        let mut rows: Vec<(f64, usize)> =
-            rows.iter().filter_map(|&row| Some(((*values.get(row)?)?, row))).collect();
-        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let step = rows.len().div_ceil(MOST_VALUES).max(1);
-        let rows: Vec<(f64, usize)> = rows.into_iter().step_by(step).collect();
-        let sorted: Vec<f64> = rows.iter().map(|(value, _)| *value).collect();
-        let cycles = predicted_cycles(&report.sweep.document, axis, &sorted, panel);
-        let places =
-            rows.into_iter().zip(cycles).map(|((value, row), cycles)| (value, row, cycles)).collect();
+impl<'a> Predicted<'a> {
+    pub(super) fn new(report: &'a Report<'a>, axis: &'a DrawnAxis, places: &'a [CyclesAt]) -> Self {
         Self { report, axis, places }
     }
 
@@ -59,7 +45,7 @@ impl<'a> Theory<'a> {
 
     fn lines(&self, wanted: impl Fn(&LimitCycle) -> bool, dashed: bool) -> Vec<Prediction> {
         let mut lines: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
-        for (value, _, cycles) in &self.places {
+        for CyclesAt { value, cycles, .. } in self.places {
             match cycles.iter().find(|cycle| wanted(cycle)) {
                 Some(cycle) => {
                     lines.last_mut().into_iter().for_each(|line| line.push([*value, cycle.peak_force_n]))
@@ -76,7 +62,7 @@ impl<'a> Theory<'a> {
         let list = |name: &str| self.report.table.lists(name).unwrap_or_default();
         // Where the tool stays in contact the force once per cycle is its largest.
         let (impacts, cycles_n) = (list("impact_peaks_n"), list("strobe_n"));
-        let pair = |(at, row, cycles): &(f64, usize, Vec<LimitCycle>)| {
+        let pair = |CyclesAt { value: at, row, cycles }: &CyclesAt| {
             let cycle = cycles.iter().find(|cycle| cycle.stable)?;
             let peaks = match self.report.outcomes[*row].as_str() {
                 "chatter" => impacts,

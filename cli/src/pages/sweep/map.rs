@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 use feeler_files::Setting;
 use feeler_studies::run::Outcome;
-use feeler_studies::sweep::{Column, DrawnAxis, LinearLimits, Panels, Sweep, Table, linear_limits};
+use feeler_studies::sweep::{DrawnAxis, MapTheory, Sweep, Table, shown};
 
 use super::drawn::{Drawn, MOST_CELLS};
 use super::nearest::{Tile, tiles};
@@ -50,11 +50,7 @@ pub(super) struct Map<'a> {
     /// Whether variants lie closer along boundaries, and what lies between them has the colour of the
     /// nearest.
     is_refined: bool,
-    limits: LinearLimits,
-    /// From the outermost values to the ends of the plot, as shares of the axes: half a cell of the finest.
-    margins: [f64; 2],
-    /// Keys besides the two axes that differ from cell to cell, and with them the limit.
-    varied: Vec<String>,
+    theory: MapTheory,
 }
 
 /// Settings that the variants of a panel share.
@@ -75,15 +71,15 @@ impl<'a> Map<'a> {
         drawn: &Drawn,
         axes: [&'a DrawnAxis; 2],
         panel: &Panel,
+        theory: &MapTheory,
     ) -> Self {
         let values = axes.map(|axis| table.reals(&axis.key).unwrap_or_default());
         let place =
             |row: usize| Some(([axes[0].share(values[0][row]?), axes[1].share(values[1][row]?)], row));
-        let places: Vec<([f64; 2], usize)> = rows_of(table, panel).into_iter().filter_map(place).collect();
+        let places: Vec<([f64; 2], usize)> = table.rows_with(panel).into_iter().filter_map(place).collect();
         let lattice = axes.map(|axis| {
             axis.points.map(|points| {
-                let index = sweep.file.axes.get_index_of(&axis.key).unwrap_or_default();
-                let stride = sweep.file.refine.map_or(1, |refine| refine.stride(index));
+                let stride = axis.stride(&sweep.file);
                 let every = drawn.every(&axis.key).unwrap_or_else(|| points.div_ceil(MOST_CELLS));
                 Lattice { last: (points - 1) * stride, stride, every }
             })
@@ -98,26 +94,10 @@ impl<'a> Map<'a> {
                 })
                 .collect(),
         };
-        let panels = Panels::of(&sweep.file);
-        // How long a run is and what its noise is do not move the limit.
-        let others = sweep
-            .file
-            .axes
-            .keys()
-            .filter(|key| !axes.iter().any(|axis| axis.key == **key) && !key.starts_with("run."));
-        let varied: Vec<String> = others.filter(|key| !panels.has(key)).cloned().collect();
-        let margins = lattice.map(|lattice| lattice.map_or(0.0, |lattice| 0.5 / lattice.last as f64));
-        let limits = if varied.is_empty() {
-            // Up to the edges of the plot.
-            let [x, y] = [0, 1].map(|i| beyond(sweep, axes[i], margins[i]));
-            linear_limits(&sweep.document, [&x, &y], panel)
-        } else {
-            LinearLimits::default()
-        };
         let is_refined = sweep.file.refine.is_some();
-        let mut map = Self { axes, title: words(panel), cells, is_refined, limits, margins, varied };
+        let mut map = Self { axes, title: words(panel), cells, is_refined, theory: theory.clone() };
         let frame = map.frame();
-        for lines in [&mut map.limits.sampled, &mut map.limits.continuous] {
+        for lines in [&mut map.theory.limits.sampled, &mut map.theory.limits.continuous] {
             lines.retain(|line| crosses(&frame, line));
         }
         map
@@ -134,14 +114,14 @@ impl<'a> Map<'a> {
 
     /// What the lines are, or why there are none.
     pub(super) fn about_limits(&self) -> String {
-        if !self.varied.is_empty() {
+        if !self.theory.varied.is_empty() {
             return format!(
                 "No limit of linear theory is drawn, since each cell has its own value of {}.",
-                self.varied.join(", ")
+                self.theory.varied.join(", ")
             );
         }
         let [sampled, continuous] =
-            [&self.limits.sampled, &self.limits.continuous].map(|lines| !lines.is_empty());
+            [&self.theory.limits.sampled, &self.theory.limits.continuous].map(|lines| !lines.is_empty());
         match (sampled, continuous) {
             (true, true) => {
                 "The solid line is where linear theory puts the limit of stability in contact for the loop as it is sampled, the dashed one for \
@@ -172,7 +152,7 @@ impl<'a> Map<'a> {
             range: [axis.value(-margin), axis.value(1.0 + margin)],
             log: axis.log,
         };
-        let [x, y] = [0, 1].map(|i| scale(self.axes[i], self.margins[i]));
+        let [x, y] = [0, 1].map(|i| scale(self.axes[i], self.theory.margins[i]));
         Frame { place: PLOT, x, y }
     }
 
@@ -202,20 +182,20 @@ impl<'a> Map<'a> {
         }
         let frame = self.frame();
         frame.clip(&mut body, "plot");
-        for line in &self.limits.continuous {
+        for line in &self.theory.limits.continuous {
             frame.line(&mut body, "plot", line, true);
         }
-        for line in &self.limits.sampled {
+        for line in &self.theory.limits.sampled {
             frame.line(&mut body, "plot", line, false);
         }
         frame.draw(&mut body, &self.title);
         let right = PLOT.x + PLOT.width + 24.0;
         let mut all = entries;
         let line = |dash: &str| format!("<path d=\"M0 7h24\" stroke=\"#000000\" stroke-width=\"2\"{dash}/>");
-        if !self.limits.sampled.is_empty() {
+        if !self.theory.limits.sampled.is_empty() {
             all.push((line(""), "limit in contact, sampled".into()));
         }
-        if !self.limits.continuous.is_empty() {
+        if !self.theory.limits.continuous.is_empty() {
             all.push((line(" stroke-dasharray=\"7 5\""), "limit in contact,".into()));
             all.push((String::new(), "continuous control".into()));
         }
@@ -268,17 +248,6 @@ impl<'a> Map<'a> {
             }
         }
     }
-}
-
-/// An axis that reaches beyond its ends by a share of its length, on each side where the machine can be built
-/// there.
-fn beyond(sweep: &Sweep, axis: &DrawnAxis, margin: f64) -> DrawnAxis {
-    let end = |share: f64, otherwise: f64| {
-        let value = axis.value(share);
-        let builds = sweep.document.with([(axis.key.as_str(), Setting::Number(value))]).is_ok();
-        if builds { value } else { otherwise }
-    };
-    DrawnAxis { range: [end(-margin, axis.range[0]), end(1.0 + margin, axis.range[1])], ..axis.clone() }
 }
 
 /// Whether a part of a line may lie within a frame.
@@ -337,31 +306,11 @@ fn refined(places: &[([f64; 2], usize)], lattice: [Lattice; 2]) -> Vec<Cell> {
     tiles(&shares, counts.map(|count| count as usize), coarse).into_iter().map(cell).collect()
 }
 
-/// The rows of a panel.
-pub(super) fn rows_of(table: &Table, panel: &Panel) -> Vec<usize> {
-    let has = |row: usize, key: &str, setting: &Setting| match table.columns.get(key) {
-        Some(Column::Text(texts)) => texts[row].as_ref().is_some_and(|text| *text == shown_setting(setting)),
-        Some(Column::Real(values)) => {
-            matches!(setting, Setting::Number(number) if values[row].map(f64::to_bits) == Some(number.to_bits()))
-        }
-        _ => false,
-    };
-    (0..table.rows).filter(|&row| panel.iter().all(|(key, setting)| has(row, key, setting))).collect()
-}
-
 /// The settings of a panel, as a title.
 pub(super) fn words(panel: &Panel) -> String {
     let words: Vec<String> =
-        panel.iter().map(|(key, setting)| format!("{key} = {}", shown_setting(setting))).collect();
+        panel.iter().map(|(key, setting)| format!("{key} = {}", shown(setting))).collect();
     words.join(", ")
-}
-
-fn shown_setting(setting: &Setting) -> String {
-    match setting {
-        Setting::Number(value) => value.to_string(),
-        Setting::Text(text) => text.clone(),
-        Setting::Flag(flag) => flag.to_string(),
-    }
 }
 
 #[cfg(test)]

@@ -16,11 +16,12 @@ use std::path::{Path, PathBuf};
 
 use feeler_files::Setting;
 use feeler_studies::run::Outcome;
-use feeler_studies::sweep::{DrawnAxis, Panels, Sweep, Table};
+use feeler_studies::sweep::{CyclesAt, DrawnAxis, MapTheory, Panels, Sweep, Table, Theory};
 
 use bifurcation::{Diagram, Prediction};
-use cycles::Theory;
-use drawn::{Drawn, MOST_PANELS};
+use cycles::Predicted;
+use drawn::Drawn;
+pub(crate) use drawn::MOST_PANELS;
 pub(crate) use located::{about_noise, located};
 use map::{Colouring, Map};
 pub(crate) use tally::Tally;
@@ -33,14 +34,15 @@ use crate::{terminal, words};
 /// Lists that only diagrams show.
 const TAILS: [&str; 2] = ["impact_peaks_n", "strobe_n"];
 
-/// Writes page and drawings of the results in `path`, and gives their paths.
-pub(crate) fn write(
-    sweep: &Sweep,
-    name: &str,
-    path: &Path,
-    tally: &Tally,
-    folder: &Path,
-) -> anyhow::Result<Vec<PathBuf>> {
+/// The variants of a sweep that its page draws.
+pub(crate) struct Shown {
+    drawn: Drawn,
+    /// Their rows.
+    pub(crate) table: Table,
+}
+
+/// Reads the variants that are drawn from the results in `path`.
+pub(crate) fn read(sweep: &Sweep, path: &Path, tally: &Tally) -> anyhow::Result<Shown> {
     let axes = DrawnAxis::of(&sweep.file);
     let drawn = Drawn::of(&sweep.file, tally.rows);
     let is_shown = |column: &str| {
@@ -50,19 +52,32 @@ pub(crate) fn write(
             || hover::SHOWN.iter().any(|(name, ..)| *name == column)
     };
     let table = Table::read_part(path, &is_shown, &|row| drawn.has(row))?;
-    let outcomes = tally::outcomes(&table).map(str::to_owned).collect();
+    Ok(Shown { drawn, table })
+}
+
+/// Writes page and drawings, and gives their paths.
+pub(crate) fn write(
+    sweep: &Sweep,
+    name: &str,
+    Shown { drawn, table }: &Shown,
+    theory: &Theory,
+    tally: &Tally,
+    folder: &Path,
+) -> anyhow::Result<Vec<PathBuf>> {
+    let axes = DrawnAxis::of(&sweep.file);
+    let outcomes = tally::outcomes(table).map(str::to_owned).collect();
     let units = Units::of(&sweep.document.scenario.machine);
-    let report = Report { sweep, table: &table, tally, drawn, axes, outcomes, units };
+    let report = Report { sweep, table, tally, drawn, axes, outcomes, units };
     let mut page = Page::new(name, &sweep.file.about);
     page.lead(&report.lead());
     page.tiles(&report.tiles());
     let mut drawings: Vec<(String, String)> = Vec::new();
-    match report.axes.as_slice() {
-        [] => page.paragraph(
+    match (report.axes.as_slice(), theory) {
+        ([axis], Theory::Diagrams(cycles)) => report.diagrams(axis, cycles, &mut page, &mut drawings),
+        ([x, y, ..], Theory::Maps(limits)) => report.maps([x, y], limits, &mut page, &mut drawings),
+        _ => page.paragraph(
             "No axis of this sweep runs over a range of numbers, so that there is nothing to draw.",
         ),
-        [axis] => report.diagrams(axis, &mut page, &mut drawings),
-        [x, y, ..] => report.maps([x, y], &mut page, &mut drawings),
     }
     report.counts(&mut page);
     page.heading("Scenario");
@@ -89,7 +104,7 @@ struct Report<'a> {
     table: &'a Table,
     /// Figures of all variants.
     tally: &'a Tally,
-    drawn: Drawn,
+    drawn: &'a Drawn,
     axes: Vec<DrawnAxis>,
     /// By row of the table; `error` where a variant failed, `done` where outcomes are not kept.
     outcomes: Vec<String>,
@@ -166,9 +181,15 @@ impl Report<'_> {
         panels.settings().take(MOST_PANELS).enumerate().map(|(i, panel)| (panel, suffix(i))).collect()
     }
 
-    fn maps(&self, axes: [&DrawnAxis; 2], page: &mut Page, drawings: &mut Vec<(String, String)>) {
-        for (panel, suffix) in self.panels(page) {
-            let map = Map::new(self.sweep, self.table, &self.drawn, axes, &panel);
+    fn maps(
+        &self,
+        axes: [&DrawnAxis; 2],
+        theory: &[MapTheory],
+        page: &mut Page,
+        drawings: &mut Vec<(String, String)>,
+    ) {
+        for ((panel, suffix), theory) in self.panels(page).into_iter().zip(theory) {
+            let map = Map::new(self.sweep, self.table, self.drawn, axes, &panel, theory);
             let caption = format!(
                 "{} {} Hover to see a variant and the command that runs it; click to copy it.",
                 map.about_cells(),
@@ -211,10 +232,16 @@ impl Report<'_> {
         }
     }
 
-    fn diagrams(&self, axis: &DrawnAxis, page: &mut Page, drawings: &mut Vec<(String, String)>) {
-        for (panel, suffix) in self.panels(page) {
-            let rows = map::rows_of(self.table, &panel);
-            let theory = Theory::new(self, axis, &rows, &panel);
+    fn diagrams(
+        &self,
+        axis: &DrawnAxis,
+        cycles: &[Vec<CyclesAt>],
+        page: &mut Page,
+        drawings: &mut Vec<(String, String)>,
+    ) {
+        for ((panel, suffix), cycles) in self.panels(page).into_iter().zip(cycles) {
+            let rows = self.table.rows_with(&panel);
+            let theory = Predicted::new(self, axis, cycles);
             let diagram = Diagram::new(axis, self.table, rows);
             let of_panel = map::words(&panel);
             let Units { force: unit, .. } = self.units;

@@ -3,11 +3,11 @@
 
 use feeler_plant::assembly::Assembly;
 use feeler_plant::description::Engagement;
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::error::AnalysisError;
 use crate::loops::control_loop::{ControlLoop, LoopController};
+use crate::workers::Workers;
 
 /// Relative step of the central differences; their error is its square.
 const DIFFERENCE: f64 = 1e-3;
@@ -76,7 +76,7 @@ impl ControlLoop {
     ///
     /// # Errors
     /// Those of [`Self::sampled_bands`].
-    pub fn sensitivities(&self, key: &str) -> Result<Vec<Sensitivity>, AnalysisError> {
+    pub fn sensitivities(&self, key: &str, workers: Workers) -> Result<Vec<Sensitivity>, AnalysisError> {
         let assembly = self.assembly();
         let base = self.sampled_stage("", key, None)?;
         if base.largest_gain == Some(0.0) {
@@ -87,7 +87,7 @@ impl ControlLoop {
         if saturates {
             numbers.extend(self.limits());
         }
-        let answer = |(name, slot): (String, Slot)| -> Result<Option<Sensitivity>, AnalysisError> {
+        let answer = |(name, slot): &(String, Slot)| -> Result<Option<Sensitivity>, AnalysisError> {
             let value = *slot.of(&mut assembly.clone(), &mut self.controllers().to_vec());
             if value == 0.0 {
                 return Ok(None);
@@ -111,7 +111,7 @@ impl ControlLoop {
             let (largest_gain_relative, bandwidth_relative) = (slope(0), slope(1));
             let middle = low[1].zip(high[1]).map_or(f64::NAN, |(a, b)| 0.5 * (a + b));
             Ok(Some(Sensitivity {
-                key: name,
+                key: name.clone(),
                 value,
                 bandwidth_hz_per_unit: bandwidth_relative * middle / value,
                 bandwidth_relative,
@@ -119,7 +119,8 @@ impl ControlLoop {
                 trades: trades(bandwidth_relative, largest_gain_relative),
             }))
         };
-        let answers = numbers.into_par_iter().map(answer).collect::<Result<Vec<_>, _>>()?;
+        let answers = workers.collect(numbers.len(), |i| answer(&numbers[i]));
+        let answers = answers.into_iter().collect::<Result<Vec<_>, _>>()?;
         let mut sensitivities: Vec<Sensitivity> = answers.into_iter().flatten().collect();
         rank(&mut sensitivities, if saturates { RankedBy::Saturation } else { RankedBy::BandwidthAndGain });
         Ok(sensitivities)

@@ -2,7 +2,8 @@
 
 use crate::common::{control, force_loop, machine, sensor, spring};
 use feeler_analysis::{
-    AnalysisError, ControlLoop, Limit, ModeClass, RankedBy, Relief, Request, SampledLoop, View, analyze,
+    AnalysisError, ControlLoop, Limit, ModeClass, RankedBy, Relief, Request, SampledLoop, View, Workers,
+    analyze,
 };
 use feeler_control::{
     AdmittanceGains, ForceGains, ImpedanceGains, Law, LeadSpec, LowPassSpec, PositionGains,
@@ -271,7 +272,7 @@ fn truth_a_drive_that_saturates_limits_the_bandwidth() {
 #[test]
 fn truth_sensitivities_of_a_rigid_axis_follow_its_scaling() {
     let whole = ControlLoop::new(&force_loop(0.3, 0.0), &View::CLAMPED).unwrap();
-    let all = whole.sensitivities("kp").unwrap();
+    let all = whole.sensitivities("kp", Workers::default()).unwrap();
     let of = |key: &str| all.iter().find(|s| s.key == key).unwrap();
     // More contact stiffness means more loop gain for the same kp, so less of it is stable.
     assert!(of("contacts.tool.stiffness").largest_gain_relative < -0.3);

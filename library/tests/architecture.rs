@@ -1,0 +1,253 @@
+//! The promises of ARCHITECTURE.md, each held against the repository.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+type Names = BTreeSet<String>;
+
+/// Folders of the crates that compute: all but the command line, the benchmarks and the examples.
+const LIBRARIES: [&str; 6] = ["sim", "files", "studies", "validation", "diagnosis", "library"];
+
+/// What a crate of `sim` must not touch.
+const OUTSIDE_WORLD: [&str; 8] = [
+    "std::fs",
+    "std::io",
+    "std::env",
+    "std::net",
+    "std::process",
+    "std::thread",
+    "Instant::now",
+    "SystemTime",
+];
+
+/// How a program prints.
+const PRINTS: [&str; 6] = ["println!(", "print!(", "eprint!(", "dbg!(", "io::stdout", "io::stderr"];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// The part of the page under a heading.
+fn section(title: &str) -> String {
+    let page = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let from = page.find(&format!("\n## {title}\n")).unwrap_or_else(|| panic!("no section `{title}`")) + 5;
+    let rest = &page[from + title.len()..];
+    rest[..rest.find("\n## ").unwrap_or(rest.len())].to_owned()
+}
+
+/// Words between back-ticks.
+fn quoted(text: &str) -> Vec<String> {
+    text.split('`').skip(1).step_by(2).map(str::to_owned).collect()
+}
+
+/// The crates that each crate may depend on, as the first paragraph of the arrows says.
+fn allowed() -> BTreeMap<String, Names> {
+    let section = section("Arrows");
+    let paragraph = section.trim().split("\n\n").next().unwrap().to_owned();
+    let mut direct: BTreeMap<String, (Names, String)> = BTreeMap::new();
+    for clause in paragraph.trim_end_matches('.').split(';') {
+        let (from, to) = clause.split_once("->").unwrap_or((clause, ""));
+        for name in quoted(from) {
+            direct.insert(name, (quoted(to).into_iter().collect(), to.to_owned()));
+        }
+    }
+    fn below(name: &str, direct: &BTreeMap<String, (Names, String)>, found: &mut Names) {
+        for other in &direct.get(name).unwrap_or_else(|| panic!("`{name}` has no arrows")).0 {
+            if found.insert(other.clone()) {
+                below(other, direct, found);
+            }
+        }
+    }
+    let all: Names = direct.keys().cloned().collect();
+    let of = |(name, (others, words)): (&String, &(Names, String))| {
+        let mut found = others.clone();
+        if words.contains("everything") {
+            found = all.difference(others).cloned().collect();
+            found.remove(name);
+        } else if words.contains("and below") {
+            below(name, &direct, &mut found);
+        }
+        (name.clone(), found)
+    };
+    direct.iter().map(of).collect()
+}
+
+/// The packages of the workspace by the names of their folders, with what `cargo` knows of them.
+fn packages() -> BTreeMap<String, Value> {
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--no-deps", "--format-version", "1"])
+        .output()
+        .unwrap();
+    let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let packages = metadata["packages"].as_array().unwrap().iter();
+    let folder = |package: &Value| {
+        let manifest = Path::new(package["manifest_path"].as_str().unwrap()).to_owned();
+        manifest.parent().unwrap().file_name().unwrap().to_str().unwrap().to_owned()
+    };
+    packages.map(|package| (folder(package), package.clone())).collect()
+}
+
+/// Names of what a package depends on, tests left out.
+fn dependencies(package: &Value) -> Vec<&str> {
+    let all = package["dependencies"].as_array().unwrap().iter();
+    all.filter(|d| d["kind"].is_null()).map(|d| d["name"].as_str().unwrap()).collect()
+}
+
+/// Rust files below a folder, each with its text up to its tests.
+fn sources(folder: &Path) -> Vec<(PathBuf, String)> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display())) {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(sources(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            let text = fs::read_to_string(&path).unwrap();
+            let end = text.find("#[cfg(test)]\nmod").unwrap_or(text.len());
+            found.push((path, text[..end].to_owned()));
+        }
+    }
+    found
+}
+
+/// Product code of the crates in a folder: every `src` below it.
+fn product(folder: &str) -> Vec<(PathBuf, String)> {
+    let is_product = |path: &Path| path.components().any(|part| part.as_os_str() == "src");
+    sources(&root().join(folder)).into_iter().filter(|(path, _)| is_product(path)).collect()
+}
+
+/// Fails where a file holds one of some texts.
+fn refuse(files: &[(PathBuf, String)], texts: &[&str]) {
+    assert!(!files.is_empty(), "no file was read");
+    for (path, text) in files {
+        for refused in texts {
+            assert!(!text.contains(refused), "{} holds `{refused}`", path.display());
+        }
+    }
+}
+
+#[test]
+fn truth_the_crates_know_only_what_the_page_allows() {
+    let (allowed, packages) = (allowed(), packages());
+    let folder_of: BTreeMap<&str, &String> =
+        packages.iter().map(|(folder, package)| (package["name"].as_str().unwrap(), folder)).collect();
+    assert_eq!(
+        allowed.keys().collect::<Vec<_>>(),
+        packages.keys().collect::<Vec<_>>(),
+        "the page names other crates than there are"
+    );
+    for (name, package) in &packages {
+        for other in dependencies(package).into_iter().filter_map(|other| folder_of.get(other)) {
+            assert!(allowed[name].contains(*other), "`{name}` may not depend on `{other}`");
+        }
+    }
+}
+
+/// Of the parser: an arrow that is missed would allow nothing, one that is misread too much.
+#[test]
+fn truth_arrows_are_read_as_they_are_written() {
+    let allowed = allowed();
+    let of = |name: &str| allowed[name].iter().map(String::as_str).collect::<Vec<_>>();
+    assert_eq!(of("lanes"), [""; 0]);
+    assert_eq!(of("control"), ["lanes", "lti"]);
+    assert!(of("diagnosis").contains(&"plant") && !of("diagnosis").contains(&"validation"));
+    assert!(!of("library").contains(&"cli") && of("cli").contains(&"validation"));
+}
+
+#[test]
+fn truth_every_folder_of_the_map_exists() {
+    let page = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let map = page.split("```").nth(1).unwrap();
+    let mut parent = PathBuf::new();
+    let mut count = 0;
+    for line in map.lines() {
+        let indent = line.len() - line.trim_start().len();
+        let Some(folder) = line.split_whitespace().next().filter(|word| word.ends_with('/')) else {
+            continue;
+        };
+        let path = if indent == 0 { PathBuf::from(folder) } else { parent.join(folder) };
+        assert!(root().join(&path).is_dir(), "there is no folder {}", path.display());
+        if indent == 0 {
+            parent = path;
+        }
+        count += 1;
+    }
+    assert!(count > LIBRARIES.len(), "the map was not read");
+}
+
+#[test]
+fn truth_the_simulator_touches_no_files_clock_or_threads() {
+    refuse(&product("sim"), &OUTSIDE_WORLD);
+}
+
+#[test]
+fn truth_threads_are_started_only_where_the_page_says() {
+    let section = section("Invariants");
+    let promise = section.split("\n- ").find(|promise| promise.contains("rayon")).unwrap();
+    let sentence = promise.split('.').next().unwrap();
+    let named: Names = quoted(sentence).into_iter().collect();
+    let packages = packages();
+    let users = packages.iter().filter(|(_, package)| dependencies(package).contains(&"rayon"));
+    let users: Names = users.map(|(name, _)| name.clone()).collect();
+    assert_eq!(named, users);
+}
+
+#[test]
+fn truth_only_the_command_line_prints() {
+    for folder in LIBRARIES {
+        refuse(&product(folder), &PRINTS);
+    }
+}
+
+#[test]
+fn truth_pages_know_no_commands_and_start_no_computation() {
+    refuse(&product("cli/src/pages"), &["commands::", "linear_limits", "predicted_cycles", "diagnose("]);
+}
+
+#[test]
+fn truth_effects_know_no_controller() {
+    assert!(!allowed()["plant"].contains("control"), "effects are in `plant`");
+    refuse(&product("sim/plant/src/effects"), &["ControllerSpec", "ControllerUse", "feeler_control"]);
+}
+
+#[test]
+fn truth_the_diagnosis_sees_no_truth_and_the_bench_no_simulator() {
+    let all = product("diagnosis");
+    let (bench, own): (Vec<_>, Vec<_>) =
+        all.into_iter().partition(|(path, _)| path.components().any(|part| part.as_os_str() == "blind"));
+    // The front page of the crate names its modules.
+    let own: Vec<_> = own.into_iter().filter(|(path, _)| !path.ends_with("src/lib.rs")).collect();
+    refuse(&own, &["blind::"]);
+    refuse(&bench, &["feeler_", "crate::"]);
+}
+
+#[test]
+fn truth_a_program_is_not_changed_while_it_runs() {
+    refuse(&product("sim/engine/src"), &["&mut Program", "&mut Scenario"]);
+}
+
+/// A promise may name the tests that hold it.
+#[test]
+fn truth_every_test_that_the_page_names_exists() {
+    let page = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let kinds = ["truth_", "prop_", "order_", "reference_", "regress_"];
+    let named: Vec<String> =
+        quoted(&page).into_iter().filter(|word| kinds.iter().any(|kind| word.starts_with(kind))).collect();
+    assert!(!named.is_empty(), "the page names no test");
+    let whole: Vec<String> = ["sim", "files", "studies", "diagnosis", "cli", "library", "validation"]
+        .iter()
+        .flat_map(|folder| texts(&root().join(folder)))
+        .collect();
+    for name in named {
+        let test = format!("fn {name}(");
+        assert!(whole.iter().any(|text| text.contains(&test)), "no test `{name}`");
+    }
+}
+
+/// Every Rust file below a folder, whole.
+fn texts(folder: &Path) -> Vec<String> {
+    sources(folder).into_iter().map(|(path, _)| fs::read_to_string(path).unwrap()).collect()
+}

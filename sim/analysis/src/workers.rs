@@ -1,0 +1,48 @@
+//! Tasks that do not depend on each other, done by whoever calls.
+
+use std::fmt;
+use std::sync::OnceLock;
+
+/// A task for each index.
+type Task<'a> = &'a (dyn Fn(usize) + Sync);
+
+/// Who does tasks that do not depend on each other. This crate starts no threads; a caller that has some
+/// lends them. Results depend on neither.
+#[derive(Clone, Copy)]
+pub struct Workers(fn(usize, Task<'_>));
+
+impl Workers {
+    /// Workers that do a task once for each index below a count, in any order, and return when all are done.
+    pub const fn new(do_all: fn(usize, Task<'_>)) -> Self {
+        Self(do_all)
+    }
+
+    /// What a task gives for each index below `count`, in order.
+    pub(crate) fn collect<T: Send + Sync>(self, count: usize, task: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        let slots: Vec<OnceLock<T>> = (0..count).map(|_| OnceLock::new()).collect();
+        (self.0)(count, &|index| {
+            slots[index].get_or_init(|| task(index));
+        });
+        slots.into_iter().filter_map(OnceLock::into_inner).collect()
+    }
+}
+
+impl Default for Workers {
+    /// The calling thread.
+    fn default() -> Self {
+        Self(|count, task| (0..count).for_each(task))
+    }
+}
+
+impl fmt::Debug for Workers {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Workers")
+    }
+}
+
+impl PartialEq for Workers {
+    /// Who works changes no result.
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}

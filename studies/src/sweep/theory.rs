@@ -1,0 +1,103 @@
+//! What theory says beside the variants of a sweep, panel by panel.
+
+use feeler_analysis::LimitCycle;
+use feeler_files::Setting;
+
+use super::Sweep;
+use super::axes::{DrawnAxis, Panels};
+use super::boundary::{LinearLimits, linear_limits};
+use super::cycles::predicted_cycles;
+use super::table::Table;
+
+/// Values of an axis at which cycles are predicted, at most.
+const MOST_VALUES: usize = 200;
+
+/// What theory says beside a sweep.
+#[derive(Clone, Debug)]
+pub enum Theory {
+    /// Nothing: no axis runs over numbers.
+    Nothing,
+    /// Limits on a map of the first two axes, one per panel.
+    Maps(Vec<MapTheory>),
+    /// Cycles over the only axis, one list per panel.
+    Diagrams(Vec<Vec<CyclesAt>>),
+}
+
+/// Limits of linear theory on a map.
+#[derive(Clone, Debug, Default)]
+pub struct MapTheory {
+    /// The lines; none where cells differ in more than the two axes.
+    pub limits: LinearLimits,
+    /// Keys besides the two axes that differ from cell to cell, and with them the limit.
+    pub varied: Vec<String>,
+    /// How far lines reach beyond the outermost values, as shares of the axes: half a cell of the finest.
+    pub margins: [f64; 2],
+}
+
+/// Cycles that describing functions predict for a variant.
+#[derive(Clone, Debug)]
+pub struct CyclesAt {
+    /// Value of the axis.
+    pub value: f64,
+    /// Row of the table.
+    pub row: usize,
+    /// The cycles there.
+    pub cycles: Vec<LimitCycle>,
+}
+
+impl Theory {
+    /// Beside the first `panels` panels of a sweep, whose drawn variants are in `table`.
+    pub fn of(sweep: &Sweep, table: &Table, panels: usize) -> Self {
+        let settings = Panels::of(&sweep.file);
+        let settings = settings.settings().take(panels);
+        match DrawnAxis::of(&sweep.file).as_slice() {
+            [] => Self::Nothing,
+            [axis] => Self::Diagrams(settings.map(|panel| cycles(sweep, table, axis, &panel)).collect()),
+            [x, y, ..] => Self::Maps(settings.map(|panel| limits(sweep, [x, y], &panel)).collect()),
+        }
+    }
+}
+
+fn limits(sweep: &Sweep, axes: [&DrawnAxis; 2], panel: &[(String, Setting)]) -> MapTheory {
+    let panels = Panels::of(&sweep.file);
+    // How long a run is and what its noise is do not move the limit.
+    let others = sweep
+        .file
+        .axes
+        .keys()
+        .filter(|key| !axes.iter().any(|axis| axis.key == **key) && !key.starts_with("run."));
+    let varied: Vec<String> = others.filter(|key| !panels.has(key)).cloned().collect();
+    let margins = axes.map(|axis| axis.last_index(&sweep.file).map_or(0.0, |last| 0.5 / last as f64));
+    let limits = if varied.is_empty() {
+        // Up to the edges of the plot.
+        let [x, y] = [0, 1].map(|i| beyond(sweep, axes[i], margins[i]));
+        linear_limits(&sweep.document, [&x, &y], panel)
+    } else {
+        LinearLimits::default()
+    };
+    MapTheory { limits, varied, margins }
+}
+
+/// An axis that reaches beyond its ends by a share of its length, on each side where the machine can be built
+/// there.
+fn beyond(sweep: &Sweep, axis: &DrawnAxis, margin: f64) -> DrawnAxis {
+    let end = |share: f64, otherwise: f64| {
+        let value = axis.value(share);
+        let builds = sweep.document.with([(axis.key.as_str(), Setting::Number(value))]).is_ok();
+        if builds { value } else { otherwise }
+    };
+    DrawnAxis { range: [end(-margin, axis.range[0]), end(1.0 + margin, axis.range[1])], ..axis.clone() }
+}
+
+/// Cycles at the variants of a panel, by rising value; every so many of many.
+fn cycles(sweep: &Sweep, table: &Table, axis: &DrawnAxis, panel: &[(String, Setting)]) -> Vec<CyclesAt> {
+    let values = table.reals(&axis.key).unwrap_or_default();
+    let mut rows: Vec<(f64, usize)> =
+        table.rows_with(panel).into_iter().filter_map(|row| Some(((*values.get(row)?)?, row))).collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let step = rows.len().div_ceil(MOST_VALUES).max(1);
+    let rows: Vec<(f64, usize)> = rows.into_iter().step_by(step).collect();
+    let sorted: Vec<f64> = rows.iter().map(|(value, _)| *value).collect();
+    let found = predicted_cycles(&sweep.document, axis, &sorted, panel);
+    rows.into_iter().zip(found).map(|((value, row), cycles)| CyclesAt { value, row, cycles }).collect()
+}

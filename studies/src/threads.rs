@@ -1,0 +1,8 @@
+//! Threads for computations that have none of their own.
+
+use feeler_analysis::Workers;
+use rayon::prelude::*;
+
+/// All processors.
+pub const ALL_PROCESSORS: Workers =
+    Workers::new(|count, task| (0..count).into_par_iter().for_each(|index| task(index)));

@@ -33,7 +33,7 @@ pub struct LinearLimits {
 
 /// The limits on the map of two axes, with `fixed` settings besides. Where theory has no answer for a
 /// variant, its part is left out.
-pub fn linear_limits(
+pub(super) fn linear_limits(
     document: &Document,
     [x, y]: [&DrawnAxis; 2],
     fixed: &[(String, Setting)],

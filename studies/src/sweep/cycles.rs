@@ -8,7 +8,7 @@ use feeler_files::{Document, Setting};
 
 /// Predicted cycles at each value of an axis, those of the largest peak first; none where there are none, or
 /// where the theory does not apply.
-pub fn predicted_cycles(
+pub(super) fn predicted_cycles(
     document: &Document,
     axis: &DrawnAxis,
     values: &[f64],

@@ -4,7 +4,7 @@ use feeler_files::{Axis, Sampling, SweepFile};
 use feeler_studies::sweep::{DrawnAxis, Panels};
 
 /// Panels that are drawn; more are left to the table.
-pub(super) const MOST_PANELS: usize = 8;
+pub(crate) const MOST_PANELS: usize = 8;
 /// Cells of an axis that are drawn at most; of finer grids every so many.
 pub(super) const MOST_CELLS: u64 = 256;
 /// Variants that maps draw, and show under the pointer, at most.

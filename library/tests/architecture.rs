@@ -69,6 +69,7 @@ fn allowed() -> BTreeMap<String, Names> {
             found = all.difference(others).cloned().collect();
             found.remove(name);
         } else if words.contains("and below") {
+            found = Names::new();
             below(name, &direct, &mut found);
         }
         (name.clone(), found)
@@ -165,10 +166,12 @@ fn truth_every_folder_of_the_map_exists() {
     let mut count = 0;
     for line in map.lines() {
         let indent = line.len() - line.trim_start().len();
-        let Some(folder) = line.split_whitespace().next().filter(|word| word.ends_with('/')) else {
+        let word = line.split_whitespace().next().unwrap_or_default();
+        // Further in, a remark goes on.
+        if indent > 2 || !word.ends_with('/') {
             continue;
-        };
-        let path = if indent == 0 { PathBuf::from(folder) } else { parent.join(folder) };
+        }
+        let path = if indent == 0 { PathBuf::from(word) } else { parent.join(word) };
         assert!(root().join(&path).is_dir(), "there is no folder {}", path.display());
         if indent == 0 {
             parent = path;
@@ -227,6 +230,39 @@ fn truth_the_diagnosis_sees_no_truth_and_the_bench_no_simulator() {
 #[test]
 fn truth_a_program_is_not_changed_while_it_runs() {
     refuse(&product("sim/engine/src"), &["&mut Program", "&mut Scenario"]);
+}
+
+/// The crate of a file, as the arrows name it.
+fn crate_of(path: &str) -> String {
+    let mut parts = path.split('/');
+    let first = parts.next().unwrap();
+    if first == "sim" { parts.next().unwrap().to_owned() } else { first.to_owned() }
+}
+
+#[test]
+fn truth_every_step_of_the_ways_exists_and_none_leads_back_up() {
+    let (section, allowed) = (section("Three ways through the house"), allowed());
+    let ways: Vec<&str> = section.split("```").skip(1).step_by(2).collect();
+    assert_eq!(ways.len(), 3);
+    for way in ways {
+        let files: Vec<&str> = way
+            .lines()
+            .filter_map(|line| line.split_whitespace().next())
+            .filter(|w| w.contains('/'))
+            .collect();
+        assert!(files.len() > 3, "{way}");
+        for file in &files {
+            assert!(root().join(file).is_file(), "there is no {file}");
+        }
+        for (file, crate_name) in files.iter().map(|file| (file, crate_of(file))) {
+            let source = fs::read_to_string(root().join(file)).unwrap();
+            for (other, below) in &allowed {
+                let knows_it = source.contains(&format!("feeler_{}::", other.replace('-', "_")));
+                let is_above = below.contains(&crate_name);
+                assert!(!(knows_it && is_above), "{file} knows `{other}`, which stands above it");
+            }
+        }
+    }
 }
 
 /// A promise may name the tests that hold it.

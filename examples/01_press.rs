@@ -15,6 +15,8 @@ const MASS_KG: f64 = 10.0;
 const GAP_M: f64 = 5e-3;
 const STIFFNESS_N_PER_M: f64 = 1e5;
 const PUSH_N: f64 = 40.0;
+/// Rows of the record per second.
+const RATE_HZ: f64 = 1e5;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The machine: one body, the wall as a contact that can only push, and an ideal drive. `+x` points to the
@@ -32,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scenario = Scenario::new(machine)
         .with_controller("push", ControllerUse::new(push, "drive"))
         .lasting(0.1)
-        .recording(["tool.force".parse()?, "tip.velocity".parse()?], 1e5);
+        .recording(["tool.force".parse()?, "tip.velocity".parse()?], RATE_HZ);
     let trace = trace(&scenario)?;
 
     // Touch and lift are events: the stepper finds their instants to rounding, whatever the record's rate.
@@ -45,10 +47,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let by_hand_s = (2.0 * GAP_M * MASS_KG / PUSH_N).sqrt();
     println!("touches after {:.6} ms, by hand {:.6} ms", 1e3 * touch_s, 1e3 * by_hand_s);
 
-    // The speed that it touches with is the largest of the flight.
-    let speeds = trace.column("tip.velocity").unwrap_or_default();
-    let flown = trace.t_s.partition_point(|t_s| *t_s <= touch_s);
-    let speed = speeds[..flown].iter().copied().fold(0.0, f64::max);
+    // The record has a row at the instant of the touch, up to rounding.
+    let row = trace.t_s.partition_point(|t_s| *t_s < touch_s - 0.5 / RATE_HZ);
+    let speed = trace.column("tip.velocity").unwrap_or_default()[row];
     let by_hand = PUSH_N / MASS_KG * by_hand_s;
     println!("touches at {:.4} mm/s, by hand {:.4} mm/s", 1e3 * speed, 1e3 * by_hand);
 

@@ -40,12 +40,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Where outcomes change from one gain to the next.
     let gains: Vec<f64> = table.reals(GAIN).unwrap_or_default().into_iter().flatten().collect();
     let outcomes = table.texts("outcome").unwrap_or_default();
-    let settles = |row: usize| outcomes[row].as_deref() == Some("settled");
+    let ends_as =
+        |name: &'static str| (0..gains.len()).filter(move |row| outcomes[*row].as_deref() == Some(name));
     for row in (0..gains.len()).step_by(4) {
         println!("gain {:.3}: {}", gains[row], outcomes[row].as_deref().unwrap_or("failed"));
     }
-    let edge = (1..gains.len()).find(|row| settles(row - 1) && !settles(*row)).ok_or("no edge")?;
-    let simulated = 0.5 * (gains[edge - 1] + gains[edge]);
+
+    // Next to the edge a swing grows or decays so slowly that a run leaves it undecided: the edge lies between
+    // the last gain that settles and the first that is unstable.
+    let last = ends_as("settled").next_back().ok_or("no gain settles")?;
+    let first = ends_as("unstable").next().ok_or("no gain is unstable")?;
+    println!("stability ends between {:.3} and {:.3}", gains[last], gains[first]);
+    let simulated = 0.5 * (gains[last] + gains[first]);
 
     let (stiffness, damping, period_s) = (2e5, 60.0 + 120.0, 1e-3);
     println!("stability ends at {simulated:.4}, by hand {:.4}", 2.0 * damping / (stiffness * period_s));

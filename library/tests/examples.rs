@@ -47,9 +47,9 @@ fn holds(name: &str, lines: usize, tolerance: f64) {
 const PRINTED: f64 = 1e-5;
 /// Two seconds of chatter do not end where they began: 12 kg may be 0.1 m/s faster, which is 0.6 N of 20 N.
 const MOMENTUM: f64 = 0.03;
-/// Gains that settle and gains that are unstable end 0.1 apart at most (what lies between is undecided), so that
-/// their middle is known to 0.05 of 1.8.
-const EDGE: f64 = 0.028;
+/// Gains that settle and gains that are unstable end 0.075 apart (what lies between is undecided), so that
+/// their middle is known to 0.0375 of 1.8.
+const EDGE: f64 = 0.021;
 /// The damping of 1 % moves a mode by its square, and a zero likewise.
 const DAMPED: f64 = 1e-3;
 /// The force sensor resolves 0.05 N of 20 N.

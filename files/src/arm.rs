@@ -1,5 +1,6 @@
 //! Arm files: a URDF, and the drives of its joints, of which a URDF says nothing.
 
+use feeler_catalogue::Contents;
 use feeler_plant::names::did_you_mean;
 use std::path::{Path, PathBuf};
 
@@ -8,7 +9,7 @@ use feeler_arm::{Arm, Chain, Collision, Joint, JointDrive, JointKind, MeshFile, 
 use super::draft::{Sheet, load};
 use super::keys::{ARM, JOINT};
 use super::problem::{FormatError, Problems};
-use super::read::{Fields, Reader, Scope, join};
+use super::read::{Reader, Scope, join};
 use super::source::{Origin, Sources};
 use super::tree::{Table, Value};
 
@@ -96,7 +97,7 @@ fn origin_of(root: &Table, key: &str) -> Origin {
 }
 
 /// The URDF and the link that is the tool; its meshes must be there, though only shapes need them.
-fn urdf(path: &Path, fields: &Fields, root: &Table, problems: &mut Problems) -> Option<(Urdf, String)> {
+fn urdf(path: &Path, fields: &Contents, root: &Table, problems: &mut Problems) -> Option<(Urdf, String)> {
     let origin = origin_of(root, "urdf");
     let shown = path.display();
     let text = match super::file::read_text(path, LARGEST_URDF) {
@@ -217,7 +218,7 @@ fn drives(chain: &Chain, root: &Table, besides: &[&str], problems: &mut Problems
     found
 }
 
-fn drive(joint: &Joint, fields: &Fields) -> JointDrive {
+fn drive(joint: &Joint, fields: &Contents) -> JointDrive {
     JointDrive {
         gear_ratio: fields.number("gear_ratio"),
         rotor_inertia_kg_m2: fields.number("rotor_inertia"),

@@ -11,7 +11,7 @@ use super::document::Document;
 use super::draft::{Draft, Sheet, load};
 use super::keys::{COLUMN, DATASET, EXPERIMENT};
 use super::problem::{FormatError, Located, Problems};
-use super::read::{Field, Reader, Scope, join};
+use super::read::{Reader, Scope, join};
 use super::source::Origin;
 use super::tree::{Table, Value};
 
@@ -156,9 +156,9 @@ fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) ->
             scope = signal_scope(machine.draft(), machine.scenario.machine.axis, signal);
         }
         let fields = Reader { problems, scope }.fields(&COLUMN, &[], table, &entry.node.origin, &path);
-        if let Some(Field::Signal(signal)) = fields.get("signal") {
+        if let Some(Ok(signal)) = fields.text("signal").map(str::parse) {
             let column = Column {
-                signal: signal.clone(),
+                signal,
                 hold_s: fields.optional("hold"),
                 noise: fields.optional("noise"),
                 resolution: fields.optional("resolution"),

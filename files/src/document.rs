@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use feeler_catalogue::Shape;
 use feeler_engine::Scenario;
 use feeler_plant::assembly::assemble;
 use feeler_plant::description::{Axis, Machine};
@@ -13,7 +14,6 @@ use super::draft::{Draft, Setting};
 use super::keys::{ELEMENTS, TOLERANCE, TOP};
 use super::problem::{FormatError, Problems};
 use super::read::{Reader, Scope};
-use super::shape::Shape;
 use super::source::Origin;
 use super::tree::{Node, Table, Value};
 
@@ -159,7 +159,7 @@ fn add_problem(draft: &Draft, problems: &mut Problems, problem: Problem) {
 }
 
 /// Keys at the top; element tables, `[run]` and `[tolerance]` are read elsewhere.
-fn top_fields(draft: &Draft, problems: &mut Problems) -> super::read::Fields {
+fn top_fields(draft: &Draft, problems: &mut Problems) -> feeler_catalogue::Contents {
     static SHAPE: Shape = Shape { keys: TOP, choice: None };
     let mut tables: Vec<&str> = ELEMENTS.iter().map(|element| element.table).collect();
     tables.extend(["run", TOLERANCE]);
@@ -182,8 +182,8 @@ fn tolerance(root: &Table, problems: &mut Problems) -> IndexMap<String, f64> {
             problems.add(&entry.key, &path, format!("there is no `{key}` in this file"), remedy);
         }
         let mut reader = Reader { problems, scope: Scope::new(false) };
-        let number = super::dimension::Dim::from(feeler_plant::units::Dimension::NONE);
-        let bound = super::shape::Bound::Within(0.0, 1e6);
+        let number = feeler_catalogue::Dim::from(feeler_plant::units::Dimension::NONE);
+        let bound = feeler_catalogue::Bound::Within(0.0, 1e6);
         if let Some(value) = reader.quantity_of(&entry.node, number, bound, &path) {
             found.insert(key.clone(), value);
         }

@@ -2,15 +2,11 @@
 
 mod values;
 
-use std::collections::HashMap;
-
-use feeler_plant::description::SignalName;
+use feeler_catalogue::{Absent, Bound, Choice, Content, Contents, Dim, Key, Kind, Shape, Unit, Variant};
 use feeler_plant::names::{did_you_mean, list, nearest};
 use feeler_plant::units::Dimension;
 
-use super::dimension::Dim;
 use super::problem::Problems;
-use super::shape::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant};
 use super::source::Origin;
 use super::tree::{Node, Table, Value};
 
@@ -31,7 +27,7 @@ impl Scope {
         Self { rotational, signal: number, output: number, reference: number, exponent: 1.0 }
     }
 
-    fn dim(&self, unit: Unit) -> Dim {
+    pub(crate) fn dim(&self, unit: Unit) -> Dim {
         match unit {
             Unit::Of(dimension) => dimension.into(),
             Unit::Signal => self.signal,
@@ -41,83 +37,6 @@ impl Scope {
             Unit::Reference => self.reference,
             Unit::Swept => Dimension::NONE.into(),
         }
-    }
-}
-
-/// What was read of a key.
-#[derive(Clone, Debug)]
-pub(crate) enum Field {
-    Number(f64),
-    Count(u64),
-    Flag(bool),
-    Text(String),
-    Word(&'static str),
-    Pair([String; 2]),
-    Signal(SignalName),
-    Signals(Vec<SignalName>),
-    Range([f64; 2]),
-    Numbers(Vec<f64>),
-    Points(Vec<(f64, f64)>),
-    Table(Fields),
-}
-
-/// What was read of a table. Where a key was wrong, its field is absent, and a problem has been noted.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Fields {
-    /// The word of the shape's choice.
-    pub(crate) variant: Option<&'static str>,
-    values: HashMap<&'static str, Field>,
-}
-
-/// Accessors by kind. A key that was wrong gives a harmless stand-in: the file as a whole is refused then,
-/// and nothing sees it.
-impl Fields {
-    pub(crate) fn get(&self, key: &str) -> Option<&Field> {
-        self.values.get(key)
-    }
-
-    pub(crate) fn number(&self, key: &str) -> f64 {
-        self.optional(key).unwrap_or(1.0)
-    }
-
-    pub(crate) fn optional(&self, key: &str) -> Option<f64> {
-        if let Some(Field::Number(value)) = self.get(key) { Some(*value) } else { None }
-    }
-
-    pub(crate) fn count(&self, key: &str) -> Option<u64> {
-        if let Some(Field::Count(value)) = self.get(key) { Some(*value) } else { None }
-    }
-
-    pub(crate) fn flag(&self, key: &str) -> bool {
-        matches!(self.get(key), Some(Field::Flag(true)))
-    }
-
-    pub(crate) fn text(&self, key: &str) -> Option<&str> {
-        match self.get(key) {
-            Some(Field::Text(text)) => Some(text),
-            Some(Field::Word(word)) => Some(word),
-            _ => None,
-        }
-    }
-
-    pub(crate) fn pair(&self, key: &str) -> [String; 2] {
-        if let Some(Field::Pair(pair)) = self.get(key) { pair.clone() } else { Default::default() }
-    }
-
-    pub(crate) fn table(&self, key: &str) -> Option<&Fields> {
-        if let Some(Field::Table(fields)) = self.get(key) { Some(fields) } else { None }
-    }
-
-    pub(crate) fn range(&self, key: &str) -> Option<[f64; 2]> {
-        if let Some(Field::Range(range)) = self.get(key) { Some(*range) } else { None }
-    }
-
-    pub(crate) fn numbers(&self, key: &str) -> Option<&[f64]> {
-        if let Some(Field::Numbers(numbers)) = self.get(key) { Some(numbers) } else { None }
-    }
-
-    pub(crate) fn points(&self, key: &str) -> Vec<(f64, f64)> {
-        if let Some(Field::Points(points)) = self.get(key) { points.clone() } else { Vec::new() }
     }
 }
 
@@ -136,12 +55,11 @@ impl Reader<'_> {
         table: &Table,
         at: &Origin,
         path: &str,
-    ) -> Fields {
+    ) -> Contents {
         let chosen = shape.choice.as_ref().map(|choice| self.choose(choice, table, at, path));
-        let mut fields = Fields::default();
+        let mut fields = Contents::new(chosen.flatten().map(|variant| variant.name));
         let mut keys: Vec<&'static Key> = shape.keys.iter().collect();
         if let Some(Some(variant)) = chosen {
-            fields.variant = Some(variant.name);
             keys.extend(variant.keys);
         }
         let known = if matches!(chosen, Some(None)) { shape.all_keys().collect() } else { keys.clone() };
@@ -155,7 +73,7 @@ impl Reader<'_> {
                 None => self.absent(key, at, &path),
             };
             if let Some(field) = field {
-                fields.values.insert(key.name, field);
+                fields.insert(key.name, field);
             }
         }
         fields
@@ -245,7 +163,7 @@ impl Reader<'_> {
         meant
     }
 
-    fn absent(&mut self, key: &Key, at: &Origin, path: &str) -> Option<Field> {
+    fn absent(&mut self, key: &Key, at: &Origin, path: &str) -> Option<Content> {
         match key.absent {
             Absent::Required => {
                 let remedy = format!("add `{} = {}`: {}", key.name, self.example(key.kind), key.text);
@@ -253,10 +171,10 @@ impl Reader<'_> {
                 None
             }
             Absent::Nothing => None,
-            Absent::Number(value) => Some(Field::Number(value)),
-            Absent::Count(count) => Some(Field::Count(count)),
-            Absent::Flag(flag) => Some(Field::Flag(flag)),
-            Absent::Word(word) => Some(Field::Word(word)),
+            Absent::Number(value) => Some(Content::Number(value)),
+            Absent::Count(count) => Some(Content::Count(count)),
+            Absent::Flag(flag) => Some(Content::Flag(flag)),
+            Absent::Word(word) => Some(Content::Word(word)),
         }
     }
 
@@ -277,56 +195,64 @@ impl Reader<'_> {
     }
 
     /// One value. `None` where it is wrong; the problem is noted.
-    fn field(&mut self, key: &'static Key, node: &Node, path: &str) -> Option<Field> {
+    fn field(&mut self, key: &'static Key, node: &Node, path: &str) -> Option<Content> {
         match key.kind {
-            Kind::Quantity(unit, bound) => self.quantity(node, unit, bound, path).map(Field::Number),
-            Kind::Count(least, most) => self.count(node, least, most, path).map(Field::Count),
+            Kind::Quantity(unit, bound) => self.quantity(node, unit, bound, path).map(Content::Number),
+            Kind::Count(least, most) => self.count(node, least, most, path).map(Content::Count),
             Kind::Flag => match node.value {
-                Value::Flag(flag) => Some(Field::Flag(flag)),
+                Value::Flag(flag) => Some(Content::Flag(flag)),
                 _ => self.mistyped(node, "true or false", path),
             },
             Kind::Text | Kind::Name(_) => match &node.value {
-                Value::Text(text) => Some(Field::Text(text.clone())),
+                Value::Text(text) => Some(Content::Text(text.clone())),
                 _ => self.mistyped(node, if let Kind::Name(what) = key.kind { what } else { "a text" }, path),
             },
             Kind::Pair => match &node.value {
                 Value::Array(items) => match items.as_slice() {
                     [Node { value: Value::Text(a), .. }, Node { value: Value::Text(b), .. }] => {
-                        Some(Field::Pair([a.clone(), b.clone()]))
+                        Some(Content::Pair([a.clone(), b.clone()]))
                     }
                     _ => self.mistyped(node, "a list of two body names, as in [\"ground\", \"motor\"]", path),
                 },
                 _ => self.mistyped(node, "a list of two body names, as in [\"ground\", \"motor\"]", path),
             },
-            Kind::Signal => self.signal(node, path).map(Field::Signal),
+            Kind::Signal => self.signal(node, path).map(|signal| Content::Text(signal.to_string())),
             Kind::Signals => {
                 let items = self.list(node, "a list of signals", path)?;
-                Some(Field::Signals(items.iter().filter_map(|item| self.signal(item, path)).collect()))
+                let signals = items.iter().filter_map(|item| self.signal(item, path));
+                Some(Content::Texts(signals.map(|signal| signal.to_string()).collect()))
             }
-            Kind::Word(words) => self.word(node, words, path).map(Field::Word),
+            Kind::Word(words) => self.word(node, words, path).map(Content::Word),
             Kind::Table(shape) => match &node.value {
-                Value::Table(table) => Some(Field::Table(self.fields(shape, &[], table, &node.origin, path))),
+                Value::Table(table) => {
+                    Some(Content::Table(self.fields(shape, &[], table, &node.origin, path)))
+                }
                 _ => self.mistyped(node, "a table", path),
             },
             Kind::QuantityOrTable(short, unit, shape) => {
                 if let Value::Table(table) = &node.value {
-                    return Some(Field::Table(self.fields(shape, &[], table, &node.origin, path)));
+                    return Some(Content::Table(self.fields(shape, &[], table, &node.origin, path)));
                 }
                 let value = self.quantity(node, unit, Bound::Positive, path)?;
-                let values = [(short, Field::Number(value))].into();
-                Some(Field::Table(Fields { variant: None, values }))
+                let mut table = Contents::new(None);
+                table.insert(short, Content::Number(value));
+                Some(Content::Table(table))
             }
             Kind::WordOrTable(words, shape) => match &node.value {
-                Value::Table(table) => Some(Field::Table(self.fields(shape, &[], table, &node.origin, path))),
-                _ => self.word(node, words, path).map(Field::Word),
+                Value::Table(table) => {
+                    Some(Content::Table(self.fields(shape, &[], table, &node.origin, path)))
+                }
+                _ => self.word(node, words, path).map(Content::Word),
             },
-            Kind::Range(unit) => self.range(node, unit, path).map(Field::Range),
-            Kind::Numbers(unit, count) => self.numbers(node, unit, count, path).map(Field::Numbers),
-            Kind::Points(unit) => self.points(node, unit, path).map(Field::Points),
+            Kind::Range(unit) => self.range(node, unit, path).map(Content::Range),
+            Kind::Numbers(unit, count) => self.numbers(node, unit, count, path).map(Content::Numbers),
+            Kind::Points(unit) => self.points(node, unit, path).map(Content::Points),
             Kind::Reference(shape) => match &node.value {
-                Value::Array(_) => self.points(node, Unit::Reference, path).map(Field::Points),
-                Value::Table(table) => Some(Field::Table(self.fields(shape, &[], table, &node.origin, path))),
-                _ => self.quantity(node, Unit::Reference, Bound::Any, path).map(Field::Number),
+                Value::Array(_) => self.points(node, Unit::Reference, path).map(Content::Points),
+                Value::Table(table) => {
+                    Some(Content::Table(self.fields(shape, &[], table, &node.origin, path)))
+                }
+                _ => self.quantity(node, Unit::Reference, Bound::Any, path).map(Content::Number),
             },
         }
     }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use feeler_catalogue::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Word};
 use feeler_manipulator::joint_effects;
 use feeler_plant::effects::LIBRARY;
 
@@ -9,7 +10,6 @@ use super::keys::{
     ARM, AXIS, CELL, CELL_TABLES, COLUMN, DATASET, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFERENCE, REFINE, RUN,
     SWEEP, TOLERANCE_TEXT, TOP,
 };
-use super::shape::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Word};
 
 /// The reference as Markdown; `docs/format.md` is this text.
 pub fn reference_markdown() -> String {

@@ -1,5 +1,7 @@
 //! JSON Schemas (2020-12) of the files, for editors.
 
+use crate::keys::Element;
+use feeler_catalogue::{Absent, Bound, Key, Kind, Shape, Unit, Variant, Word};
 use feeler_manipulator::joint_effects;
 use feeler_plant::effects::{Definition, HostKind, LIBRARY, Parameter};
 use serde_json::{Map, Value, json};
@@ -9,7 +11,6 @@ use super::keys::{
     AXIS, CELL, CELL_TABLES, COLUMN, DATASET, EFFECTS, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFINE, RUN,
     SHARED, SWEEP, TOLERANCE, TOLERANCE_TEXT, TOP,
 };
-use super::shape::{Absent, Bound, Element, Key, Kind, Shape, Unit, Variant, Word};
 
 const DIALECT: &str = "https://json-schema.org/draft/2020-12/schema";
 

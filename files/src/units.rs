@@ -6,10 +6,9 @@
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
+use feeler_catalogue::{Dim, same_exponent};
 use feeler_plant::units::Dimension;
 use thiserror::Error;
-
-use super::dimension::{Dim, same_exponent};
 
 /// Why a text is no quantity of the dimension asked for.
 #[derive(Clone, Debug, Error, PartialEq)]

@@ -5,6 +5,7 @@ mod machine;
 
 use std::fmt::Write as _;
 
+use feeler_catalogue::{Content, Record};
 use feeler_engine::{Integrator, RunSettings, Scenario};
 use feeler_plant::description::{Axis, Machine};
 use feeler_plant::effects::EffectUse;
@@ -63,6 +64,27 @@ fn key(name: &str) -> String {
     if bare { name.to_owned() } else { quoted(name) }
 }
 
+/// What a key holds, on one line.
+fn inline(content: &Content) -> String {
+    let list = |items: Vec<String>| format!("[{}]", items.join(", "));
+    match content {
+        Content::Number(value) => number(*value),
+        Content::Count(count) => count.to_string(),
+        Content::Flag(flag) => flag.to_string(),
+        Content::Text(text) => quoted(text),
+        Content::Word(word) => quoted(word),
+        Content::Texts(texts) => list(texts.iter().map(|text| quoted(text)).collect()),
+        Content::Pair(pair) => list(pair.iter().map(|text| quoted(text)).collect()),
+        Content::Range(range) => list(range.iter().copied().map(number).collect()),
+        Content::Numbers(numbers) => list(numbers.iter().copied().map(number).collect()),
+        Content::Points(pairs) => points(pairs.iter().copied()),
+        Content::Table(table) => {
+            let lines = table.iter().map(|(name, content)| format!("{name} = {}", inline(content)));
+            format!("{{ {} }}", lines.collect::<Vec<_>>().join(", "))
+        }
+    }
+}
+
 fn points(points: impl IntoIterator<Item = (f64, f64)>) -> String {
     let pairs: Vec<String> =
         points.into_iter().map(|(time, value)| format!("[{}, {}]", number(time), number(value))).collect();
@@ -100,6 +122,13 @@ impl Writer {
     fn unless(&mut self, key: &str, value: f64, default: f64) {
         if value.to_bits() != default.to_bits() {
             self.number(key, value);
+        }
+    }
+
+    /// The keys of a record, but for the one that tells its form.
+    fn record(&mut self, record: &impl Record) {
+        for (name, content) in record.contents().iter() {
+            self.line(name, inline(content));
         }
     }
 

@@ -31,7 +31,7 @@
 //! |---|---|
 //! | a machine and a run of it | [`plant`], [`control`], [`engine`] |
 //! | poles, margins, stable gains, bandwidth | [`analysis`], on [`lti`] |
-//! | scenario files and back | [`files`] |
+//! | scenario files and back | [`files`], whose keys are [`catalogue`]'s |
 //! | outcomes, sweeps, frequency responses, reasons of chatter | [`studies`] |
 //! | what a machine file does not know | [`diagnosis`] |
 //! | whole arms | [`arm`], [`manipulator`], with [`geometry`] |
@@ -39,6 +39,7 @@
 
 pub use feeler_analysis as analysis;
 pub use feeler_arm as arm;
+pub use feeler_catalogue as catalogue;
 pub use feeler_control as control;
 pub use feeler_diagnosis as diagnosis;
 pub use feeler_engine as engine;

@@ -2,19 +2,16 @@
 
 use std::collections::HashSet;
 
-use feeler_control::{
-    AdmittanceGains, AntiWindup, Approach, ControlError, ControllerSpec, ForceGains, ImpedanceGains, Law,
-    LeadSpec, LowPassSpec, PositionGains, Reference,
-};
+use feeler_catalogue::{Dim, Record};
+use feeler_control::{ControlError, ControllerSpec, Law, READS, Reference};
 use feeler_engine::ControllerUse;
 use feeler_plant::description::{ActuatorKind, Elements, GROUND, Machine, Quantity};
 use feeler_plant::effects::HostKind;
 use feeler_plant::names::did_you_mean;
-use feeler_plant::units::Dimension;
 
 use super::{Builder, Item};
 use crate::keys::CONTROLLERS;
-use crate::read::{Field, Fields, Scope, join};
+use crate::read::{Scope, join};
 
 impl Builder<'_> {
     /// The controllers of a machine.
@@ -25,40 +22,28 @@ impl Builder<'_> {
     fn controller(&mut self, item: Item<'_>, machine: &Machine) -> ControllerUse {
         let word = |key: &str| item.table.get(key).and_then(|entry| entry.node.as_text()).unwrap_or_default();
         let output = self.command_dim(word("drives"));
-        let reference = match word("law") {
-            "position" | "impedance" => Dimension::LENGTH.into(),
-            "open-loop" => output,
-            _ => Dimension::FORCE.into(),
-        };
+        let scope = Scope { output, ..self.scope() };
+        let reference = Law::named(word("law")).map_or(Dim::UNKNOWN, |law| scope.dim(law.follows()));
         let before = self.problems.count();
-        let fields = self.fields(item, Scope { output, reference, ..self.scope() });
+        let fields = self.fields(item, Scope { reference, ..scope });
         let effects = self.effects(item, HostKind::Controller);
-        let spec = ControllerSpec {
-            law: law(&fields),
-            period_s: fields.number("period"),
-            delay_s: fields.number("delay"),
-            jitter_s: fields.number("jitter"),
-            offset_s: fields.number("offset"),
-            approach: fields
-                .table("approach")
-                .map(|approach| approach_of(approach, machine, fields.text("drives").unwrap_or_default())),
-            output_resolution: fields.optional("output_resolution"),
-            output_limit: fields.optional("output_limit"),
-            reading_low_pass: fields.table("low_pass").map(|filter| LowPassSpec {
-                cutoff_hz: filter.number("corner"),
-                damping_ratio: filter.optional("damping_ratio"),
-            }),
-            velocity_filter_s: fields.number("velocity_filter"),
-            reference: self.reference(item, &fields),
-        };
-        let owned = |key: &str| fields.text(key).map(str::to_owned);
-        let found = ControllerUse {
-            spec,
-            reads: owned("reads"),
-            motion: owned("motion"),
-            drives: owned("drives").unwrap_or_default(),
+        let mut found = ControllerUse {
+            spec: ControllerSpec {
+                law: Law::read(&fields),
+                reference: self.reference(item, &fields),
+                ..ControllerSpec::read(&fields)
+            },
+            reads: fields.text(READS.name).map(str::to_owned),
             effects,
+            ..ControllerUse::read(&fields)
         };
+        if let Some(approach) = &mut found.spec.approach {
+            approach.velocity_drive = machine
+                .actuators
+                .get(&found.drives)
+                .is_some_and(|actuator| matches!(actuator.kind, ActuatorKind::VelocitySource { .. }));
+            approach.effective_mass = effective_mass_kg(machine, &found.drives);
+        }
         // A law that was not understood says nothing of what it needs.
         if fields.variant.is_some() {
             self.wiring(item, &found, machine);
@@ -85,10 +70,8 @@ impl Builder<'_> {
         }
         let Err(error) = error else { return };
         let key = match &error {
-            ControlError::NotPositive { key, .. }
-            | ControlError::Negative { key, .. }
-            | ControlError::NotFinite { key, .. }
-            | ControlError::TooLarge { key, .. } => key,
+            ControlError::OutOfRange { key, .. } => key,
+            ControlError::TooLarge { key, .. } => *key,
             ControlError::ApproachNeedsForce => "approach",
             ControlError::AdmittanceWithoutMassOrDamping => "mass",
             _ => "reference",
@@ -96,9 +79,7 @@ impl Builder<'_> {
         let first = key.split('.').next().unwrap_or_default();
         let remedy = match &error {
             ControlError::TooLarge { key, bound, .. } => format!("choose `{key}` below {bound}"),
-            ControlError::NotPositive { .. } => "write a number above zero".into(),
-            ControlError::Negative { .. } => "write zero or a number above".into(),
-            ControlError::NotFinite { .. } => "write a finite number".into(),
+            ControlError::OutOfRange { bound, .. } => format!("this {}", bound.words()),
             ControlError::ApproachNeedsForce => {
                 "remove `approach`, or choose a law that reads a force".into()
             }
@@ -203,71 +184,6 @@ impl Builder<'_> {
             let message = format!("the sensor `{name}` reads `{}`, and this needs {what}", sensor.reads);
             self.problems.add(item.place(key), item.key(key), message, did_you_mean(name, fitting));
         }
-    }
-}
-
-fn law(fields: &Fields) -> Law {
-    let number = |key| fields.number(key);
-    match fields.variant {
-        Some("explicit-force") => Law::ExplicitForce(ForceGains {
-            feed_forward: number("feed_forward"),
-            kp: number("kp"),
-            ki: number("ki"),
-            kd: number("kd"),
-            damping: number("damping"),
-            derivative_filter_s: number("derivative_filter"),
-            lead: fields
-                .table("lead")
-                .map(|lead| LeadSpec { zero_hz: lead.number("zero"), pole_hz: lead.number("pole") }),
-            anti_windup: anti_windup(fields),
-        }),
-        Some("position") => Law::Position(PositionGains {
-            kp: number("kp"),
-            ki: number("ki"),
-            kd: number("kd"),
-            damping: number("damping"),
-            derivative_filter_s: number("derivative_filter"),
-            anti_windup: anti_windup(fields),
-        }),
-        Some("impedance") => Law::Impedance(ImpedanceGains {
-            stiffness: number("stiffness"),
-            damping: number("damping"),
-            force_gain: number("force_gain"),
-        }),
-        Some("admittance") => Law::Admittance(AdmittanceGains {
-            mass: number("mass"),
-            damping: number("damping"),
-            stiffness: number("stiffness"),
-            kp: number("kp"),
-            kd: number("kd"),
-            velocity_feed_forward: number("velocity_feed_forward"),
-        }),
-        _ => Law::OpenLoop,
-    }
-}
-
-fn anti_windup(fields: &Fields) -> AntiWindup {
-    match fields.get("anti_windup") {
-        Some(Field::Word("off")) => AntiWindup::Off,
-        Some(Field::Table(table)) => {
-            AntiWindup::BackCalculation { tracking_time_s: table.number("tracking_time") }
-        }
-        _ => AntiWindup::Conditional,
-    }
-}
-
-fn approach_of(fields: &Fields, machine: &Machine, actuator: &str) -> Approach {
-    let velocity_drive = machine
-        .actuators
-        .get(actuator)
-        .is_some_and(|actuator| matches!(actuator.kind, ActuatorKind::VelocitySource { .. }));
-    Approach {
-        speed: fields.number("speed"),
-        until: fields.number("until"),
-        release: fields.optional("release"),
-        bandwidth_hz: fields.number("bandwidth"),
-        effective_mass: effective_mass_kg(machine, actuator),
-        velocity_drive,
     }
 }
 

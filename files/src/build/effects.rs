@@ -2,13 +2,13 @@
 
 use std::cmp::Ordering;
 
+use feeler_catalogue::Bound;
 use feeler_plant::effects::{ABOVE_ZERO, EffectUse, HostKind, LIBRARY, Parameter};
 use feeler_plant::names::{did_you_mean, nearest};
 
 use super::{Builder, Item};
 use crate::keys::EFFECTS;
 use crate::read::{Reader, join};
-use crate::shape::Bound;
 use crate::tree::{Entry, Node, Table, Value};
 
 impl Builder<'_> {

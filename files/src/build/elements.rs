@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use feeler_catalogue::{Bound, Contents, Dim};
 use feeler_plant::description::{
     Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, LowPass, Machine, Profile,
     Quantity, Sensor, SignalName, Spring,
@@ -10,11 +11,9 @@ use feeler_plant::effects::HostKind;
 use feeler_plant::units::Dimension;
 
 use super::{Builder, Item};
-use crate::dimension::Dim;
 use crate::document::node_at;
 use crate::keys::{ACTUATORS, BODIES, CONTACTS, SENSORS, SPRINGS};
-use crate::read::{Field, Fields, Reader, Scope};
-use crate::shape::Bound;
+use crate::read::{Reader, Scope};
 
 impl Builder<'_> {
     /// The machine, unnamed.
@@ -156,10 +155,7 @@ impl Builder<'_> {
             item.table.get("reads").and_then(|entry| entry.node.as_text()).and_then(|text| text.parse().ok());
         let dim = signal.as_ref().map_or(Dim::UNKNOWN, |signal| self.signal_dim(signal));
         let fields = self.fields(item, Scope { signal: dim, ..self.scope() });
-        let reads = match fields.get("reads") {
-            Some(Field::Signal(signal)) => signal.clone(),
-            _ => SignalName::new("", Quantity::Position),
-        };
+        let reads = signal.unwrap_or_else(|| SignalName::new("", Quantity::Position));
         let motion =
             matches!(reads.quantity, Quantity::Position | Quantity::Velocity | Quantity::Acceleration);
         if !motion && item.table.contains_key("relative_to") {
@@ -231,7 +227,7 @@ impl Builder<'_> {
 }
 
 /// The engagement that fields name.
-pub(crate) fn engagement(fields: &Fields) -> Option<Engagement> {
+pub(crate) fn engagement(fields: &Contents) -> Option<Engagement> {
     match fields.text("engagement")? {
         "clamped" => Some(Engagement::Clamped),
         "free" => Some(Engagement::Free),
@@ -239,7 +235,7 @@ pub(crate) fn engagement(fields: &Fields) -> Option<Engagement> {
     }
 }
 
-fn low_pass(fields: &Fields) -> LowPass {
+fn low_pass(fields: &Contents) -> LowPass {
     let corner_hz = fields.number("corner");
     match fields.optional("damping_ratio") {
         Some(damping_ratio) => LowPass::SecondOrder { corner_hz, damping_ratio },

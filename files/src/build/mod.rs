@@ -14,12 +14,13 @@ pub(crate) use effects::bound_of;
 pub(crate) use elements::engagement;
 pub use integrator::{EXACT_PAYS_UP_TO_BODIES, longest_step_s};
 
+use crate::keys::Element;
+use feeler_catalogue::Contents;
 use feeler_plant::description::{Axis, Elements};
 
 use super::draft::Draft;
 use super::problem::Problems;
-use super::read::{Fields, Reader, Scope};
-use super::shape::Element;
+use super::read::{Reader, Scope};
 use super::source::Origin;
 use super::tree::{Table, Value};
 
@@ -100,7 +101,7 @@ impl<'a> Builder<'a> {
         found
     }
 
-    fn fields(&mut self, item: Item<'_>, scope: Scope) -> Fields {
+    fn fields(&mut self, item: Item<'_>, scope: Scope) -> Contents {
         let mut reader = Reader { problems: self.problems, scope };
         reader.fields(&item.element.shape, &[super::keys::EFFECTS], item.table, item.at, &item.path())
     }

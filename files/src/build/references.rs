@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use feeler_catalogue::{Content, Contents};
 use feeler_control::ReferenceSpec;
 use feeler_control::reference::{Between, Lines, Sweep};
 
 use super::{Builder, Item};
 use crate::file::read_bytes;
-use crate::read::{Field, Fields};
 use crate::source::Origin;
 
 /// Most samples of a reference file.
@@ -17,11 +17,11 @@ const LARGEST_SAMPLES: u64 = 50 * MOST_SAMPLES as u64;
 
 impl Builder<'_> {
     /// The reference of a controller.
-    pub(super) fn reference(&mut self, item: Item<'_>, fields: &Fields) -> ReferenceSpec {
+    pub(super) fn reference(&mut self, item: Item<'_>, fields: &Contents) -> ReferenceSpec {
         let table = match fields.get("reference") {
-            Some(Field::Number(value)) => return ReferenceSpec::Constant(*value),
-            Some(Field::Points(points)) => return ReferenceSpec::Steps(points.clone()),
-            Some(Field::Table(table)) => table,
+            Some(Content::Number(value)) => return ReferenceSpec::Constant(*value),
+            Some(Content::Points(points)) => return ReferenceSpec::Steps(points.clone()),
+            Some(Content::Table(table)) => table,
             _ => return ReferenceSpec::Constant(0.0),
         };
         let offset = table.optional("offset").unwrap_or(0.0);
@@ -73,7 +73,7 @@ impl Builder<'_> {
         }
     }
 
-    fn samples(&mut self, item: Item<'_>, table: &Fields, offset: f64) -> ReferenceSpec {
+    fn samples(&mut self, item: Item<'_>, table: &Contents, offset: f64) -> ReferenceSpec {
         let between = between(table);
         let mut spec = ReferenceSpec::Table { times_s: vec![0.0], values: vec![0.0], between, offset };
         let Some(name) = table.text("file") else { return spec };
@@ -97,7 +97,7 @@ impl Builder<'_> {
     }
 }
 
-fn between(table: &Fields) -> Between {
+fn between(table: &Contents) -> Between {
     if table.text("between") == Some("linear") { Between::Linear } else { Between::Hold }
 }
 

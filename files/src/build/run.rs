@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 
+use feeler_catalogue::{Content, Contents, short};
 use feeler_engine::{ControllerUse, Integrator, RunSettings};
 use feeler_multibody::LARGEST_TURN;
 use feeler_plant::assembly::resolve;
@@ -12,8 +13,7 @@ use feeler_plant::names::did_you_mean;
 use super::{Builder, integrator};
 use crate::document::locate;
 use crate::keys::{RAPIER, RUN};
-use crate::read::{Field, Fields, Reader};
-use crate::shape::short;
+use crate::read::Reader;
 use crate::source::Origin;
 use crate::tree::{Table, Value};
 
@@ -72,7 +72,9 @@ impl Builder<'_> {
             self.turns(machine, step_s);
         }
         let record = match fields.get("record") {
-            Some(Field::Signals(signals)) => signals.clone(),
+            Some(Content::Texts(signals)) => {
+                signals.iter().filter_map(|signal| signal.parse().ok()).collect()
+            }
             _ => default_record(machine),
         };
         self.signals(table, machine, controllers);
@@ -151,7 +153,7 @@ impl Builder<'_> {
         signal.quantity.of_touch().is_some() && written && !machine.profiles.contains_key(&signal.element)
     }
 
-    fn size(&mut self, run: &RunSettings, fields: &Fields, table: &Table, at: &Origin) {
+    fn size(&mut self, run: &RunSettings, fields: &Contents, table: &Table, at: &Origin) {
         let place = |key: &str| table.get(key).map_or(at, |entry| &entry.node.origin);
         let duration = run.duration_s;
         let steps = duration / run.step_s;

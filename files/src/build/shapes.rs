@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use feeler_catalogue::Contents;
 use feeler_geometry::{GeometryError, Place, Shape, read_height_field, read_obj, read_stl};
 
 use crate::file::{read_bytes, read_text};
-use crate::read::Fields;
 
 /// Bytes of the largest shape: a scan of some millions of triangles.
 const LARGEST_SHAPE: u64 = 1 << 29;
@@ -26,7 +26,7 @@ pub(crate) fn text_of(path: &Path) -> Result<String, std::io::Error> {
 }
 
 /// Position and orientation.
-pub(crate) fn place(fields: &Fields) -> Place {
+pub(crate) fn place(fields: &Contents) -> Place {
     Place {
         position_m: ["x", "y", "z"].map(|key| fields.number(key)),
         rotation_rad: ["turn_x", "turn_y", "turn_z"].map(|key| fields.number(key)),
@@ -34,7 +34,7 @@ pub(crate) fn place(fields: &Fields) -> Place {
 }
 
 /// What file a shape is read from; empty where from none.
-pub(crate) fn file_of(fields: &Fields) -> &'static str {
+pub(crate) fn file_of(fields: &Contents) -> &'static str {
     match fields.variant {
         Some("hull" | "mesh") => "an STL or OBJ file",
         Some("height-field") => "a CSV file of heights",
@@ -43,7 +43,7 @@ pub(crate) fn file_of(fields: &Fields) -> &'static str {
 }
 
 /// A shape that needs no file.
-pub(crate) fn plain(fields: &Fields) -> Option<Shape> {
+pub(crate) fn plain(fields: &Contents) -> Option<Shape> {
     let number = |key| fields.number(key);
     Some(match fields.variant? {
         "ball" => Shape::Ball { radius_m: number("radius") },
@@ -55,7 +55,7 @@ pub(crate) fn plain(fields: &Fields) -> Option<Shape> {
 }
 
 /// A shape from its file.
-pub(crate) fn from_file(fields: &Fields, path: &Path) -> Result<Shape, FileError> {
+pub(crate) fn from_file(fields: &Contents, path: &Path) -> Result<Shape, FileError> {
     if fields.variant == Some("height-field") {
         return Ok(read_height_field(
             &text_of(path)?,

@@ -3,17 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use feeler_catalogue::Contents;
 use feeler_geometry::{Feed, GeometryError, Material, Place, Shape, Touching, hertz_stiffness};
 use feeler_plant::description::{Contact, ContactLaw, Elements, Engagement, Knot, Machine, Profile};
 
 use super::shapes::{self, FileError, text_of};
 use super::{Builder, Item};
-use crate::read::Fields;
 use crate::source::Origin;
 
 impl Builder<'_> {
     /// The gap of a contact over time; none where it has no such keys, or mistakes in them.
-    pub(super) fn gap(&mut self, item: Item<'_>, fields: &Fields, sound: bool) -> Option<Arc<Profile>> {
+    pub(super) fn gap(&mut self, item: Item<'_>, fields: &Contents, sound: bool) -> Option<Arc<Profile>> {
         let surface = fields.table("surface");
         let profile = fields.table("profile");
         if let (Some(_), Some(_)) = (surface, profile) {
@@ -46,7 +46,7 @@ impl Builder<'_> {
     pub(super) fn stiffness_of_materials(
         &mut self,
         item: Item<'_>,
-        fields: &Fields,
+        fields: &Contents,
         law: ContactLaw,
     ) -> Option<f64> {
         if item.table.contains_key("stiffness") {
@@ -96,7 +96,7 @@ impl Builder<'_> {
         self.problems.add(at, item.key(key), what, remedy);
     }
 
-    fn surface(&mut self, item: Item<'_>, fields: &Fields) -> Option<Result<Arc<Profile>, String>> {
+    fn surface(&mut self, item: Item<'_>, fields: &Contents) -> Option<Result<Arc<Profile>, String>> {
         let tip = self.shape(item, "tip", fields.table("tip")?);
         let workpiece = self.shape(item, "workpiece", fields.table("workpiece")?);
         let feed = self.feed(item, fields.table("feed")?);
@@ -106,7 +106,7 @@ impl Builder<'_> {
         Some(compiled.map(|compiled| Arc::new(compiled.profile)).map_err(|error| error.to_string()))
     }
 
-    fn shape(&mut self, item: Item<'_>, part: &str, fields: &Fields) -> Option<(Shape, Place)> {
+    fn shape(&mut self, item: Item<'_>, part: &str, fields: &Contents) -> Option<(Shape, Place)> {
         let what = shapes::file_of(fields);
         let shape = if what.is_empty() {
             shapes::plain(fields)?
@@ -116,7 +116,7 @@ impl Builder<'_> {
         Some((shape, shapes::place(fields)))
     }
 
-    fn feed(&mut self, item: Item<'_>, fields: &Fields) -> Option<(Feed, f64)> {
+    fn feed(&mut self, item: Item<'_>, fields: &Contents) -> Option<(Feed, f64)> {
         if fields.variant == Some("path") {
             let feed =
                 self.file(item, "feed", fields, "a CSV file with the header `t_s,y_m,z_m`", |path| {
@@ -134,7 +134,7 @@ impl Builder<'_> {
         &mut self,
         item: Item<'_>,
         part: &str,
-        fields: &Fields,
+        fields: &Contents,
         what: &str,
         read: impl Fn(&Path) -> Result<T, FileError>,
     ) -> Option<T> {
@@ -200,7 +200,7 @@ impl Builder<'_> {
 }
 
 /// A profile that is written out.
-fn written(fields: &Fields) -> Result<Arc<Profile>, String> {
+fn written(fields: &Contents) -> Result<Arc<Profile>, String> {
     let (offset, rate) = (fields.points("offset"), fields.points("rate"));
     let profile = if rate.is_empty() {
         Profile::smooth(&offset)

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use feeler_arm::{Arm, Collision, CollisionShape, JointKind};
+use feeler_catalogue::Contents;
 use feeler_geometry::Shape;
 use feeler_manipulator::{BodyShapes, JointPart, joint_effect_host, joint_effects, link_capsules};
 use feeler_plant::description::Axis;
@@ -16,7 +17,7 @@ use crate::document::{locate, node_at};
 use crate::draft::{Draft, lay_over, parse_toml, read_text};
 use crate::keys::EFFECTS;
 use crate::problem::Problems;
-use crate::read::{Fields, join};
+use crate::read::join;
 use crate::source::Origin;
 use crate::tree::{Entry, Table};
 
@@ -28,7 +29,7 @@ pub(super) struct ArmParts {
 }
 
 /// Reads the arm that a scenario names; none where there are mistakes.
-pub(super) fn read(draft: &mut Draft, fields: &Fields, problems: &mut Problems) -> Option<ArmParts> {
+pub(super) fn read(draft: &mut Draft, fields: &Contents, problems: &mut Problems) -> Option<ArmParts> {
     let name = fields.text("arm")?;
     let entry = draft.root.get("arm")?.clone();
     let path = draft.sources.0[entry.node.origin.source].directory.join(name);

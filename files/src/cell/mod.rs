@@ -6,6 +6,7 @@ mod axis;
 use std::path::{Path, PathBuf};
 
 use feeler_arm::{ArmError, Target, inverse_kinematics, usual_starts};
+use feeler_catalogue::Contents;
 use feeler_geometry::{Place, Shape};
 use feeler_manipulator::{Cell, Hold, ManipulatorError, Part, Simulation, Start};
 use nalgebra::Vector3;
@@ -15,11 +16,11 @@ use super::document::Document;
 use super::draft::Draft;
 use super::keys::{CELL, CELL_TABLES, HOLD, PLACED, SHARED, START};
 use super::problem::{FormatError, Problems};
-use super::read::{Fields, Reader, Scope, join};
-use super::shape::Shape as Keys;
+use super::read::{Reader, Scope, join};
 use super::source::Origin;
 use super::tree::{Table, Value};
 use arm_parts::ArmParts;
+use feeler_catalogue::Shape as Keys;
 
 /// Rate of the record where the file names none, Hz.
 const RECORD_RATE_HZ: f64 = 1e3;
@@ -170,7 +171,7 @@ fn check(cell: &Cell, draft: &Draft, problems: &mut Problems) {
 }
 
 /// The fields of a table; where it is absent and must not be, its required keys are missed.
-fn table(draft: &Draft, name: &str, keys: &'static Keys, problems: &mut Problems) -> Option<Fields> {
+fn table(draft: &Draft, name: &str, keys: &'static Keys, problems: &mut Problems) -> Option<Contents> {
     let empty = Table::new();
     let top = Origin { source: draft.main, span: 0..0 };
     let (table, at) = match draft.root.get(name).map(|entry| &entry.node) {
@@ -215,7 +216,7 @@ fn sound(draft: &Draft, part: &Part, name: &str, problems: &mut Problems) -> boo
 fn shape_of_file(
     draft: &Draft,
     name: &str,
-    fields: &Fields,
+    fields: &Contents,
     what: &str,
     problems: &mut Problems,
 ) -> Option<Shape> {
@@ -239,7 +240,7 @@ fn shape_of_file(
 }
 
 /// Pose and normal.
-fn start_of(fields: &Fields, parts: &ArmParts, draft: &Draft, problems: &mut Problems) -> Option<Start> {
+fn start_of(fields: &Contents, parts: &ArmParts, draft: &Draft, problems: &mut Problems) -> Option<Start> {
     let normal: [f64; 3] = fields.numbers("normal")?.try_into().ok()?;
     let chain = parts.arm.chain();
     let Some(along) = Vector3::from(normal).try_normalize(1e-12) else {

@@ -1,8 +1,7 @@
 //! Arm files.
 
+use feeler_catalogue::{Bound, Kind, Shape, Unit, number, optional, required};
 use feeler_plant::units::Dimension;
-
-use crate::shape::{Bound, Kind, Shape, Unit, number, optional, required};
 
 /// The top of an arm file; `[joints.*]` are tables of their own.
 pub(crate) static ARM: Shape = Shape {

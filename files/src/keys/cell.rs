@@ -1,9 +1,9 @@
 //! Scenarios of a whole arm.
 
+use feeler_catalogue::{Bound, Key, Kind, Shape, Unit, number, optional, required};
 use feeler_plant::units::Dimension;
 
 use super::surface::SHAPES;
-use crate::shape::{Bound, Key, Kind, Shape, Unit, number, optional, required};
 
 const LENGTH: Unit = Unit::Of(Dimension::LENGTH);
 // Pure numbers of rad; a text may say `deg`.

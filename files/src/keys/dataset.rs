@@ -1,9 +1,9 @@
 //! Dataset files.
 
+use feeler_catalogue::{Bound, Kind, Shape, Unit, Word, optional, required, word};
 use feeler_plant::units::Dimension;
 
 use super::ENGAGEMENTS;
-use crate::shape::{Bound, Kind, Shape, Unit, Word, optional, required, word};
 
 const ROLES: &[Word] = &[word("fit", "fitted"), word("check", "scored, never fitted")];
 

@@ -1,12 +1,14 @@
 //! Bodies, springs, contacts, actuators, sensors.
 
+use feeler_catalogue::{
+    Absent, Bound, Choice, Key, Kind, LONGEST_DELAY, Shape, Unit, Variant, Word, low_pass, number, optional,
+    required, word,
+};
 use feeler_plant::effects::HostKind;
 use feeler_plant::units::Dimension;
 
+use super::Element;
 use super::surface::{PROFILE, SURFACE};
-use crate::shape::{
-    Absent, Bound, Choice, Element, Key, Kind, Shape, Unit, Variant, Word, number, optional, required, word,
-};
 
 const MASS: Unit = Unit::Of(Dimension::MASS);
 const LENGTH: Unit = Unit::Of(Dimension::LENGTH);
@@ -16,9 +18,6 @@ const DAMPING: Unit = Unit::Of(Dimension::DAMPING);
 const TIME: Unit = Unit::Of(Dimension::TIME);
 const FREQUENCY: Unit = Unit::Of(Dimension::FREQUENCY);
 const NUMBER: Unit = Unit::Of(Dimension::NONE);
-
-/// A delay holds the past: more than this is a unit mistaken.
-pub(crate) const LONGEST_DELAY: Bound = Bound::Within(0.0, 1e3);
 
 const BODY: Kind = Kind::Name("a body or `ground`");
 
@@ -213,11 +212,7 @@ pub(crate) static SENSORS: Element = Element {
             ),
             number("gain", NUMBER, Bound::Any, 1.0, "scale"),
             number("bias", Unit::Signal, Bound::Any, 0.0, "offset"),
-            optional(
-                "low_pass",
-                Kind::QuantityOrTable("corner", FREQUENCY, &LOW_PASS),
-                "analogue filter before sampling: a corner frequency, or a table",
-            ),
+            low_pass("analogue filter before sampling: a corner frequency, or a table"),
             number("delay", TIME, LONGEST_DELAY, 0.0, "pure delay"),
             optional("resolution", Kind::Quantity(Unit::Signal, Bound::Positive), "quantisation step"),
             number(
@@ -231,21 +226,4 @@ pub(crate) static SENSORS: Element = Element {
         choice: None,
     },
     hosts: &[HostKind::ForceSensor, HostKind::MotionSensor],
-};
-
-/// A low-pass filter.
-pub(crate) static LOW_PASS: Shape = Shape {
-    keys: &[
-        required(
-            "corner",
-            Kind::Quantity(FREQUENCY, Bound::Positive),
-            "corner (first order) or natural (second order) frequency",
-        ),
-        optional(
-            "damping_ratio",
-            Kind::Quantity(NUMBER, Bound::Positive),
-            "of a second-order filter; first order where absent",
-        ),
-    ],
-    choice: None,
 };

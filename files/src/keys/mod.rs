@@ -1,4 +1,6 @@
 //! Every key of every file, one line each.
+use feeler_catalogue::{Absent, Key, Kind, Shape, Word, optional, word};
+use feeler_plant::effects::HostKind;
 
 mod arm;
 mod cell;
@@ -19,7 +21,18 @@ pub(crate) use references::REFERENCE;
 pub(crate) use run::{RAPIER, RUN};
 pub(crate) use sweep::{AXIS, KEEP, REFINE, SWEEP};
 
-use super::shape::{Absent, Element, Key, Kind, Word, optional, word};
+/// A table of named elements, as `[bodies.NAME]`.
+#[derive(Debug)]
+pub(crate) struct Element {
+    /// Name of the table.
+    pub(crate) table: &'static str,
+    /// One of them.
+    pub(crate) singular: &'static str,
+    pub(crate) text: &'static str,
+    pub(crate) shape: Shape,
+    /// What the effects library calls it: some depend on the element's own keys.
+    pub(crate) hosts: &'static [HostKind],
+}
 
 /// Tables of named elements, in the order of the manual.
 pub(crate) static ELEMENTS: [&Element; 6] =

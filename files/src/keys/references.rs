@@ -1,8 +1,9 @@
 //! References and excitations.
 
+use feeler_catalogue::{
+    Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word, number, required, word,
+};
 use feeler_plant::units::Dimension;
-
-use crate::shape::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word, number, required, word};
 
 const TIME: Unit = Unit::Of(Dimension::TIME);
 const FREQUENCY: Unit = Unit::Of(Dimension::FREQUENCY);

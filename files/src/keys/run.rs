@@ -1,8 +1,7 @@
 //! `[run]`.
 
+use feeler_catalogue::{Absent, Bound, Key, Kind, Shape, Unit, Word, number, optional, word};
 use feeler_plant::units::Dimension;
-
-use crate::shape::{Absent, Bound, Key, Kind, Shape, Unit, Word, number, optional, word};
 
 /// Integrators.
 const INTEGRATORS: &[Word] = &[

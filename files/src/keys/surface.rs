@@ -1,8 +1,7 @@
 //! `surface` and `profile` of a contact.
 
+use feeler_catalogue::{Bound, Choice, Key, Kind, Shape, Unit, Variant, number, optional, required};
 use feeler_plant::units::Dimension;
-
-use crate::shape::{Bound, Choice, Key, Kind, Shape, Unit, Variant, number, optional, required};
 
 const LENGTH: Unit = Unit::Of(Dimension::LENGTH);
 const VELOCITY: Unit = Unit::Of(Dimension::VELOCITY);

@@ -1,8 +1,9 @@
 //! Sweep files.
 
+use feeler_catalogue::{
+    Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word, optional, required, word,
+};
 use feeler_plant::units::Dimension;
-
-use crate::shape::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word, optional, required, word};
 
 /// Most points of an axis and samples of a sweep; more is refused.
 pub(crate) const MOST_POINTS: u64 = 10_000_000;

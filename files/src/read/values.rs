@@ -1,12 +1,11 @@
 //! Single values: quantities with their units, counts, words, signals, lists.
 
+use feeler_catalogue::{Bound, Dim, Unit, Word, short};
 use feeler_plant::description::SignalName;
 use feeler_plant::names::{did_you_mean, list};
 use feeler_plant::units::Dimension;
 
 use super::Reader;
-use crate::dimension::Dim;
-use crate::shape::{Bound, Unit, Word, short};
 use crate::tree::{Node, Value};
 use crate::units::{self, UnitError};
 

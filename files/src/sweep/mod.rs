@@ -7,6 +7,7 @@ mod unit;
 
 use std::path::{Path, PathBuf};
 
+use feeler_catalogue::Contents;
 use indexmap::IndexMap;
 
 pub use axes::Axis;
@@ -16,7 +17,7 @@ pub use unit::unit_of_key;
 use super::draft::{Sheet, load};
 use super::keys::{KEEP, REFINE, SWEEP};
 use super::problem::{FormatError, Problems};
-use super::read::{Fields, Reader, Scope};
+use super::read::{Reader, Scope};
 use super::source::{self, Origin, Sources};
 use super::tree::{Node, Table, Value};
 use axes::read_axes;
@@ -111,7 +112,7 @@ impl SweepFile {
         let mut reader = Reader { problems, scope: Scope::new(false) };
         let fields = reader.fields(&SWEEP, &["axes", "keep", "refine"], root, &top, "");
         let mut table = |name: &str, shape| match root.get(name).map(|entry| &entry.node) {
-            None => Fields::default(),
+            None => Contents::default(),
             Some(Node { value: Value::Table(table), origin }) => {
                 reader.fields(shape, &[], table, origin, name)
             }
@@ -240,12 +241,12 @@ fn place(root: &Table, key: &str) -> Origin {
     root.get(key).map_or_else(Origin::default, |entry| entry.node.origin.clone())
 }
 
-fn refuse(reader: &mut Reader<'_>, node: &Node, path: &str) -> Fields {
+fn refuse(reader: &mut Reader<'_>, node: &Node, path: &str) -> Contents {
     reader.problems.add(
         &node.origin,
         path,
         format!("this must be a table, not {}", node.value.kind()),
         format!("write [{path}]"),
     );
-    Fields::default()
+    Contents::default()
 }

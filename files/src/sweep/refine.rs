@@ -1,9 +1,9 @@
 //! How a grid is made finer along boundaries.
 
+use feeler_catalogue::Contents;
 use indexmap::IndexMap;
 
 use super::super::problem::Problems;
-use super::super::read::Fields;
 use super::super::tree::Table;
 use super::axes::{Axis, ReadAxis};
 
@@ -25,7 +25,7 @@ pub struct Refine {
 impl Refine {
     /// From the fields of `[refine]` and the tolerances of the axes, which are shares of their length.
     pub(super) fn read(
-        fields: &Fields,
+        fields: &Contents,
         root: &Table,
         axes: &IndexMap<String, ReadAxis>,
         problems: &mut Problems,

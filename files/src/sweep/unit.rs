@@ -1,14 +1,12 @@
 //! The unit of a key, as axes of drawings name it.
 
-use feeler_control::Law;
+use feeler_catalogue::{Dim, Kind, Shape, Unit};
 use feeler_engine::Scenario;
 use feeler_plant::description::{ActuatorKind, Axis, Quantity};
 use feeler_plant::effects;
 use feeler_plant::units::Dimension;
 
-use super::super::dimension::Dim;
 use super::super::keys::{EFFECTS, ELEMENTS, RUN};
-use super::super::shape::{Kind, Shape, Unit};
 
 /// The SI unit of the number at a key path of a scenario; empty where it has none.
 pub fn unit_of_key(path: &str, scenario: &Scenario) -> String {
@@ -86,11 +84,7 @@ fn dimension(unit: Unit, name: &str, scenario: &Scenario) -> Option<Dim> {
         Unit::PowerStiffness => Some(Dimension::STIFFNESS.into()),
         Unit::Output => output(),
         Unit::OutputPer(dimension) => Some(output()? / dimension.into()),
-        Unit::Reference => match scenario.controllers.get(name)?.spec.law {
-            Law::ExplicitForce(_) | Law::Admittance(_) => Some(Dimension::FORCE.into()),
-            Law::Position(_) | Law::Impedance(_) => Some(Dimension::LENGTH.into()),
-            _ => output(),
-        },
+        Unit::Reference => dimension(scenario.controllers.get(name)?.spec.law.follows(), name, scenario),
         Unit::Signal => match machine.sensors.get(name)?.reads.quantity {
             Quantity::Position | Quantity::Compression | Quantity::Gap => Some(Dimension::LENGTH.into()),
             Quantity::Velocity | Quantity::GapRate => Some(Dimension::VELOCITY.into()),

@@ -1,10 +1,9 @@
 //! Controllers and their references.
 
 use feeler_control::reference::{Between, Lines, Sweep};
-use feeler_control::{AntiWindup, Approach, Law, ReferenceSpec};
+use feeler_control::{READS, ReferenceSpec};
 use feeler_engine::ControllerUse;
 
-use super::machine::low_pass;
 use super::{Writer, number, points};
 
 impl Writer {
@@ -13,91 +12,13 @@ impl Writer {
         self.header(&["controllers", name]);
         self.words("law", spec.law.name());
         if let Some(sensor) = &controller.reads {
-            self.words("reads", sensor);
+            self.words(READS.name, sensor);
         }
-        if let Some(sensor) = &controller.motion {
-            self.words("motion", sensor);
-        }
-        self.words("drives", &controller.drives);
-        self.number("period", spec.period_s);
-        self.unless("delay", spec.delay_s, 0.0);
-        self.unless("jitter", spec.jitter_s, 0.0);
-        self.unless("offset", spec.offset_s, 0.0);
-        self.gains(&spec.law);
-        self.optional("output_resolution", spec.output_resolution);
-        self.optional("output_limit", spec.output_limit);
-        if let Some(filter) = &spec.reading_low_pass {
-            self.line("low_pass", low_pass(filter.cutoff_hz, filter.damping_ratio));
-        }
-        self.unless("velocity_filter", spec.velocity_filter_s, 0.0);
-        if let Some(approach) = &spec.approach {
-            self.approach(approach);
-        }
+        self.record(controller);
+        self.record(spec);
+        self.record(&spec.law);
         self.line("reference", reference(&spec.reference));
         self.effects("controllers", name, &controller.effects);
-    }
-
-    fn gains(&mut self, law: &Law) {
-        match law {
-            Law::ExplicitForce(gains) => {
-                self.unless("feed_forward", gains.feed_forward, 0.0);
-                self.unless("kp", gains.kp, 0.0);
-                self.unless("ki", gains.ki, 0.0);
-                self.unless("kd", gains.kd, 0.0);
-                self.unless("damping", gains.damping, 0.0);
-                self.unless("derivative_filter", gains.derivative_filter_s, 0.0);
-                if let Some(lead) = &gains.lead {
-                    self.line(
-                        "lead",
-                        format!("{{ zero = {}, pole = {} }}", number(lead.zero_hz), number(lead.pole_hz)),
-                    );
-                }
-                self.anti_windup(gains.anti_windup);
-            }
-            Law::Position(gains) => {
-                self.unless("kp", gains.kp, 0.0);
-                self.unless("ki", gains.ki, 0.0);
-                self.unless("kd", gains.kd, 0.0);
-                self.unless("damping", gains.damping, 0.0);
-                self.unless("derivative_filter", gains.derivative_filter_s, 0.0);
-                self.anti_windup(gains.anti_windup);
-            }
-            Law::Impedance(gains) => {
-                self.unless("stiffness", gains.stiffness, 0.0);
-                self.unless("damping", gains.damping, 0.0);
-                self.unless("force_gain", gains.force_gain, 0.0);
-            }
-            Law::Admittance(gains) => {
-                self.unless("mass", gains.mass, 0.0);
-                self.unless("damping", gains.damping, 0.0);
-                self.unless("stiffness", gains.stiffness, 0.0);
-                self.unless("kp", gains.kp, 0.0);
-                self.unless("kd", gains.kd, 0.0);
-                self.unless("velocity_feed_forward", gains.velocity_feed_forward, 0.0);
-            }
-            // The open loop has none; a law that the format does not know cannot have come from a file.
-            _ => {}
-        }
-    }
-
-    fn anti_windup(&mut self, anti_windup: AntiWindup) {
-        match anti_windup {
-            AntiWindup::Conditional => {}
-            AntiWindup::Off => self.words("anti_windup", "off"),
-            AntiWindup::BackCalculation { tracking_time_s } => {
-                self.line("anti_windup", format!("{{ tracking_time = {} }}", number(tracking_time_s)));
-            }
-        }
-    }
-
-    fn approach(&mut self, approach: &Approach) {
-        let release =
-            approach.release.map_or_else(String::new, |release| format!(", release = {}", number(release)));
-        let [speed, until, bandwidth] = [approach.speed, approach.until, approach.bandwidth_hz].map(number);
-        self.line(
-            "approach",
-            format!("{{ speed = {speed}, until = {until}{release}, bandwidth = {bandwidth} }}"),
-        );
     }
 }
 

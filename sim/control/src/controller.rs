@@ -46,6 +46,8 @@ struct LawState<L> {
 /// What never changes in a run.
 #[derive(Clone)]
 struct Config<L: Lane> {
+    /// The law's.
+    name: &'static str,
     law: LawConfig<L>,
     low_pass: Option<Section<L>>,
     motion: MotionConfig<L>,
@@ -100,6 +102,7 @@ impl<L: Lane> Controller<L> {
         }
         let period_s = per_lane[0].period_s;
         let config = Config {
+            name: per_lane[0].law.name(),
             law: LawConfig::new(per_lane, period_s),
             low_pass: Section::of_lanes(|i| {
                 per_lane[i].reading_low_pass.map(|filter| match filter.damping_ratio {
@@ -177,23 +180,13 @@ impl<L: Lane> Controller<L> {
 impl<L: Lane> fmt::Debug for Controller<L> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Controller")
-            .field("law", &self.config.law.name())
+            .field("law", &self.config.name)
             .field("lanes", &L::WIDTH)
             .finish_non_exhaustive()
     }
 }
 
 impl<L: Lane> LawConfig<L> {
-    fn name(&self) -> &'static str {
-        match self {
-            Self::OpenLoop => "open-loop",
-            Self::Force(_) => "explicit-force",
-            Self::Position(_) => "position",
-            Self::Impedance(_) => "impedance",
-            Self::Admittance(_) => "admittance",
-        }
-    }
-
     /// All of `per_lane` are known to hold the same kind of law as the first.
     fn new(per_lane: &[ControllerSpec], period_s: f64) -> Self {
         match per_lane[0].law {

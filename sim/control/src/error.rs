@@ -1,5 +1,7 @@
 //! What can be wrong with a controller or a reference.
 
+use feeler_catalogue::Bound;
+
 /// Why a controller or a reference cannot be built. Keys are those of the machine file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -12,29 +14,15 @@ pub enum ControlError {
         /// Specs given.
         given: usize,
     },
-    /// A number that must be finite and above zero.
-    #[error("`{key}` must be a finite number above zero, not {value}")]
-    NotPositive {
+    /// A number that makes no sense.
+    #[error("`{key}` {}, not {value}", bound.words())]
+    OutOfRange {
         /// Key in the machine file.
-        key: &'static str,
+        key: String,
         /// The value given, SI.
         value: f64,
-    },
-    /// A number that must be finite and not below zero.
-    #[error("`{key}` must be a finite number, zero or above, not {value}")]
-    Negative {
-        /// Key in the machine file.
-        key: &'static str,
-        /// The value given, SI.
-        value: f64,
-    },
-    /// A number that must be finite.
-    #[error("`{key}` must be a finite number, not {value}")]
-    NotFinite {
-        /// Key in the machine file.
-        key: &'static str,
-        /// The value given, SI.
-        value: f64,
+        /// What it must obey.
+        bound: Bound,
     },
     /// A number that must stay below another.
     #[error("`{key}` is {value}, and must be below {bound} ({why})")]
@@ -120,17 +108,26 @@ pub enum ControlError {
     },
 }
 
+/// `value` where it obeys `bound`.
+fn within(key: &str, value: f64, bound: Bound) -> Result<f64, ControlError> {
+    if bound.admits(value) {
+        Ok(value)
+    } else {
+        Err(ControlError::OutOfRange { key: key.into(), value, bound })
+    }
+}
+
 /// `value` where it is finite and above zero.
-pub(crate) fn positive(key: &'static str, value: f64) -> Result<f64, ControlError> {
-    if value.is_finite() && value > 0.0 { Ok(value) } else { Err(ControlError::NotPositive { key, value }) }
+pub(crate) fn positive(key: &str, value: f64) -> Result<f64, ControlError> {
+    within(key, value, Bound::Positive)
 }
 
 /// `value` where it is finite and not below zero.
-pub(crate) fn not_negative(key: &'static str, value: f64) -> Result<f64, ControlError> {
-    if value.is_finite() && value >= 0.0 { Ok(value) } else { Err(ControlError::Negative { key, value }) }
+pub(crate) fn not_negative(key: &str, value: f64) -> Result<f64, ControlError> {
+    within(key, value, Bound::NotNegative)
 }
 
 /// `value` where it is finite.
-pub(crate) fn finite(key: &'static str, value: f64) -> Result<f64, ControlError> {
-    if value.is_finite() { Ok(value) } else { Err(ControlError::NotFinite { key, value }) }
+pub(crate) fn finite(key: &str, value: f64) -> Result<f64, ControlError> {
+    within(key, value, Bound::Any)
 }

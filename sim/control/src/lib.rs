@@ -32,6 +32,7 @@ mod controller;
 mod error;
 pub mod filter;
 mod impedance;
+mod law;
 mod linear;
 mod motion;
 pub mod noise;
@@ -42,11 +43,9 @@ mod timing;
 
 pub use controller::{Controller, Inputs};
 pub use error::ControlError;
+pub use law::{AdmittanceGains, AntiWindup, ForceGains, ImpedanceGains, Law, LeadSpec, PositionGains, READS};
 pub use linear::LinearLaw;
 pub use noise::Stream;
 pub use reference::{Reference, ReferenceSpec};
-pub use spec::{
-    AdmittanceGains, AntiWindup, Approach, ControllerSpec, ForceGains, ImpedanceGains, Law, LeadSpec,
-    LowPassSpec, PositionGains,
-};
+pub use spec::{Approach, ControllerSpec, LowPassSpec};
 pub use timing::SampleClock;

@@ -1,7 +1,12 @@
 //! What the file says of one controller.
 
-use crate::ReferenceSpec;
-use crate::error::{ControlError, finite, not_negative, positive};
+use feeler_catalogue::{
+    Bound, CORNER, DAMPING_RATIO, Dimension, Field, Kind, LONGEST_DELAY, Record, Shape, Unit, field, keys,
+    low_pass, number, optional, required,
+};
+
+use crate::error::{ControlError, positive};
+use crate::{Law, ReferenceSpec};
 
 /// What the file says of one controller (SI: on a rotational axis read N m for N and rad for m).
 #[derive(Clone, Debug, PartialEq)]
@@ -55,17 +60,14 @@ impl ControllerSpec {
     /// # Errors
     /// The first number that is out of its range, with its key.
     pub fn check(&self) -> Result<(), ControlError> {
-        positive("period", self.period_s)?;
-        not_negative("delay", self.delay_s)?;
-        not_negative("jitter", self.jitter_s)?;
-        not_negative("offset", self.offset_s)?;
-        not_negative("velocity_filter", self.velocity_filter_s)?;
-        self.output_resolution.map(|q| positive("output_resolution", q)).transpose()?;
-        self.output_limit.map(|u| positive("output_limit", u)).transpose()?;
-        let nyquist_hz = 0.5 / self.period_s;
+        in_range(self)?;
+        in_range(&self.law)?;
         if let Some(filter) = &self.reading_low_pass {
-            below_nyquist("low_pass", positive("low_pass", filter.cutoff_hz)?, nyquist_hz)?;
-            filter.damping_ratio.map(|zeta| positive("low_pass.damping_ratio", zeta)).transpose()?;
+            let bound = 0.5 / self.period_s;
+            if filter.cutoff_hz >= bound {
+                let (key, value) = ("low_pass", filter.cutoff_hz);
+                return Err(ControlError::TooLarge { key, value, bound, why: "half the sample rate" });
+            }
         }
         if let Some(approach) = &self.approach {
             approach.check()?;
@@ -73,187 +75,17 @@ impl ControllerSpec {
                 return Err(ControlError::ApproachNeedsForce);
             }
         }
-        self.law.check()
-    }
-}
-
-fn below_nyquist(key: &'static str, value: f64, bound: f64) -> Result<(), ControlError> {
-    if value < bound {
+        if matches!(self.law, Law::Admittance(gains) if gains.mass == 0.0 && gains.damping == 0.0) {
+            return Err(ControlError::AdmittanceWithoutMassOrDamping);
+        }
         Ok(())
-    } else {
-        Err(ControlError::TooLarge { key, value, bound, why: "half the sample rate" })
     }
 }
 
-/// A control law.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Law {
-    /// The output is the reference.
-    OpenLoop,
-    /// Explicit force control: the reading is a force, the reference the force wanted.
-    ExplicitForce(ForceGains),
-    /// Position control: the reading is a position, the reference the position wanted.
-    Position(PositionGains),
-    /// A programmed stiffness and damping about a reference position.
-    Impedance(ImpedanceGains),
-    /// A virtual body moved by the force error, tracked by an inner position loop.
-    Admittance(AdmittanceGains),
-}
-
-impl Law {
-    /// The law's name in the machine file.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::OpenLoop => "open-loop",
-            Self::ExplicitForce(_) => "explicit-force",
-            Self::Position(_) => "position",
-            Self::Impedance(_) => "impedance",
-            Self::Admittance(_) => "admittance",
-        }
-    }
-
-    /// Whether the law cannot work without a motion sensor.
-    pub fn needs_motion(&self) -> bool {
-        match self {
-            Self::OpenLoop | Self::Position(_) => false,
-            Self::ExplicitForce(gains) => gains.damping != 0.0,
-            Self::Impedance(_) | Self::Admittance(_) => true,
-        }
-    }
-
-    fn check(&self) -> Result<(), ControlError> {
-        match self {
-            Self::OpenLoop => Ok(()),
-            Self::ExplicitForce(g) => {
-                finite("feed_forward", g.feed_forward)?;
-                for (key, value) in [("kp", g.kp), ("ki", g.ki), ("kd", g.kd), ("damping", g.damping)] {
-                    finite(key, value)?;
-                }
-                not_negative("derivative_filter", g.derivative_filter_s)?;
-                if let Some(lead) = &g.lead {
-                    positive("lead.zero", lead.zero_hz)?;
-                    positive("lead.pole", lead.pole_hz)?;
-                }
-                g.anti_windup.check()
-            }
-            Self::Position(g) => {
-                for (key, value) in [("kp", g.kp), ("ki", g.ki), ("kd", g.kd), ("damping", g.damping)] {
-                    finite(key, value)?;
-                }
-                not_negative("derivative_filter", g.derivative_filter_s)?;
-                g.anti_windup.check()
-            }
-            Self::Impedance(g) => {
-                finite("stiffness", g.stiffness)?;
-                finite("damping", g.damping)?;
-                finite("force_gain", g.force_gain)?;
-                Ok(())
-            }
-            Self::Admittance(g) => {
-                not_negative("mass", g.mass)?;
-                not_negative("damping", g.damping)?;
-                not_negative("stiffness", g.stiffness)?;
-                for (key, value) in
-                    [("kp", g.kp), ("kd", g.kd), ("velocity_feed_forward", g.velocity_feed_forward)]
-                {
-                    finite(key, value)?;
-                }
-                if g.mass > 0.0 || g.damping > 0.0 {
-                    Ok(())
-                } else {
-                    Err(ControlError::AdmittanceWithoutMassOrDamping)
-                }
-            }
-        }
-    }
-}
-
-/// Gains of explicit force control, `u = feed_forward r + C(z) e - damping v`, `e = r - f`, with `C` a PID in
-/// series with an optional lead. Every gain is zero unless given. Units follow the drive: the output is a
-/// force, or a velocity for a velocity source.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ForceGains {
-    /// Gain from the reference to the output.
-    pub feed_forward: f64,
-    /// Proportional gain, output per N.
-    pub kp: f64,
-    /// Integral gain, output per N s.
-    pub ki: f64,
-    /// Derivative gain, output per N/s.
-    pub kd: f64,
-    /// Joint damping, output per m/s of the motion sensor.
-    pub damping: f64,
-    /// Time constant of the first-order filter on the derivative, s; zero for none.
-    pub derivative_filter_s: f64,
-    /// Lead (or lag) compensator in series with the PID.
-    pub lead: Option<LeadSpec>,
-    /// What the integrator does at the output limit.
-    pub anti_windup: AntiWindup,
-}
-
-/// Gains of position control, `u = kp e + ki int(e) + kd de/dt - damping v`, `e = r - x`. Every gain is zero
-/// unless given.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PositionGains {
-    /// Proportional gain, output per m.
-    pub kp: f64,
-    /// Integral gain, output per m s.
-    pub ki: f64,
-    /// Derivative gain on the error, output per m/s.
-    pub kd: f64,
-    /// Damping on the measured velocity alone (no kick when the reference steps), output per m/s.
-    pub damping: f64,
-    /// Time constant of the first-order filter on the derivative, s; zero for none.
-    pub derivative_filter_s: f64,
-    /// What the integrator does at the output limit.
-    pub anti_windup: AntiWindup,
-}
-
-/// Gains of impedance control (Hogan, "Impedance Control", ASME J. Dyn. Sys. Meas. Control 107, 1985):
-/// `f_d = stiffness (x_r - x) + damping (v_r - v)`, `u = f_d + force_gain (f_d - f)`.
-///
-/// With a force drive the force gain divides the apparent inertia by `1 + force_gain`; zero needs no force
-/// sensor.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ImpedanceGains {
-    /// Stiffness of the programmed spring, N/m.
-    pub stiffness: f64,
-    /// Damping of the programmed damper, N s/m.
-    pub damping: f64,
-    /// Gain of the inner force loop, dimensionless.
-    pub force_gain: f64,
-}
-
-/// Gains of admittance control: `mass a_v + damping v_v + stiffness (x_v - x_0) = r - f` moves a virtual
-/// body, and `u = kp (x_v - x) + kd (v_v - v) + velocity_feed_forward v_v` makes the axis follow it; `x_0` is
-/// where the law starts.
-///
-/// `velocity_feed_forward = 1` and `kd = 0` suit a velocity source.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct AdmittanceGains {
-    /// Virtual mass, kg; may be zero where the damping is not.
-    pub mass: f64,
-    /// Virtual damping, N s/m.
-    pub damping: f64,
-    /// Virtual stiffness, N/m.
-    pub stiffness: f64,
-    /// Inner loop: output per m.
-    pub kp: f64,
-    /// Inner loop: output per m/s.
-    pub kd: f64,
-    /// Output per m/s of the virtual body's velocity.
-    pub velocity_feed_forward: f64,
-}
-
-/// A lead compensator `(1 + s / w_z) / (1 + s / w_p)`: gain 1 at zero frequency, `pole_hz / zero_hz` at high
-/// frequency.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LeadSpec {
-    /// Frequency of the zero, Hz.
-    pub zero_hz: f64,
-    /// Frequency of the pole, Hz; below the zero's it is a lag.
-    pub pole_hz: f64,
+fn in_range<T: Record>(record: &T) -> Result<(), ControlError> {
+    record
+        .out_of_range()
+        .map_or(Ok(()), |(key, value, bound)| Err(ControlError::OutOfRange { key, value, bound }))
 }
 
 /// A low-pass of gain 1 at zero frequency.
@@ -263,34 +95,6 @@ pub struct LowPassSpec {
     pub cutoff_hz: f64,
     /// Second order with this damping ratio; first order where absent.
     pub damping_ratio: Option<f64>,
-}
-
-/// What an integrator does while the output is at its limit (Astrom and Hagglund, "Advanced PID Control",
-/// 2006, section 3.5).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum AntiWindup {
-    /// Stops while the output is beyond its limit and the error would drive it further (conditional
-    /// integration).
-    #[default]
-    Conditional,
-    /// Is driven back at the rate (limited output - unlimited output) / `tracking_time_s`.
-    BackCalculation {
-        /// Tracking time constant, s.
-        tracking_time_s: f64,
-    },
-    /// Winds up.
-    Off,
-}
-
-impl AntiWindup {
-    fn check(self) -> Result<(), ControlError> {
-        match self {
-            Self::BackCalculation { tracking_time_s } => {
-                positive("anti_windup.tracking_time", tracking_time_s).map(drop)
-            }
-            Self::Conditional | Self::Off => Ok(()),
-        }
-    }
 }
 
 /// The phase before contact: move at a set speed until the reading reaches a force.
@@ -333,23 +137,155 @@ impl Approach {
     }
 
     fn check(&self) -> Result<(), ControlError> {
-        finite("approach.speed", self.speed)?;
-        finite("approach.until", self.until)?;
-        if let Some(release) = self.release
-            && (release.is_nan() || release > self.until)
-        {
-            let why = "the threshold that ends the approach";
-            return Err(ControlError::TooLarge {
-                key: "approach.release",
-                value: release,
-                bound: self.until,
-                why,
-            });
+        if let Some(value) = self.release.filter(|release| *release > self.until) {
+            let (bound, why) = (self.until, "the threshold that ends the approach");
+            return Err(ControlError::TooLarge { key: "approach.release", value, bound, why });
         }
-        positive("approach.bandwidth", self.bandwidth_hz)?;
-        if !self.velocity_drive {
-            positive("approach.effective_mass", self.effective_mass)?;
+        if self.velocity_drive {
+            return Ok(());
         }
-        Ok(())
+        positive("approach.effective_mass", self.effective_mass).map(drop)
+    }
+}
+
+const TIME: Unit = Unit::Of(Dimension::TIME);
+const FREQUENCY: Unit = Unit::Of(Dimension::FREQUENCY);
+const FORCE: Unit = Unit::Of(Dimension::FORCE);
+
+/// No controller is sampled a billion times a second.
+const SHORTEST_PERIOD: Bound = Bound::Within(1e-9, 1e6);
+
+/// All but the law and the reference, which have keys of their own.
+impl Record for ControllerSpec {
+    const FIELDS: &'static [Field<Self>] = &[
+        field!(
+            ControllerSpec: period_s,
+            required(
+                "period",
+                Kind::Quantity(TIME, SHORTEST_PERIOD),
+                "time between samples; t = 0 is a sample",
+            )
+        ),
+        field!(
+            ControllerSpec: delay_s,
+            number(
+                "delay",
+                TIME,
+                LONGEST_DELAY,
+                0.0,
+                "from a sample to the instant at which its output is applied; any number",
+            )
+        ),
+        field!(
+            ControllerSpec: jitter_s,
+            number(
+                "jitter",
+                TIME,
+                Bound::NotNegative,
+                0.0,
+                "one sigma of each sample instant about its nominal time",
+            )
+        ),
+        field!(
+            ControllerSpec: offset_s,
+            number("offset", TIME, Bound::NotNegative, 0.0, "time of the first sample")
+        ),
+        field!(
+            ControllerSpec: output_resolution,
+            optional(
+                "output_resolution",
+                Kind::Quantity(Unit::Output, Bound::Positive),
+                "step of the output",
+            )
+        ),
+        field!(
+            ControllerSpec: output_limit,
+            optional(
+                "output_limit",
+                Kind::Quantity(Unit::Output, Bound::Positive),
+                "largest output, against which the anti-windup works",
+            )
+        ),
+        field!(
+            ControllerSpec: reading_low_pass,
+            low_pass("discrete filter on the reading: a corner frequency, or a table")
+        ),
+        field!(
+            ControllerSpec: velocity_filter_s,
+            number(
+                "velocity_filter",
+                TIME,
+                Bound::NotNegative,
+                0.0,
+                "time constant of the filter on a velocity got by differencing positions",
+            )
+        ),
+        field!(
+            ControllerSpec: approach,
+            optional(
+                "approach",
+                Kind::Table(&APPROACH),
+                "the phase before contact: move at a set speed until the reading reaches a force",
+            )
+        ),
+    ];
+
+    fn blank() -> Self {
+        Self::new(Law::OpenLoop, 1.0)
+    }
+}
+
+impl Record for LowPassSpec {
+    const FIELDS: &'static [Field<Self>] =
+        &[field!(LowPassSpec: cutoff_hz, CORNER), field!(LowPassSpec: damping_ratio, DAMPING_RATIO)];
+
+    fn blank() -> Self {
+        Self { cutoff_hz: 1.0, damping_ratio: None }
+    }
+}
+
+static APPROACH: Shape = Shape { keys: keys!(Approach::FIELDS), choice: None };
+
+/// What the machine tells the approach is no key.
+impl Record for Approach {
+    const FIELDS: &'static [Field<Self>] = &[
+        field!(
+            Approach: speed,
+            required(
+                "speed",
+                Kind::Quantity(Unit::Of(Dimension::VELOCITY), Bound::Positive),
+                "speed towards the workpiece",
+            )
+        ),
+        field!(
+            Approach: until,
+            required(
+                "until",
+                Kind::Quantity(FORCE, Bound::Any),
+                "the phase ends at the first sample whose reading is at least this",
+            )
+        ),
+        field!(
+            Approach: release,
+            optional(
+                "release",
+                Kind::Quantity(FORCE, Bound::Any),
+                "it starts again below this, at most `until`; where absent, contact latches",
+            )
+        ),
+        field!(
+            Approach: bandwidth_hz,
+            number(
+                "bandwidth",
+                FREQUENCY,
+                Bound::Positive,
+                Approach::DEFAULT_BANDWIDTH_HZ,
+                "of the position loop that moves a force drive",
+            )
+        ),
+    ];
+
+    fn blank() -> Self {
+        Self::new(1.0, 1.0, 1.0)
     }
 }

@@ -1,5 +1,6 @@
 //! Each law against its closed form.
 
+use feeler_catalogue::Bound;
 use feeler_control::{
     AdmittanceGains, AntiWindup, ControlError, Controller, ControllerSpec, ForceGains, ImpedanceGains,
     Inputs, Law, LeadSpec, PositionGains,
@@ -250,14 +251,17 @@ fn prop_mistakes_are_refused_with_their_key() {
     let refused = |spec: ControllerSpec| Controller::<f64>::new(&[spec]).unwrap_err();
     assert_eq!(
         refused(ControllerSpec { period_s: 0.0, ..good.clone() }),
-        ControlError::NotPositive { key: "period", value: 0.0 }
+        ControlError::OutOfRange { key: "period".into(), value: 0.0, bound: Bound::Within(1e-9, 1e6) }
     );
     assert_eq!(
         refused(ControllerSpec { delay_s: -1e-3, ..good.clone() }),
-        ControlError::Negative { key: "delay", value: -1e-3 }
+        ControlError::OutOfRange { key: "delay".into(), value: -1e-3, bound: Bound::Within(0.0, 1e3) }
     );
     let infinite = force(ForceGains { ki: f64::INFINITY, ..ForceGains::default() });
-    assert_eq!(refused(infinite), ControlError::NotFinite { key: "ki", value: f64::INFINITY });
+    assert_eq!(
+        refused(infinite),
+        ControlError::OutOfRange { key: "ki".into(), value: f64::INFINITY, bound: Bound::Any }
+    );
     let nothing_virtual = ControllerSpec::new(Law::Admittance(AdmittanceGains::default()), PERIOD_S);
     assert_eq!(refused(nothing_virtual), ControlError::AdmittanceWithoutMassOrDamping);
 

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{SQRT_2, TAU};
 
+use feeler_catalogue::Bound;
 use feeler_control::reference::{Between, Lines, Sweep};
 use feeler_control::{ControlError, Reference, ReferenceSpec};
 
@@ -239,7 +240,10 @@ fn prop_mistakes_are_refused() {
     };
     assert_eq!(refused(&between_lines), ControlError::NoLines { period_s: 1.0, low_hz: 1.1, high_hz: 1.9 });
     let no_band = ReferenceSpec::WhiteNoise { low_hz: 9.0, high_hz: 9.0, rms: 1.0, offset: 0.0 };
-    assert_eq!(refused(&no_band), ControlError::NotPositive { key: "reference.band width", value: 0.0 });
+    assert_eq!(
+        refused(&no_band),
+        ControlError::OutOfRange { key: "reference.band width".into(), value: 0.0, bound: Bound::Positive }
+    );
     let long = ReferenceSpec::Prbs { order: 40, clock_period_s: 1e-3, amplitude: 1.0, offset: 0.0 };
     assert_eq!(refused(&long), ControlError::PrbsOrder { order: 40, min: 2, max: 18 });
 }

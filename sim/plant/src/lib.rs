@@ -7,4 +7,8 @@ pub mod effects;
 pub mod motion;
 pub mod names;
 pub mod problem;
-pub mod units;
+pub mod units {
+    //! Physical dimensions.
+
+    pub use feeler_catalogue::Dimension;
+}

@@ -6,7 +6,7 @@ use feeler_plant::assembly::{Assembly, Source};
 use nalgebra::DMatrix;
 
 use crate::error::AnalysisError;
-use crate::loops::gain_key::{leading_gain, with_gain};
+use crate::loops::gain_key::{is_on_reading, leading_gain, with_gain};
 use crate::machine::channel::{Reduction, reduce};
 use crate::machine::linearise::{LinearMachine, OutputRow};
 use crate::machine::prepare::View;
@@ -39,7 +39,7 @@ impl LoopController {
     /// The sensor through which the loop of a gain closes: what an impedance's force gain multiplies, also
     /// where it is zero so far, else [`Self::fed_back`].
     pub fn sensor_of_gain(&self, gain: &str) -> Option<usize> {
-        if gain == "force_gain" { self.reading.or(self.motion) } else { self.fed_back() }
+        if is_on_reading(&self.spec.law, gain) { self.reading.or(self.motion) } else { self.fed_back() }
     }
 
     /// The sensor of what the reference is of, and its bandwidth: motion under an impedance, whose reference

@@ -1,5 +1,6 @@
 //! What is to be run: a machine, its controllers, and the run itself.
 
+use feeler_catalogue::{Field, Kind, Record, field, optional, required};
 use feeler_control::ControllerSpec;
 use feeler_plant::description::{Elements, Machine, SignalName};
 use feeler_plant::effects::EffectUse;
@@ -29,6 +30,34 @@ pub struct ControllerUse {
     pub drives: String,
     /// Departures from the ideal controller.
     pub effects: Vec<EffectUse>,
+}
+
+/// How it is wired; what it reads is a key of its law.
+impl Record for ControllerUse {
+    const FIELDS: &'static [Field<Self>] = &[
+        field!(
+            ControllerUse: drives,
+            required("drives", Kind::Name("an actuator"), "the actuator whose command it gives")
+        ),
+        field!(
+            ControllerUse: motion,
+            optional(
+                "motion",
+                Kind::Name("a sensor of position or velocity"),
+                "sensor for damping, impedance and the approach; where absent, the first that reads position or velocity of the driven body",
+            )
+        ),
+    ];
+
+    fn blank() -> Self {
+        Self {
+            spec: ControllerSpec::blank(),
+            reads: None,
+            motion: None,
+            drives: String::new(),
+            effects: Vec::new(),
+        }
+    }
 }
 
 /// How a run steps.

@@ -2,25 +2,29 @@
 
 use std::ops::{Div, Mul};
 
-use feeler_plant::units::Dimension;
+use crate::dimension::Dimension;
 
 /// `kg^mass m^length s^time` of a translational axis. Exponents are real: a contact law `k d^n` takes N/m^n
 /// with any `n`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Dim {
-    pub(crate) mass: f64,
-    pub(crate) length: f64,
-    pub(crate) time: f64,
+pub struct Dim {
+    /// Exponent of mass.
+    pub mass: f64,
+    /// Exponent of the coordinate.
+    pub length: f64,
+    /// Exponent of time.
+    pub time: f64,
     /// Any exponent of length will do.
-    pub(crate) any_length: bool,
+    pub any_length: bool,
     /// Of a signal that is not known: anything will do.
-    pub(crate) unknown: bool,
+    pub unknown: bool,
 }
 
 /// Exponents that differ by less are equal; files write them with two or three digits.
 const EXPONENT_TOLERANCE: f64 = 1e-6;
 
-pub(crate) fn same_exponent(a: f64, b: f64) -> bool {
+/// Whether two exponents are equal but for the digits that files write.
+pub fn same_exponent(a: f64, b: f64) -> bool {
     (a - b).abs() < EXPONENT_TOLERANCE
 }
 
@@ -30,16 +34,15 @@ impl Dim {
     }
 
     /// N/m^n.
-    pub(crate) const fn power_stiffness(exponent: f64) -> Self {
+    pub const fn power_stiffness(exponent: f64) -> Self {
         Self::new(1.0, 1.0 - exponent, -2.0)
     }
 
     /// That of a signal which is not known, so that nothing is said of units that may be right.
-    pub(crate) const UNKNOWN: Self =
-        Self { mass: 0.0, length: 0.0, time: 0.0, any_length: false, unknown: true };
+    pub const UNKNOWN: Self = Self { mass: 0.0, length: 0.0, time: 0.0, any_length: false, unknown: true };
 
     /// Whether two dimensions are the same.
-    pub(crate) fn is(self, other: Self) -> bool {
+    pub fn is(self, other: Self) -> bool {
         let same = same_exponent(self.mass, other.mass)
             && same_exponent(self.time, other.time)
             && (self.any_length || other.any_length || same_exponent(self.length, other.length));
@@ -47,7 +50,7 @@ impl Dim {
     }
 
     /// What a quantity of this dimension is called.
-    pub(crate) fn name(self, rotational: bool) -> Option<&'static str> {
+    pub fn name(self, rotational: bool) -> Option<&'static str> {
         NAMES
             .iter()
             .find(|(dimension, ..)| Self::from(*dimension).is(self))
@@ -55,7 +58,7 @@ impl Dim {
     }
 
     /// SI unit, in the notation of files.
-    pub(crate) fn si_unit(self, rotational: bool) -> String {
+    pub fn si_unit(self, rotational: bool) -> String {
         let known = NAMES
             .iter()
             .map(|(dimension, ..)| *dimension)
@@ -87,7 +90,7 @@ impl Dim {
     }
 
     /// "a length (m)", "a pure number", or just the unit.
-    pub(crate) fn phrase(self, rotational: bool) -> String {
+    pub fn phrase(self, rotational: bool) -> String {
         match self.name(rotational) {
             Some(name) if self.is(Self::from(Dimension::NONE)) => name.to_owned(),
             Some(name) => format!("{name} ({})", self.si_unit(rotational)),

@@ -1,27 +1,32 @@
-//! How the keys of a table are declared: one line per key, from which parsing, the schema and the reference
-//! are made.
+//! How the keys of a table are declared: one line per key, from which parsing, writing, the schema and the
+//! reference are made.
 
-use feeler_plant::effects::HostKind;
-use feeler_plant::units::Dimension;
-
-use super::dimension::Dim;
+use crate::content::Content;
+use crate::dim::Dim;
+use crate::dimension::Dimension;
+use crate::field::Form;
 
 /// A key of a table.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Key {
-    pub(crate) name: &'static str,
-    pub(crate) kind: Kind,
-    pub(crate) absent: Absent,
-    pub(crate) text: &'static str,
+pub struct Key {
+    /// Its name in files.
+    pub name: &'static str,
+    /// What it holds.
+    pub kind: Kind,
+    /// What its absence means.
+    pub absent: Absent,
+    /// What it means.
+    pub text: &'static str,
 }
 
 /// What a key holds.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Kind {
+pub enum Kind {
     /// A number in SI or a text with a unit.
     Quantity(Unit, Bound),
     /// A whole number from..=to.
     Count(u64, u64),
+    /// True or false.
     Flag,
     /// Any text.
     Text,
@@ -53,14 +58,17 @@ pub(crate) enum Kind {
 
 /// A word that a key may hold, and its meaning.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Word {
-    pub(crate) name: &'static str,
-    pub(crate) text: &'static str,
+pub struct Word {
+    /// As it is written.
+    pub name: &'static str,
+    /// What it means.
+    pub text: &'static str,
 }
 
 /// Unit of a quantity; some follow from other keys of the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Unit {
+pub enum Unit {
+    /// This.
     Of(Dimension),
     /// Of the signal that a sensor reads.
     Signal,
@@ -78,7 +86,7 @@ pub(crate) enum Unit {
 
 /// Values that make sense.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Bound {
+pub enum Bound {
     /// Any finite number.
     Any,
     /// > 0.
@@ -94,7 +102,8 @@ pub(crate) enum Bound {
 }
 
 impl Bound {
-    pub(crate) fn admits(self, value: f64) -> bool {
+    /// Whether a value makes sense.
+    pub fn admits(self, value: f64) -> bool {
         value.is_finite()
             && match self {
                 Self::Any => true,
@@ -107,7 +116,7 @@ impl Bound {
     }
 
     /// "must be above zero".
-    pub(crate) fn words(self) -> String {
+    pub fn words(self) -> String {
         match self {
             Self::Any => "must be a finite number".into(),
             Self::Positive => "must be above zero".into(),
@@ -120,7 +129,7 @@ impl Bound {
 }
 
 /// A number without rows of zeros.
-pub(crate) fn short(value: f64) -> String {
+pub fn short(value: f64) -> String {
     if value != 0.0 && !(1e-4..1e6).contains(&value.abs()) {
         format!("{value:e}")
     } else {
@@ -130,7 +139,7 @@ pub(crate) fn short(value: f64) -> String {
 
 impl Unit {
     /// The unit in words, for manuals: on a rotational axis in parentheses where it is another.
-    pub(crate) fn words(self) -> String {
+    pub fn words(self) -> String {
         match self {
             Self::Of(dimension) => {
                 let [straight, rotary] = [false, true].map(|rotational| dimension.si_unit(rotational));
@@ -157,51 +166,89 @@ impl Unit {
 
 /// What the absence of a key means.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Absent {
+pub enum Absent {
     /// A mistake.
     Required,
     /// That there is no such thing.
     Nothing,
+    /// This quantity, SI.
     Number(f64),
+    /// This whole number.
     Count(u64),
+    /// This.
     Flag(bool),
+    /// This word or name.
     Word(&'static str),
+}
+
+impl Absent {
+    /// Whether the absence of a key means just this content. Numbers are compared by bits, so that -0 comes
+    /// back as -0.
+    pub fn means(self, content: &Content) -> bool {
+        match (self, content) {
+            (Self::Number(default), Content::Number(value)) => default.to_bits() == value.to_bits(),
+            (Self::Count(default), Content::Count(count)) => default == *count,
+            (Self::Flag(default), Content::Flag(flag)) => default == *flag,
+            (Self::Word(default), Content::Word(word)) => default == *word,
+            (Self::Word(default), Content::Text(text)) => default == text,
+            _ => false,
+        }
+    }
 }
 
 /// The keys of a table; some tables have more keys, by the value of one.
 #[derive(Debug)]
-pub(crate) struct Shape {
-    pub(crate) keys: &'static [Key],
-    pub(crate) choice: Option<Choice>,
+pub struct Shape {
+    /// Keys that it always has.
+    pub keys: &'static [Key],
+    /// The key by which it has more.
+    pub choice: Option<Choice>,
 }
 
 /// A key whose word decides which other keys there are.
 #[derive(Debug)]
-pub(crate) struct Choice {
-    pub(crate) key: &'static str,
+pub struct Choice {
+    /// Its name; empty where the variant is known by which key is there.
+    pub key: &'static str,
     /// The word where the key is absent; none where it must be given.
-    pub(crate) default: Option<&'static str>,
-    pub(crate) text: &'static str,
-    pub(crate) variants: &'static [Variant],
+    pub default: Option<&'static str>,
+    /// What it chooses.
+    pub text: &'static str,
+    /// What there is to choose from.
+    pub variants: &'static [Variant],
 }
 
 /// One word of a [`Choice`].
-#[derive(Debug)]
-pub(crate) struct Variant {
-    pub(crate) name: &'static str,
-    pub(crate) text: &'static str,
-    pub(crate) keys: &'static [Key],
+#[derive(Clone, Copy, Debug)]
+pub struct Variant {
+    /// The word.
+    pub name: &'static str,
+    /// What it means.
+    pub text: &'static str,
+    /// The keys that only it has.
+    pub keys: &'static [Key],
+}
+
+/// The variants that the forms of a record are.
+pub const fn variants<T, const N: usize>(forms: &[Form<T>]) -> [Variant; N] {
+    let mut variants = [const { Variant { name: "", text: "", keys: &[] } }; N];
+    let mut i = 0;
+    while i < N {
+        variants[i] = Variant { name: forms[i].name, text: forms[i].text, keys: forms[i].keys };
+        i += 1;
+    }
+    variants
 }
 
 impl Shape {
     /// Keys of the table itself and of every variant.
-    pub(crate) fn all_keys(&self) -> impl Iterator<Item = &'static Key> {
+    pub fn all_keys(&self) -> impl Iterator<Item = &'static Key> {
         let variants = self.choice.iter().flat_map(|choice| choice.variants).flat_map(|variant| variant.keys);
         self.keys.iter().chain(variants)
     }
 
     /// The variant whose keys hold a key.
-    pub(crate) fn variant_of(&self, key: &str) -> Option<&'static Variant> {
+    pub fn variant_of(&self, key: &str) -> Option<&'static Variant> {
         self.choice
             .iter()
             .flat_map(|choice| choice.variants)
@@ -209,40 +256,22 @@ impl Shape {
     }
 }
 
-/// A table of named elements, as `[bodies.NAME]`.
-#[derive(Debug)]
-pub(crate) struct Element {
-    /// Name of the table.
-    pub(crate) table: &'static str,
-    /// One of them.
-    pub(crate) singular: &'static str,
-    pub(crate) text: &'static str,
-    pub(crate) shape: Shape,
-    /// What the effects library calls it: some depend on the element's own keys.
-    pub(crate) hosts: &'static [HostKind],
-}
-
 /// A key that must be given.
-pub(crate) const fn required(name: &'static str, kind: Kind, text: &'static str) -> Key {
+pub const fn required(name: &'static str, kind: Kind, text: &'static str) -> Key {
     Key { name, kind, absent: Absent::Required, text }
 }
 
 /// A key without which there is no such thing.
-pub(crate) const fn optional(name: &'static str, kind: Kind, text: &'static str) -> Key {
+pub const fn optional(name: &'static str, kind: Kind, text: &'static str) -> Key {
     Key { name, kind, absent: Absent::Nothing, text }
 }
 
 /// A quantity with a default in SI.
-pub(crate) const fn number(
-    name: &'static str,
-    unit: Unit,
-    bound: Bound,
-    default: f64,
-    text: &'static str,
-) -> Key {
+pub const fn number(name: &'static str, unit: Unit, bound: Bound, default: f64, text: &'static str) -> Key {
     Key { name, kind: Kind::Quantity(unit, bound), absent: Absent::Number(default), text }
 }
 
-pub(crate) const fn word(name: &'static str, text: &'static str) -> Word {
+/// A word and its meaning.
+pub const fn word(name: &'static str, text: &'static str) -> Word {
     Word { name, text }
 }

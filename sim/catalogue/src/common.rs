@@ -1,0 +1,27 @@
+//! What keys of several crates share.
+
+use crate::dimension::Dimension;
+use crate::shape::{Bound, Key, Kind, Shape, Unit, optional, required};
+
+/// A delay holds the past: more than this is a unit mistaken.
+pub const LONGEST_DELAY: Bound = Bound::Within(0.0, 1e3);
+
+/// Corner frequency of a low-pass.
+pub const CORNER: Key = required(
+    "corner",
+    Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
+    "corner (first order) or natural (second order) frequency",
+);
+
+/// Damping ratio of a low-pass.
+pub const DAMPING_RATIO: Key = optional(
+    "damping_ratio",
+    Kind::Quantity(Unit::Of(Dimension::NONE), Bound::Positive),
+    "of a second-order filter; first order where absent",
+);
+
+/// A key that holds a low-pass: a corner frequency, or a table.
+pub const fn low_pass(text: &'static str) -> Key {
+    static LOW_PASS: Shape = Shape { keys: &[CORNER, DAMPING_RATIO], choice: None };
+    optional("low_pass", Kind::QuantityOrTable(CORNER.name, Unit::Of(Dimension::FREQUENCY), &LOW_PASS), text)
+}

@@ -1,0 +1,343 @@
+//! A key together with the part of a struct that it fills.
+
+use crate::content::{Content, Contents};
+use crate::shape::{Absent, Bound, Key, Kind, Unit};
+
+/// A key of the struct `T`: how it is declared, and how its content is read from and put into a `T`.
+#[derive(Debug)]
+pub struct Field<T> {
+    /// Its declaration.
+    pub key: Key,
+    /// What it is to those who study the machine.
+    pub role: Role,
+    /// What a struct holds there; `None` for what is absent.
+    pub get: fn(&T) -> Option<Content>,
+    /// Puts what was read into a struct.
+    pub set: fn(&mut T, &Content),
+}
+
+/// What a key is to those who study a machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// What the machine is made of, and all other settings.
+    Structure,
+    /// A gain of a control law.
+    Gain {
+        /// Place among the gains of its law, the most telling one first.
+        rank: u8,
+        /// Whether it multiplies the reading itself, so that its loop closes through the reading.
+        on_reading: bool,
+    },
+    /// A number that is believed of the real machine, within a tolerance.
+    Believed,
+}
+
+impl<T> Field<T> {
+    /// The quantity that a struct holds there, SI.
+    pub fn number(&self, owner: &T) -> Option<f64> {
+        if let Some(Content::Number(value)) = (self.get)(owner) { Some(value) } else { None }
+    }
+
+    /// Sets the quantity, SI.
+    pub fn set_number(&self, owner: &mut T, value: f64) {
+        (self.set)(owner, &Content::Number(value));
+    }
+
+    /// Unit of the quantity, and which values make sense; `None` for what is no single quantity.
+    pub fn quantity(&self) -> Option<(Unit, Bound)> {
+        if let Kind::Quantity(unit, bound) = self.key.kind { Some((unit, bound)) } else { None }
+    }
+}
+
+/// A type that one key fills.
+pub trait Slot {
+    /// Its content; `None` for what is absent.
+    fn content(&self) -> Option<Content>;
+    /// Takes what was read.
+    fn take(&mut self, content: &Content);
+}
+
+impl Slot for f64 {
+    fn content(&self) -> Option<Content> {
+        Some(Content::Number(*self))
+    }
+
+    fn take(&mut self, content: &Content) {
+        if let Content::Number(value) = content {
+            *self = *value;
+        }
+    }
+}
+
+impl Slot for Option<f64> {
+    fn content(&self) -> Option<Content> {
+        self.map(Content::Number)
+    }
+
+    fn take(&mut self, content: &Content) {
+        if let Content::Number(value) = content {
+            *self = Some(*value);
+        }
+    }
+}
+
+impl Slot for bool {
+    fn content(&self) -> Option<Content> {
+        Some(Content::Flag(*self))
+    }
+
+    fn take(&mut self, content: &Content) {
+        if let Content::Flag(flag) = content {
+            *self = *flag;
+        }
+    }
+}
+
+impl Slot for u64 {
+    fn content(&self) -> Option<Content> {
+        Some(Content::Count(*self))
+    }
+
+    fn take(&mut self, content: &Content) {
+        if let Content::Count(count) = content {
+            *self = *count;
+        }
+    }
+}
+
+impl Slot for String {
+    fn content(&self) -> Option<Content> {
+        Some(Content::Text(self.clone()))
+    }
+
+    fn take(&mut self, content: &Content) {
+        match content {
+            Content::Text(text) => self.clone_from(text),
+            Content::Word(word) => *self = (*word).to_owned(),
+            _ => {}
+        }
+    }
+}
+
+impl Slot for Option<String> {
+    fn content(&self) -> Option<Content> {
+        self.clone().map(Content::Text)
+    }
+
+    fn take(&mut self, content: &Content) {
+        if let Content::Text(text) = content {
+            *self = Some(text.clone());
+        }
+    }
+}
+
+impl Slot for [String; 2] {
+    fn content(&self) -> Option<Content> {
+        Some(Content::Pair(self.clone()))
+    }
+
+    fn take(&mut self, content: &Content) {
+        if let Content::Pair(pair) = content {
+            self.clone_from(pair);
+        }
+    }
+}
+
+/// A table within a table.
+impl<T: Record> Slot for Option<T> {
+    fn content(&self) -> Option<Content> {
+        self.as_ref().map(|record| Content::Table(record.contents()))
+    }
+
+    fn take(&mut self, content: &Content) {
+        if let Content::Table(contents) = content {
+            *self = Some(T::read(contents));
+        }
+    }
+}
+
+/// A struct, or an enum of structs, that a table fills.
+pub trait Record: Sized + 'static {
+    /// Keys that it has in every form.
+    const FIELDS: &'static [Field<Self>];
+    /// Its forms, where the word of a key decides which other keys there are.
+    const FORMS: &'static [Form<Self>] = &[];
+
+    /// What it is before any key is read; of an enum, what stands in for a form that was not understood.
+    fn blank() -> Self;
+
+    /// What a table says, after mistakes have been noted. A required or defaulted quantity that was wrong is
+    /// 1, which no check refuses: the file as a whole is refused, and nothing sees it.
+    fn read(contents: &Contents) -> Self {
+        let form = Self::FORMS.iter().find(|form| Some(form.name) == contents.variant);
+        let mut record = form.map_or_else(Self::blank, |form| (form.start)());
+        fill(&mut record, Self::FIELDS, contents);
+        fill(&mut record, form.map_or(&[], |form| form.fields), contents);
+        record
+    }
+
+    /// All that differs from what its absence means.
+    fn contents(&self) -> Contents {
+        let mut contents = Contents::new(self.form().map(|form| form.name));
+        for field in self.fields() {
+            if let Some(content) = (field.get)(self).filter(|content| !field.key.absent.means(content)) {
+                contents.insert(field.key.name, content);
+            }
+        }
+        contents
+    }
+
+    /// The first quantity that makes no sense: its key, its value and what it must obey.
+    fn out_of_range(&self) -> Option<(String, f64, Bound)> {
+        self.fields().find_map(|field| out_of_range(&field.key, &(field.get)(self)?))
+    }
+
+    /// The form that this one has.
+    fn form(&self) -> Option<&'static Form<Self>> {
+        Self::FORMS.iter().find(|form| (form.is)(self))
+    }
+
+    /// The keys that this one has.
+    fn fields(&self) -> impl Iterator<Item = &'static Field<Self>> {
+        Self::FIELDS.iter().chain(self.form().into_iter().flat_map(|form| form.fields))
+    }
+}
+
+fn out_of_range(key: &Key, content: &Content) -> Option<(String, f64, Bound)> {
+    match (key.kind, content) {
+        (Kind::Quantity(_, bound), Content::Number(value)) => {
+            (!bound.admits(*value)).then(|| (key.name.to_owned(), *value, bound))
+        }
+        (
+            Kind::Table(shape) | Kind::QuantityOrTable(_, _, shape) | Kind::WordOrTable(_, shape),
+            Content::Table(table),
+        ) => {
+            let (inner, value, bound) =
+                shape.all_keys().find_map(|inner| out_of_range(inner, table.get(inner.name)?))?;
+            Some((format!("{}.{inner}", key.name), value, bound))
+        }
+        _ => None,
+    }
+}
+
+fn fill<T>(record: &mut T, fields: &[Field<T>], contents: &Contents) {
+    for field in fields {
+        match contents.get(field.key.name) {
+            Some(content) => (field.set)(record, content),
+            None if field.key.absent != Absent::Nothing && field.quantity().is_some() => {
+                field.set_number(record, 1.0);
+            }
+            None => {}
+        }
+    }
+}
+
+/// One form of an enum that a table fills.
+#[derive(Debug)]
+pub struct Form<T: 'static> {
+    /// The word that stands for it in files.
+    pub name: &'static str,
+    /// What it is.
+    pub text: &'static str,
+    /// Before its keys are read.
+    pub start: fn() -> T,
+    /// Whether a value has this form.
+    pub is: fn(&T) -> bool,
+    /// The keys that only this form has.
+    pub fields: &'static [Field<T>],
+    /// All the keys that come with it, those that fill another struct among them.
+    pub keys: &'static [Key],
+}
+
+const NO_KEY: Key = Key { name: "", kind: Kind::Flag, absent: Absent::Nothing, text: "" };
+
+/// The declarations of fields.
+pub const fn keys<T, const N: usize>(fields: &[Field<T>]) -> [Key; N] {
+    let mut keys = [NO_KEY; N];
+    let mut i = 0;
+    while i < N {
+        keys[i] = fields[i].key;
+        i += 1;
+    }
+    keys
+}
+
+/// The keys of two lists, one after the other.
+pub const fn joined<const N: usize>(first: &[Key], second: &[Key]) -> [Key; N] {
+    let mut keys = [NO_KEY; N];
+    let mut i = 0;
+    while i < N {
+        keys[i] = if i < first.len() { first[i] } else { second[i - first.len()] };
+        i += 1;
+    }
+    keys
+}
+
+/// A [`Field`]: `field!(Struct: member, key)`, `field!(Enum: Enum::Form(inner) => inner.member, key)`, each
+/// with a [`Role`] behind the key where it has one.
+#[macro_export]
+macro_rules! field {
+    ($owner:ty: $member:ident, $key:expr) => {
+        $crate::field!($owner: $member, $key, $crate::Role::Structure)
+    };
+    ($owner:ty: $member:ident, $key:expr, $role:expr) => {
+        $crate::Field {
+            key: $key,
+            role: $role,
+            get: |owner: &$owner| $crate::Slot::content(&owner.$member),
+            set: |owner: &mut $owner, content| $crate::Slot::take(&mut owner.$member, content),
+        }
+    };
+    ($owner:ty: $form:pat => $place:expr, $key:expr) => {
+        $crate::field!($owner: $form => $place, $key, $crate::Role::Structure)
+    };
+    ($owner:ty: $form:pat => $place:expr, $key:expr, $role:expr) => {
+        $crate::Field {
+            key: $key,
+            role: $role,
+            get: |owner: &$owner| if let $form = owner { $crate::Slot::content(&$place) } else { None },
+            set: |owner: &mut $owner, content| {
+                if let $form = owner {
+                    $crate::Slot::take(&mut $place, content);
+                }
+            },
+        }
+    };
+}
+
+/// The declarations of a constant list of fields, as a constant list.
+#[macro_export]
+macro_rules! keys {
+    ($fields:expr) => {{
+        const KEYS: [$crate::Key; $fields.len()] = $crate::keys($fields);
+        &KEYS
+    }};
+}
+
+/// The keys of two constant lists, as a constant list.
+#[macro_export]
+macro_rules! joined {
+    ($first:expr, $second:expr) => {{
+        const KEYS: [$crate::Key; $first.len() + $second.len()] = $crate::joined($first, $second);
+        &KEYS
+    }};
+}
+
+/// A [`Form`]: its word, its text, the pattern that knows it, what it starts from, its fields, and the keys
+/// that come with it and fill another struct.
+#[macro_export]
+macro_rules! form {
+    ($name:expr, $text:expr, $owner:ty: $is:pat, $start:expr, $fields:expr) => {
+        $crate::form!($name, $text, $owner: $is, $start, $fields, &[] as &[$crate::Key])
+    };
+    ($name:expr, $text:expr, $owner:ty: $is:pat, $start:expr, $fields:expr, $besides:expr) => {
+        $crate::Form {
+            name: $name,
+            text: $text,
+            start: || $start,
+            is: |owner: &$owner| matches!(owner, $is),
+            fields: $fields,
+            keys: $crate::joined!($besides, $crate::keys!($fields)),
+        }
+    };
+}

@@ -1,0 +1,46 @@
+//! What the keys of a machine file are. Each is declared once, as a [`Field`], beside the struct that it
+//! fills: its name, unit, bounds, default, text and role, and how the struct's number is read and set.
+//!
+//! Reader, writer, check, schema, reference manual, units of sweep axes, gains and believed values all
+//! follow from these declarations and know no key by name.
+//!
+//! ```
+//! use feeler_catalogue::{Bound, Dimension, Field, Record, Unit, field, number};
+//!
+//! struct Damper {
+//!     damping_n_s_per_m: f64,
+//! }
+//!
+//! impl Record for Damper {
+//!     const FIELDS: &'static [Field<Self>] = &[field!(
+//!         Damper: damping_n_s_per_m,
+//!         number("damping", Unit::Of(Dimension::DAMPING), Bound::NotNegative, 0.0, "viscous damping")
+//!     )];
+//!
+//!     fn blank() -> Self {
+//!         Self { damping_n_s_per_m: 0.0 }
+//!     }
+//! }
+//!
+//! let mut damper = Damper::blank();
+//! let damping = &Damper::FIELDS[0];
+//! damping.set_number(&mut damper, 3.0);
+//! assert_eq!(damping.number(&damper), Some(3.0));
+//! ```
+
+mod common;
+mod content;
+mod dim;
+mod dimension;
+mod field;
+mod shape;
+
+pub use common::{CORNER, DAMPING_RATIO, LONGEST_DELAY, low_pass};
+pub use content::{Content, Contents};
+pub use dim::{Dim, same_exponent};
+pub use dimension::Dimension;
+pub use field::{Field, Form, Record, Role, Slot, joined, keys};
+pub use shape::{
+    Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word, number, optional, required, short,
+    variants, word,
+};

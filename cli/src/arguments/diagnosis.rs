@@ -39,8 +39,10 @@ pub(crate) enum Blind {
 
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  \
-    feeler blind make --cases 240 --seed 7 --out blind\n\n\
-    About four of twelve cases are no single effect of the library: nothing, two effects, or one of no library.")]
+    feeler blind make --cases 240 --seed 7 --out blind\n  \
+    feeler blind make --wild --cases 200 --seed 3 --out wild      slow motion, much friction, a measured command\n\n\
+    About four of twelve cases are no single effect of the library: nothing, two effects, or one of no library;\n\
+    of wild cases eleven of twenty.")]
 pub(crate) struct BlindMake {
     /// How many
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(1..=100_000))]
@@ -48,6 +50,10 @@ pub(crate) struct BlindMake {
     /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
+    /// Record them as real machines are recorded: slow motion, friction up to most of the command, noise on
+    /// the command, coarse encoders, lost rows
+    #[arg(long)]
+    pub(crate) wild: bool,
     /// Folder for the cases, made if absent
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: PathBuf,

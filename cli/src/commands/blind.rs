@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use feeler_diagnosis::blind::{
-    Answered, AnsweredEffect, CASES, Case, HELD_BACK, SEALED, make, score, unseal,
+    Answered, AnsweredEffect, CASES, Case, HELD_BACK, SEALED, make, make_wild, score, unseal,
 };
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::report::Diagnosis;
 use feeler_diagnosis::{DiagnosisError, closing, diagnose};
+use feeler_plant::effects::find;
 
 use crate::arguments::{Blind, BlindMake, BlindRun, BlindScore};
 use crate::numbers::count;
@@ -35,7 +36,14 @@ fn make_cases(arguments: &BlindMake) -> anyhow::Result<()> {
     fs::create_dir_all(folder).map_err(|error| BadInput::unwritable(folder, &error))?;
     let rate = Rate::new("making cases");
     let total = u64::from(arguments.cases);
-    let made = make(folder, total as usize, arguments.seed, &|done| rate.at(done as u64, 0, total));
+    let (count_of_cases, seed) = (total as usize, arguments.seed);
+    let progress = |done: usize| rate.at(done as u64, 0, total);
+    let is_known = |kind: &str| find(kind).is_some();
+    let made = if arguments.wild {
+        make_wild(folder, count_of_cases, seed, &is_known, &progress)
+    } else {
+        make(folder, count_of_cases, seed, &progress)
+    };
     rate.done();
     made.map_err(|error| BadInput::unwritable(folder, &error))?;
     let folder = folder.display();

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::bench::{Bench, Compliance};
 use super::noise::Random;
+use super::wild::Conditions;
 
 /// An effect that is hidden.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,6 +28,12 @@ pub struct Case {
     pub case: String,
     /// What is hidden, nothing where there is only noise.
     pub effects: Vec<HiddenEffect>,
+    /// Kinds that may be named and need not be: the believed value that they stand for is off.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub allowed: Vec<String>,
+    /// Under which conditions it was recorded, where these were drawn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub conditions: Option<Conditions>,
 }
 
 /// The bench as designed.
@@ -299,7 +306,8 @@ pub(super) fn case(index: usize, random: &mut Random) -> (Bench, Case) {
             hide(&LIBRARY[which], false, random);
         }
     }
-    (bench, Case { case: format!("case-{index:03}"), effects })
+    let case = format!("case-{index:03}");
+    (bench, Case { case, effects, allowed: Vec::new(), conditions: None })
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::io;
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
@@ -242,12 +243,22 @@ const COLUMNS: &str = include_str!("columns.toml");
 /// # Errors
 /// Where a file cannot be written.
 pub fn make(folder: &Path, cases: usize, seed: u64, progress: &(dyn Fn(usize) + Sync)) -> io::Result<()> {
-    let done = std::sync::atomic::AtomicUsize::new(0);
+    write_all(folder, cases, progress, |index| write_case(folder, index, seed))
+}
+
+/// Writes cases side by side, and their sealed truth.
+pub(super) fn write_all(
+    folder: &Path,
+    cases: usize,
+    progress: &(dyn Fn(usize) + Sync),
+    write_case: impl Fn(usize) -> io::Result<Case> + Sync,
+) -> io::Result<()> {
+    let done = AtomicUsize::new(0);
     let truth: Vec<Case> = (0..cases)
         .into_par_iter()
         .map(|index| {
-            let case = write_case(folder, index, seed)?;
-            progress(1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed));
+            let case = write_case(index)?;
+            progress(1 + done.fetch_add(1, Ordering::Relaxed));
             Ok(case)
         })
         .collect::<io::Result<_>>()?;

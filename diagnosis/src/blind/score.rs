@@ -305,7 +305,12 @@ mod tests {
             parameters: IndexMap::from([("level".to_owned(), 10.0)]),
             outside_library,
         };
-        Case { case: case.into(), effects: kinds.iter().map(effect).collect() }
+        Case {
+            case: case.into(),
+            effects: kinds.iter().map(effect).collect(),
+            allowed: Vec::new(),
+            conditions: None,
+        }
     }
 
     fn answered(case: &str, verdict: &str, kinds: &[&str]) -> Answered {

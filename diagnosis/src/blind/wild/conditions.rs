@@ -1,0 +1,117 @@
+//! Under which conditions a case is recorded: those of real machines, drawn one by one.
+
+use serde::{Deserialize, Serialize};
+
+use super::super::noise::Random;
+
+/// Row spacings that recorders have, as rates, Hz.
+const RATES_HZ: [f64; 7] = [50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 4000.0];
+/// Most rows of a case, all of its files together.
+const MOST_ROWS: f64 = 60_000.0;
+/// Periods of the motion in all files of a case.
+pub(super) const PERIODS: f64 = 25.0;
+/// Rows that one period of the motion must have.
+const ROWS_PER_PERIOD: f64 = 30.0;
+
+/// What was drawn for a case, beside what is hidden in it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Conditions {
+    /// Whether the axis turns (rad, N m) or slides (m, N).
+    pub is_rotational: bool,
+    /// Friction over the largest command.
+    pub friction_share: f64,
+    /// Largest torque of gravity over the largest torque of motion, where gravity acts.
+    pub gravity_share: Option<f64>,
+    /// Fundamental frequency of the motion, Hz.
+    pub motion_hz: f64,
+    /// Noise of the measured command over the root mean square of the command.
+    pub command_noise_share: f64,
+    /// Rows per second.
+    pub rate_hz: f64,
+    /// Whether command and encoder are all that was recorded; otherwise the load has an encoder too.
+    pub is_two_channels: bool,
+    /// Whether all that is to be fitted lies in one long file.
+    pub is_single_file: bool,
+    /// Share of rows that the recorder lost.
+    pub lost_share: f64,
+    /// Deviation of each sampling instant, over the spacing of rows.
+    pub jitter_share: f64,
+    /// Whether time stamps tell of the jitter.
+    pub is_jitter_stamped: bool,
+    /// Whether records begin in motion.
+    pub begins_in_motion: bool,
+    /// Step of the encoder, m or rad.
+    pub resolution: f64,
+    /// Believed damping of the guide over the real one.
+    pub damping_factor: f64,
+    /// Believed friction over the real one, where friction is believed.
+    pub friction_factor: Option<f64>,
+}
+
+/// Share of wrong levels among those that are believed: so many cases hide friction, which is then not
+/// believed at all, that a third of all cases believe a wrong one.
+const WRONG_SHARE: f64 = 0.55;
+
+/// A factor between `low` and `high`, or one over it.
+fn off(random: &mut Random, low: f64, high: f64) -> f64 {
+    random.log_between(low, high).powf(random.sign())
+}
+
+/// Draws the conditions of a case; `friction_factor` holds where friction is not what is hidden.
+pub(super) fn draw(random: &mut Random) -> Conditions {
+    let is = |random: &mut Random, share: f64| random.share() < share;
+    let is_rotational = is(random, 0.5);
+    let motion_hz = random.log_between(0.1, 5.0);
+    let most_hz = MOST_ROWS * motion_hz / PERIODS;
+    let rates: Vec<f64> =
+        RATES_HZ.into_iter().filter(|rate| (ROWS_PER_PERIOD * motion_hz..=most_hz).contains(rate)).collect();
+    Conditions {
+        is_rotational,
+        friction_share: random.between(0.05, 0.7),
+        gravity_share: (is(random, 0.5) && is_rotational).then(|| random.log_between(0.5, 3.0)),
+        motion_hz,
+        command_noise_share: random.log_between(0.01, 0.1),
+        rate_hz: rates.get(random.pick(rates.len())).copied().unwrap_or(RATES_HZ[0]),
+        is_two_channels: is(random, 0.5),
+        is_single_file: is(random, 0.5),
+        lost_share: if is(random, 0.5) { random.log_between(2e-4, 5e-3) } else { 0.0 },
+        jitter_share: if is(random, 0.5) { random.log_between(5e-3, 0.1) } else { 0.0 },
+        is_jitter_stamped: is(random, 0.5),
+        begins_in_motion: is(random, 0.5),
+        resolution: random.log_between(1e-4, 2e-3),
+        damping_factor: off(random, 1.0, 4.0),
+        friction_factor: Some(if is(random, WRONG_SHARE) { off(random, 1.15, 2.0) } else { 1.0 }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_conditions_stay_within_those_of_real_records() {
+        let drawn: Vec<Conditions> = (0..2000).map(|seed| draw(&mut Random::new(seed))).collect();
+        for case in &drawn {
+            assert!((0.05..=0.7).contains(&case.friction_share));
+            assert!((0.1..=5.0).contains(&case.motion_hz));
+            assert!((0.01..=0.1).contains(&case.command_noise_share));
+            assert!((50.0..=4000.0).contains(&case.rate_hz));
+            assert!((1e-4..=2e-3).contains(&case.resolution));
+            assert!((0.25..=4.0).contains(&case.damping_factor));
+            assert!(case.rate_hz * PERIODS / case.motion_hz <= MOST_ROWS);
+            assert!(case.gravity_share.is_none() || case.is_rotational);
+        }
+        // Shares of 2000 draws: four standard deviations of a half are 45 of 1000.
+        let share = |of: &dyn Fn(&Conditions) -> bool, among: &dyn Fn(&Conditions) -> bool| {
+            let among: Vec<&Conditions> = drawn.iter().filter(|case| among(case)).collect();
+            among.iter().filter(|case| of(case)).count() as f64 / among.len() as f64
+        };
+        let all = |_: &Conditions| true;
+        assert!((share(&|case| case.is_two_channels, &all) - 0.5).abs() < 0.045);
+        assert!((share(&|case| case.is_single_file, &all) - 0.5).abs() < 0.045);
+        // Of about a thousand: 63 of a thousand.
+        assert!(
+            (share(&|case| case.gravity_share.is_some(), &|case| case.is_rotational) - 0.5).abs() < 0.063
+        );
+    }
+}

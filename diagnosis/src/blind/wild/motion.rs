@@ -1,0 +1,162 @@
+//! Slow motions and the servo that follows them.
+
+use std::f64::consts::TAU;
+
+use super::super::noise::Random;
+use super::axis::Axis;
+
+/// Partial waves of a motion: multiples of the fundamental, and shares of the amplitude.
+const PARTIALS: [[f64; 2]; 3] = [[1.0, 0.6], [1.7, 0.25], [2.9, 0.15]];
+/// Error at which the servo gives the largest force, over the amplitude.
+const STIFF_SHARE: f64 = 0.05;
+/// Damping ratio of the servo.
+const SERVO_DAMPING: f64 = 0.7;
+/// Speed, over the largest, within which the friction that the servo adds changes sign.
+const SIGN_SHARE: f64 = 0.05;
+/// Share of friction and gravity that the servo knows.
+const KNOWN_SHARE: f64 = 0.7;
+
+/// Time in which a motion begins, in radians of its fundamental.
+const RISE: f64 = 0.6;
+
+/// Sizes of a case, in units of its axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sizes {
+    /// Largest excursion, m.
+    pub(super) amplitude: f64,
+    /// Fundamental frequency, rad/s.
+    pub(super) omega: f64,
+    /// Largest force of inertia and viscous damping, N.
+    pub(super) moving: f64,
+    /// Largest command, N.
+    pub(super) command: f64,
+}
+
+impl Sizes {
+    /// Largest speed, m/s.
+    pub(super) fn speed(&self) -> f64 {
+        self.amplitude * self.omega
+    }
+
+    /// Stiffness of the servo, N/m.
+    fn stiffness(&self) -> f64 {
+        self.command / (STIFF_SHARE * self.amplitude)
+    }
+
+    /// Frequency of the servo with this mass, rad/s.
+    pub(super) fn servo(&self, mass_kg: f64) -> f64 {
+        (self.stiffness() / mass_kg).sqrt()
+    }
+}
+
+/// What the axis is asked to do.
+#[derive(Clone, Debug)]
+pub(super) struct Motion {
+    /// Amplitude, m; frequency, rad/s; phase.
+    waves: Vec<[f64; 3]>,
+    /// The size swells and fades over this time, s.
+    swell_s: Option<f64>,
+}
+
+impl Motion {
+    /// Several waves of random phases, `share` as large as the case's amplitude.
+    pub(super) fn waves(sizes: &Sizes, share: f64, random: &mut Random) -> Self {
+        let wave = |[multiple, part]: [f64; 2]| {
+            [share * part * sizes.amplitude, multiple * sizes.omega, random.between(0.0, TAU)]
+        };
+        Self { waves: PARTIALS.map(wave).to_vec(), swell_s: None }
+    }
+
+    /// To and fro.
+    pub(super) fn stroke(sizes: &Sizes, share: f64, multiple: f64) -> Self {
+        Self { waves: vec![[share * sizes.amplitude, multiple * sizes.omega, 0.0]], swell_s: None }
+    }
+
+    /// Waves that swell and fade.
+    pub(super) fn swelling(sizes: &Sizes, random: &mut Random) -> Self {
+        Self { swell_s: Some(5.0 * TAU / sizes.omega), ..Self::waves(sizes, 1.0, random) }
+    }
+
+    /// Position, speed and acceleration wanted.
+    fn wanted(&self, t_s: f64) -> [f64; 3] {
+        let mut wanted = [0.0; 3];
+        for [amplitude, omega, phase] in &self.waves {
+            let (sin, cos) = (omega * t_s + phase).sin_cos();
+            wanted[0] += amplitude * sin;
+            wanted[1] += amplitude * omega * cos;
+            wanted[2] -= amplitude * omega * omega * sin;
+        }
+        let Some(swell_s) = self.swell_s else { return wanted };
+        let slow = TAU / swell_s;
+        let (sin, cos) = (slow * t_s).sin_cos();
+        let (size, rate, curve) = (0.65 - 0.35 * cos, 0.35 * slow * sin, 0.35 * slow * slow * cos);
+        let [x, v, a] = wanted;
+        [size * x, size * v + rate * x, size * a + 2.0 * rate * v + curve * x]
+    }
+}
+
+impl Motion {
+    /// Where it begins, m.
+    pub(super) fn start(&self) -> f64 {
+        self.wanted(0.0)[0]
+    }
+
+    /// The same motion begun at rest: its time starts slowly and then runs on.
+    fn from_rest(&self, t_s: f64, rise_s: f64) -> [f64; 3] {
+        let fading = (-t_s / rise_s).exp();
+        let [x, v, a] = self.wanted(t_s - rise_s * (1.0 - fading));
+        let pace = 1.0 - fading;
+        [x, v * pace, a * pace * pace + v * fading / rise_s]
+    }
+}
+
+/// A stiff position servo with a rough model of its axis.
+pub(super) struct Servo<'a> {
+    motion: &'a Motion,
+    axis: &'a Axis,
+    sizes: Sizes,
+}
+
+impl<'a> Servo<'a> {
+    pub(super) fn new(motion: &'a Motion, axis: &'a Axis, sizes: Sizes) -> Self {
+        Self { motion, axis, sizes }
+    }
+
+    /// The command, from where the motor is.
+    pub(super) fn command(&self, t_s: f64, [x, v]: [f64; 2]) -> f64 {
+        let (axis, sizes) = (self.axis, &self.sizes);
+        let [x_wanted, v_wanted, a_wanted] = self.motion.from_rest(t_s, RISE / sizes.omega);
+        let stiffness = sizes.stiffness();
+        let damping = 2.0 * SERVO_DAMPING * (stiffness * axis.mass_kg()).sqrt();
+        let sign = (v_wanted / (SIGN_SHARE * sizes.speed())).tanh();
+        let gravity = axis.gravity.map_or(0.0, |[amplitude, phase]| amplitude * (x_wanted + phase).sin());
+        let ahead = axis.mass_kg() * a_wanted
+            + axis.damping * v_wanted
+            + KNOWN_SHARE * (axis.friction.level * sign + gravity);
+        (ahead + stiffness * (x_wanted - x) + damping * (v_wanted - v))
+            .clamp(-3.0 * sizes.command, 3.0 * sizes.command)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of central differences over a ten-thousandth of a second: (3 omega h)^2 of the value.
+    const DIFFERENCE: f64 = 1e-5;
+
+    #[test]
+    fn truth_speed_and_acceleration_are_slopes_of_the_motion() {
+        let sizes = Sizes { amplitude: 0.5, omega: 6.0, moving: 3.0, command: 5.0 };
+        let motion = Motion::swelling(&sizes, &mut Random::new(3));
+        let h = 1e-4;
+        for k in 0..50 {
+            let t = 0.05 + 0.07 * f64::from(k);
+            let [before, at, after] = [t - h, t, t + h].map(|t| motion.from_rest(t, 0.1));
+            for i in 0..2 {
+                let slope = (after[i] - before[i]) / (2.0 * h);
+                assert!((slope - at[i + 1]).abs() < DIFFERENCE * sizes.amplitude * sizes.omega.powi(3));
+            }
+        }
+    }
+}

@@ -3,6 +3,7 @@
 use feeler_files::Experiment;
 use feeler_plant::description::{Engagement, Quantity};
 
+use super::bridge::{FIRST_LOST, Lost};
 use super::fault::{Fault, FaultKind};
 use super::{Channel, Dataset, Record, Table, file_name, role_is_check};
 
@@ -10,7 +11,7 @@ use super::{Channel, Dataset, Record, Table, file_name, role_is_check};
 const TIME: &str = "t_s";
 /// Rows that a prediction needs.
 const FEWEST_ROWS: usize = 50;
-/// A spacing this many times the median is a gap.
+/// A spacing this many times the median is a gap, where the rows that are missing are too many to be bridged.
 const GAP_FACTOR: f64 = 4.0;
 /// Rows this many holds of a command apart are seconds that were taken for something else: what was commanded
 /// in between is unknown.
@@ -91,7 +92,9 @@ pub(super) fn assemble(
             }
         }
         time_faults(&time, &mut |row, kind| note(None, row, kind));
-        let spacing_s = (time[time.len() - 1] - time[0]) / (time.len() - 1) as f64;
+        let lost = Lost::bridged(&time).map_or(0, |lost| lost.rows);
+        let rows = time.len() + lost;
+        let spacing_s = (time[time.len() - 1] - time[0]) / (rows - 1) as f64;
         if let Some(hold_s) = holds.iter().flatten().copied().find(|hold_s| spacing_s > MOST_HOLDS * hold_s) {
             note(None, None, FaultKind::SlowRows { spacing_s, hold_s });
         }
@@ -135,12 +138,12 @@ pub(super) fn assemble(
         if is_lost || faults[before..].iter().any(|fault| fault.kind.is_fatal()) {
             continue;
         }
-        if faults[before..].iter().any(|fault| matches!(fault.kind, FaultKind::Uneven { .. })) {
+        let is_uneven = |fault: &Fault| matches!(fault.kind, FaultKind::Uneven { .. });
+        if lost > 0 || faults[before..].iter().any(is_uneven) {
             for (i, column) in columns.iter_mut().enumerate() {
-                *column = regrid(&time, column, spacing_s, i < drives && holds[i].is_some());
+                *column = regrid(&time, column, rows, spacing_s, i < drives && holds[i].is_some());
             }
-            let first = time[0];
-            time.iter_mut().enumerate().for_each(|(k, t)| *t = first + k as f64 * spacing_s);
+            time = (0..rows).map(|k| time[0] + k as f64 * spacing_s).collect();
         }
         let series = columns.split_off(drives);
         dataset.records.push(Record {
@@ -189,13 +192,18 @@ fn time_faults(time: &[f64], note: &mut impl FnMut(Option<usize>, FaultKind)) {
     let ordered = steps.clone();
     steps.sort_by(f64::total_cmp);
     let median = steps[steps.len() / 2];
-    if let Some(row) = ordered.iter().position(|step| *step > GAP_FACTOR * median) {
+    let lost = Lost::bridged(time);
+    if let Some(Lost { rows, stretches, longest_s, longest_at }) = lost {
+        note(Some(longest_at + FIRST_ROW), FaultKind::LostRows { rows, stretches, longest_s });
+    } else if let Some(row) = ordered.iter().position(|step| *step > GAP_FACTOR * median) {
         note(Some(row + 1 + FIRST_ROW), FaultKind::Gap { seconds: ordered[row] - median });
     }
     let departures = ordered.iter().map(|step| (step / median - 1.0).abs()).enumerate();
-    if let Some((row, share)) = departures.max_by(|a, b| a.1.total_cmp(&b.1))
+    let most = if lost.is_some() { FIRST_LOST } else { GAP_FACTOR } - 1.0;
+    let kept = departures.filter(|(_, share)| lost.is_none() || *share < most);
+    if let Some((row, share)) = kept.max_by(|a, b| a.1.total_cmp(&b.1))
         && share > UNEVEN_SHARE
-        && share <= GAP_FACTOR - 1.0
+        && share <= most
     {
         note(Some(row + 1 + FIRST_ROW), FaultKind::Uneven { share });
     }
@@ -307,9 +315,9 @@ pub(crate) fn quantum(column: &[f64]) -> Option<f64> {
     (worst < 0.1).then_some(step)
 }
 
-fn regrid(time: &[f64], column: &[f64], spacing_s: f64, held: bool) -> Vec<f64> {
+fn regrid(time: &[f64], column: &[f64], rows: usize, spacing_s: f64, held: bool) -> Vec<f64> {
     let mut at = 0;
-    (0..time.len())
+    (0..rows)
         .map(|i| {
             let t = time[0] + i as f64 * spacing_s;
             while at + 2 < time.len() && time[at + 1] <= t {

@@ -35,6 +35,22 @@ pub enum FaultKind {
         /// Length, s.
         seconds: f64,
     },
+    /// The recorder lost a few rows, which interpolation stands for.
+    LostRows {
+        /// How many.
+        rows: usize,
+        /// In how many stretches.
+        stretches: usize,
+        /// The longest stretch, s.
+        longest_s: f64,
+    },
+    /// The only experiment was cut into pieces, so that some could be scored.
+    Cut {
+        /// How many.
+        pieces: usize,
+        /// Of them scored.
+        checked: usize,
+    },
     /// Rows are not evenly spaced.
     Uneven {
         /// Largest departure from the mean spacing, as a fraction of it.
@@ -178,6 +194,14 @@ impl FaultKind {
             }
             Self::TimeGoesBack => ("the time stamp does not advance".into(), "sort the rows, or repair the clock of the recorder"),
             Self::Gap { seconds } => (format!("{seconds:.4} s are missing before this row"), "split the file here into two experiments"),
+            Self::LostRows { rows, stretches, longest_s } => (
+                format!("{rows} rows are missing, in {stretches} places; the longest is {longest_s:.4} s before this row"),
+                "the rows between were interpolated; look at the recorder's buffer if they become more",
+            ),
+            Self::Cut { pieces, checked } => (
+                format!("the only experiment: it was cut into {pieces} pieces, of which {checked} are scored and not fitted"),
+                "record one more with `role = \"check\"` to choose what is scored",
+            ),
             Self::Uneven { share } => (
                 format!("rows depart from even spacing by up to {:.0} %", 100.0 * share),
                 "series were brought to an even grid by interpolation",

@@ -1,5 +1,6 @@
 //! What was measured: series read from files, checked, and tied to the signals of the believed machine.
 
+mod bridge;
 mod check;
 mod compare;
 mod consistency;
@@ -7,6 +8,7 @@ mod fault;
 pub(crate) mod laps;
 mod mcap;
 pub(crate) mod rattle;
+mod pieces;
 mod read;
 mod scatter;
 mod units;

@@ -1,0 +1,78 @@
+//! Rows that a recorder lost: counted, and bridged where they are few.
+
+/// Most rows missing one after the other that are bridged.
+const MOST_TOGETHER: usize = 20;
+/// Largest share of missing rows that is bridged.
+const MOST_SHARE: f64 = 0.05;
+
+/// Rows this many times their usual distance apart have lost one between them.
+pub(super) const FIRST_LOST: f64 = 1.5;
+
+/// Rows that are missing between those of a record.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lost {
+    /// How many.
+    pub(super) rows: usize,
+    /// In how many stretches.
+    pub(super) stretches: usize,
+    /// The longest stretch, s.
+    pub(super) longest_s: f64,
+    /// Index of the row before which the longest is missing.
+    pub(super) longest_at: usize,
+}
+
+impl Lost {
+    /// What is missing, where it is little enough for interpolation to stand for it; `None` where nothing or
+    /// too much is missing, or where the stamps do not advance.
+    pub(super) fn bridged(time: &[f64]) -> Option<Self> {
+        let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let mut sorted = steps.clone();
+        sorted.sort_by(f64::total_cmp);
+        let spacing_s = sorted.get(sorted.len() / 2).copied().filter(|_| sorted[0] > 0.0)?;
+        let lost = Self::between(&steps, spacing_s);
+        (lost.rows > 0 && lost.is_few(spacing_s, time.len())).then_some(lost)
+    }
+
+    /// What is missing where neighbouring rows are these steps apart, s, of which `spacing_s` is the usual
+    /// one.
+    fn between(steps: &[f64], spacing_s: f64) -> Self {
+        let mut lost = Self { rows: 0, stretches: 0, longest_s: 0.0, longest_at: 0 };
+        for (i, step) in steps.iter().enumerate() {
+            let missing = (step / spacing_s).round() - 1.0;
+            if missing >= 1.0 {
+                lost.rows += missing as usize;
+                lost.stretches += 1;
+                if missing * spacing_s > lost.longest_s {
+                    (lost.longest_s, lost.longest_at) = (missing * spacing_s, i + 1);
+                }
+            }
+        }
+        lost
+    }
+
+    fn is_few(&self, spacing_s: f64, rows: usize) -> bool {
+        self.longest_s <= (MOST_TOGETHER as f64 + 0.5) * spacing_s
+            && self.rows as f64 <= MOST_SHARE * rows as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_lost_rows_are_counted_by_stretches() {
+        let mut steps = vec![0.01; 200];
+        steps[20] = 0.021;
+        steps[90] = 0.059;
+        let lost = Lost::between(&steps, 0.01);
+        assert_eq!((lost.rows, lost.stretches, lost.longest_at), (6, 2, 91));
+        assert!((lost.longest_s - 0.05).abs() < 1e-12);
+        assert!(lost.is_few(0.01, 201));
+        // Six of a hundred are too many, and so are 21 together.
+        assert!(!lost.is_few(0.01, 101));
+        steps[90] = 0.22;
+        assert!(!Lost::between(&steps, 0.01).is_few(0.01, 10_000));
+        assert_eq!(Lost::between(&[0.01; 9], 0.01).rows, 0);
+    }
+}

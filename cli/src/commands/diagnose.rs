@@ -19,7 +19,7 @@ use crate::terminal::table;
 const MOST_RIVALS: usize = 4;
 
 pub(crate) fn run(arguments: &Diagnose) -> anyhow::Result<()> {
-    let dataset = Dataset::load(&arguments.dataset)?;
+    let dataset = Dataset::load(&arguments.dataset)?.in_pieces();
     let folder =
         arguments.out.clone().unwrap_or_else(|| terminal::results::folder(&dataset.name, "diagnosis"));
     std::fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;

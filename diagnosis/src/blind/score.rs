@@ -25,6 +25,9 @@ pub struct Answered {
     pub claimed: f64,
     /// Share that closes on the experiments held back, where there are any.
     pub closed_held_back: Option<f64>,
+    /// Error of free runs over the scale of each column, by the machine as believed and as repaired.
+    #[serde(default)]
+    pub free_run: Option<[f64; 2]>,
     /// Wall time of the diagnosis, s.
     pub wall_s: f64,
 }

@@ -82,9 +82,10 @@ mod tests {
         assert_eq!(cut.records.iter().filter(|piece| piece.is_check).count(), 3);
         let joined: Vec<f64> = cut.records.iter().flat_map(|piece| piece.series[0].clone()).collect();
         assert_eq!(joined, series);
-        let starts = cut.records.windows(2).all(|pair| {
-            (pair[1].start_s - pair[0].start_s - 0.01 * pair[0].len() as f64).abs() < 1e-9
-        });
+        let starts = cut
+            .records
+            .windows(2)
+            .all(|pair| (pair[1].start_s - pair[0].start_s - 0.01 * pair[0].len() as f64).abs() < 1e-9);
         assert!(starts && cut.warnings.iter().any(|fault| matches!(fault.kind, FaultKind::Cut { .. })));
     }
 

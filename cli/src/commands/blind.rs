@@ -1,11 +1,13 @@
 //! `feeler blind`.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use feeler_diagnosis::blind::{
-    Answered, AnsweredEffect, CASES, Case, HELD_BACK, SEALED, make, make_wild, score, unseal,
+    Answered, AnsweredEffect, CASES, Case, HELD_BACK, Regressed, SEALED, make, make_wild, regress, score,
+    unseal,
 };
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::replay::replay;
@@ -13,6 +15,7 @@ use feeler_diagnosis::report::Diagnosis;
 use feeler_diagnosis::{DiagnosisError, closing, diagnose};
 use feeler_plant::description::Machine;
 use feeler_plant::effects::find;
+use rayon::prelude::*;
 
 use crate::arguments::{Blind, BlindMake, BlindRun, BlindScore};
 use crate::numbers::count;
@@ -218,7 +221,8 @@ fn score_cases(arguments: &BlindScore) -> anyhow::Result<()> {
             format!("first: feeler blind run {}", folder.display()),
         ));
     }
-    let scored = score(&truth, &answers);
+    let regressions = regressions(folder, &truth);
+    let scored = score(&truth, &answers, &regressions);
     let json = serde_json::to_string_pretty(&scored)? + "\n";
     let written = terminal::write_all(
         &given,
@@ -227,11 +231,21 @@ fn score_cases(arguments: &BlindScore) -> anyhow::Result<()> {
     if arguments.json {
         return terminal::print(&json);
     }
-    let missed = scored.cases.iter().filter(|case| !case.right).map(|case| {
-        vec![case.case.clone(), case.hidden.join(" + "), case.answered.join(" + "), case.verdict.clone()]
-    });
-    let misses = table(&["missed", "hidden", "answered", "verdict"], &[], missed);
+    let missed = scored.cases.iter().filter(|case| !case.right || case.sure_and_wrong);
+    let misses = table(&pages::blind::CASE_COLUMNS, &[], missed.map(pages::blind::case_row));
     let measures =
         table(&["measure", "value", "cases", "to reach", ""], &[1, 2], pages::blind::measure_rows(&scored));
     terminal::print(&format!("{measures}\n\n{misses}{written}"))
+}
+
+/// What a plain regression says of each case, where its dataset is at hand.
+fn regressions(folder: &Path, truth: &[Case]) -> BTreeMap<String, Vec<Regressed>> {
+    let made = folder.join(CASES);
+    let inside = if made.is_dir() { made.as_path() } else { folder };
+    let of = |case: &Case| {
+        let dataset = Dataset::load(&inside.join(&case.case)).ok()?.in_pieces();
+        Some((case.case.clone(), regress(&dataset, &|kind| find(kind).is_some())))
+    };
+    let found: Vec<_> = truth.par_iter().filter_map(of).collect();
+    found.into_iter().collect()
 }

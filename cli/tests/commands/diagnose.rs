@@ -157,6 +157,26 @@ fn truth_blind_cases_are_made_repeatably_and_their_truth_is_sealed() {
 }
 
 #[test]
+fn truth_wild_cases_are_made_repeatably_and_are_read_as_they_are() {
+    let bench = Bench::new();
+    for out in ["a", "b"] {
+        let said = bench.feeler(&["blind", "make", "--wild", "--cases", "4", "--seed", "5", "--out", out]);
+        assert_eq!(said.code, DONE, "{}", said.err);
+    }
+    for case in 0..4 {
+        for group in ["cases", "held-back"] {
+            let file = format!("{group}/case-{case:03}/dataset.toml");
+            assert_eq!(bench.read(&format!("a/{file}")), bench.read(&format!("b/{file}")));
+            let checked = bench.feeler(&["check", &format!("a/{file}")]);
+            assert_eq!(checked.code, DONE, "{file}: {}", checked.err);
+        }
+    }
+    let truth = bench.read("a/truth.sealed");
+    assert_eq!(truth, bench.read("b/truth.sealed"));
+    assert!(!truth.contains("case-000"));
+}
+
+#[test]
 fn truth_records_that_cannot_be_used_are_named_with_what_to_do() {
     let bench = Bench::new();
     bench.write("machine.toml", AXIS);

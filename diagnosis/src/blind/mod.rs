@@ -8,12 +8,16 @@ mod bench;
 mod cases;
 mod make;
 mod noise;
+mod regression;
 mod score;
 mod seal;
 mod wild;
 
 pub use cases::{Case, HiddenEffect};
 pub use make::{CASES, HELD_BACK, SEALED, make, write_case};
-pub use score::{Answered, AnsweredEffect, Calibration, CaseScore, Measure, NOTHING, Score, UNKNOWN, score};
+pub use regression::{Regressed, named, regress};
+pub use score::{
+    Answered, AnsweredEffect, Calibration, CaseScore, Measure, NOTHING, Score, UNKNOWN, Unit, score,
+};
 pub use seal::{seal, unseal};
 pub use wild::{Conditions, make_wild};

@@ -2,7 +2,7 @@
 
 mod matrix;
 
-use feeler_diagnosis::blind::{Measure, Score};
+use feeler_diagnosis::blind::{CaseScore, Measure, Score, Unit};
 
 use crate::numbers::{count, percent, plain};
 use crate::pages::parts::{Chart, ChartKind, Page, Series};
@@ -59,30 +59,40 @@ pub(crate) fn page(score: &Score) -> String {
         .collect();
     page.table(&["stated", "mean", "right", "causes"], &[1, 2, 3], &rows);
     page.heading("Every case");
-    let rows: Vec<Vec<String>> = score
-        .cases
-        .iter()
-        .map(|case| {
-            let mark = if case.right { "right" } else { "missed" };
-            vec![
-                case.case.clone(),
-                case.hidden.join(" + "),
-                case.answered.join(" + "),
-                case.verdict.clone(),
-                mark.to_owned(),
-            ]
-        })
-        .collect();
-    page.table(&["case", "hidden", "answered", "verdict", ""], &[], &rows);
+    let rows: Vec<Vec<String>> = score.cases.iter().map(case_row).collect();
+    page.table(&CASE_COLUMNS, &[], &rows);
     page.render()
+}
+
+/// What a row of a case says.
+pub(crate) const CASE_COLUMNS: [&str; 6] = ["case", "hidden", "answered", "verdict", "plain regression", ""];
+
+/// A case as a row.
+pub(crate) fn case_row(case: &CaseScore) -> Vec<String> {
+    let mark = match (case.right, case.sure_and_wrong) {
+        (true, false) => "right",
+        (true, true) => "right, and more accused",
+        (false, false) => "missed",
+        (false, true) => "missed, and sure",
+    };
+    vec![
+        case.case.clone(),
+        case.hidden.join(" + "),
+        case.answered.join(" + "),
+        case.verdict.clone(),
+        case.regression.clone().unwrap_or_default(),
+        mark.to_owned(),
+    ]
 }
 
 /// The table of measures.
 pub(crate) fn measure_rows(score: &Score) -> Vec<Vec<String>> {
     let value = |measure: &Measure| match measure.value {
         None => "-".to_owned(),
-        Some(seconds) if measure.what.starts_with("wall time") => plain(seconds),
-        Some(share) => format!("{} %", percent(share)),
+        Some(value) => match measure.unit {
+            Unit::Seconds => plain(value),
+            Unit::Share => format!("{} %", percent(value)),
+        },
     };
     let mark = |measure: &Measure| {
         if measure.wanted.is_empty() || measure.value.is_none() {
@@ -98,7 +108,7 @@ pub(crate) fn measure_rows(score: &Score) -> Vec<Vec<String>> {
             measure.what.to_owned(),
             value(measure),
             measure.cases.to_string(),
-            measure.wanted.to_owned(),
+            measure.wanted.clone(),
             mark(measure).to_owned(),
         ]
     };

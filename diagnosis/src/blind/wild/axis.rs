@@ -241,7 +241,7 @@ mod tests {
         let axis = Axis { motor_kg: 1.0, load_kg: 1.0, friction, ..Axis::default() };
         let mut state = State::default();
         moved(&axis, &mut state, 4.0, 2.0);
-        // Dahl's curve has bent by ln 5 lengths at four fifths of the level; the sudden start bends it further.
+        // Dahl's curve bends by ln 5 lengths at four fifths of the level; the sudden start bends it further.
         assert!(state.motor[0].abs() < 5e-3 && state.motor[1].abs() < 1e-6);
         moved(&axis, &mut state, 9.0, 1.0);
         let before = state.motor[1];

@@ -28,10 +28,10 @@ pub struct Conditions {
     pub command_noise_share: f64,
     /// Rows per second.
     pub rate_hz: f64,
-    /// Whether command and encoder are all that was recorded; otherwise the load has an encoder too.
-    pub is_two_channels: bool,
-    /// Whether all that is to be fitted lies in one long file.
-    pub is_single_file: bool,
+    /// Columns beside the time: two are command and encoder; of three the last is an encoder on the load.
+    pub channels: usize,
+    /// Files that are shown: one long one, or five.
+    pub files: usize,
     /// Share of rows that the recorder lost.
     pub lost_share: f64,
     /// Deviation of each sampling instant, over the spacing of rows.
@@ -72,8 +72,8 @@ pub(super) fn draw(random: &mut Random) -> Conditions {
         motion_hz,
         command_noise_share: random.log_between(0.01, 0.1),
         rate_hz: rates.get(random.pick(rates.len())).copied().unwrap_or(RATES_HZ[0]),
-        is_two_channels: is(random, 0.5),
-        is_single_file: is(random, 0.5),
+        channels: if is(random, 0.5) { 2 } else { 3 },
+        files: if is(random, 0.5) { 1 } else { 5 },
         lost_share: if is(random, 0.5) { random.log_between(2e-4, 5e-3) } else { 0.0 },
         jitter_share: if is(random, 0.5) { random.log_between(5e-3, 0.1) } else { 0.0 },
         is_jitter_stamped: is(random, 0.5),
@@ -107,8 +107,8 @@ mod tests {
             among.iter().filter(|case| of(case)).count() as f64 / among.len() as f64
         };
         let all = |_: &Conditions| true;
-        assert!((share(&|case| case.is_two_channels, &all) - 0.5).abs() < 0.045);
-        assert!((share(&|case| case.is_single_file, &all) - 0.5).abs() < 0.045);
+        assert!((share(&|case| case.channels == 2, &all) - 0.5).abs() < 0.045);
+        assert!((share(&|case| case.files == 1, &all) - 0.5).abs() < 0.045);
         // Of about a thousand: 63 of a thousand.
         assert!(
             (share(&|case| case.gravity_share.is_some(), &|case| case.is_rotational) - 0.5).abs() < 0.063

@@ -58,7 +58,7 @@ pub(super) fn draw(index: usize, random: &mut Random, is_known: &dyn Fn(&str) ->
         conditions.friction_factor = None;
     }
     if recipes.iter().any(|recipe| recipe.needs_load_encoder) {
-        conditions.is_two_channels = false;
+        conditions.channels = 3;
     }
     if hides("viscous-friction") {
         conditions.damping_factor = 1.0;

@@ -29,7 +29,7 @@ impl Experiment {
 /// What is shown, and what is held back.
 fn experiments(drawn: &Drawn, random: &mut Random) -> [Vec<Experiment>; 2] {
     let sizes = &drawn.sizes;
-    let shown = if drawn.conditions.is_single_file {
+    let shown = if drawn.conditions.files == 1 {
         vec![Experiment::new("all", "", 1.0, Motion::swelling(sizes, random))]
     } else {
         vec![
@@ -80,7 +80,7 @@ fn signals(drawn: &Drawn) -> String {
     let mut text = format!(
         "[columns.{command}]\nsignal = \"drive.command\"\n[columns.{motor}]\nsignal = \"encoder.reading\"\n"
     );
-    if !drawn.conditions.is_two_channels {
+    if drawn.conditions.channels > 2 {
         let _ = writeln!(text, "[columns.{load}]\nsignal = \"load_encoder.reading\"");
     }
     text
@@ -109,7 +109,7 @@ fn machine_file(drawn: &Drawn) -> String {
          [actuators.drive]\non = \"motor\"\nreacts_on = \"ground\"\nkind = \"force\"\nlimit = {:e}\n\n",
         believed.limit
     );
-    let sensors: &[(&str, &str)] = if drawn.conditions.is_two_channels {
+    let sensors: &[(&str, &str)] = if drawn.conditions.channels == 2 {
         &[("encoder", "motor")]
     } else {
         &[("encoder", "motor"), ("load_encoder", "load")]

@@ -47,7 +47,7 @@ pub(super) fn measure(drawn: &Drawn, motion: &Motion, periods: f64, random: &mut
             continue;
         }
         let _ = write!(text, "{:.6},{command:.6e},{motor:.9e}", row.stamp_s);
-        if !drawn.conditions.is_two_channels {
+        if drawn.conditions.channels > 2 {
             let _ = write!(text, ",{load:.9e}");
         }
         text.push('\n');
@@ -66,7 +66,7 @@ pub(super) fn columns(is_rotational: bool) -> [&'static str; 3] {
 
 fn header(drawn: &Drawn) -> String {
     let [command, motor, load] = columns(drawn.conditions.is_rotational);
-    let load = if drawn.conditions.is_two_channels { String::new() } else { format!(",{load}") };
+    let load = if drawn.conditions.channels == 2 { String::new() } else { format!(",{load}") };
     format!("t_s,{command},{motor}{load}\n")
 }
 
@@ -125,7 +125,7 @@ mod tests {
         let mut drawn = draw(3, &mut Random::new(8), &|_| true);
         drawn.conditions.rate_hz = 200.0;
         drawn.conditions.motion_hz = 1.0;
-        drawn.conditions.is_two_channels = false;
+        drawn.conditions.channels = 3;
         drawn
     }
 
@@ -171,7 +171,7 @@ mod tests {
             let rows = numbers(&measure(&drawn, &motion, 3.0, &mut Random::new(4)));
             let square = |pair: &[Vec<f64>]| (200.0 * (pair[1][0] - pair[0][0]) - 1.0).powi(2);
             let spread = (rows.windows(2).map(square).sum::<f64>() / rows.len() as f64).sqrt();
-            // Two instants of a tenth each; the spread of 600 rows is known to 3 %, four of which are allowed.
+            // Two instants of a tenth each; 600 rows tell the spread to 3 %, of which four are allowed.
             let wanted = if is_stamped { 0.1 * 2.0_f64.sqrt() } else { 0.0 };
             assert!((spread - wanted).abs() < 0.12 * 0.1 * 2.0_f64.sqrt());
         }

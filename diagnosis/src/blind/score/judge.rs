@@ -1,0 +1,166 @@
+//! One answer against one truth.
+
+use super::super::cases::{Case, HiddenEffect};
+use super::super::regression::{Regressed, named};
+use super::{Answered, AnsweredEffect, CaseScore, NOTHING, UNKNOWN};
+
+/// Kinds that an answer may name as one.
+const MOST_ALIKE: usize = 3;
+/// Verdicts that claim no effect.
+const QUIET: [&str; 2] = ["no-gap", "not-identifiable"];
+
+/// What a case hides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Hides<'a> {
+    Nothing,
+    NoLibrary(&'a HiddenEffect),
+    One(&'a HiddenEffect),
+    Several(&'a [HiddenEffect]),
+}
+
+/// An answer held against the truth.
+pub(super) struct Judged<'a> {
+    pub(super) case: &'a Case,
+    pub(super) answer: &'a Answered,
+    pub(super) hides: Hides<'a>,
+    /// Accepted effects, less those that may be named and need not be.
+    pub(super) accepted: Vec<&'a AnsweredEffect>,
+    /// What the plain regression found, the best first.
+    pub(super) regression: &'a [Regressed],
+}
+
+impl<'a> Judged<'a> {
+    pub(super) fn new(case: &'a Case, answer: &'a Answered, regression: &'a [Regressed]) -> Self {
+        let hides = match case.effects.as_slice() {
+            [] => Hides::Nothing,
+            [one] if one.outside_library => Hides::NoLibrary(one),
+            [one] => Hides::One(one),
+            several => Hides::Several(several),
+        };
+        let counts = |effect: &&AnsweredEffect| {
+            effect.accepted && (hidden(case, &effect.kind) || !case.allowed.contains(&effect.kind))
+        };
+        let accepted = answer.effects.iter().filter(counts).collect();
+        Self { case, answer, hides, accepted, regression }
+    }
+
+    fn is_unknown(&self) -> bool {
+        self.answer.verdict == "unknown-cause"
+    }
+
+    fn kinds(&self) -> Vec<&'a str> {
+        self.accepted.iter().map(|effect| effect.kind.as_str()).collect()
+    }
+
+    pub(super) fn place_is(&self, hidden: &HiddenEffect) -> bool {
+        self.answer.places.first() == Some(&hidden.place)
+    }
+
+    /// Whether the answer is right by the measure of what the case hides.
+    pub(super) fn is_right(&self) -> bool {
+        match self.hides {
+            Hides::Nothing => {
+                let names_beliefs =
+                    self.answer.effects.iter().any(|e| e.accepted && self.case.allowed.contains(&e.kind));
+                self.accepted.is_empty() && (names_beliefs || QUIET.contains(&self.answer.verdict.as_str()))
+            }
+            Hides::NoLibrary(one) => self.is_unknown() && self.place_is(one),
+            Hides::One(one) => self.alike().contains(&one.kind.as_str()),
+            Hides::Several(several) => {
+                several.iter().all(|hidden| self.accepted.iter().any(|effect| effect.kind == hidden.kind))
+            }
+        }
+    }
+
+    /// Whether the answer says `explained`, and a hidden effect is neither named nor declared alike to what
+    /// is named, or something is accused that is neither hidden nor declared alike to what is.
+    pub(super) fn is_sure_and_wrong(&self) -> bool {
+        let is_like = |a: &str, b: &str| {
+            let pairs = &self.answer.look_alikes;
+            a == b || pairs.iter().any(|[x, y]| (x == a && y == b) || (x == b && y == a))
+        };
+        let kinds = self.kinds();
+        let is_missed = |hidden: &HiddenEffect| {
+            hidden.outside_library || !kinds.iter().any(|kind| is_like(kind, &hidden.kind))
+        };
+        let is_accused = |kind: &&str| !self.case.effects.iter().any(|hidden| is_like(kind, &hidden.kind));
+        self.answer.verdict == "explained"
+            && (self.case.effects.iter().any(is_missed) || kinds.iter().any(is_accused))
+    }
+
+    /// Whether the kind is among the first three that the answer names.
+    pub(super) fn is_among_first_three(&self, one: &HiddenEffect) -> bool {
+        let mut kinds: Vec<&str> = Vec::new();
+        for effect in &self.answer.effects {
+            if !kinds.contains(&effect.kind.as_str()) {
+                kinds.push(&effect.kind);
+            }
+        }
+        kinds.iter().take(3).any(|kind| *kind == one.kind)
+    }
+
+    /// Whether the kind is named, as accepted, as a rival or as a look-alike.
+    pub(super) fn is_named_at_all(&self, one: &HiddenEffect) -> bool {
+        self.answer.effects.iter().any(|effect| effect.kind == one.kind)
+            || self.answer.look_alikes.iter().flatten().any(|kind| *kind == one.kind)
+    }
+
+    /// Whether the truth itself, fitted, is not ahead of every other cause on the check experiments; `None`
+    /// where the regression cannot tell.
+    pub(super) fn is_undecidable(&self) -> Option<bool> {
+        let Hides::One(one) = self.hides else { return None };
+        let own = self.regression.iter().find(|regressed| regressed.kind == one.kind)?.gain;
+        let others = self.regression.iter().filter(|regressed| regressed.kind != one.kind);
+        let best = others.map(|regressed| regressed.gain).fold(0.0, f64::max);
+        Some(own <= best)
+    }
+
+    /// What was hidden and what was answered, of single effects, no effect and effects of no library.
+    pub(super) fn confused(&self) -> Option<(String, String)> {
+        let first = self.accepted.first().map(|effect| effect.kind.clone());
+        let said = match &first {
+            _ if self.is_unknown() => UNKNOWN.to_owned(),
+            Some(kind) => kind.clone(),
+            None => NOTHING.to_owned(),
+        };
+        match self.hides {
+            Hides::Nothing => Some((NOTHING.to_owned(), said)),
+            Hides::NoLibrary(one) => Some((format!("{} (no library)", one.kind), said)),
+            // A cause that is named counts, also where more than noise is said to be left.
+            Hides::One(one) => Some((one.kind.clone(), first.unwrap_or(said))),
+            Hides::Several(_) => None,
+        }
+    }
+
+    pub(super) fn summary(&self) -> CaseScore {
+        CaseScore {
+            case: self.case.case.clone(),
+            hidden: self.case.effects.iter().map(|effect| effect.kind.clone()).collect(),
+            answered: self.kinds().into_iter().map(str::to_owned).collect(),
+            verdict: self.answer.verdict.clone(),
+            right: self.is_right(),
+            sure_and_wrong: self.is_sure_and_wrong(),
+            regression: named(self.regression).map(|regressed| regressed.kind.clone()),
+        }
+    }
+
+    /// The first kind with those declared to look like any that was accepted, where that makes no more than
+    /// [`MOST_ALIKE`].
+    fn alike(&self) -> Vec<&'a str> {
+        let accepted = self.kinds();
+        let Some(&first) = accepted.first() else { return Vec::new() };
+        let mut set = vec![first];
+        for [a, b] in &self.answer.look_alikes {
+            for (one, other) in [(a, b), (b, a)] {
+                if accepted.contains(&one.as_str()) && !set.contains(&other.as_str()) {
+                    set.push(other);
+                }
+            }
+        }
+        if set.len() > MOST_ALIKE { vec![first] } else { set }
+    }
+}
+
+fn hidden(case: &Case, kind: &str) -> bool {
+    case.effects.iter().any(|effect| effect.kind == kind)
+}

@@ -23,12 +23,13 @@ pub(super) fn solve(terms: &[Term], target: &[f64]) -> Vec<f64> {
     let mut found: Vec<f64> = terms.iter().map(|term| 0.0_f64.clamp(term.low, term.high)).collect();
     for _ in 0..ROUNDS {
         let mut moved: f64 = 0.0;
-        for i in 0..n {
-            if products[i][i] <= 0.0 {
+        for (i, term) in terms.iter().enumerate() {
+            let (own, row) = (products[i][i], &products[i]);
+            if own <= 0.0 {
                 continue;
             }
-            let others: f64 = (0..n).filter(|j| *j != i).map(|j| products[i][j] * found[j]).sum();
-            let best = ((right[i] - others) / products[i][i]).clamp(terms[i].low, terms[i].high);
+            let others: f64 = (0..n).filter(|j| *j != i).map(|j| row[j] * found[j]).sum();
+            let best = ((right[i] - others) / own).clamp(term.low, term.high);
             moved = moved.max((best - found[i]).abs() / (best.abs() + f64::MIN_POSITIVE));
             found[i] = best;
         }

@@ -153,9 +153,9 @@ mod tests {
         for k in 0..50 {
             let t = 0.05 + 0.07 * f64::from(k);
             let [before, at, after] = [t - h, t, t + h].map(|t| motion.from_rest(t, 0.1));
-            for i in 0..2 {
-                let slope = (after[i] - before[i]) / (2.0 * h);
-                assert!((slope - at[i + 1]).abs() < DIFFERENCE * sizes.amplitude * sizes.omega.powi(3));
+            for (wanted, (after, before)) in at[1..].iter().zip(after.iter().zip(&before)) {
+                let slope = (after - before) / (2.0 * h);
+                assert!((slope - wanted).abs() < DIFFERENCE * sizes.amplitude * sizes.omega.powi(3));
             }
         }
     }

@@ -32,6 +32,7 @@ struct Sums {
     squares: [f64; 3],
     floor: f64,
     rows: f64,
+    seconds: f64,
 }
 
 /// The table of the gap before, after calibration and after the accepted effects, over all experiments;
@@ -57,9 +58,9 @@ pub(crate) fn table(task: &Task<'_>, models: [At<'_>; 3], noise: &[f64]) -> Vec<
         }
         sum.floor += part.floor;
         sum.rows += part.rows;
+        sum.seconds += part.seconds;
     }
-    let spacing_s = dataset.records[0].spacing_s;
-    let bands = bands(spacing_s);
+    let bands = bands(&dataset.records);
     sums.into_iter()
         .map(|([c, band, phase, amplitude], sum)| {
             let mean = |square: f64| (square / sum.rows).sqrt();
@@ -72,16 +73,23 @@ pub(crate) fn table(task: &Task<'_>, models: [At<'_>; 3], noise: &[f64]) -> Vec<
                 refit: mean(sum.squares[1]),
                 after: mean(sum.squares[2]),
                 floor: mean(sum.floor),
-                seconds: sum.rows * spacing_s,
+                seconds: sum.seconds,
             }
         })
         .collect()
 }
 
-fn bands(spacing_s: f64) -> Vec<[f64; 2]> {
-    let end = 0.5 / spacing_s;
-    let edges: Vec<f64> =
-        [0.0].into_iter().chain(EDGES_HZ.into_iter().filter(|edge| *edge < 0.8 * end)).chain([end]).collect();
+/// The bands of all records: their edges lie below half the slowest sampling rate, and the last band ends at
+/// half the fastest. Spacings differ from record to record in their last digits at least.
+fn bands(records: &[Record]) -> Vec<[f64; 2]> {
+    let half_rate = |record: &Record| 0.5 / record.spacing_s;
+    let slowest = records.iter().map(half_rate).fold(f64::INFINITY, f64::min);
+    let end = records.iter().map(half_rate).fold(0.0, f64::max);
+    let edges: Vec<f64> = [0.0]
+        .into_iter()
+        .chain(EDGES_HZ.into_iter().filter(|edge| *edge < 0.8 * slowest))
+        .chain([end])
+        .collect();
     edges.windows(2).map(|w| [w[0], w[1]]).collect()
 }
 
@@ -94,7 +102,8 @@ fn of_record(
 ) -> BTreeMap<[usize; 4], Sums> {
     let record = &task.dataset.records[r];
     let phases = phases(record, &predictions[1].touching);
-    let bands = bands(record.spacing_s);
+    let bands = bands(&task.dataset.records);
+    let half_rate = 0.5 / record.spacing_s;
     let mut sums: BTreeMap<[usize; 4], Sums> = BTreeMap::new();
     for (c, measured) in record.series.iter().enumerate() {
         let scale = task.weights.scale[r][c].max(f64::MIN_POSITIVE);
@@ -103,7 +112,7 @@ fn of_record(
             let residual: Vec<f64> =
                 measured.iter().zip(&prediction.series[c]).map(|(a, b)| (a - b) / scale).collect();
             for (band, part) in split(&residual, &bands, record.spacing_s).iter().enumerate() {
-                let share = (bands[band][1] - bands[band][0]) * 2.0 * record.spacing_s;
+                let share = (bands[band][1].min(half_rate) - bands[band][0]) * 2.0 * record.spacing_s;
                 for (&phase, x) in phases.iter().zip(part) {
                     let sum = sums.entry([c, band, phase, amplitude]).or_default();
                     sum.squares[m] += x * x;
@@ -115,6 +124,7 @@ fn of_record(
             }
         }
     }
+    sums.values_mut().for_each(|sum| sum.seconds = sum.rows * record.spacing_s);
     sums
 }
 
@@ -206,11 +216,34 @@ mod tests {
     /// Sums of a few hundred rounded terms.
     const ROUNDING: f64 = 1e-12;
 
+    fn sampled_every(spacing_s: f64) -> Record {
+        Record {
+            name: "free.csv".into(),
+            engagement: None,
+            is_check: false,
+            repeat: None,
+            start_s: 0.0,
+            times_s: Vec::new(),
+            spacing_s,
+            commands: Vec::new(),
+            series: Vec::new(),
+            silent: Vec::new(),
+        }
+    }
+
+    /// At 200 Hz the last edge lies at 0.8 times half the rate, so that the last digits of the spacing decide
+    /// whether it counts.
+    #[test]
+    fn regress_records_whose_spacings_differ_in_their_last_digits_share_their_bands() {
+        let [short, long] = [sampled_every(0.005 - 1e-12), sampled_every(0.005 + 1e-12)];
+        assert_eq!(bands(&[short.clone(), long.clone()]).len(), bands(&[long, short]).len());
+    }
+
     #[test]
     fn truth_bands_add_up_and_a_slow_sine_is_in_the_lowest() {
         let dt = 5e-4;
         let series: Vec<f64> = (0..4000).map(|k| (TAU * 1.0 * f64::from(k) * dt).sin()).collect();
-        let parts = split(&series, &bands(dt), dt);
+        let parts = split(&series, &bands(&[sampled_every(dt)]), dt);
         for (k, x) in series.iter().enumerate() {
             assert!((parts.iter().map(|part| part[k]).sum::<f64>() - x).abs() < ROUNDING);
         }

@@ -1,5 +1,6 @@
 //! The diagnosis: calibrate, try causes, compose, judge.
 
+use crate::budget::{Budget, Stage};
 use crate::dataset::Dataset;
 use crate::dataset::rattle::rattles;
 use crate::error::DiagnosisError;
@@ -48,13 +49,25 @@ const REMOVAL_STEPS: usize = 6;
 /// Where the machine has no motion as it is described, or none that is finite, and where there is nothing to
 /// fit or nothing to check it on.
 pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis, DiagnosisError> {
+    diagnose_within(dataset, Budget::unlimited(), progress)
+}
+
+/// The same within a time: the best that was found, with what was not tried.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_within(
+    dataset: &Dataset,
+    budget: Budget,
+    progress: &dyn Fn(&str),
+) -> Result<Diagnosis, DiagnosisError> {
     let checked = dataset.records.iter().filter(|record| record.is_check).count();
     let fitted = dataset.records.len() - checked;
     if fitted == 0 || checked == 0 {
         return Err(DiagnosisError::Roles { fitted, checked });
     }
     progress("calibrating and trying single causes");
-    let found = search(dataset)?;
+    let found = search(dataset, budget)?;
     let judge = Judge { dataset, search: &found };
     // A simple cause is preferred only among those that could be accepted by themselves.
     let mut ranked: Vec<&Scored> = found
@@ -65,8 +78,9 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
     ranked.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
     prefer_simple(&mut ranked, PARSIMONY, |scored| judge.all(scored));
     let mut attempts =
-        Attempts { fitted: found.singles.clone(), screened: found.others.clone(), silent: Vec::new() };
+        Attempts { fitted: found.singles.clone(), screened: found.others.clone(), silent: Vec::new(), untried: Vec::new() };
     attempts.silent.extend(found.silent.iter().map(|candidate| vec![*candidate]));
+    attempts.untried.extend(found.untried.iter().map(|candidate| vec![*candidate]));
     let mut accepted = found.calibrated.clone();
     let mut rivals: Vec<Scored> = Vec::new();
     if let Some(best) = ranked.first() {
@@ -108,7 +122,11 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
         return Ok(answer);
     }
     let glimpse = glance(&found.task, &accepted);
-    while !accepted.causes.is_empty() && accepted.causes.len() < MOST_CAUSES && !judge.is_quiet(&accepted) {
+    while !accepted.causes.is_empty()
+        && accepted.causes.len() < MOST_CAUSES
+        && !budget.is_over(Stage::Screen)
+        && !judge.is_quiet(&accepted)
+    {
         progress("trying a further cause");
         let left: Vec<_> = candidates(&dataset.machine)
             .into_iter()
@@ -119,13 +137,14 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
                     .any(|a| a.site == c.site && overlaps(a.definition.kind, c.definition.kind))
             })
             .collect();
-        let Extended { fits: mut further, others, silent } =
+        let Extended { fits: mut further, others, silent, untried } =
             extensions(&found.task, &accepted, &left, &glimpse);
         attempts.fitted.extend(further.iter().cloned());
         attempts.screened.extend(others);
-        attempts.silent.extend(
-            silent.into_iter().map(|candidate| accepted.causes.iter().copied().chain([candidate]).collect()),
-        );
+        let beside =
+            |candidate: Candidate| accepted.causes.iter().copied().chain([candidate]).collect::<Vec<_>>();
+        attempts.silent.extend(silent.into_iter().map(beside));
+        attempts.untried.extend(untried.into_iter().map(beside));
         let asked = Asked::beside(&accepted);
         let enough = |scored: &Scored| {
             judge.check(&accepted, scored) >= asked.check
@@ -150,6 +169,7 @@ pub fn diagnose(dataset: &Dataset, progress: &dyn Fn(&str)) -> Result<Diagnosis,
         }
         accepted = pruned;
     }
+    progress("weighing the answer");
     let answer = judge.answer(&accepted, &rivals, &attempts);
     if answer.gap.before.is_finite() && answer.gap.refit.is_finite() {
         Ok(answer)
@@ -168,6 +188,8 @@ pub(crate) struct Attempts {
     pub(crate) screened: Vec<Scored>,
     /// Not at all: nothing in the records leads to the last of these causes.
     pub(crate) silent: Vec<Vec<Candidate>>,
+    /// The time did not suffice for the last of these causes.
+    pub(crate) untried: Vec<Vec<Candidate>>,
 }
 
 /// Evidence asked of a further cause, nats.

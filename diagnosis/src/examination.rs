@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 
 use crate::answer::difference::Difference;
+use crate::budget::Budget;
 use crate::dataset::Dataset;
-use crate::diagnose::diagnose;
+use crate::diagnose::diagnose_within;
 use crate::error::DiagnosisError;
 use crate::gap::replay::{Replay, replay_record};
 use crate::report::Diagnosis;
@@ -24,12 +25,12 @@ pub struct Examination {
 
 impl Examination {
     /// Diagnoses, then predicts the check experiments with both machines, side by side on all processors.
-    /// `progress` hears what is being done.
+    /// `budget` bounds the diagnosis; `progress` hears what is being done.
     ///
     /// # Errors
     /// Where the records cannot be used, or a machine has no motion.
-    pub fn of(dataset: Dataset, progress: &dyn Fn(&str)) -> Result<Self, DiagnosisError> {
-        let diagnosis = diagnose(&dataset, progress)?;
+    pub fn of(dataset: Dataset, budget: Budget, progress: &dyn Fn(&str)) -> Result<Self, DiagnosisError> {
+        let diagnosis = diagnose_within(&dataset, budget, progress)?;
         progress("predicting the check experiments");
         let checks: Vec<usize> =
             (0..dataset.records.len()).filter(|&r| dataset.records[r].is_check).collect();

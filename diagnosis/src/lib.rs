@@ -3,8 +3,10 @@
 //! [`dataset::Dataset::load`] reads and checks what was measured; [`diagnose`] answers;
 //! [`predict::Predictor`] replays a record on any machine.
 
+pub mod adequacy;
 mod answer;
 pub mod blind;
+mod budget;
 pub mod dataset;
 mod diagnose;
 mod error;
@@ -20,7 +22,8 @@ mod starts;
 mod tolerance;
 
 pub use answer::difference;
-pub use diagnose::diagnose;
+pub use budget::Budget;
+pub use diagnose::{diagnose, diagnose_within};
 pub use error::DiagnosisError;
 pub use examination::Examination;
 pub use frf::measured_response;

@@ -4,6 +4,8 @@ use feeler_plant::description::Machine;
 use indexmap::IndexMap;
 use serde::Serialize;
 
+use crate::adequacy::Adequacy;
+
 /// What kind of answer this is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -184,6 +186,9 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// How large the gap is, and how far it closes.
     pub gap: Gap,
+    /// What is left in absolute terms, at every horizon, and what keeps the answer from being called
+    /// explained.
+    pub adequacy: Adequacy,
     /// Where it lies, the most probable place first.
     #[serde(rename = "where")]
     pub places: Vec<Where>,

@@ -77,10 +77,16 @@ pub fn to_tolerance(value: f64, tolerance: f64) -> String {
     }
 }
 
+/// Percentages beyond this are no shares of anything and are not told as numbers.
+const MOST_PERCENT: f64 = 10_000.0;
+
 /// A share as a percentage.
 pub fn percent(share: f64) -> String {
     // Zero has no sign here.
     let percent = 100.0 * share + 0.0;
+    if percent.abs() > MOST_PERCENT {
+        return format!("{} {MOST_PERCENT}", if percent > 0.0 { "more than" } else { "less than minus" });
+    }
     if percent != 0.0 && percent.abs() < 0.05 { "< 0.1".into() } else { format!("{percent:.1}") }
 }
 
@@ -133,5 +139,7 @@ mod tests {
         assert_eq!(fine_percent(1.234e-6), "0.00012");
         assert_eq!(fine_percent(0.123_4), "12.3");
         assert_eq!(fine_percent(-0.0), "0.0");
+        assert_eq!(fine_percent(1e24), "more than 10000");
+        assert_eq!(percent(-1e24), "less than minus 10000");
     }
 }

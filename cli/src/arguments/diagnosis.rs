@@ -1,6 +1,7 @@
 //! What can be asked of `feeler diagnose`, `feeler blind` and `feeler replay`.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args, Subcommand, ValueHint};
 
@@ -18,12 +19,34 @@ pub(crate) struct Diagnose {
     /// Folder for the results, made if absent [default: out/ and the name of the dataset]
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
+    /// Wall time that it may take: `90 s`, `3 min`, or `unlimited`. What was not tried by then is named
+    #[arg(long, value_name = "TIME", default_value = "120 s", value_parser = budget)]
+    pub(crate) budget: BudgetTime,
     /// List what to change in the believed machine, as lines of its file
     #[arg(long, conflicts_with = "json")]
     pub(crate) apply: bool,
     /// Print the diagnosis as JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// How long a diagnosis may take; none for as long as it takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct BudgetTime(pub(crate) Option<Duration>);
+
+fn budget(text: &str) -> Result<BudgetTime, String> {
+    let text = text.trim();
+    if text == "unlimited" {
+        return Ok(BudgetTime(None));
+    }
+    let (number, factor) = match text.strip_suffix("min") {
+        Some(minutes) => (minutes, 60.0),
+        None => (text.strip_suffix('s').unwrap_or(text), 1.0),
+    };
+    let seconds = number.trim().parse::<f64>().ok().map(|number| number * factor);
+    let time = seconds.filter(|seconds| *seconds > 0.0).and_then(|s| Duration::try_from_secs_f64(s).ok());
+    time.map(|time| BudgetTime(Some(time)))
+        .ok_or_else(|| "not a time: say '90 s', '3 min' or 'unlimited'".into())
 }
 
 /// The three stages of a blind benchmark.

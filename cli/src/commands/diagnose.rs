@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use feeler_diagnosis::Examination;
+use feeler_diagnosis::{Budget, Examination};
 use feeler_diagnosis::dataset::{Dataset, Record};
 use feeler_diagnosis::report::NextExperiment;
 use feeler_files::machine_to_toml;
@@ -19,12 +19,13 @@ use crate::terminal::table;
 const MOST_RIVALS: usize = 4;
 
 pub(crate) fn run(arguments: &Diagnose) -> anyhow::Result<()> {
+    let budget = arguments.budget.0.map_or_else(Budget::unlimited, Budget::of);
     let dataset = Dataset::load(&arguments.dataset)?.in_pieces();
     let folder =
         arguments.out.clone().unwrap_or_else(|| terminal::results::folder(&dataset.name, "diagnosis"));
     std::fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
     let steps = Steps::new(format!("diagnosing {}", dataset.name));
-    let answer = Examination::of(dataset, &|what| steps.at(what));
+    let answer = Examination::of(dataset, budget, &|what| steps.at(what));
     steps.done();
     let answer = answer?;
     let json = serde_json::to_string_pretty(&answer.diagnosis)? + "\n";

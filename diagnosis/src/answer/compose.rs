@@ -4,6 +4,8 @@ use feeler_plant::effects::Place;
 use indexmap::IndexMap;
 
 use crate::answer::next::next_experiment;
+use crate::adequacy::{Sizes, assess};
+use crate::budget::Stage;
 use crate::dataset::in_words;
 use crate::diagnose::{ACCEPT, Attempts, Judge, LOOK_ALIKE, PARSIMONY};
 use crate::fit::candidates::Candidate;
@@ -17,6 +19,10 @@ use crate::gap::unknown;
 use crate::intervals;
 use crate::report::{Attempt, Cause, Cell, Diagnosis, Estimate, Verdict, Where};
 
+/// What is said of causes that the time did not suffice for.
+const NOT_TRIED: &str = "not tried: the time for it was over";
+/// Probability from which on a cause is told without its rivals.
+const SURE: f64 = 0.9;
 /// Softening of the odds.
 const TEMPERATURE: f64 = 4.0;
 /// Probability that the set of rivals listed holds.
@@ -70,7 +76,11 @@ impl Judge<'_> {
             )
             .collect();
         let odds = probabilities(&weighed, TEMPERATURE);
-        let adequate = unknown::explains(calibrated, accepted);
+        let missing_force_n = [calibrated, accepted].map(|scored| missing_force(task, scored, &checks));
+        let sizes = Sizes { floor: figures.floor, missing_force_n };
+        let mut adequacy = assess(self, accepted, &rivals, sizes);
+        adequacy.add_untried(self.search.untried.len());
+        let adequate = unknown::explains(calibrated, accepted) && !adequacy.is_short();
         let own = rivals.iter().zip(&odds).find(|(rival, _)| same(rival, accepted)).map_or(1.0, |(_, p)| *p);
         let known = if adequate { 1.0 } else { 0.5 };
         let mut effects: Vec<Cause> = (0..accepted.causes.len())
@@ -100,7 +110,8 @@ impl Judge<'_> {
         };
         self.credit(accepted, &removed, &refit, &after, &mut effects);
         let near: Vec<&Scored> = alike(accepted, &rivals, &evidence);
-        let verdict = self.verdict(accepted, adequate, own, &near);
+        let is_alone = own >= SURE && !adequacy.has_rival();
+        let verdict = self.verdict(accepted, adequate, is_alone, &near);
         let believed = calibrated.fitted.model.start();
         let at = |scored: &'_ Scored| (scored.fitted.model.clone(), scored.fitted.theta.clone());
         let (refitted, repaired) = (at(calibrated), at(accepted));
@@ -115,11 +126,13 @@ impl Judge<'_> {
         let thin = portrait.len().div_ceil(PORTRAIT_POINTS).max(1);
         portrait = portrait.into_iter().step_by(thin).collect();
         // Where neither cause holds there is nothing to tell apart.
-        let open = near.first().filter(|_| verdict != Verdict::UnknownCause);
+        let is_late = task.budget.is_over(Stage::Compose);
+        let open = near.first().filter(|_| verdict != Verdict::UnknownCause && !is_late);
         let next_experiment = open.and_then(|rival| next_experiment(self, accepted, rival));
         Diagnosis {
             verdict,
             gap: figures,
+            adequacy,
             places,
             effects,
             look_alikes,
@@ -131,7 +144,7 @@ impl Judge<'_> {
             next_experiment,
             cells,
             ladder: ladder(task, calibrated),
-            missing_force_n: [calibrated, accepted].map(|scored| missing_force(task, scored, &checks)),
+            missing_force_n,
             left: what_is_left(task, accepted),
             noise: self.dataset.channels.iter().map(|channel| channel.column.clone()).zip(noise).collect(),
             portrait,
@@ -164,7 +177,7 @@ impl Judge<'_> {
         answer
     }
 
-    fn verdict(&self, accepted: &Scored, adequate: bool, own: f64, alike: &[&Scored]) -> Verdict {
+    fn verdict(&self, accepted: &Scored, adequate: bool, is_alone: bool, alike: &[&Scored]) -> Verdict {
         let mut places: Vec<Place> = alike
             .iter()
             .copied()
@@ -178,7 +191,7 @@ impl Judge<'_> {
             (true, true) => Verdict::NoGap,
             (_, false) => Verdict::UnknownCause,
             (false, true) if places.len() >= PLACES_TO_TELL => Verdict::NotIdentifiable,
-            (false, true) if own < 0.9 => Verdict::Ambiguous,
+            (false, true) if !is_alone => Verdict::Ambiguous,
             (false, true) => Verdict::Explained,
         }
     }
@@ -220,6 +233,8 @@ impl Judge<'_> {
             why: why.into(),
         };
         tried.extend(attempts.silent.iter().map(silent));
+        let late = |causes: &Vec<Candidate>| Attempt { why: NOT_TRIED.into(), ..silent(causes) };
+        tried.extend(attempts.untried.iter().map(late));
         tried
     }
 

@@ -5,6 +5,7 @@
 
 use feeler_plant::description::Engagement;
 
+use crate::budget::Budget;
 use crate::answer::templates::{Reach, Template, place_of, templates};
 use crate::dataset::{Dataset, Record};
 use crate::diagnose::Judge;
@@ -168,6 +169,7 @@ fn expected(
         dataset: &imagined,
         weights: crate::fit::least_squares::Weights::new(&imagined, &[reference]),
         fitted: vec![0],
+        budget: Budget::unlimited(),
     };
     let own = score(&task, truth.causes.clone(), truth.fitted.clone());
     let fitted = task.fit(&other.fitted.model, &other.fitted.theta, STEPS);

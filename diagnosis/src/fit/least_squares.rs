@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use crate::budget::{Budget, Stage};
 use crate::dataset::Dataset;
 use crate::fit::bounded::minimise;
 use crate::fit::curvature::{add_curvature, add_gradient, times};
@@ -129,6 +130,7 @@ pub(crate) struct Task<'a> {
     pub(crate) dataset: &'a Dataset,
     pub(crate) weights: Weights,
     pub(crate) fitted: Vec<usize>,
+    pub(crate) budget: Budget,
 }
 
 /// A fitted model.
@@ -257,7 +259,7 @@ impl Task<'_> {
         let mut damping = 1e-3;
         let mut sigma = vec![f64::INFINITY; n];
         for _ in 0..steps {
-            if !cost.is_finite() {
+            if !cost.is_finite() || self.budget.is_over(Stage::Compose) {
                 break;
             }
             let parts: Option<Vec<_>> =

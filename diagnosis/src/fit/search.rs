@@ -4,6 +4,7 @@ use feeler_plant::assembly::Source;
 use feeler_plant::description::{Engagement, Quantity};
 use rayon::prelude::*;
 
+use crate::budget::{Budget, Stage};
 use crate::dataset::{Dataset, Record, quantum};
 use crate::error::DiagnosisError;
 use crate::fit::candidates::{Candidate, candidates};
@@ -47,11 +48,13 @@ pub(crate) struct Search<'a> {
     /// Singles that were not fitted to the end, and those that nothing in the records leads to.
     pub(crate) others: Vec<Scored>,
     pub(crate) silent: Vec<Candidate>,
+    /// Singles that the time did not suffice for.
+    pub(crate) untried: Vec<Candidate>,
     /// What the fitted records cover.
     pub(crate) seen: Seen,
 }
 
-pub(crate) fn search(dataset: &Dataset) -> Result<Search<'_>, DiagnosisError> {
+pub(crate) fn search(dataset: &Dataset, budget: Budget) -> Result<Search<'_>, DiagnosisError> {
     let model = Model::calibration(&dataset.machine, &dataset.tolerance)?;
     let start = model.start();
     let reference = dataset
@@ -66,17 +69,17 @@ pub(crate) fn search(dataset: &Dataset) -> Result<Search<'_>, DiagnosisError> {
         .collect::<Result<Vec<Prediction>, _>>()?;
     let weights = Weights::new(dataset, &reference);
     let fitted = (0..dataset.records.len()).filter(|&r| !dataset.records[r].is_check).collect();
-    let task = Task { dataset, weights, fitted };
+    let task = Task { dataset, weights, fitted, budget };
     let calibrated = score(&task, Vec::new(), task.fit(&model, &start, STEPS));
     let glance = glance(&task, &calibrated);
     let all = candidates(&dataset.machine);
-    let Extended { fits: singles, others, silent } = extensions(&task, &calibrated, &all, &glance);
+    let Extended { fits: singles, others, silent, untried } = extensions(&task, &calibrated, &all, &glance);
     let (low, high) = glance
         .missing
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
     let seen = Seen { stroke_m: high - low, command_n: glance.command };
-    Ok(Search { task, calibrated, singles, others, silent, seen })
+    Ok(Search { task, calibrated, singles, others, silent, untried, seen })
 }
 
 /// One more effect, for every candidate.
@@ -87,6 +90,8 @@ pub(crate) struct Extended {
     pub(crate) others: Vec<Scored>,
     /// Those that nothing in the records leads to, or that make no machine that moves.
     pub(crate) silent: Vec<Candidate>,
+    /// Those that the time did not suffice for.
+    pub(crate) untried: Vec<Candidate>,
 }
 
 pub(crate) fn score(task: &Task<'_>, causes: Vec<Candidate>, fitted: Fitted) -> Scored {
@@ -102,16 +107,24 @@ pub(crate) fn score(task: &Task<'_>, causes: Vec<Candidate>, fitted: Fitted) -> 
 /// every place to the end.
 pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glance: &Glance) -> Extended {
     let Some(linearised) = Linearised::new(task, &base.fitted) else {
-        return Extended { fits: Vec::new(), others: Vec::new(), silent: all.to_vec() };
+        let (fits, others, untried) = (Vec::new(), Vec::new(), Vec::new());
+        return Extended { fits, others, silent: all.to_vec(), untried };
     };
-    let screened: Vec<(Candidate, Option<Fitted>)> = all
+    let is_late = || task.budget.is_over(Stage::Screen);
+    let screened: Vec<(Candidate, bool, Option<Fitted>)> = all
         .par_iter()
-        .map(|&candidate| (candidate, screen(task, &linearised, base, candidate, glance)))
+        .map(|&candidate| match is_late() {
+            true => (candidate, true, None),
+            false => (candidate, false, screen(task, &linearised, base, candidate, glance)),
+        })
         .collect();
-    let silent =
-        screened.iter().filter(|(_, fitted)| fitted.is_none()).map(|(candidate, _)| *candidate).collect();
+    let without = |late: bool| -> Vec<Candidate> {
+        let is_left = |(_, is_late, fitted): &&(_, bool, Option<Fitted>)| fitted.is_none() && *is_late == late;
+        screened.iter().filter(is_left).map(|(candidate, ..)| *candidate).collect()
+    };
+    let (silent, untried) = (without(false), without(true));
     let mut screened: Vec<(Candidate, Fitted)> =
-        screened.into_iter().filter_map(|(c, fitted)| Some((c, fitted?))).collect();
+        screened.into_iter().filter_map(|(c, _, fitted)| Some((c, fitted?))).collect();
     screened.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
     let with = |candidate: Candidate, fitted: Fitted| {
         score(task, base.causes.iter().copied().chain([candidate]).collect(), fitted)
@@ -131,10 +144,13 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
     let others = left.into_par_iter().map(|(candidate, fitted)| with(candidate, fitted)).collect();
     let mut fits: Vec<Scored> = chosen
         .into_par_iter()
-        .map(|(candidate, fitted)| with(candidate, task.fit(&fitted.model, &fitted.theta, STEPS)))
+        .map(|(candidate, fitted)| match task.budget.is_over(Stage::Fit) {
+            true => with(candidate, fitted),
+            false => with(candidate, task.fit(&fitted.model, &fitted.theta, STEPS)),
+        })
         .collect();
     nested::enforce(task, &mut fits, STEPS, |old, fitted| score(task, old.causes.clone(), fitted));
-    Extended { fits, others, silent }
+    Extended { fits, others, silent, untried }
 }
 
 /// A model that was left after a few steps, fitted to the end.
@@ -152,6 +168,7 @@ fn screen(
 ) -> Option<Fitted> {
     let mut begun: Vec<(f64, Model, Vec<f64>)> = starts(candidate, &task.dataset.machine, glance)
         .into_iter()
+        .take_while(|_| !task.budget.is_over(Stage::Screen))
         .map(|values| {
             let model = base.fitted.model.with(candidate.site, candidate.definition, &values);
             let mut start = model.start();

@@ -4,6 +4,7 @@ use feeler_plant::description::Machine;
 use indexmap::IndexMap;
 use rayon::prelude::*;
 
+use crate::budget::Budget;
 use crate::dataset::laps::lap;
 use crate::dataset::{Channel, Dataset, Record};
 use crate::fit::least_squares::{Task, Weights};
@@ -20,7 +21,11 @@ const TINY: f64 = 1e-4;
 
 /// Rows of a free window.
 fn window_rows(record: &Record) -> usize {
-    ((WINDOW_S / record.spacing_s).round() as usize).max(1)
+    rows_of(record, WINDOW_S)
+}
+
+fn rows_of(record: &Record, seconds: f64) -> usize {
+    ((seconds / record.spacing_s).round() as usize).max(1)
 }
 
 /// The length nearest to that of a free window that a lap holds a whole number of times, so that windows of
@@ -52,10 +57,23 @@ pub(crate) fn square_errors(
     theta: &[f64],
     records: &[usize],
 ) -> Option<Vec<f64>> {
+    square_errors_over(task, model, theta, records, Some(WINDOW_S))
+}
+
+/// The same where free predictions reach so far ahead, s, or over the whole record.
+pub(crate) fn square_errors_over(
+    task: &Task<'_>,
+    model: &Model,
+    theta: &[f64],
+    records: &[usize],
+    seconds: Option<f64>,
+) -> Option<Vec<f64>> {
     records
         .par_iter()
         .map(|&r| {
-            let errors = errors(task, model, theta, r, window_rows(&task.dataset.records[r]))?;
+            let record = &task.dataset.records[r];
+            let rows = seconds.map_or(record.len(), |seconds| rows_of(record, seconds));
+            let errors = errors(task, model, theta, r, rows)?;
             let of =
                 |(error, scale): (&Vec<f64>, &f64)| mean_square(error) / scale.powi(2).max(f64::MIN_POSITIVE);
             let mean = errors.iter().zip(&task.weights.scale[r]).map(of).sum::<f64>() / errors.len() as f64;
@@ -153,7 +171,7 @@ pub fn closing(
                     .ok()
             })
             .collect();
-        let task = Task { dataset, weights: Weights::new(dataset, &reference?), fitted: Vec::new() };
+        let task = Task { dataset, weights: Weights::new(dataset, &reference?), fitted: Vec::new(), budget: Budget::unlimited() };
         let errors = square_errors(&task, &model, &start, &records)?;
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
         let of = |channel: &Channel| noise.get(&channel.column).copied().unwrap_or(channel.noise);

@@ -1,5 +1,6 @@
 //! The page of a diagnosis: what is wrong, where, how sure, what to do.
 
+mod adequacy;
 mod apart;
 mod charts;
 mod heat;
@@ -39,6 +40,7 @@ pub(crate) fn page(answer: &Examination) -> String {
         "root mean square prediction error over each channel's own variation, on experiments never fitted. Predictions start from the measured motion every 50 ms.",
         &waterfall::drawing(diagnosis),
     );
+    adequacy::add(&mut page, &diagnosis.adequacy);
     places(&mut page, diagnosis);
     missing_force(&mut page, diagnosis, units);
     charts::add(&mut page, answer, units);

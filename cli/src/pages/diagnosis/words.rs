@@ -2,6 +2,7 @@
 
 use feeler_diagnosis::report::{Cause, Diagnosis, Estimate, MOST_ODDS, Verdict};
 
+use super::adequacy;
 use super::apart::apart;
 use crate::numbers::{percent, plain, with_unit};
 
@@ -10,11 +11,12 @@ const NEAR_FLOOR: f64 = 1.05;
 
 /// The sentence that matters most.
 pub(crate) fn verdict(diagnosis: &Diagnosis) -> String {
+    let left = sentence(&adequacy::left(&diagnosis.adequacy));
     if diagnosis.contradictions.is_empty() {
-        return cause(diagnosis);
+        return format!("{} {left}", cause(diagnosis));
     }
     format!(
-        "these records contradict each other, which must be mended first; taken as they are, {}",
+        "these records contradict each other, which must be mended first; taken as they are, {} {left}",
         cause(diagnosis)
     )
 }
@@ -156,6 +158,7 @@ pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
         .collect();
     let head = if said.is_empty() { "Do" } else { "Do then, if the mended records say the same" };
     said.push(format!("{head}: {}.", to_do(diagnosis)));
+    said.extend(adequacy::reasons(&diagnosis.adequacy));
     for [a, b] in &diagnosis.look_alikes {
         if diagnosis.verdict == Verdict::UnknownCause {
             said.push(format!("To these records {a} and {b} look alike; neither explains them, so that telling one from the other would not find the cause."));

@@ -1,0 +1,73 @@
+//! What an answer leaves, at every horizon, and why it is not called better than it is.
+
+use feeler_diagnosis::adequacy::{Adequacy, Horizon};
+
+use crate::numbers::{fine_percent, percent};
+use crate::pages::parts::Page;
+
+/// What is left in absolute terms: over the shortest horizon and the whole record.
+pub(super) fn left(adequacy: &Adequacy) -> String {
+    let share = |error: Option<f64>| {
+        error.map_or_else(|| "nothing that can be told".into(), |error| format!("{} %", fine_percent(error)))
+    };
+    let of = |horizon: &Horizon| format!("{} of the signal over {}", share(horizon.after), horizon.name());
+    let ends: Vec<String> =
+        [adequacy.horizons.first(), adequacy.horizons.last()].into_iter().flatten().map(of).collect();
+    let floor = adequacy.horizons.first().map_or(0.0, |horizon| horizon.floor);
+    format!("predictions are off by {}; noise alone leaves {} %", ends.join(", by "), fine_percent(floor))
+}
+
+/// Why the verdict is not better, a sentence each.
+pub(super) fn reasons(adequacy: &Adequacy) -> Vec<String> {
+    adequacy
+        .shortfalls
+        .iter()
+        .map(|shortfall| format!("Why not surer: {}.", shortfall.what.trim_end_matches('.')))
+        .collect()
+}
+
+/// The table of errors by horizon, and what the missing force still goes with.
+pub(super) fn add(page: &mut Page, adequacy: &Adequacy) {
+    if adequacy.horizons.is_empty() {
+        return;
+    }
+    page.paragraph(
+        "Errors by how far ahead predictions reach, in per cent of every channel's variation on the check experiments:",
+    );
+    let cell = |error: Option<f64>| error.map_or_else(|| "not finite".into(), fine_percent);
+    let rows: Vec<Vec<String>> = adequacy
+        .horizons
+        .iter()
+        .map(|horizon| {
+            vec![
+                horizon.name(),
+                cell(horizon.before),
+                cell(horizon.refit),
+                cell(horizon.after),
+                fine_percent(horizon.floor),
+            ]
+        })
+        .collect();
+    let header = ["over", "machine as given", "after calibration", "with what was found", "noise floor"];
+    page.table(&header, &[1, 2, 3, 4], &rows);
+    if adequacy.residual.is_empty() || adequacy.drive_force_n == 0.0 {
+        return;
+    }
+    page.paragraph(
+        "What the force that is still missing goes with, beyond what chance gives, in per cent of the drive's force:",
+    );
+    let rows: Vec<Vec<String>> = adequacy
+        .residual
+        .iter()
+        .map(|trace| {
+            let share = |share: f64| percent(share.clamp(0.0, 1.0));
+            vec![
+                trace.goes_with.to_owned(),
+                fine_percent(trace.rms_n / adequacy.drive_force_n),
+                share(trace.share),
+                share(trace.chance),
+            ]
+        })
+        .collect();
+    page.table(&["goes with", "of the drive's force", "share of its variance", "by chance"], &[1, 2, 3], &rows);
+}

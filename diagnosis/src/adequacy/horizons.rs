@@ -1,0 +1,180 @@
+//! Errors by how far ahead predictions reach. Short windows reward whoever ignores the command; whole records
+//! punish whoever ignores a force.
+
+use serde::Serialize;
+
+use super::Criteria;
+use crate::fit::least_squares::{Fitted, Task};
+use crate::fit::search::Scored;
+use crate::gap::size::square_errors_over;
+
+/// Lengths of free windows, s. The first is that of the gap.
+const WINDOWS_S: [f64; 3] = [0.05, 0.25, 1.0];
+
+/// Prediction errors over the check experiments, each over its channel's variation (root mean square), where
+/// predictions start again from the measured motion after some time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Horizon {
+    /// How far ahead predictions reach, s; none for the free run over whole records.
+    pub seconds: Option<f64>,
+    /// The machine as given; none where it predicts nothing finite. The same holds for the others.
+    pub before: Option<f64>,
+    /// Its own values refitted.
+    pub refit: Option<f64>,
+    /// With the accepted effects.
+    pub after: Option<f64>,
+    /// What noise alone leaves.
+    pub floor: f64,
+}
+
+impl Horizon {
+    /// How far ahead, in words.
+    pub fn name(&self) -> String {
+        self.seconds.map_or_else(|| "the whole record".into(), |seconds| format!("{seconds} s"))
+    }
+}
+
+/// The horizons that the shortest check record holds twice, and the free run.
+fn lengths(task: &Task<'_>, checks: &[usize]) -> Vec<Option<f64>> {
+    let records = checks.iter().map(|&r| &task.dataset.records[r]);
+    let shortest = records.map(|record| record.spacing_s * record.len() as f64).fold(f64::INFINITY, f64::min);
+    let held = |seconds: &f64| *seconds == WINDOWS_S[0] || 2.0 * seconds <= shortest;
+    WINDOWS_S.into_iter().filter(held).map(Some).chain([None]).collect()
+}
+
+/// Root mean square error over scale of a model at one horizon; none where it predicts nothing finite.
+pub(super) fn error(
+    task: &Task<'_>,
+    fitted: &Fitted,
+    theta: &[f64],
+    checks: &[usize],
+    seconds: Option<f64>,
+) -> Option<f64> {
+    let squares = square_errors_over(task, &fitted.model, theta, checks, seconds)?;
+    let mean = squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+    mean.is_finite().then(|| mean.sqrt())
+}
+
+pub(super) fn of(
+    task: &Task<'_>,
+    calibrated: &Scored,
+    accepted: &Scored,
+    checks: &[usize],
+    floor: f64,
+) -> Vec<Horizon> {
+    let start = calibrated.fitted.model.start();
+    let of = |seconds: Option<f64>| {
+        let error = |fitted: &Fitted, theta: &[f64]| error(task, fitted, theta, checks, seconds);
+        Horizon {
+            seconds,
+            before: error(&calibrated.fitted, &start),
+            refit: error(&calibrated.fitted, &calibrated.fitted.theta),
+            after: error(&accepted.fitted, &accepted.fitted.theta),
+            floor,
+        }
+    };
+    lengths(task, checks).into_iter().map(of).collect()
+}
+
+/// What is left that is small neither against noise nor against the signal.
+pub(super) fn left(
+    horizons: &[Horizon],
+    [refitted, missing]: [f64; 2],
+    drive_force: f64,
+    is_found: bool,
+    criteria: &Criteria,
+) -> Vec<String> {
+    let mut found = Vec::new();
+    if let Some(shortest) = horizons.first() {
+        let most = (criteria.most_floors * shortest.floor).max(criteria.most_left);
+        match shortest.after {
+            None => found.push("the repaired machine predicts nothing finite".into()),
+            Some(after) if after > most => found.push(format!(
+                "short predictions are off by {} of the signal, beside a noise floor of {}",
+                share(after),
+                share(shortest.floor)
+            )),
+            Some(_) => {}
+        }
+    }
+    let hardly_fell = !is_found || missing > criteria.most_of_missing_force * refitted;
+    if missing > criteria.most_missing_force * drive_force && hardly_fell {
+        found.push(format!(
+            "a force of {} of the drive's is still missing, of {} after calibration",
+            share(missing / drive_force),
+            share(refitted / drive_force)
+        ));
+    }
+    found
+}
+
+/// Horizons at which the repaired machine predicts worse than the calibrated one.
+pub(super) fn worsened(horizons: &[Horizon], criteria: &Criteria) -> Vec<String> {
+    let is_worse = |horizon: &&Horizon| match (horizon.refit, horizon.after) {
+        (None, _) => false,
+        (Some(_), None) => true,
+        (Some(refit), Some(after)) => {
+            // Where both have lost the motion only the one that leaves the other far behind counts.
+            let times = if refit > criteria.lost { LOST_FURTHER } else { criteria.most_worsening };
+            let noise = horizon.floor * criteria.most_worsening;
+            after > times * refit && after > noise
+        }
+    };
+    let say = |horizon: &Horizon| {
+        let of = |error: Option<f64>| error.map_or_else(|| "no finite error".into(), share);
+        format!(
+            "over {} the repaired machine is off by {}, the calibrated one by {}",
+            horizon.name(),
+            of(horizon.after),
+            of(horizon.refit)
+        )
+    };
+    horizons.iter().filter(is_worse).map(say).collect()
+}
+
+/// How many times farther off a prediction must be to count as worse than one that has lost the motion.
+const LOST_FURTHER: f64 = 3.0;
+/// Shares above this are not told as numbers.
+const MOST_SHARE: f64 = 10.0;
+
+/// A share in per cent that can be meant.
+pub(super) fn share(value: f64) -> String {
+    if value > MOST_SHARE { "more than 1000 %".into() } else { format!("{:.1} %", 100.0 * value) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn horizon(refit: f64, after: f64) -> Horizon {
+        Horizon { seconds: Some(1.0), before: Some(refit), refit: Some(refit), after: Some(after), floor: 0.01 }
+    }
+
+    #[test]
+    fn truth_a_repair_that_is_worse_far_ahead_is_told() {
+        let criteria = Criteria::default();
+        assert!(worsened(&[horizon(0.5, 0.1), horizon(0.8, 0.5)], &criteria).is_empty());
+        assert_eq!(worsened(&[horizon(0.5, 0.1), horizon(0.5, 0.7)], &criteria).len(), 1);
+        // Both have lost the motion; then one diverges.
+        assert!(worsened(&[horizon(2.0, 2.5)], &criteria).is_empty());
+        assert_eq!(worsened(&[horizon(2.0, 1e14)], &criteria).len(), 1);
+        // Within noise nothing is worse.
+        assert!(worsened(&[horizon(0.008, 0.0105)], &criteria).is_empty());
+        let lost = Horizon { after: None, ..horizon(0.5, 0.1) };
+        assert_eq!(worsened(&[lost], &criteria).len(), 1);
+    }
+
+    #[test]
+    fn truth_what_is_left_counts_against_noise_signal_and_drive() {
+        let criteria = Criteria::default();
+        let told = |after: f64, missing: [f64; 2]| {
+            left(&[horizon(0.9, after)], missing, 10.0, true, &criteria).len()
+        };
+        assert_eq!(told(0.03, [5.0, 0.5]), 0);
+        assert_eq!(told(0.81, [5.0, 0.5]), 1);
+        // Most of the force is explained, or next to none of it.
+        assert_eq!(told(0.03, [50.0, 3.0]), 0);
+        assert_eq!(told(0.03, [4.0, 3.0]), 1);
+        assert_eq!(share(1e24), "more than 1000 %");
+    }
+}

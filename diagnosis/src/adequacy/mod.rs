@@ -1,0 +1,129 @@
+//! Whether an answer may be called explained, judged apart from the ranking that found it.
+//!
+//! A ranking says which cause is the best of those tried; this says whether the best is good enough: what is
+//! left, at every horizon, whether it still goes with anything, whether every value can be meant, and whether
+//! another place would do as well.
+
+mod criteria;
+mod horizons;
+mod plausible;
+mod residual;
+mod rivals;
+
+pub use criteria::Criteria;
+pub use horizons::Horizon;
+pub use residual::Trace;
+
+use serde::Serialize;
+
+use crate::diagnose::Judge;
+use crate::fit::search::Scored;
+
+/// Which condition an answer does not hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Condition {
+    /// What is left is small against noise or signal.
+    Left,
+    /// The repaired machine predicts no worse than the calibrated one, however far ahead.
+    Horizons,
+    /// What is left goes with nothing that could explain it.
+    Residual,
+    /// Every fitted value can be meant.
+    Plausible,
+    /// No other place predicts the check experiments as well.
+    Rivals,
+    /// Every cause was tried.
+    Tried,
+}
+
+impl Condition {
+    /// Whether it is about what else there may be, and not about the answer itself.
+    fn is_of_others(self) -> bool {
+        matches!(self, Self::Rivals | Self::Tried)
+    }
+}
+
+/// One reason why an answer is not called explained.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Shortfall {
+    /// The condition.
+    pub condition: Condition,
+    /// What was found, in words.
+    pub what: String,
+}
+
+/// What an answer leaves, in absolute terms, and what keeps it from being called explained.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Adequacy {
+    /// What it was held against.
+    pub criteria: Criteria,
+    /// Errors by how far ahead predictions reach, the shortest first, the free run of whole records last.
+    pub horizons: Vec<Horizon>,
+    /// Root mean square of the drive's force on the check experiments, N (or N m).
+    pub drive_force_n: f64,
+    /// What the force that is still missing on the check experiments goes with.
+    pub residual: Vec<Trace>,
+    /// Why the answer is not better; empty where all conditions hold.
+    pub shortfalls: Vec<Shortfall>,
+}
+
+impl Adequacy {
+    /// Whether anything of its own keeps the answer from being called explained.
+    pub(crate) fn is_short(&self) -> bool {
+        self.shortfalls.iter().any(|shortfall| !shortfall.condition.is_of_others())
+    }
+
+    /// Whether something else may do as well.
+    pub(crate) fn has_rival(&self) -> bool {
+        self.shortfalls.iter().any(|shortfall| shortfall.condition.is_of_others())
+    }
+
+    /// Tells that the time did not suffice for some causes, any of which may do as well.
+    pub(crate) fn add_untried(&mut self, causes: usize) {
+        if causes > 0 {
+            let what = format!("the time did not suffice for {causes} of the causes");
+            self.shortfalls.push(Shortfall { condition: Condition::Tried, what });
+        }
+    }
+}
+
+/// What of an answer's size the conditions need.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sizes {
+    /// What noise alone leaves of short predictions, over each channel's variation.
+    pub(crate) floor: f64,
+    /// Force missing on the check experiments after calibration and with what was accepted, N.
+    pub(crate) missing_force_n: [f64; 2],
+}
+
+/// Holds an answer against all conditions. `rivals` are the causes that were weighed against the accepted
+/// ones.
+pub(crate) fn assess(judge: &Judge<'_>, accepted: &Scored, rivals: &[Scored], sizes: Sizes) -> Adequacy {
+    let criteria = Criteria::default();
+    let task = &judge.search.task;
+    let calibrated = &judge.search.calibrated;
+    let checks = judge.checks();
+    let horizons = horizons::of(task, calibrated, accepted, &checks, sizes.floor);
+    let residual = residual::of(task, accepted, &checks, &criteria);
+    let mut shortfalls = Vec::new();
+    let mut short = |condition: Condition, found: Vec<String>| {
+        shortfalls.extend(found.into_iter().map(|what| Shortfall { condition, what }));
+    };
+    let missing = sizes.missing_force_n;
+    let is_found = !accepted.causes.is_empty();
+    short(Condition::Left, horizons::left(&horizons, missing, residual.drive_force_n, is_found, &criteria));
+    short(Condition::Residual, residual.shortfalls(missing[0], &criteria));
+    if is_found {
+        short(Condition::Horizons, horizons::worsened(&horizons, &criteria));
+        short(Condition::Plausible, plausible::doubts(judge, accepted, &criteria));
+        short(Condition::Rivals, rivals::as_good(judge, accepted, rivals, &horizons, &criteria));
+    }
+    Adequacy {
+        criteria,
+        horizons,
+        drive_force_n: residual.drive_force_n,
+        residual: residual.traces,
+        shortfalls,
+    }
+}

@@ -1,0 +1,80 @@
+//! Whether every fitted value can be meant: inside what its kind can be beside the believed machine, not at a
+//! bound, and known well enough to be told from nothing.
+
+use feeler_plant::description::ActuatorKind;
+use feeler_plant::effects::{Parameter, Place, Scale};
+use feeler_plant::units::Dimension;
+
+use super::Criteria;
+use crate::diagnose::Judge;
+use crate::fit::search::{Scored, moving_mass};
+
+/// Share of the range that a fit may walk within which a value is at its end.
+const AT_END: f64 = 5e-3;
+/// Deviations of a logarithm at which 90 % of a normal distribution lie above zero of the value itself.
+const UNKNOWN: f64 = 1.0 / 1.645;
+
+/// What is not plausible about the accepted values, in words.
+pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) -> Vec<String> {
+    let (model, theta) = (&accepted.fitted.model, &accepted.fitted.theta);
+    let mut found = Vec::new();
+    for (i, cause) in accepted.causes.iter().enumerate() {
+        let values = model.parameters(i, theta);
+        for (k, parameter) in cause.definition.parameters.iter().enumerate() {
+            let name = format!("{} of {}", parameter.name, cause.definition.kind);
+            found.extend(
+                beyond(judge, cause.place, parameter, values[k], criteria)
+                    .map(|limit| format!("{name} {limit}")),
+            );
+            let Some(u) = model.unknowns.iter().position(|unknown| unknown.parameter_of(i) == Some(k)) else {
+                continue;
+            };
+            let (low, high) = model.unknowns[u].bounds;
+            let within = (theta[u] - low).min(high - theta[u]);
+            if (high - low).is_finite() && within < AT_END * (high - low) && !is_read_off(high - low) {
+                found.push(format!("{name} sits at the end of what it can be"));
+            }
+            // The first parameter is what the effect is made of.
+            if k == 0 && parameter.scale == Scale::Log && accepted.fitted.sigma[u] > UNKNOWN {
+                found.push(format!("the interval of {name} holds nothing at all as well"));
+            }
+        }
+    }
+    found
+}
+
+/// A value that was read off the records may move by next to nothing.
+fn is_read_off(range: f64) -> bool {
+    range < 0.01
+}
+
+/// Why a value is beyond what its dimension allows beside the believed machine and its records. What a base
+/// or a workpiece weighs, and what a sensor reads, the drive's body and command do not bound.
+fn beyond(judge: &Judge<'_>, place: Place, parameter: &Parameter, value: f64, most: &Criteria) -> Option<String> {
+    let is_along_drive = matches!(place, Place::Drive | Place::Guide | Place::Transmission);
+    let over = |value: f64, limit: f64, most: f64, what: &str| {
+        let ratio = value.abs() / limit;
+        (value.is_finite() && limit > 0.0 && ratio > most).then(|| format!("is {ratio:.1} times {what}"))
+    };
+    match parameter.dimension {
+        Dimension::FORCE if is_along_drive && is_pushed(judge) => {
+            over(value, judge.search.seen.command_n, most.most_force, "the largest command")
+        }
+        Dimension::MASS if is_along_drive => {
+            let moved = moving_mass(judge.dataset, &judge.search.calibrated);
+            over(value, moved, most.most_ratio, "the mass that moves")
+        }
+        Dimension::NONE if parameter.name == "gain" => {
+            let ratio = value.abs().max(1.0 / value.abs().max(f64::MIN_POSITIVE));
+            (ratio > most.most_ratio).then(|| format!("is {value:.3}"))
+        }
+        _ => None,
+    }
+}
+
+/// Whether the first command is a force, and not a speed.
+fn is_pushed(judge: &Judge<'_>) -> bool {
+    let actuators = &judge.dataset.machine.actuators;
+    let first = judge.dataset.drives.first();
+    first.is_some_and(|(drive, _)| matches!(actuators[*drive].kind, ActuatorKind::Force { .. }))
+}

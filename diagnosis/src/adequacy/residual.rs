@@ -1,0 +1,302 @@
+//! Whether the force that is still missing goes with what could explain it: command, position, direction,
+//! speed, a frequency, a reversal.
+//!
+//! A residual counts as structured where it goes with something beyond chance, and by an amount that matters.
+//! What chance gives is read off the residual itself, shifted in time against what it is compared with: so
+//! it keeps its own colour, and noise that lasts is not taken for structure.
+
+use std::f64::consts::TAU;
+
+use serde::Serialize;
+
+use super::Criteria;
+use super::horizons::share;
+use crate::fit::least_squares::Task;
+use crate::fit::search::{Scored, missing_acceleration, moving_mass};
+use crate::gap::unknown::explained;
+
+/// Span over which the missing force is averaged, s: it lasts longer than noise.
+const AVERAGE_S: f64 = 0.02;
+/// Time constants of the anchor after which a prediction has forgotten how it began.
+const SETTLED: f64 = 6.0;
+/// Share of the top speed over which direction turns from one to the other.
+const SLOW: f64 = 0.05;
+/// Points from which on a residual can be compared with anything.
+const FEWEST_POINTS: usize = 60;
+/// Points of a record whose spectrum is taken.
+const MOST_LINES: usize = 512;
+/// Averaged points on either side of a reversal.
+const BESIDE: usize = 3;
+/// Reversals from which on a jump can be told from chance, and its standard errors.
+const FEWEST_REVERSALS: usize = 4;
+const STANDARD_ERRORS: f64 = 3.0;
+
+/// How much of the missing force goes with something.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Trace {
+    /// `command`, `position`, `direction`, `speed`, `frequency` or `reversals`.
+    pub goes_with: &'static str,
+    /// Root mean square of the part that does, beyond what chance gives, N (or N m).
+    pub rms_n: f64,
+    /// Share of the variance that does.
+    pub share: f64,
+    /// Share that chance reaches.
+    pub chance: f64,
+}
+
+/// What is left in the force, with the size of the drive's.
+pub(super) struct Residual {
+    pub(super) drive_force_n: f64,
+    pub(super) traces: Vec<Trace>,
+}
+
+/// Averages along one record.
+#[derive(Clone, Copy)]
+struct Point {
+    position: f64,
+    speed: f64,
+    drive: f64,
+    missing: f64,
+}
+
+pub(super) fn of(task: &Task<'_>, scored: &Scored, checks: &[usize], criteria: &Criteria) -> Residual {
+    let records: Vec<Vec<Point>> =
+        checks.iter().filter_map(|&r| points(task, scored, r)).filter(|points| !points.is_empty()).collect();
+    let all: Vec<Point> = records.iter().flatten().copied().collect();
+    let mean_square = |of: &dyn Fn(&Point) -> f64| {
+        all.iter().map(|p| of(p).powi(2)).sum::<f64>() / all.len().max(1) as f64
+    };
+    let drive_force_n = mean_square(&|p| p.drive).sqrt();
+    if all.len() < FEWEST_POINTS || drive_force_n == 0.0 {
+        return Residual { drive_force_n, traces: Vec::new() };
+    }
+    let rms = mean_square(&|p| p.missing).sqrt();
+    let mut traces = regressions(&records, &all, rms, criteria);
+    traces.push(frequency(&records, rms));
+    traces.extend(reversals(&records, rms));
+    Residual { drive_force_n, traces }
+}
+
+impl Residual {
+    /// What has structure that matters, with `refitted` the force that is missing after calibration.
+    pub(super) fn shortfalls(&self, refitted: f64, criteria: &Criteria) -> Vec<String> {
+        let matters = |trace: &&Trace| {
+            let over_drive = trace.rms_n / self.drive_force_n;
+            let is_most = trace.rms_n > criteria.most_of_missing_force * refitted;
+            trace.share > trace.chance
+                && (over_drive > criteria.most_structure || (over_drive > criteria.some_structure && is_most))
+        };
+        let say = |trace: &Trace| {
+            format!(
+                "a force of {} of the drive's that goes with {} is left",
+                share(trace.rms_n / self.drive_force_n),
+                trace.goes_with
+            )
+        };
+        self.traces.iter().filter(matters).map(say).collect()
+    }
+}
+
+/// A record's averages, from where its prediction has settled; none where the model has no prediction.
+fn points(task: &Task<'_>, scored: &Scored, r: usize) -> Option<Vec<Point>> {
+    let record = &task.dataset.records[r];
+    let prediction = task.predict(&scored.fitted.model, &scored.fitted.theta, r)?;
+    let mass = moving_mass(task.dataset, scored);
+    let missing = missing_acceleration(task.dataset, r, &prediction);
+    let rows = ((AVERAGE_S / record.spacing_s).round() as usize).max(1);
+    let settled = (SETTLED / (prediction.omega.max(1.0) * record.spacing_s)).ceil() as usize;
+    let average = |(stroke, missing): (&[[f64; 3]], &[f64])| {
+        let n = missing.len() as f64;
+        let of = |i: usize| stroke.iter().map(|row| row[i]).sum::<f64>() / n;
+        let missing = mass * missing.iter().sum::<f64>() / n;
+        Point { position: of(0), speed: of(1), drive: of(2), missing }
+    };
+    let from = settled.min(missing.len());
+    Some(
+        prediction.stroke[from..]
+            .chunks_exact(rows)
+            .zip(missing[from..].chunks_exact(rows))
+            .map(average)
+            .collect(),
+    )
+}
+
+/// What the missing force goes with by regression, against the same with the force shifted within records.
+fn regressions(records: &[Vec<Point>], all: &[Point], rms: f64, criteria: &Criteria) -> Vec<Trace> {
+    let column = |of: &dyn Fn(&Point) -> f64| all.iter().map(of).collect::<Vec<f64>>();
+    let largest = |of: &dyn Fn(&Point) -> f64| all.iter().map(|p| of(p).abs()).fold(1e-300, f64::max);
+    let fast = largest(&|p| p.speed);
+    let (low, high) = all
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.position), h.max(p.position)));
+    let half = (0.5 * (high - low)).max(f64::MIN_POSITIVE);
+    let at = |p: &Point| (p.position - 0.5 * (low + high)) / half;
+    let speed = |p: &Point| p.speed / fast;
+    let groups: [(&'static str, Vec<Vec<f64>>); 4] = [
+        ("command", vec![column(&|p| p.drive)]),
+        ("position", (1..=3).map(|n| column(&|p| at(p).powi(n))).collect()),
+        ("direction", vec![column(&|p| (speed(p) / SLOW).tanh())]),
+        ("speed", vec![column(&speed), column(&|p| speed(p) * speed(p).abs())]),
+    ];
+    let missing = column(&|p| p.missing);
+    let shifted: Vec<Vec<f64>> = (1..=criteria.chance_shifts)
+        .map(|i| {
+            let share = i as f64 / (criteria.chance_shifts + 1) as f64;
+            let of = |points: &Vec<Point>| {
+                let by = (share * points.len() as f64) as usize;
+                let turned = points[by..].iter().chain(&points[..by]);
+                turned.map(|p| p.missing).collect::<Vec<f64>>()
+            };
+            records.iter().flat_map(of).collect()
+        })
+        .collect();
+    groups
+        .into_iter()
+        .map(|(goes_with, columns)| {
+            let share = explained(&columns, &missing);
+            let by_chance: Vec<f64> = shifted.iter().map(|missing| explained(&columns, missing)).collect();
+            let chance = by_chance.iter().copied().fold(0.0, f64::max);
+            let usual = by_chance.iter().sum::<f64>() / by_chance.len().max(1) as f64;
+            Trace { goes_with, rms_n: rms * (share - usual).max(0.0).sqrt(), share, chance }
+        })
+        .collect()
+}
+
+/// The strongest line in the spectra of the records, against what the strongest of that many lines of noise
+/// would be (Fisher's test at one in a hundred), by the colour of its neighbours.
+fn frequency(records: &[Vec<Point>], rms: f64) -> Trace {
+    let mut best = Trace { goes_with: "one frequency", rms_n: 0.0, share: 0.0, chance: 1.0 };
+    let energy: f64 = records.iter().flatten().map(|p| p.missing.powi(2)).sum();
+    for points in records.iter().filter(|points| points.len() >= FEWEST_POINTS) {
+        let series: Vec<f64> = points.iter().take(MOST_LINES).map(|p| p.missing).collect();
+        let lines = periodogram(&series);
+        let total: f64 = lines.iter().sum();
+        let own: f64 = points.iter().map(|p| p.missing.powi(2)).sum::<f64>() / energy.max(f64::MIN_POSITIVE);
+        // Critical share of the largest of `n` lines of white noise.
+        let n = lines.len() as f64;
+        let critical = 1.0 - (0.01 / n).powf(1.0 / (n - 1.0).max(1.0));
+        for (k, line) in lines.iter().enumerate() {
+            let around: Vec<f64> = (k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(lines.len()))
+                .filter(|&i| i.abs_diff(k) > 1)
+                .map(|i| lines[i])
+                .collect();
+            let colour = around.iter().sum::<f64>() / around.len().max(1) as f64;
+            let white = total / n;
+            let beyond = (line - colour.max(white) * critical * n).max(0.0);
+            let share = own * line / total.max(f64::MIN_POSITIVE);
+            if beyond > 0.0 && share > best.share {
+                let rms_n = rms * (own * beyond / total).sqrt();
+                best = Trace { rms_n, share, chance: own * critical, ..best };
+            }
+        }
+    }
+    best
+}
+
+/// Lines on either side of a line that tell its colour.
+const NEIGHBOURS: usize = 8;
+
+/// Power of every line of a series but its mean.
+fn periodogram(series: &[f64]) -> Vec<f64> {
+    let n = series.len();
+    let mean = series.iter().sum::<f64>() / n as f64;
+    (1..n / 2)
+        .map(|line| {
+            let (sine, cosine) = series.iter().enumerate().fold((0.0, 0.0), |(s, c), (k, y)| {
+                let turn = TAU * (line * k % n) as f64 / n as f64;
+                (s + turn.sin() * (y - mean), c + turn.cos() * (y - mean))
+            });
+            sine * sine + cosine * cosine
+        })
+        .collect()
+}
+
+/// How the missing force jumps where the direction turns, on the mean over all reversals.
+fn reversals(records: &[Vec<Point>], rms: f64) -> Option<Trace> {
+    let jump = |window: &[Point]| {
+        let (before, after) = window.split_at(BESIDE);
+        let keeps = |side: &[Point]| side.iter().all(|p| p.speed.signum() == side[0].speed.signum());
+        let turns = before[0].speed.signum() != after[0].speed.signum();
+        let mean = |side: &[Point]| side.iter().map(|p| p.missing).sum::<f64>() / BESIDE as f64;
+        (keeps(before) && keeps(after) && turns)
+            .then(|| after[0].speed.signum() * (mean(after) - mean(before)))
+    };
+    let jumps: Vec<f64> =
+        records.iter().flat_map(|points| points.windows(2 * BESIDE).filter_map(jump)).collect();
+    if jumps.len() < FEWEST_REVERSALS {
+        return None;
+    }
+    let n = jumps.len() as f64;
+    let mean = jumps.iter().sum::<f64>() / n;
+    let deviation = (jumps.iter().map(|j| (j - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+    let by_chance = STANDARD_ERRORS * deviation / n.sqrt();
+    // A jump from one level to the opposite has half its height as root mean square.
+    let over = |jump: f64| (0.5 * jump / rms.max(f64::MIN_POSITIVE)).powi(2);
+    Some(Trace {
+        goes_with: "reversals",
+        rms_n: 0.5 * (mean.abs() - by_chance).max(0.0),
+        share: over(mean),
+        chance: over(by_chance),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A generator of the test's own: uniform, of unit deviation.
+    fn noise(n: usize) -> Vec<f64> {
+        let mut seed = 5_u64;
+        (0..n)
+            .map(|_| {
+                seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                ((seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
+            })
+            .collect()
+    }
+
+    /// Motion of two incommensurate sines with a missing force of some shape and noise of 1 N.
+    fn record(missing: impl Fn(f64, f64, f64) -> f64) -> Vec<Point> {
+        noise(600)
+            .into_iter()
+            .enumerate()
+            .map(|(k, noise)| {
+                let t = 0.02 * k as f64;
+                let (x, v) = ((1.3 * t).sin() + 0.4 * (3.1 * t).sin(), 1.3 * (1.3 * t).cos() + 1.24 * (3.1 * t).cos());
+                Point { position: x, speed: v, drive: 10.0, missing: missing(x, v, t) + noise }
+            })
+            .collect()
+    }
+
+    fn found(missing: impl Fn(f64, f64, f64) -> f64) -> Vec<&'static str> {
+        let records = vec![record(missing)];
+        let all: Vec<Point> = records.iter().flatten().copied().collect();
+        let rms = (all.iter().map(|p| p.missing.powi(2)).sum::<f64>() / all.len() as f64).sqrt();
+        let criteria = Criteria::default();
+        let mut traces = regressions(&records, &all, rms, &criteria);
+        traces.push(frequency(&records, rms));
+        traces.extend(reversals(&records, rms));
+        let residual = Residual { drive_force_n: 10.0, traces };
+        let told = residual.traces.iter().filter(|t| {
+            t.share > t.chance && t.rms_n / residual.drive_force_n > criteria.most_structure
+        });
+        told.map(|trace| trace.goes_with).collect()
+    }
+
+    #[test]
+    fn truth_noise_goes_with_nothing() {
+        assert!(found(|_, _, _| 0.0).is_empty());
+    }
+
+    #[test]
+    fn truth_a_level_goes_with_direction_and_jumps_at_reversals() {
+        let told = found(|_, v, _| 3.0 * v.signum());
+        assert!(told.contains(&"direction") && told.contains(&"reversals"), "{told:?}");
+    }
+
+    #[test]
+    fn truth_a_force_over_position_and_one_over_time_are_told() {
+        assert!(found(|x, _, _| 3.0 * x.powi(3)).contains(&"position"));
+        assert!(found(|_, _, t| 3.0 * (TAU * 7.0 * t).sin()).contains(&"one frequency"));
+    }
+}

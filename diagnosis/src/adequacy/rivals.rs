@@ -1,0 +1,47 @@
+//! Whether another place predicts the check experiments as well, in short predictions or farther ahead.
+
+use super::Criteria;
+use super::horizons::{Horizon, error};
+use crate::diagnose::Judge;
+use crate::fit::search::Scored;
+
+/// Rivals that are predicted far ahead.
+const MOST_PREDICTED: usize = 4;
+
+/// Rivals of another place that do as well on the check experiments, or better far ahead, in words.
+pub(super) fn as_good(
+    judge: &Judge<'_>,
+    accepted: &Scored,
+    rivals: &[Scored],
+    horizons: &[Horizon],
+    criteria: &Criteria,
+) -> Vec<String> {
+    let Some(mine) = accepted.causes.last() else { return Vec::new() };
+    let elsewhere: Vec<(&Scored, &str, &str)> = rivals
+        .iter()
+        .filter(|rival| rival.causes.len() == accepted.causes.len())
+        .filter_map(|rival| {
+            let last = rival.causes.last()?;
+            (last.place != mine.place).then(|| (rival, last.definition.kind, last.place.name()))
+        })
+        .collect();
+    let simple = accepted.fitted.model.effect_parameters();
+    let mut found = Vec::new();
+    for (rival, kind, place) in elsewhere.iter().take(MOST_PREDICTED) {
+        let is_simple = rival.fitted.model.effect_parameters() <= simple;
+        if is_simple && judge.check(rival, accepted) < criteria.rival_nats {
+            found.push(format!("{kind} at the {place} predicts the check experiments as well"));
+            continue;
+        }
+        let ahead = horizons.iter().skip(1).find_map(|horizon| {
+            let own = horizon.after.filter(|own| *own < criteria.lost && *own > criteria.most_floors * horizon.floor)?;
+            let task = &judge.search.task;
+            let other = error(task, &rival.fitted, &rival.fitted.theta, &judge.checks(), horizon.seconds)?;
+            (other < criteria.rival_share * own).then(|| horizon.name())
+        });
+        if let Some(horizon) = ahead {
+            found.push(format!("{kind} at the {place} predicts better over {horizon}"));
+        }
+    }
+    found
+}

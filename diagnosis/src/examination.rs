@@ -25,11 +25,19 @@ pub struct Examination {
 
 impl Examination {
     /// Diagnoses, then predicts the check experiments with both machines, side by side on all processors.
-    /// `budget` bounds the diagnosis; `progress` hears what is being done.
+    /// `progress` hears what is being done.
     ///
     /// # Errors
     /// Where the records cannot be used, or a machine has no motion.
-    pub fn of(dataset: Dataset, budget: Budget, progress: &dyn Fn(&str)) -> Result<Self, DiagnosisError> {
+    pub fn of(dataset: Dataset, progress: &dyn Fn(&str)) -> Result<Self, DiagnosisError> {
+        Self::within(dataset, Budget::unlimited(), progress)
+    }
+
+    /// The same with a diagnosis that ends within a time.
+    ///
+    /// # Errors
+    /// As [`Examination::of`].
+    pub fn within(dataset: Dataset, budget: Budget, progress: &dyn Fn(&str)) -> Result<Self, DiagnosisError> {
         let diagnosis = diagnose_within(&dataset, budget, progress)?;
         progress("predicting the check experiments");
         let checks: Vec<usize> =

@@ -20,6 +20,16 @@ fn embed(outer: &str, inner: &str, values: &[f64]) -> Option<Vec<f64>> {
     }
 }
 
+/// Parameters of the law `inner` that come nearest to the law `outer` with parameters `values`, which contains
+/// it: several where either may.
+fn project(outer: &str, inner: &str, values: &[f64]) -> Vec<Vec<f64>> {
+    match (outer, inner) {
+        ("asymmetric-friction", "coulomb-friction") => vec![vec![values[0]]],
+        ("stribeck-friction", "coulomb-friction") => vec![vec![values[0]], vec![values[1]]],
+        _ => Vec::new(),
+    }
+}
+
 /// Whether the law `outer` contains the law `inner`.
 pub(crate) fn contains(outer: &str, inner: &str) -> bool {
     embed(outer, inner, &[1.0]).is_some()
@@ -51,6 +61,49 @@ pub(crate) fn enforce(
             let fitted = task.fit(&model, &start, steps);
             if fitted.cost < fits[outer].fitted.cost {
                 fits[outer] = rescore(&fits[outer], fitted);
+            }
+        }
+    }
+}
+
+/// Fits every law that a fitted one contains also from where that one ended: a simple law may have stopped
+/// far from its best, and would then seem to explain less than it does. `others` are those left after a few
+/// steps; what gains moves from there to `fits`.
+pub(crate) fn lower(
+    task: &Task<'_>,
+    fits: &mut Vec<Scored>,
+    others: &mut Vec<Scored>,
+    steps: usize,
+    rescore: impl Fn(&Scored, Fitted) -> Scored,
+) {
+    let outers: Vec<Scored> = fits.clone();
+    for outer in &outers {
+        let Some(big) = outer.causes.last() else { continue };
+        let last = outer.causes.len() - 1;
+        let values = outer.fitted.model.parameters(last, &outer.fitted.theta);
+        let (base, _) = outer.fitted.model.without(last);
+        let inners: Vec<Scored> = fits.iter().chain(others.iter()).cloned().collect();
+        for inner in inners {
+            let Some(small) = inner.causes.last().filter(|small| small.site == big.site) else { continue };
+            let from = project(big.definition.kind, small.definition.kind, &values);
+            let begin = |values: &Vec<f64>| {
+                let model = base.with(small.site, small.definition, values);
+                let mut start = model.start();
+                model.take_over(&mut start, &outer.fitted.model, &outer.fitted.theta, last);
+                (task.cost(&model, &start), model, start)
+            };
+            let best = from.iter().map(begin).min_by(|a, b| a.0.total_cmp(&b.0));
+            // One that starts above where the other ended has stopped well.
+            let Some((_, model, start)) = best.filter(|(cost, ..)| *cost < inner.fitted.cost) else {
+                continue;
+            };
+            let fitted = task.fit(&model, &start, steps);
+            if fitted.cost + SLACK < inner.fitted.cost {
+                let better = rescore(&inner, fitted);
+                let is_it = |other: &Scored| other.causes.last().is_some_and(|cause| cause.is(small));
+                others.retain(|other| !is_it(other));
+                fits.retain(|other| !is_it(other));
+                fits.push(better);
             }
         }
     }

@@ -28,6 +28,10 @@ const BASE_HZ: (f64, f64) = (4.0, 45.0);
 const NARROW: f64 = 0.05;
 const STEP: f64 = 1.08;
 
+/// Levels of a force that a fit starts from, of the largest command: in slow drives friction takes most of
+/// it.
+const LEVELS: [f64; 5] = [0.01, 0.04, 0.15, 0.4, 0.8];
+
 /// What the records show at a glance.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Glance {
@@ -86,7 +90,7 @@ fn every((low, high): (f64, f64)) -> Vec<f64> {
 pub(crate) fn starts(candidate: Candidate, machine: &Machine, glance: &Glance) -> Vec<Vec<f64>> {
     let definition = candidate.definition;
     let i = candidate.site.index;
-    let levels = |largest: f64| scaled(largest, &[0.01, 0.04, 0.15]);
+    let levels = |largest: f64| scaled(largest, &LEVELS);
     let wide = |value: f64| scaled(value, &[0.4, 0.7, 1.4, 2.5]);
     let times = || grid(&[scaled(glance.spacing_s, &[0.6, 2.0, 6.0])]);
     let assembly = assemble(machine).ok();
@@ -102,7 +106,7 @@ pub(crate) fn starts(candidate: Candidate, machine: &Machine, glance: &Glance) -
         "drive-deadband" | "coulomb-friction" => grid(&[levels(glance.command)]),
         "constant-load" => [-1.0, 1.0]
             .iter()
-            .flat_map(|s| scaled(s * glance.command, &[0.01, 0.1]))
+            .flat_map(|s| scaled(s * glance.command, &[0.01, 0.1, 0.5]))
             .map(|v| vec![v])
             .collect(),
         "force-limit" => grid(&[scaled(glance.command, &[0.9, 0.7, 0.5, 0.3, 0.15])]),

@@ -25,7 +25,7 @@ pub(crate) fn run(arguments: &Diagnose) -> anyhow::Result<()> {
         arguments.out.clone().unwrap_or_else(|| terminal::results::folder(&dataset.name, "diagnosis"));
     std::fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
     let steps = Steps::new(format!("diagnosing {}", dataset.name));
-    let answer = Examination::of(dataset, budget, &|what| steps.at(what));
+    let answer = Examination::within(dataset, budget, &|what| steps.at(what));
     steps.done();
     let answer = answer?;
     let json = serde_json::to_string_pretty(&answer.diagnosis)? + "\n";

@@ -141,7 +141,8 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         }
         is_taken
     });
-    let others = left.into_par_iter().map(|(candidate, fitted)| with(candidate, fitted)).collect();
+    let mut others: Vec<Scored> =
+        left.into_par_iter().map(|(candidate, fitted)| with(candidate, fitted)).collect();
     let mut fits: Vec<Scored> = chosen
         .into_par_iter()
         .map(|(candidate, fitted)| match task.budget.is_over(Stage::Fit) {
@@ -149,7 +150,9 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
             false => with(candidate, task.fit(&fitted.model, &fitted.theta, STEPS)),
         })
         .collect();
-    nested::enforce(task, &mut fits, STEPS, |old, fitted| score(task, old.causes.clone(), fitted));
+    let rescore = |old: &Scored, fitted: Fitted| score(task, old.causes.clone(), fitted);
+    nested::lower(task, &mut fits, &mut others, STEPS, rescore);
+    nested::enforce(task, &mut fits, STEPS, rescore);
     Extended { fits, others, silent, untried }
 }
 

@@ -9,8 +9,8 @@ use super::Criteria;
 use crate::diagnose::Judge;
 use crate::fit::search::{Scored, moving_mass};
 
-/// Share of the range that a fit may walk within which a value is at its end.
-const AT_END: f64 = 5e-3;
+/// A thousandth of a value, or of what is typical, within which it is at its end.
+const AT_END: f64 = 1e-3;
 /// Deviations of a logarithm at which 90 % of a normal distribution lie above zero of the value itself.
 const UNKNOWN: f64 = 1.0 / 1.645;
 
@@ -31,7 +31,7 @@ pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
             };
             let (low, high) = model.unknowns[u].bounds;
             let within = (theta[u] - low).min(high - theta[u]);
-            if (high - low).is_finite() && within < AT_END * (high - low) && !is_read_off(high - low) {
+            if within < AT_END && !is_read_off(high - low) {
                 found.push(format!("{name} sits at the end of what it can be"));
             }
             // The first parameter is what the effect is made of.

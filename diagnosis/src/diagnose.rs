@@ -77,8 +77,12 @@ pub fn diagnose_within(
         .collect();
     ranked.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
     prefer_simple(&mut ranked, PARSIMONY, |scored| judge.all(scored));
-    let mut attempts =
-        Attempts { fitted: found.singles.clone(), screened: found.others.clone(), silent: Vec::new(), untried: Vec::new() };
+    let mut attempts = Attempts {
+        fitted: found.singles.clone(),
+        screened: found.others.clone(),
+        silent: Vec::new(),
+        untried: Vec::new(),
+    };
     attempts.silent.extend(found.silent.iter().map(|candidate| vec![*candidate]));
     attempts.untried.extend(found.untried.iter().map(|candidate| vec![*candidate]));
     let mut accepted = found.calibrated.clone();

@@ -80,7 +80,9 @@ fn dataset(draw: &mut Draw, rows: usize, sensors: usize, rate_hz: f64) -> Datase
             };
             let commands = vec![(0..rows).map(|k| of(k, 20.0, draw.next())).collect()];
             let series = (0..sensors)
-                .map(|c| (0..rows).map(|k| of(k, 10.0_f64.powi(c as i32 % 4 - 2), 1e-4 * draw.next())).collect())
+                .map(|c| {
+                    (0..rows).map(|k| of(k, 10.0_f64.powi(c as i32 % 4 - 2), 1e-4 * draw.next())).collect()
+                })
                 .collect();
             Record {
                 name: format!("record-{i}.csv"),

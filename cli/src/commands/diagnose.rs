@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use feeler_diagnosis::{Budget, Examination};
 use feeler_diagnosis::dataset::{Dataset, Record};
 use feeler_diagnosis::report::NextExperiment;
+use feeler_diagnosis::{Budget, Examination};
 use feeler_files::machine_to_toml;
 
 use crate::arguments::Diagnose;

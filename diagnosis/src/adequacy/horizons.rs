@@ -147,7 +147,13 @@ mod tests {
     use super::*;
 
     fn horizon(refit: f64, after: f64) -> Horizon {
-        Horizon { seconds: Some(1.0), before: Some(refit), refit: Some(refit), after: Some(after), floor: 0.01 }
+        Horizon {
+            seconds: Some(1.0),
+            before: Some(refit),
+            refit: Some(refit),
+            after: Some(after),
+            floor: 0.01,
+        }
     }
 
     #[test]

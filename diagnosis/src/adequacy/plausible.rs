@@ -50,7 +50,13 @@ fn is_read_off(range: f64) -> bool {
 
 /// Why a value is beyond what its dimension allows beside the believed machine and its records. What a base
 /// or a workpiece weighs, and what a sensor reads, the drive's body and command do not bound.
-fn beyond(judge: &Judge<'_>, place: Place, parameter: &Parameter, value: f64, most: &Criteria) -> Option<String> {
+fn beyond(
+    judge: &Judge<'_>,
+    place: Place,
+    parameter: &Parameter,
+    value: f64,
+    most: &Criteria,
+) -> Option<String> {
     let is_along_drive = matches!(place, Place::Drive | Place::Guide | Place::Transmission);
     let over = |value: f64, limit: f64, most: f64, what: &str| {
         let ratio = value.abs() / limit;

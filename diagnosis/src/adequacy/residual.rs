@@ -63,9 +63,8 @@ pub(super) fn of(task: &Task<'_>, scored: &Scored, checks: &[usize], criteria: &
     let records: Vec<Vec<Point>> =
         checks.iter().filter_map(|&r| points(task, scored, r)).filter(|points| !points.is_empty()).collect();
     let all: Vec<Point> = records.iter().flatten().copied().collect();
-    let mean_square = |of: &dyn Fn(&Point) -> f64| {
-        all.iter().map(|p| of(p).powi(2)).sum::<f64>() / all.len().max(1) as f64
-    };
+    let mean_square =
+        |of: &dyn Fn(&Point) -> f64| all.iter().map(|p| of(p).powi(2)).sum::<f64>() / all.len().max(1) as f64;
     let drive_force_n = mean_square(&|p| p.drive).sqrt();
     if all.len() < FEWEST_POINTS || drive_force_n == 0.0 {
         return Residual { drive_force_n, traces: Vec::new() };
@@ -262,7 +261,8 @@ mod tests {
             .enumerate()
             .map(|(k, noise)| {
                 let t = 0.02 * k as f64;
-                let (x, v) = ((1.3 * t).sin() + 0.4 * (3.1 * t).sin(), 1.3 * (1.3 * t).cos() + 1.24 * (3.1 * t).cos());
+                let (x, v) =
+                    ((1.3 * t).sin() + 0.4 * (3.1 * t).sin(), 1.3 * (1.3 * t).cos() + 1.24 * (3.1 * t).cos());
                 Point { position: x, speed: v, drive: 10.0, missing: missing(x, v, t) + noise }
             })
             .collect()
@@ -277,9 +277,10 @@ mod tests {
         traces.push(frequency(&records, rms));
         traces.extend(reversals(&records, rms));
         let residual = Residual { drive_force_n: 10.0, traces };
-        let told = residual.traces.iter().filter(|t| {
-            t.share > t.chance && t.rms_n / residual.drive_force_n > criteria.most_structure
-        });
+        let told = residual
+            .traces
+            .iter()
+            .filter(|t| t.share > t.chance && t.rms_n / residual.drive_force_n > criteria.most_structure);
         told.map(|trace| trace.goes_with).collect()
     }
 

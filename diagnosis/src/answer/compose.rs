@@ -3,8 +3,8 @@
 use feeler_plant::effects::Place;
 use indexmap::IndexMap;
 
-use crate::answer::next::next_experiment;
 use crate::adequacy::{Sizes, assess};
+use crate::answer::next::next_experiment;
 use crate::budget::Stage;
 use crate::dataset::in_words;
 use crate::diagnose::{ACCEPT, Attempts, Judge, LOOK_ALIKE, PARSIMONY};

@@ -5,8 +5,8 @@
 
 use feeler_plant::description::Engagement;
 
-use crate::budget::Budget;
 use crate::answer::templates::{Reach, Template, place_of, templates};
+use crate::budget::Budget;
 use crate::dataset::{Dataset, Record};
 use crate::diagnose::Judge;
 use crate::fit::least_squares::{Fitted, Task};

@@ -119,7 +119,8 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         })
         .collect();
     let without = |late: bool| -> Vec<Candidate> {
-        let is_left = |(_, is_late, fitted): &&(_, bool, Option<Fitted>)| fitted.is_none() && *is_late == late;
+        let is_left =
+            |(_, is_late, fitted): &&(_, bool, Option<Fitted>)| fitted.is_none() && *is_late == late;
         screened.iter().filter(is_left).map(|(candidate, ..)| *candidate).collect()
     };
     let (silent, untried) = (without(false), without(true));

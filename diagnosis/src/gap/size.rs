@@ -171,7 +171,12 @@ pub fn closing(
                     .ok()
             })
             .collect();
-        let task = Task { dataset, weights: Weights::new(dataset, &reference?), fitted: Vec::new(), budget: Budget::unlimited() };
+        let task = Task {
+            dataset,
+            weights: Weights::new(dataset, &reference?),
+            fitted: Vec::new(),
+            budget: Budget::unlimited(),
+        };
         let errors = square_errors(&task, &model, &start, &records)?;
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;
         let of = |channel: &Channel| noise.get(&channel.column).copied().unwrap_or(channel.noise);

@@ -69,5 +69,9 @@ pub(super) fn add(page: &mut Page, adequacy: &Adequacy) {
             ]
         })
         .collect();
-    page.table(&["goes with", "of the drive's force", "share of its variance", "by chance"], &[1, 2, 3], &rows);
+    page.table(
+        &["goes with", "of the drive's force", "share of its variance", "by chance"],
+        &[1, 2, 3],
+        &rows,
+    );
 }

@@ -11,6 +11,8 @@ use crate::fit::search::{Scored, moving_mass};
 
 /// A thousandth of a value, or of what is typical, within which it is at its end.
 const AT_END: f64 = 1e-3;
+/// A value that may move by less than this share was read off the records, and no residual knows it.
+const READ_OFF: f64 = 0.01;
 /// Deviations of a logarithm at which 90 % of a normal distribution lie above zero of the value itself.
 const UNKNOWN: f64 = 1.0 / 1.645;
 
@@ -30,8 +32,10 @@ pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
                 continue;
             };
             let (low, high) = model.unknowns[u].bounds;
-            let within = (theta[u] - low).min(high - theta[u]);
-            if within < AT_END && !is_read_off(high - low) {
+            if high - low < READ_OFF {
+                continue;
+            }
+            if (theta[u] - low).min(high - theta[u]) < AT_END {
                 found.push(format!("{name} sits at the end of what it can be"));
             }
             // The first parameter is what the effect is made of.
@@ -41,11 +45,6 @@ pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
         }
     }
     found
-}
-
-/// A value that was read off the records may move by next to nothing.
-fn is_read_off(range: f64) -> bool {
-    range < 0.01
 }
 
 /// Why a value is beyond what its dimension allows beside the believed machine and its records. What a base

@@ -5,9 +5,8 @@ use std::collections::HashSet;
 use feeler_catalogue::{Dim, Record};
 use feeler_control::{ControlError, ControllerSpec, Law, READS, Reference};
 use feeler_engine::ControllerUse;
-use feeler_plant::description::{ActuatorKind, Elements, GROUND, Machine, Quantity};
+use feeler_plant::description::{ActuatorKind, Elements, GROUND, Machine};
 use feeler_plant::effects::HostKind;
-use feeler_plant::names::did_you_mean;
 
 use super::{Builder, Item};
 use crate::keys::CONTROLLERS;
@@ -94,95 +93,23 @@ impl Builder<'_> {
         self.problems.add(inner.unwrap_or(item.place(first)), item.key(key), error.to_string(), remedy);
     }
 
+    /// What a controller reads and drives. A key that has a mistake of its own, and a sensor whose own signal is
+    /// wrong, have been noted already.
     fn wiring(&mut self, item: Item<'_>, found: &ControllerUse, machine: &Machine) {
-        if item.table.contains_key("drives")
-            && !found.drives.is_empty()
-            && !machine.actuators.contains_key(&found.drives)
-        {
-            let remedy = did_you_mean(&found.drives, machine.actuators.keys().map(String::as_str));
-            self.problems.add(
-                item.place("drives"),
-                item.key("drives"),
-                format!("there is no actuator `{}`", found.drives),
-                remedy,
-            );
-        }
-        let force = [Quantity::Force, Quantity::SpringForce];
-        let motion = [Quantity::Position, Quantity::Velocity];
-        match found.spec.law {
-            Law::Position(_) => self.sensor_of(
-                item,
-                "reads",
-                found.reads.as_deref(),
-                machine,
-                &[Quantity::Position],
-                "a position",
-            ),
-            _ => self.sensor_of(item, "reads", found.reads.as_deref(), machine, &force, "a force"),
-        }
-        self.sensor_of(item, "motion", found.motion.as_deref(), machine, &motion, "a position or velocity");
-
-        let driven = machine.actuators.get(&found.drives);
-        let default = || {
-            let body = driven.map(|actuator| actuator.on.as_str());
-            machine.sensors.values().any(|sensor| {
-                motion.contains(&sensor.reads.quantity) && Some(sensor.reads.element.as_str()) == body
-            })
-        };
-        let approach = found.spec.approach.is_some_and(|approach| !approach.velocity_drive);
-        if driven.is_some()
-            && found.motion.is_none()
-            && (found.spec.law.needs_motion() || approach)
-            && !default()
-        {
-            let message = if approach {
-                "the approach of a force drive needs a motion sensor"
-            } else {
-                "this law needs a motion sensor"
+        for problem in found.wiring_problems(machine) {
+            let sensor = match problem.key.as_str() {
+                "reads" => found.reads.as_deref(),
+                "motion" => found.motion.as_deref(),
+                _ => None,
             };
-            let remedy =
-                "add `motion = \"...\"`, or a sensor that reads position or velocity of the driven body";
-            self.problems.add(item.at, item.key("motion"), message, remedy);
-        }
-        let inner = matches!(found.spec.law, Law::Impedance(gains) if gains.force_gain != 0.0);
-        if found.reads.is_none()
-            && (inner || (found.spec.approach.is_some() && !matches!(found.spec.law, Law::Position(_))))
-        {
-            let what = if inner { "force_gain" } else { "the approach" };
-            self.problems.add(
-                item.at,
-                item.key("reads"),
-                format!("{what} needs a force sensor"),
-                "add `reads = \"...\"`",
-            );
-        }
-    }
-
-    fn sensor_of(
-        &mut self,
-        item: Item<'_>,
-        key: &str,
-        name: Option<&str>,
-        machine: &Machine,
-        wanted: &[Quantity],
-        what: &str,
-    ) {
-        let Some(name) = name else { return };
-        let Some(sensor) = machine.sensors.get(name) else {
-            let remedy = did_you_mean(name, machine.sensors.keys().map(String::as_str));
-            self.problems.add(item.place(key), item.key(key), format!("there is no sensor `{name}`"), remedy);
-            return;
-        };
-        // A sensor whose own signal is wrong has been noted already.
-        let known = !self.problems.covers(&join(&join("sensors", name), "reads"));
-        if known && !wanted.contains(&sensor.reads.quantity) {
-            let fitting = machine
-                .sensors
-                .iter()
-                .filter(|(_, sensor)| wanted.contains(&sensor.reads.quantity))
-                .map(|(name, _)| name.as_str());
-            let message = format!("the sensor `{name}` reads `{}`, and this needs {what}", sensor.reads);
-            self.problems.add(item.place(key), item.key(key), message, did_you_mean(name, fitting));
+            let sensor = sensor.filter(|name| machine.sensors.contains_key(*name));
+            let is_noted = sensor
+                .is_some_and(|name| self.problems.covers(&join(&join("sensors", name), "reads")))
+                || self.problems.covers(&item.key(&problem.key));
+            if !is_noted {
+                let remedy = problem.remedy.unwrap_or_default();
+                self.problems.add(item.place(&problem.key), item.key(&problem.key), problem.message, remedy);
+            }
         }
     }
 }

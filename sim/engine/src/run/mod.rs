@@ -6,3 +6,4 @@ pub(crate) mod program;
 pub(crate) mod scenario;
 pub(crate) mod simulation;
 pub(crate) mod standing;
+mod wiring;

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use feeler_control::{ControllerSpec, Law, Reference, SampleClock};
+use feeler_control::{ControllerSpec, Reference, SampleClock};
 use feeler_plant::assembly::{ContactPart, Source, assemble, resolve};
-use feeler_plant::description::{Elements, Machine, Profile, Quantity, SignalName};
+use feeler_plant::description::{Elements, Profile, Quantity, SignalName};
 use feeler_plant::effects::Change;
 use feeler_plant::motion::Motion;
 use feeler_plant::names::did_you_mean;
@@ -268,54 +268,27 @@ fn wire(
     problems: &mut Vec<Problem>,
 ) -> Result<Option<Wiring>, EngineError> {
     let machine = &scenario.machine;
-    let before = problems.len();
-    let key = |last: &str| format!("controllers.{name}.{last}");
-    let drive = machine.actuators.get_index_of(&controller.drives);
-    if drive.is_none() {
-        problems.push(missing(key("drives"), "actuator", &controller.drives, &machine.actuators));
-    }
-    let mut tap = |sensor: &Option<String>, last: &str| {
-        let sensor = sensor.as_ref()?;
-        let index = machine.sensors.get_index_of(sensor);
-        if index.is_none() {
-            problems.push(missing(key(last), "sensor", sensor, &machine.sensors));
-        }
-        index.map(|i| wanted.tap(i))
-    };
-    let reading = tap(&controller.reads, "reads");
-    let needs_motion = controller.spec.law.needs_motion() || controller.spec.approach.is_some();
-    let motion_name = controller
-        .motion
-        .clone()
-        .or_else(|| needs_motion.then(|| motion_sensor(machine, &controller.drives)).flatten());
-    let motion = tap(&motion_name, "motion");
+    let found = controller.wiring_problems(machine);
+    let is_sound = found.is_empty();
+    problems.extend(
+        found
+            .into_iter()
+            .map(|problem| Problem { key: format!("controllers.{name}.{}", problem.key), ..problem }),
+    );
+    let mut tap = |sensor: Option<&str>| Some(wanted.tap(machine.sensors.get_index_of(sensor?)?));
+    let reading = tap(controller.reads.as_deref());
+    let motion_name = controller.motion_sensor(machine);
+    let motion = tap(motion_name);
     let is_velocity = motion_name
-        .as_ref()
         .and_then(|name| machine.sensors.get(name))
-        .is_some_and(|s| s.reads.quantity == Quantity::Velocity);
-    if needs_motion && motion_name.is_none() {
-        let message = "damping, impedance, admittance and the approach need a sensor of position or velocity of the driven body";
-        problems.push(Problem::new(key("motion"), message, "add one under [sensors] and name it here"));
-    }
-    let blind = match &controller.spec.law {
-        Law::OpenLoop => true,
-        Law::Impedance(gains) => gains.force_gain == 0.0 && controller.spec.approach.is_none(),
-        _ => false,
-    };
-    if controller.reads.is_none() && !blind {
-        problems.push(Problem::new(
-            key("reads"),
-            "this law needs a sensor",
-            "name one with `reads = \"...\"`",
-        ));
-    }
+        .is_some_and(|sensor| sensor.reads.quantity == Quantity::Velocity);
     let control = |source| EngineError::Control { name: name.into(), source };
     let clock = SampleClock::new(&controller.spec, scenario.run.seed, &format!("controllers.{name}"))
         .map_err(control)?;
     let reference =
         Reference::new(&controller.spec.reference, scenario.run.seed, &format!("controllers.{name}"))
             .map_err(control)?;
-    let drive = drive.filter(|_| problems.len() == before);
+    let drive = machine.actuators.get_index_of(&controller.drives).filter(|_| is_sound);
     Ok(drive.map(|drive| Wiring {
         reading,
         motion,
@@ -324,17 +297,6 @@ fn wire(
         clock,
         reference,
     }))
-}
-
-/// The first sensor that reads position or velocity of the body an actuator drives.
-fn motion_sensor(machine: &Machine, actuator: &str) -> Option<String> {
-    let body = &machine.actuators.get(actuator)?.on;
-    let reads_motion = |quantity| matches!(quantity, Quantity::Position | Quantity::Velocity);
-    machine
-        .sensors
-        .iter()
-        .find(|(_, s)| s.reads.element == *body && reads_motion(s.reads.quantity))
-        .map(|(name, _)| name.clone())
 }
 
 fn record(scenario: &Scenario, signal: &SignalName, wanted: &mut Wanted) -> Result<Recorded, Problem> {

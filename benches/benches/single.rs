@@ -29,7 +29,7 @@ fn settled<L: Lane>(group: &mut BenchmarkGroup<WallTime>, name: &str, scenario: 
             || Simulation::<L>::new(vec![program.clone(); L::WIDTH]).unwrap(),
             |mut simulation| {
                 simulation.run(&mut Unobserved).unwrap();
-                assert_eq!(simulation.end(0), RunEnd::Completed);
+                assert_eq!(simulation.end(0), Some(RunEnd::Completed));
                 simulation
             },
             BatchSize::SmallInput,

@@ -164,7 +164,7 @@ fn growth_per_s(scenario: &Scenario, duration_s: f64) -> Result<f64, ValidationE
     let mut trace = Trace::new(program.record_names());
     let mut simulation = Simulation::<f64>::new(vec![program])?;
     simulation.run(&mut trace)?;
-    if simulation.end(0) != RunEnd::Completed {
+    if simulation.end(0) != Some(RunEnd::Completed) {
         return Ok(f64::INFINITY);
     }
     let force = &trace.columns[0];

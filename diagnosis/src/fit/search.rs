@@ -64,7 +64,7 @@ pub(crate) fn search(dataset: &Dataset, budget: Budget) -> Result<Search<'_>, Di
             let assembly = model
                 .assembly(&start, record.engagement)
                 .ok_or(DiagnosisError::Machine { problems: Vec::new() })?;
-            Predictor::new(assembly, dataset, record)?.anchored()
+            Predictor::with(assembly, model.presliding(&start), dataset, record)?.anchored()
         })
         .collect::<Result<Vec<Prediction>, _>>()?;
     let weights = Weights::new(dataset, &reference);

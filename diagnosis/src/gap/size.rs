@@ -165,10 +165,8 @@ pub fn closing(
             .records
             .iter()
             .map(|record| {
-                Predictor::new(model.assembly(&start, record.engagement)?, dataset, record)
-                    .ok()?
-                    .anchored()
-                    .ok()
+                let assembly = model.assembly(&start, record.engagement)?;
+                Predictor::with(assembly, model.presliding(&start), dataset, record).ok()?.anchored().ok()
             })
             .collect();
         let task = Task {

@@ -1,9 +1,13 @@
 //! One mode of one machine: its rows, and how they carry the state over a span.
 
+use std::convert::Infallible;
+use std::ops::{Index, IndexMut};
+
 use feeler_lanes::{Blocks, dispatch};
-use feeler_lti::expm;
+use feeler_lti::{eigenvalues, expm};
 use feeler_plant::assembly::Source;
-use feeler_plant::motion::{Equations, Mode, Motion, Row};
+use feeler_plant::motion::modes::ModeTable;
+use feeler_plant::motion::{Equations, Mode, Motion, Row, dot};
 use nalgebra::DMatrix;
 
 use crate::error::DiagnosisError;
@@ -18,6 +22,63 @@ const REMAINDER: f64 = 1e-14;
 const BLOCK: usize = 8;
 /// Binary parts of a span whose exponentials are kept.
 const PARTS: i32 = 16;
+
+/// Largest angle of the fastest oscillation between two looks at the guards, rad: below a quarter turn, so
+/// that a guard has at most one minimum in between and its slopes at both ends betray it.
+const CHECK_ANGLE: f64 = 1.2;
+
+/// The flows of the modes that a machine has met.
+#[derive(Debug)]
+pub(super) struct Flows {
+    channels: Vec<Source>,
+    /// Spacing of rows.
+    spacing_s: f64,
+    met: Vec<Flow>,
+}
+
+impl Flows {
+    /// No flows yet, for rows of these channels.
+    pub(super) fn new(channels: Vec<Source>, spacing_s: f64) -> Self {
+        Self { channels, spacing_s, met: Vec::new() }
+    }
+
+    /// The number of a mode's flow, which is made at its first use.
+    pub(super) fn number_of(&mut self, motion: &Motion, mode: Mode) -> usize {
+        if let Some(i) = self.met.iter().position(|flow| flow.equations.mode == mode) {
+            return i;
+        }
+        self.met.push(Flow::new(motion, mode, &self.channels, self.spacing_s));
+        self.met.len() - 1
+    }
+}
+
+impl ModeTable for Flows {
+    type Error = Infallible;
+
+    fn index_of(&mut self, motion: &Motion, mode: Mode) -> Result<usize, Infallible> {
+        Ok(self.number_of(motion, mode))
+    }
+
+    fn equations(&self, index: usize) -> &Equations {
+        &self.met[index].equations
+    }
+}
+
+impl Index<usize> for Flows {
+    type Output = Flow;
+
+    #[inline]
+    fn index(&self, index: usize) -> &Flow {
+        &self.met[index]
+    }
+}
+
+impl IndexMut<usize> for Flows {
+    #[inline]
+    fn index_mut(&mut self, index: usize) -> &mut Flow {
+        &mut self.met[index]
+    }
+}
 
 /// One mode.
 #[derive(Clone, Debug)]
@@ -42,6 +103,8 @@ pub(super) struct Flow {
     spans: Vec<(u64, Blocks<f64>)>,
     /// The longest span, of which others are halves and quarters.
     longest_s: f64,
+    /// Time between two looks at the guards; `None` until somebody asks.
+    look_s: Option<f64>,
 }
 
 impl Flow {
@@ -91,7 +154,29 @@ impl Flow {
             looks,
             spans,
             longest_s,
+            look_s: None,
         }
+    }
+
+    /// The longest time between two looks at the guards in which none of them has more than one minimum.
+    pub(super) fn look_s(&mut self) -> Result<f64, DiagnosisError> {
+        if let Some(known) = self.look_s {
+            return Ok(known);
+        }
+        let rows = DMatrix::from_row_slice(self.states, self.width, &self.derivative);
+        let own = eigenvalues(&rows.columns(0, self.states).into_owned())?;
+        let fastest = own.iter().map(|lambda| lambda.im.abs()).fold(f64::MIN_POSITIVE, f64::max);
+        Ok(*self.look_s.insert(CHECK_ANGLE / fastest))
+    }
+
+    /// Slope of a linear functional along the flow, nonlinear terms held.
+    pub(super) fn slope(&self, row: &[f64], xi: &[f64]) -> f64 {
+        row[..self.states]
+            .iter()
+            .zip(self.derivative.chunks_exact(self.width))
+            .filter(|(factor, _)| **factor != 0.0)
+            .map(|(factor, derivative)| factor * dot(derivative, xi))
+            .sum()
     }
 
     /// What carries the states over `span_s` with everything else held.
@@ -248,8 +333,4 @@ impl Flow {
             }
         }
     }
-}
-
-pub(super) fn dot(row: &[f64], xi: &[f64]) -> f64 {
-    row.iter().zip(xi).map(|(r, x)| r * x).sum()
 }

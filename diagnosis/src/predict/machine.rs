@@ -1,9 +1,9 @@
 //! A machine in motion: modes, events and inputs, one record at a time.
 
 use feeler_plant::assembly::{Assembly, Source};
-use feeler_plant::motion::{GuardValue, Mode, Motion, StopSide, Switch, SwitchState};
+use feeler_plant::motion::{Mode, Motion, dot};
 
-use super::flow::{Flow, dot};
+use super::flow::Flows;
 use crate::error::DiagnosisError;
 
 /// Events within one row after which the row is finished without looking at guards: a modelled clatter faster
@@ -21,14 +21,22 @@ pub(super) struct State {
     pub(super) flow: usize,
 }
 
+/// How closely a motion is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Precision {
+    /// Row by row, as a fit needs it thousands of times: guards are looked at where rows end, and laws that
+    /// are not linear are averaged over a row.
+    Rows,
+    /// To rounding, as the machine moves: see [`super::close`].
+    Rounding,
+}
+
 /// A machine with the modes it has met.
 #[derive(Debug)]
 pub(super) struct Moving {
     pub(super) motion: Motion,
-    channels: Vec<Source>,
-    /// Spacing of rows.
-    spacing_s: f64,
-    pub(super) flows: Vec<Flow>,
+    pub(super) flows: Flows,
+    precision: Precision,
     next: Vec<f64>,
     probe: Vec<f64>,
 }
@@ -38,13 +46,15 @@ impl Moving {
         mut assembly: Assembly,
         channels: Vec<Source>,
         spacing_s: f64,
+        precision: Precision,
     ) -> Result<Self, DiagnosisError> {
         // A feed is not in the dataset: when it began, relative to a record, nobody knows.
         for contact in &mut assembly.contacts {
             contact.profile = None;
         }
         let motion = Motion::new(assembly).map_err(|problems| DiagnosisError::Machine { problems })?;
-        Ok(Self { motion, channels, spacing_s, flows: Vec::new(), next: Vec::new(), probe: Vec::new() })
+        let flows = Flows::new(channels, spacing_s);
+        Ok(Self { motion, flows, precision, next: Vec::new(), probe: Vec::new() })
     }
 
     /// The state at the start, filters at rest.
@@ -53,58 +63,14 @@ impl Moving {
         let mut xi = self.motion.initial_state();
         xi.resize(layout.width(), 0.0);
         xi[layout.one()] = 1.0;
-        let mode = self.natural_mode(&xi);
-        let flow = self.flow_of(mode);
-        let mut state = State { xi, flow };
-        self.fill(&mut state);
-        self.motion.settle_filters(&self.flows[flow].equations, &mut state.xi);
-        state
+        let Ok(beginning) = self.motion.begin(&mut self.flows, Mode::default(), &mut xi);
+        self.motion.settle_filters(&self.flows[beginning.index].equations, &mut xi);
+        State { xi, flow: beginning.index }
     }
 
-    /// The mode that positions and speeds ask for.
-    fn natural_mode(&self, xi: &[f64]) -> Mode {
-        let equations = self.motion.equations(Mode::default());
-        let mut mode = Mode::default();
-        for (i, &switch) in self.motion.switches().iter().enumerate() {
-            let closed = |yes: bool| if yes { SwitchState::Plus } else { SwitchState::Rest };
-            let state = match switch {
-                Switch::Contact(c) => closed(dot(&equations.compression[c][0], xi) > 0.0),
-                Switch::Stop(link, side) => {
-                    let e = dot(&equations.elongation[link][0], xi);
-                    let half = 0.5 * self.motion.assembly().links[link].play;
-                    closed(if side == StopSide::Upper { e > half } else { -e > half })
-                }
-                Switch::Friction(link) => match dot(&equations.elongation[link][1], xi) {
-                    v if v > 0.0 => SwitchState::Plus,
-                    v if v < 0.0 => SwitchState::Minus,
-                    _ => SwitchState::Rest,
-                },
-                Switch::Limit(_) | Switch::Ramp(_) => SwitchState::Rest,
-            };
-            mode = mode.with(i, state);
-        }
-        mode
-    }
-
-    pub(super) fn flow_of(&mut self, mode: Mode) -> usize {
-        if let Some(i) = self.flows.iter().position(|flow| flow.equations.mode == mode) {
-            return i;
-        }
-        self.flows.push(Flow::new(&self.motion, mode, &self.channels, self.spacing_s));
-        self.flows.len() - 1
-    }
-
-    /// Brings the nonlinear terms up to date. Earlier terms may be arguments of later ones.
+    /// Brings the nonlinear terms up to date.
     pub(super) fn fill(&self, state: &mut State) {
-        let flow = &self.flows[state.flow];
-        if flow.linear {
-            return;
-        }
-        for (j, (term, arguments)) in self.motion.terms().iter().zip(&flow.equations.arguments).enumerate() {
-            let value =
-                arguments.as_ref().map_or(0.0, |[a, b]| term.value(dot(a, &state.xi), dot(b, &state.xi)));
-            state.xi[self.motion.layout().term(j)] = value;
-        }
+        self.motion.fill_terms(&self.flows[state.flow].equations, &mut state.xi);
     }
 
     /// The channels as the plant has them, before gains, delays and quantisation, then what else is looked at
@@ -116,24 +82,19 @@ impl Moving {
 
     /// Gives a drive a new input; where its rate is limited it starts to ramp there.
     pub(super) fn set_input(&mut self, state: &mut State, drive: usize, value: f64) {
-        state.xi[self.motion.layout().input(drive)] = value;
-        let Some(ramp) = self.motion.layout().ramp(drive) else { return };
-        let Some(switch) = self.motion.switches().iter().position(|&s| s == Switch::Ramp(drive)) else {
-            return;
-        };
-        let left = value - state.xi[ramp];
-        let towards = match left {
-            l if l > 0.0 => SwitchState::Plus,
-            l if l < 0.0 => SwitchState::Minus,
-            _ => SwitchState::Rest,
-        };
-        let mode = self.flows[state.flow].equations.mode.with(switch, towards);
-        state.flow = self.flow_of(mode);
+        let mode = self.flows[state.flow].equations.mode;
+        let next = self.motion.take_input(mode, drive, value, &mut state.xi);
+        if next != mode {
+            state.flow = self.flows.number_of(&self.motion, next);
+        }
     }
 
     /// Carries the state over `span_s`, a span that recurs.
     #[inline(always)]
     pub(super) fn advance(&mut self, state: &mut State, span_s: f64) -> Result<(), DiagnosisError> {
+        if self.precision == Precision::Rounding {
+            return self.advance_closely(state, span_s);
+        }
         let flow = &mut self.flows[state.flow];
         if flow.linear {
             flow.carry(span_s, &state.xi, &mut self.next)?;
@@ -141,9 +102,7 @@ impl Moving {
             let guards = &self.next[states..states + flow.equations.guards.len()];
             if guards.iter().all(|guard| *guard >= 0.0) {
                 state.xi[..states].copy_from_slice(&self.next[..states]);
-                if !flow.equations.stuck.is_empty() {
-                    self.join(state);
-                }
+                self.motion.join(&self.flows[state.flow].equations, &mut state.xi);
                 return Ok(());
             }
         }
@@ -174,14 +133,14 @@ impl Moving {
                 left = 0.0;
             }
             self.next = next;
-            self.join(state);
+            self.motion.join(&self.flows[state.flow].equations, &mut state.xi);
         }
         self.fill(state);
         Ok(())
     }
 
     /// One span in one mode. Nonlinear terms are averaged over it (trapezoidal, second order).
-    fn move_by(
+    pub(super) fn move_by(
         &mut self,
         state: &mut State,
         span_s: f64,
@@ -256,46 +215,9 @@ impl Moving {
         Ok(Some((i, share)))
     }
 
-    fn switch(&mut self, state: &mut State, index: usize) {
-        let guard = self.flows[state.flow].equations.guards[index].clone();
-        let mode = self.flows[state.flow].equations.mode;
-        let to = match guard.value {
-            GuardValue::To(to) => to,
-            GuardValue::Stop => self.after_stop(state, mode, guard.switch),
-        };
-        if let Switch::Ramp(drive) = self.motion.switches()[guard.switch]
-            && let Some(ramp) = self.motion.layout().ramp(drive)
-        {
-            state.xi[ramp] = state.xi[self.motion.layout().input(drive)];
-        }
-        state.flow = self.flow_of(mode.with(guard.switch, to));
-        self.join(state);
-        self.fill(state);
-    }
-
-    /// A guide has come to rest: whether it sticks, or slides on the other way.
-    fn after_stop(&mut self, state: &State, mode: Mode, switch: usize) -> SwitchState {
-        let flow = self.flow_of(mode.with(switch, SwitchState::Rest));
-        let mut rested = State { xi: state.xi.clone(), flow };
-        self.fill(&mut rested);
-        let guards = &self.flows[flow].equations.guards;
-        let exceeded =
-            guards.iter().find(|guard| guard.switch == switch && dot(&guard.row, &rested.xi) < 0.0);
-        match exceeded.map(|guard| guard.value) {
-            Some(GuardValue::To(to)) => to,
-            _ => SwitchState::Rest,
-        }
-    }
-
-    /// Makes speeds that stick together equal.
-    fn join(&self, state: &mut State) {
-        for &[a, b] in &self.flows[state.flow].equations.stuck {
-            let v = |g| self.motion.layout().v(g);
-            match (a, b) {
-                (Some(a), Some(b)) => state.xi[v(b)] = state.xi[v(a)],
-                (Some(g), None) | (None, Some(g)) => state.xi[v(g)] = 0.0,
-                (None, None) => {}
-            }
-        }
+    /// What happens when a guard fires.
+    pub(super) fn switch(&mut self, state: &mut State, guard: usize) {
+        let Ok(switched) = self.motion.switch(&mut self.flows, state.flow, guard, &mut state.xi);
+        state.flow = switched.index;
     }
 }

@@ -7,6 +7,7 @@
 //! the machine lacks, not its consequences.
 
 mod anchor;
+mod close;
 mod flow;
 mod machine;
 mod presliding;

@@ -4,7 +4,7 @@ use feeler_lanes::dispatch;
 use feeler_plant::assembly::{Assembly, Drive, Source};
 
 use super::anchor::{Anchor, Anchoring, place};
-use super::machine::{Moving, State};
+use super::machine::{Moving, Precision, State};
 use super::presliding::Presliding;
 use super::sensor::readings;
 use crate::dataset::{Channel, Dataset, Record};
@@ -55,15 +55,16 @@ pub struct Predictor<'a> {
 }
 
 impl<'a> Predictor<'a> {
-    /// Sets up an assembled machine for one record of a dataset.
+    /// Sets up an assembled machine for one record of a dataset: it moves as [`feeler_studies`] runs it.
     ///
     /// # Errors
     /// Where the machine has no motion.
     pub fn new(assembly: Assembly, dataset: &'a Dataset, record: &'a Record) -> Result<Self, DiagnosisError> {
-        Self::with(assembly, Presliding::default(), dataset, record)
+        Self::following(assembly, Vec::new(), Precision::Rounding, dataset, record)
     }
 
-    /// The same with what is known of how sticking guides give way.
+    /// The same for a fit: sticking guides give way a little, so that every small motion of a record does not
+    /// count against dry friction, and the motion is followed row by row.
     pub(crate) fn with(
         mut assembly: Assembly,
         presliding: Presliding,
@@ -71,6 +72,16 @@ impl<'a> Predictor<'a> {
         record: &'a Record,
     ) -> Result<Self, DiagnosisError> {
         let surfaces = presliding.soften(&mut assembly);
+        Self::following(assembly, surfaces, Precision::Rows, dataset, record)
+    }
+
+    fn following(
+        mut assembly: Assembly,
+        surfaces: Vec<usize>,
+        precision: Precision,
+        dataset: &'a Dataset,
+        record: &'a Record,
+    ) -> Result<Self, DiagnosisError> {
         if let Some(engagement) = record.engagement {
             assembly.contacts.iter_mut().for_each(|contact| contact.engagement = engagement);
         }
@@ -81,7 +92,7 @@ impl<'a> Predictor<'a> {
             record,
             channels: &dataset.channels,
             drives: &dataset.drives,
-            machine: Moving::new(assembly, sources, record.spacing_s)?,
+            machine: Moving::new(assembly, sources, record.spacing_s, precision)?,
             surfaces,
         })
     }

@@ -57,11 +57,10 @@ fn list(problems: &[Problem]) -> String {
 }
 
 /// How a run ended.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum RunEnd {
     /// At its duration.
-    #[default]
     Completed,
     /// The motion left all bounds; the state kept is the last finite one.
     Diverged {

@@ -7,7 +7,7 @@ use feeler_plant::description::{
     Actuator, ActuatorKind, Axis, Body, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
 };
 use feeler_plant::effects::{EffectUse, HostKind, LIBRARY};
-use feeler_plant::motion::{NonlinearLaw, NonlinearTerm};
+use feeler_plant::motion::{ContactState, NonlinearLaw, NonlinearTerm, StopSide};
 use feeler_plant::problem::Problem;
 
 const MOTOR: &str = "motor";
@@ -90,19 +90,38 @@ impl JointPart {
         }
     }
 
-    /// Torque of the gear on the link for a twist (motor before link) and its rate, the flank in touch being
-    /// `side`: 0 where there is no play, or none touches.
-    pub(crate) fn gear_torque(&self, twist: f64, rate: f64, side: i8) -> f64 {
-        if self.gear.play > 0.0 && side == 0 { 0.0 } else { self.flank(twist, rate, side)[1] }
+    /// Torque of the gear on the link for a twist (motor before link) and its rate, by the states of its lower
+    /// and upper flank where it has play.
+    pub(crate) fn gear_torque(&self, twist: [f64; 2], flanks: [ContactState; 2]) -> f64 {
+        if self.gear.play <= 0.0 {
+            return self.law(twist, 0)[1];
+        }
+        [-1, 1]
+            .into_iter()
+            .zip(flanks)
+            .filter(|(_, flank)| *flank == ContactState::Pushing)
+            .map(|(side, _)| self.law(twist, side)[1])
+            .sum()
     }
 
-    /// How far a flank is pressed, as the torque of its linear spring alone, and the whole torque of its law;
-    /// both signed towards the link's positive side.
-    pub(crate) fn flank(&self, twist: f64, rate: f64, side: i8) -> [f64; 2] {
+    /// How far a flank is pressed, as the torque of its linear spring alone, and the whole torque of its law:
+    /// positive where it is compressed and where it pushes.
+    pub(crate) fn pressed(&self, twist: [f64; 2], side: StopSide) -> [f64; 2] {
+        let sign = if side == StopSide::Upper { 1 } else { -1 };
+        self.law(twist, sign).map(|torque| f64::from(sign) * torque)
+    }
+
+    /// Torque of the linear spring, and of the whole law, of the gear (`side` 0) or of one of its flanks.
+    fn law(&self, [twist, rate]: [f64; 2], side: i8) -> [f64; 2] {
         let depth = twist - 0.5 * self.gear.play * f64::from(side);
         let hardening = NonlinearTerm { law: NonlinearLaw::Cubic { link: 0, side, cubic: self.gear.cubic } };
         let linear = self.gear.stiffness * depth;
         [linear, linear + hardening.value(depth, 0.0) + self.gear.damping * rate]
+    }
+
+    /// What the dry friction of a motor at rest could still take forward and backward, with `net` on it.
+    pub(crate) fn room(&self, net: f64) -> [f64; 2] {
+        [self.friction(0.0, 1.0) - net, self.friction(0.0, -1.0) + net]
     }
 
     /// Cogging torque at a position of the motor.
@@ -240,9 +259,11 @@ mod tests {
         let near = |a: f64, b: f64| assert!((a - b).abs() < ROUNDING * (1.0 + b.abs()), "{a} {b}");
         near(joint.inertia, 1.0);
         // Nothing within the play; beyond it the depth alone counts.
-        near(joint.gear_torque(0.005, 1.0, 0), 0.0);
-        near(joint.gear_torque(0.011, 0.0, 1), 2e4 * 1e-3 + 1e6 * 1e-9);
-        near(joint.gear_torque(-0.011, -0.2, -1), -20.0 - 1e-3 - 1.0);
+        let [lower, upper] =
+            [[ContactState::Pushing, ContactState::Open], [ContactState::Open, ContactState::Pushing]];
+        near(joint.gear_torque([0.005, 1.0], [ContactState::Open; 2]), 0.0);
+        near(joint.gear_torque([0.011, 0.0], upper), 2e4 * 1e-3 + 1e6 * 1e-9);
+        near(joint.gear_torque([-0.011, -0.2], lower), -20.0 - 1e-3 - 1.0);
         // Dry friction of the drive and of the effect add; the static excess falls by 1/e at the Stribeck
         // speed.
         near(joint.friction(0.0, 1.0), 9.0);

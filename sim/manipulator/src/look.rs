@@ -5,12 +5,12 @@ use feeler_arm::{Arm, Posture};
 use feeler_geometry::Pair;
 use feeler_plant::assembly::{ForceLaw, SensorPart, Source};
 use feeler_plant::description::Quantity;
-use feeler_plant::motion::{NonlinearLaw, NonlinearTerm};
+use feeler_plant::motion::{ContactState, FrictionState, NonlinearLaw, NonlinearTerm, StopSide, SwitchState};
 use nalgebra::{DVector, Vector3};
 
 use crate::cell::numbers;
 use crate::joint::JointPart;
-use crate::mode::{Change, Mode, Slide};
+use crate::mode::{Change, Mode, index_of};
 use crate::state::{Layout, filtered};
 
 /// The whole arm and what it touches.
@@ -63,10 +63,9 @@ impl Plant {
         let posture = self.arm.chain().posture(layout.links(x));
         let touch = self.touch(&posture, layout.link_speeds(x));
         let (law_n, elastic) = touch.as_ref().map_or((0.0, 0.0), |touch| self.law_of(touch));
-        let (force_n, spring_n) = if mode.touching { (law_n, elastic) } else { (0.0, 0.0) };
+        let (force_n, spring_n) = if mode.touches() { (law_n, elastic) } else { (0.0, 0.0) };
         let n = layout.joints;
-        let (motors, links) = (layout.motors(x), layout.links(x));
-        let (motor_speeds, link_speeds) = (layout.motor_speeds(x), layout.link_speeds(x));
+        let (motors, motor_speeds) = (layout.motors(x), layout.motor_speeds(x));
         let [mut drive, mut gear, mut net] = [const { Vec::new() }; 3].map(|mut values: Vec<f64>| {
             values.reserve(n);
             values
@@ -74,8 +73,7 @@ impl Plant {
         for (i, joint) in self.joints.iter().enumerate() {
             let lags = joint.drive.lags.len();
             let torque = if lags == 0 { inputs[i] } else { x[layout.lags[i] + lags - 1] };
-            let between =
-                joint.gear_torque(motors[i] - links[i], motor_speeds[i] - link_speeds[i], mode.flanks[i]);
+            let between = joint.gear_torque(self.twist(x, i), mode.flanks[i]);
             net.push(
                 torque + joint.ripple(motors[i]) + joint.guide.load
                     - joint.guide.damping * motor_speeds[i]
@@ -132,12 +130,13 @@ impl Plant {
         let mut slope = DVector::zeros(layout.length);
         slope.rows_mut(0, 2 * n).copy_from(&x.rows(2 * n, 2 * n));
         for (i, joint) in self.joints.iter().enumerate() {
+            let slides =
+                |sign: f64| (look.net[i] - sign * joint.friction(x[2 * n + i], sign)) / joint.inertia;
             slope[2 * n + i] = match mode.slides[i] {
-                Slide::Stick => 0.0,
-                Slide::Along(sign) => {
-                    (look.net[i] - sign * joint.friction(x[2 * n + i], sign)) / joint.inertia
-                }
-                Slide::None => look.net[i] / joint.inertia,
+                Some(FrictionState::Stick) => 0.0,
+                Some(FrictionState::Forward) => slides(1.0),
+                Some(FrictionState::Backward) => slides(-1.0),
+                None => look.net[i] / joint.inertia,
             };
             let mut command = inputs[i];
             for (k, tau) in joint.drive.lags.iter().enumerate() {
@@ -151,7 +150,7 @@ impl Plant {
         for (i, (position, speed)) in layout.links(x).iter().zip(speeds).enumerate() {
             efforts[i] += self.stop(i, *position, *speed);
         }
-        if let Some(touch) = look.touch.as_ref().filter(|_| mode.touching) {
+        if let Some(touch) = look.touch.as_ref().filter(|_| mode.touches()) {
             efforts.axpy(-look.force_n, &touch.along, 1.0);
         }
         let accelerations = look.posture.mass_matrix().cholesky()?.solve(&efforts);
@@ -200,93 +199,82 @@ impl Plant {
     /// How far a state is from leaving its mode, for each change that there can be: zero or above within it.
     /// In N, N m and rad/s, whichever it is.
     pub(crate) fn margins(&self, x: &DVector<f64>, mode: &Mode, look: &Look<'_>) -> Vec<(Change, f64)> {
-        let layout = &self.layout;
-        let mut margins = Vec::with_capacity(1 + 2 * layout.joints);
-        let contact = match &look.touch {
-            // Far apart it is as far from touching as it is from being measured.
-            None => {
-                if mode.touching {
-                    -1.0
-                } else {
-                    1.0
-                }
-            }
-            Some(_) if mode.touching => look.law_n,
-            Some(touch) => -look.law_n.min(self.law.stiffness * touch.depth),
-        };
-        margins.push((Change::Contact, contact));
-        let (motors, links) = (layout.motors(x), layout.links(x));
-        let (motor_speeds, link_speeds) = (layout.motor_speeds(x), layout.link_speeds(x));
+        let mut margins = Vec::with_capacity(1 + 3 * self.layout.joints);
+        let contact = self.contact_rules(mode.contact, look);
+        margins.extend(contact.into_iter().map(|(left, to)| (Change::Contact(to), left)));
         for (i, joint) in self.joints.iter().enumerate() {
-            if joint.gear.play > 0.0 {
-                let pressed = |side: i8| {
-                    let [linear, law] =
-                        joint.flank(motors[i] - links[i], motor_speeds[i] - link_speeds[i], side);
-                    (f64::from(side) * linear, f64::from(side) * law)
-                };
-                let margin = match mode.flanks[i] {
-                    0 => {
-                        let apart = |side| {
-                            let (linear, law) = pressed(side);
-                            -linear.min(law)
-                        };
-                        f64::min(apart(1), apart(-1))
-                    }
-                    side => pressed(side).1,
-                };
-                margins.push((Change::Flank(i), margin));
+            let sides = [StopSide::Lower, StopSide::Upper].into_iter().filter(|_| joint.gear.play > 0.0);
+            for side in sides {
+                let [linear, law] = joint.pressed(self.twist(x, i), side);
+                let next = ContactState::after_flank(joint.gear.damping);
+                let rules = mode.flanks[i][index_of(side)].guards(&linear, || vec![(law, next)]);
+                margins.extend(rules.into_iter().map(|(left, to)| (Change::Flank(i, side, to), left)));
             }
-            let margin = match mode.slides[i] {
-                Slide::None => continue,
-                Slide::Along(sign) => sign * motor_speeds[i],
-                Slide::Stick => {
-                    f64::min(joint.friction(0.0, 1.0) - look.net[i], joint.friction(0.0, -1.0) + look.net[i])
-                }
-            };
-            margins.push((Change::Slide(i), margin));
+            if let Some(slide) = mode.slides[i] {
+                let rules = slide.guards(&self.layout.motor_speeds(x)[i], || joint.room(look.net[i]));
+                margins.extend(rules.into_iter().map(|(left, to)| (Change::Slide(i, to), left)));
+            }
         }
         margins
     }
 
-    /// Takes a change of mode at a state.
-    pub(crate) fn change(&self, change: Change, x: &mut DVector<f64>, mode: &mut Mode, net: &[f64]) {
-        let n = self.layout.joints;
-        match change {
-            Change::Contact => mode.touching = !mode.touching,
-            Change::Flank(i) => {
-                let twist = x[i] - x[n + i];
-                mode.flanks[i] = if mode.flanks[i] == 0 { if twist > 0.0 { 1 } else { -1 } } else { 0 };
+    fn contact_rules(&self, state: ContactState, look: &Look<'_>) -> Vec<(f64, ContactState)> {
+        // Far apart it is as far from touching as it is from being measured.
+        let Some(touch) = &look.touch else {
+            return state.guards(&-1.0, || vec![(-1.0, ContactState::Open)]);
+        };
+        let depth = self.law.stiffness * touch.depth;
+        let factor = || {
+            let released = NonlinearTerm { law: NonlinearLaw::Release { contact: 0, law: self.law } };
+            if self.law.cubic > 0.0 && self.law.stiffness > 0.0 {
+                released.value(touch.depth, touch.rate)
+            } else {
+                1.0 + self.law.alpha * touch.rate
             }
-            Change::Slide(i) => {
-                let joint = &self.joints[i];
-                x[2 * n + i] = 0.0;
-                mode.slides[i] = if net[i] > joint.friction(0.0, 1.0) {
-                    Slide::Along(1.0)
-                } else if -net[i] > joint.friction(0.0, -1.0) {
-                    Slide::Along(-1.0)
-                } else {
-                    Slide::Stick
-                };
+        };
+        state.guards(&depth, || ContactState::while_pushing(&self.law, &depth, || look.law_n, factor))
+    }
+
+    /// Twist of a gear (motor before link) and its rate.
+    fn twist(&self, x: &DVector<f64>, joint: usize) -> [f64; 2] {
+        let layout = &self.layout;
+        [
+            layout.motors(x)[joint] - layout.links(x)[joint],
+            layout.motor_speeds(x)[joint] - layout.link_speeds(x)[joint],
+        ]
+    }
+
+    /// Takes a change of mode at a state: the states that the switch leaves and enters.
+    pub(crate) fn change(
+        &self,
+        change: Change,
+        x: &mut DVector<f64>,
+        mode: &mut Mode,
+        net: &[f64],
+    ) -> [SwitchState; 2] {
+        match change {
+            Change::Contact(to) => [std::mem::replace(&mut mode.contact, to), to].map(SwitchState::from),
+            Change::Flank(i, side, to) => {
+                [std::mem::replace(&mut mode.flanks[i][index_of(side)], to), to].map(SwitchState::from)
+            }
+            Change::Slide(i, to) => {
+                x[2 * self.layout.joints + i] = 0.0;
+                let to = to.unwrap_or_else(|| FrictionState::after_rest(self.joints[i].room(net[i])));
+                [mode.slides[i].replace(to).unwrap_or_default(), to].map(SwitchState::from)
             }
         }
     }
 
-    /// The mode of a state at the start.
+    /// The mode of a state at the start, all surfaces apart until their margins are asked.
     pub(crate) fn first_mode(&self, x: &DVector<f64>, inputs: &[f64]) -> Mode {
         let n = self.layout.joints;
-        let mut mode = Mode { touching: false, flanks: vec![0; n], slides: vec![Slide::None; n] };
+        let mut mode = Mode::open(n);
         let net = self.look(x, &mode, inputs).net;
         for (i, joint) in self.joints.iter().enumerate().filter(|(_, joint)| joint.guide.friction.acts()) {
-            let speed = x[2 * n + i];
-            mode.slides[i] = if speed != 0.0 {
-                Slide::Along(speed.signum())
-            } else if net[i] > joint.friction(0.0, 1.0) {
-                Slide::Along(1.0)
-            } else if -net[i] > joint.friction(0.0, -1.0) {
-                Slide::Along(-1.0)
-            } else {
-                Slide::Stick
-            };
+            mode.slides[i] = Some(match FrictionState::at(x[2 * n + i]) {
+                FrictionState::Stick => FrictionState::after_rest(joint.room(net[i])),
+                slides => slides,
+            });
         }
         mode
     }

@@ -1,33 +1,47 @@
-//! Which contacts push and which joints stick: between changes of these the motion is smooth.
+//! Which contacts push and which joints stick: between changes of these the motion is smooth. The states and
+//! their rules are those of every machine ([`feeler_plant::motion::modes`]).
 
-/// What a motor's dry friction does.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Slide {
-    /// It holds the motor.
-    Stick,
-    /// It resists a motor that moves forward (1) or backward (-1).
-    Along(f64),
-    /// There is none.
-    None,
-}
+use feeler_plant::motion::{ContactState, FrictionState, StopSide};
 
 /// What is in touch, and what slides.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Mode {
-    /// Whether the tip pushes on the workpiece.
-    pub(crate) touching: bool,
-    /// The flank of each gear's play that pushes: 1, -1, or 0 for none.
-    pub(crate) flanks: Vec<i8>,
-    pub(crate) slides: Vec<Slide>,
+    /// Tip and workpiece.
+    pub(crate) contact: ContactState,
+    /// Lower and upper flank of each gear's play.
+    pub(crate) flanks: Vec<[ContactState; 2]>,
+    /// The dry friction of each motor; `None` where there is none.
+    pub(crate) slides: Vec<Option<FrictionState>>,
 }
 
-/// A change of mode.
+impl Mode {
+    /// Everything apart, and nothing that sticks.
+    pub(crate) fn open(joints: usize) -> Self {
+        Self {
+            contact: ContactState::Open,
+            flanks: vec![[ContactState::Open; 2]; joints],
+            slides: vec![None; joints],
+        }
+    }
+
+    /// Whether the tip pushes on the workpiece.
+    pub(crate) fn touches(&self) -> bool {
+        self.contact == ContactState::Pushing
+    }
+}
+
+/// A switch, and the state that it goes to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Change {
-    /// The contact begins or ceases to push.
-    Contact,
-    /// A flank of a gear meets or parts.
-    Flank(usize),
-    /// A motor sticks, breaks loose or turns.
-    Slide(usize),
+    /// Of tip and workpiece.
+    Contact(ContactState),
+    /// Of a flank of a gear.
+    Flank(usize, StopSide, ContactState),
+    /// Of the dry friction of a motor; `None`: it comes to rest, and the torques on it decide.
+    Slide(usize, Option<FrictionState>),
+}
+
+/// The place of a flank among the two of its gear.
+pub(crate) fn index_of(side: StopSide) -> usize {
+    usize::from(side == StopSide::Upper)
 }

@@ -2,10 +2,10 @@
 
 use feeler_engine::{Event, EventKind, Observer, Trace};
 use feeler_plant::assembly::Assembly;
-use feeler_plant::motion::Switch;
+use feeler_plant::motion::{Switch, SwitchState};
 
 use crate::cell::Cell;
-use crate::mode::{Change, Mode, Slide};
+use crate::mode::Change;
 
 /// Joint events that are kept.
 const MOST_EVENTS: usize = 1_000_000;
@@ -81,19 +81,16 @@ pub(crate) fn note_limits(record: &mut Record, t_s: f64, before: &[i8], now: &[i
     }
 }
 
-/// Notes a change of mode as the event that it is.
-pub(crate) fn note(record: &mut Record, t_s: f64, change: Change, mode: &Mode) {
-    let joint_event = |joint, what| JointEvent { t_s, joint, what };
-    let event = match change {
-        Change::Contact => {
-            let kind = if mode.touching { EventKind::Touch } else { EventKind::Lift };
+/// Notes a change from one state to another as the event that it is, if it is one.
+pub(crate) fn note(record: &mut Record, t_s: f64, change: Change, [from, to]: [SwitchState; 2]) {
+    let Some(kind) = EventKind::of(from, to) else { return };
+    match change {
+        Change::Contact(_) => {
             record.measures.events.push(Event { t_s, kind, switch: Switch::Contact(0) });
-            return;
         }
-        Change::Flank(i) => joint_event(i, if mode.flanks[i] == 0 { "lift" } else { "touch" }),
-        Change::Slide(i) => joint_event(i, if mode.slides[i] == Slide::Stick { "stick" } else { "slip" }),
-    };
-    if record.joint_events.len() < MOST_EVENTS {
-        record.joint_events.push(event);
+        Change::Flank(joint, ..) | Change::Slide(joint, _) if record.joint_events.len() < MOST_EVENTS => {
+            record.joint_events.push(JointEvent { t_s, joint, what: kind.name() });
+        }
+        _ => {}
     }
 }

@@ -28,8 +28,8 @@ const BOUND: f64 = 1e6;
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finished {
-    /// Whether it came to its end.
-    pub end: RunEnd,
+    /// How the run ended; `None` while it goes on.
+    pub end: Option<RunEnd>,
     /// Simulated time reached, s.
     pub end_s: f64,
     /// Steps taken.
@@ -50,6 +50,7 @@ pub struct Simulation {
     sensors: Vec<Sensing<f64>>,
     home_m: Vector3<f64>,
     t_s: f64,
+    duration_s: f64,
     step_s: f64,
     steps: u64,
     record_taps: Vec<Tap<f64>>,
@@ -131,6 +132,7 @@ impl Simulation {
             mode,
             inputs,
             t_s: 0.0,
+            duration_s: cell.scenario.run.duration_s,
             step_s,
             steps: 0,
             rate_hz,
@@ -197,11 +199,11 @@ impl Simulation {
             self.serve();
             let next_s = self.next_instant_s().min(until_s);
             if next_s > self.t_s && self.span(next_s - self.t_s).is_none() {
-                break RunEnd::Diverged { t_s: self.t_s };
+                break Some(RunEnd::Diverged { t_s: self.t_s });
             }
             self.t_s = next_s.max(self.t_s);
             if due(until_s, self.t_s) {
-                break RunEnd::Completed;
+                break due(self.duration_s, self.t_s).then_some(RunEnd::Completed);
             }
         };
         Finished { end, end_s: self.t_s, steps: self.steps }
@@ -229,11 +231,11 @@ impl Simulation {
         let count = (span_s / self.step_s - 1e-9).ceil().max(1.0) as u64;
         let h = span_s / count as f64;
         let Self { plant, x, mode, inputs, record, t_s, beyond, .. } = self;
-        settle(plant, x, mode, inputs, |change, mode| note(record, *t_s, change, mode));
+        settle(plant, x, mode, inputs, |change, states| note(record, *t_s, change, states));
         for i in 0..count {
             let begins_s = *t_s + i as f64 * h;
-            advance(plant, x, h, mode, inputs, |after, change, mode| {
-                note(record, begins_s + after, change, mode)
+            advance(plant, x, h, mode, inputs, |after, change, states| {
+                note(record, begins_s + after, change, states)
             })?;
             let now = plant.beyond(x);
             note_limits(record, begins_s + h, beyond, &now);
@@ -311,7 +313,7 @@ impl Simulation {
             look.force_n,
             look.spring_n,
             touch.map_or(f64::NAN, |touch| touch.depth),
-            f64::from(u8::from(self.mode.touching)),
+            f64::from(u8::from(self.mode.touches())),
             self.control.output,
             self.control.output,
             self.control.wanted,

@@ -1,5 +1,6 @@
 //! Steps that end where the mode does.
 
+use feeler_plant::motion::SwitchState;
 use nalgebra::DVector;
 
 use crate::look::Plant;
@@ -29,13 +30,14 @@ fn least(plant: &Plant, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> f64 {
     plant.margins(x, mode, &look).into_iter().map(|(_, margin)| margin).fold(f64::INFINITY, f64::min)
 }
 
-/// Changes the mode until the state is within it, at one instant; a change is taken once.
+/// Changes the mode until the state is within it, at one instant; a change is taken once. `changed` gets it
+/// with the states that its switch left and entered.
 pub(crate) fn settle(
     plant: &Plant,
     x: &mut DVector<f64>,
     mode: &mut Mode,
     inputs: &[f64],
-    mut changed: impl FnMut(Change, &Mode),
+    mut changed: impl FnMut(Change, [SwitchState; 2]),
 ) {
     let mut taken: Vec<Change> = Vec::new();
     loop {
@@ -47,21 +49,21 @@ pub(crate) fn settle(
         let Some((change, _)) = left else { return };
         let net = look.net().to_vec();
         drop(look);
-        plant.change(change, x, mode, &net);
+        let states = plant.change(change, x, mode, &net);
         taken.push(change);
-        changed(change, mode);
+        changed(change, states);
     }
 }
 
-/// Moves a state on by `h`; `changed` is told when, from the beginning of the step, each change of mode was.
-/// None where the numbers leave all bounds.
+/// Moves a state on by `h`; `changed` gets the time from the beginning of the step of every switch. `None`
+/// where the numbers leave all bounds.
 pub(crate) fn advance(
     plant: &Plant,
     x: &mut DVector<f64>,
     h: f64,
     mode: &mut Mode,
     inputs: &[f64],
-    mut changed: impl FnMut(f64, Change, &Mode),
+    mut changed: impl FnMut(f64, Change, [SwitchState; 2]),
 ) -> Option<()> {
     let mut left = h;
     for _ in 0..MOST_CHANGES {
@@ -75,13 +77,13 @@ pub(crate) fn advance(
         let (at, found) = locate(plant, x, (left, begins, ends), next, mode, inputs)?;
         *x = found;
         left -= at;
-        settle(plant, x, mode, inputs, |change, mode| changed(h - left, change, mode));
+        settle(plant, x, mode, inputs, |change, states| changed(h - left, change, states));
         if left <= CLOSE * h {
             return Some(());
         }
     }
     *x = step(plant, x, left, mode, inputs)?;
-    settle(plant, x, mode, inputs, |change, mode| changed(h, change, mode));
+    settle(plant, x, mode, inputs, |change, states| changed(h, change, states));
     Some(())
 }
 

@@ -109,7 +109,7 @@ fn cell(arm: Arm, at: [f64; 2], gap_m: f64, speed_m_per_s: f64, scenario: Scenar
 
 fn forces(cell: &Cell, step_s: f64, rate_hz: f64, end_s: f64) -> Vec<f64> {
     let mut simulation = Simulation::new(&Cell { step_s: Some(step_s), ..cell.clone() }, rate_hz, 1).unwrap();
-    assert_eq!(simulation.run_to(end_s).end, RunEnd::Completed);
+    assert!(simulation.run_to(end_s).end.is_none_or(|end| end == RunEnd::Completed));
     simulation.finish();
     simulation.into_record().measures.columns.swap_remove(0)
 }
@@ -167,7 +167,7 @@ fn truth_motors_held_by_dry_friction_stay_where_they_are() {
     let scenario = axis(ForceGains { feed_forward: 1.0, ..ForceGains::default() }, 2.0, contact(2e4, 40.0));
     let cell = cell(six_joint(5.0), [0.65, 0.1], 1e-3, 0.0, scenario);
     let mut simulation = Simulation::new(&cell, 1e3, 1).unwrap();
-    assert_eq!(simulation.run_to(0.05).end, RunEnd::Completed);
+    assert!(simulation.run_to(0.05).end.is_none_or(|end| end == RunEnd::Completed));
     assert_eq!(simulation.links(), cell.start.pose);
     // A tenth of the friction lets go of them.
     let loose = self::cell(six_joint(0.1), [0.65, 0.1], 1e-3, 0.0, cell.scenario.clone());
@@ -239,7 +239,7 @@ fn lever(drive: &JointDrive, effects: &[(&str, &[f64])], speed_m_per_s: f64, for
 
 fn events(cell: &Cell, what: &str, end_s: f64) -> Vec<f64> {
     let mut simulation = Simulation::new(cell, 1e3, 1).unwrap();
-    assert_eq!(simulation.run_to(end_s).end, RunEnd::Completed);
+    assert!(simulation.run_to(end_s).end.is_none_or(|end| end == RunEnd::Completed));
     simulation
         .into_record()
         .joint_events
@@ -314,7 +314,7 @@ fn truth_a_joint_is_stopped_at_the_end_of_its_travel_and_named() {
     let limit = home[joint] + room * direction[joint].signum();
     let mut farthest = 0.0_f64;
     for i in 1..=400 {
-        assert_eq!(simulation.run_to(1e-3 * f64::from(i)).end, RunEnd::Completed);
+        assert!(simulation.run_to(1e-3 * f64::from(i)).end.is_none_or(|end| end == RunEnd::Completed));
         farthest = farthest.max((simulation.links()[joint] - limit) * direction[joint].signum());
     }
     let record = simulation.into_record();

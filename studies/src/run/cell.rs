@@ -93,13 +93,13 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
         (1..SLICES).map(|slice| (rows * slice as f64 / SLICES as f64).floor() / rate_hz).chain([duration_s]);
     let mut finished = simulation.run_to(0.0);
     for until_s in slices.filter(|until_s| *until_s > 0.0) {
-        if finished.end != RunEnd::Completed {
+        if finished.end.is_some() {
             break;
         }
         finished = simulation.run_to(until_s);
         progress(Progress { t_s: simulation.time_s(), duration_s });
     }
-    if finished.end == RunEnd::Completed {
+    if finished.end == Some(RunEnd::Completed) {
         simulation.finish();
     }
     let standing = Standing::of_arm(&simulation);

@@ -188,10 +188,10 @@ fn recorded(
     }
 }
 
-/// How a run ended.
+/// How a run ended, or how far it came.
 #[derive(Clone, Debug)]
 struct Ended {
-    end: RunEnd,
+    end: Option<RunEnd>,
     /// How far the motion came, s.
     end_s: f64,
     /// Whether it may go on no longer.
@@ -207,7 +207,7 @@ impl Ended {
     fn of<L: Lane>(simulation: &Simulation<L>, lane: usize) -> Self {
         let end = simulation.end(lane);
         let end_s = match end {
-            RunEnd::Diverged { t_s } | RunEnd::EventStorm { t_s } => t_s,
+            Some(RunEnd::Diverged { t_s } | RunEnd::EventStorm { t_s }) => t_s,
             _ => simulation.time_s(),
         };
         Self {
@@ -276,7 +276,7 @@ fn advance(
             simulation.run_to(until_s, observer)?;
             progress(Progress { t_s: simulation.time_s(), duration_s });
         }
-        if simulation.end(0) != RunEnd::Completed {
+        if simulation.end(0).is_some() {
             return Ok(());
         }
     }

@@ -104,7 +104,7 @@ pub(super) struct Finished<'a> {
     pub(super) contacts: &'a [ContactRun],
     pub(super) force_loop: Option<&'a ForceLoop>,
     pub(super) limits: &'a Limits,
-    pub(super) end: RunEnd,
+    pub(super) end: Option<RunEnd>,
     /// Simulated time reached, s.
     pub(super) end_s: f64,
     /// Whether it may go on no longer.

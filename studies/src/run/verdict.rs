@@ -84,7 +84,7 @@ impl Verdict {
 #[derive(Clone, Copy, Debug)]
 #[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 pub(super) struct Evidence<'a> {
-    pub(super) end: RunEnd,
+    pub(super) end: Option<RunEnd>,
     /// Whether the run is as long as it gets, so that growth counts as lasting.
     pub(super) is_longest: bool,
     /// Whether a controller was in its approach at the end.
@@ -135,13 +135,13 @@ impl Evidence<'_> {
         let unsure = |why| Verdict { undecided: Some(why), ..say(Outcome::Undecided) };
         let growth_per_s = (amplitudes_n[2] / amplitudes_n[0]).ln() / (2.0 / 3.0 * (tail_s[1] - tail_s[0]));
         match self.end {
-            RunEnd::Diverged { .. } => {
+            Some(RunEnd::Diverged { .. }) => {
                 return Verdict {
                     growth_per_s: Some(growth_per_s).filter(|rate| rate.is_finite()),
                     ..say(Outcome::Unstable)
                 };
             }
-            RunEnd::EventStorm { .. } => return unsure(Undecided::EventStorm),
+            Some(RunEnd::EventStorm { .. }) => return unsure(Undecided::EventStorm),
             _ => {}
         }
         if self.has_just_moved && !self.driven {
@@ -292,7 +292,7 @@ pub(super) mod tests {
     /// A run in which nothing happens after a touch at 0.2 s.
     pub(super) fn still() -> Evidence<'static> {
         Evidence {
-            end: RunEnd::Completed,
+            end: Some(RunEnd::Completed),
             is_longest: false,
             is_approaching: false,
             is_on_its_way: false,
@@ -351,7 +351,7 @@ pub(super) mod tests {
         // Each part's largest swing lies within one period of 17 ms of its end, so the ratio errs by less
         // than exp(3 / 60).
         assert!((verdict.growth_per_s.unwrap() - 3.0).abs() < 0.2, "{verdict:?}");
-        let diverged = verdict_of(grows, |e| e.end = RunEnd::Diverged { t_s: 2.0 });
+        let diverged = verdict_of(grows, |e| e.end = Some(RunEnd::Diverged { t_s: 2.0 }));
         assert_eq!(diverged.outcome, Outcome::Unstable);
     }
 
@@ -438,7 +438,7 @@ pub(super) mod tests {
         );
         let late = verdict_of(|_| 20.0, |e| e.starts_at_s = Some(1.999));
         assert_eq!(late.undecided, Some(Undecided::TooShort));
-        let storm = verdict_of(|_| 20.0, |e| e.end = RunEnd::EventStorm { t_s: 1.0 });
+        let storm = verdict_of(|_| 20.0, |e| e.end = Some(RunEnd::EventStorm { t_s: 1.0 }));
         assert_eq!(storm.undecided, Some(Undecided::EventStorm));
     }
 }

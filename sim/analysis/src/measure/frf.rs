@@ -293,7 +293,7 @@ impl Experiment {
         simulation.run(&mut trace)?;
         let samples = (duration_s / self.hold_s).round() as usize;
         match simulation.end(0) {
-            RunEnd::Completed if trace.t_s.len() >= samples => {}
+            Some(RunEnd::Completed) if trace.t_s.len() >= samples => {}
             _ => return Err(AnalysisError::RunEnded { t_s: simulation.time_s() }),
         }
         let column = |i: usize| trace.columns[i][..samples].to_vec();

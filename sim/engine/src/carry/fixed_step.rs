@@ -160,7 +160,7 @@ impl<L: Lane> FixedStep<L> {
                 lane.note_peaks(&state, t_s);
                 put_lane(xi, l, &state);
             } else {
-                lane.end = RunEnd::Diverged { t_s };
+                lane.end = Some(RunEnd::Diverged { t_s });
             }
             self.scratch = state;
             changed |= lane.current != mode || lane.has_ended();
@@ -227,7 +227,7 @@ impl<L: Lane> FixedStep<L> {
     ) -> Result<(), EngineError> {
         for (l, lane) in lanes.iter_mut().enumerate() {
             if lost.test(l) {
-                lane.end = RunEnd::Diverged { t_s };
+                lane.end = Some(RunEnd::Diverged { t_s });
             } else if crossed.test(l) || (lane.joins_bodies() && !lane.has_ended()) {
                 take_lane(xi, l, &mut self.scratch);
                 switch_all(lane, &mut self.scratch, t_s)?;

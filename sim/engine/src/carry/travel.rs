@@ -191,7 +191,7 @@ impl<L: Lane> Simulation<L> {
     #[cold]
     fn diverge(&mut self, lanes: L::Mask) {
         for l in (0..L::WIDTH).filter(|&l| lanes.test(l)) {
-            self.lanes[l].end = RunEnd::Diverged { t_s: self.t_s };
+            self.lanes[l].end = Some(RunEnd::Diverged { t_s: self.t_s });
         }
         self.formation.form(&self.lanes);
     }
@@ -268,7 +268,7 @@ impl LaneCore {
     /// Whether guides stick bodies to each other (a body that sticks to ground is at rest by its own
     /// equations).
     pub(crate) fn joins_bodies(&self) -> bool {
-        self.flow().equations.stuck.iter().any(|pair| pair.iter().all(Option::is_some))
+        self.flow().equations.joined.iter().any(|(_, lead)| lead.is_some())
     }
 
     fn strokes<L: Lane>(&self, xi: &[L], l: usize) -> Vec<f64> {

@@ -1,7 +1,7 @@
 //! Events of a run.
 
 use feeler_plant::assembly::Assembly;
-use feeler_plant::motion::{Switch, SwitchState};
+use feeler_plant::motion::{ContactState, FrictionState, LimitState, Switch, SwitchState};
 
 /// What happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -34,17 +34,20 @@ impl EventKind {
     }
 
     /// The event of a switch going from one state to another, if it is one.
-    pub(crate) fn of(switch: Switch, from: SwitchState, to: SwitchState) -> Option<Self> {
-        use SwitchState::{Plus, Rest};
-        match switch {
-            Switch::Contact(_) | Switch::Stop(..) => match (from == Plus, to == Plus) {
-                (false, true) => Some(Self::Touch),
-                (true, false) => Some(Self::Lift),
-                _ => None,
-            },
-            Switch::Friction(_) => Some(if to == Rest { Self::Stick } else { Self::Slip }),
-            Switch::Limit(_) => Some(if to == Rest { Self::Release } else { Self::Limit }),
-            Switch::Ramp(_) => None,
+    pub fn of(from: SwitchState, to: SwitchState) -> Option<Self> {
+        match (from, to) {
+            (SwitchState::Contact(from), SwitchState::Contact(to)) => {
+                match [from, to].map(|state| state == ContactState::Pushing) {
+                    [false, true] => Some(Self::Touch),
+                    [true, false] => Some(Self::Lift),
+                    _ => None,
+                }
+            }
+            (_, SwitchState::Friction(FrictionState::Stick)) => Some(Self::Stick),
+            (_, SwitchState::Friction(_)) => Some(Self::Slip),
+            (_, SwitchState::Limit(LimitState::Within)) => Some(Self::Release),
+            (_, SwitchState::Limit(_)) => Some(Self::Limit),
+            _ => None,
         }
     }
 }

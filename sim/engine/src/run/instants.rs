@@ -2,13 +2,13 @@
 //! recorded. In this order.
 
 use feeler_lanes::{Lane, LaneMask};
+use feeler_plant::motion::ContactState;
 
 use crate::error::EngineError;
 use crate::observe::observer::Observer;
 use crate::run::program::{Recorded, Tapped};
 use crate::run::simulation::{Simulation, put_lane, take_lane};
 use crate::sample::clock::{SAME_INSTANT_S, due};
-use crate::solve::flow::pushes;
 
 impl<L: Lane> Simulation<L> {
     #[inline(always)]
@@ -237,7 +237,8 @@ impl<L: Lane> Simulation<L> {
                 Recorded::Touching(contact) => L::from_fn(|l| {
                     f64::from(u8::from({
                         let lane = &self.lanes[l];
-                        pushes(&lane.motion, lane.flow().equations.mode, contact)
+                        lane.motion.contact_state(lane.flow().equations.mode, contact)
+                            == ContactState::Pushing
                     }))
                 }),
                 Recorded::Command(_) | Recorded::Output(_) | Recorded::Reference(_) => L::zero(),

@@ -254,16 +254,17 @@ impl<L: Lane> Simulation<L> {
         self.t_s
     }
 
-    /// How the run of a lane ended.
-    pub fn end(&self, lane: usize) -> RunEnd {
-        self.lanes[lane].end
+    /// How the run of a lane ended; `None` while it goes on.
+    pub fn end(&self, lane: usize) -> Option<RunEnd> {
+        let is_over = due(self.programs[0].run.duration_s, self.t_s);
+        self.lanes[lane].end.or(is_over.then_some(RunEnd::Completed))
     }
 
     /// Takes a lane out of the run where it is, so that what would still happen in it costs the others
     /// nothing. From then on its recorded values are not numbers.
     pub fn stop(&mut self, lane: usize) {
         if !self.lanes[lane].has_ended() {
-            self.lanes[lane].end = RunEnd::Stopped { t_s: self.t_s };
+            self.lanes[lane].end = Some(RunEnd::Stopped { t_s: self.t_s });
             self.formation.form(&self.lanes);
         }
     }

@@ -2,8 +2,7 @@
 
 use feeler_lti::{balance, eigenvalues};
 use feeler_plant::assembly::Source;
-use feeler_plant::description::Engagement;
-use feeler_plant::motion::{Equations, Guard, Ledger, Mode, Motion, Row, Switch, SwitchState, dot};
+use feeler_plant::motion::{ContactState, Equations, Guard, Ledger, Mode, Motion, Row, Switch, dot};
 use nalgebra::DMatrix;
 
 use crate::error::EngineError;
@@ -61,9 +60,6 @@ pub(crate) struct Flow {
     /// The guards, and the forces of contacts that push where peaks are kept; then the first ones are those
     /// of the contacts, one for each.
     pub(crate) lines: Vec<Line>,
-    /// Coordinates whose speed is that of another, or zero, because guides stick: each once, and the other is
-    /// none of them.
-    pub(crate) joined: Vec<(usize, Option<usize>)>,
     /// Rows of the wanted signals; `None` for those no row can tell.
     pub(crate) signals: Vec<Option<Row>>,
     /// Energy meters, where the run keeps the ledger.
@@ -99,12 +95,12 @@ impl Flow {
         let signals = wanted.iter().map(|&source| motion.signal(&equations, source)).collect();
         let ledger = if energy { motion.ledger(&equations) } else { Ledger::default() };
         let contacts = if peaks { motion.assembly().contacts.len() } else { 0 };
-        let pushing: Vec<bool> = (0..contacts).map(|i| pushes(motion, mode, i)).collect();
+        let pushing: Vec<bool> =
+            (0..contacts).map(|i| motion.contact_state(mode, i) == ContactState::Pushing).collect();
         Ok(Self {
             lines: lines(motion, &equations, &pushing),
             pushing,
             linear,
-            joined: joined(&equations.stuck, layout.coordinates()),
             equations,
             columns: square
                 .column_iter()
@@ -209,18 +205,6 @@ fn fastest(matrix: &DMatrix<f64>) -> Result<f64, EngineError> {
     Ok(eigenvalues(matrix)?.iter().map(|lambda| lambda.im.abs()).fold(0.0, f64::max))
 }
 
-/// Whether contact `i` pushes in a mode, or is clamped.
-pub(crate) fn pushes(motion: &Motion, mode: Mode, i: usize) -> bool {
-    match motion.assembly().contacts[i].engagement {
-        Engagement::Clamped => true,
-        Engagement::Free => false,
-        Engagement::Unilateral => {
-            let switch = motion.switches().iter().position(|&switch| switch == Switch::Contact(i));
-            switch.is_some_and(|switch| mode.get(switch) == SwitchState::Plus)
-        }
-    }
-}
-
 /// A force that a guard is proportional to stands for it, so that to look at peaks costs lanes that travel
 /// together no further rows.
 fn lines(motion: &Motion, equations: &Equations, pushing: &[bool]) -> Vec<Line> {
@@ -247,19 +231,6 @@ fn are_proportional(a: &[f64], b: &[f64]) -> bool {
     let Some(largest) = (0..a.len()).max_by(|&i, &j| a[i].abs().total_cmp(&a[j].abs())) else { return false };
     let factor = b[largest] / a[largest];
     factor > 0.0 && a.iter().zip(b).all(|(a, b)| (factor * a - b).abs() <= PROPORTIONAL * b.abs())
-}
-
-/// The groups that pairs of equal speeds make: each member with the first one, or with ground.
-fn joined(pairs: &[[Option<usize>; 2]], coordinates: usize) -> Vec<(usize, Option<usize>)> {
-    let mut lead: Vec<Option<usize>> = (0..coordinates).map(Some).collect();
-    let lead_of = |lead: &[Option<usize>], end: Option<usize>| end.and_then(|g| lead[g]);
-    for &[a, b] in pairs {
-        let (a, b) = (lead_of(&lead, a), lead_of(&lead, b));
-        // None, the ground, is less than any coordinate.
-        let (low, high) = (a.min(b), a.max(b));
-        lead.iter_mut().filter(|l| **l == high).for_each(|l| *l = low);
-    }
-    (0..coordinates).map(|g| (g, lead[g])).filter(|(g, lead)| *lead != Some(*g)).collect()
 }
 
 /// The smaller of the largest row sum and the largest column sum.

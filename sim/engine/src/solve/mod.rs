@@ -4,4 +4,5 @@ pub(crate) mod crossing;
 pub(crate) mod exponentials;
 pub(crate) mod extrapolation;
 pub(crate) mod flow;
+pub(crate) mod flows;
 pub(crate) mod taylor;

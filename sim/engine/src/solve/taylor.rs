@@ -1,6 +1,7 @@
 //! The flow of a linear mode as a Taylor polynomial in time, and the first zero of a guard along it.
 
 use feeler_lanes::dispatch;
+use feeler_plant::motion::modes::{AT_ZERO, AT_ZERO_S};
 
 use crate::solve::flow::{BLOCK, Flow};
 
@@ -13,12 +14,6 @@ const REMAINDER: f64 = 1e-18;
 const PART_REACH: f64 = 0.375;
 /// Parts of the longest span that a [`Flow`] allows.
 const MOST_PARTS: f64 = 8.0;
-/// A guard this close to zero, relative to the terms it is made of, may be the trace of the event that has
-/// just happened ...
-const AT_ZERO: f64 = 1e-12;
-/// ... and so may one that was at zero this short a time ago, s: ten thousand times the rounding of an
-/// event's instant.
-const AT_ZERO_S: f64 = 1e-13;
 
 /// `x(s) = sum_k c_k s^k` from a state and held inputs.
 #[derive(Debug, Default)]

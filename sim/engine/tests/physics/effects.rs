@@ -61,7 +61,7 @@ fn prop_at_its_null_value_every_effect_is_absent() {
         let Some(values) = null_values(definition) else { continue };
         for scenario in placements(&base, definition, &values) {
             let (trace, simulation) = run(&scenario);
-            assert_eq!(simulation.end(0), RunEnd::Completed, "{}", definition.kind);
+            assert_eq!(simulation.end(0), Some(RunEnd::Completed), "{}", definition.kind);
             assert!(trace == ideal, "{} at {values:?} is not absent", definition.kind);
             seen += 1;
         }
@@ -155,7 +155,7 @@ fn prop_near_its_typical_value_every_effect_shows_and_closes_the_ledger() {
         let values: Vec<f64> = typical_values(definition).iter().map(|value| 0.9 * value).collect();
         for scenario in placements(&base, definition, &values) {
             let (trace, simulation) = run(&scenario);
-            assert_eq!(simulation.end(0), RunEnd::Completed, "{}", definition.kind);
+            assert_eq!(simulation.end(0), Some(RunEnd::Completed), "{}", definition.kind);
             assert!(trace.columns != ideal.columns, "{} does not show", definition.kind);
             let balance = simulation.energy(0).unwrap();
             let share = balance.residual().abs() / balance.exchanged();
@@ -192,7 +192,7 @@ fn prop_effects_of_rigid_joints_run_and_close_the_ledger() {
         let effects = vec![EffectUse { definition, values: typical_values(definition) }];
         scenario.machine.springs.insert(name.into(), Spring { effects, ..joint });
         let (_, simulation) = run(&scenario);
-        assert_eq!(simulation.end(0), RunEnd::Completed, "{kind}");
+        assert_eq!(simulation.end(0), Some(RunEnd::Completed), "{kind}");
         let balance = simulation.energy(0).unwrap();
         assert!(balance.residual().abs() < 1e-9 * balance.exchanged(), "{kind}");
     }

@@ -15,7 +15,7 @@ const ROUNDING: f64 = 1e-12;
 /// Asserts that the ledger closes and gives the events of the run.
 fn closes(what: &str, scenario: &Scenario) -> Vec<EventKind> {
     let (trace, simulation) = run(scenario);
-    assert_eq!(simulation.end(0), RunEnd::Completed, "{what}");
+    assert_eq!(simulation.end(0), Some(RunEnd::Completed), "{what}");
     let balance = simulation.energy(0).unwrap();
     let share = balance.residual().abs() / balance.exchanged();
     println!("{what}: {share:.1e} of {:.2e} J, {} events", balance.exchanged(), trace.events.len());

@@ -48,7 +48,7 @@ fn truth_friction_below_breakaway_holds_to_the_bit_for_a_minute() {
     for friction in cases {
         let loaded = friction.len() > 1;
         let (trace, simulation) = run(&shaken(friction, 3.9, if loaded { 1.0 } else { 6.0 }));
-        assert_eq!(simulation.end(0), RunEnd::Completed);
+        assert_eq!(simulation.end(0), Some(RunEnd::Completed));
         assert_eq!(trace.t_s.len(), 6001);
         assert!(trace.events.is_empty(), "{friction:?}: {:?}", trace.events);
         let still = |name: &str, value: f64| {
@@ -305,7 +305,7 @@ fn regress_rest_is_seen_although_an_event_later_in_the_same_step_was_found_first
     machine.bodies.insert("slide".into(), Body { velocity_m_per_s: creep, ..body(1.0, 0.0) });
     machine.springs.insert("guide".into(), rubbing([GROUND, "slide"], &[("load-friction", &[ratio])]));
     let (trace, simulation) = run(&scenario(machine, 1e-3, &["slide.velocity"]));
-    assert_eq!(simulation.end(0), RunEnd::Completed);
+    assert_eq!(simulation.end(0), Some(RunEnd::Completed));
     let first = |kind| trace.events.iter().find(|event| event.kind == kind).unwrap().t_s;
     // The speed of touch-down differs from the first by a share of 4e-4, the force within this time by less.
     let expected_s = creep / (ratio * damping * speed);

@@ -21,7 +21,7 @@ fn against_wall(mass_kg: f64, speed_m_per_s: f64, contact: Contact) -> Machine {
 /// Instants of touch and lift, and the speed that is left, of the first impact.
 fn impact(machine: Machine, duration_s: f64) -> (f64, f64, f64) {
     let (trace, simulation) = run(&scenario(machine, duration_s, &["tip.velocity"]));
-    assert_eq!(simulation.end(0), RunEnd::Completed);
+    assert_eq!(simulation.end(0), Some(RunEnd::Completed));
     let kinds: Vec<_> = trace.events.iter().map(|event| event.kind).collect();
     assert_eq!(kinds, [EventKind::Touch, EventKind::Lift]);
     (trace.events[0].t_s, trace.events[1].t_s, simulation.state(0)[1])
@@ -202,7 +202,11 @@ fn truth_a_contact_pushes_as_its_law_says_and_never_pulls() {
                 let mut scenario = scenario(machine, 0.2, &["wall.force", "tip.position", "tip.velocity"]);
                 scenario.run.step_s = 2e-4;
                 let (trace, simulation) = run(&scenario);
-                assert_eq!(simulation.end(0), RunEnd::Completed, "{law:?} {c} {cubic} {velocity_m_per_s}");
+                assert_eq!(
+                    simulation.end(0),
+                    Some(RunEnd::Completed),
+                    "{law:?} {c} {cubic} {velocity_m_per_s}"
+                );
                 let [force, position, velocity] = [0, 1, 2].map(|i| &trace.columns[i]);
                 assert!(
                     force.iter().filter(|f| **f > 0.0).count() > 10,

@@ -172,14 +172,14 @@ fn prop_lanes_that_are_stopped_leave_the_others_their_bits() {
             if l % 2 == 0 {
                 assert_eq!(simulation.state(l), states[l], "{name}, lane {l}");
                 assert!(
-                    matches!(simulation.end(l), RunEnd::Stopped { t_s } if (t_s - 0.1).abs() < 1e-12),
+                    matches!(simulation.end(l), Some(RunEnd::Stopped { t_s }) if (t_s - 0.1).abs() < 1e-12),
                     "{name}, lane {l}"
                 );
             } else {
                 let (_, alone) = run_lanes::<f64>(std::slice::from_ref(scenario));
                 let bits: Vec<u64> = simulation.state(l).iter().map(|x| x.to_bits()).collect();
                 assert_eq!(bits, alone[0], "{name}, lane {l}");
-                assert_eq!(simulation.end(l), RunEnd::Completed);
+                assert_eq!(simulation.end(l), Some(RunEnd::Completed));
             }
         }
     }

@@ -43,7 +43,7 @@ fn truth_a_mass_on_a_spring_follows_a_cubic() {
         .insert("tool".into(), Contact { engagement: Engagement::Clamped, ..contact("tip", GROUND, k, 0.0) });
     machine.profiles.insert("tool".into(), Arc::new(Profile::new(&knots).unwrap()));
     let (trace, simulation) = run(&scenario(machine, end_s, &["tip.position", "tool.force"]));
-    assert_eq!(simulation.end(0), RunEnd::Completed);
+    assert_eq!(simulation.end(0), Some(RunEnd::Completed));
     for (i, &t) in trace.t_s.iter().enumerate() {
         let expected = w(t) - m / k * j * t;
         let (position, force) = (trace.columns[0][i], trace.columns[1][i]);
@@ -59,7 +59,7 @@ fn truth_ledger_closes_while_the_surface_moves() {
         scenario.machine.profiles.insert("tool".into(), Arc::new(profile));
         scenario.run.energy = true;
         let (trace, simulation) = run(&scenario);
-        assert_eq!(simulation.end(0), RunEnd::Completed);
+        assert_eq!(simulation.end(0), Some(RunEnd::Completed));
         let balance = simulation.energy(0).unwrap();
         let share = balance.residual().abs() / balance.exchanged();
         println!("{share:.1e} of {:.2e} J, {} events", balance.exchanged(), trace.events.len());

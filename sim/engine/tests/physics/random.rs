@@ -101,7 +101,7 @@ proptest! {
     #[test]
     fn prop_random_machines_run_and_close_the_ledger(base in machines()) {
         let (trace, simulation) = run(&base);
-        prop_assert_eq!(simulation.end(0), RunEnd::Completed);
+        prop_assert_eq!(simulation.end(0), Some(RunEnd::Completed));
         prop_assert!(trace.columns.iter().flatten().chain(&simulation.state(0)).all(|x| x.is_finite()));
         let balance = simulation.energy(0).unwrap();
         let share = balance.residual().abs() / balance.exchanged();

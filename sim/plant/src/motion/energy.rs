@@ -1,7 +1,6 @@
 //! Where energy is stored, and where it comes and goes.
 
-use super::{Equations, Motion, Row, StopSide, Switch, SwitchState, dot};
-use crate::description::Engagement;
+use super::{ContactState, Equations, Motion, Row, StopSide, dot};
 
 /// What a meter counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -145,8 +144,7 @@ impl Motion {
         for (element, link) in self.assembly.links.iter().enumerate().filter(|(_, link)| !link.rigid) {
             let e = dot(&equations.elongation[element][0], xi);
             let spring = |d: f64| 0.5 * link.stiffness * d * d + 0.25 * link.cubic * d.powi(4);
-            let closed =
-                |side| self.state_of(equations.mode, Switch::Stop(element, side)) == Some(SwitchState::Plus);
+            let closed = |side| self.stop_state(equations.mode, element, side) == ContactState::Pushing;
             let joule = if link.play > 0.0 {
                 let upper = if closed(StopSide::Upper) { spring(e - 0.5 * link.play) } else { 0.0 };
                 let lower = if closed(StopSide::Lower) { spring(-e - 0.5 * link.play) } else { 0.0 };
@@ -157,13 +155,7 @@ impl Motion {
             storage.push(Storage { kind: StorageKind::Link, element, joule });
         }
         for (element, contact) in self.assembly.contacts.iter().enumerate() {
-            let closed = match contact.engagement {
-                Engagement::Clamped => true,
-                Engagement::Free => false,
-                Engagement::Unilateral => {
-                    self.state_of(equations.mode, Switch::Contact(element)) == Some(SwitchState::Plus)
-                }
-            };
+            let closed = self.contact_state(equations.mode, element) == ContactState::Pushing;
             let d = dot(&equations.compression[element][0], xi).abs();
             let law = contact.law;
             let joule = law.stiffness * d.powf(law.exponent + 1.0) / (law.exponent + 1.0)

@@ -2,9 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::forces::{Forces, source_rate};
+use super::forces::Forces;
 use super::layout::{GAP_TIME_S, add, scaled};
-use super::{Mode, Motion, Row, StopSide, Switch, SwitchState};
+use super::modes::joined;
+use super::{FrictionState, Guard, Mode, Motion, Row, Switch};
 
 /// All that holds while no switch changes.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,8 +18,9 @@ pub struct Equations {
     pub guards: Vec<Guard>,
     /// Arguments of the nonlinear terms that act; none in a linear mode.
     pub arguments: Vec<Option<[Row; 2]>>,
-    /// Pairs of coordinates whose speeds are equal because a guide between them sticks (`None`: ground).
-    pub stuck: Vec<[Option<usize>; 2]>,
+    /// Coordinates whose speed is that of another, or zero, because guides stick: each once, and the other is
+    /// none of them.
+    pub joined: Vec<(usize, Option<usize>)>,
     /// Compression and its rate, per contact.
     pub compression: Vec<[Row; 2]>,
     /// Total force, per contact.
@@ -46,26 +48,6 @@ impl Equations {
     }
 }
 
-/// A quantity that is positive while a mode lasts, and what happens when it is no longer.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Guard {
-    /// Index of the switch.
-    pub switch: usize,
-    /// The quantity, a row of the extended vector.
-    pub row: Row,
-    /// What the switch does.
-    pub value: GuardValue,
-}
-
-/// Where a switch goes when a guard is crossed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GuardValue {
-    /// To this state.
-    To(SwitchState),
-    /// A guide comes to rest: it sticks, or slides the other way, whichever the forces ask for.
-    Stop,
-}
-
 impl Motion {
     /// The equations of motion in a mode.
     pub fn equations(&self, mode: Mode) -> Equations {
@@ -74,12 +56,14 @@ impl Motion {
         let mut friction = vec![self.layout.zero(); self.assembly.links.len()];
         let mut stuck = Vec::new();
         for (i, link) in self.assembly.links.iter().enumerate() {
-            match self.state_of(mode, Switch::Friction(i)) {
-                Some(SwitchState::Plus) => {
+            match self.number_of(Switch::Friction(i)).map(|switch| mode.friction(switch)) {
+                Some(FrictionState::Forward) => {
                     friction[i] = scaled(-1.0, &self.sliding_level(i, 1.0, &load, &mut forces))
                 }
-                Some(SwitchState::Minus) => friction[i] = self.sliding_level(i, -1.0, &load, &mut forces),
-                Some(SwitchState::Rest) => {
+                Some(FrictionState::Backward) => {
+                    friction[i] = self.sliding_level(i, -1.0, &load, &mut forces)
+                }
+                Some(FrictionState::Stick) => {
                     stuck.push((i, [self.coordinates.of(link.a), self.coordinates.of(link.b)]))
                 }
                 None => {}
@@ -100,7 +84,10 @@ impl Motion {
             derivative,
             guards,
             arguments: forces.arguments,
-            stuck: stuck.into_iter().map(|(_, pair)| pair).collect(),
+            joined: joined(
+                &stuck.iter().map(|(_, pair)| *pair).collect::<Vec<_>>(),
+                self.coordinates.count(),
+            ),
             compression: forces.compression,
             contact_force: forces.contact,
             contact_spring_force: forces.contact_spring,
@@ -238,147 +225,5 @@ impl Motion {
             derivative[first + 2] = scaled(1.0 / GAP_TIME_S, &layout.unit(first + 3));
         }
         derivative
-    }
-
-    fn guards(&self, mode: Mode, forces: &Forces, friction: &[Row], load: &Row) -> Vec<Guard> {
-        use GuardValue::{Stop, To};
-        use SwitchState::{Minus, Plus, Rest};
-        let mut guards = Vec::new();
-        for (switch, &what) in self.switches.iter().enumerate() {
-            let state = mode.get(switch);
-            let mut guard = |row, value| guards.push(Guard { switch, row, value });
-            match what {
-                Switch::Contact(i) => {
-                    let [d, rate] = &forces.compression[i];
-                    let pushing = self.pushing_rows(i, d, rate);
-                    match state {
-                        Rest => guard(scaled(-1.0, d), To(Plus)),
-                        Plus => pushing.into_iter().for_each(|(row, next)| guard(row, To(next))),
-                        Minus => {
-                            // Only the rate can make a compressed contact push again.
-                            if let Some((row, _)) = pushing.into_iter().find(|(_, next)| *next == Minus) {
-                                guard(scaled(-1.0, &row), To(Plus));
-                            }
-                            guard(d.clone(), To(Rest));
-                        }
-                    }
-                }
-                Switch::Stop(i, side) => {
-                    let link = &self.assembly.links[i];
-                    let sign = if side == StopSide::Upper { 1.0 } else { -1.0 };
-                    let [e, e_rate] = &forces.elongation[i];
-                    let mut d = scaled(sign, e);
-                    d[self.layout.one()] -= 0.5 * link.play;
-                    let mut push = scaled(link.stiffness, &d);
-                    add(&mut push, sign * link.damping, e_rate);
-                    for (j, term) in self.terms.iter().enumerate() {
-                        let tag: i8 = if side == StopSide::Upper { 1 } else { -1 };
-                        if matches!(term.law, super::NonlinearLaw::Cubic { link, side, .. } if link == i && side == tag)
-                        {
-                            push[self.layout.term(j)] += 1.0;
-                        }
-                    }
-                    match state {
-                        Rest => guard(scaled(-1.0, &d), To(Plus)),
-                        Plus => guard(push, To(if link.damping > 0.0 { Minus } else { Rest })),
-                        Minus => {
-                            guard(scaled(-1.0, &push), To(Plus));
-                            guard(d, To(Rest));
-                        }
-                    }
-                }
-                Switch::Friction(i) => {
-                    let rate = &forces.elongation[i][1];
-                    match state {
-                        Plus => guard(rate.clone(), Stop),
-                        Minus => guard(scaled(-1.0, rate), Stop),
-                        Rest => {
-                            let [forward, backward] = self.static_levels(i, load);
-                            let mut room_forward = forward;
-                            add(&mut room_forward, 1.0, &friction[i]);
-                            guard(room_forward, To(Plus));
-                            let mut room_backward = backward;
-                            add(&mut room_backward, -1.0, &friction[i]);
-                            guard(room_backward, To(Minus));
-                        }
-                    }
-                }
-                Switch::Ramp(i) => {
-                    if let (Some(ramp), Plus | Minus) = (self.layout.ramp(i), state) {
-                        let sign = if state == Plus { 1.0 } else { -1.0 };
-                        let mut left = self.layout.zero();
-                        left[self.layout.input(i)] = sign;
-                        left[ramp] = -sign;
-                        guard(left, To(Rest));
-                    }
-                }
-                Switch::Limit(i) => self.limit_guards(i, state, forces, &mut guard),
-            }
-        }
-        guards
-    }
-
-    fn limit_guards(
-        &self,
-        i: usize,
-        state: SwitchState,
-        forces: &Forces,
-        guard: &mut impl FnMut(Row, GuardValue),
-    ) {
-        use SwitchState::{Minus, Plus, Rest};
-        let drive = &self.assembly.drives[i];
-        let (Some(source), Some(force)) = (drive.velocity_source, self.layout.drives[i].force) else {
-            return;
-        };
-        let rate = source_rate(source, &self.lagged_command(i), &forces.stroke[i][1], force);
-        match state {
-            Rest => {
-                for (sign, to) in [(-1.0, Plus), (1.0, Minus)] {
-                    let mut room = self.layout.zero();
-                    room[force] = sign;
-                    room[self.layout.one()] = drive.limit;
-                    guard(room, GuardValue::To(to));
-                }
-            }
-            Plus => guard(rate, GuardValue::To(Rest)),
-            Minus => guard(scaled(-1.0, &rate), GuardValue::To(Rest)),
-        }
-    }
-
-    /// Rows that are all positive while contact `i` pushes, and where the contact goes when one no longer is:
-    /// with damping the force vanishes while the contact is still compressed.
-    fn pushing_rows(&self, i: usize, d: &Row, rate: &Row) -> Vec<(Row, SwitchState)> {
-        let law = self.assembly.contacts[i].law;
-        if law.damping > 0.0 {
-            let total = |law| matches!(law, super::NonlinearLaw::Contact { contact, .. } if contact == i);
-            let force = if let Some(j) = self.terms.iter().position(|term| total(term.law)) {
-                self.layout.unit(self.layout.term(j))
-            } else {
-                let mut force = scaled(law.stiffness, d);
-                add(&mut force, law.damping, rate);
-                force
-            };
-            return vec![(force, SwitchState::Minus)];
-        }
-        let mut rows = vec![(d.clone(), SwitchState::Rest)];
-        let released = |law| matches!(law, super::NonlinearLaw::Release { contact, .. } if contact == i);
-        if let Some(j) = self.terms.iter().position(|term| released(term.law)) {
-            rows.push((self.layout.unit(self.layout.term(j)), SwitchState::Minus));
-        } else if law.alpha > 0.0 {
-            let mut factor = scaled(law.alpha, rate);
-            factor[self.layout.one()] += 1.0;
-            rows.push((factor, SwitchState::Minus));
-        }
-        rows
-    }
-
-    /// The largest friction forces of a sticking link against forward and backward motion.
-    fn static_levels(&self, i: usize, load: &Row) -> [Row; 2] {
-        let friction = self.assembly.links[i].friction;
-        [friction.forward, friction.backward].map(|level| {
-            let mut row = scaled(friction.load_ratio, load);
-            row[self.layout.one()] += level + friction.stribeck_excess;
-            row
-        })
     }
 }

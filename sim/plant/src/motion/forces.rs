@@ -1,7 +1,7 @@
 //! Forces of links, contacts and drives as rows, in a given mode.
 
 use super::layout::{add, difference, scaled};
-use super::{Layout, Mode, Motion, NonlinearLaw, Row, StopSide, Switch, SwitchState};
+use super::{ContactState, Layout, LimitState, Mode, Motion, NonlinearLaw, RampState, Row, StopSide, Switch};
 use crate::assembly::{Drive, NodeId};
 use crate::description::Engagement;
 
@@ -33,10 +33,6 @@ impl Motion {
         let position = |node| self.layout.position(&self.assembly, &self.coordinates, node);
         let velocity = |node| self.layout.velocity(&self.coordinates, node);
         [difference(&position(a), &position(b)), difference(&velocity(a), &velocity(b))]
-    }
-
-    pub(super) fn state_of(&self, mode: Mode, switch: Switch) -> Option<SwitchState> {
-        self.switches.iter().position(|&s| s == switch).map(|i| mode.get(i))
     }
 
     pub(super) fn forces(&self, mode: Mode) -> Forces {
@@ -98,21 +94,17 @@ impl Motion {
         let layout = &self.layout;
         let part = &self.assembly.contacts[i];
         let [d, rate] = forces.compression[i].clone();
-        let state = match part.engagement {
-            Engagement::Free => SwitchState::Rest,
-            Engagement::Clamped => SwitchState::Plus,
-            Engagement::Unilateral => self.state_of(mode, Switch::Contact(i)).unwrap_or(SwitchState::Rest),
-        };
+        let state = self.contact_state(mode, i);
         let mut force = layout.zero();
         let mut spring = layout.zero();
         if part.law.is_linear() {
-            if state == SwitchState::Plus {
+            if state == ContactState::Pushing {
                 add(&mut spring, part.law.stiffness, &d);
                 force.clone_from(&spring);
                 add(&mut force, part.law.damping, &rate);
             }
         } else {
-            let (pushes, pulls) = (state == SwitchState::Plus, state == SwitchState::Minus);
+            let (pushes, pulls) = (state == ContactState::Pushing, state == ContactState::Releasing);
             for (j, term) in self.terms.iter().enumerate() {
                 let (acts, row) = match term.law {
                     // While the law pulls, its value is still needed to see when it pushes again.
@@ -142,13 +134,13 @@ impl Motion {
         let mut spring = layout.zero();
         let mut force = layout.zero();
         if !link.rigid {
-            let mut side = |sign: f64, tag: i8, offset: f64, state: SwitchState| {
-                if state == SwitchState::Rest {
+            let mut side = |sign: f64, tag: i8, offset: f64, state: ContactState| {
+                if state == ContactState::Open {
                     return;
                 }
                 let mut d = scaled(sign, &e);
                 d[layout.one()] -= offset;
-                let pushes = state == SwitchState::Plus;
+                let pushes = state == ContactState::Pushing;
                 if pushes {
                     add(&mut spring, -sign * link.stiffness, &d);
                     add(&mut force, -link.damping, &rate);
@@ -164,11 +156,10 @@ impl Motion {
             };
             if link.play > 0.0 {
                 for (stop, sign, tag) in [(StopSide::Upper, 1.0, 1), (StopSide::Lower, -1.0, -1)] {
-                    let state = self.state_of(mode, Switch::Stop(i, stop)).unwrap_or(SwitchState::Rest);
-                    side(sign, tag, 0.5 * link.play, state);
+                    side(sign, tag, 0.5 * link.play, self.stop_state(mode, i, stop));
                 }
             } else {
-                side(1.0, 0, 0.0, SwitchState::Plus);
+                side(1.0, 0, 0.0, ContactState::Pushing);
             }
             add(&mut force, 1.0, &spring);
             force[layout.one()] += link.load;
@@ -200,11 +191,9 @@ impl Motion {
         let mut command = layout.unit(layout.input(i));
         if let Some(ramp) = states.ramp {
             let mut slope = layout.zero();
-            slope[layout.one()] = match self.state_of(mode, Switch::Ramp(i)) {
-                Some(SwitchState::Plus) => drive.rate_limit,
-                Some(SwitchState::Minus) => -drive.rate_limit,
-                _ => 0.0,
-            };
+            let state =
+                self.number_of(Switch::Ramp(i)).map_or(RampState::AtTarget, |switch| mode.ramp(switch));
+            slope[layout.one()] = state.slope(drive.rate_limit);
             derivatives.push((ramp, slope));
             command = layout.unit(ramp);
         }
@@ -214,9 +203,9 @@ impl Motion {
             command = own;
         }
         if let (Some(source), Some(force)) = (drive.velocity_source, states.force) {
-            let held =
-                matches!(self.state_of(mode, Switch::Limit(i)), Some(SwitchState::Plus | SwitchState::Minus));
-            let row = if held { layout.zero() } else { source_rate(source, &command, stroke_rate, force) };
+            let is_held =
+                self.number_of(Switch::Limit(i)).is_some_and(|i| mode.limit(i) != LimitState::Within);
+            let row = if is_held { layout.zero() } else { source_rate(source, &command, stroke_rate, force) };
             derivatives.push((force, row));
         }
         derivatives

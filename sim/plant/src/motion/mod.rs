@@ -13,15 +13,18 @@ mod energy;
 mod equations;
 mod forces;
 mod layout;
-mod mode;
+pub mod modes;
 mod nonlinear;
 mod signals;
 
 pub use coordinates::Coordinates;
 pub use energy::{Ledger, Meter, MeterKind, Storage, StorageKind};
-pub use equations::{Equations, Guard, GuardValue};
+pub use equations::Equations;
 pub use layout::{GAP_TIME_S, Layout, Row, dot};
-pub use mode::{Mode, StopSide, Switch, SwitchState};
+pub use modes::{
+    ContactState, FrictionState, Guard, GuardValue, LimitState, Mode, RampState, StopSide, Switch,
+    SwitchState,
+};
 pub use nonlinear::{NonlinearLaw, NonlinearTerm};
 
 use crate::assembly::Assembly;
@@ -45,7 +48,7 @@ impl Motion {
     /// switches than a [`Mode`] holds.
     pub fn new(assembly: Assembly) -> Result<Self, Vec<Problem>> {
         let coordinates = Coordinates::new(&assembly)?;
-        let switches = mode::switches(&assembly, &coordinates);
+        let switches = modes::switches(&assembly, &coordinates);
         if switches.len() > Mode::CAPACITY {
             let message = format!(
                 "{} contacts, plays, frictions and limits that switch; {} is the most",

@@ -1,6 +1,7 @@
-//! What can switch, and in which state each switch is.
+//! What can switch.
 
-use super::Coordinates;
+use super::super::{Coordinates, Motion};
+use super::{ContactState, Mode};
 use crate::assembly::Assembly;
 use crate::description::Engagement;
 
@@ -28,44 +29,8 @@ pub enum Switch {
     Ramp(usize),
 }
 
-/// The state of one switch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[repr(u8)]
-pub enum SwitchState {
-    /// Contact or stop: apart. Friction: sticking. Limit: not reached. Ramp: at its target.
-    Rest = 0,
-    /// Contact or stop: still compressed, but coming apart faster than the law pushes, so no force. Friction:
-    /// sliding backward. Limit: at the lower one. Ramp: falling.
-    Minus = 1,
-    /// Contact or stop: pushing. Friction: sliding forward. Limit: at the upper one. Ramp: rising.
-    Plus = 2,
-}
-
-/// The states of all switches: two bits each.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct Mode(u128);
-
-impl Mode {
-    /// The most switches a machine may have.
-    pub const CAPACITY: usize = 64;
-
-    /// The state of switch `i`.
-    pub fn get(self, i: usize) -> SwitchState {
-        match (self.0 >> (2 * i)) & 3 {
-            0 => SwitchState::Rest,
-            1 => SwitchState::Minus,
-            _ => SwitchState::Plus,
-        }
-    }
-
-    /// The same with switch `i` in another state.
-    #[must_use]
-    pub fn with(self, i: usize, state: SwitchState) -> Self {
-        Self(self.0 & !(3 << (2 * i)) | ((state as u128) << (2 * i)))
-    }
-}
-
-pub(super) fn switches(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Switch> {
+/// Everything that switches in a machine, in the order of its modes.
+pub(in crate::motion) fn switches(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Switch> {
     // Two nodes that share a coordinate (or are both fixed) cannot move against each other: nothing there
     // switches.
     let apart = |a, b| coordinates.of(a) != coordinates.of(b);
@@ -88,4 +53,29 @@ pub(super) fn switches(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Sw
         .filter(|(_, drive)| drive.rate_limit.is_finite())
         .map(|(i, _)| Switch::Ramp(i));
     contacts.chain(links).chain(limits).chain(ramps).collect()
+}
+
+impl Motion {
+    /// The number of a switch in a [`Mode`](super::Mode).
+    pub(in crate::motion) fn number_of(&self, switch: Switch) -> Option<usize> {
+        self.switches.iter().position(|&s| s == switch)
+    }
+
+    /// The state of a contact, which is clamped, absent, or switches.
+    pub fn contact_state(&self, mode: Mode, contact: usize) -> ContactState {
+        match self.assembly.contacts[contact].engagement {
+            Engagement::Clamped => ContactState::Pushing,
+            Engagement::Free => ContactState::Open,
+            Engagement::Unilateral => self.state_of(mode, Switch::Contact(contact)),
+        }
+    }
+
+    /// The state of one side of the free play of a link.
+    pub(in crate::motion) fn stop_state(&self, mode: Mode, link: usize, side: StopSide) -> ContactState {
+        self.state_of(mode, Switch::Stop(link, side))
+    }
+
+    fn state_of(&self, mode: Mode, switch: Switch) -> ContactState {
+        self.number_of(switch).map_or(ContactState::Open, |i| mode.contact(i))
+    }
 }

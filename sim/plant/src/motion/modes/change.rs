@@ -1,0 +1,152 @@
+//! What follows when an input changes or a guard fires.
+
+use super::{FrictionState, GuardValue, Mode, RampState, Switch, SwitchState};
+use crate::motion::{Equations, Motion, dot};
+
+/// The modes that a machine has met, with whatever carries its state through each.
+pub trait ModeTable {
+    /// Why a mode cannot be entered.
+    type Error;
+
+    /// The index of a mode, which is made at its first use.
+    ///
+    /// # Errors
+    /// Where nothing can carry a state through the mode.
+    fn index_of(&mut self, motion: &Motion, mode: Mode) -> Result<usize, Self::Error>;
+
+    /// The equations of the mode of an index.
+    fn equations(&self, index: usize) -> &Equations;
+}
+
+/// A switch that has switched.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Switched {
+    /// Index of the mode that follows.
+    pub index: usize,
+    /// What switched.
+    pub switch: Switch,
+    /// The state that it left.
+    pub from: SwitchState,
+    /// The state that it is in.
+    pub to: SwitchState,
+}
+
+impl Motion {
+    /// Gives drive `i` a new input in a mode: the mode that follows. A drive whose rate is limited starts to
+    /// ramp towards it.
+    #[must_use]
+    pub fn take_input(&self, mode: Mode, i: usize, value: f64, xi: &mut [f64]) -> Mode {
+        xi[self.layout.input(i)] = value;
+        match (self.layout.ramp(i), self.number_of(Switch::Ramp(i))) {
+            (Some(ramp), Some(switch)) => mode.with(switch, RampState::towards(value - xi[ramp])),
+            _ => mode,
+        }
+    }
+
+    /// What happens to a machine in the mode `index` when one of its guards fires: the state follows its
+    /// switch exactly, and the mode that comes next is entered.
+    ///
+    /// # Errors
+    /// Those of `table`.
+    pub fn switch<T: ModeTable>(
+        &self,
+        table: &mut T,
+        index: usize,
+        guard: usize,
+        xi: &mut [f64],
+    ) -> Result<Switched, T::Error> {
+        let equations = table.equations(index);
+        let (mode, guard) = (equations.mode, &equations.guards[guard]);
+        let (number, switch) = (guard.switch, self.switches[guard.switch]);
+        let to = match guard.value {
+            GuardValue::To(state) => state,
+            GuardValue::Stop => self.after_stop(table, mode, number, xi)?.into(),
+        };
+        match (switch, to) {
+            (Switch::Ramp(i), _) => {
+                if let Some(ramp) = self.layout.ramp(i) {
+                    xi[ramp] = xi[self.layout.input(i)];
+                }
+            }
+            // A fixed step goes beyond the limit before it is seen to be reached; held there, the force would
+            // never be within it again.
+            (Switch::Limit(i), SwitchState::Limit(state)) => {
+                let held = state.effort(self.assembly.drives[i].limit);
+                if let (Some(force), Some(held)) = (self.layout.force(i), held) {
+                    xi[force] = held;
+                }
+            }
+            _ => {}
+        }
+        let index = table.index_of(self, mode.with(number, to))?;
+        let entered = table.equations(index);
+        self.join(entered, xi);
+        self.fill_terms(entered, xi);
+        Ok(Switched { index, switch, from: mode.state(switch, number), to })
+    }
+
+    /// A guide has come to rest: whether it sticks, or slides on the other way.
+    fn after_stop<T: ModeTable>(
+        &self,
+        table: &mut T,
+        mode: Mode,
+        switch: usize,
+        xi: &[f64],
+    ) -> Result<FrictionState, T::Error> {
+        let index = table.index_of(self, mode.with(switch, FrictionState::Stick))?;
+        let equations = table.equations(index);
+        let mut rested = xi.to_vec();
+        self.fill_terms(equations, &mut rested);
+        let mut room = equations
+            .guards
+            .iter()
+            .filter(|guard| guard.switch == switch)
+            .map(|guard| dot(&guard.row, &rested));
+        Ok(FrictionState::after_rest([(); 2].map(|()| room.next().unwrap_or(0.0))))
+    }
+
+    /// Makes speeds that stick together equal to the bit.
+    #[inline]
+    pub fn join(&self, equations: &Equations, xi: &mut [f64]) {
+        for &(member, lead) in &equations.joined {
+            xi[self.layout.v(member)] = lead.map_or(0.0, |lead| xi[self.layout.v(lead)]);
+        }
+    }
+
+    /// Where a step has carried a sliding guide past rest, puts it at rest; momentum is kept.
+    pub fn stop_exactly(&self, equations: &Equations, guard: usize, xi: &mut [f64]) {
+        let guard = &equations.guards[guard];
+        let (GuardValue::Stop, Switch::Friction(link)) = (guard.value, self.switches[guard.switch]) else {
+            return;
+        };
+        let link = &self.assembly.links[link];
+        match [link.a, link.b].map(|node| self.coordinates.of(node)) {
+            [Some(a), Some(b)] => {
+                let [ma, mb] = [a, b].map(|g| self.coordinates.mass_kg(g));
+                let [va, vb] = [a, b].map(|g| self.layout.v(g));
+                let joint = (ma * xi[va] + mb * xi[vb]) / (ma + mb);
+                xi[va] = joint;
+                xi[vb] = joint;
+            }
+            [Some(g), None] | [None, Some(g)] => xi[self.layout.v(g)] = 0.0,
+            [None, None] => {}
+        }
+    }
+}
+
+/// The groups that pairs of equal speeds make (`None`: ground): each member with the first one, or with
+/// ground, each once.
+pub(in crate::motion) fn joined(
+    pairs: &[[Option<usize>; 2]],
+    coordinates: usize,
+) -> Vec<(usize, Option<usize>)> {
+    let mut lead: Vec<Option<usize>> = (0..coordinates).map(Some).collect();
+    let lead_of = |lead: &[Option<usize>], end: Option<usize>| end.and_then(|g| lead[g]);
+    for &[a, b] in pairs {
+        let (a, b) = (lead_of(&lead, a), lead_of(&lead, b));
+        // None, the ground, is less than any coordinate.
+        let (low, high) = (a.min(b), a.max(b));
+        lead.iter_mut().filter(|l| **l == high).for_each(|l| *l = low);
+    }
+    (0..coordinates).map(|g| (g, lead[g])).filter(|(g, lead)| *lead != Some(*g)).collect()
+}

@@ -1,0 +1,171 @@
+//! What ends a mode of a machine, as rows.
+
+use super::{ContactState, Mode, StopSide, Switch, SwitchState};
+use crate::motion::forces::{Forces, source_rate};
+use crate::motion::layout::{add, scaled};
+use crate::motion::{Motion, NonlinearLaw, Row};
+
+/// A quantity that is positive while a mode lasts, and what happens when it no longer is.
+///
+/// # When a guard fires
+/// Let `g(t)` be the quantity along the motion of the mode, entered or carried to `t0`. Over `(t0, t1]`
+///
+/// | `g(t0)` | the guard fires |
+/// |---|---|
+/// | above zero | at the first `t` in `(t0, t1]` with `g(t) <= 0` |
+/// | within `eps` of zero, and `g` grows | as if it were above zero: this is the trace of the last event |
+/// | within `eps` of zero, and `g` does not grow | at `t0` |
+/// | below zero | at `t0` |
+///
+/// `eps` is the rounding of the terms that `g` is made of. Of several guards the one that fires first ends the
+/// mode; of those that fire at one instant, the first in the order of [`super::super::Equations::guards`]. A
+/// quantity that only touches zero between two looks and rises again has fired: looks are so close that it has
+/// one minimum between them, and [`super::first_crossing`] finds it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Guard {
+    /// Index of the switch.
+    pub switch: usize,
+    /// The quantity, a row of the extended vector.
+    pub row: Row,
+    /// What the switch does.
+    pub value: GuardValue,
+}
+
+/// Where a switch goes when a guard fires.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GuardValue {
+    /// To this state.
+    To(SwitchState),
+    /// A guide comes to rest: it sticks, or slides the other way, whichever the forces ask for.
+    Stop,
+}
+
+impl Motion {
+    /// The guards of all switches, in their order.
+    pub(in crate::motion) fn guards(
+        &self,
+        mode: Mode,
+        forces: &Forces,
+        friction: &[Row],
+        load: &Row,
+    ) -> Vec<Guard> {
+        let mut guards = Vec::new();
+        for (switch, &what) in self.switches.iter().enumerate() {
+            let of_switch = match what {
+                Switch::Contact(i) => {
+                    let [depth, rate] = &forces.compression[i];
+                    to(mode.contact(switch).guards(depth, || self.pushing_rows(i, depth, rate)))
+                }
+                Switch::Stop(i, side) => {
+                    let [depth, pushing] = self.stop_rows(i, side, forces);
+                    to(mode.contact(switch).guards(&depth, || {
+                        vec![(pushing, ContactState::after_flank(self.assembly.links[i].damping))]
+                    }))
+                }
+                Switch::Friction(i) => mode
+                    .friction(switch)
+                    .guards(&forces.elongation[i][1], || self.friction_room(i, &friction[i], load))
+                    .into_iter()
+                    .map(|(row, next)| {
+                        (row, next.map_or(GuardValue::Stop, |next| GuardValue::To(next.into())))
+                    })
+                    .collect(),
+                Switch::Ramp(i) => to(mode.ramp(switch).guards(|| self.left_to_ramp(i))),
+                Switch::Limit(i) => self.effort_rate(i, forces).map_or_else(Vec::new, |rate| {
+                    to(mode.limit(switch).guards(|| self.effort_room(i), rate))
+                }),
+            };
+            guards.extend(of_switch.into_iter().map(|(row, value)| Guard { switch, row, value }));
+        }
+        guards
+    }
+
+    /// Rows that are all positive while contact `i` pushes, and where the contact goes when one no longer is.
+    fn pushing_rows(&self, i: usize, depth: &Row, rate: &Row) -> Vec<(Row, ContactState)> {
+        let law = &self.assembly.contacts[i].law;
+        let term_of = |is_it: fn(NonlinearLaw) -> Option<usize>| {
+            let j = self.terms.iter().position(|term| is_it(term.law) == Some(i))?;
+            Some(self.layout.unit(self.layout.term(j)))
+        };
+        let force = || {
+            let total =
+                |law| if let NonlinearLaw::Contact { contact, .. } = law { Some(contact) } else { None };
+            term_of(total).unwrap_or_else(|| {
+                let mut force = scaled(law.stiffness, depth);
+                add(&mut force, law.damping, rate);
+                force
+            })
+        };
+        let factor = || {
+            let release =
+                |law| if let NonlinearLaw::Release { contact, .. } = law { Some(contact) } else { None };
+            term_of(release).unwrap_or_else(|| {
+                let mut factor = scaled(law.alpha, rate);
+                factor[self.layout.one()] += 1.0;
+                factor
+            })
+        };
+        ContactState::while_pushing(law, depth, force, factor)
+    }
+
+    /// How deep one side of the free play of link `i` is compressed, and what its law pushes.
+    fn stop_rows(&self, i: usize, side: StopSide, forces: &Forces) -> [Row; 2] {
+        let link = &self.assembly.links[i];
+        let (sign, tag) = if side == StopSide::Upper { (1.0, 1) } else { (-1.0, -1) };
+        let [e, e_rate] = &forces.elongation[i];
+        let mut depth = scaled(sign, e);
+        depth[self.layout.one()] -= 0.5 * link.play;
+        let mut push = scaled(link.stiffness, &depth);
+        add(&mut push, sign * link.damping, e_rate);
+        for (j, term) in self.terms.iter().enumerate() {
+            if matches!(term.law, NonlinearLaw::Cubic { link, side, .. } if link == i && side == tag) {
+                push[self.layout.term(j)] += 1.0;
+            }
+        }
+        [depth, push]
+    }
+
+    /// What friction could still take before a sticking link slides forward and backward.
+    fn friction_room(&self, i: usize, held: &Row, load: &Row) -> [Row; 2] {
+        let friction = self.assembly.links[i].friction;
+        [(friction.forward, 1.0), (friction.backward, -1.0)].map(|(level, sign)| {
+            let mut row = scaled(friction.load_ratio, load);
+            row[self.layout.one()] += level + friction.stribeck_excess;
+            add(&mut row, sign, held);
+            row
+        })
+    }
+
+    /// What the command of drive `i` has left to its target.
+    fn left_to_ramp(&self, i: usize) -> Row {
+        let mut left = self.layout.zero();
+        if let Some(ramp) = self.layout.ramp(i) {
+            left[self.layout.input(i)] = 1.0;
+            left[ramp] = -1.0;
+        }
+        left
+    }
+
+    /// How far the effort of drive `i` is from its upper and lower limit.
+    fn effort_room(&self, i: usize) -> [Row; 2] {
+        [-1.0, 1.0].map(|sign| {
+            let mut room = self.layout.zero();
+            if let Some(force) = self.layout.force(i) {
+                room[force] = sign;
+            }
+            room[self.layout.one()] = self.assembly.drives[i].limit;
+            room
+        })
+    }
+
+    /// How fast the effort of drive `i` would change without a limit, for a velocity source.
+    fn effort_rate(&self, i: usize, forces: &Forces) -> Option<Row> {
+        let source = self.assembly.drives[i].velocity_source?;
+        let force = self.layout.force(i)?;
+        Some(source_rate(source, &self.lagged_command(i), &forces.stroke[i][1], force))
+    }
+}
+
+fn to<T: Into<SwitchState>>(guards: Vec<(Row, T)>) -> Vec<(Row, GuardValue)> {
+    guards.into_iter().map(|(row, next)| (row, GuardValue::To(next.into()))).collect()
+}

@@ -1,0 +1,154 @@
+//! The states of switches, and the mode that they make together.
+
+use super::Switch;
+
+/// How two surfaces that only push stand to each other: a contact, or one side of a free play.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum ContactState {
+    /// Apart.
+    #[default]
+    Open = 0,
+    /// Compressed, and the law pushes.
+    Pushing = 2,
+    /// Still compressed, but parting faster than the law pushes: no force.
+    Releasing = 1,
+}
+
+/// What dry friction does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum FrictionState {
+    /// It holds the guide at rest.
+    #[default]
+    Stick = 0,
+    /// It resists a guide that slides forward.
+    Forward = 2,
+    /// It resists a guide that slides backward.
+    Backward = 1,
+}
+
+/// Where the effort of a velocity source stands against its limit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum LimitState {
+    /// The limit is not reached.
+    #[default]
+    Within = 0,
+    /// Held at the upper limit.
+    AtUpper = 2,
+    /// Held at the lower limit.
+    AtLower = 1,
+}
+
+/// What the command of a drive whose rate is limited does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum RampState {
+    /// It has reached its target.
+    #[default]
+    AtTarget = 0,
+    /// It rises towards it.
+    Rising = 2,
+    /// It falls towards it.
+    Falling = 1,
+}
+
+/// The state of one switch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum SwitchState {
+    /// Of a contact, or of one side of a free play.
+    Contact(ContactState),
+    /// Of a guide with dry friction.
+    Friction(FrictionState),
+    /// Of an effort limit.
+    Limit(LimitState),
+    /// Of a rate limit.
+    Ramp(RampState),
+}
+
+impl SwitchState {
+    fn bits(self) -> u8 {
+        match self {
+            Self::Contact(state) => state as u8,
+            Self::Friction(state) => state as u8,
+            Self::Limit(state) => state as u8,
+            Self::Ramp(state) => state as u8,
+        }
+    }
+}
+
+impl From<ContactState> for SwitchState {
+    fn from(state: ContactState) -> Self {
+        Self::Contact(state)
+    }
+}
+
+impl From<FrictionState> for SwitchState {
+    fn from(state: FrictionState) -> Self {
+        Self::Friction(state)
+    }
+}
+
+impl From<LimitState> for SwitchState {
+    fn from(state: LimitState) -> Self {
+        Self::Limit(state)
+    }
+}
+
+impl From<RampState> for SwitchState {
+    fn from(state: RampState) -> Self {
+        Self::Ramp(state)
+    }
+}
+
+/// The states of all switches, two bits each. The default: everything open, stuck, within its limit and at
+/// its target.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Mode(u128);
+
+impl Mode {
+    /// The most switches a machine may have.
+    pub const CAPACITY: usize = 64;
+
+    /// The state of switch `i`, a contact or one side of a free play.
+    pub fn contact(self, i: usize) -> ContactState {
+        [ContactState::Open, ContactState::Releasing, ContactState::Pushing][self.index(i)]
+    }
+
+    /// The state of switch `i`, a guide with dry friction.
+    pub fn friction(self, i: usize) -> FrictionState {
+        [FrictionState::Stick, FrictionState::Backward, FrictionState::Forward][self.index(i)]
+    }
+
+    /// The state of switch `i`, an effort limit.
+    pub fn limit(self, i: usize) -> LimitState {
+        [LimitState::Within, LimitState::AtLower, LimitState::AtUpper][self.index(i)]
+    }
+
+    /// The state of switch `i`, a rate limit.
+    pub fn ramp(self, i: usize) -> RampState {
+        [RampState::AtTarget, RampState::Falling, RampState::Rising][self.index(i)]
+    }
+
+    /// The state of switch `i`, which is one of `switch`.
+    pub fn state(self, switch: Switch, i: usize) -> SwitchState {
+        match switch {
+            Switch::Contact(_) | Switch::Stop(..) => self.contact(i).into(),
+            Switch::Friction(_) => self.friction(i).into(),
+            Switch::Limit(_) => self.limit(i).into(),
+            Switch::Ramp(_) => self.ramp(i).into(),
+        }
+    }
+
+    fn index(self, i: usize) -> usize {
+        // No state is written as 3.
+        ((self.0 >> (2 * i)) & 3).min(2) as usize
+    }
+
+    /// The same with switch `i` in another state.
+    #[must_use]
+    pub fn with(self, i: usize, state: impl Into<SwitchState>) -> Self {
+        Self(self.0 & !(3 << (2 * i)) | (u128::from(state.into().bits()) << (2 * i)))
+    }
+}

@@ -30,16 +30,11 @@ impl Units {
 
     /// The unit of a quantity; empty where it depends on more.
     pub(crate) fn unit(self, quantity: Quantity) -> &'static str {
-        match quantity {
-            Quantity::Position
-            | Quantity::Compression
-            | Quantity::Gap
-            | Quantity::PointX
-            | Quantity::PointY
-            | Quantity::PointZ => self.position,
-            Quantity::Velocity | Quantity::GapRate => self.velocity,
-            Quantity::Acceleration => self.acceleration,
-            Quantity::Force | Quantity::SpringForce => self.force,
+        match quantity.dimension() {
+            Some(Dimension::LENGTH) => self.position,
+            Some(Dimension::VELOCITY) => self.velocity,
+            Some(Dimension::ACCELERATION) => self.acceleration,
+            Some(Dimension::FORCE) => self.force,
             _ => "",
         }
     }

@@ -5,10 +5,9 @@
 use std::f64::consts::TAU;
 
 use feeler_plant::assembly::{GROUND_NODE, assemble};
-use feeler_plant::description::Machine;
+use feeler_plant::description::{Machine, Table};
 
 use crate::fit::candidates::Candidate;
-use crate::fit::model::Table;
 
 /// Waves per stroke tried for a ripple: from half a wave on in quarters, so that the phase over the stroke
 /// moves by less than half a turn from one to the next.

@@ -1,9 +1,9 @@
 //! Whether an effect's fitted value is a finding, or within what was believed anyway.
 
-use feeler_plant::description::Machine;
+use feeler_plant::description::{Machine, Site};
 use indexmap::IndexMap;
 
-use crate::fit::model::{Model, Site};
+use crate::fit::model::Model;
 
 /// Default tolerance of masses, stiffnesses and gains.
 const TOLERANCE: f64 = 0.10;

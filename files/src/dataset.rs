@@ -6,7 +6,7 @@ use feeler_plant::assembly::resolve;
 use feeler_plant::description::{Axis, Engagement, SignalName};
 use indexmap::IndexMap;
 
-use super::build::{Builder, engagement};
+use super::build::Builder;
 use super::document::Document;
 use super::draft::{Draft, Sheet, load};
 use super::keys::{COLUMN, DATASET, EXPERIMENT};
@@ -236,7 +236,7 @@ fn experiments(root: &Table, directory: &Path, problems: &mut Problems) -> Vec<E
         };
         found.push(Experiment {
             file,
-            engagement: engagement(&fields),
+            engagement: fields.text("engagement").and_then(Engagement::named),
             role,
             repeat: fields.text("repeat").map(str::to_owned),
         });

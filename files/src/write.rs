@@ -12,7 +12,7 @@ use feeler_plant::effects::EffectUse;
 use indexmap::IndexMap;
 
 use super::document::Document;
-use super::keys::{EFFECTS, RAPIER, TOLERANCE};
+use super::keys::{EFFECTS, Element, RAPIER, TOLERANCE};
 
 /// The file of a scenario: reading it gives the scenario back, to the bit.
 ///
@@ -118,13 +118,6 @@ impl Writer {
         }
     }
 
-    /// A number, unless it is the default. Compared by bits, so that -0 comes back as -0.
-    fn unless(&mut self, key: &str, value: f64, default: f64) {
-        if value.to_bits() != default.to_bits() {
-            self.number(key, value);
-        }
-    }
-
     /// The keys of a record, but for the one that tells its form.
     fn record(&mut self, record: &impl Record) {
         for (name, content) in record.contents().iter() {
@@ -132,8 +125,11 @@ impl Writer {
         }
     }
 
-    fn pair(&mut self, key: &str, [a, b]: &[String; 2]) {
-        self.line(key, format!("[{}, {}]", quoted(a), quoted(b)));
+    /// The key that tells the form of a record.
+    fn form<T: Record>(&mut self, element: &Element, record: &T) {
+        if let Some((choice, form)) = element.shape.choice.as_ref().zip(record.form()) {
+            self.words(choice.key, form.name);
+        }
     }
 
     fn effects(&mut self, table: &str, element: &str, effects: &[EffectUse]) {

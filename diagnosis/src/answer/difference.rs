@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use feeler_plant::description::{Axis, Elements, Machine};
-use feeler_plant::effects::EffectUse;
+use feeler_plant::description::{Axis, Element, Machine};
 use feeler_plant::units::Dimension;
 use indexmap::IndexMap;
 use serde::Serialize;
@@ -56,61 +55,23 @@ impl Difference {
         let rotational = old.axis == Axis::Rotational;
         let unit = |dimension: Dimension| dimension.si_unit(rotational).to_owned();
         let mut found = Self::default();
-        let mut value = |key: String, old: f64, new: f64, unit: String| {
-            if (new - old).abs() > ROUNDING * old.abs().max(new.abs()) {
-                found.changed.push(Changed { key, old, new, unit, is_at_end: false });
+        for (key, a, b) in pairs(old, new) {
+            for (a, b) in a.believed().iter().zip(&b.believed()) {
+                let (old, new, unit) = (a.value, b.value, unit(a.dimension()));
+                if (new - old).abs() > ROUNDING * old.abs().max(new.abs()) {
+                    let key = format!("{key}.{}", a.key.name);
+                    found.changed.push(Changed { key, old, new, unit, is_at_end: false });
+                }
             }
-        };
-        for (name, a, b) in pairs(&old.bodies, &new.bodies) {
-            value(format!("bodies.{name}.mass"), a.mass_kg, b.mass_kg, unit(Dimension::MASS));
-        }
-        for (name, a, b) in pairs(&old.springs, &new.springs) {
-            value(
-                format!("springs.{name}.stiffness"),
-                a.stiffness_n_per_m,
-                b.stiffness_n_per_m,
-                unit(Dimension::STIFFNESS),
-            );
-            value(
-                format!("springs.{name}.damping"),
-                a.damping_n_s_per_m,
-                b.damping_n_s_per_m,
-                unit(Dimension::DAMPING),
-            );
-        }
-        for (name, a, b) in pairs(&old.contacts, &new.contacts) {
-            value(format!("contacts.{name}.stiffness"), a.stiffness, b.stiffness, unit(Dimension::STIFFNESS));
-            value(
-                format!("contacts.{name}.damping"),
-                a.damping_n_s_per_m,
-                b.damping_n_s_per_m,
-                unit(Dimension::DAMPING),
-            );
-            value(format!("contacts.{name}.gap"), a.gap_m, b.gap_m, unit(Dimension::LENGTH));
-        }
-        for (name, a, b) in pairs(&old.sensors, &new.sensors) {
-            value(format!("sensors.{name}.gain"), a.gain, b.gain, String::new());
-        }
-        let mut effects = |table: &str, name: &str, old: &[EffectUse], new: &[EffectUse]| {
-            for effect in new.iter().filter(|effect| !old.contains(effect)) {
+            for effect in b.effects().iter().filter(|effect| !a.effects().contains(effect)) {
                 let kind = effect.definition.kind;
                 let parameters = effect.definition.parameters.iter().zip(&effect.values);
                 found.added.push(Added {
-                    key: format!("{table}.{name}.effects.{kind}"),
+                    key: format!("{key}.effects.{kind}"),
                     parameters: parameters.map(|(p, value)| (p.name, *value, unit(p.dimension))).collect(),
                 });
             }
-        };
-        pairs(&old.bodies, &new.bodies)
-            .for_each(|(name, a, b)| effects("bodies", name, &a.effects, &b.effects));
-        pairs(&old.springs, &new.springs)
-            .for_each(|(name, a, b)| effects("springs", name, &a.effects, &b.effects));
-        pairs(&old.contacts, &new.contacts)
-            .for_each(|(name, a, b)| effects("contacts", name, &a.effects, &b.effects));
-        pairs(&old.actuators, &new.actuators)
-            .for_each(|(name, a, b)| effects("actuators", name, &a.effects, &b.effects));
-        pairs(&old.sensors, &new.sensors)
-            .for_each(|(name, a, b)| effects("sensors", name, &a.effects, &b.effects));
+        }
         found
     }
 
@@ -132,8 +93,17 @@ impl Difference {
     }
 }
 
-fn pairs<'a, T>(old: &'a Elements<T>, new: &'a Elements<T>) -> impl Iterator<Item = (&'a str, &'a T, &'a T)> {
-    old.iter().filter_map(|(name, a)| Some((name.as_str(), a, new.get(name)?)))
+/// Elements that both machines have, with their keys.
+fn pairs<'a>(
+    old: &'a Machine,
+    new: &'a Machine,
+) -> impl Iterator<Item = (String, &'a dyn Element, &'a dyn Element)> {
+    old.sites().filter_map(move |site| {
+        let (name, a) = old.element(site)?;
+        let mut same = new.sites().filter(|other| other.table == site.table);
+        let (_, b) = same.find_map(|other| new.element(other).filter(|(other, _)| *other == name))?;
+        Some((site.key(old), a, b))
+    })
 }
 
 /// Few digits, and no more noughts than needed.

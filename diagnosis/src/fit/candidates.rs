@@ -1,10 +1,8 @@
 //! Every effect of the library under every element of the believed machine where it makes sense.
 
 use feeler_plant::assembly::{Assembly, GROUND_NODE, assemble};
-use feeler_plant::description::{Machine, Quantity};
+use feeler_plant::description::{Element, Machine, Quantity, Site, Table};
 use feeler_plant::effects::{Change, Definition, EffectUse, Host, HostKind, LIBRARY, Place};
-
-use crate::fit::model::{Site, Table};
 
 /// An effect that may be the cause.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +26,7 @@ pub(crate) fn candidates(machine: &Machine) -> Vec<Candidate> {
     for definition in
         LIBRARY.iter().copied().filter(|definition| matches!(definition.change, Change::Plant(_)))
     {
-        for site in sites(machine) {
+        for site in machine.sites() {
             let host = host_kind(&assembly, site);
             if definition.hosts.contains(&host)
                 && makes_sense(machine, &assembly, definition, site, host)
@@ -39,17 +37,6 @@ pub(crate) fn candidates(machine: &Machine) -> Vec<Candidate> {
         }
     }
     found
-}
-
-fn sites(machine: &Machine) -> Vec<Site> {
-    let tables = [
-        (Table::Bodies, machine.bodies.len()),
-        (Table::Springs, machine.springs.len()),
-        (Table::Contacts, machine.contacts.len()),
-        (Table::Actuators, machine.actuators.len()),
-        (Table::Sensors, machine.sensors.len()),
-    ];
-    tables.into_iter().flat_map(|(table, n)| (0..n).map(move |index| Site { table, index })).collect()
 }
 
 fn host_kind(assembly: &Assembly, site: Site) -> HostKind {
@@ -67,7 +54,7 @@ fn host_kind(assembly: &Assembly, site: Site) -> HostKind {
 fn applies(machine: &Machine, definition: &'static Definition, site: Site) -> bool {
     let mut probe = machine.clone();
     let values = definition.parameters.iter().map(|p| p.default.unwrap_or(p.typical)).collect();
-    let Some(effects) = site.effects(&mut probe) else { return false };
+    let Some(effects) = probe.element_mut(site).map(Element::effects_mut) else { return false };
     if effects.iter().any(|effect| effect.definition.kind == definition.kind) {
         return false;
     }

@@ -1,9 +1,10 @@
 //! A machine with unknowns: believed values free within their tolerance, and effects that are being tried.
 
 use feeler_plant::assembly::{Assembly, assemble};
-use feeler_plant::description::{Elements, Engagement, Machine, Quantity};
+use feeler_plant::description::{Believed, Engagement, Machine, Site, Table};
 use feeler_plant::effects::{Definition, EffectUse, Parameter, Scale};
 use feeler_plant::problem::Problem;
+use feeler_plant::units::Dimension;
 use indexmap::IndexMap;
 
 use crate::error::DiagnosisError;
@@ -25,99 +26,11 @@ const AT_END: f64 = 5e-3;
 /// A tolerance is taken as this many standard deviations.
 const SIGMAS: f64 = 2.0;
 
-/// Which table an element is in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) enum Table {
-    /// `[bodies.*]`.
-    Bodies,
-    /// `[springs.*]`.
-    Springs,
-    /// `[contacts.*]`.
-    Contacts,
-    /// `[actuators.*]`.
-    Actuators,
-    /// `[sensors.*]`.
-    Sensors,
-}
-
-impl Table {
-    /// Its name in files.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Bodies => "bodies",
-            Self::Springs => "springs",
-            Self::Contacts => "contacts",
-            Self::Actuators => "actuators",
-            Self::Sensors => "sensors",
-        }
-    }
-}
-
-/// An element of a machine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) struct Site {
-    /// Its table.
-    pub table: Table,
-    /// Its position there.
-    pub index: usize,
-}
-
-impl Site {
-    /// `springs.guide`, as in a file.
-    pub(crate) fn key(self, machine: &Machine) -> String {
-        fn name<T>(elements: &Elements<T>, index: usize) -> String {
-            elements.get_index(index).map_or_else(String::new, |(name, _)| name.clone())
-        }
-        let name = match self.table {
-            Table::Bodies => name(&machine.bodies, self.index),
-            Table::Springs => name(&machine.springs, self.index),
-            Table::Contacts => name(&machine.contacts, self.index),
-            Table::Actuators => name(&machine.actuators, self.index),
-            Table::Sensors => name(&machine.sensors, self.index),
-        };
-        format!("{}.{name}", self.table.name())
-    }
-
-    /// The effects that sit under it.
-    pub(crate) fn effects(self, machine: &mut Machine) -> Option<&mut Vec<EffectUse>> {
-        let i = self.index;
-        Some(match self.table {
-            Table::Bodies => &mut machine.bodies.get_index_mut(i)?.1.effects,
-            Table::Springs => &mut machine.springs.get_index_mut(i)?.1.effects,
-            Table::Contacts => &mut machine.contacts.get_index_mut(i)?.1.effects,
-            Table::Actuators => &mut machine.actuators.get_index_mut(i)?.1.effects,
-            Table::Sensors => &mut machine.sensors.get_index_mut(i)?.1.effects,
-        })
-    }
-}
-
-/// A believed number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Believed {
-    Mass,
-    Stiffness,
-    Damping,
-    Gap,
-    Gain,
-}
-
-impl Believed {
-    /// Its name in files.
-    fn name(self) -> &'static str {
-        match self {
-            Self::Mass => "mass",
-            Self::Stiffness => "stiffness",
-            Self::Damping => "damping",
-            Self::Gap => "gap",
-            Self::Gain => "gain",
-        }
-    }
-}
-
 /// What one unknown stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Target {
-    Value(Site, Believed),
+    /// A believed number: its place among the keys of the element.
+    Value(Site, usize),
     /// Parameter of an effect: index of the effect in the model, of the parameter in its definition.
     Effect(usize, usize),
     /// How sticking guides give way: frequency.
@@ -192,46 +105,38 @@ impl Model {
     ) -> Result<Self, DiagnosisError> {
         let assembly = assemble(machine).map_err(|problems| DiagnosisError::Machine { problems })?;
         let mut model = Self { believed: machine.clone(), tried: Vec::new(), unknowns: Vec::new() };
-        let mut add = |site: Site, what: Believed, value: f64| {
-            let key = format!("{}.{}", site.key(machine), what.name());
+        let mut add = |site: Site, believed: &Believed| {
+            let key = format!("{}.{}", site.key(machine), believed.key.name);
+            let value = believed.value;
             if value == 0.0 {
                 return;
             }
             let stated = tolerance.get(&key).copied();
-            let (log, unit, sigma) = match what {
-                Believed::Damping => (true, 1.0, stated.map_or(DAMPING_TOLERANCE, f64::ln_1p)),
-                Believed::Gap => (false, value.abs(), stated.unwrap_or(GAP_TOLERANCE)),
+            let is_gap = believed.dimension() == Dimension::LENGTH;
+            let (log, unit, sigma) = match believed.dimension() {
+                Dimension::DAMPING => (true, 1.0, stated.map_or(DAMPING_TOLERANCE, f64::ln_1p)),
+                _ if is_gap => (false, value.abs(), stated.unwrap_or(GAP_TOLERANCE)),
                 _ => (true, 1.0, stated.unwrap_or(TOLERANCE)),
             };
-            let difference = if what == Believed::Gap { GAP_DIFFERENCE_M / unit } else { DIFFERENCE };
+            let difference = if is_gap { GAP_DIFFERENCE_M / unit } else { DIFFERENCE };
             let bounds = (f64::NEG_INFINITY, f64::INFINITY);
-            let mut unknown =
-                Unknown { target: Target::Value(site, what), log, unit, prior: None, bounds, difference };
+            let target = Target::Value(site, believed.index);
+            let mut unknown = Unknown { target, log, unit, prior: None, bounds, difference };
             let centre = unknown.theta(value);
             unknown.prior = Some((centre, sigma / SIGMAS));
             // Beyond its tolerance a value is no calibration any more, but an effect to be found.
             unknown.bounds = (centre - sigma, centre + sigma);
             model.unknowns.push(unknown);
         };
-        let moves = |node: usize| assembly.rigid_mass_kg(node).is_finite();
-        for (i, (_, body)) in machine.bodies.iter().enumerate().filter(|(i, _)| moves(i + 1)) {
-            add(Site { table: Table::Bodies, index: i }, Believed::Mass, body.mass_kg);
-        }
-        for (i, (_, spring)) in machine.springs.iter().enumerate().filter(|(_, (_, spring))| !spring.rigid) {
-            let site = Site { table: Table::Springs, index: i };
-            add(site, Believed::Stiffness, spring.stiffness_n_per_m);
-            add(site, Believed::Damping, spring.damping_n_s_per_m);
-        }
-        for (i, (_, contact)) in machine.contacts.iter().enumerate() {
-            let site = Site { table: Table::Contacts, index: i };
-            add(site, Believed::Stiffness, contact.stiffness);
-            add(site, Believed::Damping, contact.damping_n_s_per_m);
-            add(site, Believed::Gap, contact.gap_m);
-        }
-        for (i, (_, sensor)) in machine.sensors.iter().enumerate() {
-            if matches!(sensor.reads.quantity, Quantity::Force | Quantity::SpringForce) {
-                add(Site { table: Table::Sensors, index: i }, Believed::Gain, sensor.gain);
-            }
+        let takes_part = |site: &Site| match site.table {
+            Table::Bodies => assembly.rigid_mass_kg(site.index + 1).is_finite(),
+            Table::Springs => !machine.springs[site.index].rigid,
+            Table::Sensors => machine.sensors[site.index].reads.quantity.is_force(),
+            Table::Contacts | Table::Actuators => true,
+        };
+        for site in machine.sites().filter(takes_part) {
+            let believed = machine.element(site).map(|(_, element)| element.believed());
+            believed.iter().flatten().for_each(|believed| add(site, believed));
         }
         Ok(model)
     }
@@ -352,10 +257,12 @@ impl Model {
 
     /// Whether a believed value, by its dotted key, would sit at an end of its tolerance if it were `value`.
     pub(crate) fn is_at_end(&self, key: &str, value: f64) -> bool {
-        let is_of = |unknown: &&Unknown| match unknown.target {
-            Target::Value(site, what) => format!("{}.{}", site.key(&self.believed), what.name()) == key,
-            _ => false,
+        let key_of = |site: Site, index: usize| {
+            let believed = self.believed.element(site)?.1.believed().into_iter();
+            let found = believed.into_iter().find(|believed| believed.index == index)?;
+            Some(format!("{}.{}", site.key(&self.believed), found.key.name))
         };
+        let is_of = |unknown: &&Unknown| matches!(unknown.target, Target::Value(site, index) if key_of(site, index).as_deref() == Some(key));
         self.unknowns.iter().find(is_of).is_some_and(|unknown| {
             let (low, high) = unknown.bounds;
             let theta = unknown.theta(value);
@@ -379,14 +286,16 @@ impl Model {
         let mut machine = self.believed.clone();
         for (unknown, &theta) in self.unknowns.iter().zip(theta) {
             let value = unknown.value(theta);
-            if let Target::Value(site, what) = unknown.target {
-                set(&mut machine, site, what, value);
+            if let Target::Value(site, index) = unknown.target
+                && let Some(element) = machine.element_mut(site)
+            {
+                element.believe(index, value);
             }
         }
         for (i, tried) in self.tried.iter().enumerate() {
             let effect = EffectUse { definition: tried.effect.definition, values: self.parameters(i, theta) };
-            if let Some(effects) = tried.site.effects(&mut machine) {
-                effects.push(effect);
+            if let Some(element) = machine.element_mut(tried.site) {
+                element.effects_mut().push(effect);
             }
         }
         machine
@@ -428,17 +337,3 @@ const PARTING: [&str; 2] = ["hertz-contact", "hunt-crossley-contact"];
 
 /// Share of the typical value below which an effect counts as absent.
 const NEXT_TO_NOTHING: f64 = 1e-5;
-
-fn set(machine: &mut Machine, site: Site, what: Believed, value: f64) {
-    let i = site.index;
-    match (site.table, what) {
-        (Table::Bodies, Believed::Mass) => machine.bodies[i].mass_kg = value,
-        (Table::Springs, Believed::Stiffness) => machine.springs[i].stiffness_n_per_m = value,
-        (Table::Springs, Believed::Damping) => machine.springs[i].damping_n_s_per_m = value,
-        (Table::Contacts, Believed::Stiffness) => machine.contacts[i].stiffness = value,
-        (Table::Contacts, Believed::Damping) => machine.contacts[i].damping_n_s_per_m = value,
-        (Table::Contacts, Believed::Gap) => machine.contacts[i].gap_m = value,
-        (Table::Sensors, Believed::Gain) => machine.sensors[i].gain = value,
-        _ => {}
-    }
-}

@@ -215,7 +215,7 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
             glance.command_change = glance.command_change.max(largest(&changes));
         }
         for (channel, series) in dataset.channels.iter().zip(&record.series) {
-            if matches!(channel.quantity(&dataset.machine), Quantity::Force | Quantity::SpringForce) {
+            if channel.quantity(&dataset.machine).is_force() {
                 glance.force = glance.force.max(largest(series));
             }
         }
@@ -263,10 +263,10 @@ fn excess_depths(dataset: &Dataset, record: &Record, prediction: &Prediction, co
     let reads = |source: Source| match source {
         Source::Sensor(i) => {
             let reads = &dataset.machine.sensors[i].reads;
-            reads.element == *name && matches!(reads.quantity, Quantity::Force | Quantity::SpringForce)
+            reads.element == *name && reads.quantity.is_force()
         }
         source => {
-            matches!(source, Source::Contact(c, Quantity::Force | Quantity::SpringForce) if c == contact)
+            matches!(source, Source::Contact(c, quantity) if c == contact && quantity.is_force())
         }
     };
     let (Some(c), true) = (dataset.channels.iter().position(|channel| reads(channel.source)), parts) else {

@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use feeler_catalogue::{Bound, Contents, Dim};
+use feeler_catalogue::{Bound, Dim, Record, Role};
 use feeler_plant::description::{
-    Actuator, ActuatorKind, Body, Contact, ContactLaw, Engagement, GROUND, LowPass, Machine, Profile,
-    Quantity, Sensor, SignalName, Spring,
+    Actuator, Body, Contact, ContactLaw, Machine, Profile, Quantity, Sensor, SignalName, Spring,
 };
 use feeler_plant::effects::HostKind;
 use feeler_plant::units::Dimension;
@@ -37,43 +36,30 @@ impl Builder<'_> {
 
     fn body(&mut self, item: Item<'_>) -> Body {
         let fields = self.fields(item, self.scope());
-        Body {
-            mass_kg: fields.number("mass"),
-            position_m: fields.number("position"),
-            velocity_m_per_s: fields.number("velocity"),
-            effects: self.effects(item, HostKind::Body),
-        }
+        Body { effects: self.effects(item, HostKind::Body), ..Body::read(&fields) }
     }
 
     fn spring(&mut self, item: Item<'_>) -> Spring {
         let fields = self.fields(item, self.scope());
-        let rigid = fields.flag("rigid");
-        // What another file gives or a setting leaves behind is put out of force by `rigid`; written together
-        // they contradict.
-        let here = item.table.get("rigid").map(|entry| entry.node.origin.source);
-        for key in ["stiffness", "damping"] {
-            let written = item
-                .table
-                .get(key)
-                .filter(|entry| Some(entry.node.origin.source) == here && fields.number(key) != 0.0);
-            if let Some(entry) = written.filter(|_| rigid) {
-                let message = format!("a rigid joint has no {key}");
-                self.problems.add(
-                    &entry.node.origin,
-                    item.key(key),
-                    message,
-                    "remove it, or leave out `rigid` to have a spring",
-                );
+        let mut spring = Spring::read(&fields);
+        let host = if spring.rigid { HostKind::RigidSpring } else { HostKind::Spring };
+        if spring.rigid {
+            // What another file gives or a setting leaves behind is put out of force by `rigid`; written
+            // together they contradict.
+            let here = item.table.get("rigid").map(|entry| entry.node.origin.source);
+            for field in Spring::FIELDS.iter().filter(|field| field.role == Role::Believed) {
+                let key = field.key.name;
+                let written = item.table.get(key).filter(|entry| Some(entry.node.origin.source) == here);
+                if let Some(entry) = written.filter(|_| field.number(&spring) != Some(0.0)) {
+                    let message = format!("a rigid joint has no {key}");
+                    let remedy = "remove it, or leave out `rigid` to have a spring";
+                    self.problems.add(&entry.node.origin, item.key(key), message, remedy);
+                }
+                field.set_number(&mut spring, 0.0);
             }
         }
-        let of_spring = |key| if rigid { 0.0 } else { fields.number(key) };
-        Spring {
-            between: fields.pair("between"),
-            stiffness_n_per_m: of_spring("stiffness"),
-            damping_n_s_per_m: of_spring("damping"),
-            rigid,
-            effects: self.effects(item, if rigid { HostKind::RigidSpring } else { HostKind::Spring }),
-        }
+        spring.effects = self.effects(item, host);
+        spring
     }
 
     fn contact(&mut self, item: Item<'_>) -> (Contact, Option<Arc<Profile>>) {
@@ -87,34 +73,18 @@ impl Builder<'_> {
         let before = self.problems.count();
         let fields = self.fields(item, Scope { exponent, ..self.scope() });
         let sound = self.problems.count() == before;
-        let law = match fields.variant {
-            Some("hunt-crossley") => ContactLaw::HuntCrossley {
-                alpha_s_per_m: fields.number("alpha"),
-                exponent: fields.number("exponent"),
-            },
-            Some("hertz") => ContactLaw::Hertz,
-            _ => ContactLaw::KelvinVoigt,
-        };
-        if matches!(law, ContactLaw::HuntCrossley { .. })
+        let mut contact = Contact::read(&fields);
+        if matches!(contact.law, ContactLaw::HuntCrossley { .. })
             && item.table.contains_key("damping")
-            && fields.number("damping") != 0.0
+            && contact.damping_n_s_per_m != 0.0
         {
             let message = "the Hunt-Crossley law has no linear damping: its damping is alpha";
             self.problems.add(item.place("damping"), item.key("damping"), message, "remove it");
         }
-        let stiffness = fields
-            .optional("stiffness")
-            .or_else(|| self.stiffness_of_materials(item, &fields, law))
-            .unwrap_or(1.0);
-        let contact = Contact {
-            between: fields.pair("between"),
-            engagement: engagement(&fields).unwrap_or_default(),
-            law,
-            stiffness,
-            damping_n_s_per_m: fields.number("damping"),
-            gap_m: fields.number("gap"),
-            effects: self.effects(item, HostKind::Contact),
-        };
+        if fields.optional("stiffness").is_none() {
+            contact.stiffness = self.stiffness_of_materials(item, &fields, contact.law).unwrap_or(1.0);
+        }
+        contact.effects = self.effects(item, HostKind::Contact);
         (contact, self.gap(item, &fields, sound))
     }
 
@@ -127,27 +97,13 @@ impl Builder<'_> {
 
     fn actuator(&mut self, item: Item<'_>) -> Actuator {
         let fields = self.fields(item, self.scope());
-        let kind = match fields.variant {
-            Some("velocity-source") => ActuatorKind::VelocitySource {
-                damping_n_s_per_m: fields.number("damping"),
-                time_constant_s: fields.number("time_constant"),
-            },
-            _ => ActuatorKind::Force { bandwidth_hz: fields.optional("bandwidth") },
-        };
         if let Some(body) = fields.text("on").filter(|body| fields.text("reacts_on") == Some(body)) {
             let message =
                 format!("it pushes `{body}` and carries its reaction there too: it can move nothing");
             let key = if item.table.contains_key("reacts_on") { "reacts_on" } else { "on" };
             self.problems.add(item.place(key), item.key(key), message, "name two different bodies");
         }
-        Actuator {
-            on: fields.text("on").unwrap_or(GROUND).into(),
-            reacts_on: fields.text("reacts_on").unwrap_or(GROUND).into(),
-            kind,
-            limit_n: fields.optional("limit"),
-            rate_limit_per_s: fields.optional("rate_limit"),
-            effects: self.effects(item, HostKind::Actuator),
-        }
+        Actuator { effects: self.effects(item, HostKind::Actuator), ..Actuator::read(&fields) }
     }
 
     fn sensor(&mut self, item: Item<'_>) -> Sensor {
@@ -155,7 +111,8 @@ impl Builder<'_> {
             item.table.get("reads").and_then(|entry| entry.node.as_text()).and_then(|text| text.parse().ok());
         let dim = signal.as_ref().map_or(Dim::UNKNOWN, |signal| self.signal_dim(signal));
         let fields = self.fields(item, Scope { signal: dim, ..self.scope() });
-        let reads = signal.unwrap_or_else(|| SignalName::new("", Quantity::Position));
+        let sensor = Sensor::read(&fields);
+        let reads = &sensor.reads;
         let motion =
             matches!(reads.quantity, Quantity::Position | Quantity::Velocity | Quantity::Acceleration);
         if !motion && item.table.contains_key("relative_to") {
@@ -163,7 +120,7 @@ impl Builder<'_> {
             self.problems.add(item.place("relative_to"), item.key("relative_to"), message, "remove it");
         }
         let host = match reads.quantity {
-            Quantity::Force | Quantity::SpringForce => HostKind::ForceSensor,
+            quantity if quantity.is_force() => HostKind::ForceSensor,
             Quantity::Position
             | Quantity::Velocity
             | Quantity::Acceleration
@@ -172,39 +129,14 @@ impl Builder<'_> {
             | Quantity::GapRate => HostKind::MotionSensor,
             _ => HostKind::OtherSensor,
         };
-        Sensor {
-            reads,
-            relative_to: fields.text("relative_to").map(str::to_owned),
-            gain: fields.number("gain"),
-            bias: fields.number("bias"),
-            low_pass: fields.table("low_pass").map(low_pass),
-            delay_s: fields.number("delay"),
-            resolution: fields.optional("resolution"),
-            noise: fields.number("noise"),
-            effects: self.effects(item, host),
-        }
+        Sensor { effects: self.effects(item, host), ..sensor }
     }
 
     /// Dimension of a signal of the plant.
     pub(super) fn signal_dim(&self, signal: &SignalName) -> Dim {
         match signal.quantity {
-            Quantity::Position
-            | Quantity::Compression
-            | Quantity::Gap
-            | Quantity::PointX
-            | Quantity::PointY
-            | Quantity::PointZ => Dimension::LENGTH.into(),
-            Quantity::Velocity | Quantity::GapRate => Dimension::VELOCITY.into(),
-            Quantity::Acceleration => Dimension::ACCELERATION.into(),
-            Quantity::Force | Quantity::SpringForce => Dimension::FORCE.into(),
             Quantity::Command => self.command_dim(&signal.element),
-            Quantity::Contact
-            | Quantity::NormalX
-            | Quantity::NormalY
-            | Quantity::NormalZ
-            | Quantity::Reading
-            | Quantity::Output
-            | Quantity::Reference => Dimension::NONE.into(),
+            quantity => quantity.dimension().unwrap_or(Dimension::NONE).into(),
         }
     }
 
@@ -222,23 +154,7 @@ impl Builder<'_> {
     pub(super) fn command_dim(&self, actuator: &str) -> Dim {
         let kind =
             node_at(&self.draft.root, &[ACTUATORS.table, actuator, "kind"]).and_then(|node| node.as_text());
-        if kind == Some("velocity-source") { Dimension::VELOCITY.into() } else { Dimension::FORCE.into() }
-    }
-}
-
-/// The engagement that fields name.
-pub(crate) fn engagement(fields: &Contents) -> Option<Engagement> {
-    match fields.text("engagement")? {
-        "clamped" => Some(Engagement::Clamped),
-        "free" => Some(Engagement::Free),
-        _ => Some(Engagement::Unilateral),
-    }
-}
-
-fn low_pass(fields: &Contents) -> LowPass {
-    let corner_hz = fields.number("corner");
-    match fields.optional("damping_ratio") {
-        Some(damping_ratio) => LowPass::SecondOrder { corner_hz, damping_ratio },
-        None => LowPass::FirstOrder { corner_hz },
+        let form = Actuator::FORMS.iter().find(|form| Some(form.name) == kind);
+        form.map_or_else(Actuator::blank, |form| (form.start)()).kind.command().into()
     }
 }

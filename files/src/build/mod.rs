@@ -11,7 +11,6 @@ pub(crate) mod shapes;
 mod surface;
 
 pub(crate) use effects::bound_of;
-pub(crate) use elements::engagement;
 pub use integrator::{EXACT_PAYS_UP_TO_BODIES, longest_step_s};
 
 use crate::keys::Element;

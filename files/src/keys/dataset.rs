@@ -3,7 +3,7 @@
 use feeler_catalogue::{Bound, Kind, Shape, Unit, Word, optional, required, word};
 use feeler_plant::units::Dimension;
 
-use super::ENGAGEMENTS;
+use feeler_plant::description::ENGAGEMENTS;
 
 const ROLES: &[Word] = &[word("fit", "fitted"), word("check", "scored, never fitted")];
 

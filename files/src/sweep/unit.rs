@@ -2,7 +2,7 @@
 
 use feeler_catalogue::{Dim, Kind, Shape, Unit};
 use feeler_engine::Scenario;
-use feeler_plant::description::{ActuatorKind, Axis, Quantity};
+use feeler_plant::description::Axis;
 use feeler_plant::effects;
 use feeler_plant::units::Dimension;
 
@@ -74,10 +74,7 @@ fn dimension(unit: Unit, name: &str, scenario: &Scenario) -> Option<Dim> {
     let machine = &scenario.machine;
     let output = || {
         let actuator = machine.actuators.get(&scenario.controllers.get(name)?.drives)?;
-        Some(Dim::from(match actuator.kind {
-            ActuatorKind::Force { .. } => Dimension::FORCE,
-            ActuatorKind::VelocitySource { .. } => Dimension::VELOCITY,
-        }))
+        Some(Dim::from(actuator.kind.command()))
     };
     match unit {
         Unit::Of(dimension) => Some(dimension.into()),
@@ -85,13 +82,7 @@ fn dimension(unit: Unit, name: &str, scenario: &Scenario) -> Option<Dim> {
         Unit::Output => output(),
         Unit::OutputPer(dimension) => Some(output()? / dimension.into()),
         Unit::Reference => dimension(scenario.controllers.get(name)?.spec.law.follows(), name, scenario),
-        Unit::Signal => match machine.sensors.get(name)?.reads.quantity {
-            Quantity::Position | Quantity::Compression | Quantity::Gap => Some(Dimension::LENGTH.into()),
-            Quantity::Velocity | Quantity::GapRate => Some(Dimension::VELOCITY.into()),
-            Quantity::Acceleration => Some(Dimension::ACCELERATION.into()),
-            Quantity::Force | Quantity::SpringForce => Some(Dimension::FORCE.into()),
-            _ => None,
-        },
+        Unit::Signal => Some(machine.sensors.get(name)?.reads.quantity.dimension()?.into()),
         Unit::Swept => None,
     }
 }

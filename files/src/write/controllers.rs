@@ -5,12 +5,13 @@ use feeler_control::{READS, ReferenceSpec};
 use feeler_engine::ControllerUse;
 
 use super::{Writer, number, points};
+use crate::keys::CONTROLLERS;
 
 impl Writer {
     pub(super) fn controller(&mut self, name: &str, controller: &ControllerUse) {
         let spec = &controller.spec;
         self.header(&["controllers", name]);
-        self.words("law", spec.law.name());
+        self.form(&CONTROLLERS, &spec.law);
         if let Some(sensor) = &controller.reads {
             self.words(READS.name, sensor);
         }

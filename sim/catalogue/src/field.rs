@@ -57,54 +57,31 @@ pub trait Slot {
     fn take(&mut self, content: &Content);
 }
 
-impl Slot for f64 {
-    fn content(&self) -> Option<Content> {
-        Some(Content::Number(*self))
-    }
+macro_rules! slots {
+    ($($slot:ty: $content:pat => $value:expr, $of:expr;)*) => { $(
+        impl Slot for $slot {
+            fn content(&self) -> Option<Content> {
+                $of(Clone::clone(self))
+            }
 
-    fn take(&mut self, content: &Content) {
-        if let Content::Number(value) = content {
-            *self = *value;
+            fn take(&mut self, content: &Content) {
+                if let $content = content {
+                    *self = $value;
+                }
+            }
         }
-    }
+    )* };
 }
 
-impl Slot for Option<f64> {
-    fn content(&self) -> Option<Content> {
-        self.map(Content::Number)
-    }
-
-    fn take(&mut self, content: &Content) {
-        if let Content::Number(value) = content {
-            *self = Some(*value);
-        }
-    }
+slots! {
+    f64: Content::Number(value) => *value, |value| Some(Content::Number(value));
+    Option<f64>: Content::Number(value) => Some(*value), |value: Self| value.map(Content::Number);
+    bool: Content::Flag(flag) => *flag, |flag| Some(Content::Flag(flag));
+    Option<String>: Content::Text(text) => Some(text.clone()), |text: Self| text.map(Content::Text);
+    [String; 2]: Content::Pair(pair) => pair.clone(), |pair| Some(Content::Pair(pair));
 }
 
-impl Slot for bool {
-    fn content(&self) -> Option<Content> {
-        Some(Content::Flag(*self))
-    }
-
-    fn take(&mut self, content: &Content) {
-        if let Content::Flag(flag) = content {
-            *self = *flag;
-        }
-    }
-}
-
-impl Slot for u64 {
-    fn content(&self) -> Option<Content> {
-        Some(Content::Count(*self))
-    }
-
-    fn take(&mut self, content: &Content) {
-        if let Content::Count(count) = content {
-            *self = *count;
-        }
-    }
-}
-
+/// A name, whose default is one of the key's words.
 impl Slot for String {
     fn content(&self) -> Option<Content> {
         Some(Content::Text(self.clone()))
@@ -115,30 +92,6 @@ impl Slot for String {
             Content::Text(text) => self.clone_from(text),
             Content::Word(word) => *self = (*word).to_owned(),
             _ => {}
-        }
-    }
-}
-
-impl Slot for Option<String> {
-    fn content(&self) -> Option<Content> {
-        self.clone().map(Content::Text)
-    }
-
-    fn take(&mut self, content: &Content) {
-        if let Content::Text(text) = content {
-            *self = Some(text.clone());
-        }
-    }
-}
-
-impl Slot for [String; 2] {
-    fn content(&self) -> Option<Content> {
-        Some(Content::Pair(self.clone()))
-    }
-
-    fn take(&mut self, content: &Content) {
-        if let Content::Pair(pair) = content {
-            self.clone_from(pair);
         }
     }
 }

@@ -1,5 +1,10 @@
 //! Contacts between tool and workpiece.
 
+use feeler_catalogue::{
+    Absent, Bound, Content, Dimension, Field, Form, Key, Kind, Record, Role, Slot, Unit, Word, field, form,
+    number, optional, required, word,
+};
+
 use crate::effects::EffectUse;
 
 /// The force sensor as the paper draws it (Fig. 1): a spring `k_s`, `b_s` between tip and workpiece,
@@ -68,4 +73,131 @@ pub enum ContactLaw {
     },
     /// `k d^1.5 + c d'` (c usually zero).
     Hertz,
+}
+
+impl Engagement {
+    /// Every engagement with its word in files, and what it means.
+    pub const ALL: [(Self, Word); 3] = [
+        (
+            Self::Clamped,
+            word("clamped", "attached where the bodies stand at the start; the gap counts as zero"),
+        ),
+        (Self::Unilateral, word("unilateral", "pushes only")),
+        (Self::Free, word("free", "absent")),
+    ];
+
+    /// Its word in files.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(engagement, _)| *engagement == self).map_or("", |(_, word)| word.name)
+    }
+
+    /// The engagement of a word.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.iter().find(|(_, word)| word.name == name).map(|(engagement, _)| *engagement)
+    }
+}
+
+/// The words of the engagements.
+pub const ENGAGEMENTS: &[Word] = &[Engagement::ALL[0].1, Engagement::ALL[1].1, Engagement::ALL[2].1];
+
+impl Slot for Engagement {
+    fn content(&self) -> Option<Content> {
+        Some(Content::Word(self.name()))
+    }
+
+    fn take(&mut self, content: &Content) {
+        if let Content::Word(name) = content
+            && let Some(engagement) = Self::named(name)
+        {
+            *self = engagement;
+        }
+    }
+}
+
+const HUNT_CROSSLEY: &[Field<Contact>] = &[
+    field!(
+        Contact: Contact { law: ContactLaw::HuntCrossley { alpha_s_per_m, .. }, .. } => *alpha_s_per_m,
+        required(
+            "alpha",
+            Kind::Quantity(Unit::Of(Dimension::INVERSE_VELOCITY), Bound::NotNegative),
+            "alpha",
+        )
+    ),
+    field!(
+        Contact: Contact { law: ContactLaw::HuntCrossley { exponent, .. }, .. } => *exponent,
+        number("exponent", Unit::Of(Dimension::NONE), Bound::Within(1.0, 5.0), 1.0, "n")
+    ),
+];
+
+impl Record for Contact {
+    const FIELDS: &'static [Field<Self>] = &[
+        field!(
+            Contact: between,
+            required("between", Kind::Pair, "tip and workpiece, in this order; the workpiece may be `ground`")
+        ),
+        field!(
+            Contact: engagement,
+            Key {
+                name: "engagement",
+                kind: Kind::Word(ENGAGEMENTS),
+                absent: Absent::Word(Engagement::ALL[1].1.name),
+                text: "how tip and workpiece hold on to each other",
+            }
+        ),
+        field!(
+            Contact: stiffness,
+            optional(
+                "stiffness",
+                Kind::Quantity(Unit::PowerStiffness, Bound::Positive),
+                "k; may be left out of a `hertz` law between materials",
+            ),
+            Role::Believed
+        ),
+        field!(
+            Contact: damping_n_s_per_m,
+            number("damping", Unit::Of(Dimension::DAMPING), Bound::NotNegative, 0.0, "linear damping c"),
+            Role::Believed
+        ),
+        field!(
+            Contact: gap_m,
+            number(
+                "gap",
+                Unit::Of(Dimension::LENGTH),
+                Bound::Any,
+                0.0,
+                "distance to close before they touch, where all positions are zero",
+            ),
+            Role::Believed
+        ),
+    ];
+    const FORMS: &'static [Form<Self>] = &[
+        form!(
+            "kelvin-voigt",
+            "k d + c d'",
+            Contact: Contact { law: ContactLaw::KelvinVoigt, .. },
+            Contact::blank(),
+            &[] as &[Field<Contact>]
+        ),
+        form!(
+            "hunt-crossley",
+            "k d^n (1 + alpha d')",
+            Contact: Contact { law: ContactLaw::HuntCrossley { .. }, .. },
+            Contact {
+                law: ContactLaw::HuntCrossley { alpha_s_per_m: 0.0, exponent: 1.0 },
+                ..Contact::blank()
+            },
+            HUNT_CROSSLEY
+        ),
+        form!(
+            "hertz",
+            "k d^1.5 + c d'",
+            Contact: Contact { law: ContactLaw::Hertz, .. },
+            Contact { law: ContactLaw::Hertz, ..Contact::blank() },
+            &[] as &[Field<Contact>]
+        ),
+    ];
+
+    fn blank() -> Self {
+        Self::kelvin_voigt("", "", 1.0, 0.0)
+    }
 }

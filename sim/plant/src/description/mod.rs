@@ -9,15 +9,20 @@ mod contact;
 mod profile;
 mod sensor;
 mod signal;
+mod site;
 
 pub use actuator::{Actuator, ActuatorKind};
-pub use contact::{Contact, ContactLaw, Engagement};
+pub use contact::{Contact, ContactLaw, ENGAGEMENTS, Engagement};
 pub use profile::{Knot, Piece, Profile, Touched};
 pub use sensor::{LowPass, Sensor};
 pub use signal::{ParseSignalError, Quantity, SignalName};
+pub use site::{Believed, Element, Site, Table};
 
 use std::sync::Arc;
 
+use feeler_catalogue::{
+    Absent, Bound, Dimension, Field, Key, Kind, Record, Role, Unit, field, number, required,
+};
 use indexmap::IndexMap;
 
 use crate::effects::EffectUse;
@@ -88,4 +93,62 @@ pub struct Spring {
     pub rigid: bool,
     /// Departures from the ideal spring.
     pub effects: Vec<EffectUse>,
+}
+
+const MASS: Unit = Unit::Of(Dimension::MASS);
+const LENGTH: Unit = Unit::Of(Dimension::LENGTH);
+const VELOCITY: Unit = Unit::Of(Dimension::VELOCITY);
+const STIFFNESS: Unit = Unit::Of(Dimension::STIFFNESS);
+const DAMPING: Unit = Unit::Of(Dimension::DAMPING);
+
+impl Record for Body {
+    const FIELDS: &'static [Field<Self>] = &[
+        field!(
+            Body: mass_kg,
+            required("mass", Kind::Quantity(MASS, Bound::Within(1e-15, 1e12)), "mass"),
+            Role::Believed
+        ),
+        field!(Body: position_m, number("position", LENGTH, Bound::Any, 0.0, "position at the start")),
+        field!(Body: velocity_m_per_s, number("velocity", VELOCITY, Bound::Any, 0.0, "velocity at the start")),
+    ];
+
+    fn blank() -> Self {
+        Self::default()
+    }
+}
+
+impl Record for Spring {
+    const FIELDS: &'static [Field<Self>] = &[
+        field!(
+            Spring: between,
+            required(
+                "between",
+                Kind::Pair,
+                "the two bodies; elongation is the position of the second minus that of the first",
+            )
+        ),
+        field!(
+            Spring: stiffness_n_per_m,
+            number("stiffness", STIFFNESS, Bound::NotNegative, 0.0, "stiffness"),
+            Role::Believed
+        ),
+        field!(
+            Spring: damping_n_s_per_m,
+            number("damping", DAMPING, Bound::NotNegative, 0.0, "viscous damping"),
+            Role::Believed
+        ),
+        field!(
+            Spring: rigid,
+            Key {
+                name: "rigid",
+                kind: Kind::Flag,
+                absent: Absent::Flag(false),
+                text: "the two bodies move as one, and each keeps its own signals",
+            }
+        ),
+    ];
+
+    fn blank() -> Self {
+        Self::default()
+    }
 }

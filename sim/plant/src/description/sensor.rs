@@ -1,6 +1,11 @@
 //! Sensors and their imperfections.
 
-use super::SignalName;
+use feeler_catalogue::{
+    Bound, CORNER, Content, DAMPING_RATIO, Dimension, Field, Kind, LONGEST_DELAY, Record, Role, Slot, Unit,
+    field, low_pass, number, optional, required,
+};
+
+use super::{Quantity, SignalName};
 use crate::effects::EffectUse;
 
 /// What a sensor reads and how it departs from the truth:
@@ -59,4 +64,104 @@ pub enum LowPass {
         /// Damping ratio `zeta`.
         damping_ratio: f64,
     },
+}
+
+impl Record for Sensor {
+    const FIELDS: &'static [Field<Self>] = &[
+        field!(
+            Sensor: reads,
+            required(
+                "reads",
+                Kind::Signal,
+                "the signal, as in motor.position, tip.acceleration or tool.spring_force",
+            )
+        ),
+        field!(
+            Sensor: relative_to,
+            optional(
+                "relative_to",
+                Kind::Name("a body or `ground`"),
+                "the body it rides on, for position and velocity; absolute where absent",
+            )
+        ),
+        field!(
+            Sensor: gain,
+            number("gain", Unit::Of(Dimension::NONE), Bound::Any, 1.0, "scale"),
+            Role::Believed
+        ),
+        field!(Sensor: bias, number("bias", Unit::Signal, Bound::Any, 0.0, "offset")),
+        field!(
+            Sensor: low_pass,
+            low_pass("analogue filter before sampling: a corner frequency, or a table")
+        ),
+        field!(
+            Sensor: delay_s,
+            number("delay", Unit::Of(Dimension::TIME), LONGEST_DELAY, 0.0, "pure delay")
+        ),
+        field!(
+            Sensor: resolution,
+            optional("resolution", Kind::Quantity(Unit::Signal, Bound::Positive), "quantisation step")
+        ),
+        field!(
+            Sensor: noise,
+            number(
+                "noise",
+                Unit::Signal,
+                Bound::NotNegative,
+                0.0,
+                "one sigma of white Gaussian noise per reading",
+            )
+        ),
+    ];
+
+    fn blank() -> Self {
+        Self::ideal(SignalName::new("", Quantity::Position))
+    }
+}
+
+impl Slot for SignalName {
+    fn content(&self) -> Option<Content> {
+        Some(Content::Text(self.to_string()))
+    }
+
+    fn take(&mut self, content: &Content) {
+        // The reader has refused what is no signal.
+        if let Content::Text(text) = content
+            && let Ok(signal) = text.parse()
+        {
+            *self = signal;
+        }
+    }
+}
+
+/// A damping ratio makes it one of second order.
+impl Record for LowPass {
+    const FIELDS: &'static [Field<Self>] = &[
+        Field {
+            key: CORNER,
+            role: Role::Structure,
+            get: |(Self::FirstOrder { corner_hz } | Self::SecondOrder { corner_hz, .. })| corner_hz.content(),
+            set: |(Self::FirstOrder { corner_hz } | Self::SecondOrder { corner_hz, .. }), content| {
+                corner_hz.take(content);
+            },
+        },
+        Field {
+            key: DAMPING_RATIO,
+            role: Role::Structure,
+            get: |filter| match filter {
+                Self::FirstOrder { .. } => None,
+                Self::SecondOrder { damping_ratio, .. } => Some(Content::Number(*damping_ratio)),
+            },
+            set: |filter, content| {
+                let (Self::FirstOrder { corner_hz } | Self::SecondOrder { corner_hz, .. }) = *filter;
+                if let Content::Number(damping_ratio) = *content {
+                    *filter = Self::SecondOrder { corner_hz, damping_ratio };
+                }
+            },
+        },
+    ];
+
+    fn blank() -> Self {
+        Self::FirstOrder { corner_hz: 1.0 }
+    }
 }

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use feeler_catalogue::Dimension;
 use thiserror::Error;
 
 /// A quantity of an element.
@@ -78,6 +79,26 @@ impl Quantity {
         [Self::PointX, Self::PointY, Self::PointZ, Self::NormalX, Self::NormalY, Self::NormalZ]
             .iter()
             .position(|one| *one == self)
+    }
+
+    /// Its dimension; `None` where that is another element's to say: of a command its drive's, of a reading
+    /// its signal's, of a controller's output and reference its law's.
+    pub fn dimension(self) -> Option<Dimension> {
+        match self {
+            Self::Position | Self::Compression | Self::Gap | Self::PointX | Self::PointY | Self::PointZ => {
+                Some(Dimension::LENGTH)
+            }
+            Self::Velocity | Self::GapRate => Some(Dimension::VELOCITY),
+            Self::Acceleration => Some(Dimension::ACCELERATION),
+            Self::Force | Self::SpringForce => Some(Dimension::FORCE),
+            Self::Contact | Self::NormalX | Self::NormalY | Self::NormalZ => Some(Dimension::NONE),
+            Self::Command | Self::Reading | Self::Output | Self::Reference => None,
+        }
+    }
+
+    /// Whether it is a force, in all or its elastic part.
+    pub fn is_force(self) -> bool {
+        matches!(self, Self::Force | Self::SpringForce)
     }
 
     /// Its name in files.

@@ -1,0 +1,154 @@
+//! Elements of a machine, whatever table they are in.
+
+use feeler_catalogue::{Dimension, Field, Key, Kind, Record, Role, Unit};
+
+use super::{Actuator, Body, Contact, Elements, Machine, Sensor, Spring};
+use crate::effects::EffectUse;
+
+/// A table of elements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Table {
+    /// `[bodies.*]`.
+    Bodies,
+    /// `[springs.*]`.
+    Springs,
+    /// `[contacts.*]`.
+    Contacts,
+    /// `[actuators.*]`.
+    Actuators,
+    /// `[sensors.*]`.
+    Sensors,
+}
+
+impl Table {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bodies => "bodies",
+            Self::Springs => "springs",
+            Self::Contacts => "contacts",
+            Self::Actuators => "actuators",
+            Self::Sensors => "sensors",
+        }
+    }
+}
+
+/// Where an element is in its machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Site {
+    /// Its table.
+    pub table: Table,
+    /// Its position there.
+    pub index: usize,
+}
+
+impl Site {
+    /// `springs.guide`, as in a file.
+    pub fn key(self, machine: &Machine) -> String {
+        format!("{}.{}", self.table.name(), machine.element(self).map_or("", |(name, _)| name))
+    }
+}
+
+/// A number that is believed of an element.
+#[derive(Clone, Copy, Debug)]
+pub struct Believed {
+    /// Its place among the element's keys.
+    pub index: usize,
+    /// Its key.
+    pub key: &'static Key,
+    /// What it is believed to be, SI.
+    pub value: f64,
+}
+
+impl Believed {
+    /// Its dimension; that of a power law's stiffness is taken as N/m.
+    pub fn dimension(&self) -> Dimension {
+        match self.key.kind {
+            Kind::Quantity(Unit::Of(dimension), _) => dimension,
+            Kind::Quantity(Unit::PowerStiffness, _) => Dimension::STIFFNESS,
+            _ => Dimension::NONE,
+        }
+    }
+}
+
+/// What all elements have.
+pub trait Element {
+    /// Departures from the ideal.
+    fn effects(&self) -> &[EffectUse];
+    /// Departures from the ideal.
+    fn effects_mut(&mut self) -> &mut Vec<EffectUse>;
+    /// The numbers that are believed of it, in the order of its keys.
+    fn believed(&self) -> Vec<Believed>;
+    /// Sets a believed number, by its place among the keys.
+    fn believe(&mut self, index: usize, value: f64);
+}
+
+macro_rules! elements {
+    ($($element:ty),*) => { $(
+        impl Element for $element {
+            fn effects(&self) -> &[EffectUse] {
+                &self.effects
+            }
+
+            fn effects_mut(&mut self) -> &mut Vec<EffectUse> {
+                &mut self.effects
+            }
+
+            fn believed(&self) -> Vec<Believed> {
+                let believed = |(index, field): (usize, &'static Field<Self>)| {
+                    let value = field.number(self).filter(|_| field.role == Role::Believed)?;
+                    Some(Believed { index, key: &field.key, value })
+                };
+                Self::FIELDS.iter().enumerate().filter_map(believed).collect()
+            }
+
+            fn believe(&mut self, index: usize, value: f64) {
+                Self::FIELDS[index].set_number(self, value);
+            }
+        }
+    )* };
+}
+
+elements!(Body, Spring, Contact, Actuator, Sensor);
+
+impl Machine {
+    /// Every element, table by table.
+    pub fn sites(&self) -> impl Iterator<Item = Site> + use<> {
+        let tables = [
+            (Table::Bodies, self.bodies.len()),
+            (Table::Springs, self.springs.len()),
+            (Table::Contacts, self.contacts.len()),
+            (Table::Actuators, self.actuators.len()),
+            (Table::Sensors, self.sensors.len()),
+        ];
+        tables.into_iter().flat_map(|(table, n)| (0..n).map(move |index| Site { table, index }))
+    }
+
+    /// An element and its name.
+    pub fn element(&self, site: Site) -> Option<(&str, &dyn Element)> {
+        fn at<T: Element>(elements: &Elements<T>, index: usize) -> Option<(&str, &dyn Element)> {
+            elements.get_index(index).map(|(name, element)| (name.as_str(), element as &dyn Element))
+        }
+        match site.table {
+            Table::Bodies => at(&self.bodies, site.index),
+            Table::Springs => at(&self.springs, site.index),
+            Table::Contacts => at(&self.contacts, site.index),
+            Table::Actuators => at(&self.actuators, site.index),
+            Table::Sensors => at(&self.sensors, site.index),
+        }
+    }
+
+    /// An element, to be changed.
+    pub fn element_mut(&mut self, site: Site) -> Option<&mut dyn Element> {
+        fn at<T: Element>(elements: &mut Elements<T>, index: usize) -> Option<&mut dyn Element> {
+            elements.get_index_mut(index).map(|(_, element)| element as &mut dyn Element)
+        }
+        match site.table {
+            Table::Bodies => at(&mut self.bodies, site.index),
+            Table::Springs => at(&mut self.springs, site.index),
+            Table::Contacts => at(&mut self.contacts, site.index),
+            Table::Actuators => at(&mut self.actuators, site.index),
+            Table::Sensors => at(&mut self.sensors, site.index),
+        }
+    }
+}

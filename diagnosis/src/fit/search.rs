@@ -113,9 +113,10 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
     let is_late = || task.budget.is_over(Stage::Screen);
     let screened: Vec<(Candidate, bool, Option<Fitted>)> = all
         .par_iter()
-        .map(|&candidate| match is_late() {
-            true => (candidate, true, None),
-            false => (candidate, false, screen(task, &linearised, base, candidate, glance)),
+        .map(|&candidate| {
+            let late = is_late();
+            let fitted = if late { None } else { screen(task, &linearised, base, candidate, glance) };
+            (candidate, late, fitted)
         })
         .collect();
     let without = |late: bool| -> Vec<Candidate> {
@@ -146,9 +147,10 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         left.into_par_iter().map(|(candidate, fitted)| with(candidate, fitted)).collect();
     let mut fits: Vec<Scored> = chosen
         .into_par_iter()
-        .map(|(candidate, fitted)| match task.budget.is_over(Stage::Fit) {
-            true => with(candidate, fitted),
-            false => with(candidate, task.fit(&fitted.model, &fitted.theta, STEPS)),
+        .map(|(candidate, fitted)| {
+            let is_late = task.budget.is_over(Stage::Fit);
+            let fitted = if is_late { fitted } else { task.fit(&fitted.model, &fitted.theta, STEPS) };
+            with(candidate, fitted)
         })
         .collect();
     let rescore = |old: &Scored, fitted: Fitted| score(task, old.causes.clone(), fitted);

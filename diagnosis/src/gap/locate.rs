@@ -124,7 +124,9 @@ fn of_record(
             }
         }
     }
-    sums.values_mut().for_each(|sum| sum.seconds = sum.rows * record.spacing_s);
+    for sum in sums.values_mut() {
+        sum.seconds = sum.rows * record.spacing_s;
+    }
     sums
 }
 

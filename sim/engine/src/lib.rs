@@ -30,5 +30,5 @@ pub use observe::event::{Event, EventKind};
 pub use observe::observer::{Observer, Trace, Unobserved};
 pub use run::program::{LoopWiring, Program};
 pub use run::scenario::{ControllerUse, Integrator, RunSettings, Scenario};
-pub use run::simulation::Simulation;
+pub use run::simulation::{Simulation, Stop};
 pub use solve::exponentials::sharing_exponentials;

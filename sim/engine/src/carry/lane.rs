@@ -21,6 +21,38 @@ use crate::solve::taylor::Series;
 /// motion, and eight nodes then integrate them to rounding.
 const LEDGER_SHARE: f64 = 1.0 / 3.0;
 
+/// A span that a lane goes through on its own, and how far it has come.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Passage {
+    from_s: f64,
+    span_s: f64,
+    elapsed_s: f64,
+    has_begun: bool,
+}
+
+impl Passage {
+    pub(crate) fn new(from_s: f64, span_s: f64) -> Self {
+        Self { from_s, span_s, elapsed_s: 0.0, has_begun: false }
+    }
+
+    pub(crate) fn time_s(&self) -> f64 {
+        self.from_s + self.elapsed_s
+    }
+
+    pub(crate) fn is_through(&self) -> bool {
+        self.elapsed_s >= self.span_s
+    }
+
+    /// A leg has gone `moved_s`.
+    fn go(&mut self, moved_s: f64) {
+        self.elapsed_s += moved_s;
+        // What is left is less than the clock can tell.
+        if self.span_s - self.elapsed_s <= f64::EPSILON * (self.from_s + self.span_s) {
+            self.elapsed_s = self.span_s;
+        }
+    }
+}
+
 /// One variant.
 #[derive(Debug)]
 pub(crate) struct LaneCore {
@@ -114,33 +146,40 @@ impl LaneCore {
         Ok(())
     }
 
-    /// Moves `xi` from `t_s` on by `span_s`, through every event on the way.
-    pub(crate) fn advance(&mut self, xi: &mut [f64], t_s: f64, span_s: f64) -> Result<(), EngineError> {
-        let mut elapsed = 0.0;
-        self.storm.begin();
-        while elapsed < span_s && !self.has_ended() {
-            let remaining = span_s - elapsed;
+    /// Moves `xi` through every event to the end of a passage, or where `pauses` to the next event that is
+    /// noted.
+    pub(crate) fn advance(
+        &mut self,
+        xi: &mut [f64],
+        passage: &mut Passage,
+        pauses: bool,
+    ) -> Result<(), EngineError> {
+        if !std::mem::replace(&mut passage.has_begun, true) {
+            self.storm.begin();
+        }
+        while !passage.is_through() && !self.has_ended() {
+            let remaining = passage.span_s - passage.elapsed_s;
             let push = self.storm.push_s();
             let (moved, event) = if self.flow().linear {
-                self.linear_leg(xi, t_s + elapsed, remaining, push)
+                self.linear_leg(xi, passage.time_s(), remaining, push)
             } else {
-                self.nonlinear_leg(xi, t_s + elapsed, remaining, push)
+                self.nonlinear_leg(xi, passage.time_s(), remaining, push)
             };
             self.storm.moved(moved, push.is_some());
-            elapsed += moved;
-            // What is left is less than the clock can tell.
-            if span_s - elapsed <= f64::EPSILON * (t_s + span_s) {
-                elapsed = span_s;
-            }
+            passage.go(moved);
+            let t_s = passage.time_s();
             if let Some(guard) = event {
-                self.switch(guard, xi, t_s + elapsed)?;
-                if self.storm.fired(t_s + elapsed) {
-                    self.end = Some(RunEnd::EventStorm { t_s: t_s + elapsed });
+                self.switch(guard, xi, t_s)?;
+                if self.storm.fired(t_s) {
+                    self.end = Some(RunEnd::EventStorm { t_s });
                 }
             }
             // A leg that goes nowhere has found no numbers to go to.
             if (event.is_none() && moved <= 0.0) || xi.iter().any(|x| x.is_nan() || x.abs() > Self::BOUND) {
-                self.end = Some(RunEnd::Diverged { t_s: t_s + elapsed });
+                self.end = Some(RunEnd::Diverged { t_s });
+            }
+            if pauses && !self.events.is_empty() {
+                break;
             }
         }
         Ok(())

@@ -1,76 +1,63 @@
-//! A run: discrete instants in order ([`crate::run::instants`]), and the motion in between
-//! ([`crate::carry::travel`]).
+//! A run: what acts at instants ([`Sampling`]), what is recorded ([`Recorder`]), and the motion in between
+//! ([`Carrier`]) of every lane ([`Lanes`]).
 
-use std::collections::VecDeque;
-
-use feeler_lanes::{Blocks, Lane, LaneMask, dispatch};
+use feeler_lanes::{Lane, dispatch};
 
 use crate::carry::bodies::BodyEngine;
-use crate::carry::fixed_step::FixedStep;
-use crate::carry::formation::Formation;
-use crate::carry::lane::LaneCore;
+use crate::carry::carrier::Carrier;
+use crate::carry::lanes::Lanes;
 use crate::carry::ledger::EnergyBalance;
-use crate::carry::peaks::{Abreast, Peak};
-use crate::carry::transition::Transition;
+use crate::carry::peaks::Peak;
 use crate::error::{EngineError, RunEnd};
+use crate::observe::event::Event;
 use crate::observe::observer::Observer;
-use crate::run::program::{Program, Recorded, Tapped};
-use crate::run::scenario::Integrator;
-use crate::sample::clock::{GapClock, due};
-use crate::sample::control_loop::ControlLoop;
-use crate::sample::drive::DriveChain;
-use crate::sample::sensing::Sensing;
-use crate::sample::taps::Tap;
+use crate::run::program::Program;
+use crate::run::recorder::Recorder;
+use crate::sample::clock::due;
+use crate::sample::sampling::{Sampling, earlier};
 
 /// `L::WIDTH` variants of one scenario, run side by side.
 #[derive(Debug)]
 pub struct Simulation<L: Lane> {
-    pub(crate) programs: Vec<Program>,
-    pub(crate) lanes: Vec<LaneCore>,
-    pub(crate) formation: Formation<L>,
-    /// Whether lanes have met events that nobody has been told of.
-    pub(crate) news: bool,
-    pub(crate) loops: Vec<ControlLoop<L>>,
-    pub(crate) drives: Vec<DriveChain<L>>,
-    /// Whether any output or command is under way for a while.
-    pub(crate) any_late: bool,
-    pub(crate) sensors: Vec<Sensing<L>>,
-    pub(crate) taps: Vec<Tap<L>>,
-    /// One per gap that moves by itself.
-    pub(crate) gaps: Vec<GapClock>,
-    /// For each recorded reading of a delayed sensor its tap.
-    pub(crate) record_taps: Vec<Option<usize>>,
-    pub(crate) t_s: f64,
-    pub(crate) records: u64,
-    /// Instant of the next record; infinite where nothing is recorded.
-    pub(crate) next_record_s: f64,
-    pub(crate) record_rate_hz: f64,
-    /// What is recorded at the present instant.
-    pub(crate) record: Vec<L>,
-    /// Extended vector of every lane.
-    pub(crate) xi: Vec<L>,
-    pub(crate) product: Vec<L>,
-    pub(crate) transitions: Vec<Transition<L>>,
-    /// The one that was used last.
-    pub(crate) last_transition: usize,
-    pub(crate) seen_spans: VecDeque<u64>,
-    /// Values of the wanted signals.
-    pub(crate) signals: Vec<L>,
-    /// Lanes whose signals came with their motion to the present instant.
-    pub(crate) told: L::Mask,
-    /// The signals of the others, padded.
-    pub(crate) looked_up: Vec<L>,
-    pub(crate) signal_rows: Blocks<L>,
-    pub(crate) signal_rows_for: Vec<usize>,
-    /// The formation for which these rows were filled in.
-    pub(crate) signal_rows_at: u64,
-    pub(crate) fixed: Option<FixedStep<L>>,
-    pub(crate) scratch: Vec<f64>,
-    /// Largest forces of the present stretches of contact, one per contact; none where peaks are not kept,
-    /// and with fixed steps, where each lane has its own.
-    pub(crate) peaks: Vec<Abreast<L>>,
-    /// Steps taken: intervals, parts of them, or fixed steps.
-    pub(crate) steps: u64,
+    lanes: Lanes<L>,
+    sampling: Sampling<L>,
+    recorder: Recorder<L>,
+    carrier: Carrier<L>,
+    /// Strokes of all drives of all lanes at the start of the interval, while the ledger is kept.
+    strokes: Vec<Vec<f64>>,
+    duration_s: f64,
+    /// Whether [`Self::step_to`] has yet to stop for a record that was taken at the present instant.
+    owes_record: bool,
+}
+
+/// Why [`Simulation::step_to`] stopped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Stop {
+    /// An event of a lane, which stands right behind it.
+    Event {
+        /// The lane.
+        lane: usize,
+        /// The event.
+        event: Event,
+    },
+    /// A controller has sampled at this instant.
+    Sample,
+    /// The recorded signals were taken at this instant (see [`Simulation::recorded`]); samples of the instant
+    /// come before.
+    Record,
+    /// The end that was asked for is reached, or every lane has ended before.
+    End,
+}
+
+/// How far [`Simulation::go_on`] came.
+enum Reached {
+    /// An event, or the end of an interval that an event had interrupted.
+    Between,
+    /// An instant, which is served.
+    Instant { sampled: bool, recorded: bool },
+    /// The end that was asked for, or that of every lane.
+    End,
 }
 
 impl<L: Lane> Simulation<L> {
@@ -79,13 +66,13 @@ impl<L: Lane> Simulation<L> {
     ///
     /// # Errors
     /// [`EngineError::Structure`] where they do not, [`EngineError::BodyEngines`] for
-    /// [`Integrator::External`], and whatever the controllers or exponentials object to.
+    /// [`crate::Integrator::External`], and whatever the controllers or exponentials object to.
     pub fn new(programs: Vec<Program>) -> Result<Self, EngineError> {
         Self::with_bodies(programs, Vec::new())
     }
 
-    /// The same, where the integrator is [`Integrator::External`], with the engines that move the bodies, one
-    /// per lane.
+    /// The same, where the integrator is [`crate::Integrator::External`], with the engines that move the
+    /// bodies, one per lane.
     ///
     /// # Errors
     /// Those of [`Self::new`].
@@ -101,95 +88,16 @@ impl<L: Lane> Simulation<L> {
                 return Err(EngineError::Structure { variant, what });
             }
         }
-        let first = &programs[0];
-        let needed = if first.run.integrator == Integrator::External { L::WIDTH } else { 0 };
-        if bodies.len() != needed {
-            return Err(EngineError::BodyEngines { given: bodies.len(), needed });
-        }
-        let (energy, seed) = (first.run.energy, first.run.seed);
-        // Fixed steps without a ledger go many at a time, and look at nothing in between.
-        let is_exact = first.run.integrator == Integrator::Exact;
-        let keeps_peaks = first.run.peaks && (is_exact || energy);
-        let mut lanes = Vec::new();
-        let mut states = Vec::new();
-        for program in &programs {
-            let (lane, state) =
-                LaneCore::new(program.motion.clone(), program.wanted.clone(), energy, keeps_peaks)?;
-            lanes.push(lane);
-            states.push(state);
-        }
-        let xi = (0..states[0].len()).map(|i| L::from_fn(|l| states[l][i])).collect();
-        let parts = |i: usize| programs.iter().map(|p| &p.motion.assembly().drives[i]).collect::<Vec<_>>();
-        let drives: Vec<DriveChain<L>> =
-            (0..first.motion.assembly().drives.len()).map(|i| DriveChain::new(&parts(i))).collect();
-        let parts = |i: usize| programs.iter().map(|p| &p.motion.assembly().sensors[i]).collect::<Vec<_>>();
-        let sensors: Vec<Sensing<L>> =
-            (0..first.motion.assembly().sensors.len()).map(|i| Sensing::new(&parts(i), seed)).collect();
-        let mut taps = Vec::new();
-        let mut tap = |tapped: Tapped, first_s: f64| {
-            let delay_s = sensors[tapped.sensor].delay_s;
-            (delay_s > 0.0).then(|| {
-                taps.push(Tap::new(tapped.signal, delay_s, first_s));
-                taps.len() - 1
-            })
-        };
-        let loops = (0..first.controllers.len())
-            .map(|i| ControlLoop::new(&programs, i, &mut tap))
-            .collect::<Result<Vec<ControlLoop<L>>, _>>()?;
-        let record_taps = (first.recorded.iter())
-            .map(|recorded| match *recorded {
-                Recorded::Reading(sensor, signal) => tap(Tapped { sensor, signal }, 0.0),
-                _ => None,
-            })
-            .collect();
-        let fixed = (first.run.integrator != Integrator::Exact)
-            .then(|| FixedStep::new(first.run.integrator, first.run.step_s, &lanes, bodies));
-        let contacts = if keeps_peaks && is_exact { first.motion.assembly().contacts.len() } else { 0 };
-        let mut peaks = vec![Abreast::new(); contacts];
-        for (l, of_lane) in lanes.iter().enumerate().filter_map(|(l, lane)| Some((l, lane.peaks.as_ref()?))) {
-            peaks.iter_mut().enumerate().for_each(|(i, present)| present.take(of_lane, i, l));
-        }
-        let signal_rows = Blocks::zeros(first.wanted.len(), first.motion.layout().width());
+        let lanes = Lanes::new(&programs)?;
+        let sampling = Sampling::new(&programs)?;
         Ok(Self {
-            formation: Formation::new(&lanes),
-            news: lanes.iter().any(|lane| !lane.events.is_empty()),
+            carrier: Carrier::new(&programs, bodies, &lanes)?,
+            recorder: Recorder::new(&programs[0], &sampling),
             lanes,
-            any_late: loops.iter().any(|control| control.delay_s > 0.0)
-                || drives.iter().any(|drive| drive.delay_s > 0.0),
-            loops,
-            drives,
-            sensors,
-            taps,
-            gaps: first
-                .motion
-                .assembly()
-                .contacts
-                .iter()
-                .filter_map(|contact| contact.profile.as_deref())
-                .map(GapClock::new)
-                .collect(),
-            record_taps,
-            t_s: 0.0,
-            records: 0,
-            next_record_s: if first.recorded.is_empty() { f64::INFINITY } else { 0.0 },
-            record_rate_hz: 1.0 / first.record_spacing_s(),
-            record: vec![L::zero(); first.recorded.len()],
-            xi,
-            product: Vec::new(),
-            transitions: Vec::new(),
-            last_transition: 0,
-            seen_spans: VecDeque::new(),
-            signals: vec![L::zero(); first.wanted.len()],
-            told: L::Mask::splat(false),
-            looked_up: vec![L::zero(); signal_rows.padded_rows()],
-            signal_rows,
-            signal_rows_for: vec![usize::MAX; L::WIDTH],
-            signal_rows_at: 0,
-            fixed,
-            scratch: Vec::new(),
-            peaks,
-            steps: 0,
-            programs,
+            sampling,
+            strokes: Vec::new(),
+            duration_s: programs[0].run.duration_s,
+            owes_record: false,
         })
     }
 
@@ -199,8 +107,7 @@ impl<L: Lane> Simulation<L> {
     /// Only where the exponential of a mode cannot be computed; a motion that diverges is a result, see
     /// [`Self::end`].
     pub fn run(&mut self, observer: &mut impl Observer<L>) -> Result<(), EngineError> {
-        let duration_s = self.programs[0].run.duration_s;
-        self.run_to(duration_s, observer)
+        self.run_to(self.duration_s, observer)
     }
 
     /// Runs on to `until_s`; instants due then are served. Ends at instants of the record or of samples leave
@@ -215,116 +122,232 @@ impl<L: Lane> Simulation<L> {
             #[inline(always)]
             || {
                 loop {
-                    let instant_s = self.next_instant_s();
-                    // An end that falls on an instant is that instant: a run in slices then goes through the
-                    // same spans as one run.
-                    let next_s = if due(instant_s, until_s) { instant_s } else { until_s };
-                    if !due(next_s, self.t_s) {
-                        self.propagate(next_s - self.t_s)?;
-                        self.t_s = next_s;
-                        if self.news {
-                            self.tell(observer);
+                    let reached = self.go_on(until_s, false)?;
+                    if self.lanes.has_events() {
+                        self.lanes.take_events(|lane, event| observer.event(lane, event));
+                    }
+                    match reached {
+                        Reached::Instant { recorded: true, .. } => {
+                            observer.record(self.lanes.time_s(), self.recorder.values());
                         }
-                    }
-                    if self.formation.all_ended {
-                        return Ok(());
-                    }
-                    if due(instant_s, self.t_s) {
-                        self.serve(observer)?;
-                    } else if due(until_s, self.t_s) {
-                        return Ok(());
+                        Reached::Instant { .. } | Reached::Between => {}
+                        Reached::End => return Ok(()),
                     }
                 }
             },
         )
     }
 
-    #[cold]
-    fn tell(&mut self, observer: &mut impl Observer<L>) {
-        self.news = false;
-        for (l, lane) in self.lanes.iter_mut().enumerate() {
-            for event in lane.events.drain(..) {
-                observer.event(l, &event);
+    /// Runs on to whatever comes first: an event, a sample, a record, or `until_s`. A loop over it goes
+    /// through the same numbers as [`Self::run_to`], to the bit.
+    ///
+    /// At an event its lane stands right behind it, the others within the same interval between instants
+    /// ([`Self::lane_time_s`] tells where); the next steps finish that interval. The ledger charges
+    /// controllers at the ends of intervals. With fixed steps every lane stands at the end of the interval.
+    ///
+    /// A 10 kg axis, 5 mm off a wall, is pushed towards it with 40 N. How fast does it hit?
+    ///
+    /// ```
+    /// use feeler_control::{ControllerSpec, Law, ReferenceSpec};
+    /// use feeler_engine::{ControllerUse, EventKind, Program, RunSettings, Scenario, Simulation, Stop};
+    /// use feeler_plant::description::{Actuator, Body, Contact, GROUND, Machine};
+    ///
+    /// let mut machine = Machine::default();
+    /// machine.bodies.insert("tip".into(), Body { mass_kg: 10.0, position_m: -5e-3, ..Body::default() });
+    /// machine.contacts.insert("tool".into(), Contact::kelvin_voigt("tip", GROUND, 1e5, 100.0));
+    /// machine.actuators.insert("drive".into(), Actuator::ideal("tip", GROUND));
+    /// let mut spec = ControllerSpec::new(Law::OpenLoop, 1e-3);
+    /// spec.reference = ReferenceSpec::Constant(40.0);
+    /// let push =
+    ///     ControllerUse { spec, reads: None, motion: None, drives: "drive".into(), effects: Vec::new() };
+    /// let controllers = [("push".to_string(), push)].into_iter().collect();
+    /// let run = RunSettings { duration_s: 0.2, ..RunSettings::default() };
+    /// let program = Program::new(&Scenario { machine, controllers, run })?;
+    ///
+    /// let mut simulation = Simulation::<f64>::new(vec![program])?;
+    /// let (mut samples, mut hits) = (0, Vec::new());
+    /// loop {
+    ///     match simulation.step_to(0.2)? {
+    ///         Stop::Event { lane, event } if event.kind == EventKind::Touch => {
+    ///             let speed_m_per_s = simulation.state(lane)[1];
+    ///             hits.push((event.t_s, speed_m_per_s));
+    ///         }
+    ///         Stop::Sample => samples += 1,
+    ///         Stop::End => break,
+    ///         _ => {}
+    ///     }
+    /// }
+    /// // After sqrt(2 * 5 mm * 10 kg / 40 N) = 50 ms, at 4 m/s2 * 50 ms.
+    /// let (t_s, speed_m_per_s) = hits[0];
+    /// assert!((t_s - 0.05).abs() < 1e-12);
+    /// assert!((speed_m_per_s - 0.2).abs() < 1e-12);
+    /// assert_eq!(samples, 201);
+    /// # Ok::<(), feeler_engine::EngineError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Self::run`].
+    pub fn step_to(&mut self, until_s: f64) -> Result<Stop, EngineError> {
+        loop {
+            if let Some((lane, event)) = self.lanes.take_event() {
+                return Ok(Stop::Event { lane, event });
+            }
+            if std::mem::take(&mut self.owes_record) {
+                return Ok(Stop::Record);
+            }
+            match dispatch(
+                #[inline(always)]
+                || self.go_on(until_s, true),
+            )? {
+                Reached::Between => {}
+                Reached::Instant { sampled, recorded } => {
+                    self.owes_record = recorded;
+                    if sampled {
+                        return Ok(Stop::Sample);
+                    }
+                }
+                Reached::End => return Ok(Stop::End),
             }
         }
     }
 
-    /// Time reached, s.
+    /// Runs on to the next instant and serves it, or to `until_s` where that comes first; where `pauses`, an
+    /// event ends it, too.
+    #[inline(always)]
+    fn go_on(&mut self, until_s: f64, pauses: bool) -> Result<Reached, EngineError> {
+        let instant_s = earlier(self.recorder.next_instant_s(), self.sampling.next_instant_s());
+        // An end that falls on an instant is that instant: a run in slices then goes through the same spans
+        // as one run.
+        let next_s = if due(instant_s, until_s) { instant_s } else { until_s };
+        if self.carrier.ends_s().is_some() || !due(next_s, self.lanes.time_s()) {
+            let has_come = self.carry(next_s, pauses)?;
+            if pauses && (!has_come || self.lanes.has_events()) {
+                return Ok(Reached::Between);
+            }
+        }
+        if self.lanes.all_ended() {
+            return Ok(Reached::End);
+        }
+        if due(instant_s, self.lanes.time_s()) {
+            return self.serve();
+        }
+        Ok(if due(until_s, self.lanes.time_s()) { Reached::End } else { Reached::Between })
+    }
+
+    /// Carries every lane to `next_s`, or to the end of the interval that an event interrupted. Gives whether
+    /// all have come there.
+    #[inline(always)]
+    fn carry(&mut self, next_s: f64, pauses: bool) -> Result<bool, EngineError> {
+        let keeps_energy = self.lanes.keeps_energy();
+        let interrupted = self.carrier.ends_s();
+        if interrupted.is_none() {
+            if keeps_energy {
+                self.strokes = self.lanes.strokes();
+            }
+            self.carrier.start(&mut self.lanes, next_s)?;
+        }
+        if !self.carrier.finish(&mut self.lanes, pauses)? {
+            return Ok(false);
+        }
+        if keeps_energy {
+            self.sampling.charge(&self.strokes, &mut self.lanes);
+        }
+        self.lanes.arrive(interrupted.unwrap_or(next_s));
+        Ok(true)
+    }
+
+    /// Serves every instant that is due: delayed readings are taken, controllers sample, signals are
+    /// recorded, commands arrive. In this order.
+    #[inline(always)]
+    fn serve(&mut self) -> Result<Reached, EngineError> {
+        let Self { lanes, sampling, recorder, .. } = self;
+        sampling.move_gaps(lanes);
+        lanes.refresh_signals();
+        sampling.take_delayed(lanes);
+        recorder.take_delayed(lanes);
+        let sampled = sampling.sample(lanes)?;
+        let recorded = recorder.is_due(lanes.time_s());
+        if recorded {
+            recorder.take_plant(lanes, sampling);
+        }
+        sampling.arrivals(lanes)?;
+        if recorded {
+            recorder.take_commands(lanes, sampling);
+        }
+        Ok(Reached::Instant { sampled, recorded })
+    }
+
+    /// Time that every lane has reached, s.
     pub fn time_s(&self) -> f64 {
-        self.t_s
+        self.lanes.time_s()
+    }
+
+    /// Time of a lane's state, s: later than [`Self::time_s`] only where [`Self::step_to`] has stopped at an
+    /// event.
+    pub fn lane_time_s(&self, lane: usize) -> f64 {
+        self.carrier.lane_time_s(lane, &self.lanes)
+    }
+
+    /// The recorded signals as last taken, in the order of the scenario's `record`; zeros before the first
+    /// record.
+    pub fn recorded(&self) -> &[L] {
+        self.recorder.values()
     }
 
     /// How the run of a lane ended; `None` while it goes on.
     pub fn end(&self, lane: usize) -> Option<RunEnd> {
-        let is_over = due(self.programs[0].run.duration_s, self.t_s);
-        self.lanes[lane].end.or(is_over.then_some(RunEnd::Completed))
+        let is_over = due(self.duration_s, self.lanes.time_s());
+        self.lanes.end(lane).or(is_over.then_some(RunEnd::Completed))
     }
 
     /// Takes a lane out of the run where it is, so that what would still happen in it costs the others
     /// nothing. From then on its recorded values are not numbers.
     pub fn stop(&mut self, lane: usize) {
-        if !self.lanes[lane].has_ended() {
-            self.lanes[lane].end = Some(RunEnd::Stopped { t_s: self.t_s });
-            self.formation.form(&self.lanes);
-        }
+        let t_s = self.lane_time_s(lane);
+        self.lanes.stop(lane, t_s);
     }
 
     /// Steps taken so far: intervals between instants and their parts, or fixed steps.
     pub fn steps(&self) -> u64 {
-        self.steps
+        self.carrier.steps()
     }
 
     /// Replaces the state (positions, velocities, then drives and filters; gaps move as they do at that time,
-    /// as [`feeler_plant::motion::Layout`] numbers them) of a lane at the present time; what touches and what
-    /// sticks follows from it, and the energy ledger starts anew.
+    /// as [`feeler_plant::motion::Layout`] numbers them) of a lane at [`Self::lane_time_s`]; what touches and
+    /// what sticks follows from it, and the energy ledger starts anew.
     ///
     /// # Errors
     /// Where the exponential of the mode that the state is in cannot be computed.
     pub fn set_state(&mut self, lane: usize, state: &[f64]) -> Result<(), EngineError> {
-        take_lane(&self.xi, lane, &mut self.scratch);
-        let states = self.programs[lane].motion.layout().states().min(state.len());
-        self.scratch[..states].copy_from_slice(&state[..states]);
-        self.lanes[lane].motion.set_gaps(self.t_s, &mut self.scratch);
-        self.told = L::Mask::splat(false);
-        let (xi, t_s) = (&mut self.scratch, self.t_s);
-        self.lanes[lane].exchange_peaks(&mut self.peaks, lane, |lane| lane.begin_at(xi, t_s))?;
-        put_lane(&mut self.xi, lane, &self.scratch);
-        self.formation.form(&self.lanes);
-        Ok(())
+        let t_s = self.lane_time_s(lane);
+        self.lanes.set_state(lane, state, t_s)
     }
 
     /// The state of a lane.
     pub fn state(&self, lane: usize) -> Vec<f64> {
-        self.xi[..self.programs[lane].motion.layout().states()].iter().map(|x| x.lane(lane)).collect()
+        self.lanes.state(lane)
+    }
+
+    /// Whether some controller of a lane was in its approach at its last sample, so that its law did not run.
+    pub fn is_approaching(&self, lane: usize) -> bool {
+        self.sampling.is_approaching(lane)
+    }
+
+    /// How far each contact of a lane is compressed at the present time, m (negative across a gap), how fast
+    /// that grows, m/s, and how fast this does, m/s2 (without the part of laws that are not linear).
+    pub fn compressions(&self, lane: usize) -> Vec<[f64; 3]> {
+        self.lanes.compressions(lane)
     }
 
     /// The largest force of every stretch of contact of a lane so far, per contact in the order of the file;
     /// none where the run does not keep them. A stretch begins with a touch (or with the run) and ends with a
     /// lift.
     pub fn peaks(&self, lane: usize) -> Vec<Vec<Peak>> {
-        let Some(peaks) = &self.lanes[lane].peaks else { return Vec::new() };
-        (0..self.programs[lane].motion.assembly().contacts.len())
-            .map(|i| peaks.of(i, self.peaks.get(i).map(|abreast| abreast.peak(lane))))
-            .collect()
+        self.lanes.peaks(lane)
     }
 
     /// The energy balance of a lane, if the run keeps the ledger.
     pub fn energy(&self, lane: usize) -> Option<EnergyBalance> {
-        let core = &self.lanes[lane];
-        let ledger = core.ledger.as_ref()?;
-        let xi: Vec<f64> = self.xi.iter().map(|x| x.lane(lane)).collect();
-        let names: Vec<String> = self.programs[lane].controllers.keys().cloned().collect();
-        Some(ledger.balance(&core.motion, core.flow(), &xi, &names))
-    }
-}
-
-pub(crate) fn take_lane<L: Lane>(xi: &[L], l: usize, out: &mut Vec<f64>) {
-    out.clear();
-    out.extend(xi.iter().map(|x| x.lane(l)));
-}
-
-pub(crate) fn put_lane<L: Lane>(xi: &mut [L], l: usize, values: &[f64]) {
-    for (x, &value) in xi.iter_mut().zip(values) {
-        x.set_lane(l, value);
+        self.lanes.energy(lane, &self.sampling.names())
     }
 }

@@ -14,9 +14,9 @@ pub fn due(instant_s: f64, t_s: f64) -> bool {
 /// When the pieces of one moving gap begin.
 #[derive(Clone, Debug)]
 pub(crate) struct GapClock {
-    pub(crate) starts_s: Vec<f64>,
+    starts_s: Vec<f64>,
     /// The next of them.
-    pub(crate) next: usize,
+    next: usize,
 }
 
 impl GapClock {
@@ -24,6 +24,15 @@ impl GapClock {
         let starts_s: Vec<f64> = profile.pieces().iter().map(|piece| piece.start_s).collect();
         let next = starts_s.partition_point(|&start_s| due(start_s, 0.0));
         Self { starts_s, next }
+    }
+
+    /// Goes on to the piece that `t_s` is in; gives whether that is another.
+    pub(crate) fn advance(&mut self, t_s: f64) -> bool {
+        let before = self.next;
+        while due(self.next_s(), t_s) {
+            self.next += 1;
+        }
+        self.next != before
     }
 
     pub(crate) fn next_s(&self) -> f64 {

@@ -1,7 +1,9 @@
 //! What acts at instants: clocks, controllers, drives, sensors and delayed readings.
 
 pub(crate) mod clock;
-pub(crate) mod control_loop;
+mod control_loop;
 pub(crate) mod drive;
+pub(crate) mod reading;
+pub(crate) mod sampling;
 pub(crate) mod sensing;
 pub(crate) mod taps;

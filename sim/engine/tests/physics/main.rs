@@ -22,3 +22,4 @@ mod random;
 mod reference_contact;
 mod scaling;
 mod sensing;
+mod stepping;

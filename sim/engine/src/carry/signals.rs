@@ -1,0 +1,69 @@
+//! Signals of the plant that controllers and recorders read, of all lanes.
+
+use feeler_lanes::{Blocks, Lane, LaneMask};
+
+use crate::carry::formation::Formation;
+use crate::carry::lane::LaneCore;
+
+/// The wanted signals side by side. A lane's come with its motion, or from the rows of its mode.
+#[derive(Debug)]
+pub(super) struct Signals<L: Lane> {
+    pub(super) values: Vec<L>,
+    /// Lanes whose signals came with their motion to the present instant.
+    pub(super) are_fresh: L::Mask,
+    /// What the rows give, padded.
+    products: Vec<L>,
+    rows: Blocks<L>,
+    /// Flow of each lane for which its rows were filled in.
+    filled_for: Vec<usize>,
+    /// Formation for which the rows were last looked through.
+    filled_at: u64,
+}
+
+impl<L: Lane> Signals<L> {
+    pub(super) fn new(count: usize, width: usize) -> Self {
+        let rows = Blocks::zeros(count, width);
+        Self {
+            values: vec![L::zero(); count],
+            are_fresh: L::Mask::splat(false),
+            products: vec![L::zero(); rows.padded_rows()],
+            rows,
+            filled_for: vec![usize::MAX; L::WIDTH],
+            filled_at: 0,
+        }
+    }
+
+    /// Computes the signals of lanes that are not up to date. What follows at the instant changes inputs, so
+    /// that none is afterwards.
+    #[inline(always)]
+    pub(super) fn refresh(&mut self, formation: &Formation<L>, cores: &[LaneCore], xi: &[L]) {
+        if !self.are_fresh.all() {
+            self.compute(formation, cores, xi);
+        }
+        self.are_fresh = L::Mask::splat(false);
+    }
+
+    #[inline(always)]
+    fn compute(&mut self, formation: &Formation<L>, cores: &[LaneCore], xi: &[L]) {
+        if self.filled_at != formation.number {
+            self.fill(formation.number, cores);
+        }
+        self.rows.apply(xi, &mut self.products);
+        for (value, &product) in self.values.iter_mut().zip(&self.products) {
+            *value = L::select(self.are_fresh, *value, product);
+        }
+    }
+
+    #[cold]
+    fn fill(&mut self, formation: u64, cores: &[LaneCore]) {
+        self.filled_at = formation;
+        for (l, core) in cores.iter().enumerate() {
+            if self.filled_for[l] != core.current {
+                self.filled_for[l] = core.current;
+                for (i, row) in core.flow().signals.iter().enumerate() {
+                    self.rows.set_row(l, i, row.as_deref().unwrap_or_default());
+                }
+            }
+        }
+    }
+}

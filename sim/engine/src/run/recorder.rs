@@ -1,0 +1,106 @@
+//! What is recorded of a run, and when.
+
+use feeler_lanes::Lane;
+
+use crate::carry::lanes::Lanes;
+use crate::run::program::{Program, Recorded, Tapped};
+use crate::sample::clock::due;
+use crate::sample::reading::Reading;
+use crate::sample::sampling::{Sampling, earlier};
+
+/// Takes the recorded signals of every lane.
+#[derive(Debug)]
+pub(crate) struct Recorder<L: Lane> {
+    recorded: Vec<Recorded>,
+    /// For each signal its reader, where it is the reading of a sensor.
+    readings: Vec<Option<Reading<L>>>,
+    any_delayed: bool,
+    /// The signals of the last record.
+    values: Vec<L>,
+    records: u64,
+    /// Instant of the next record; infinite where nothing is recorded.
+    next_s: f64,
+    rate_hz: f64,
+}
+
+impl<L: Lane> Recorder<L> {
+    pub(crate) fn new(program: &Program, sampling: &Sampling<L>) -> Self {
+        let recorded = program.recorded.clone();
+        let reading = |recorded: &Recorded| match *recorded {
+            Recorded::Reading(sensor, signal) => {
+                Some(Reading::new(Tapped { sensor, signal }, sampling.sensors(), 0.0))
+            }
+            _ => None,
+        };
+        let readings: Vec<_> = recorded.iter().map(reading).collect();
+        Self {
+            any_delayed: readings.iter().flatten().any(Reading::is_delayed),
+            readings,
+            values: vec![L::zero(); recorded.len()],
+            records: 0,
+            next_s: if recorded.is_empty() { f64::INFINITY } else { 0.0 },
+            rate_hz: 1.0 / program.record_spacing_s(),
+            recorded,
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn next_instant_s(&self) -> f64 {
+        if self.any_delayed {
+            let takes = self.readings.iter().flatten().map(Reading::next_s);
+            return takes.fold(self.next_s, earlier);
+        }
+        self.next_s
+    }
+
+    /// Takes signals that delayed readings will need.
+    #[inline(always)]
+    pub(crate) fn take_delayed(&mut self, lanes: &Lanes<L>) {
+        if self.any_delayed {
+            let rate_hz = self.rate_hz;
+            for reading in self.readings.iter_mut().flatten() {
+                reading.take(lanes.time_s(), lanes.signals(), |k| k as f64 / rate_hz);
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn is_due(&self, t_s: f64) -> bool {
+        due(self.next_s, t_s)
+    }
+
+    /// Takes what a sampler would read before commands that arrive now act.
+    pub(crate) fn take_plant(&mut self, lanes: &Lanes<L>, sampling: &Sampling<L>) {
+        let (t_s, signals) = (lanes.time_s(), lanes.signals());
+        for ((value, recorded), reading) in self.values.iter_mut().zip(&self.recorded).zip(&mut self.readings)
+        {
+            *value = match (*recorded, reading) {
+                (Recorded::Plant(signal), _) => signals[signal],
+                (_, Some(reading)) => reading.read(t_s, signals, sampling.sensors()),
+                (Recorded::Touch(contact, which), _) => lanes.touch(contact, which),
+                (Recorded::Touching(contact), _) => lanes.is_touching(contact),
+                _ => L::zero(),
+            };
+        }
+    }
+
+    /// Takes what is issued at this instant, which completes the record.
+    pub(crate) fn take_commands(&mut self, lanes: &Lanes<L>, sampling: &Sampling<L>) {
+        for (value, recorded) in self.values.iter_mut().zip(&self.recorded) {
+            match *recorded {
+                Recorded::Command(i) => *value = sampling.command(i),
+                Recorded::Output(i) => *value = sampling.output(i),
+                Recorded::Reference(i) => *value = sampling.reference(i),
+                _ => {}
+            }
+        }
+        lanes.blank_ended(&mut self.values);
+        self.records += 1;
+        self.next_s = self.records as f64 / self.rate_hz;
+    }
+
+    /// The signals of the last record, in the order of the scenario.
+    pub(crate) fn values(&self) -> &[L] {
+        &self.values
+    }
+}

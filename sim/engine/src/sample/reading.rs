@@ -1,0 +1,51 @@
+//! A sensor as a controller or a recorder reads it.
+
+use feeler_lanes::Lane;
+
+use crate::run::program::Tapped;
+use crate::sample::sensing::Sensing;
+use crate::sample::taps::Tap;
+
+/// One reader of one sensor.
+#[derive(Clone, Debug)]
+pub(crate) struct Reading<L> {
+    tapped: Tapped,
+    /// Where the sensor is delayed.
+    tap: Option<Tap<L>>,
+}
+
+impl<L: Lane> Reading<L> {
+    /// A reader whose first reading is at `first_s`.
+    pub(crate) fn new(tapped: Tapped, sensors: &[Sensing<L>], first_s: f64) -> Self {
+        let delay_s = sensors[tapped.sensor].delay_s;
+        let tap = (delay_s > 0.0).then(|| Tap::new(tapped.signal, delay_s, first_s));
+        Self { tapped, tap }
+    }
+
+    pub(crate) fn is_delayed(&self) -> bool {
+        self.tap.is_some()
+    }
+
+    /// When the signal is to be taken next for a later reading, s.
+    #[inline(always)]
+    pub(crate) fn next_s(&self) -> f64 {
+        self.tap.as_ref().map_or(f64::INFINITY, |tap| tap.next_s)
+    }
+
+    /// Takes the signal for every later reading that is due to; `instant_of(k)` is when reading `k` happens.
+    pub(crate) fn take(&mut self, t_s: f64, signals: &[L], instant_of: impl Fn(u64) -> f64) {
+        if let Some(tap) = &mut self.tap {
+            tap.take(t_s, signals[tap.signal], instant_of);
+        }
+    }
+
+    /// The reading at `t_s`.
+    #[inline(always)]
+    pub(crate) fn read(&mut self, t_s: f64, signals: &[L], sensors: &[Sensing<L>]) -> L {
+        let signal = match &mut self.tap {
+            Some(tap) => tap.pop(),
+            None => signals[self.tapped.signal],
+        };
+        sensors[self.tapped.sensor].read(t_s, signal)
+    }
+}

@@ -1,0 +1,193 @@
+//! What acts at instants: gaps go on, delayed readings are taken, controllers sample, commands arrive.
+
+use feeler_lanes::{Lane, LaneMask};
+
+use crate::carry::lanes::Lanes;
+use crate::error::EngineError;
+use crate::run::program::Program;
+use crate::sample::clock::{GapClock, due};
+use crate::sample::control_loop::ControlLoop;
+use crate::sample::drive::DriveChain;
+use crate::sample::sensing::Sensing;
+
+/// Controllers, drives and sensors of every lane.
+#[derive(Debug)]
+pub(crate) struct Sampling<L: Lane> {
+    loops: Vec<ControlLoop<L>>,
+    drives: Vec<DriveChain<L>>,
+    sensors: Vec<Sensing<L>>,
+    /// One per gap that moves by itself.
+    gaps: Vec<GapClock>,
+    /// Whether any output or command is under way for a while.
+    any_late: bool,
+    /// Whether any controller reads a delayed sensor.
+    any_delayed: bool,
+}
+
+impl<L: Lane> Sampling<L> {
+    pub(crate) fn new(programs: &[Program]) -> Result<Self, EngineError> {
+        let first = &programs[0];
+        let assembly = first.motion.assembly();
+        let parts = |i: usize| programs.iter().map(|p| &p.motion.assembly().drives[i]).collect::<Vec<_>>();
+        let drives: Vec<DriveChain<L>> =
+            (0..assembly.drives.len()).map(|i| DriveChain::new(&parts(i))).collect();
+        let parts = |i: usize| programs.iter().map(|p| &p.motion.assembly().sensors[i]).collect::<Vec<_>>();
+        let sensors: Vec<Sensing<L>> =
+            (0..assembly.sensors.len()).map(|i| Sensing::new(&parts(i), first.run.seed)).collect();
+        let loops = (0..first.controllers.len())
+            .map(|i| ControlLoop::new(programs, i, &sensors))
+            .collect::<Result<Vec<_>, _>>()?;
+        let profiles = assembly.contacts.iter().filter_map(|contact| contact.profile.as_deref());
+        Ok(Self {
+            gaps: profiles.map(GapClock::new).collect(),
+            any_late: loops.iter().any(|control| control.delay_s > 0.0)
+                || drives.iter().any(|drive| drive.delay_s > 0.0),
+            any_delayed: loops.iter().any(ControlLoop::is_delayed),
+            loops,
+            drives,
+            sensors,
+        })
+    }
+
+    #[inline(always)]
+    pub(crate) fn next_instant_s(&self) -> f64 {
+        let mut next = f64::INFINITY;
+        for control in &self.loops {
+            next = earlier(next, control.next_sample_s);
+        }
+        if self.any_late {
+            next = self.loops.iter().fold(next, |next, control| earlier(next, control.next_arrival_s()));
+            next = self.drives.iter().fold(next, |next, drive| earlier(next, drive.next_arrival_s()));
+        }
+        if self.any_delayed {
+            next = self.loops.iter().fold(next, |next, control| earlier(next, control.next_take_s()));
+        }
+        self.gaps.iter().fold(next, |next, gap| earlier(next, gap.next_s()))
+    }
+
+    /// Gaps whose pieces end now go on with the next.
+    #[inline(always)]
+    pub(crate) fn move_gaps(&mut self, lanes: &mut Lanes<L>) {
+        let mut moved = false;
+        for gap in &mut self.gaps {
+            moved |= gap.advance(lanes.time_s());
+        }
+        if moved {
+            lanes.move_gaps();
+        }
+    }
+
+    /// Takes signals that delayed readings will need.
+    #[inline(always)]
+    pub(crate) fn take_delayed(&mut self, lanes: &Lanes<L>) {
+        if self.any_delayed {
+            self.loops.iter_mut().for_each(|control| control.take_delayed(lanes.time_s(), lanes.signals()));
+        }
+    }
+
+    /// Controllers that are due sample; gives whether one was.
+    #[inline(always)]
+    pub(crate) fn sample(&mut self, lanes: &mut Lanes<L>) -> Result<bool, EngineError> {
+        let mut sampled = false;
+        for i in 0..self.loops.len() {
+            while due(self.loops[i].next_sample_s, lanes.time_s()) {
+                let output = self.loops[i].sample(lanes.time_s(), lanes.signals(), &self.sensors);
+                if let Some(output) = output {
+                    self.apply(i, output, lanes)?;
+                }
+                sampled = true;
+            }
+        }
+        Ok(sampled)
+    }
+
+    /// Outputs and delayed commands that arrive now.
+    #[inline(always)]
+    pub(crate) fn arrivals(&mut self, lanes: &mut Lanes<L>) -> Result<(), EngineError> {
+        if !self.any_late {
+            return Ok(());
+        }
+        for i in 0..self.loops.len() {
+            while due(self.loops[i].next_arrival_s(), lanes.time_s()) {
+                let Some((_, output)) = self.loops[i].pending.pop_front() else { break };
+                self.apply(i, output, lanes)?;
+            }
+        }
+        for i in 0..self.drives.len() {
+            while due(self.drives[i].next_arrival_s(), lanes.time_s()) {
+                if let Some(input) = self.drives[i].arrive() {
+                    lanes.set_input(i, input)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Output of controller `i` takes effect; controllers on one drive add.
+    #[inline(always)]
+    fn apply(&mut self, i: usize, output: L, lanes: &mut Lanes<L>) -> Result<(), EngineError> {
+        self.loops[i].output = output;
+        let drive = self.loops[i].drive;
+        let command = if self.loops.len() == 1 { output } else { self.wanted_of(drive) };
+        match self.drives[drive].issue(lanes.time_s(), command) {
+            Some(input) => lanes.set_input(drive, input),
+            None => Ok(()),
+        }
+    }
+
+    /// What all controllers of a drive ask for.
+    fn wanted_of(&self, drive: usize) -> L {
+        let mut command = L::zero();
+        for control in self.loops.iter().filter(|control| control.drive == drive) {
+            command += control.output;
+        }
+        command
+    }
+
+    pub(crate) fn sensors(&self) -> &[Sensing<L>] {
+        &self.sensors
+    }
+
+    /// The command of drive `i` as issued.
+    pub(crate) fn command(&self, i: usize) -> L {
+        self.drives[i].command
+    }
+
+    /// The output of controller `i` as applied.
+    pub(crate) fn output(&self, i: usize) -> L {
+        self.loops[i].output
+    }
+
+    /// The reference of controller `i` at its last sample.
+    pub(crate) fn reference(&self, i: usize) -> L {
+        self.loops[i].reference
+    }
+
+    /// Names of the controllers.
+    pub(crate) fn names(&self) -> Vec<String> {
+        self.loops.iter().map(|control| control.name.clone()).collect()
+    }
+
+    /// Whether some controller of lane `l` was in its approach at its last sample.
+    pub(crate) fn is_approaching(&self, l: usize) -> bool {
+        self.loops.iter().any(|used| used.has_sampled() && !used.controller.in_contact_phase().test(l))
+    }
+
+    /// Charges each controller with its command times the stroke of the interval; `before` are the strokes at
+    /// its start.
+    pub(crate) fn charge(&self, before: &[Vec<f64>], lanes: &mut Lanes<L>) {
+        let after = lanes.strokes();
+        for (l, (before, after)) in before.iter().zip(&after).enumerate() {
+            let works_j = self.loops.iter().map(|control| {
+                let stroke_m = after[control.drive] - before[control.drive];
+                if control.drives_force { control.output.lane(l) * stroke_m } else { 0.0 }
+            });
+            lanes.charge(l, works_j);
+        }
+    }
+}
+
+#[inline(always)]
+pub(crate) fn earlier(next_s: f64, other_s: f64) -> f64 {
+    if other_s < next_s { other_s } else { next_s }
+}

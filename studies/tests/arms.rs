@@ -81,7 +81,7 @@ fn truth_stable_gains_of_an_axis_are_those_that_its_file_has() {
         let report =
             analyze(&scenario, &Request { gain: Some("controllers.force.ki".into()), ..Request::default() })
                 .unwrap();
-        let largest_ki = report.gain.unwrap().sampled.stable[1].unwrap();
+        let largest_ki = report.gain().unwrap().sampled.stable[1].unwrap();
         let pairs = [(own.largest_kp[1], axis.largest_gain), (own.largest_ki_per_s[1], largest_ki)];
         for (own, of_file) in pairs {
             println!("{others:?}: {own} {of_file}");

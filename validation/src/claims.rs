@@ -272,7 +272,7 @@ fn fifth() -> Result<Vec<Row>, ValidationError> {
             &scenario,
             &feeler_analysis::Request { view: View::CLAMPED, ..Default::default() },
         )?
-        .limit)
+        .limit())
     };
     Ok(vec![
         Row::close("phase lost for good to flexible modes, degrees", claim, lost, -180.0, 0.0),

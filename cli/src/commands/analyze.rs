@@ -147,7 +147,7 @@ fn text(report: &Report) -> String {
         ];
         parts.push(table(&header, &[0, 1, 3, 4, 5], rows));
     }
-    if let Some(gain) = &report.gain {
+    if let Some(gain) = report.gain() {
         let rows = gain.continuous.iter().flat_map(|range| bands(report, "continuous", range)).chain(bands(
             report,
             "sampled",
@@ -163,21 +163,20 @@ fn text(report: &Report) -> String {
             "like the mode (Hz)",
         ];
         let of = report
-            .of_loop
-            .as_ref()
+            .pair()
             .map_or_else(String::new, |of| format!(" (loop from {} to {})", of.input, of.output));
         parts.push(format!("stable {}{of}\n{}", gain.key, table(&header, &[1, 2, 3, 4, 5, 6], rows)));
     }
-    if let Some(margins) = &report.margins {
+    if let Some(margins) = report.margins() {
         parts.extend(margin_tables(margins));
     }
-    if let Some(waterfall) = &report.waterfall {
+    if let Some(waterfall) = report.waterfall() {
         let rows = pages::analyze::waterfall::rows(waterfall);
         parts.push(table(&pages::analyze::waterfall::HEADER, &pages::analyze::waterfall::NUMBERS, rows));
     }
-    if !report.sensitivities.is_empty() {
-        let rows = report.sensitivities.iter().map(|s| {
-            let trade = if report.ranked_by.is_some_and(|by| s.is_trade(by)) { "trade-off" } else { "" };
+    if !report.sensitivities().is_empty() {
+        let rows = report.sensitivities().iter().map(|s| {
+            let trade = if report.ranked_by().is_some_and(|by| s.is_trade(by)) { "trade-off" } else { "" };
             let number = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
             let numbers =
                 [s.value, s.bandwidth_relative, s.largest_gain_relative, s.bandwidth_hz_per_unit].map(number);
@@ -201,7 +200,7 @@ fn text(report: &Report) -> String {
     if !report.assumptions.is_empty() {
         parts.push(table(&pages::analyze::ASSUMPTIONS, &[], pages::analyze::assumption_rows(report)));
     }
-    if let Some(limit) = report.limit.and_then(|limit| serde_json::to_value(limit).ok()) {
+    if let Some(limit) = report.limit().and_then(|limit| serde_json::to_value(limit).ok()) {
         parts.push(format!("limited by: {}", limit.as_str().unwrap_or_default()));
     }
     parts.push(pages::analyze::sentences(report).join("\n"));

@@ -50,12 +50,52 @@ pub(super) fn assemble(
         });
     }
     for (experiment, table) in experiments.iter().zip(tables) {
-        let before = faults.len();
+        let file = file_name(&table.file);
+        let mut found = Vec::new();
         let mut note = |column: Option<&str>, row: Option<usize>, kind| {
-            faults.push(Fault { file: file_name(&table.file), column: column.map(str::to_owned), row, kind });
+            found.push(Fault { file: file.clone(), column: column.map(str::to_owned), row, kind });
         };
-        let names: Vec<&str> = (dataset.drives.iter().map(|(_, name)| name.as_str()))
-            .chain(dataset.channels.iter().map(|channel| channel.column.as_str()))
+        let reader = Reader { dataset, experiment, holds, grains: &grains };
+        let sound = reader.series(&table, &mut note).filter(|_| !found.iter().any(|f| f.kind.is_fatal()));
+        let is_uneven = found.iter().any(|fault| matches!(fault.kind, FaultKind::Uneven { .. }));
+        let record = sound.map(|series| reader.record(series, is_uneven));
+        dataset.records.extend(record);
+        faults.append(&mut found);
+    }
+    other_clocks(dataset, &mut faults);
+    faults
+}
+
+/// Takes a fault with its column and row.
+type Note<'a> = dyn FnMut(Option<&str>, Option<usize>, FaultKind) + 'a;
+
+/// What one experiment's file holds.
+struct Series {
+    times_s: Vec<f64>,
+    /// Rows with those that were lost and are bridged.
+    rows: usize,
+    spacing_s: f64,
+    /// Commands, then channels.
+    columns: Vec<Vec<f64>>,
+    /// Channels that do not count.
+    silent: Vec<bool>,
+}
+
+/// Reads the table of one experiment.
+struct Reader<'a> {
+    dataset: &'a Dataset,
+    experiment: &'a Experiment,
+    /// For how long each command is held, s.
+    holds: &'a [Option<f64>],
+    /// Step of each channel's values over all experiments; zero for none.
+    grains: &'a [f64],
+}
+
+impl Reader<'_> {
+    /// The series of a table; none where it is not to be used, for a fault that is noted.
+    fn series(&self, table: &Table, note: &mut Note<'_>) -> Option<Series> {
+        let names: Vec<&str> = (self.dataset.drives.iter().map(|(_, name)| name.as_str()))
+            .chain(self.dataset.channels.iter().map(|channel| channel.column.as_str()))
             .collect();
         let mut columns = Vec::new();
         for name in &names {
@@ -67,100 +107,115 @@ pub(super) fn assemble(
                 note(Some(name), None, FaultKind::MissingColumn { near });
             }
         }
-        let mut time = table.columns.first().cloned().unwrap_or_default();
-        if let Some(first) = table
-            .header
-            .first()
-            .filter(|first| *first != TIME && table.header.iter().any(|header| header == TIME))
-        {
+        let times_s = table.columns.first().cloned().unwrap_or_default();
+        let has_time_later = |first: &&String| *first != TIME && table.header.iter().any(|name| name == TIME);
+        if let Some(first) = table.header.first().filter(has_time_later) {
             note(None, None, FaultKind::TimeNotFirst { first: first.clone() });
-            continue;
+            return None;
         }
-        if time.len() < FEWEST_ROWS {
-            note(None, None, FaultKind::TooShort { rows: time.len() });
-            continue;
+        if times_s.len() < FEWEST_ROWS {
+            note(None, None, FaultKind::TooShort { rows: times_s.len() });
+            return None;
         }
         if columns.len() < names.len() {
-            continue;
+            return None;
         }
         for (name, column) in
-            std::iter::once((&table.header[0].as_str(), &time)).chain(names.iter().zip(&columns))
+            std::iter::once((&table.header[0].as_str(), &times_s)).chain(names.iter().zip(&columns))
         {
             if let Some(row) = column.iter().position(|x| !x.is_finite()) {
                 let cells = column.iter().filter(|x| !x.is_finite()).count();
                 note(Some(name), Some(row + FIRST_ROW), FaultKind::NotANumber { cells });
             }
         }
-        time_faults(&time, &mut |row, kind| note(None, row, kind));
-        let lost = Lost::bridged(&time).map_or(0, |lost| lost.rows);
-        let rows = time.len() + lost;
-        let spacing_s = (time[time.len() - 1] - time[0]) / (rows - 1) as f64;
-        if let Some(hold_s) = holds.iter().flatten().copied().find(|hold_s| spacing_s > MOST_HOLDS * hold_s) {
+        time_faults(&times_s, &mut |row, kind| note(None, row, kind));
+        let lost = Lost::bridged(&times_s).map_or(0, |lost| lost.rows);
+        let rows = times_s.len() + lost;
+        let spacing_s = (times_s[times_s.len() - 1] - times_s[0]) / (rows - 1) as f64;
+        let holds = &mut self.holds.iter().flatten().copied();
+        if let Some(hold_s) = holds.find(|hold_s| spacing_s > MOST_HOLDS * hold_s) {
             note(None, None, FaultKind::SlowRows { spacing_s, hold_s });
         }
-        let drives = dataset.drives.len();
+        let silent = self.column_faults(&names, &columns, note)?;
+        Some(Series { times_s, rows, spacing_s, columns, silent })
+    }
+
+    /// Looks through every column. Gives the channels that do not count; none where nothing tells where the
+    /// machine was.
+    fn column_faults(&self, names: &[&str], columns: &[Vec<f64>], note: &mut Note<'_>) -> Option<Vec<bool>> {
+        let drives = self.dataset.drives.len();
+        for (name, column) in names.iter().zip(columns).take(drives) {
+            if is_constant(column) {
+                note(Some(name), None, FaultKind::ConstantCommand);
+            }
+        }
         let mut silent = vec![false; names.len() - drives];
         let mut is_lost = false;
-        let is_clamped = experiment.engagement == Some(Engagement::Clamped);
-        for (i, (name, column)) in names.iter().zip(&columns).enumerate() {
-            // Noise and motion alike were rounded away: the step, which other experiments show, is the
-            // finding.
-            if i >= drives && grains[i - drives] > 0.0 && range(column) <= 2.0 * grains[i - drives] {
-                continue;
-            }
-            let constant = column.iter().all(|x| x.to_bits() == column[0].to_bits());
-            if constant && i < drives {
-                note(Some(name), None, FaultKind::ConstantCommand);
-            } else if i >= drives {
-                let channel = &dataset.channels[i - drives];
-                let tells_place = channel.quantity(&dataset.machine) == Quantity::Position;
-                if constant {
-                    // Held by the wall an encoder may well stand still.
-                    let is_held = tells_place && is_clamped;
-                    silent[i - drives] = !is_held;
-                    is_lost |= tells_place && !is_held;
-                    note(Some(name), None, FaultKind::Constant { tells_place: tells_place && !is_held });
-                    continue;
-                }
-                // A force out of contact is nothing but noise, and must be.
-                let is_idle = experiment.engagement == Some(Engagement::Free)
-                    && channel.is_of_contact(&dataset.machine);
-                series_faults(column, channel, tells_place, &mut |row, kind| {
-                    let is_clipped = matches!(kind, FaultKind::Clipped { .. });
-                    silent[i - drives] |= is_clipped;
-                    is_lost |= is_clipped && tells_place;
-                    if !(is_idle && matches!(kind, FaultKind::WeakExcitation { .. })) {
-                        note(Some(name), row, kind);
-                    }
-                });
-            }
+        for (i, (name, column)) in names.iter().zip(columns).skip(drives).enumerate() {
+            let (is_silent, loses_place) = self.channel_faults(i, name, column, note);
+            silent[i] = is_silent;
+            is_lost |= loses_place;
         }
-        if is_lost || faults[before..].iter().any(|fault| fault.kind.is_fatal()) {
-            continue;
-        }
-        let is_uneven = |fault: &Fault| matches!(fault.kind, FaultKind::Uneven { .. });
-        if lost > 0 || faults[before..].iter().any(is_uneven) {
-            for (i, column) in columns.iter_mut().enumerate() {
-                *column = regrid(&time, column, rows, spacing_s, i < drives && holds[i].is_some());
-            }
-            time = (0..rows).map(|k| time[0] + k as f64 * spacing_s).collect();
-        }
-        let series = columns.split_off(drives);
-        dataset.records.push(Record {
-            name: file_name(&experiment.file),
-            engagement: experiment.engagement,
-            is_check: role_is_check(experiment.role),
-            repeat: experiment.repeat.clone(),
-            start_s: time[0],
-            times_s: time,
-            spacing_s,
-            commands: columns,
-            series,
-            silent,
-        });
+        (!is_lost).then_some(silent)
     }
-    other_clocks(dataset, &mut faults);
-    faults
+
+    /// Looks through one channel. Gives whether it does not count, and whether with it goes where the machine
+    /// was.
+    fn channel_faults(&self, i: usize, name: &str, column: &[f64], note: &mut Note<'_>) -> (bool, bool) {
+        // Noise and motion alike were rounded away: the step, which other experiments show, is the finding.
+        if self.grains[i] > 0.0 && range(column) <= 2.0 * self.grains[i] {
+            return (false, false);
+        }
+        let channel = &self.dataset.channels[i];
+        let tells_place = channel.quantity(&self.dataset.machine) == Quantity::Position;
+        if is_constant(column) {
+            // Held by the wall an encoder may well stand still.
+            let is_held = tells_place && self.experiment.engagement == Some(Engagement::Clamped);
+            let loses_place = tells_place && !is_held;
+            note(Some(name), None, FaultKind::Constant { tells_place: loses_place });
+            return (!is_held, loses_place);
+        }
+        // A force out of contact is nothing but noise, and must be.
+        let is_idle = self.experiment.engagement == Some(Engagement::Free)
+            && channel.is_of_contact(&self.dataset.machine);
+        let mut is_clipped = false;
+        series_faults(column, channel, tells_place, &mut |row, kind| {
+            is_clipped |= matches!(kind, FaultKind::Clipped { .. });
+            if !(is_idle && matches!(kind, FaultKind::WeakExcitation { .. })) {
+                note(Some(name), row, kind);
+            }
+        });
+        (is_clipped, is_clipped && tells_place)
+    }
+
+    /// The record of series that are sound, at even spacing.
+    fn record(&self, series: Series, is_uneven: bool) -> Record {
+        let Series { mut times_s, rows, spacing_s, columns: mut commands, silent } = series;
+        let drives = self.dataset.drives.len();
+        if rows > times_s.len() || is_uneven {
+            for (i, column) in commands.iter_mut().enumerate() {
+                *column = regrid(&times_s, column, rows, spacing_s, i < drives && self.holds[i].is_some());
+            }
+            times_s = (0..rows).map(|k| times_s[0] + k as f64 * spacing_s).collect();
+        }
+        let channels = commands.split_off(drives);
+        Record {
+            name: file_name(&self.experiment.file),
+            engagement: self.experiment.engagement,
+            is_check: role_is_check(self.experiment.role),
+            repeat: self.experiment.repeat.clone(),
+            start_s: times_s[0],
+            times_s,
+            spacing_s,
+            commands,
+            series: channels,
+            silent,
+        }
+    }
+}
+
+fn is_constant(column: &[f64]) -> bool {
+    column.iter().all(|x| x.to_bits() == column[0].to_bits())
 }
 
 /// Names experiments whose rows are spaced a little differently than those of most.

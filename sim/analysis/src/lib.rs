@@ -36,7 +36,7 @@ pub use loops::continuous_loop::ContinuousLoop;
 pub use loops::control_loop::{ControlLoop, LoopController};
 pub use loops::gain_key::{gain, gain_names, leading_gain, with_gain};
 pub use loops::late::LateResponse;
-pub use loops::loop_pair::LoopReport;
+pub use loops::loop_pair::LoopPair;
 pub use loops::sampled_loop::SampledLoop;
 pub use machine::assumptions::Assumption;
 pub use machine::channel::Channel;
@@ -46,5 +46,8 @@ pub use machine::modes::{BodyMotion, Mode, ModeClass, ModeInPair, classify, mode
 pub use machine::prepare::{ContactView, FrictionView, HeldCommand, PlayView, View};
 pub use measure::curves::{Curves, curves};
 pub use measure::frf;
-pub use report::{GainReport, ModeReport, Report, Request, StableRange, StateSpaceReport, Untold, analyze};
+pub use report::{
+    GainReport, LoopReport, ModeReport, Report, Request, StableRange, StateSpaceReport, WhyNoWaterfall,
+    analyze,
+};
 pub use workers::Workers;

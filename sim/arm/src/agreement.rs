@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::error::ArmError;
-use crate::flexible::{Arm, LinearArm, Others, VibrationMode};
-use crate::linear_system::LinearSystem;
+use crate::flexible::{Arm, LinearArm, Others};
+use crate::linear_system::{LinearSystem, VibrationMode};
 use crate::reduce::Reduction;
 use crate::sampled::{Edge, Lag, Law, SampledPlant};
 

@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use crate::branches::Branch;
+use crate::branch::Branch;
 use crate::flexible::LinearArm;
 use crate::linear_system::eigen;
 use crate::reduce::Reduction;

@@ -1,12 +1,12 @@
 //! Bodies beside the motor, where one spring does not do.
 
 use std::cmp::Ordering;
-use std::f64::consts::TAU;
 
 use nalgebra::DMatrix;
 
 use crate::agreement::{Agreement, WholeArm, apart};
 use crate::between::{between, linked, without_fast};
+use crate::branch::Branch;
 use crate::error::ArmError;
 use crate::fit::Wanted;
 use crate::flexible::{Arm, LinearArm, Others};
@@ -23,44 +23,6 @@ const FAST: f64 = 12.0;
 const MOVED: f64 = 5e-3;
 /// Part of the arm's mass below which a mode takes no part.
 const NO_PART: f64 = 1e-9;
-
-/// A body on a spring beside the motor: bending that loads the drive. Where it moves the tool as well, a
-/// second spring joins the two.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Branch {
-    /// Its mass.
-    pub mass_kg: f64,
-    /// Its spring to the motor.
-    pub stiffness_n_per_m: f64,
-    /// The damping of that spring.
-    pub damping_n_s_per_m: f64,
-    /// Its spring to the tool; zero where it has none.
-    pub to_tool_n_per_m: f64,
-    /// The damping of that one.
-    pub to_tool_n_s_per_m: f64,
-}
-
-impl Branch {
-    /// Its undamped frequency, motor and tool held.
-    pub fn frequency_hz(&self) -> f64 {
-        ((self.stiffness_n_per_m + self.to_tool_n_per_m) / self.mass_kg).sqrt() / TAU
-    }
-
-    /// One that the tool does not feel.
-    fn beside(mass_kg: f64, stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> Self {
-        Self { mass_kg, stiffness_n_per_m, damping_n_s_per_m, to_tool_n_per_m: 0.0, to_tool_n_s_per_m: 0.0 }
-    }
-
-    /// Whether a spring joins it to the tool.
-    pub fn is_linked(&self) -> bool {
-        self.to_tool_n_per_m > 0.0 || self.to_tool_n_s_per_m > 0.0
-    }
-
-    /// How far it trails behind a motor that accelerates, weighted by its mass, kg s².
-    fn lag(&self) -> f64 {
-        self.mass_kg * self.mass_kg / self.stiffness_n_per_m
-    }
-}
 
 /// A branch, and its part of the tool's way; these parts add up to one.
 struct Part {

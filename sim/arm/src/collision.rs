@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Vector3};
 use roxmltree::Node;
 
 use crate::error::ArmError;
-use crate::urdf::{attribute, child, line_of, number, origin, vector, wrong};
+use crate::xml::{attribute, child, line_of, number, origin, vector, wrong};
 
 /// A shape that a link is made of, for finding collisions.
 #[derive(Clone, Debug, PartialEq)]

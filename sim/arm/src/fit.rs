@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::agreement::WholeArm;
-use crate::branches::Branch;
+use crate::branch::Branch;
 use crate::flexible::LinearArm;
 use crate::reduce::Reduction;
 use crate::sampled::{Edge, Law, PERIOD_S};

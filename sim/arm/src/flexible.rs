@@ -47,21 +47,6 @@ pub enum Others {
     Free,
 }
 
-/// A mode of the arm that bends its joints.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VibrationMode {
-    /// Undamped frequency, the tool free, Hz.
-    pub frequency_hz: f64,
-    /// Damping ratio from the dampings of joints and motors, their coupling to other modes neglected.
-    pub damping_ratio: f64,
-    /// Its part of the way from a drive force along the normal to the tool's motion, over that of the arm's
-    /// mass: -1 where this mode alone parts the tool from the motors. Negative is noncolocated.
-    pub drive_share: f64,
-    /// Its part of the tool's own response to a force on it, over that of the arm's mass: ratio of motor to
-    /// tip mass of the equivalent pair.
-    pub tip_share: f64,
-}
-
 /// An arm at a pose in linear theory; coordinates are the motors' (in a basis of the directions in which they
 /// are free to move) and then the links'.
 pub(crate) struct LinearArm {

@@ -28,6 +28,7 @@
 
 mod agreement;
 mod between;
+mod branch;
 mod branches;
 mod chain;
 mod collision;
@@ -43,14 +44,16 @@ mod reduce;
 mod sampled;
 mod swing;
 mod urdf;
+mod xml;
 
 pub use agreement::{Agreement, Landmark};
-pub use branches::Branch;
+pub use branch::Branch;
 pub use chain::{Chain, Inertial, Joint, JointKind};
 pub use collision::{Collision, CollisionShape};
 pub use error::ArmError;
-pub use flexible::{Arm, JointDrive, Others, VibrationMode};
+pub use flexible::{Arm, JointDrive, Others};
 pub use inverse_kinematics::{Target, inverse_kinematics, usual_starts};
+pub use linear_system::VibrationMode;
 pub use measure::Measured;
 pub use posture::Posture;
 pub use reduce::Reduction;

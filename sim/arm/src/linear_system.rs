@@ -5,14 +5,27 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, DMatrix, DVector, SymmetricEigen};
 
-use crate::flexible::VibrationMode;
-
 /// Part of the largest squared frequency below which a mode bends nothing.
 pub(crate) const BENDS_NOTHING: f64 = 1e-9;
 
 /// Part of a slow drive force on the contact from which on a mode counts as the one in which the arm as a
 /// whole moves on it.
 const WHOLE_ARM: f64 = 0.3;
+
+/// A mode of the arm that bends its joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VibrationMode {
+    /// Undamped frequency, the tool free, Hz.
+    pub frequency_hz: f64,
+    /// Damping ratio from the dampings of joints and motors, their coupling to other modes neglected.
+    pub damping_ratio: f64,
+    /// Its part of the way from a drive force along the normal to the tool's motion, over that of the arm's
+    /// mass: -1 where this mode alone parts the tool from the motors. Negative is noncolocated.
+    pub drive_share: f64,
+    /// Its part of the tool's own response to a force on it, over that of the arm's mass: ratio of motor to
+    /// tip mass of the equivalent pair.
+    pub tip_share: f64,
+}
 
 /// `M x'' + D x' + K x = b u`, the tool's way along the normal `c x`.
 pub(crate) struct LinearSystem {

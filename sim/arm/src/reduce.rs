@@ -2,9 +2,10 @@
 
 use nalgebra::Complex;
 
-use crate::branches::Branch;
+use crate::branch::Branch;
 use crate::error::ArmError;
-use crate::flexible::{Arm, LinearArm, Others, VibrationMode};
+use crate::flexible::{Arm, LinearArm, Others};
+use crate::linear_system::VibrationMode;
 
 /// The axis that an arm is along a contact normal: the paper's flexible machine, with the arm's numbers.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,12 +2,13 @@
 
 use std::collections::HashMap;
 
-use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 use roxmltree::{Document, Node};
 
 use crate::chain::{Chain, Inertial, Joint, JointKind};
 use crate::collision::{self, Collision};
 use crate::error::ArmError;
+use crate::xml::{attribute, child, line_of, number, optional_number, origin, vector, wrong};
 
 /// Standard acceleration of free fall, m/s².
 const GRAVITY: f64 = 9.806_65;
@@ -51,57 +52,6 @@ struct Described {
     /// None for a joint that does not move.
     kind: Option<JointKind>,
     joint: Joint,
-}
-
-pub(crate) fn line_of(node: Node<'_, '_>) -> u32 {
-    node.document().text_pos_at(node.range().start).row
-}
-
-pub(crate) fn wrong<T>(node: Node<'_, '_>, what: impl Into<String>) -> Result<T, ArmError> {
-    Err(ArmError::Urdf { line: line_of(node), what: what.into() })
-}
-
-pub(crate) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
-    node.children().find(|child| child.has_tag_name(tag))
-}
-
-/// An attribute that must be there.
-pub(crate) fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, ArmError> {
-    node.attribute(name)
-        .map_or_else(|| wrong(node, format!("`<{}>` has no `{name}`; add it", node.tag_name().name())), Ok)
-}
-
-pub(crate) fn number(node: Node<'_, '_>, name: &str) -> Result<f64, ArmError> {
-    let text = attribute(node, name)?;
-    match text.trim().parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => wrong(node, format!("`{name}=\"{text}\"` is no finite number")),
-    }
-}
-
-fn optional_number(node: Node<'_, '_>, name: &str) -> Result<Option<f64>, ArmError> {
-    if node.has_attribute(name) { number(node, name).map(Some) } else { Ok(None) }
-}
-
-pub(crate) fn vector(node: Node<'_, '_>, name: &str, absent: Vector3<f64>) -> Result<Vector3<f64>, ArmError> {
-    let Some(text) = node.attribute(name) else { return Ok(absent) };
-    let numbers: Vec<f64> = text
-        .split_whitespace()
-        .filter_map(|word| word.parse().ok())
-        .filter(|x: &f64| x.is_finite())
-        .collect();
-    match numbers.as_slice() {
-        [x, y, z] if text.split_whitespace().count() == 3 => Ok(Vector3::new(*x, *y, *z)),
-        _ => wrong(node, format!("`{name}=\"{text}\"` is not three finite numbers")),
-    }
-}
-
-/// The `origin` of a node; the identity where it has none.
-pub(crate) fn origin(node: Node<'_, '_>) -> Result<Isometry3<f64>, ArmError> {
-    let Some(origin) = child(node, "origin") else { return Ok(Isometry3::identity()) };
-    let xyz = vector(origin, "xyz", Vector3::zeros())?;
-    let rpy = vector(origin, "rpy", Vector3::zeros())?;
-    Ok(Isometry3::from_parts(Translation3::from(xyz), UnitQuaternion::from_euler_angles(rpy.x, rpy.y, rpy.z)))
 }
 
 fn inertial(link: Node<'_, '_>, name: &str) -> Result<Inertial, ArmError> {

@@ -64,7 +64,7 @@ pub fn axis_file(
     let document = Document::parse(&axis_text(&reduction, contact, TRIED_GAIN), "axis.toml")
         .map_err(|error| no_machine(&error))?;
     let report = analyze(&document.scenario, &Request::default())?;
-    let edge = largest_stable(report.gain.as_ref());
+    let edge = largest_stable(report.gain());
     let gain = (GAIN_SHARE * edge).min(LARGEST_GAIN);
     let mut text = header(file, pose, normal, others, &agreement, touch[0]);
     text.push_str(&bodies_note(&reduction));

@@ -8,7 +8,8 @@ use feeler_plant::motion::Switch;
 use serde::Serialize;
 
 use super::error::RunError;
-use super::summary::{EventRecord, Finished, Summary};
+use super::record::event::EventRecord;
+use super::summary::{Finished, Summary};
 use super::{Progress, SLICES};
 use crate::run::measure::contact::{self, ContactRun};
 use crate::run::measure::force_loop::ForceLoop;

@@ -64,22 +64,19 @@ pub use measure::energy::{EnergyItem, EnergyTable};
 pub use measure::force_loop::ForceLoop;
 pub use measure::settling::Response;
 pub(crate) use measure::standing::nothing_can_touch;
+pub use record::event::EventRecord;
 pub use record::trace_file::{write_csv, write_parquet};
-pub use summary::{ContactSummary, EventRecord, Summary};
-pub use variants::{Candidate, LANES, MOST_EXTENSION, Measured, measure};
-pub use verdict::Verdict;
-pub use verdict::outcome::{Outcome, Undecided};
+pub use summary::{ContactSummary, Summary};
+pub use variants::{Candidate, LANES, Measured, measure};
+pub use verdict::{MOST_EXTENSION, Outcome, Undecided, Verdict};
 
 use measure::saturation::Limits;
 use measure::standing::Standing;
 use record::recording::{self, Recording};
-use summary::Finished;
+use summary::{Finished, SPECTRUM_ROWS};
 
 /// Slices in which a run goes, each followed by a word on its progress.
 const SLICES: usize = 200;
-/// Rows of the tail from which its spectrum is computed, the last ones; enough for any frequency that a run
-/// shows, and quick.
-const SPECTRUM_ROWS: usize = 1 << 16;
 
 /// How far a run has come.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,6 @@ use feeler_plant::assembly::{Assembly, Drive};
 use feeler_plant::description::{Quantity, SignalName};
 use serde::Serialize;
 
-use super::verdict::{Evidence, Verdict};
 use crate::run::measure::chatter::{Oscillation, oscillation};
 use crate::run::measure::contact::ContactRun;
 use crate::run::measure::energy::EnergyTable;
@@ -14,7 +13,12 @@ use crate::run::measure::saturation::{self, Limits};
 use crate::run::measure::settling::{Answer, Ending, Response};
 use crate::run::measure::standing::{self, Standing};
 use crate::run::measure::winding::Command;
-use crate::run::verdict::outcome::Outcome;
+use crate::run::record::event::EventRecord;
+use crate::run::verdict::{Evidence, MOST_EXTENSION, Outcome, Verdict};
+
+/// Rows of the tail from which its spectrum is computed, the last ones; enough for any frequency that a run
+/// shows, and quick.
+pub(super) const SPECTRUM_ROWS: usize = 1 << 16;
 
 /// What a run came to. Forces in N and lengths in m; on a rotational axis read N m and rad.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -82,17 +86,6 @@ pub struct ContactSummary {
     pub contact_time_s: f64,
     /// The same as a share of the run.
     pub contact_share: f64,
-}
-
-/// An event in the summary.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct EventRecord {
-    /// When.
-    pub t_s: f64,
-    /// `touch`, `lift`, `stick`, `slip`, `limit`, `release`.
-    pub what: &'static str,
-    /// The element.
-    pub on: String,
 }
 
 /// A finished run, to be summed up.
@@ -230,7 +223,7 @@ impl<'a> Finished<'a> {
             .iter()
             .filter(|event| matches!(event.kind, EventKind::Stick | EventKind::Slip));
         let sticks_s: Vec<f64> = sticks.map(|event| event.t_s).collect();
-        let horizon_s = super::MOST_EXTENSION * self.scenario.run.duration_s - self.end_s;
+        let horizon_s = MOST_EXTENSION * self.scenario.run.duration_s - self.end_s;
         let commands = self.commands();
         let endings = self.endings();
         let starts_at_s =
@@ -306,9 +299,8 @@ impl<'a> Finished<'a> {
 
     fn oscillation(&self, contact: Option<&ContactRun>, verdict: &Verdict) -> Oscillation {
         let t_s = &self.record.t_s;
-        let first = t_s
-            .partition_point(|&t| t < verdict.tail_s[0])
-            .max(t_s.len().saturating_sub(super::SPECTRUM_ROWS));
+        let first =
+            t_s.partition_point(|&t| t < verdict.tail_s[0]).max(t_s.len().saturating_sub(SPECTRUM_ROWS));
         let force_n = self.judged_force_n(contact).and_then(|column| column.get(first..)).unwrap_or_default();
         let rows = t_s.len().saturating_sub(first + 1).max(1) as f64;
         let from_s = t_s.get(first).copied().unwrap_or(0.0);

@@ -9,12 +9,11 @@ use crate::run::measure::contact::{ContactRun, Interval};
 use crate::run::measure::strobe::Strobe;
 use crate::run::record::lanes::Lanes;
 use crate::run::record::recording::Recording;
+use crate::run::verdict::MOST_EXTENSION;
 use crate::run::{Ended, Judged, Summary, engine};
 
 /// Variants that run side by side.
 pub const LANES: usize = 8;
-/// A run that does not tell its outcome is extended by doubling, up to this many times its duration.
-pub const MOST_EXTENSION: f64 = 8.0;
 
 /// A variant made ready to be measured.
 #[derive(Clone, Debug)]

@@ -20,7 +20,7 @@ pub(super) fn charts(report: &Report, curves: &Curves) -> Vec<Chart> {
     if let [magnitude, phase] = loops.as_mut_slice() {
         magnitude.lines.push(Line { y: 0.0, label: "modulus 1".into() });
         phase.lines.push(Line { y: -180.0, label: "−180°".into() });
-        let crossover = report.margins.as_ref().and_then(|m| m.crossover_hz);
+        let crossover = report.margins().and_then(|m| m.crossover_hz);
         if let Some(f) = crossover.filter(|f| curves.frequencies_hz.last().is_some_and(|last| f <= last)) {
             magnitude.marks.push(Mark { x: f, y: 0.0, label: "crossover".into() });
         }

@@ -32,7 +32,7 @@ pub(crate) fn page(
     for sentence in rest {
         page.paragraph(sentence);
     }
-    if report.of_loop.as_ref().is_some_and(|of| of.input != report.input || of.output != report.output) {
+    if report.pair().is_some_and(|of| of.input != report.input || of.output != report.output) {
         page.paragraph(&format!("Looked at {}", subject(report).replace('\n', ". ")));
     }
     for note in notes {
@@ -75,7 +75,7 @@ pub(crate) fn page(
 fn tiles(report: &Report) -> Vec<Tile> {
     let tile = |name, value: String, remark: String| Tile { name, value, remark };
     let mut tiles = Vec::new();
-    if let Some(gain) = &report.gain {
+    if let Some(gain) = report.gain() {
         let top = |range: &feeler_analysis::StableRange| match (range.all.bands.is_empty(), range.stable[1]) {
             (true, _) => "none".to_owned(),
             (_, Some(edge)) => plain(edge),
@@ -89,7 +89,7 @@ fn tiles(report: &Report) -> Vec<Tile> {
             tiles.push(tile("and continuous", top(continuous), edge(continuous)));
         }
     }
-    if let Some(margins) = report.margins.as_ref().filter(|margins| margins.unstable_poles == 0) {
+    if let Some(margins) = report.margins().filter(|margins| margins.unstable_poles == 0) {
         let number = |value: Option<f64>, unit: &str| {
             value.map_or_else(|| "unlimited".to_owned(), |v| with_unit(v, unit))
         };
@@ -147,9 +147,9 @@ pub(crate) fn damping_ratio(mode: &ModeReport) -> f64 {
 }
 
 fn limits(page: &mut Page, report: &Report) {
-    let Some(waterfall) = &report.waterfall else { return };
+    let Some(waterfall) = report.waterfall() else { return };
     page.heading("What limits the bandwidth");
-    let controlled = report.of_loop.as_ref().map_or("the reading", |of| of.controlled.as_str());
+    let controlled = report.pair().map_or("the reading", |of| of.controlled.as_str());
     page.paragraph(&format!(
         "From the rigid body with a perfect drive down to the loop as built, one ingredient after the other: the frequency at which {controlled}, as it \
          follows the reference, first falls 3 dB below what it is at low frequency, when the gain is half of the largest stable one. \
@@ -198,12 +198,12 @@ fn limits(page: &mut Page, report: &Report) {
 }
 
 fn sensitivities(page: &mut Page, report: &Report) {
-    if report.sensitivities.is_empty() {
+    if report.sensitivities().is_empty() {
         return;
     }
     page.heading("What to stiffen, lighten or damp first");
     let achieved = achieved_name(report);
-    let ranked = match report.ranked_by {
+    let ranked = match report.ranked_by() {
         Some(RankedBy::LargestGain) => {
             "the most telling for the largest gain first, since the bandwidth lies on the flank of a mode's peak"
         }
@@ -216,14 +216,14 @@ fn sensitivities(page: &mut Page, report: &Report) {
         "Change of {achieved} and of the largest stable gain, in per cent, for one per cent more of each number; {ranked}."
     ));
     let percent = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
-    let rows: Vec<Vec<String>> = (report.sensitivities.iter())
+    let rows: Vec<Vec<String>> = (report.sensitivities().iter())
         .map(|s| {
             let per_unit = if s.bandwidth_hz_per_unit.is_finite() {
                 plain(s.bandwidth_hz_per_unit)
             } else {
                 "-".to_owned()
             };
-            let trade = if report.ranked_by.is_some_and(|by| s.is_trade(by)) { "trade-off" } else { "" };
+            let trade = if report.ranked_by().is_some_and(|by| s.is_trade(by)) { "trade-off" } else { "" };
             vec![
                 s.key.clone(),
                 plain(s.value),
@@ -256,7 +256,7 @@ fn modes(page: &mut Page, report: &Report) {
          gives them back; between modes of one class lies a pair of zeros, so that the upper one takes no more than these gave. The table says what each \
          mode takes with the zeros that go with it.",
     );
-    let edge = report.gain.as_ref().and_then(|gain| gain.sampled.edge_mode);
+    let edge = report.gain().and_then(|gain| gain.sampled.edge_mode);
     let row = |(i, mode): (usize, &ModeReport)| {
         let class = if mode.rigid_body {
             format!("{}, rigid-body motion", class_name(mode.class))

@@ -47,7 +47,7 @@ pub(super) fn nyquist(report: &Report, curves: &Curves) -> Option<Plane> {
         title: "Nyquist's curve".into(),
         caption: format!(
             "of the open loop: sampled in orange, continuous in blue, negative frequencies dashed; the cross is −1.{}",
-            report.margins.as_ref().map_or_else(String::new, count)
+            report.margins().map_or_else(String::new, count)
         ),
         x_label: "real part of the loop".into(),
         y_label: "imaginary part of the loop".into(),
@@ -73,7 +73,7 @@ fn count(margins: &MarginReport) -> String {
 
 /// Root loci: of the continuous loop, and of the sampled one.
 pub(super) fn loci(report: &Report, curves: &Curves) -> Vec<Plane> {
-    let key = report.gain.as_ref().map_or("", |gain| gain.key.rsplit('.').next().unwrap_or(&gain.key));
+    let key = report.gain().map_or("", |gain| gain.key.rsplit('.').next().unwrap_or(&gain.key));
     let continuous = curves.locus.iter().map(|locus| {
         let title = format!("Root locus of the continuous loop over {key}:");
         plane(locus, title, key, "real part (1/s)", "imaginary part (Hz)", PlaneKind::S)

@@ -1,6 +1,6 @@
 //! An analysis in plain words.
 
-use feeler_analysis::{Edge, Limit, ModeClass, RankedBy, Report, Sensitivity, Untold};
+use feeler_analysis::{Edge, Limit, ModeClass, RankedBy, Report, Sensitivity, WhyNoWaterfall};
 
 use crate::numbers::{plain, with_unit};
 
@@ -16,7 +16,7 @@ pub(crate) fn class_name(class: ModeClass) -> &'static str {
 /// From what to what poles, zeros and modes are, and what the rest is of where that is another pair.
 pub(crate) fn subject(report: &Report) -> String {
     let asked = format!("from {} to {}", report.input, report.output);
-    match &report.of_loop {
+    match report.pair() {
         Some(of) if of.input != report.input || of.output != report.output => format!(
             "{asked}: poles, zeros, and what modes are and cost between the two\nGains, margins, what modes take at the crossover, bandwidth and advice are of the loop of \
              controllers.{}, from {} to {}.",
@@ -28,19 +28,19 @@ pub(crate) fn subject(report: &Report) -> String {
 
 /// Name of the column of what a change does to what is achieved.
 pub(crate) fn achieved_name(report: &Report) -> &'static str {
-    if report.ranked_by == Some(RankedBy::Saturation) { "saturation frequency" } else { "bandwidth" }
+    if report.ranked_by() == Some(RankedBy::Saturation) { "saturation frequency" } else { "bandwidth" }
 }
 
 /// Which of the three problems limits the bandwidth, how far the gain may rise, and what to change first.
 pub(crate) fn sentences(report: &Report) -> Vec<String> {
-    let Some(gain) = &report.gain else {
+    let Some(gain) = report.gain() else {
         return vec![format!(
             "No controller closes a loop: poles, zeros and modes from {} to {}.",
             report.input, report.output
         )];
     };
     let mut said = Vec::new();
-    match (report.limit, gain.sampled.all.bands.is_empty()) {
+    match (report.limit(), gain.sampled.all.bands.is_empty()) {
         (_, true) => {
             let spans = gain.sampled.intervals.iter().map(|band| {
                 let end = |edge: &Option<Edge>| {
@@ -94,8 +94,7 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
             plain(high)
         ));
     }
-    if report.margins.as_ref().map_or_else(|| gain.is_unstable_as_set(), |margins| margins.unstable_poles > 0)
-    {
+    if report.margins().map_or_else(|| gain.is_unstable_as_set(), |margins| margins.unstable_poles > 0) {
         said.push("As set in the file, the loop is unstable.".to_owned());
     }
     if let Some(cycle) = report.limit_cycles.iter().find(|cycle| cycle.stable) {
@@ -111,8 +110,8 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
 
 /// Why no problem is named.
 fn untold(report: &Report) -> String {
-    match &report.untold {
-        Some(Untold::SlowerLoop { controller, period_s, common_s, slowest }) => {
+    match report.why_no_waterfall() {
+        Some(WhyNoWaterfall::SlowerLoop { controller, period_s, common_s, slowest }) => {
             let remedy = slowest.as_ref().map_or_else(
                 || "No controller has that period: make the slowest one's a multiple of all others, and --gain with a gain of it tells all.".to_owned(),
                 |slowest| format!("--gain with a gain of controllers.{slowest} tells all."),
@@ -124,7 +123,7 @@ fn untold(report: &Report) -> String {
                 with_unit(*common_s, "s")
             )
         }
-        Some(Untold::NoContinuousForm { controller }) => format!(
+        Some(WhyNoWaterfall::NoContinuousForm { controller }) => format!(
             "Which problem limits this loop is not told: on paper, controllers.{controller} would differentiate a signal that follows its command at once, so that there is \
              no continuous loop to begin from. Stable gains and margins are those of the sampled loop."
         ),
@@ -139,10 +138,9 @@ const TELLING: f64 = 0.1;
 
 /// What to change first, for what, and what only seems to help.
 fn advice(report: &Report) -> Vec<String> {
-    let Some(by) = report.ranked_by else { return Vec::new() };
+    let Some(by) = report.ranked_by() else { return Vec::new() };
     let mut said = Vec::new();
-    if let Some(mode) = report.waterfall.as_ref().and_then(|w| w.rides_mode).and_then(|i| report.modes.get(i))
-    {
+    if let Some(mode) = report.waterfall().and_then(|w| w.rides_mode).and_then(|i| report.modes.get(i)) {
         said.push(format!(
             "The bandwidth lies on the flank of the mode at {}: it moves with that peak, and what softens the mode, or damps it less, may seem to raise it. So what \
              to change is ranked by the largest stable gain.",
@@ -150,7 +148,7 @@ fn advice(report: &Report) -> Vec<String> {
         ));
     }
     if by == RankedBy::Saturation
-        && report.waterfall.as_ref().and_then(|w| w.saturation_hz).is_some_and(|f| f <= 0.0)
+        && report.waterfall().and_then(|w| w.saturation_hz).is_some_and(|f| f <= 0.0)
     {
         said.push("The reference asks for more than the drive's limit even at rest: no stiffness, mass or damping changes that, only a higher limit.".to_owned());
         return said;
@@ -176,7 +174,7 @@ fn advice(report: &Report) -> Vec<String> {
         }
     };
     let first: Vec<String> =
-        (report.sensitivities.iter().filter(telling).filter(|s| !s.is_trade(by)).take(NAMED))
+        (report.sensitivities().iter().filter(telling).filter(|s| !s.is_trade(by)).take(NAMED))
             .map(|s| format!("{} {} (1 % gives {})", way(s), s.key, gives(s)))
             .collect();
     let aim = match by {
@@ -184,7 +182,7 @@ fn advice(report: &Report) -> Vec<String> {
         RankedBy::LargestGain => "For more gain",
         RankedBy::Saturation => "For a higher frequency at which the drive saturates",
     };
-    let most = || report.sensitivities.iter().find(|s| s.worth(by).is_finite() && !s.is_trade(by));
+    let most = || report.sensitivities().iter().find(|s| s.worth(by).is_finite() && !s.is_trade(by));
     if !first.is_empty() {
         said.push(format!("{aim}, first: {}.", first.join("; ")));
     } else if let Some(most) = most() {
@@ -196,7 +194,7 @@ fn advice(report: &Report) -> Vec<String> {
         ));
     }
     let trades =
-        report.sensitivities.iter().filter(telling).filter(|s| s.is_trade(by)).take(NAMED).map(|s| {
+        report.sensitivities().iter().filter(telling).filter(|s| s.is_trade(by)).take(NAMED).map(|s| {
             let [bandwidth, gain] = [s.bandwidth_relative, s.largest_gain_relative].map(f64::abs).map(plain);
             let (won, lost) =
                 if s.bandwidth_relative > 0.0 { ("raises", "lowers") } else { ("lowers", "raises") };
@@ -214,9 +212,9 @@ fn advice(report: &Report) -> Vec<String> {
 
 /// Why no gain is too large.
 fn unlimited(report: &Report) -> String {
-    let Some(gain) = &report.gain else { return String::new() };
-    if report.margins.as_ref().is_some_and(|margins| margins.complementary_sensitivity_peak <= 0.0) {
-        let reads = report.of_loop.as_ref().map_or(&report.output, |of| &of.output);
+    let Some(gain) = report.gain() else { return String::new() };
+    if report.margins().is_some_and(|margins| margins.complementary_sensitivity_peak <= 0.0) {
+        let reads = report.pair().map_or(&report.output, |of| &of.output);
         return format!(
             "Nothing limits the bandwidth: {reads} does not answer {} here, so that no loop is closed.",
             report.input
@@ -226,8 +224,7 @@ fn unlimited(report: &Report) -> String {
 }
 
 fn limited(report: &Report, limit: Limit) -> String {
-    let achieved =
-        report.waterfall.as_ref().and_then(|w| w.stages.last()).and_then(|stage| stage.bandwidth_hz);
+    let achieved = report.waterfall().and_then(|w| w.stages.last()).and_then(|stage| stage.bandwidth_hz);
     let reach = achieved.map_or_else(String::new, |f| {
         format!(", to {} at half of the largest stable gain", with_unit(f, "Hz"))
     });
@@ -255,8 +252,7 @@ fn limited(report: &Report, limit: Limit) -> String {
         }
     };
     let of = report
-        .of_loop
-        .as_ref()
+        .pair()
         .filter(|of| of.controlled != of.output)
         .map_or_else(String::new, |of| format!(" of {}", of.controlled));
     format!("{what} the bandwidth{of}{reach}.")

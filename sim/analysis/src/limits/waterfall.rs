@@ -11,8 +11,7 @@ use crate::limits::stability::GainBands;
 use crate::loops::closed_loop::{ClosedLoop, Shelf};
 use crate::loops::control_loop::{ControlLoop, LoopController};
 use crate::loops::gain_key::with_gain;
-use crate::machine::modes::{Mode, ModeClass, ModeInPair};
-use crate::report::undamped_hz;
+use crate::machine::modes::{Mode, ModeClass, ModeInPair, undamped_hz};
 
 /// Bandwidths are compared with half of the largest stable gain: a gain margin of two.
 const SHARE_OF_LIMIT: f64 = 0.5;

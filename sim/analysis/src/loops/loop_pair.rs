@@ -9,7 +9,7 @@ use crate::machine::modes::{Mode, ModeInPair, classify};
 
 /// What gains, margins and limits are of: the loop of one controller.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct LoopReport {
+pub struct LoopPair {
     /// The controller.
     pub controller: String,
     /// The command that it gives.
@@ -29,7 +29,7 @@ pub(crate) fn loop_pair(
     controller: usize,
     gain: &str,
     modes: &[Mode],
-) -> Result<Option<(LoopReport, Vec<ModeInPair>)>, AnalysisError> {
+) -> Result<Option<(LoopPair, Vec<ModeInPair>)>, AnalysisError> {
     let own = &whole.controllers()[controller];
     let signal = |sensor: Option<usize>| {
         sensor.and_then(|i| machine.sensors.get_index(i)).map(|(_, sensor)| sensor.reads.clone())
@@ -42,7 +42,7 @@ pub(crate) fn loop_pair(
     let pairs = classify(plant, modes, own.drive, plant.source(&output)?, &plant.channel(&input, &output)?)?;
     let controlled = signal(own.controlled()).map_or_else(|| output.to_string(), |signal| signal.to_string());
     Ok(Some((
-        LoopReport {
+        LoopPair {
             controller: own.name.clone(),
             input: input.to_string(),
             output: output.to_string(),

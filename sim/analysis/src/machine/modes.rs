@@ -26,6 +26,9 @@ const MIRRORED: f64 = 0.3;
 /// quasi-statically.
 const SLIGHT: f64 = 1e-12;
 
+/// Damping ratios below this are rounding.
+const UNDAMPED: f64 = 1e-9;
+
 /// A mode of vibration of the machine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mode {
@@ -295,4 +298,12 @@ fn dip_deg(pair: &ModeInPair, mode: &Mode) -> f64 {
     });
     let phase = feeler_lti::unwrapped_phase_rad(&response.collect::<Vec<_>>());
     phase.into_iter().fold(0.0, f64::min).to_degrees()
+}
+
+/// Frequencies of modes that nothing damps and that a pair of actuator and sensor sees, Hz.
+pub(crate) fn undamped_hz(modes: &[Mode], pairs: &[ModeInPair]) -> Vec<f64> {
+    let seen = modes.iter().zip(pairs).filter(|(_, pair)| pair.class != ModeClass::Uninvolved);
+    seen.filter(|(mode, _)| mode.damping_ratio().abs() < UNDAMPED)
+        .map(|(mode, _)| mode.frequency_hz())
+        .collect()
 }

@@ -66,13 +66,13 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
     };
     let (scenario, input) = commanded(scenario, &name(&report.input)?);
     let (scenario, output) = (scenario.as_ref(), name(&report.output)?);
-    let whole = match &report.gain {
+    let whole = match report.gain() {
         Some(gain) => ControlLoop::varying(scenario, &request.view, &gain.key)?,
         None => ControlLoop::new(scenario, &request.view)?,
     };
     let channel = whole.plant().channel(&input, &output)?;
     let drive = whole.plant().drive(&input)?;
-    let looped = report.gain.as_ref().map(|g| whole.gain_of_key(&g.key)).transpose()?;
+    let looped = report.gain().map(|g| whole.gain_of_key(&g.key)).transpose()?;
     let holder = looped
         .as_ref()
         .map(|(controller, _)| *controller)
@@ -89,7 +89,7 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
         .map(|controller| Ok::<_, AnalysisError>(at_late(&held_plant(&whole, controller, row)?)))
         .transpose()?;
     let (mut open, mut open_sampled, mut locus, mut locus_sampled) = (None, None, None, None);
-    if let (Some((controller, key)), Some(gains)) = (&looped, &report.gain) {
+    if let (Some((controller, key)), Some(gains)) = (&looped, report.gain()) {
         let present = gain(&whole.controllers()[*controller].spec, key)?;
         let sampled = SampledLoop::new(&whole)?;
         let broken = whole.open_loop(*controller).ok();

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::common::{control, force_loop, machine};
-use feeler_analysis::{Limit, LinearMachine, Report, Request, Untold, View, analyze};
+use feeler_analysis::{Limit, LinearMachine, Report, Request, View, WhyNoWaterfall, analyze};
 use feeler_control::{ControllerSpec, ForceGains, ImpedanceGains, Law};
 use feeler_engine::{ControllerUse, Scenario};
 use feeler_plant::assembly::assemble;
@@ -29,7 +29,7 @@ fn regress_a_bandwidth_that_jumps_is_told_to_be_that_of_the_integrator() {
     let spec = &mut scenario.controllers["force"].spec;
     spec.law = Law::ExplicitForce(ForceGains { kp: 0.2, ki: 3.0, ..ForceGains::default() });
     spec.period_s = 2e-3;
-    let stages = clamped(&scenario, Some("kp")).waterfall.unwrap().stages;
+    let stages = clamped(&scenario, Some("kp")).looped.unwrap().waterfall.unwrap().stages;
     let last = stages.last().unwrap();
     // With half of the gain, kp / (1 + kp) of the reference is more than 3 dB down: the integrator alone
     // carries the rest.
@@ -46,7 +46,7 @@ fn regress_a_bandwidth_that_jumps_is_told_to_be_that_of_the_integrator() {
     {
         assert!(pair[1].bandwidth_at_gain_before_hz.is_some(), "{pair:?}");
     }
-    let unchanged = clamped(&force_loop(0.5, 0.0), None).waterfall.unwrap().stages;
+    let unchanged = clamped(&force_loop(0.5, 0.0), None).looped.unwrap().waterfall.unwrap().stages;
     let [.., late, filtered] = unchanged.as_slice() else { unreachable!() };
     assert_eq!(
         (late.bandwidth_hz, filtered.bandwidth_hz),
@@ -63,15 +63,15 @@ fn regress_an_undamped_axis_is_unstable_at_any_gain_and_says_so() {
     scenario.machine.contacts["tool"].damping_n_s_per_m = 0.0;
     let report = clamped(&scenario, None);
     // Closed form E: a held output destabilises it however fast it is sampled.
-    assert_eq!(report.limit, Some(Limit::UndampedMode));
+    assert_eq!(report.limit(), Some(Limit::UndampedMode));
     let expected_hz = (2e5_f64 / 12.0).sqrt() / TAU;
     assert!(
         matches!(report.undamped_hz.as_slice(), [f] if (f / expected_hz - 1.0).abs() < 1e-12),
         "{:?}",
         report.undamped_hz
     );
-    assert_eq!(report.margins.unwrap().gain_decrease, None);
-    assert!(report.sensitivities.is_empty() && report.ranked_by.is_none());
+    assert_eq!(report.margins().unwrap().gain_decrease, None);
+    assert!(report.sensitivities().is_empty() && report.ranked_by().is_none());
     assert!(clamped(&force_loop(0.5, 0.0), None).undamped_hz.is_empty());
 }
 
@@ -80,13 +80,13 @@ fn regress_a_response_that_only_falls_has_no_peak_above_rest() {
     let mut scenario = force_loop(0.0, 0.0);
     scenario.controllers["force"].spec.law =
         Law::ExplicitForce(ForceGains { ki: 3.0, ..ForceGains::default() });
-    let falls = clamped(&scenario, None).margins.unwrap();
+    let falls = clamped(&scenario, None).looped.unwrap().margins.unwrap();
     assert!(
         falls.complementary_sensitivity_peak_hz <= 0.0
             && (falls.complementary_sensitivity_peak - 1.0).abs() < 1e-6,
         "{falls:?}"
     );
-    let rings = clamped(&force_loop(0.5, 0.0), None).margins.unwrap();
+    let rings = clamped(&force_loop(0.5, 0.0), None).looped.unwrap().margins.unwrap();
     assert!(rings.complementary_sensitivity_peak_hz > 15.0, "{rings:?}");
 }
 
@@ -96,9 +96,9 @@ fn regress_an_absent_contact_is_no_number_of_the_machine() {
     let law = Law::Position(feeler_control::PositionGains { kp: 2e4, damping: 200.0, ..Default::default() });
     scenario.controllers = [("axis".to_string(), control(law, "encoder", 1e-3, 0.0))].into_iter().collect();
     let request = Request { view: View::FREE, sensitivities: true, ..Request::default() };
-    let free = analyze(&scenario, &request).unwrap().sensitivities;
+    let free = analyze(&scenario, &request).unwrap().looped.unwrap().sensitivities;
     assert!(!free.is_empty() && free.iter().all(|s| !s.key.starts_with("contacts.")), "{free:?}");
-    assert!(clamped(&scenario, None).sensitivities.iter().any(|s| s.key == "contacts.tool.stiffness"));
+    assert!(clamped(&scenario, None).sensitivities().iter().any(|s| s.key == "contacts.tool.stiffness"));
 }
 
 #[test]
@@ -108,13 +108,15 @@ fn regress_a_slower_controller_is_named_as_why_nothing_is_told() {
         control(Law::ExplicitForce(ForceGains { kp: 0.1, ..ForceGains::default() }), "force", 0.25e-3, 0.0);
     scenario.controllers.insert("fast".into(), damper);
     let report = clamped(&scenario, Some("fast.kp"));
-    let Some(Untold::SlowerLoop { controller, period_s, common_s, slowest }) = report.untold else {
-        panic!("{:?}", report.untold)
+    let Some(WhyNoWaterfall::SlowerLoop { controller, period_s, common_s, slowest }) =
+        report.why_no_waterfall()
+    else {
+        panic!("{:?}", report.why_no_waterfall())
     };
     assert_eq!((controller.as_str(), slowest.as_deref()), ("fast", Some("force")));
     assert!((period_s - 0.25e-3).abs() < 1e-12 && (common_s - 1e-3).abs() < 1e-12);
-    assert!(report.waterfall.is_none() && report.gain.unwrap().sampled.stable[1].is_some());
-    assert_eq!(clamped(&scenario, Some("force.kp")).untold, None);
+    assert!(report.waterfall().is_none() && report.gain().unwrap().sampled.stable[1].is_some());
+    assert_eq!(clamped(&scenario, Some("force.kp")).why_no_waterfall(), None);
 }
 
 #[test]
@@ -124,8 +126,12 @@ fn regress_where_no_period_is_a_multiple_of_the_others_no_controller_tells_all()
         control(Law::ExplicitForce(ForceGains { kp: 0.1, ..ForceGains::default() }), "force", 1.5e-3, 0.0);
     scenario.controllers.insert("other".into(), other);
     for gain in ["force.kp", "other.kp"] {
-        let untold = clamped(&scenario, Some(gain)).untold;
-        assert!(matches!(&untold, Some(Untold::SlowerLoop { slowest: None, .. })), "{gain}: {untold:?}");
+        let report = clamped(&scenario, Some(gain));
+        let untold = report.why_no_waterfall();
+        assert!(
+            matches!(untold, Some(WhyNoWaterfall::SlowerLoop { slowest: None, .. })),
+            "{gain}: {untold:?}"
+        );
     }
 }
 
@@ -133,7 +139,7 @@ fn regress_where_no_period_is_a_multiple_of_the_others_no_controller_tells_all()
 fn truth_nothing_limits_a_loop_whose_reading_does_not_answer_the_drive() {
     let request = Request { view: View::FREE, ..Request::default() };
     let report = analyze(&force_loop(0.2, 0.0), &request).unwrap();
-    assert_eq!(report.limit, Some(Limit::Nothing));
+    assert_eq!(report.limit(), Some(Limit::Nothing));
 }
 
 /// An axis under impedance control that may feel its force as well.
@@ -163,14 +169,14 @@ fn regress_an_impedance_controls_motion_and_its_force_gain_closes_a_loop_of_forc
         (0.3, "force_gain", "tool.spring_force"),
     ] {
         let report = clamped(&impedance(force_gain), Some(key));
-        let of = report.of_loop.unwrap();
+        let of = report.pair().unwrap();
         assert_eq!(
             (of.output.as_str(), of.controlled.as_str()),
             (through, "motor.position"),
             "{force_gain} {key}"
         );
         assert_eq!(report.output, through);
-        assert!(report.gain.unwrap().sampled.stable[1].is_some(), "{force_gain} {key}");
+        assert!(report.gain().unwrap().sampled.stable[1].is_some(), "{force_gain} {key}");
     }
 }
 
@@ -186,7 +192,7 @@ fn truth_a_force_on_a_body_is_an_input() {
     };
     let (drive, outer) = (of("drive.command").unwrap(), of("motor.force").unwrap());
     assert_eq!(outer.input, "motor.force");
-    assert_eq!((&drive.poles, &drive.zeros, &drive.gain), (&outer.poles, &outer.zeros, &outer.gain));
+    assert_eq!((&drive.poles, &drive.zeros, drive.gain()), (&outer.poles, &outer.zeros, outer.gain()));
     // Elsewhere the poles are the same and the zeros are not.
     let tip = of("tip.force").unwrap();
     assert_eq!(drive.poles.len(), tip.poles.len());
@@ -234,10 +240,10 @@ fn regress_a_driven_body_on_a_spring_to_ground_keeps_its_account() {
     guide.stiffness_n_per_m = 1e5;
     let report = clamped(&scenario, None);
     let stages: Vec<&str> =
-        report.waterfall.as_ref().unwrap().stages.iter().map(|stage| stage.added.as_str()).collect();
+        report.waterfall().unwrap().stages.iter().map(|stage| stage.added.as_str()).collect();
     // The transmission can be taken for rigid, the spring that holds the motor cannot: nothing could move.
     assert!(stages.contains(&"springs.transmission") && !stages.contains(&"springs.guide"), "{stages:?}");
-    assert!(report.waterfall.unwrap().without.iter().all(|(name, _)| name != "springs.guide"));
+    assert!(report.waterfall().unwrap().without.iter().all(|(name, _)| name != "springs.guide"));
 }
 
 #[test]
@@ -246,10 +252,14 @@ fn truth_what_is_set_beyond_the_edge_is_told_without_margins() {
     let fast =
         control(Law::ExplicitForce(ForceGains { kp: 0.1, ..ForceGains::default() }), "force", 0.25e-3, 0.0);
     scenario.controllers.insert("fast".into(), fast);
-    let edge = clamped(&scenario, Some("fast.kp")).gain.unwrap().sampled.stable[1].unwrap();
+    let edge = clamped(&scenario, Some("fast.kp")).looped.unwrap().gain.sampled.stable[1].unwrap();
     for (kp, unstable) in [(0.99 * edge, false), (1.01 * edge, true)] {
         scenario.controllers["fast"].spec.law =
             Law::ExplicitForce(ForceGains { kp, ..ForceGains::default() });
-        assert_eq!(clamped(&scenario, Some("fast.kp")).gain.unwrap().is_unstable_as_set(), unstable, "{kp}");
+        assert_eq!(
+            clamped(&scenario, Some("fast.kp")).looped.unwrap().gain.is_unstable_as_set(),
+            unstable,
+            "{kp}"
+        );
     }
 }

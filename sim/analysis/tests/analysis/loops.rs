@@ -57,7 +57,7 @@ fn regress_joint_damping_that_is_zero_has_its_motion_sensor_when_it_is_varied() 
             view: View::CLAMPED,
             ..Request::default()
         };
-        let gain = analyze(scenario, &request).unwrap().gain.unwrap();
+        let gain = analyze(scenario, &request).unwrap().looped.unwrap().gain;
         [gain.sampled.stable[1].unwrap(), gain.continuous.unwrap().edge_hz.unwrap_or(0.0)]
     };
     let left_out = force_loop(0.3, 0.0);
@@ -83,8 +83,8 @@ fn regress_what_no_ingredient_s_absence_makes_stable_is_not_called_unlimited() {
     gains.ki = 1e5;
     let request = Request { gain: Some("kp".into()), view: View::CLAMPED, ..Request::default() };
     let report = analyze(&scenario, &request).unwrap();
-    assert!(report.gain.unwrap().sampled.all.bands.is_empty());
-    let without = report.waterfall.unwrap().without;
+    assert!(report.gain().unwrap().sampled.all.bands.is_empty());
+    let without = &report.waterfall().unwrap().without;
     let stiff = without.iter().find(|(name, _)| name == "springs.transmission").unwrap();
     assert_eq!(stiff.1, Relief::NoneEither);
     assert_eq!(serde_json::to_value(stiff.1).unwrap(), "none");
@@ -190,10 +190,10 @@ fn truth_report_of_the_flexible_axis_has_the_contract_s_shape() {
     assert!((json["gain"]["sampled"]["stable"][1].as_f64().unwrap() - 1.5068).abs() < 1e-4);
     assert_eq!(report.modes[1].class, ModeClass::Noncolocated);
     assert!((report.modes[1].phase_change_deg + 180.0).abs() < 1e-12);
-    assert_eq!(report.limit, Some(Limit::Sampling));
+    assert_eq!(report.limit(), Some(Limit::Sampling));
     // The branch that becomes unstable starts at the rigid-body motion, which the flexible mode robs of its
     // phase (the paper's Fig. 8).
-    assert_eq!(report.gain.unwrap().continuous.unwrap().edge_mode, Some(0));
+    assert_eq!(report.gain().unwrap().continuous.as_ref().unwrap().edge_mode, Some(0));
 }
 
 /// A damped mode's phase is at its end value to 2 zeta f0 / f: at a thousand times the highest mode, 1e-3
@@ -246,7 +246,7 @@ fn truth_an_edge_of_a_whole_machine_which_nothing_holds_is_of_no_mode() {
     });
     scenario.controllers = [("pos".to_string(), control(law, "end", 1e-3, 20.3e-3))].into_iter().collect();
     let report = analyze(&scenario, &Request { view: View::FREE, ..Request::default() }).unwrap();
-    let sampled = report.gain.unwrap().sampled;
+    let sampled = &report.gain().unwrap().sampled;
     assert!(report.modes.len() == 1 && report.modes[0].frequency_hz > 20.0 * sampled.edge_hz.unwrap());
     assert_eq!(sampled.edge_mode, None);
 }
@@ -266,7 +266,7 @@ fn truth_a_drive_that_saturates_limits_the_bandwidth() {
     scenario.machine.actuators["drive"].limit_n = Some(8.0);
     scenario.controllers["force"].spec.reference = feeler_control::ReferenceSpec::Constant(20.0);
     let report = analyze(&scenario, &Request { view: View::CLAMPED, ..Request::default() }).unwrap();
-    assert_eq!(report.limit, Some(Limit::Saturation), "{:?}", report.waterfall);
+    assert_eq!(report.limit(), Some(Limit::Saturation), "{:?}", report.waterfall());
 }
 
 #[test]
@@ -293,7 +293,11 @@ fn truth_unknown_names_are_told() {
 fn truth_a_stable_range_goes_on_below_zero_to_where_the_force_drifts() {
     let mut scenario = force_loop(0.3, 0.0);
     let range = |scenario: &Scenario| {
-        analyze(scenario, &Request { view: View::CLAMPED, ..Request::default() }).unwrap().gain.unwrap()
+        analyze(scenario, &Request { view: View::CLAMPED, ..Request::default() })
+            .unwrap()
+            .looped
+            .unwrap()
+            .gain
     };
     let positive = range(&scenario);
     for range in [positive.continuous.unwrap(), positive.sampled.clone()] {
@@ -333,7 +337,7 @@ fn truth_matrices_and_factors_of_a_report_are_one_response() {
     let factored = product(&report.zeros) / product(&report.poles) * report.zero_pole_gain.unwrap();
     let value = system.at(s).unwrap()[(0, 0)];
     assert!((factored - value).norm() < SAME_EDGE * value.norm(), "{factored} {value}");
-    let margins = report.margins.unwrap();
+    let margins = report.margins().unwrap();
     assert_eq!(
         margins.encirclements,
         margins.unstable_poles.cast_signed() - margins.open_unstable_poles.cast_signed()
@@ -367,6 +371,8 @@ fn truth_edges_of_a_late_loop_are_those_of_the_lifted_one() {
     // Of a loop that is unstable several times over, it is this edge that its gain must fall to.
     let unstable = analyze(&force_loop(3.0, 30.4e-3), &Request { view: View::CLAMPED, ..Request::default() })
         .unwrap()
+        .looped
+        .unwrap()
         .margins
         .unwrap();
     assert!(
@@ -397,14 +403,14 @@ fn truth_five_hundred_samples_of_delay_are_analysed_whole() {
     let request = Request { view: View::CLAMPED, gain: Some("ki".into()), ..Request::default() };
     scenario.machine.springs["guide"].damping_n_s_per_m = 2000.0;
     let report = analyze(&scenario, &request).unwrap();
-    let gain = report.gain.unwrap();
+    let gain = report.gain().unwrap();
     let expected = std::f64::consts::FRAC_PI_2 / 0.5;
     // Lags of hold, integrator's sample and the damped contact, 12 ms of 500 in all.
     assert!((gain.sampled.stable[1].unwrap() / expected - 1.0).abs() < 0.03, "{:?}", gain.sampled.edges);
     assert!(gain.sampled.edges[0].as_ref().unwrap().gain.abs() < SAME_EDGE);
     assert!(
-        report.margins.unwrap().delay_s.is_some()
-            && report.waterfall.unwrap().stages.iter().any(|stage| stage.added == "delay")
+        report.margins().unwrap().delay_s.is_some()
+            && report.waterfall().unwrap().stages.iter().any(|stage| stage.added == "delay")
     );
 }
 
@@ -431,17 +437,21 @@ fn truth_advice_is_by_the_largest_gain_where_the_bandwidth_rides_a_mode() {
     };
     let slow = asked(&scenario);
     assert_eq!(
-        (slow.waterfall.unwrap().rides_mode, slow.ranked_by),
+        (slow.waterfall().unwrap().rides_mode, slow.ranked_by()),
         (None, Some(RankedBy::BandwidthAndGain))
     );
     // What raises both is worth most; the contact's stiffness trades gain for bandwidth.
     assert!(
-        !slow.sensitivities[0].trades && slow.sensitivities.last().unwrap().key == "contacts.tool.stiffness"
+        !slow.sensitivities()[0].trades
+            && slow.sensitivities().last().unwrap().key == "contacts.tool.stiffness"
     );
     scenario.controllers["force"].spec.period_s = 1e-4;
     let fast = asked(&scenario);
-    assert_eq!((fast.waterfall.unwrap().rides_mode, fast.ranked_by), (Some(1), Some(RankedBy::LargestGain)));
-    let gains: Vec<f64> = fast.sensitivities.iter().map(|s| s.largest_gain_relative.abs()).collect();
+    assert_eq!(
+        (fast.waterfall().unwrap().rides_mode, fast.ranked_by()),
+        (Some(1), Some(RankedBy::LargestGain))
+    );
+    let gains: Vec<f64> = fast.sensitivities().iter().map(|s| s.largest_gain_relative.abs()).collect();
     assert!(gains.is_sorted_by(|a, b| a >= b), "{gains:?}");
 }
 
@@ -456,13 +466,13 @@ fn truth_a_saturating_loop_is_told_what_saturation_answers_to() {
             .unwrap()
     };
     let report = asked(&scenario);
-    assert_eq!((report.limit, report.ranked_by), (Some(Limit::Saturation), Some(RankedBy::Saturation)));
-    let limit = report.sensitivities.iter().find(|s| s.key == "actuators.drive.limit").unwrap();
+    assert_eq!((report.limit(), report.ranked_by()), (Some(Limit::Saturation), Some(RankedBy::Saturation)));
+    let limit = report.sensitivities().iter().find(|s| s.key == "actuators.drive.limit").unwrap();
     assert!(limit.bandwidth_relative > 0.0);
     // The same by doubling the step: what is located by bisection has a derivative.
     let at = |limit: f64| {
         scenario.machine.actuators["drive"].limit_n = Some(limit);
-        asked(&scenario).waterfall.unwrap().saturation_hz.unwrap()
+        asked(&scenario).looped.unwrap().waterfall.unwrap().saturation_hz.unwrap()
     };
     let (mut at, step) = (at, 2e-3);
     let slope = (at(8.8 * (1.0 + step)) / at(8.8 * (1.0 - step))).ln() / ((1.0 + step) / (1.0 - step)).ln();
@@ -493,8 +503,8 @@ fn regress_another_output_changes_neither_the_loop_nor_what_limits_it() {
         report.modes.iter().map(|mode| mode.margin_cost_deg).collect::<Vec<_>>()
     };
     assert_eq!(costs(&own), costs(&other));
-    assert_eq!((&own.waterfall, &own.gain, &own.of_loop), (&other.waterfall, &other.gain, &other.of_loop));
-    let of = other.of_loop.unwrap();
+    assert_eq!((own.waterfall(), own.gain(), own.pair()), (other.waterfall(), other.gain(), other.pair()));
+    let of = other.pair().unwrap();
     assert_eq!((of.controller.as_str(), of.output.as_str()), ("force", "tool.spring_force"));
     assert!(other.zeros_hz != own.zeros_hz);
 }

@@ -85,7 +85,7 @@ fn machines() -> Vec<(&'static str, Scenario)> {
     late.machine.actuators["drive"].effects.push(effect("slew-limit", &[2e3]));
     let mut hertzian = axis(0.1);
     let tool = hertzian.machine.contacts["tool"].clone();
-    let hertz = Contact { law: ContactLaw::Hertz, stiffness_n_per_m: 1e8, ..tool };
+    let hertz = Contact { law: ContactLaw::Hertz, stiffness: 1e8, ..tool };
     hertzian.machine.contacts.insert("tool".into(), hertz);
     vec![
         ("M4", with_run(reference_machine(4, 0.3), |run| run.peaks = true)),

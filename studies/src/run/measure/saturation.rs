@@ -4,7 +4,7 @@ use feeler_engine::{EventKind, Scenario, Trace};
 use feeler_plant::assembly::Assembly;
 use feeler_plant::description::{Quantity, SignalName};
 
-use crate::run::summary::EventRecord;
+use crate::run::record::event::EventRecord;
 
 /// A value this close to its limit is at it: limits act on held numbers, so all that separates the two is
 /// rounding.

@@ -11,8 +11,8 @@
 //! motion may be the answer to noise, which is up to 100 sigma, it grows only where the rise from window to
 //! window is certain against how much these rises differ among themselves ([`Trend::in_noise`]).
 
-use super::Evidence;
 use crate::run::measure::trend::Trend;
+use crate::run::verdict::evidence::Evidence;
 
 /// Growth from one part of the tail to the next, or from impact to impact, that counts as such.
 const GROWS: f64 = 1.5;
@@ -93,7 +93,7 @@ impl Evidence<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{ROWS, still, times};
+    use super::super::judge::tests::{ROWS, still, times};
     use super::super::{Evidence, Verdict};
     use crate::run::verdict::outcome::{Outcome, Undecided};
     use feeler_control::Stream;

@@ -1,6 +1,9 @@
-//! The names of what becomes of a run; [`crate::run::verdict`] tells which it is.
+//! What becomes of a run, and what it was judged from; [`crate::run::verdict`] tells which it is.
 
 use serde::{Serialize, Serializer};
+
+/// A run that does not tell its outcome is extended by doubling, up to this many times its duration.
+pub const MOST_EXTENSION: f64 = 8.0;
 
 /// What became of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -104,5 +107,27 @@ impl Undecided {
     /// Whether a longer run may tell.
     pub fn may_be_decided(self) -> bool {
         self != Self::EventStorm
+    }
+}
+
+/// An outcome and what it was judged from.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Verdict {
+    /// What became of the run.
+    pub outcome: Outcome,
+    /// From when to when it was judged, s.
+    pub tail_s: [f64; 2],
+    /// Amplitudes of the three parts of the tail, N.
+    pub amplitudes_n: [f64; 3],
+    /// Rate at which the amplitude grows, 1/s, where it does.
+    pub growth_per_s: Option<f64>,
+    /// Why nothing can be said, where nothing can.
+    pub undecided: Option<Undecided>,
+}
+
+impl Verdict {
+    /// Whether a longer run may tell what this one does not.
+    pub(in crate::run) fn may_be_decided(&self) -> bool {
+        self.undecided.is_some_and(Undecided::may_be_decided)
     }
 }

@@ -1,11 +1,12 @@
 //! The verdict where nothing can touch, so that a wall, if there is one, is one that a controller renders: by
 //! what the drive is commanded.
 
-use super::growth::soars;
-use super::{Evidence, LASTS, LEAST_ROWS, SATURATES, Verdict};
 use crate::run::measure::saturation;
 use crate::run::measure::trend::Trend;
-use crate::run::verdict::outcome::{Outcome, Undecided};
+use crate::run::verdict::evidence::Evidence;
+use crate::run::verdict::growth::soars;
+use crate::run::verdict::outcome::{Outcome, Undecided, Verdict};
+use crate::run::verdict::tail::{LASTS, LEAST_ROWS, SATURATES};
 
 /// Growth of a command below this share of the largest one is rounding.
 const ROUNDING: f64 = 1e-9;
@@ -46,7 +47,7 @@ impl Evidence<'_> {
 #[cfg(test)]
 #[expect(clippy::large_stack_arrays, reason = "constant evidence, promoted to statics")]
 mod tests {
-    use super::super::tests::{ROWS, verdict_of};
+    use super::super::judge::tests::{ROWS, verdict_of};
     use super::*;
     use std::f64::consts::TAU;
 

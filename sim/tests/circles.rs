@@ -1,0 +1,204 @@
+//! No file of a crate needs another that needs it, by way of however many: such files can only be read, and
+//! changed, together.
+//!
+//! Counted are paths in code (not in comments, tests or re-exports) that begin with `crate::`, `super::` or
+//! `self::`, and those that begin with a module of the same file.
+
+#![expect(clippy::unwrap_used, reason = "a test of files that must be there")]
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Circles that are known, each named by its files. An entry that is no circle any more must go.
+const KNOWN: &[&[&str]] = &[];
+
+/// A module's path within its crate.
+type Module = Vec<String>;
+
+#[test]
+fn truth_files_of_a_crate_need_each_other_one_way_only() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let mut found = BTreeSet::new();
+    for source in sources(root) {
+        let files = files(&source);
+        assert!(files.contains_key(&Vec::new()), "{} has no root", source.display());
+        let name = |module: &Module| files[module].strip_prefix(root).unwrap().display().to_string();
+        for circle in circles(&needs(&files)) {
+            found.insert(circle.iter().map(name).collect::<Vec<_>>());
+        }
+    }
+    let known: BTreeSet<Vec<String>> =
+        KNOWN.iter().map(|circle| circle.iter().map(ToString::to_string).collect()).collect();
+    let new: Vec<_> = found.difference(&known).collect();
+    assert!(new.is_empty(), "files that need each other; part what both need from the rest: {new:#?}");
+    let gone: Vec<_> = known.difference(&found).collect();
+    assert!(gone.is_empty(), "circles that are none any more; take them out of this test: {gone:#?}");
+}
+
+#[test]
+fn truth_a_circle_through_a_group_a_parent_and_a_child_is_seen() {
+    let needs = |text: &str, module: &[&str]| {
+        let all = [vec![], vec!["a"], vec!["a", "b"], vec!["c"]];
+        let all: BTreeSet<Module> =
+            all.iter().map(|path| path.iter().map(ToString::to_string).collect()).collect();
+        let module: Module = module.iter().map(ToString::to_string).collect();
+        paths(&code(text), &module, &all).iter().map(|module| module.join("::")).collect::<Vec<_>>()
+    };
+    assert_eq!(needs("use crate::{a::{b::X, Y}, c};", &["d"]), ["a", "a::b", "c"]);
+    assert_eq!(needs("fn f(x: super::Y) -> super::super::c::Z {}", &["a", "b"]), ["a", "c"]);
+    assert_eq!(needs("mod b;\nfn f() { b::go() }", &["a"]), ["a::b"]);
+    assert_eq!(
+        needs("mod b;\npub use b::X;\n// crate::c\n#[cfg(test)]\nmod tests {\nuse crate::c;\n}", &["a"]),
+        [""; 0]
+    );
+}
+
+/// The source folders of all crates.
+fn sources(root: &Path) -> Vec<PathBuf> {
+    let folders = |path: &Path| -> Vec<PathBuf> {
+        fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir()).collect()
+    };
+    let mut all: Vec<PathBuf> = folders(root);
+    all.extend(folders(&root.join("sim")));
+    all.retain(|folder| folder.join("Cargo.toml").is_file());
+    all.into_iter().map(|folder| folder.join("src")).filter(|source| source.is_dir()).collect()
+}
+
+/// Every file below a source folder, by its module.
+fn files(source: &Path) -> BTreeMap<Module, PathBuf> {
+    let mut files = BTreeMap::new();
+    let mut folders = vec![(source.to_path_buf(), Module::new())];
+    while let Some((folder, module)) = folders.pop() {
+        for entry in fs::read_dir(&folder).unwrap() {
+            let path = entry.unwrap().path();
+            let stem = path.file_stem().unwrap().to_str().unwrap().to_owned();
+            let inner: Module = module.iter().cloned().chain([stem.clone()]).collect();
+            if path.is_dir() {
+                folders.push((path, inner));
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                let is_own = matches!(stem.as_str(), "mod" | "lib" | "main");
+                files.insert(if is_own { module.clone() } else { inner }, path);
+            }
+        }
+    }
+    files
+}
+
+/// Which modules each module needs.
+fn needs(files: &BTreeMap<Module, PathBuf>) -> BTreeMap<Module, BTreeSet<Module>> {
+    let all: BTreeSet<Module> = files.keys().cloned().collect();
+    let of = |(module, path): (&Module, &PathBuf)| {
+        (module.clone(), paths(&code(&fs::read_to_string(path).unwrap()), module, &all))
+    };
+    files.iter().map(of).collect()
+}
+
+/// A file without comments, its module of tests, and re-exports.
+fn code(text: &str) -> String {
+    let text = text.find("#[cfg(test)]").map_or(text, |tests| &text[..tests]);
+    let lines = text.lines().map(|line| line.split("//").next().unwrap_or_default());
+    let text = lines.collect::<Vec<_>>().join("\n");
+    let is_export = |statement: &&str| {
+        let statement = statement.trim_start();
+        statement.starts_with("pub")
+            && statement.split_once("use ").is_some_and(|(before, _)| !before.contains('{'))
+    };
+    text.split_inclusive(';').filter(|statement| !is_export(statement)).collect()
+}
+
+/// Modules other than `module` that paths in its code lead to.
+fn paths(code: &str, module: &Module, all: &BTreeSet<Module>) -> BTreeSet<Module> {
+    let words = words(code);
+    let mut found = BTreeSet::new();
+    for at in 0..words.len().saturating_sub(1) {
+        let is_first = at == 0 || words[at - 1] != "::";
+        if !is_first || words[at + 1] != "::" {
+            continue;
+        }
+        let child: Module = module.iter().cloned().chain([words[at].to_owned()]).collect();
+        if matches!(words[at], "crate" | "super" | "self") || all.contains(&child) {
+            follow(&words, at, module.clone(), all, &mut found);
+        }
+    }
+    found.remove(module);
+    found
+}
+
+/// Follows the path that begins at word `at`, from `base` on; gives where it ends.
+fn follow(
+    words: &[&str],
+    mut at: usize,
+    base: Module,
+    all: &BTreeSet<Module>,
+    found: &mut BTreeSet<Module>,
+) -> usize {
+    let (mut here, mut is_inside) = (base, true);
+    loop {
+        match words.get(at).copied() {
+            Some("crate") => here.clear(),
+            Some("super") => {
+                here.pop();
+            }
+            Some("self") | None => {}
+            Some("{") => {
+                at += 1;
+                while words.get(at).is_some_and(|word| *word != "}") {
+                    at = follow(words, at, here.clone(), all, found) + 1;
+                    at += usize::from(words.get(at) == Some(&","));
+                }
+                return at;
+            }
+            Some(word) => {
+                here.push(word.to_owned());
+                if !is_inside || !all.contains(&here) {
+                    here.pop();
+                    is_inside = false;
+                }
+            }
+        }
+        if words.get(at + 1) != Some(&"::") {
+            found.insert(here);
+            return at;
+        }
+        at += 2;
+    }
+}
+
+/// Names, `::`, and every other sign by itself.
+fn words(code: &str) -> Vec<&str> {
+    let mut words = Vec::new();
+    let mut rest = code.trim_start();
+    while let Some(first) = rest.chars().next() {
+        let length = if rest.starts_with("::") {
+            2
+        } else {
+            let name = rest.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(rest.len());
+            name.max(first.len_utf8())
+        };
+        words.push(&rest[..length]);
+        rest = rest[length..].trim_start();
+    }
+    words
+}
+
+/// Modules that can be reached from each other, two or more together.
+fn circles(needs: &BTreeMap<Module, BTreeSet<Module>>) -> BTreeSet<Vec<Module>> {
+    let reached: BTreeMap<&Module, BTreeSet<&Module>> = needs
+        .keys()
+        .map(|from| {
+            let mut reached = BTreeSet::new();
+            let mut open = vec![from];
+            while let Some(module) = open.pop() {
+                open.extend(needs[module].iter().filter(|next| reached.insert(*next)));
+            }
+            (from, reached)
+        })
+        .collect();
+    let circle = |module: &&Module| -> Vec<Module> {
+        let is_both =
+            |other: &&&Module| reached[module].contains(**other) && reached[**other].contains(*module);
+        reached.keys().filter(is_both).map(|other| (*other).clone()).collect()
+    };
+    reached.keys().map(circle).filter(|circle| circle.len() > 1).collect()
+}

@@ -39,7 +39,7 @@ const FINEST: f64 = 1e-2;
 
 /// One machine in both engines.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Agreement {
+pub struct EngineAgreement {
     /// The machine.
     pub machine: String,
     /// Whether the tip hits the workpiece, or is attached to it.
@@ -96,7 +96,11 @@ fn positions(scenario: &Scenario, integrator: Integrator, step_s: f64) -> Result
 ///
 /// # Errors
 /// [`ValidationError::Engine`].
-pub fn agreement(machine: &str, scenario: &Scenario, steps_s: &[f64]) -> Result<Agreement, ValidationError> {
+pub fn agreement(
+    machine: &str,
+    scenario: &Scenario,
+    steps_s: &[f64],
+) -> Result<EngineAgreement, ValidationError> {
     let exact = positions(scenario, Integrator::Exact, 1.0 / RECORD_HZ)?;
     let start = exact.first().copied().unwrap_or_default();
     let travel = exact.iter().map(|x| (x - start).abs()).fold(0.0, f64::max);
@@ -108,22 +112,25 @@ pub fn agreement(machine: &str, scenario: &Scenario, steps_s: &[f64]) -> Result<
     }
     let impact =
         scenario.machine.contacts.values().any(|contact| contact.engagement == Engagement::Unilateral);
-    Ok(Agreement { machine: machine.into(), impact, order: slope(&points), points })
+    Ok(EngineAgreement { machine: machine.into(), impact, order: slope(&points), points })
 }
 
 /// Every machine in both engines.
 ///
 /// # Errors
 /// Those of [`machines`] and [`agreement`].
-pub fn agreements(scenarios: Option<&Path>, steps_s: &[f64]) -> Result<Vec<Agreement>, ValidationError> {
+pub fn agreements(
+    scenarios: Option<&Path>,
+    steps_s: &[f64],
+) -> Result<Vec<EngineAgreement>, ValidationError> {
     machines(scenarios)?.iter().map(|(name, scenario)| agreement(name, scenario, steps_s)).collect()
 }
 
 /// Rows: the engines converge to each other at the order of Rapier's integrator, and have come close at the
 /// finest step.
-pub fn engine_rows(agreements: &[Agreement]) -> Vec<Row> {
+pub fn engine_rows(agreements: &[EngineAgreement]) -> Vec<Row> {
     let claim = "two engines converge to each other at first order";
-    let of_machine = |one: &Agreement| {
+    let of_machine = |one: &EngineAgreement| {
         let finest = one.points.last().map_or(f64::NAN, |point| point.relative_error);
         [
             Row::close(

@@ -2,7 +2,7 @@
 
 use feeler_plant::description::Engagement;
 use feeler_validation::ValidationError;
-use feeler_validation::landmarks::{Chain, Search, fit, fitted, landmarks, rows, simulated_landmarks};
+use feeler_validation::landmarks::{Chain, StartSearch, fit, fitted, landmarks, rows, simulated_landmarks};
 
 /// Crossings of a measured phase and of the computed one, Hz: a hold of 0.1 ms turns 50 Hz by 0.9 degrees,
 /// the estimate is good to some tenths of one, and the flattest of these phases falls by 1.8 degrees per
@@ -38,10 +38,10 @@ fn regress_no_start_is_an_answer_already_and_most_find_one() {
         let off = landmarks(&start.machine(Engagement::Free)).unwrap().against_paper();
         assert!(off.iter().any(|(_, got, paper)| got.is_nan() || (got - paper).abs() > FAR_HZ), "{off:?}");
     }
-    let search = Search::from_starts(&starts, 2000).unwrap();
+    let search = StartSearch::from_starts(&starts, 2000).unwrap();
     assert!(search.reached() >= 4, "{} of 6", search.reached());
     // A start that may take no step stays where it is, and says so.
-    let stuck = Search::from_starts(&starts[..1], 0).unwrap();
+    let stuck = StartSearch::from_starts(&starts[..1], 0).unwrap();
     assert!(!stuck.fit().reached && stuck.fit().iterations == 0 && stuck.ranges[0].is_none());
 }
 

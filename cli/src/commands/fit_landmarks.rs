@@ -5,7 +5,7 @@ use std::path::Path;
 use feeler_files::{Draft, machine_to_toml};
 use feeler_plant::description::Engagement;
 use feeler_validation::ValidationError;
-use feeler_validation::landmarks::{Chain, Fit, LANDMARK_HZ, Search, simulated_landmarks};
+use feeler_validation::landmarks::{Chain, Fit, LANDMARK_HZ, StartSearch, simulated_landmarks};
 
 use crate::arguments::FitLandmarks;
 use crate::numbers::{count, percent, plain};
@@ -27,7 +27,7 @@ pub(crate) fn run(arguments: &FitLandmarks) -> anyhow::Result<()> {
         Some(path) => vec![from_file(path)?],
         None => (0..arguments.starts).map(Chain::start).collect(),
     };
-    let search = Search::from_starts(&starts, arguments.iterations)?;
+    let search = StartSearch::from_starts(&starts, arguments.iterations)?;
     let found = search.fit();
     let machine = found.chain.machine(Engagement::Free);
     if let Some(path) = &arguments.out {
@@ -84,7 +84,7 @@ fn is_missed(found: f64, paper: f64) -> bool {
 }
 
 /// What became of each start.
-fn attempts(search: &Search, file: Option<&Path>) -> String {
+fn attempts(search: &StartSearch, file: Option<&Path>) -> String {
     let farthest = |fit: &Fit| {
         let off = fit.landmarks.against_paper().into_iter().map(|(_, got, paper)| (got - paper).abs());
         off.fold(0.0, |farthest: f64, off| if off.is_nan() { off } else { farthest.max(off) })
@@ -116,7 +116,7 @@ fn attempts(search: &Search, file: Option<&Path>) -> String {
 }
 
 /// The chain, what the landmarks leave free of it, and how far apart the fits are.
-fn parameters(search: &Search) -> String {
+fn parameters(search: &StartSearch) -> String {
     let found = search.fit();
     let rows = found.undetermined.iter().zip(found.chain.parameters()).zip(&search.ranges).map(
         |(((name, share), (value, unit)), range)| {

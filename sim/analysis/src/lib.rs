@@ -42,7 +42,7 @@ pub use machine::assumptions::Assumption;
 pub use machine::channel::Channel;
 pub use machine::equilibrium::OperatingPoint;
 pub use machine::linearise::{LinearMachine, OutputRow};
-pub use machine::modes::{BodyMotion, Mode, ModeClass, ModeInPair, classify, modes};
+pub use machine::modes::{BodyMotion, ModeClass, ModeInPair, VibrationMode, classify, modes};
 pub use machine::prepare::{ContactView, FrictionView, HeldCommand, PlayView, View};
 pub use measure::curves::{Curves, curves};
 pub use measure::frf;

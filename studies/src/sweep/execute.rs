@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::error::SweepError;
 use super::points::Points;
-use super::row::{Row, table};
+use super::row::{VariantRow, table};
 use super::shard::Shard;
 use super::store::{ChunkId, Store};
 use super::{Counters, Sweep, chunk_ids, chunks};
@@ -50,7 +50,7 @@ impl Sweep {
         }
         missing.par_iter().try_for_each(|&(id, start, count)| {
             let variants: Vec<u64> = (start..start + count).collect();
-            let rows: Vec<Vec<Row>> = (variants.par_chunks(BLOCK))
+            let rows: Vec<Vec<VariantRow>> = (variants.par_chunks(BLOCK))
                 .map(|block| {
                     let rows = self.block(points, first, block, folder);
                     counters.add(&counters.done, block.len() as u64);
@@ -62,7 +62,7 @@ impl Sweep {
         Ok(ids)
     }
 
-    fn block(&self, points: &Points<'_>, first: u64, indices: &[u64], folder: &Path) -> Vec<Row> {
+    fn block(&self, points: &Points<'_>, first: u64, indices: &[u64], folder: &Path) -> Vec<VariantRow> {
         let settings: Vec<Vec<Setting>> = indices.iter().map(|&i| points.settings(i)).collect();
         let mut candidates = Vec::new();
         let refused: Vec<Option<String>> = (settings.iter())
@@ -77,7 +77,7 @@ impl Sweep {
             };
             let result =
                 result.and_then(|measured| self.keep_trace(&settings, variant, folder).map(|()| measured));
-            Row { variant, settings, result }
+            VariantRow { variant, settings, result }
         });
         rows.collect()
     }

@@ -20,12 +20,12 @@ use feeler_files::{Refine, SweepFile};
 
 /// A rectangle (or, with one axis, a section) of the lattice.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Cell {
+struct GridCell {
     corner: Node,
     sizes: Vec<u64>,
 }
 
-impl Cell {
+impl GridCell {
     /// The places from the corner on at multiples of `steps` within the cell.
     fn nodes(&self, steps: &[u64]) -> Vec<Node> {
         let mut nodes = vec![Node::new()];
@@ -93,10 +93,12 @@ pub(super) fn run(
         .zip(&strides)
         .map(|(axis, stride)| (axis.count().unwrap_or(2) - 1) * stride + 1)
         .collect();
-    let mut leaves: Vec<Cell> =
-        coarse(&counts, &strides).into_iter().map(|corner| Cell { corner, sizes: strides.clone() }).collect();
+    let mut leaves: Vec<GridCell> = coarse(&counts, &strides)
+        .into_iter()
+        .map(|corner| GridCell { corner, sizes: strides.clone() })
+        .collect();
     let mut classes: BTreeMap<Node, Option<String>> = BTreeMap::new();
-    let mut wanted: BTreeSet<Node> = leaves.iter().flat_map(Cell::corners).collect();
+    let mut wanted: BTreeSet<Node> = leaves.iter().flat_map(GridCell::corners).collect();
     let at_rest_away = nothing_can_touch(&sweep.document.scenario);
     let mut passes = Vec::new();
     while !wanted.is_empty() {
@@ -112,14 +114,16 @@ pub(super) fn run(
         // A cell may come to differ only after its neighbours were split, and cells whose places are all
         // known are split again at once.
         while wanted.is_empty() {
-            let (split, whole): (Vec<Cell>, Vec<Cell>) =
+            let (split, whole): (Vec<GridCell>, Vec<GridCell>) =
                 leaves.into_iter().partition(|cell| cell.is_crossed(&class));
             leaves = whole;
             if split.is_empty() {
                 break;
             }
-            let children: Vec<Cell> = split.iter().flat_map(Cell::children).collect();
-            wanted.extend(children.iter().flat_map(Cell::corners).filter(|node| !classes.contains_key(node)));
+            let children: Vec<GridCell> = split.iter().flat_map(GridCell::children).collect();
+            wanted.extend(
+                children.iter().flat_map(GridCell::corners).filter(|node| !classes.contains_key(node)),
+            );
             leaves.extend(children);
         }
     }
@@ -183,18 +187,18 @@ mod tests {
     /// already.
     #[test]
     fn truth_a_cell_at_its_tolerance_is_split_only_along_the_other_axis() {
-        let column = Cell { corner: vec![3, 0], sizes: vec![1, 8] };
+        let column = GridCell { corner: vec![3, 0], sizes: vec![1, 8] };
         assert_eq!(column.children().len(), 2);
         assert!(column.is_crossed(&|node| Some(side(node))));
         let beside = |node: &Node| Some(if node[0] > 3 { "right" } else { "left" });
         assert!(!column.is_crossed(&beside));
-        assert!(!Cell { corner: vec![3, 6], sizes: vec![1, 1] }.is_crossed(&|node| Some(side(node))));
+        assert!(!GridCell { corner: vec![3, 6], sizes: vec![1, 1] }.is_crossed(&|node| Some(side(node))));
     }
 
     /// Where both axes can be split, it does not matter along which of them the class changes.
     #[test]
     fn truth_squares_are_split_into_four() {
-        let square = Cell { corner: vec![0, 0], sizes: vec![4, 4] };
+        let square = GridCell { corner: vec![0, 0], sizes: vec![4, 4] };
         assert!(square.is_crossed(&|node| Some(side(node))) && square.corners().len() == 4);
         let children = square.children();
         assert_eq!(

@@ -8,7 +8,7 @@ use feeler_files::{Axis, Setting, SweepFile};
 
 /// What became of a variant.
 #[derive(Clone, Debug)]
-pub(super) struct Row {
+pub(super) struct VariantRow {
     pub(super) variant: u64,
     pub(super) settings: Vec<Setting>,
     /// Its measures, or what is wrong with it.
@@ -44,7 +44,7 @@ const MEASURES: &[Measure] = &[
 ];
 
 /// The rows as a table.
-pub(super) fn table(sweep: &SweepFile, rows: &[Row]) -> Table {
+pub(super) fn table(sweep: &SweepFile, rows: &[VariantRow]) -> Table {
     let mut columns = IndexMap::new();
     columns.insert(
         "variant".to_owned(),
@@ -53,7 +53,7 @@ pub(super) fn table(sweep: &SweepFile, rows: &[Row]) -> Table {
     for (i, (key, axis)) in sweep.axes.iter().enumerate() {
         columns.insert(key.clone(), axis_column(axis, rows.iter().map(|row| &row.settings[i])));
     }
-    let summary = |row: &Row| row.result.as_ref().ok().map(|measured| measured.summary.clone());
+    let summary = |row: &VariantRow| row.result.as_ref().ok().map(|measured| measured.summary.clone());
     let summaries: Vec<Option<Summary>> = rows.iter().map(summary).collect();
     if sweep.keep.outcome {
         let outcome = summaries.iter().map(|s| s.as_ref().map(|s| s.outcome.name().to_owned()));

@@ -165,7 +165,7 @@ fn jacobian(logs: &DVector<f64>, origin: &DVector<f64>, current: &DVector<f64>) 
 
 /// Fits from several starts.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Search {
+pub struct StartSearch {
     /// The fit from each start.
     pub fits: Vec<Fit>,
     /// Which of them is taken: the first that reaches every landmark, else that with the smallest residuals.
@@ -175,7 +175,7 @@ pub struct Search {
     pub ranges: Vec<Option<[f64; 2]>>,
 }
 
-impl Search {
+impl StartSearch {
     /// Fits from the first starts of [`Chain::start`], or from other ones.
     ///
     /// # Errors

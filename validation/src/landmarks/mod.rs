@@ -4,7 +4,7 @@
 //! The paper publishes landmarks of three measured responses and no parameters. The chain here is a stand-in
 //! that shows the same landmarks; its masses, springs and dampers are **not** those of the robot, and many
 //! other machines would fit as well. [`fit`] says in which directions of parameter space the landmarks leave
-//! it free, and [`Search`] how many of several starts that know the landmarks' frequencies alone find it.
+//! it free, and [`StartSearch`] how many of several starts that know the landmarks' frequencies alone find it.
 
 mod chain;
 mod fit;
@@ -25,7 +25,7 @@ use crate::error::ValidationError;
 use crate::table::Row;
 
 pub use chain::Chain;
-pub use fit::{Fit, Search, fit};
+pub use fit::{Fit, StartSearch, fit};
 
 /// Band in which landmarks are looked for, Hz.
 const BAND_HZ: (f64, f64) = (2.0, 90.0);

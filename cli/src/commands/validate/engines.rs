@@ -1,6 +1,6 @@
 //! `feeler validate engines`: Rapier against the exact engine, by step size.
 
-use feeler_validation::engines::{Agreement, agreements, default_steps_s, engine_rows};
+use feeler_validation::engines::{EngineAgreement, agreements, default_steps_s, engine_rows};
 
 use crate::arguments::Validate;
 use crate::numbers::plain;
@@ -22,11 +22,11 @@ pub(super) fn run(arguments: &Validate) -> anyhow::Result<()> {
     if engine_rows(&found).iter().all(|row| row.pass) { Ok(()) } else { Err(CheckFailed.into()) }
 }
 
-fn lines(found: &[Agreement], steps_s: &[f64]) -> String {
+fn lines(found: &[EngineAgreement], steps_s: &[f64]) -> String {
     let mut header = vec!["machine".to_owned()];
     header.extend(steps_s.iter().map(|step| format!("{} us", plain(step * 1e6))));
     header.push("order".to_owned());
-    let line = |one: &Agreement| {
+    let line = |one: &EngineAgreement| {
         let errors = one.points.iter().map(|point| format!("{:.2e}", point.relative_error));
         std::iter::once(one.machine.clone())
             .chain(errors)

@@ -13,7 +13,7 @@ use crate::limits::drift::WithoutDrift;
 use crate::loops::continuous_loop::ContinuousLoop;
 use crate::loops::control_loop::ControlLoop;
 use crate::loops::sampled_loop::SampledLoop;
-use crate::machine::modes::{Mode, modes};
+use crate::machine::modes::{VibrationMode, modes};
 
 /// Decades searched above and below the gain at which loop and machine weigh alike.
 const DECADES: u32 = 7;
@@ -311,7 +311,7 @@ impl ControlLoop {
     /// `None` where more of the motion is in none of them, as that of a whole machine which nothing holds.
     pub(crate) fn most_alike(
         &self,
-        own: &[Mode],
+        own: &[VibrationMode],
         vector: &DVector<C64>,
         expand: &DMatrix<f64>,
     ) -> Option<usize> {
@@ -324,7 +324,7 @@ impl ControlLoop {
             })
         };
         let motion = weighted(&motion);
-        let likeness = |mode: &Mode| {
+        let likeness = |mode: &VibrationMode| {
             let shape = weighted(&mode.vector);
             shape.dotc(&motion).norm_sqr() / (shape.norm_squared() * motion.norm_squared())
         };

@@ -11,7 +11,7 @@ use crate::limits::stability::GainBands;
 use crate::loops::closed_loop::{ClosedLoop, Shelf};
 use crate::loops::control_loop::{ControlLoop, LoopController};
 use crate::loops::gain_key::with_gain;
-use crate::machine::modes::{Mode, ModeClass, ModeInPair, undamped_hz};
+use crate::machine::modes::{ModeClass, ModeInPair, VibrationMode, undamped_hz};
 
 /// Bandwidths are compared with half of the largest stable gain: a gain margin of two.
 const SHARE_OF_LIMIT: f64 = 0.5;
@@ -145,7 +145,7 @@ pub struct Waterfall {
 }
 
 /// The lightly damped flexible mode on whose falling flank a frequency lies.
-fn flank(frequency_hz: f64, modes: &[Mode], pairs: &[ModeInPair]) -> Option<usize> {
+fn flank(frequency_hz: f64, modes: &[VibrationMode], pairs: &[ModeInPair]) -> Option<usize> {
     let flexible = |i: &usize| {
         !pairs[*i].rigid_body
             && pairs[*i].class != ModeClass::Uninvolved
@@ -209,7 +209,7 @@ impl ControlLoop {
     pub fn waterfall(
         &self,
         key: &str,
-        modes: &[Mode],
+        modes: &[VibrationMode],
         pairs: &[ModeInPair],
     ) -> Result<Waterfall, AnalysisError> {
         let flexible = self.flexible_links(modes, pairs);
@@ -370,10 +370,10 @@ impl ControlLoop {
 
     /// Springs that can be taken for rigid while every drive can still move, with the class of the mode that
     /// strains each most, by rising frequency of that mode.
-    fn flexible_links(&self, modes: &[Mode], pairs: &[ModeInPair]) -> Vec<(usize, ModeClass)> {
+    fn flexible_links(&self, modes: &[VibrationMode], pairs: &[ModeInPair]) -> Vec<(usize, ModeClass)> {
         let plant = self.plant();
         let layout = plant.motion().layout();
-        let strain = |i: usize, mode: &Mode| {
+        let strain = |i: usize, mode: &VibrationMode| {
             let row = &plant.equations().elongation[i][0];
             let e: C64 = (0..layout.coordinates()).map(|g| mode.vector[layout.q(g)] * row[layout.q(g)]).sum();
             let speed: f64 = (0..layout.coordinates()).map(|g| mode.vector[layout.v(g)].norm_sqr()).sum();

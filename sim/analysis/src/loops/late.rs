@@ -20,7 +20,7 @@ use crate::loops::control_loop::ControlLoop;
 use crate::loops::gain_key::with_gain;
 use crate::loops::sampled_loop::SampledLoop;
 use crate::machine::linearise::OutputRow;
-use crate::machine::modes::{Mode, modes};
+use crate::machine::modes::{VibrationMode, modes};
 
 /// From this many whole samples of delay on they stand beside the loop. Fewer cost less as states.
 const LATE: usize = 12;
@@ -216,7 +216,7 @@ struct LateSearch {
     /// The loop without dead time at one and at two units of the gain.
     ends: Vec<TransferEvaluator>,
     frequencies: Vec<f64>,
-    modes: Vec<Mode>,
+    modes: Vec<VibrationMode>,
 }
 
 impl LateSearch {

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::error::AnalysisError;
 use crate::loops::control_loop::ControlLoop;
-use crate::machine::modes::{Mode, ModeInPair, classify};
+use crate::machine::modes::{ModeInPair, VibrationMode, classify};
 
 /// What gains, margins and limits are of: the loop of one controller.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -28,7 +28,7 @@ pub(crate) fn loop_pair(
     whole: &ControlLoop,
     controller: usize,
     gain: &str,
-    modes: &[Mode],
+    modes: &[VibrationMode],
 ) -> Result<Option<(LoopPair, Vec<ModeInPair>)>, AnalysisError> {
     let own = &whole.controllers()[controller];
     let signal = |sensor: Option<usize>| {

@@ -31,7 +31,7 @@ const UNDAMPED: f64 = 1e-9;
 
 /// A mode of vibration of the machine.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mode {
+pub struct VibrationMode {
     /// Eigenvalue with positive imaginary part, rad/s.
     pub eigenvalue: C64,
     /// Eigenvector over all states of the machine.
@@ -51,7 +51,7 @@ pub struct BodyMotion {
     pub quadrature: f64,
 }
 
-impl Mode {
+impl VibrationMode {
     /// |s| / 2 pi, Hz.
     pub fn frequency_hz(&self) -> f64 {
         self.eigenvalue.norm() / TAU
@@ -67,7 +67,7 @@ impl Mode {
 ///
 /// # Errors
 /// [`AnalysisError::Lti`].
-pub fn modes(plant: &LinearMachine) -> Result<Vec<Mode>, AnalysisError> {
+pub fn modes(plant: &LinearMachine) -> Result<Vec<VibrationMode>, AnalysisError> {
     let motion = plant.motion();
     let found = eigen(plant.a())?;
     let mut modes = Vec::new();
@@ -93,7 +93,7 @@ pub fn modes(plant: &LinearMachine) -> Result<Vec<Mode>, AnalysisError> {
             let x = x / largest;
             BodyMotion { body, in_phase: x.re, quadrature: x.im }
         });
-        modes.push(Mode { eigenvalue: *value, vector: vector.clone(), shape: shape.collect() });
+        modes.push(VibrationMode { eigenvalue: *value, vector: vector.clone(), shape: shape.collect() });
     }
     modes.sort_by(|a, b| a.eigenvalue.norm().total_cmp(&b.eigenvalue.norm()));
     Ok(modes)
@@ -136,7 +136,7 @@ pub struct ModeInPair {
 
 impl ModeInPair {
     /// What the mode multiplies a loop by at `s`: 1 at zero frequency.
-    pub fn factor(&self, mode: &Mode, s: C64) -> C64 {
+    pub fn factor(&self, mode: &VibrationMode, s: C64) -> C64 {
         let pair = |root: C64| (s - root) * (s - root.conj()) / root.norm_sqr();
         self.zero.map_or(C64::new(1.0, 0.0), pair) / pair(mode.eigenvalue)
     }
@@ -170,7 +170,7 @@ fn displacement_row(plant: &LinearMachine, source: Source) -> Option<Row> {
 /// [`AnalysisError::NotLinear`] for a signal that measures no displacement; [`AnalysisError::Lti`].
 pub fn classify(
     plant: &LinearMachine,
-    modes: &[Mode],
+    modes: &[VibrationMode],
     drive: usize,
     output: Source,
     channel: &Channel,
@@ -180,8 +180,9 @@ pub fn classify(
     let stroke = &plant.equations().stroke[drive][0];
     let sensed = displacement_row(plant, output)
         .ok_or_else(|| AnalysisError::NotLinear { name: format!("{output:?}") })?;
-    let along =
-        |row: &Row, mode: &Mode| (0..nc).map(|g| mode.vector[layout.q(g)] * row[layout.q(g)]).sum::<C64>();
+    let along = |row: &Row, mode: &VibrationMode| {
+        (0..nc).map(|g| mode.vector[layout.q(g)] * row[layout.q(g)]).sum::<C64>()
+    };
 
     let mass = |g: usize| plant.motion().coordinates().mass_kg(g);
     let mut stiffness = DMatrix::from_fn(nc, nc, |g, h| -mass(g) * plant.a()[(layout.v(g), layout.q(h))]);
@@ -195,7 +196,7 @@ pub fn classify(
     let slow_way = |row: &Row| (0..nc).map(|g| row[layout.q(g)] * slow[g]).sum::<f64>();
     let rigid_sign = (slow_way(stroke) * slow_way(&sensed)).signum();
 
-    let share = |mode: &Mode| {
+    let share = |mode: &VibrationMode| {
         let energy: f64 = (0..nc).map(|g| mass(g) * mode.vector[layout.q(g)].norm_sqr()).sum();
         (along(stroke, mode).conj() * along(&sensed, mode)).re.abs() / (energy * mode.eigenvalue.norm_sqr())
     };
@@ -206,7 +207,7 @@ pub fn classify(
         .filter(|_| !carried_away)
         .max_by(|&i, &j| share(&modes[i]).total_cmp(&share(&modes[j])));
 
-    let class = |mode: &Mode| {
+    let class = |mode: &VibrationMode| {
         let largest = (0..nc).map(|g| mode.vector[layout.q(g)].norm()).fold(0.0, f64::max);
         let (a, s) = (along(stroke, mode), along(&sensed, mode));
         if a.norm().min(s.norm()) < NEGLIGIBLE * largest {
@@ -239,7 +240,7 @@ pub fn classify(
 /// Gives each pair of zeros to a mode: the nearest first, colocated modes before noncolocated ones, the
 /// rigid-body motion last.
 fn pair_zeros(
-    modes: &[Mode],
+    modes: &[VibrationMode],
     classes: &[ModeClass],
     rigid: Option<usize>,
     zeros: &[C64],
@@ -284,7 +285,7 @@ fn without_quadruples(zeros: &[C64]) -> Vec<C64> {
 }
 
 /// Largest lag of a mode's factor: the least phase, continued from zero frequency.
-fn dip_deg(pair: &ModeInPair, mode: &Mode) -> f64 {
+fn dip_deg(pair: &ModeInPair, mode: &VibrationMode) -> f64 {
     let ends = [mode.eigenvalue, pair.zero.unwrap_or(mode.eigenvalue)];
     let low = ends.iter().map(|r| r.norm()).fold(f64::INFINITY, f64::min);
     let high = ends.iter().map(|r| r.norm()).fold(0.0, f64::max);
@@ -301,7 +302,7 @@ fn dip_deg(pair: &ModeInPair, mode: &Mode) -> f64 {
 }
 
 /// Frequencies of modes that nothing damps and that a pair of actuator and sensor sees, Hz.
-pub(crate) fn undamped_hz(modes: &[Mode], pairs: &[ModeInPair]) -> Vec<f64> {
+pub(crate) fn undamped_hz(modes: &[VibrationMode], pairs: &[ModeInPair]) -> Vec<f64> {
     let seen = modes.iter().zip(pairs).filter(|(_, pair)| pair.class != ModeClass::Uninvolved);
     seen.filter(|(mode, _)| mode.damping_ratio().abs() < UNDAMPED)
         .map(|(mode, _)| mode.frequency_hz())

@@ -20,7 +20,7 @@ use crate::loops::control_loop::ControlLoop;
 use crate::loops::loop_pair::LoopPair;
 use crate::machine::assumptions::Assumption;
 use crate::machine::channel::Channel;
-use crate::machine::modes::{BodyMotion, Mode, ModeClass, ModeInPair, classify, modes, undamped_hz};
+use crate::machine::modes::{BodyMotion, ModeClass, ModeInPair, VibrationMode, classify, modes, undamped_hz};
 use crate::machine::outer_force::commanded;
 use crate::machine::prepare::View;
 use crate::workers::Workers;
@@ -241,12 +241,12 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
 
 /// Modes between input and output, and in the loop.
 fn described(
-    own: &[Mode],
+    own: &[VibrationMode],
     classified: &[ModeInPair],
     in_loop: Option<&[ModeInPair]>,
     crossover_hz: Option<f64>,
 ) -> Vec<ModeReport> {
-    let describe = |(i, mode): (usize, &Mode)| {
+    let describe = |(i, mode): (usize, &VibrationMode)| {
         let (asked, looped) = (&classified[i], in_loop.map_or(&classified[i], |pairs| &pairs[i]));
         ModeReport {
             frequency_hz: mode.frequency_hz(),

@@ -11,7 +11,7 @@ use crate::limits::waterfall::{Limit, Waterfall};
 use crate::loops::control_loop::ControlLoop;
 use crate::loops::gain_key::gain;
 use crate::loops::loop_pair::{LoopPair, loop_pair};
-use crate::machine::modes::{Mode, ModeInPair};
+use crate::machine::modes::{VibrationMode, ModeInPair};
 use crate::workers::Workers;
 
 /// A loop: stable gains, margins, and what limits its bandwidth.
@@ -100,7 +100,7 @@ impl LoopReport {
         machine: &Machine,
         whole: &ControlLoop,
         key: &str,
-        modes: &[Mode],
+        modes: &[VibrationMode],
         classified: &[ModeInPair],
         workers: Option<Workers>,
     ) -> Result<LoopAndModes, AnalysisError> {

@@ -36,7 +36,7 @@ pub enum DiagnosisError {
     #[error("{}", list_faults(.faults))]
     Data {
         /// Every fault found.
-        faults: Vec<crate::dataset::Fault>,
+        faults: Vec<crate::dataset::fault::Fault>,
     },
     /// A column stands for a signal that the machine to be replayed has not.
     #[error("column `{column}` is `{signal}`, which this machine has not: {reason}")]
@@ -77,8 +77,8 @@ pub enum DiagnosisError {
     Exponential(#[from] LtiError),
 }
 
-fn list_faults(faults: &[crate::dataset::Fault]) -> String {
-    crate::dataset::in_words(faults).join("\n")
+fn list_faults(faults: &[crate::dataset::fault::Fault]) -> String {
+    crate::dataset::fault::in_words(faults).join("\n")
 }
 
 fn list_problems(problems: &[Problem]) -> String {

@@ -1,7 +1,8 @@
 //! The paper's five claims (Eppinger and Seering 1992), each as checked rows.
 
 use feeler_analysis::{
-    ControlLoop, Edge, GainBands, Limit, LinearMachine, Mode, ModeClass, ModeInPair, View, classify, modes,
+    ControlLoop, Edge, GainBands, Limit, LinearMachine, ModeClass, ModeInPair, VibrationMode, View, classify,
+    modes,
 };
 use feeler_control::{ControllerSpec, ForceGains, Law, PositionGains};
 use feeler_engine::Scenario;
@@ -73,7 +74,7 @@ fn phase_deg(axis: &Axis, frequency_hz: f64) -> Result<f64, ValidationError> {
 }
 
 /// Modes of a machine with their class for drive and elastic contact force.
-fn classified(machine: &Machine) -> Result<Vec<(Mode, ModeInPair)>, ValidationError> {
+fn classified(machine: &Machine) -> Result<Vec<(VibrationMode, ModeInPair)>, ValidationError> {
     let plant = LinearMachine::new(machine, &View::CLAMPED)?;
     let own = modes(&plant)?;
     let (input, output) =
@@ -84,7 +85,7 @@ fn classified(machine: &Machine) -> Result<Vec<(Mode, ModeInPair)>, ValidationEr
 }
 
 /// The flexible mode of a model that has one.
-fn flexible_mode(axis: &Axis) -> Result<(Mode, ModeInPair), ValidationError> {
+fn flexible_mode(axis: &Axis) -> Result<(VibrationMode, ModeInPair), ValidationError> {
     let found = classified(&axis.machine("axis"))?.into_iter().find(|(_, pair)| !pair.rigid_body);
     found.ok_or_else(|| ValidationError::Reference { what: "a machine without a flexible mode".into() })
 }

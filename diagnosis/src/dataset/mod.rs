@@ -4,7 +4,7 @@ mod bridge;
 mod check;
 mod compare;
 mod consistency;
-mod fault;
+pub(crate) mod fault;
 pub(crate) mod laps;
 mod mcap;
 mod pieces;

@@ -4,8 +4,6 @@ use feeler_arm::Chain;
 use feeler_geometry::{GeometryError, Shape, overlap_m};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
-use crate::cell::numbers;
-
 /// Thinnest link, m.
 const THINNEST: f64 = 1e-3;
 /// Overlap by rounding, m.
@@ -90,4 +88,10 @@ pub(crate) fn overlap(
         }
     }
     Ok(None)
+}
+
+/// Position and unit quaternion of a place.
+pub(crate) fn numbers(place: &Isometry3<f64>) -> ([f64; 3], [f64; 4]) {
+    let turn = place.rotation.coords;
+    (place.translation.vector.into(), [turn.x, turn.y, turn.z, turn.w])
 }

@@ -3,9 +3,9 @@
 use feeler_arm::{Arm, Chain, Others, Reduction, Target, inverse_kinematics};
 use feeler_engine::Scenario;
 use feeler_geometry::{Pair, Place, Shape};
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::Vector3;
 
-use crate::bodies::{self, BodyShapes};
+use crate::bodies::{self, BodyShapes, numbers};
 use crate::error::ManipulatorError;
 use crate::joint::JointPart;
 
@@ -147,10 +147,4 @@ impl Cell {
 pub(crate) fn farthest_m(chain: &Chain) -> f64 {
     let places = chain.joints.iter().map(|joint| &joint.place).chain([&chain.tool]);
     REACHES * places.map(|place| place.translation.vector.norm()).sum::<f64>()
-}
-
-/// Position and unit quaternion of a place.
-pub(crate) fn numbers(place: &Isometry3<f64>) -> ([f64; 3], [f64; 4]) {
-    let turn = place.rotation.coords;
-    (place.translation.vector.into(), [turn.x, turn.y, turn.z, turn.w])
 }

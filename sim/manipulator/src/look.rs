@@ -8,7 +8,7 @@ use feeler_plant::description::Quantity;
 use feeler_plant::motion::{ContactState, FrictionState, NonlinearLaw, NonlinearTerm, StopSide, SwitchState};
 use nalgebra::{DVector, Vector3};
 
-use crate::cell::numbers;
+use crate::bodies::numbers;
 use crate::joint::JointPart;
 use crate::mode::{Change, Mode, index_of};
 use crate::state::{Layout, filtered};

@@ -7,7 +7,8 @@ use feeler_plant::assembly::{Assembly, Source};
 use feeler_plant::description::Quantity;
 use nalgebra::{DVector, Vector3};
 
-use crate::cell::{Cell, farthest_m, numbers};
+use crate::bodies::numbers;
+use crate::cell::{Cell, farthest_m};
 use crate::error::ManipulatorError;
 use crate::look::Plant;
 use crate::mode::Mode;

@@ -11,7 +11,7 @@ use crate::limits::waterfall::{Limit, Waterfall};
 use crate::loops::control_loop::ControlLoop;
 use crate::loops::gain_key::gain;
 use crate::loops::loop_pair::{LoopPair, loop_pair};
-use crate::machine::modes::{VibrationMode, ModeInPair};
+use crate::machine::modes::{ModeInPair, VibrationMode};
 use crate::workers::Workers;
 
 /// A loop: stable gains, margins, and what limits its bandwidth.

@@ -45,6 +45,7 @@ impl Record {
 
 #[cfg(test)]
 mod tests {
+    use std::fmt::Write as _;
     use std::fs;
 
     use super::*;
@@ -61,11 +62,11 @@ mod tests {
                            [columns.x]\nsignal = \"a.position\"\n"
             .to_owned();
         for file in files {
-            dataset += &format!("[[experiments]]\nfile = \"{file}\"\n");
+            let _ = writeln!(dataset, "[[experiments]]\nfile = \"{file}\"");
             let mut text = "t_s,u,x\n".to_owned();
             for k in 0..rows {
                 let t = 0.01 * k as f64;
-                text += &format!("{t},{},{}\n", t.sin(), (1.3 * t).cos());
+                let _ = writeln!(text, "{t},{},{}", t.sin(), (1.3 * t).cos());
             }
             write(file, &text);
         }

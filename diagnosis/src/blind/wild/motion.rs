@@ -102,7 +102,7 @@ impl Motion {
     }
 
     /// The same motion begun at rest: its time starts slowly and then runs on.
-    fn from_rest(&self, t_s: f64, rise_s: f64) -> [f64; 3] {
+    fn begun_at_rest(&self, t_s: f64, rise_s: f64) -> [f64; 3] {
         let fading = (-t_s / rise_s).exp();
         let [x, v, a] = self.wanted(t_s - rise_s * (1.0 - fading));
         let pace = 1.0 - fading;
@@ -125,7 +125,7 @@ impl<'a> Servo<'a> {
     /// The command, from where the motor is.
     pub(super) fn command(&self, t_s: f64, [x, v]: [f64; 2]) -> f64 {
         let (axis, sizes) = (self.axis, &self.sizes);
-        let [x_wanted, v_wanted, a_wanted] = self.motion.from_rest(t_s, RISE / sizes.omega);
+        let [x_wanted, v_wanted, a_wanted] = self.motion.begun_at_rest(t_s, RISE / sizes.omega);
         let stiffness = sizes.stiffness();
         let damping = 2.0 * SERVO_DAMPING * (stiffness * axis.mass_kg()).sqrt();
         let sign = (v_wanted / (SIGN_SHARE * sizes.speed())).tanh();
@@ -152,7 +152,7 @@ mod tests {
         let h = 1e-4;
         for k in 0..50 {
             let t = 0.05 + 0.07 * f64::from(k);
-            let [before, at, after] = [t - h, t, t + h].map(|t| motion.from_rest(t, 0.1));
+            let [before, at, after] = [t - h, t, t + h].map(|t| motion.begun_at_rest(t, 0.1));
             for (wanted, (after, before)) in at[1..].iter().zip(after.iter().zip(&before)) {
                 let slope = (after - before) / (2.0 * h);
                 assert!((slope - wanted).abs() < DIFFERENCE * sizes.amplitude * sizes.omega.powi(3));

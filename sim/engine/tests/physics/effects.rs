@@ -2,7 +2,7 @@
 
 use feeler_engine::{Program, RunEnd, Scenario, Simulation, Trace, Unobserved};
 use feeler_plant::description::{Body, GROUND, Spring};
-use feeler_plant::effects::{Definition, EffectUse, HostKind, LIBRARY};
+use feeler_plant::effects::{Definition, EffectUse, HostKind, LIBRARY, Trait};
 use feeler_plant::motion::MeterKind;
 
 use crate::common::{axis, largest_difference, run, spring};
@@ -110,7 +110,7 @@ fn prop_dissipative_effects_never_add_energy() {
     base.controllers.clear();
     base.machine.bodies["motor"].velocity_m_per_s = 0.1;
     base.machine.springs.insert("centring".into(), spring(GROUND, "motor", 5e3, 0.0));
-    for definition in LIBRARY.iter().filter(|definition| definition.dissipative) {
+    for definition in LIBRARY.iter().filter(|definition| definition.has(Trait::Dissipative)) {
         for scenario in placements(&base, definition, &typical_values(definition)) {
             let program = Program::new(&scenario).unwrap();
             let mut simulation = Simulation::<f64>::new(vec![program]).unwrap();

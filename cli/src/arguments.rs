@@ -316,7 +316,7 @@ pub(crate) struct FitLandmarks {
     feeler effects --json")]
 pub(crate) struct Effects {
     /// Explain this effect
-    #[arg(value_name = "KIND", value_parser = PossibleValuesParser::new(LIBRARY.iter().map(|effect| effect.kind)), hide_possible_values = true)]
+    #[arg(value_name = "KIND", value_parser = PossibleValuesParser::new(LIBRARY.iter().map(|effect| effect.name)), hide_possible_values = true)]
     pub(crate) kind: Option<String>,
     /// Print as JSON
     #[arg(long)]

@@ -63,8 +63,7 @@ pub fn cell_schema() -> Value {
     for (table, shape, text) in CELL_TABLES {
         properties.insert(table.into(), described(changes_of(shape, Map::new()), text));
     }
-    let effects =
-        joint_effects().map(Kind::definition);
+    let effects = joint_effects().map(Kind::definition);
     let effects: Map<String, Value> =
         effects.map(|definition| (definition.name.into(), of_effect(definition, Part::Changes))).collect();
     let effects = json!({ "description": "departures from the ideal", "type": "object", "properties": effects, "additionalProperties": false });

@@ -186,12 +186,7 @@ fn refuse_effects(root: &Table, problems: &mut Problems) {
                 };
                 let path = join(&join(&join(name, element), EFFECTS), kind);
                 let remedy = format!("{why}; the axis that `feeler reduce` makes takes every effect");
-                problems.add(
-                    &entry.key,
-                    path,
-                    format!("`{kind}` is not simulated with a whole arm"),
-                    remedy,
-                );
+                problems.add(&entry.key, path, format!("`{kind}` is not simulated with a whole arm"), remedy);
             }
         }
     }

@@ -282,7 +282,8 @@ mod tests {
 
     #[test]
     fn truth_effects_of_other_places_are_refused() {
-        let problems = JointPart::new("elbow", &drive(), false, &[EffectUse::of(AddedMass { mass: 1.0 })]).unwrap_err();
+        let problems =
+            JointPart::new("elbow", &drive(), false, &[EffectUse::of(AddedMass { mass: 1.0 })]).unwrap_err();
         assert_eq!(problems[0].key, "effects.added-mass");
         assert!(problems[0].remedy.as_deref().unwrap().contains("backlash"));
     }

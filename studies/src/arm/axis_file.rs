@@ -228,7 +228,11 @@ fn axis_text(axis: &Reduction, contact: ToolContact, gain: f64) -> String {
         axis.guide_damping_n_s_per_m
     ));
     if axis.dry_friction_n > 0.0 {
-        line(format!("[springs.guide.effects.{}]\nlevel = {:?}\n", Kind::CoulombFriction, axis.dry_friction_n));
+        line(format!(
+            "[springs.guide.effects.{}]\nlevel = {:?}\n",
+            Kind::CoulombFriction,
+            axis.dry_friction_n
+        ));
     }
     line(format!(
         "[springs.transmission]\nbetween = [\"motor\", \"tip\"]\nstiffness = {:?}\ndamping = {:?}\n",

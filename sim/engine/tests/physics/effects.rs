@@ -2,7 +2,7 @@
 
 use feeler_engine::{Program, RunEnd, Scenario, Simulation, Trace, Unobserved};
 use feeler_plant::description::{Body, GROUND, Spring};
-use feeler_plant::effects::{Definition, EffectUse, HostKind, LIBRARY, Trait};
+use feeler_plant::effects::{Definition, EffectUse, HostKind, Kind, LIBRARY, Trait};
 use feeler_plant::motion::MeterKind;
 
 use crate::common::{axis, largest_difference, run, spring};
@@ -38,9 +38,9 @@ fn placements(base: &Scenario, definition: &'static Definition, values: &[f64]) 
 /// else a limit, is it.
 fn null_values(definition: &Definition) -> Option<Vec<f64>> {
     match definition.kind {
-        "contact-stiffness" => Some(vec![2e5]),
-        "contact-damping" => Some(vec![120.0]),
-        "hertz-contact" => Some(vec![1.0, 2e5]),
+        Kind::ContactStiffness => Some(vec![2e5]),
+        Kind::ContactDamping => Some(vec![120.0]),
+        Kind::HertzContact => Some(vec![1.0, 2e5]),
         _ => {
             let has_null = definition.parameters.iter().any(|parameter| parameter.null.is_some());
             has_null.then(|| definition.parameters.iter().map(|p| p.null.unwrap_or(p.typical)).collect())

@@ -187,6 +187,11 @@ pub trait Parameters: Copy {
 
     /// Values in the order of the definition.
     fn values(self) -> Vec<f64>;
+
+    /// Typical values.
+    fn typical() -> Self {
+        Self::of(&Self::PARAMETERS.iter().map(|parameter| parameter.typical).collect::<Vec<_>>())
+    }
 }
 
 /// The parameters of an effect that changes the plant.

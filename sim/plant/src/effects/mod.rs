@@ -95,6 +95,12 @@ impl std::fmt::Display for Kind {
     }
 }
 
+impl serde::Serialize for Kind {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
 /// The effect of this name in files, if the library has one.
 pub fn find(name: &str) -> Option<&'static Definition> {
     LIBRARY.iter().copied().find(|definition| definition.name == name)

@@ -3,7 +3,7 @@
 use crate::keys::Element;
 use feeler_catalogue::{Absent, Bound, Key, Kind, Shape, Unit, Variant, Word};
 use feeler_manipulator::joint_effects;
-use feeler_plant::effects::{Definition, HostKind, Kind, LIBRARY, Parameter};
+use feeler_plant::effects::{self, Definition, HostKind, LIBRARY, Parameter};
 use serde_json::{Map, Value, json};
 
 use super::build::bound_of;
@@ -63,7 +63,7 @@ pub fn cell_schema() -> Value {
     for (table, shape, text) in CELL_TABLES {
         properties.insert(table.into(), described(changes_of(shape, Map::new()), text));
     }
-    let effects = joint_effects().map(Kind::definition);
+    let effects = joint_effects().map(effects::Kind::definition);
     let effects: Map<String, Value> =
         effects.map(|definition| (definition.name.into(), of_effect(definition, Part::Changes))).collect();
     let effects = json!({ "description": "departures from the ideal", "type": "object", "properties": effects, "additionalProperties": false });

@@ -121,7 +121,7 @@ fn effects(
         let path = join(&path, kind);
         let known = find(kind);
         let Some(host) = known.and_then(|definition| joint_effect_host(definition.kind)) else {
-            let mut taken = joint_effects().map(Kind::name);
+            let taken = joint_effects().map(Kind::name);
             let (message, remedy) = if known.is_some() {
                 let taken = taken.collect::<Vec<_>>().join(", ");
                 (format!("`{kind}` is not simulated in a joint"), format!("joints take {taken}"))

@@ -17,7 +17,7 @@ const DRIVE: &str = "drive";
 const ENCODER: &str = "encoder";
 
 /// Effects of a contact that hold for shapes in space.
-const OF_CONTACTS: [Kind; 6] = [
+pub(crate) const OF_CONTACTS: [Kind; 6] = [
     Kind::ContactStiffness,
     Kind::ContactDamping,
     Kind::HuntCrossleyContact,
@@ -26,7 +26,7 @@ const OF_CONTACTS: [Kind; 6] = [
     Kind::SurfaceOffset,
 ];
 /// Effects of sensors that do not, with why.
-const NOT_OF_SENSORS: [(Kind, &str); 1] =
+pub(crate) const NOT_OF_SENSORS: [(Kind, &str); 1] =
     [(Kind::ToolInertia, "the wrist sensor is taken as massless beyond it")];
 /// Keys that have no meaning for a whole arm: table, key, and what is there instead.
 const NOT_HERE: [(&str, &str, &str); 10] = [

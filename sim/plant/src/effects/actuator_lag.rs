@@ -4,10 +4,8 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    ActuatorLag {
-        time_constant: log(Dimension::TIME, Some(0.0), 2e-3, (0.0, 10.0), "time to cover 63 % of a step"),
-    }
+parameters! { ActuatorLag
+    time_constant: log(Dimension::TIME, Some(0.0), 2e-3, (0.0, 10.0), "time to cover 63 % of a step"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -4,12 +4,8 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    AddedMass {
-        mass: linear(
-            Dimension::MASS, Some(0.0), 2.0, (-1e5, 1e5), "beyond the believed one; may be negative"
-        ),
-    }
+parameters! { AddedMass
+    mass: linear(Dimension::MASS, Some(0.0), 2.0, (-1e5, 1e5), "beyond the believed one; may be negative"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

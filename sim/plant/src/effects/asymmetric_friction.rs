@@ -4,13 +4,11 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    AsymmetricFriction {
-        level: log(Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "mean of the two levels"),
-        asymmetry: linear(
-            Dimension::NONE, None, 0.3, (-1.0, 1.0), "half the difference of the levels, over their mean"
-        ),
-    }
+parameters! { AsymmetricFriction
+    level: log(Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "mean of the two levels"),
+    asymmetry: linear(
+        Dimension::NONE, None, 0.3, (-1.0, 1.0), "half the difference of the levels, over their mean"
+    ),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -13,16 +13,14 @@ const DERIVED: f64 = 0.0;
 const FLANK_FREQUENCY_HZ: f64 = 1000.0;
 const FLANK_DAMPING_RATIO: f64 = 0.1;
 
-parameters! {
-    Backlash {
-        width: log(Dimension::LENGTH, Some(0.0), 2e-5, (0.0, 1.0), "free play from one flank to the other"),
-        stiffness: log(
-            Dimension::STIFFNESS, None, DERIVED, (0.0, 1e12), "of the flanks of a rigid spring; 0: derived"
-        ) or DERIVED,
-        damping: log(
-            Dimension::DAMPING, None, DERIVED, (0.0, 1e9), "of the flanks of a rigid spring; 0: derived"
-        ) or DERIVED,
-    }
+parameters! { Backlash
+    width: log(Dimension::LENGTH, Some(0.0), 2e-5, (0.0, 1.0), "free play from one flank to the other"),
+    stiffness: log(
+        Dimension::STIFFNESS, None, DERIVED, (0.0, 1e12), "of the flanks of a rigid spring; 0: derived"
+    ) or DERIVED,
+    damping: log(
+        Dimension::DAMPING, None, DERIVED, (0.0, 1e9), "of the flanks of a rigid spring; 0: derived"
+    ) or DERIVED,
 }
 
 pub(super) static DEFINITION: Definition = Definition {

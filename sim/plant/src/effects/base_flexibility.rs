@@ -6,12 +6,10 @@ use super::{
 use crate::assembly::{Assembly, GROUND_NODE};
 use crate::units::Dimension;
 
-parameters! {
-    BaseFlexibility {
-        mass: log(Dimension::MASS, None, 180.0, (ABOVE_ZERO, 1e6), "mass of the base"),
-        stiffness: log(Dimension::STIFFNESS, None, 1.0e6, (ABOVE_ZERO, 1e12), "stiffness of its mount"),
-        damping: log(Dimension::DAMPING, None, 800.0, (0.0, 1e9), "damping of its mount"),
-    }
+parameters! { BaseFlexibility
+    mass: log(Dimension::MASS, None, 180.0, (ABOVE_ZERO, 1e6), "mass of the base"),
+    stiffness: log(Dimension::STIFFNESS, None, 1.0e6, (ABOVE_ZERO, 1e12), "stiffness of its mount"),
+    damping: log(Dimension::DAMPING, None, 800.0, (0.0, 1e9), "damping of its mount"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -4,12 +4,8 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    CommandDelay {
-        delay: linear(
-            Dimension::TIME, Some(0.0), 1e-3, (0.0, 1.0), "how late the drive acts on each command"
-        ),
-    }
+parameters! { CommandDelay
+    delay: linear(Dimension::TIME, Some(0.0), 1e-3, (0.0, 1.0), "how late the drive acts on each command"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -4,12 +4,8 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    ConstantLoad {
-        force: linear(
-            Dimension::FORCE, Some(0.0), 10.0, (-1e6, 1e6), "force on the second body of the spring"
-        ),
-    }
+parameters! { ConstantLoad
+    force: linear(Dimension::FORCE, Some(0.0), 10.0, (-1e6, 1e6), "force on the second body of the spring"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -4,10 +4,8 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    ContactDamping {
-        damping: log(Dimension::DAMPING, None, 250.0, (0.0, 1e9), "in place of the believed one"),
-    }
+parameters! { ContactDamping
+    damping: log(Dimension::DAMPING, None, 250.0, (0.0, 1e9), "in place of the believed one"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

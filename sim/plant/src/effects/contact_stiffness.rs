@@ -4,10 +4,8 @@ use super::{ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, Hos
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    ContactStiffness {
-        stiffness: log(Dimension::STIFFNESS, None, 1.2e5, (ABOVE_ZERO, 1e12), "in place of the believed one"),
-    }
+parameters! { ContactStiffness
+    stiffness: log(Dimension::STIFFNESS, None, 1.2e5, (ABOVE_ZERO, 1e12), "in place of the believed one"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -4,12 +4,8 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    CoulombFriction {
-        level: log(
-            Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "force while sliding, and the most at rest"
-        ),
-    }
+parameters! { CoulombFriction
+    level: log(Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "force while sliding, and the most at rest"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -200,16 +200,17 @@ pub(super) trait ChangesPlant: Parameters {
     fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError>;
 }
 
-/// Declares the parameters of an effect, one line each: `name: scale(dimension, null, typical, bounds, text)`,
-/// with `as "key"` where files have another name and `or default` where a file may leave it out.
+/// Declares the parameters of an effect, its kind first and then one line each:
+/// `name: scale(dimension, null, typical, bounds, text)`, with `as "key"` where files have another name and
+/// `or default` where a file may leave it out.
 macro_rules! parameters {
     (@key $name:ident) => { stringify!($name) };
     (@key $name:ident $key:literal) => { $key };
-    ($kind:ident {$(
+    ($kind:ident $(
         $name:ident $(as $key:literal)?: $scale:ident(
             $dimension:expr, $null:expr, $typical:expr, $bounds:expr, $text:literal
         ) $(or $default:expr)?,
-    )+}) => {
+    )+) => {
         #[doc = concat!("Parameters of [`Kind::", stringify!($kind), "`](crate::effects::Kind) in SI units.")]
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub struct $kind {

@@ -4,10 +4,8 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    DriveDeadband {
-        width: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "size up to which a command does nothing"),
-    }
+parameters! { DriveDeadband
+    width: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "size up to which a command does nothing"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -4,12 +4,10 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    DriveGain {
-        gain: linear(
-            Dimension::NONE, Some(1.0), 0.9, (-10.0, 10.0), "what the drive makes of one unit of command"
-        ),
-    }
+parameters! { DriveGain
+    gain: linear(
+        Dimension::NONE, Some(1.0), 0.9, (-10.0, 10.0), "what the drive makes of one unit of command"
+    ),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -4,10 +4,8 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    EncoderResolution {
-        resolution: log(Dimension::LENGTH, Some(0.0), 5e-6, (0.0, 1.0), "step between neighbouring readings"),
-    }
+parameters! { EncoderResolution
+    resolution: log(Dimension::LENGTH, Some(0.0), 5e-6, (0.0, 1.0), "step between neighbouring readings"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -4,10 +4,8 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    ForceBias {
-        bias: linear(Dimension::FORCE, Some(0.0), 2.0, (-1e6, 1e6), "reading at zero force"),
-    }
+parameters! { ForceBias
+    bias: linear(Dimension::FORCE, Some(0.0), 2.0, (-1e6, 1e6), "reading at zero force"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -4,12 +4,10 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    ForceDelay {
-        delay: linear(
-            Dimension::TIME, Some(0.0), 1e-3, (0.0, 1.0), "how much later the reading is than the force"
-        ),
-    }
+parameters! { ForceDelay
+    delay: linear(
+        Dimension::TIME, Some(0.0), 1e-3, (0.0, 1.0), "how much later the reading is than the force"
+    ),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

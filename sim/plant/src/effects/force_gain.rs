@@ -4,10 +4,8 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    ForceGain {
-        gain: linear(Dimension::NONE, Some(1.0), 0.9, (-10.0, 10.0), "reading per unit of force"),
-    }
+parameters! { ForceGain
+    gain: linear(Dimension::NONE, Some(1.0), 0.9, (-10.0, 10.0), "reading per unit of force"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

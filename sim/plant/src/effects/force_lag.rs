@@ -7,10 +7,8 @@ use crate::assembly::Assembly;
 use crate::description::LowPass;
 use crate::units::Dimension;
 
-parameters! {
-    ForceLag {
-        time_constant: log(Dimension::TIME, Some(0.0), 1e-3, (0.0, 10.0), "time to cover 63 % of a step"),
-    }
+parameters! { ForceLag
+    time_constant: log(Dimension::TIME, Some(0.0), 1e-3, (0.0, 10.0), "time to cover 63 % of a step"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

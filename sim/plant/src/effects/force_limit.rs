@@ -6,12 +6,8 @@ use super::{
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    ForceLimit {
-        limit: log(
-            Dimension::FORCE, Some(f64::INFINITY), 200.0, (ABOVE_ZERO, f64::INFINITY), "largest force"
-        ),
-    }
+parameters! { ForceLimit
+    limit: log(Dimension::FORCE, Some(f64::INFINITY), 200.0, (ABOVE_ZERO, f64::INFINITY), "largest force"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -4,10 +4,8 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    ForceResolution {
-        resolution: log(Dimension::FORCE, Some(0.0), 0.5, (0.0, 1e6), "step between neighbouring readings"),
-    }
+parameters! { ForceResolution
+    resolution: log(Dimension::FORCE, Some(0.0), 0.5, (0.0, 1e6), "step between neighbouring readings"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -8,14 +8,10 @@ use super::{
 use crate::assembly::{Assembly, Ripple};
 use crate::units::Dimension;
 
-parameters! {
-    ForceRipple {
-        amplitude: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "largest ripple force"),
-        pitch: log(
-            Dimension::LENGTH, None, 0.03, (ABOVE_ZERO, 1e3), "distance after which the ripple repeats"
-        ),
-        phase: linear(Dimension::NONE, None, 1.0, (-TAU, TAU), "phase of the ripple at position zero, rad"),
-    }
+parameters! { ForceRipple
+    amplitude: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "largest ripple force"),
+    pitch: log(Dimension::LENGTH, None, 0.03, (ABOVE_ZERO, 1e3), "distance after which the ripple repeats"),
+    phase: linear(Dimension::NONE, None, 1.0, (-TAU, TAU), "phase of the ripple at position zero, rad"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

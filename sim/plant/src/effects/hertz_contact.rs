@@ -6,13 +6,11 @@ use super::{
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    HertzContact {
-        exponent: linear(Dimension::NONE, None, 1.5, (1.0, 5.0), "1.5 for smooth spheres, 1 for a spring"),
-        stiffness: log(
-            Dimension::POWER_STIFFNESS, None, 2e7, (ABOVE_ZERO, 1e15), "force at a compression of one metre"
-        ),
-    }
+parameters! { HertzContact
+    exponent: linear(Dimension::NONE, None, 1.5, (1.0, 5.0), "1.5 for smooth spheres, 1 for a spring"),
+    stiffness: log(
+        Dimension::POWER_STIFFNESS, None, 2e7, (ABOVE_ZERO, 1e15), "force at a compression of one metre"
+    ),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

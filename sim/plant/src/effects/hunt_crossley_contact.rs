@@ -4,10 +4,8 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    HuntCrossleyContact {
-        alpha: log(Dimension::INVERSE_VELOCITY, Some(0.0), 2.0, (0.0, 1e3), "growth of force with speed"),
-    }
+parameters! { HuntCrossleyContact
+    alpha: log(Dimension::INVERSE_VELOCITY, Some(0.0), 2.0, (0.0, 1e3), "growth of force with speed"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

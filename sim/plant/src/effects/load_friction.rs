@@ -4,10 +4,8 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    LoadFriction {
-        ratio: log(Dimension::NONE, Some(0.0), 0.1, (0.0, 10.0), "friction level per unit of contact force"),
-    }
+parameters! { LoadFriction
+    ratio: log(Dimension::NONE, Some(0.0), 0.1, (0.0, 10.0), "friction level per unit of contact force"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -6,12 +6,8 @@ use super::{
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    SlewLimit {
-        rate: log(
-            Dimension::FORCE_RATE, Some(f64::INFINITY), 5e3, (ABOVE_ZERO, f64::INFINITY), "fastest change"
-        ),
-    }
+parameters! { SlewLimit
+    rate: log(Dimension::FORCE_RATE, Some(f64::INFINITY), 5e3, (ABOVE_ZERO, f64::INFINITY), "fastest change"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -6,16 +6,14 @@ use super::{
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    StribeckFriction {
-        coulomb: log(Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "level far above the Stribeck speed"),
-        static_level as "static": log(
-            Dimension::FORCE, Some(0.0), 15.0, (0.0, 1e6), "level at rest, not below `coulomb`"
-        ),
-        velocity: log(
-            Dimension::VELOCITY, None, 0.01, (ABOVE_ZERO, 1e3), "Stribeck speed, over which the level falls"
-        ),
-    }
+parameters! { StribeckFriction
+    coulomb: log(Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "level far above the Stribeck speed"),
+    static_level as "static": log(
+        Dimension::FORCE, Some(0.0), 15.0, (0.0, 1e6), "level at rest, not below `coulomb`"
+    ),
+    velocity: log(
+        Dimension::VELOCITY, None, 0.01, (ABOVE_ZERO, 1e3), "Stribeck speed, over which the level falls"
+    ),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

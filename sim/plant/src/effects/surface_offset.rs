@@ -4,12 +4,8 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    SurfaceOffset {
-        offset: linear(
-            Dimension::LENGTH, Some(0.0), 5e-4, (-10.0, 10.0), "how much farther away the surface is"
-        ),
-    }
+parameters! { SurfaceOffset
+    offset: linear(Dimension::LENGTH, Some(0.0), 5e-4, (-10.0, 10.0), "how much farther away the surface is"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -3,12 +3,8 @@
 use super::{Change, Definition, HostKind, Parameters, Place};
 use crate::units::Dimension;
 
-parameters! {
-    TimingJitter {
-        sigma: log(
-            Dimension::TIME, Some(0.0), 5e-5, (0.0, 1.0), "one standard deviation of the sample times"
-        ),
-    }
+parameters! { TimingJitter
+    sigma: log(Dimension::TIME, Some(0.0), 5e-5, (0.0, 1.0), "one standard deviation of the sample times"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

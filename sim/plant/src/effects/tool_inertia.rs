@@ -4,10 +4,8 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::{Assembly, Source};
 use crate::units::Dimension;
 
-parameters! {
-    ToolInertia {
-        mass: log(Dimension::MASS, Some(0.0), 1.0, (0.0, 1e5), "mass between the sensor and the surface"),
-    }
+parameters! { ToolInertia
+    mass: log(Dimension::MASS, Some(0.0), 1.0, (0.0, 1e5), "mass between the sensor and the surface"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

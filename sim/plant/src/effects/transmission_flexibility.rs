@@ -6,14 +6,10 @@ use super::{
 use crate::assembly::{Assembly, NodeId};
 use crate::units::Dimension;
 
-parameters! {
-    TransmissionFlexibility {
-        stiffness: log(
-            Dimension::STIFFNESS, None, 1.2e6, (ABOVE_ZERO, 1e12), "stiffness between motor and tip"
-        ),
-        damping: log(Dimension::DAMPING, None, 120.0, (0.0, 1e9), "damping between motor and tip"),
-        tip_mass: log(Dimension::MASS, None, 5.0, (ABOVE_ZERO, 1e5), "share of the mass on the tip's side"),
-    }
+parameters! { TransmissionFlexibility
+    stiffness: log(Dimension::STIFFNESS, None, 1.2e6, (ABOVE_ZERO, 1e12), "stiffness between motor and tip"),
+    damping: log(Dimension::DAMPING, None, 120.0, (0.0, 1e9), "damping between motor and tip"),
+    tip_mass: log(Dimension::MASS, None, 5.0, (ABOVE_ZERO, 1e5), "share of the mass on the tip's side"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

@@ -4,10 +4,8 @@ use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Param
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
-parameters! {
-    ViscousFriction {
-        damping: log(Dimension::DAMPING, Some(0.0), 60.0, (0.0, 1e9), "beyond the damping of the guide"),
-    }
+parameters! { ViscousFriction
+    damping: log(Dimension::DAMPING, Some(0.0), 60.0, (0.0, 1e9), "beyond the damping of the guide"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

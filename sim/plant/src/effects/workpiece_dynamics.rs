@@ -6,12 +6,10 @@ use super::{
 use crate::assembly::{Assembly, NodeId};
 use crate::units::Dimension;
 
-parameters! {
-    WorkpieceDynamics {
-        mass: log(Dimension::MASS, None, 3.0, (ABOVE_ZERO, 1e6), "mass of the workpiece"),
-        stiffness: log(Dimension::STIFFNESS, None, 1.5e6, (ABOVE_ZERO, 1e12), "stiffness of its fixture"),
-        damping: log(Dimension::DAMPING, None, 150.0, (0.0, 1e9), "damping of its fixture"),
-    }
+parameters! { WorkpieceDynamics
+    mass: log(Dimension::MASS, None, 3.0, (ABOVE_ZERO, 1e6), "mass of the workpiece"),
+    stiffness: log(Dimension::STIFFNESS, None, 1.5e6, (ABOVE_ZERO, 1e12), "stiffness of its fixture"),
+    damping: log(Dimension::DAMPING, None, 150.0, (0.0, 1e9), "damping of its fixture"),
 }
 
 pub(super) static DEFINITION: Definition = Definition {

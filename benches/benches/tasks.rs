@@ -9,6 +9,7 @@ use std::path::Path;
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::diagnose;
+use feeler_plant::effects::Kind;
 use feeler_studies::sweep::{Options, Sweep};
 
 /// Maps of M2, gain by wall stiffness: two seconds each under its controller at 1 kHz, every measure taken,
@@ -52,7 +53,9 @@ fn diagnosis(criterion: &mut Criterion) {
     group.bench_function("axis_in_free_motion/two_records", |bench| {
         bench.iter(|| {
             let diagnosis = diagnose(&dataset, &|_| {}).unwrap();
-            assert!(diagnosis.effects.iter().any(|effect| effect.accepted && effect.kind == "command-delay"));
+            assert!(
+                diagnosis.effects.iter().any(|effect| effect.accepted && effect.kind == Kind::CommandDelay)
+            );
             diagnosis
         });
     });

@@ -10,7 +10,7 @@ use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use feeler_engine::Integrator;
 use feeler_files::TEMPLATES;
-use feeler_plant::effects::LIBRARY;
+use feeler_plant::effects::{Kind, LIBRARY};
 use feeler_studies::sweep::Shard;
 
 /// Folder of the scenario files where the project lies.
@@ -310,13 +310,13 @@ pub(crate) struct FitLandmarks {
 }
 
 #[derive(Args, Debug)]
-#[command(after_help = "Examples:\n  \
+#[command(after_help = format!("Examples:\n  \
     feeler effects                     all of them\n  \
-    feeler effects coulomb-friction    one, with its equation, its parameters and its source\n  \
-    feeler effects --json")]
+    feeler effects {}    one, with its equation, its parameters and its source\n  \
+    feeler effects --json", Kind::CoulombFriction))]
 pub(crate) struct Effects {
     /// Explain this effect
-    #[arg(value_name = "KIND", value_parser = PossibleValuesParser::new(LIBRARY.iter().map(|effect| effect.kind)), hide_possible_values = true)]
+    #[arg(value_name = "KIND", value_parser = PossibleValuesParser::new(LIBRARY.iter().map(|effect| effect.name)), hide_possible_values = true)]
     pub(crate) kind: Option<String>,
     /// Print as JSON
     #[arg(long)]

@@ -1,17 +1,19 @@
 //! The diagnosis: calibrate, try causes, compose, judge.
 
+use feeler_plant::effects::{Kind, Trait};
+
 use crate::budget::{Budget, Stage};
 use crate::dataset::Dataset;
 use crate::dataset::rattle::rattles;
 use crate::error::DiagnosisError;
 use crate::fit::candidates::{Candidate, candidates};
+use crate::fit::least_squares::Fitted;
 use crate::fit::odds::gain;
 use crate::fit::search::{Extended, Scored, Search, extensions, finished, glance, score, search};
 use crate::gap::size::noise;
 use crate::gap::unknown;
-use crate::nested;
+use crate::kinds::{Element, contains, dossier};
 use crate::report::Diagnosis;
-use crate::tolerance::is_within;
 
 /// Evidence on the check experiments that a cause must bring, nats.
 pub(crate) const ACCEPT: f64 = 6.0;
@@ -24,9 +26,6 @@ const KEEP: f64 = 12.0;
 const ACCEPT_FURTHER: f64 = 40.0;
 /// The same on the check experiments alone, which are the fewer.
 const ACCEPT_FURTHER_CHECK: f64 = 30.0;
-/// Causes that are a number and no law: real ones differ from them in nothing that a second cause could
-/// patch, so that it must bring no more than a first.
-const PLAIN_NUMBERS: [&str; 5] = ["constant-load", "added-mass", "drive-gain", "force-gain", "force-bias"];
 /// A cause with fewer parameters is preferred to one that brings less than this more, nats: real friction
 /// differs a little from every law.
 pub(crate) const PARSIMONY: f64 = 30.0;
@@ -90,7 +89,7 @@ pub fn diagnose_within(
     if let Some(best) = ranked.first() {
         accepted = (*best).clone();
         rivals = ranked.iter().map(|scored| (*scored).clone()).collect();
-        if let Some(pair) = judge.as_level_and_load(&accepted) {
+        if let Some(pair) = judge.as_two(&accepted) {
             rivals.insert(0, pair.clone());
             attempts.fitted.push(pair.clone());
             accepted = pair;
@@ -98,15 +97,13 @@ pub fn diagnose_within(
     }
     // A force over position that no effect of the library makes: the sine that is no ripple describes it
     // better than any cause.
-    let shape = found
-        .singles
-        .iter()
-        .filter(|scored| !judge.is_finding(scored) && scored.causes[0].definition.kind == "force-ripple");
-    let shape = shape.max_by(|a, b| judge.all(a).total_cmp(&judge.all(b)));
-    if let Some(shape) =
-        shape.filter(|shape| judge.gain(&accepted, shape, &judge.everything()) > ACCEPT_FURTHER)
+    let shapes = found.singles.iter().filter(|scored| !judge.is_finding(scored));
+    let shape = (shapes.filter_map(|scored| Some((scored, force_over_position(scored)?))))
+        .max_by(|(a, _), (b, _)| judge.all(a).total_cmp(&judge.all(b)));
+    if let Some((_, force)) =
+        shape.filter(|(shape, _)| judge.gain(&accepted, shape, &judge.everything()) > ACCEPT_FURTHER)
     {
-        return Ok(judge.position_force(shape, &attempts));
+        return Ok(judge.position_force(force, &attempts));
     }
     if let Some((loose, evidence)) = judge.as_play(&accepted) {
         if !attempts
@@ -209,7 +206,9 @@ struct Asked {
 impl Asked {
     /// Beside what was accepted before.
     fn beside(accepted: &Scored) -> Self {
-        if accepted.causes.iter().all(|cause| PLAIN_NUMBERS.contains(&cause.definition.kind)) {
+        // Real ones differ from a plain number in nothing that a second cause could patch: it must bring no
+        // more than a first.
+        if accepted.causes.iter().all(|cause| cause.definition.has(Trait::PlainNumber)) {
             Self { check: ACCEPT, all: ACCEPT_ALL, keep: ACCEPT, parsimony: PARSIMONY_BESIDE_NUMBERS }
         } else {
             Self { check: ACCEPT_FURTHER_CHECK, all: ACCEPT_FURTHER, keep: KEEP, parsimony: PARSIMONY }
@@ -218,8 +217,14 @@ impl Asked {
 }
 
 /// Whether two laws under one element say the same thing, or one contains the other.
-fn overlaps(a: &str, b: &str) -> bool {
-    a == b || nested::contains(a, b) || nested::contains(b, a)
+fn overlaps(a: Kind, b: Kind) -> bool {
+    a == b || contains(a, b) || contains(b, a)
+}
+
+/// Size of the force over position that the first cause describes; none where it describes none.
+fn force_over_position(scored: &Scored) -> Option<f64> {
+    let values = scored.fitted.model.parameters(0, &scored.fitted.theta);
+    (dossier(scored.causes[0].definition.kind).force_over_position)(&values)
 }
 
 /// Brings the simplest of those nearly as good as the best to the front of a ranking.
@@ -239,7 +244,7 @@ fn prefer_simple<T: std::borrow::Borrow<Scored>>(
     let inner = ranked.iter().position(|scored| {
         let scored = scored.borrow();
         let share = NESTED_SHARE * evidence(scored);
-        last(scored).is_some_and(|(s, kind)| s == site && nested::contains(outer, kind))
+        last(scored).is_some_and(|(s, kind)| s == site && contains(outer, kind))
             && evidence(ranked[0].borrow()) - evidence(scored) < share
     });
     if let Some(i) = inner {
@@ -284,27 +289,26 @@ impl Judge<'_> {
     }
 
     pub(crate) fn is_finding(&self, scored: &Scored) -> bool {
-        let fitted = &scored.fitted;
-        (0..scored.causes.len())
-            .all(|i| !is_within(&fitted.model, &fitted.theta, i, &self.dataset.tolerance, self.search.seen))
+        let Fitted { model, theta, .. } = &scored.fitted;
+        scored.causes.iter().enumerate().all(|(i, cause)| {
+            let element = Element::at(cause.site, &model.believed, &self.dataset.tolerance);
+            let is_trivial = dossier(cause.definition.kind).is_trivial;
+            !is_trivial(&model.parameters(i, theta), &element, self.search.seen)
+        })
     }
 
-    /// Friction that differs by direction, as one level and a constant load: the same to a guide that always
-    /// slides. Where the records cannot tell, weight and cables are believed before a guide that knows
-    /// directions.
-    fn as_level_and_load(&self, accepted: &Scored) -> Option<Scored> {
+    /// One cause as the two that together do the same. Where the records cannot tell, the two are believed.
+    fn as_two(&self, accepted: &Scored) -> Option<Scored> {
         let [cause] = accepted.causes[..] else { return None };
-        if cause.definition.kind != "asymmetric-friction" {
-            return None;
-        }
-        let level = self.search.singles.iter().find(|single| {
-            single.causes[0].site == cause.site && single.causes[0].definition.kind == "coulomb-friction"
+        let [first, second] = dossier(cause.definition.kind).same_as?;
+        let first = self.search.singles.iter().find(|single| {
+            single.causes[0].site == cause.site && single.causes[0].definition.kind == first
         })?;
-        let load = candidates(&self.dataset.machine)
+        let second = candidates(&self.dataset.machine)
             .into_iter()
-            .find(|c| c.site == cause.site && c.definition.kind == "constant-load")?;
+            .find(|c| c.site == cause.site && c.definition.kind == second)?;
         let pair =
-            extensions(&self.search.task, level, &[load], &glance(&self.search.task, level)).fits.pop()?;
+            extensions(&self.search.task, first, &[second], &glance(&self.search.task, first)).fits.pop()?;
         (self.is_finding(&pair) && self.all(accepted) - self.all(&pair) < LOOK_ALIKE).then_some(pair)
     }
 
@@ -313,13 +317,12 @@ impl Judge<'_> {
     /// on where in the play a body stands.
     fn as_play(&self, accepted: &Scored) -> Option<(Scored, String)> {
         let [cause] = accepted.causes[..] else { return None };
-        if cause.definition.kind != "transmission-flexibility"
-            || unknown::explains(&self.search.calibrated, accepted)
-        {
+        let loose = dossier(cause.definition.kind).where_it_rattles?;
+        if unknown::explains(&self.search.calibrated, accepted) {
             return None;
         }
         let has_play = |scored: &&Scored| {
-            scored.causes[0].definition.kind == "backlash" && scored.causes[0].place == cause.place
+            scored.causes[0].definition.kind == loose && scored.causes[0].place == cause.place
         };
         let evidence = rattles(self.dataset)?;
         let loose = self.search.singles.iter().find(has_play).cloned();

@@ -14,11 +14,9 @@ mod examination;
 mod fit;
 mod frf;
 mod gap;
-mod intervals;
-mod nested;
+mod kinds;
 pub mod predict;
 pub mod report;
-mod starts;
 mod tolerance;
 
 pub use answer::difference;
@@ -29,4 +27,5 @@ pub use examination::Examination;
 pub use frf::measured_response;
 pub use gap::replay;
 pub use gap::size::closing;
+pub use kinds::apart;
 pub use report::Diagnosis;

@@ -1,6 +1,7 @@
 //! The answer, in the shape of `diagnosis.json`.
 
 use feeler_plant::description::Machine;
+use feeler_plant::effects::Kind;
 use indexmap::IndexMap;
 use serde::Serialize;
 
@@ -71,7 +72,7 @@ pub struct Where {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Cause {
     /// Its kind in the library.
-    pub kind: &'static str,
+    pub kind: Kind,
     /// The element.
     pub on: String,
     /// Its place.
@@ -162,7 +163,7 @@ pub struct NextExperiment {
     /// What to do, in a sentence.
     pub what: String,
     /// The causes that it separates.
-    pub separates: [&'static str; 2],
+    pub separates: [Kind; 2],
     /// Expected odds of the true one over the other, as a ratio; a million stands for more as well.
     pub expected_odds: f64,
     /// Engagement of the contact: `free`, `clamped` or `unilateral`.
@@ -195,7 +196,7 @@ pub struct Diagnosis {
     /// Accepted and rival causes, the most probable first.
     pub effects: Vec<Cause>,
     /// Causes that these records can hardly tell apart from the accepted ones.
-    pub look_alikes: Vec<[&'static str; 2]>,
+    pub look_alikes: Vec<[Kind; 2]>,
     /// What was tried, the best first.
     pub attempts: Vec<Attempt>,
     /// The experiment that would best separate what is still ambiguous; none where nothing is, or where no

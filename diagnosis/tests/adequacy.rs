@@ -103,7 +103,7 @@ fn dry(level: f64, v: f64) -> f64 {
 }
 
 fn accepted(answer: &Diagnosis) -> Vec<&'static str> {
-    answer.effects.iter().filter(|effect| effect.accepted).map(|effect| effect.kind).collect()
+    answer.effects.iter().filter(|effect| effect.accepted).map(|effect| effect.kind.name()).collect()
 }
 
 fn told(answer: &Diagnosis) -> String {

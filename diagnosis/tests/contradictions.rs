@@ -6,6 +6,7 @@ use std::path::Path;
 
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::diagnose;
+use feeler_plant::effects::Kind;
 use tempfile::TempDir;
 
 const FILES: [&str; 6] =
@@ -190,14 +191,14 @@ fn regress_columns_that_do_not_count_move_nothing() {
         ("press-1.csv", "force_n", |v, k| v[k].min(15.0)),
     ];
     let found = diagnose(&example(&FILES, &faults), &|_| ()).expect("it is diagnosed");
-    let accepted = |kind: &str, parameter: &str| {
+    let accepted = |kind: Kind, parameter: &str| {
         let cause = found.effects.iter().find(|effect| effect.accepted && effect.kind == kind);
         cause.unwrap_or_else(|| panic!("no {kind}")).parameters[parameter].clone()
     };
     assert_eq!(found.effects.iter().filter(|effect| effect.accepted).count(), 2);
     // What the example hides (its README) lies within what is stated.
     for (estimate, hidden) in
-        [(accepted("coulomb-friction", "level"), 7.53), (accepted("command-delay", "delay"), 1.92e-3)]
+        [(accepted(Kind::CoulombFriction, "level"), 7.53), (accepted(Kind::CommandDelay, "delay"), 1.92e-3)]
     {
         assert!((estimate.ci90[0]..estimate.ci90[1]).contains(&hidden), "{estimate:?}");
     }

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::diagnose;
+use feeler_plant::effects::Kind;
 
 /// Published Coulomb level and how far it may be off.
 const LEVEL_N: (f64, f64) = (20.3935, 0.05);
@@ -26,16 +27,16 @@ fn reference_the_real_drive_has_dry_friction_and_a_load() {
     let answer = diagnose(&Dataset::load(&folder).unwrap(), &|_| {}).unwrap();
     assert_eq!(answer.places[0].place, "guide");
     let first = &answer.effects[0];
-    assert_eq!(first.kind, "coulomb-friction");
+    assert_eq!(first.kind, Kind::CoulombFriction);
     assert!((first.parameters["level"].value / LEVEL_N.0 - 1.0).abs() < LEVEL_N.1, "{:?}", first.parameters);
     let load = answer
         .effects
         .iter()
-        .find(|effect| effect.accepted && effect.kind == "constant-load")
+        .find(|effect| effect.accepted && effect.kind == Kind::ConstantLoad)
         .expect("the load is found");
     assert!((load.parameters["force"].value / LOAD_N.0 - 1.0).abs() < LOAD_N.1, "{:?}", load.parameters);
     assert!(
-        answer.look_alikes.iter().flatten().any(|kind| *kind == "asymmetric-friction"),
+        answer.look_alikes.iter().flatten().any(|kind| *kind == Kind::AsymmetricFriction),
         "{:?}",
         answer.look_alikes
     );

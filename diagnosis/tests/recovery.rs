@@ -10,6 +10,7 @@ use feeler_diagnosis::{Diagnosis, diagnose};
 use feeler_files::Document;
 use feeler_plant::assembly::{Source, assemble};
 use feeler_plant::description::Engagement;
+use feeler_plant::effects::Kind;
 
 const SPACING_S: f64 = 1e-3;
 const ROWS: usize = 1200;
@@ -163,7 +164,7 @@ fn records_on(text: &str, effect: &str) -> Dataset {
     dataset
 }
 
-fn first(answer: &Diagnosis) -> (&'static str, f64) {
+fn first(answer: &Diagnosis) -> (Kind, f64) {
     let effect = answer.effects.first().expect("an effect is named");
     (effect.kind, effect.parameters[0].value)
 }
@@ -176,7 +177,7 @@ fn truth_coulomb_friction_is_recovered() {
     let answer =
         diagnose(&records_of("[springs.guide.effects.coulomb-friction]\nlevel = 7.0\n"), &|_| {}).unwrap();
     let (kind, level) = first(&answer);
-    assert_eq!(kind, "coulomb-friction", "{:?}", answer.attempts);
+    assert_eq!(kind, Kind::CoulombFriction, "{:?}", answer.attempts);
     assert!((level / 7.0 - 1.0).abs() < RECOVERY, "{level}");
     assert_eq!(answer.verdict, Verdict::Explained);
     assert_eq!(answer.places[0].place, "guide");
@@ -203,9 +204,9 @@ fn truth_a_resonance_is_flexibility_and_not_delay() {
     let effect = "[springs.transmission.effects.transmission-flexibility]\nstiffness = 9.0e5\ndamping = 80.0\ntip_mass = 5.0\n";
     let answer = diagnose(&records_of(effect), &|_| {}).unwrap();
     let (kind, stiffness) = first(&answer);
-    assert_eq!(kind, "transmission-flexibility", "{:?}", answer.attempts);
+    assert_eq!(kind, Kind::TransmissionFlexibility, "{:?}", answer.attempts);
     assert!((stiffness / 9.0e5 - 1.0).abs() < RECOVERY, "{stiffness}");
-    assert!(answer.effects.iter().all(|effect| !(effect.accepted && effect.kind == "command-delay")));
+    assert!(answer.effects.iter().all(|effect| !(effect.accepted && effect.kind == Kind::CommandDelay)));
 }
 
 /// Where in its range the mode lies must not matter, nor how little it is damped: 43.4 Hz at 1 %, of one body
@@ -215,7 +216,7 @@ fn regress_a_soft_joint_that_hardly_damps_is_found_by_a_motor_encoder_alone() {
     let effect = "[bodies.motor.effects.transmission-flexibility]\nstiffness = 2.0e5\ndamping = 14.7\ntip_mass = 4.0\n";
     let answer = diagnose(&records_on(BELIEVED_STIFF, effect), &|_| {}).unwrap();
     let (kind, stiffness) = first(&answer);
-    assert_eq!(kind, "transmission-flexibility", "{:?}", answer.attempts);
+    assert_eq!(kind, Kind::TransmissionFlexibility, "{:?}", answer.attempts);
     assert!((stiffness / 2.0e5 - 1.0).abs() < RECOVERY, "{stiffness}");
     // Everything of the library that the machine takes is told of, also what nothing led to.
     for tried in [
@@ -236,7 +237,7 @@ fn truth_a_delay_is_delay_and_not_flexibility() {
     let answer =
         diagnose(&records_of("[actuators.drive.effects.command-delay]\ndelay = 1.6e-3\n"), &|_| {}).unwrap();
     let (kind, delay) = first(&answer);
-    assert_eq!(kind, "command-delay", "{:?}", answer.attempts);
+    assert_eq!(kind, Kind::CommandDelay, "{:?}", answer.attempts);
     assert!((delay / 1.6e-3 - 1.0).abs() < RECOVERY, "{delay}");
 }
 

@@ -9,6 +9,7 @@ use feeler_diagnosis::predict::Predictor;
 use feeler_files::Document;
 use feeler_plant::assembly::{Source, assemble};
 use feeler_plant::description::{Engagement, Machine};
+use feeler_plant::effects::Kind;
 
 const SPACING_S: f64 = 1e-3;
 const ROWS: usize = 700;
@@ -124,7 +125,7 @@ fn regress_a_wall_nearer_than_believed_is_found() {
     }
     let answer = diagnose(&dataset, &|_| {}).unwrap();
     let effect = answer.effects.first().expect("an effect is named");
-    assert_eq!(effect.kind, "surface-offset", "{:?}", answer.attempts);
+    assert_eq!(effect.kind, Kind::SurfaceOffset, "{:?}", answer.attempts);
     let offset = &effect.parameters["offset"];
     assert!((offset.value - OFFSET_M).abs() < RECOVERY_M, "{offset:?}");
     // The interval knows that the gap is only believed.

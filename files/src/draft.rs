@@ -4,7 +4,7 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
-use feeler_plant::effects::LIBRARY;
+use feeler_plant::effects::{LIBRARY, find};
 use feeler_plant::names::did_you_mean;
 use toml::de::{DeTable, DeValue};
 
@@ -321,9 +321,9 @@ impl Draft {
             Some(_) => {}
         }
         if let Some([EFFECTS, kind, ..]) = segments.get(2..)
-            && !LIBRARY.iter().any(|definition| definition.kind == *kind)
+            && find(kind).is_none()
         {
-            let kinds = LIBRARY.iter().map(|definition| definition.kind);
+            let kinds = LIBRARY.iter().map(|definition| definition.name);
             return Err(self.refuse(
                 at,
                 path,

@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use feeler_catalogue::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Word};
 use feeler_manipulator::joint_effects;
-use feeler_plant::effects::LIBRARY;
+use feeler_plant::effects::{self, LIBRARY};
 
+use super::cell::{NOT_OF_SENSORS, OF_CONTACTS};
 use super::keys::{
     ARM, AXIS, CELL, CELL_TABLES, COLUMN, DATASET, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFERENCE, REFINE, RUN,
     SWEEP, TOLERANCE_TEXT, TOP,
@@ -43,7 +44,10 @@ pub fn reference_markdown() -> String {
         "One for each joint that moves; of a joint that slides read kg, N and m.",
         &JOINT,
     );
-    section(&mut text, 2, "Scenario of a whole arm", CELL_TEXT, &CELL);
+    let about = CELL_TEXT
+        .replace("CONTACT-EFFECTS", &quoted(&OF_CONTACTS))
+        .replace("SENSOR-EXCEPTIONS", &quoted(&NOT_OF_SENSORS.map(|(kind, _)| kind)));
+    section(&mut text, 2, "Scenario of a whole arm", &about, &CELL);
     for (table, shape, about) in CELL_TABLES.iter().filter(|(table, ..)| *table != "workpiece") {
         let both = if *table == "tip" { "`[tip]`, `[workpiece]`".to_owned() } else { format!("`[{table}]`") };
         let more = CELL_TABLES
@@ -52,12 +56,12 @@ pub fn reference_markdown() -> String {
             .map_or("", |(.., text)| text);
         section(&mut text, 3, &both, &format!("{about} {more}").trim_end().replace("  ", " "), shape);
     }
-    let kinds: Vec<String> = joint_effects().map(|kind| format!("`{kind}`")).collect();
     let _ = write!(
         text,
-        "\n### `[joints.NAME]` of a whole arm\n\nThe keys of an arm file's joints, and `effects`, as in `[joints.lift.effects.backlash]`, in rad and N m where the \
+        "\n### `[joints.NAME]` of a whole arm\n\nThe keys of an arm file's joints, and `effects`, as in `[joints.lift.effects.{}]`, in rad and N m where the \
          joint turns: {}. Coulomb friction adds to `dry_friction`.\n",
-        kinds.join(", ")
+        effects::Kind::Backlash,
+        quoted(&joint_effects().collect::<Vec<_>>())
     );
     section(
         &mut text,
@@ -106,15 +110,15 @@ of a contact with a `surface` also `point_x`, `point_y`, `point_z`, where on the
 A number that must obey a rule has it beside its unit. A dash in the column `default` means that there is no such thing unless it is given.
 ";
 
+/// With words in capitals where effects are listed.
 const CELL_TEXT: &str = "\
 A machine file that says `arm = ...`: `feeler run` simulates the whole arm, with flexible joints, against a workpiece in space ([arms.md](arms.md)). It has the
 tables below, and of those of an axis:
 
 - `[contacts.NAME]`, exactly one, without `between`, `engagement`, `surface` and `profile`: the law between tip and workpiece, which pushes only. `gap` is how much
-  farther away the surface is than its shape says. Effects: `contact-stiffness`, `contact-damping`, `hunt-crossley-contact`, `hertz-contact`,
-  `hardening-stiffness`, `surface-offset`.
+  farther away the surface is than its shape says. Effects: CONTACT-EFFECTS.
 - `[sensors.NAME]` that read the contact's `force` or `spring_force`: what a sensor in the wrist feels of it against the normal, with every effect of a force sensor
-  but `tool-inertia`; or `motor.position` or `motor.velocity`: the tool's way along the normal from its start and its rate, as the joints' encoders tell it. One
+  but SENSOR-EXCEPTIONS; or `motor.position` or `motor.velocity`: the tool's way along the normal from its start and its rate, as the joints' encoders tell it. One
   of the latter, `encoder`, is there without being written.
 - `[controllers.NAME]`, exactly one, without `drives`: its output is a force along the normal, which the Jacobian's transpose turns into torques of the joints.
 - `[run]`: `duration`, `step` (the longest step; where absent, from the fastest mode), `seed`, and `record_rate` (1 kHz where absent).
@@ -266,10 +270,17 @@ fn escaped(text: &str) -> String {
     text.replace('|', "\\|")
 }
 
+/// Names of effects, each in backticks.
+fn quoted(kinds: &[effects::Kind]) -> String {
+    kinds.iter().map(|kind| format!("`{kind}`")).collect::<Vec<_>>().join(", ")
+}
+
 fn effects(text: &mut String) {
-    text.push_str(
-        "\n## Effects\n\nAn effect sits under the element that it disturbs: `[springs.guide.effects.coulomb-friction]`. \
+    let _ = write!(
+        text,
+        "\n## Effects\n\nAn effect sits under the element that it disturbs: `[springs.guide.effects.{}]`. \
          Its page, with the model and the source, is shown by `feeler effects KIND`.\n\n| effect | under | parameters | what it does |\n|---|---|---|---|\n",
+        effects::Kind::CoulombFriction
     );
     for definition in LIBRARY {
         let parameters: Vec<String> = (definition.parameters.iter())

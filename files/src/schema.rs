@@ -3,7 +3,7 @@
 use crate::keys::Element;
 use feeler_catalogue::{Absent, Bound, Key, Kind, Shape, Unit, Variant, Word};
 use feeler_manipulator::joint_effects;
-use feeler_plant::effects::{Definition, HostKind, LIBRARY, Parameter};
+use feeler_plant::effects::{self, Definition, HostKind, LIBRARY, Parameter};
 use serde_json::{Map, Value, json};
 
 use super::build::bound_of;
@@ -63,10 +63,9 @@ pub fn cell_schema() -> Value {
     for (table, shape, text) in CELL_TABLES {
         properties.insert(table.into(), described(changes_of(shape, Map::new()), text));
     }
-    let effects =
-        joint_effects().filter_map(|kind| LIBRARY.iter().copied().find(|definition| definition.kind == kind));
+    let effects = joint_effects().map(effects::Kind::definition);
     let effects: Map<String, Value> =
-        effects.map(|definition| (definition.kind.into(), of_effect(definition, Part::Changes))).collect();
+        effects.map(|definition| (definition.name.into(), of_effect(definition, Part::Changes))).collect();
     let effects = json!({ "description": "departures from the ideal", "type": "object", "properties": effects, "additionalProperties": false });
     let joint = changes_of(&JOINT, [(EFFECTS.to_owned(), effects)].into_iter().collect());
     properties
@@ -144,7 +143,7 @@ fn of_element(element: &Element, part: Part) -> Value {
     let kinds: Map<String, Value> = LIBRARY
         .iter()
         .filter(fits)
-        .map(|definition| (definition.kind.into(), of_effect(definition, part)))
+        .map(|definition| (definition.name.into(), of_effect(definition, part)))
         .collect();
     let effects = json!({ "description": "departures from the ideal", "type": "object", "properties": kinds, "additionalProperties": false });
     let besides = [(EFFECTS.to_owned(), effects)].into_iter().collect();

@@ -134,7 +134,7 @@ impl Writer {
 
     fn effects(&mut self, table: &str, element: &str, effects: &[EffectUse]) {
         for effect in effects {
-            self.header(&[table, element, EFFECTS, effect.definition.kind]);
+            self.header(&[table, element, EFFECTS, effect.definition.name]);
             for (parameter, value) in effect.definition.parameters.iter().zip(&effect.values) {
                 self.number(parameter.name, *value);
             }

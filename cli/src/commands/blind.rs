@@ -138,7 +138,7 @@ fn answer(arguments: &BlindRun, case: &Path, name: &str) -> Result<(Answered, Di
         .and_then(|held| closing(held, &diagnosis.calibrated, &diagnosis.machine, &diagnosis.noise));
     let free_run = free_run(held.as_ref().unwrap_or(&dataset), &diagnosis.machine);
     let effects = diagnosis.effects.iter().map(|effect| AnsweredEffect {
-        kind: effect.kind.to_owned(),
+        kind: effect.kind.to_string(),
         accepted: effect.accepted,
         probability: effect.probability,
         parameters: effect
@@ -160,7 +160,7 @@ fn answer(arguments: &BlindRun, case: &Path, name: &str) -> Result<(Answered, Di
             .unwrap_or_default(),
         places: diagnosis.places.iter().map(|place| place.place.to_owned()).collect(),
         effects: effects.collect(),
-        look_alikes: diagnosis.look_alikes.iter().map(|pair| pair.map(str::to_owned)).collect(),
+        look_alikes: diagnosis.look_alikes.iter().map(|pair| pair.map(|kind| kind.to_string())).collect(),
         claimed: diagnosis.gap.closed,
         closed_held_back,
         free_run,

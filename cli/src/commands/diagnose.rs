@@ -77,7 +77,7 @@ fn summary(answer: &Examination) -> String {
         let shown = diagnosis.effects.iter().filter(|effect| effect.accepted).count() + MOST_RIVALS;
         let rows = diagnosis.effects.iter().take(shown).map(|effect| {
             let status = if effect.accepted { "found" } else { "rival" };
-            let (kind, on) = (effect.kind.to_owned(), effect.on.clone());
+            let (kind, on) = (effect.kind.to_string(), effect.on.clone());
             vec![
                 status.into(),
                 kind,

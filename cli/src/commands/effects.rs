@@ -1,6 +1,6 @@
 //! `feeler effects`.
 
-use feeler_plant::effects::{Change, Definition, LIBRARY, Parameter, find};
+use feeler_plant::effects::{Change, Definition, LIBRARY, Parameter, Trait, find};
 use serde_json::{Value, json};
 
 use crate::arguments::Effects;
@@ -25,7 +25,7 @@ fn list() -> String {
     let row = |effect: &&Definition| {
         let parameters: Vec<&str> = effect.parameters.iter().map(|parameter| parameter.name).collect();
         vec![
-            effect.kind.to_owned(),
+            effect.name.to_owned(),
             effect.place.name().to_owned(),
             parameters.join(", "),
             effect.summary.to_owned(),
@@ -75,14 +75,14 @@ fn as_json(effect: &Definition) -> Value {
         })
     };
     json!({
-        "kind": effect.kind,
+        "kind": effect.name,
         "place": effect.place.name(),
         "sits_under": effect.hosts.iter().map(|host| host.phrase()).collect::<Vec<_>>(),
         "site": effect.site,
         "parameters": effect.parameters.iter().map(parameter).collect::<Vec<_>>(),
         "summary": effect.summary,
         "documentation": effect.documentation,
-        "dissipative": effect.dissipative,
+        "dissipative": effect.has(Trait::Dissipative),
         "disturbs": if matches!(effect.change, Change::Plant(_)) { "plant" } else { "controller" },
     })
 }

@@ -1,5 +1,7 @@
 //! Whether another place predicts the check experiments as well, in short predictions or farther ahead.
 
+use feeler_plant::effects::Kind;
+
 use super::Criteria;
 use super::horizons::{Horizon, error};
 use crate::diagnose::Judge;
@@ -17,7 +19,7 @@ pub(super) fn as_good(
     criteria: &Criteria,
 ) -> Vec<String> {
     let Some(mine) = accepted.causes.last() else { return Vec::new() };
-    let elsewhere: Vec<(&Scored, &str, &str)> = rivals
+    let elsewhere: Vec<(&Scored, Kind, &str)> = rivals
         .iter()
         .filter(|rival| rival.causes.len() == accepted.causes.len())
         .filter_map(|rival| {

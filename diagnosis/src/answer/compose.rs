@@ -1,9 +1,10 @@
 //! What the search found, as an answer.
 
-use feeler_plant::effects::Place;
+use feeler_plant::effects::{Kind, Place};
 use indexmap::IndexMap;
 
 use crate::adequacy::{Sizes, assess};
+use crate::answer::intervals;
 use crate::answer::next::next_experiment;
 use crate::budget::Stage;
 use crate::dataset::in_words;
@@ -16,7 +17,7 @@ use crate::gap::ladder::{ladder, missing_force, what_is_left};
 use crate::gap::locate::{heart, table};
 use crate::gap::size;
 use crate::gap::unknown;
-use crate::intervals;
+use crate::kinds::dossier;
 use crate::report::{Attempt, Cause, Cell, Diagnosis, Estimate, Verdict, Where};
 
 /// What is said of causes that the time did not suffice for.
@@ -38,15 +39,14 @@ const ENOUGH_EXCITATION: f64 = 5.0;
 /// The same where other channels do not: an encoder alone tells of a machine if it resolves its motion well.
 const ENOUGH_ALONE: f64 = 50.0;
 
-/// Whether the first is one level of friction and a constant load where the second is friction that differs
-/// by direction: the same force while the guide slides, so that either may be meant whichever fits the stops
-/// a little better.
+/// Whether the first is two causes that together do the same as the one of the second, so that either may be
+/// meant whichever fits a little better.
 fn is_split_of(pair: &Scored, rival: &Scored) -> bool {
-    let [directed] = rival.causes[..] else { return false };
-    let has = |kind: &str| {
-        pair.causes.iter().any(|cause| cause.site == directed.site && cause.definition.kind == kind)
+    let [whole] = rival.causes[..] else { return false };
+    let has = |kind: &Kind| {
+        pair.causes.iter().any(|cause| cause.site == whole.site && cause.definition.kind == *kind)
     };
-    directed.definition.kind == "asymmetric-friction" && has("coulomb-friction") && has("constant-load")
+    dossier(whole.definition.kind).same_as.is_some_and(|parts| parts.iter().all(has))
 }
 
 impl Judge<'_> {
@@ -154,13 +154,12 @@ impl Judge<'_> {
     }
 
     /// The answer where a force over position is missing that is no effect of the library.
-    pub(crate) fn position_force(&self, shape: &Scored, attempts: &Attempts) -> Diagnosis {
+    pub(crate) fn position_force(&self, force: f64, attempts: &Attempts) -> Diagnosis {
         let mut answer = self.answer(&self.search.calibrated, &[], attempts);
         answer.verdict = Verdict::UnknownCause;
-        let values = shape.fitted.model.parameters(0, &shape.fitted.theta);
         let evidence = format!(
-            "a force that depends on position and hardly repeats over the stroke, about {:.2} N over {:.4} m, explains what no effect of the library does",
-            values[0], self.search.seen.stroke_m
+            "a force that depends on position and hardly repeats over the stroke, about {force:.2} N over {:.4} m, explains what no effect of the library does",
+            self.search.seen.stroke_m
         );
         let mut found = answer
             .places
@@ -286,8 +285,8 @@ impl Judge<'_> {
                 .position(|unknown| unknown.parameter_of(i) == Some(k))
                 .map_or(0.0, |u| fitted.model.unknowns[u].spread(fitted.theta[u], fitted.sigma[u]));
             let spacing_s = self.dataset.records[0].spacing_s;
-            let spread = NINETY_PERCENT
-                * intervals::widened(&scored.causes, i, parameter.name, values[k], spread, spacing_s);
+            let spread =
+                NINETY_PERCENT * intervals::widened(&scored.causes, i, k, values[k], spread, spacing_s);
             let unit = parameter.dimension.si_unit(rotational).to_owned();
             parameters.insert(
                 parameter.name,

@@ -2,5 +2,6 @@
 
 pub(crate) mod compose;
 pub mod difference;
+mod intervals;
 pub(crate) mod next;
 pub(crate) mod templates;

@@ -66,10 +66,10 @@ pub(crate) fn next_experiment(
     if expected_odds < LEAST_ODDS {
         return None;
     }
-    let kind = |scored: &Scored| scored.causes.last().map_or("", |cause| cause.definition.kind);
+    let kind = |scored: &Scored| scored.causes.last().map(|cause| cause.definition.kind);
     Some(NextExperiment {
         what: best.what(&dataset.machine, reach, reached),
-        separates: [kind(accepted), kind(rival)],
+        separates: [kind(accepted)?, kind(rival)?],
         expected_odds,
         engagement: match best.place {
             Engagement::Free => "free",

@@ -2,7 +2,9 @@
 
 use feeler_plant::assembly::{Assembly, GROUND_NODE, assemble};
 use feeler_plant::description::{Element, Machine, Quantity, Site, Table};
-use feeler_plant::effects::{Change, Definition, EffectUse, Host, HostKind, LIBRARY, Place};
+use feeler_plant::effects::{Change, Definition, EffectUse, HostKind, LIBRARY, Place};
+
+use crate::kinds::host_of;
 
 /// An effect that may be the cause.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +29,7 @@ pub(crate) fn candidates(machine: &Machine) -> Vec<Candidate> {
         LIBRARY.iter().copied().filter(|definition| matches!(definition.change, Change::Plant(_)))
     {
         for site in machine.sites() {
-            let host = host_kind(&assembly, site);
+            let host = assembly.host_kind(host_of(site));
             if definition.hosts.contains(&host)
                 && makes_sense(machine, &assembly, definition, site, host)
                 && applies(machine, definition, site)
@@ -37,17 +39,6 @@ pub(crate) fn candidates(machine: &Machine) -> Vec<Candidate> {
         }
     }
     found
-}
-
-fn host_kind(assembly: &Assembly, site: Site) -> HostKind {
-    let host = match site.table {
-        Table::Bodies => Host::Body(site.index + 1),
-        Table::Springs => Host::Spring(site.index),
-        Table::Contacts => Host::Contact(site.index),
-        Table::Actuators => Host::Actuator(site.index),
-        Table::Sensors => Host::Sensor(site.index),
-    };
-    assembly.host_kind(host)
 }
 
 /// Whether the machine with the effect can be assembled.

@@ -5,6 +5,7 @@ pub(crate) mod candidates;
 pub(crate) mod curvature;
 pub(crate) mod least_squares;
 pub(crate) mod model;
+mod nested;
 pub(crate) mod odds;
 pub(crate) mod screen;
 pub(crate) mod search;

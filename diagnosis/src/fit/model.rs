@@ -2,20 +2,16 @@
 
 use feeler_plant::assembly::{Assembly, assemble};
 use feeler_plant::description::{Believed, Engagement, Machine, Site, Table};
-use feeler_plant::effects::{Definition, EffectUse, Parameter, Scale};
+use feeler_plant::effects::{Definition, EffectUse, Parameter, Scale, Trait};
 use feeler_plant::problem::Problem;
 use feeler_plant::units::Dimension;
 use indexmap::IndexMap;
 
 use crate::error::DiagnosisError;
+use crate::kinds::dossier;
 use crate::predict::Presliding;
+use crate::tolerance;
 
-/// Tolerance of masses, stiffnesses and gains where the file states none: a fraction.
-const TOLERANCE: f64 = 0.10;
-/// Tolerance of dampings: a factor of two, as the logarithm of it.
-const DAMPING_TOLERANCE: f64 = std::f64::consts::LN_2;
-/// Tolerance of the gap of a contact, as a fraction.
-const GAP_TOLERANCE: f64 = 0.05;
 /// Step of finite differences in `theta`.
 const DIFFERENCE: f64 = 1e-3;
 /// The same of a gap, m: that of a surface's offset, which does the same, so that their slopes agree and only
@@ -101,7 +97,7 @@ impl Model {
     /// The believed machine, its own values free within their tolerances.
     pub(crate) fn calibration(
         machine: &Machine,
-        tolerance: &IndexMap<String, f64>,
+        stated: &IndexMap<String, f64>,
     ) -> Result<Self, DiagnosisError> {
         let assembly = assemble(machine).map_err(|problems| DiagnosisError::Machine { problems })?;
         let mut model = Self { believed: machine.clone(), tried: Vec::new(), unknowns: Vec::new() };
@@ -111,12 +107,12 @@ impl Model {
             if value == 0.0 {
                 return;
             }
-            let stated = tolerance.get(&key).copied();
+            let stated = stated.get(&key).copied();
             let is_gap = believed.dimension() == Dimension::LENGTH;
             let (log, unit, sigma) = match believed.dimension() {
-                Dimension::DAMPING => (true, 1.0, stated.map_or(DAMPING_TOLERANCE, f64::ln_1p)),
-                _ if is_gap => (false, value.abs(), stated.unwrap_or(GAP_TOLERANCE)),
-                _ => (true, 1.0, stated.unwrap_or(TOLERANCE)),
+                Dimension::DAMPING => (true, 1.0, stated.unwrap_or(tolerance::DAMPING).ln_1p()),
+                _ if is_gap => (false, value.abs(), stated.unwrap_or(tolerance::GAP)),
+                _ => (true, 1.0, stated.unwrap_or(tolerance::FRACTION)),
             };
             let difference = if is_gap { GAP_DIFFERENCE_M / unit } else { DIFFERENCE };
             let bounds = (f64::NEG_INFINITY, f64::INFINITY);
@@ -158,14 +154,13 @@ impl Model {
             let floor = if log { unit.abs() * NEXT_TO_NOTHING } else { parameter.bounds.0 };
             unknown.bounds =
                 (unknown.theta(parameter.bounds.0.max(floor)), unknown.theta(parameter.bounds.1));
-            // A step is read off the values themselves; residuals know it far less well.
-            if definition.kind.ends_with("-resolution") {
+            if let Some(spread) = dossier(definition.kind).read_off {
                 let read = unknown.theta(values[i]);
-                unknown.bounds = (read - STEP_SPREAD, read + STEP_SPREAD);
+                unknown.bounds = (read - spread, read + spread);
             }
             model.unknowns.push(unknown);
         }
-        if DRY.contains(&definition.kind) && !model.has_dry_friction() {
+        if definition.has(Trait::DryFriction) && !model.has_dry_friction() {
             let usual = Presliding::default();
             for (target, value, sigma) in [
                 (Target::PreslidingFrequency, usual.frequency_hz, PRESLIDING_SPREAD[0]),
@@ -222,7 +217,7 @@ impl Model {
     }
 
     fn has_dry_friction(&self) -> bool {
-        self.tried.iter().any(|tried| DRY.contains(&tried.effect.definition.kind))
+        self.tried.iter().any(|tried| tried.effect.definition.has(Trait::DryFriction))
     }
 
     /// Parameters of effects among the unknowns: what a cause costs in simplicity.
@@ -311,8 +306,6 @@ impl Model {
     }
 }
 
-/// How far a step that was read off the values may move, as a logarithm.
-pub(crate) const STEP_SPREAD: f64 = 5e-4;
 /// A machine as an experiment with this engagement sees it.
 pub(crate) fn assemble_for(
     mut machine: Machine,
@@ -320,20 +313,14 @@ pub(crate) fn assemble_for(
 ) -> Result<Assembly, Vec<Problem>> {
     if engagement == Some(Engagement::Clamped) {
         for contact in machine.contacts.values_mut() {
-            contact.effects.retain(|effect| !PARTING.contains(&effect.definition.kind));
+            contact.effects.retain(|effect| !effect.definition.has(Trait::SurfacesPart));
         }
     }
     assemble(&machine)
 }
 
-/// Effects that are dry friction.
-pub(crate) const DRY: [&str; 4] =
-    ["coulomb-friction", "stribeck-friction", "load-friction", "asymmetric-friction"];
 /// One sigma of what is known of pre-sliding, frequency and damping ratio, as logarithms.
 const PRESLIDING_SPREAD: [f64; 2] = [1.2, 1.0];
-
-/// Effects that describe surfaces which meet and part.
-const PARTING: [&str; 2] = ["hertz-contact", "hunt-crossley-contact"];
 
 /// Share of the typical value below which an effect counts as absent.
 const NEXT_TO_NOTHING: f64 = 1e-5;

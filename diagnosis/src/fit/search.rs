@@ -10,12 +10,11 @@ use crate::error::DiagnosisError;
 use crate::fit::candidates::{Candidate, candidates};
 use crate::fit::least_squares::{Fitted, Task, Weights};
 use crate::fit::model::Model;
+use crate::fit::nested;
 use crate::fit::screen::Linearised;
 use crate::gap::locate::low_pass;
-use crate::nested;
+use crate::kinds::{Element, Glance, Seen, dossier};
 use crate::predict::{Prediction, Predictor};
-use crate::starts::{Glance, starts};
-use crate::tolerance::Seen;
 
 /// Steps of a full fit.
 const STEPS: usize = 10;
@@ -172,7 +171,9 @@ fn screen(
     candidate: Candidate,
     glance: &Glance,
 ) -> Option<Fitted> {
-    let mut begun: Vec<(f64, Model, Vec<f64>)> = starts(candidate, &task.dataset.machine, glance)
+    let element = Element::at(candidate.site, &task.dataset.machine, &task.dataset.tolerance);
+    let starts = (dossier(candidate.definition.kind).starts)(&element, glance);
+    let mut begun: Vec<(f64, Model, Vec<f64>)> = starts
         .into_iter()
         .take_while(|_| !task.budget.is_over(Stage::Screen))
         .map(|values| {

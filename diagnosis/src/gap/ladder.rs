@@ -5,16 +5,16 @@
 use std::f64::consts::TAU;
 
 use feeler_plant::description::{Axis, Quantity};
-use feeler_plant::effects::Place;
+use feeler_plant::effects::{ForceRipple, Place};
 use feeler_plant::units::Dimension;
 
 use crate::fit::least_squares::Task;
 use crate::fit::odds::looks;
 use crate::fit::search::{Scored, missing_acceleration, moving_mass};
 use crate::gap::unknown::{explained, portrait};
+use crate::kinds::ripples;
 use crate::predict::Prediction;
 use crate::report::{PortraitPoint, Rung};
-use crate::starts::ripples;
 
 /// Rows averaged into one point.
 const AVERAGE: usize = 8;
@@ -186,8 +186,7 @@ pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
     let (low, high) = over_position
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
-    for wave in ripples(&over_position) {
-        let [amplitude, pitch, phase] = wave[..] else { continue };
+    for ForceRipple { amplitude, pitch, phase } in ripples(&over_position) {
         let at = |p: &Missing| amplitude * (TAU * p.position / pitch + phase).sin();
         // Where a drive is homed anew the wave begins elsewhere.
         let share = taken_out(&seen, at).min(share_at(&unseen, pitch));

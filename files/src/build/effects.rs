@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 
 use feeler_catalogue::Bound;
-use feeler_plant::effects::{ABOVE_ZERO, EffectUse, HostKind, LIBRARY, Parameter};
+use feeler_plant::effects::{ABOVE_ZERO, EffectUse, HostKind, LIBRARY, Parameter, find};
 use feeler_plant::names::{did_you_mean, nearest};
 
 use super::{Builder, Item};
@@ -35,16 +35,16 @@ impl Builder<'_> {
         host: HostKind,
         path: &str,
     ) -> Option<EffectUse> {
-        let Some(definition) = LIBRARY.iter().copied().find(|definition| definition.kind == kind) else {
+        let Some(definition) = find(kind) else {
             // What fits here is suggested first; an effect of another element only where nothing here is
             // alike.
             let fitting = LIBRARY
                 .iter()
                 .filter(|definition| definition.hosts.contains(&host))
-                .map(|definition| definition.kind);
+                .map(|definition| definition.name);
             let near = nearest(kind, fitting);
             let remedy = near.map_or_else(
-                || did_you_mean(kind, LIBRARY.iter().map(|d| d.kind)),
+                || did_you_mean(kind, LIBRARY.iter().map(|d| d.name)),
                 |near| format!("did you mean `{near}`?"),
             );
             self.problems.add(&entry.key, path, format!("there is no effect `{kind}`"), remedy);

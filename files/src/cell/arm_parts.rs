@@ -7,7 +7,7 @@ use feeler_catalogue::Contents;
 use feeler_geometry::Shape;
 use feeler_manipulator::{BodyShapes, JointPart, joint_effect_host, joint_effects, link_capsules};
 use feeler_plant::description::Axis;
-use feeler_plant::effects::{EffectUse, find};
+use feeler_plant::effects::{EffectUse, Kind, find};
 use feeler_plant::names::did_you_mean;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
@@ -119,12 +119,14 @@ fn effects(
     let mut found = Some(Vec::new());
     for (kind, entry) in table {
         let path = join(&path, kind);
-        let Some(host) = joint_effect_host(kind) else {
-            let taken = format!("joints take {}", joint_effects().collect::<Vec<_>>().join(", "));
-            let (message, remedy) = if find(kind).is_some() {
-                (format!("`{kind}` is not simulated in a joint"), taken)
+        let known = find(kind);
+        let Some(host) = known.and_then(|definition| joint_effect_host(definition.kind)) else {
+            let taken = joint_effects().map(Kind::name);
+            let (message, remedy) = if known.is_some() {
+                let taken = taken.collect::<Vec<_>>().join(", ");
+                (format!("`{kind}` is not simulated in a joint"), format!("joints take {taken}"))
             } else {
-                (format!("there is no effect `{kind}`"), did_you_mean(kind, joint_effects()))
+                (format!("there is no effect `{kind}`"), did_you_mean(kind, taken))
             };
             problems.add(&entry.key, &path, message, remedy);
             found = None;

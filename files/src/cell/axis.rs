@@ -2,6 +2,7 @@
 //! controller and run, and the bodies and the drive between which these stand.
 
 use feeler_arm::Reduction;
+use feeler_plant::effects::{Kind, find};
 
 use crate::draft::Draft;
 use crate::keys::EFFECTS;
@@ -16,17 +17,17 @@ const DRIVE: &str = "drive";
 const ENCODER: &str = "encoder";
 
 /// Effects of a contact that hold for shapes in space.
-const OF_CONTACTS: [&str; 6] = [
-    "contact-stiffness",
-    "contact-damping",
-    "hunt-crossley-contact",
-    "hertz-contact",
-    "hardening-stiffness",
-    "surface-offset",
+pub(crate) const OF_CONTACTS: [Kind; 6] = [
+    Kind::ContactStiffness,
+    Kind::ContactDamping,
+    Kind::HuntCrossleyContact,
+    Kind::HertzContact,
+    Kind::HardeningStiffness,
+    Kind::SurfaceOffset,
 ];
-/// Effects of sensors and controllers that do not, with why.
-const NOT_OF_OTHERS: [(&str, &str); 1] =
-    [("tool-inertia", "the wrist sensor is taken as massless beyond it")];
+/// Effects of sensors that do not, with why.
+pub(crate) const NOT_OF_SENSORS: [(Kind, &str); 1] =
+    [(Kind::ToolInertia, "the wrist sensor is taken as massless beyond it")];
 /// Keys that have no meaning for a whole arm: table, key, and what is there instead.
 const NOT_HERE: [(&str, &str, &str); 10] = [
     ("contacts", "between", "the contact is between `[tip]` and `[workpiece]`"),
@@ -171,27 +172,21 @@ fn refuse_effects(root: &Table, problems: &mut Problems) {
         for (element, table) in elements(root, name) {
             let effects = table.get(EFFECTS).and_then(|entry| entry.node.as_table());
             for (kind, entry) in effects.into_iter().flatten() {
+                // A name that the library does not know is refused with the nearest that it does.
+                let Some(definition) = find(kind) else { continue };
                 let why = match name {
-                    "contacts" if !OF_CONTACTS.contains(&kind.as_str()) => {
-                        format!("contacts of a whole arm take {}", OF_CONTACTS.join(", "))
+                    "contacts" if !OF_CONTACTS.contains(&definition.kind) => {
+                        format!("contacts of a whole arm take {}", OF_CONTACTS.map(Kind::name).join(", "))
                     }
-                    "sensors" => match NOT_OF_OTHERS.iter().find(|(other, _)| other == kind) {
+                    "sensors" => match NOT_OF_SENSORS.iter().find(|(other, _)| *other == definition.kind) {
                         Some((_, why)) => (*why).to_owned(),
                         None => continue,
                     },
                     _ => continue,
                 };
-                // A name that the library does not know is refused with the nearest that it does.
-                if feeler_plant::effects::LIBRARY.iter().any(|definition| definition.kind == kind) {
-                    let path = join(&join(&join(name, element), EFFECTS), kind);
-                    let remedy = format!("{why}; the axis that `feeler reduce` makes takes every effect");
-                    problems.add(
-                        &entry.key,
-                        path,
-                        format!("`{kind}` is not simulated with a whole arm"),
-                        remedy,
-                    );
-                }
+                let path = join(&join(&join(name, element), EFFECTS), kind);
+                let remedy = format!("{why}; the axis that `feeler reduce` makes takes every effect");
+                problems.add(&entry.key, path, format!("`{kind}` is not simulated with a whole arm"), remedy);
             }
         }
     }

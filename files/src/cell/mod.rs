@@ -11,6 +11,8 @@ use feeler_geometry::{Place, Shape};
 use feeler_manipulator::{Cell, Hold, ManipulatorError, Part, Simulation, Start};
 use nalgebra::Vector3;
 
+pub(crate) use axis::{NOT_OF_SENSORS, OF_CONTACTS};
+
 use super::build::shapes;
 use super::document::Document;
 use super::draft::Draft;

@@ -6,7 +6,7 @@ use feeler_plant::assembly::{Drive, Friction, Link, SensorPart, assemble};
 use feeler_plant::description::{
     Actuator, ActuatorKind, Axis, Body, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
 };
-use feeler_plant::effects::{EffectUse, HostKind, LIBRARY};
+use feeler_plant::effects::{CoulombFriction, EffectUse, HostKind, Kind};
 use feeler_plant::motion::{ContactState, NonlinearLaw, NonlinearTerm, StopSide};
 use feeler_plant::problem::Problem;
 
@@ -19,33 +19,48 @@ const ENCODER: &str = "encoder";
 /// The link's own inertia is the chain's business.
 const ANY_INERTIA: f64 = 1.0;
 
-/// Effects that a joint takes, the element of the joint that each disturbs, and what that is to the library.
-const EFFECTS: [(&str, &str, HostKind); 14] = [
-    ("coulomb-friction", GUIDE, HostKind::Spring),
-    ("stribeck-friction", GUIDE, HostKind::Spring),
-    ("viscous-friction", GUIDE, HostKind::Spring),
-    ("asymmetric-friction", GUIDE, HostKind::Spring),
-    ("constant-load", GUIDE, HostKind::Spring),
-    ("backlash", GEAR, HostKind::Spring),
-    ("hardening-stiffness", GEAR, HostKind::Spring),
-    ("actuator-lag", DRIVE, HostKind::Actuator),
-    ("command-delay", DRIVE, HostKind::Actuator),
-    ("drive-gain", DRIVE, HostKind::Actuator),
-    ("drive-deadband", DRIVE, HostKind::Actuator),
-    ("force-limit", DRIVE, HostKind::Actuator),
-    ("force-ripple", DRIVE, HostKind::Actuator),
-    ("encoder-resolution", ENCODER, HostKind::MotionSensor),
+/// The elements of a joint: guide, gear, drive and encoder. What each is to the library, and the effects that
+/// it takes.
+const ELEMENTS: [(HostKind, &[Kind]); 4] = [
+    (
+        HostKind::Spring,
+        &[
+            Kind::CoulombFriction,
+            Kind::StribeckFriction,
+            Kind::ViscousFriction,
+            Kind::AsymmetricFriction,
+            Kind::ConstantLoad,
+        ],
+    ),
+    (HostKind::Spring, &[Kind::Backlash, Kind::HardeningStiffness]),
+    (
+        HostKind::Actuator,
+        &[
+            Kind::ActuatorLag,
+            Kind::CommandDelay,
+            Kind::DriveGain,
+            Kind::DriveDeadband,
+            Kind::ForceLimit,
+            Kind::ForceRipple,
+        ],
+    ),
+    (HostKind::MotionSensor, &[Kind::EncoderResolution]),
 ];
 
-/// Names of the effects that a joint takes.
-pub fn joint_effects() -> impl Iterator<Item = &'static str> {
-    EFFECTS.iter().map(|(kind, ..)| *kind)
+/// The effects that a joint takes.
+pub fn joint_effects() -> impl Iterator<Item = Kind> {
+    ELEMENTS.iter().flat_map(|(_, kinds)| kinds.iter().copied())
+}
+
+/// Which element of a joint an effect disturbs; none for an effect that a joint does not take.
+fn element_of(kind: Kind) -> Option<usize> {
+    ELEMENTS.iter().position(|(_, kinds)| kinds.contains(&kind))
 }
 
 /// What the element that such an effect disturbs is to the library; none for an effect that a joint does not
 /// take.
-pub fn joint_effect_host(kind: &str) -> Option<HostKind> {
-    EFFECTS.iter().find(|(known, ..)| *known == kind).map(|(.., host)| *host)
+pub fn joint_effect_host(kind: Kind) -> Option<HostKind> {
+    element_of(kind).map(|element| ELEMENTS[element].0)
 }
 
 /// The motor's side of a joint, its gear, its drive and its encoder, effects applied; all at the joint's side
@@ -160,17 +175,16 @@ fn machine(
     let body = |mass_kg| Body { mass_kg, ..Body::default() };
     machine.bodies.insert(MOTOR.into(), body(inertia));
     machine.bodies.insert(LINK.into(), body(ANY_INERTIA));
-    let mut under = [const { Vec::new() }; 4];
+    let mut under = [const { Vec::new() }; ELEMENTS.len()];
     let mut problems = Vec::new();
-    if let Some(definition) =
-        LIBRARY.iter().copied().find(|known| known.kind == "coulomb-friction" && drive.dry_friction_n_m > 0.0)
-    {
-        under[0].push(EffectUse { definition, values: vec![drive.dry_friction_n_m] });
+    if drive.dry_friction_n_m > 0.0 {
+        under[0].push(EffectUse::of(CoulombFriction { level: drive.dry_friction_n_m }));
     }
     for effect in effects {
         let kind = effect.definition.kind;
-        let Some((_, element, _)) = EFFECTS.iter().find(|(known, ..)| *known == kind) else {
-            let remedy = format!("joints take {}", joint_effects().collect::<Vec<_>>().join(", "));
+        let Some(element) = element_of(kind) else {
+            let taken: Vec<&str> = joint_effects().map(Kind::name).collect();
+            let remedy = format!("joints take {}", taken.join(", "));
             problems.push(Problem::new(
                 format!("effects.{kind}"),
                 format!("`{kind}` is not simulated in a joint"),
@@ -178,9 +192,7 @@ fn machine(
             ));
             continue;
         };
-        let place =
-            [GUIDE, GEAR, DRIVE, ENCODER].iter().position(|known| known == element).unwrap_or_default();
-        under[place].push(effect.clone());
+        under[element].push(effect.clone());
     }
     if !problems.is_empty() {
         return Err(problems);
@@ -225,6 +237,8 @@ fn of_joint(problem: Problem) -> Problem {
 
 #[cfg(test)]
 mod tests {
+    use feeler_plant::effects::{AddedMass, Backlash, HardeningStiffness, StribeckFriction};
+
     use super::*;
 
     fn drive() -> JointDrive {
@@ -240,20 +254,15 @@ mod tests {
         }
     }
 
-    fn effect(kind: &str, values: &[f64]) -> EffectUse {
-        let definition = LIBRARY.iter().copied().find(|known| known.kind == kind).unwrap();
-        EffectUse { definition, values: values.to_vec() }
-    }
-
     /// A few products.
     const ROUNDING: f64 = 1e-12;
 
     #[test]
     fn truth_effects_change_the_parts_that_they_disturb() {
         let effects = [
-            effect("backlash", &[0.02, 0.0, 0.0]),
-            effect("hardening-stiffness", &[1e6]),
-            effect("stribeck-friction", &[4.0, 7.0, 0.1]),
+            EffectUse::of(Backlash { width: 0.02, stiffness: 0.0, damping: 0.0 }),
+            EffectUse::of(HardeningStiffness { cubic: 1e6 }),
+            EffectUse::of(StribeckFriction { coulomb: 4.0, static_level: 7.0, velocity: 0.1 }),
         ];
         let joint = JointPart::new("elbow", &drive(), false, &effects).unwrap();
         let near = |a: f64, b: f64| assert!((a - b).abs() < ROUNDING * (1.0 + b.abs()), "{a} {b}");
@@ -273,7 +282,8 @@ mod tests {
 
     #[test]
     fn truth_effects_of_other_places_are_refused() {
-        let problems = JointPart::new("elbow", &drive(), false, &[effect("added-mass", &[1.0])]).unwrap_err();
+        let problems =
+            JointPart::new("elbow", &drive(), false, &[EffectUse::of(AddedMass { mass: 1.0 })]).unwrap_err();
         assert_eq!(problems[0].key, "effects.added-mass");
         assert!(problems[0].remedy.as_deref().unwrap().contains("backlash"));
     }

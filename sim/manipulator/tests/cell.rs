@@ -16,7 +16,7 @@ use feeler_geometry::{Place, Shape};
 use feeler_manipulator::{Cell, Hold, JointPart, ManipulatorError, Part, Simulation, Start, link_capsules};
 
 use feeler_plant::description::{Actuator, Body, Contact, GROUND, Machine, Quantity, Sensor, SignalName};
-use feeler_plant::effects::{EffectUse, LIBRARY};
+use feeler_plant::effects::{EffectUse, find};
 use nalgebra::Vector3;
 
 const DOWN: [f64; 3] = [0.0, 0.0, -1.0];
@@ -212,9 +212,9 @@ fn lever(drive: &JointDrive, effects: &[(&str, &[f64])], speed_m_per_s: f64, for
         <joint name="hinge" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/></joint>
         <joint name="end" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="0.8 0 0"/></joint></robot>"#;
     let arm = Arm::new(Urdf::parse(text).unwrap().chain("tip").unwrap(), vec![drive.clone()]).unwrap();
-    let of = |(kind, values): &(&str, &[f64])| {
-        let definition = LIBRARY.iter().copied().find(|known| known.kind == *kind).unwrap();
-        EffectUse { definition, values: values.to_vec() }
+    let of = |(kind, values): &(&str, &[f64])| EffectUse {
+        definition: find(kind).unwrap(),
+        values: values.to_vec(),
     };
     let effects: Vec<EffectUse> = effects.iter().map(of).collect();
     let mut scenario = axis(ForceGains::default(), force_n, contact(2e4, 40.0));

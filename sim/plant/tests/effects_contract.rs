@@ -9,7 +9,7 @@ use feeler_plant::description::{
     Actuator, Body, Contact, Elements, GROUND, Machine, Quantity, Sensor, SignalName, Spring,
 };
 use feeler_plant::effects::{
-    Change, Definition, EffectError, EffectUse, Host, HostKind, LIBRARY, Parameter, Place, find,
+    Change, Definition, EffectError, EffectUse, Host, HostKind, Kind, LIBRARY, Parameter, Place, find,
 };
 
 /// An axis on a base before a workpiece, with an element for every effect: bodies, springs rigid and not, and
@@ -150,7 +150,7 @@ fn prop_documentation_names_look_alikes_that_exist() {
             assert!(find(kind).is_some(), "{} speaks of `{kind}`, which is no effect", definition.kind);
         }
         let others =
-            kinds_named(section(definition, "How it shows")).filter(|kind| *kind != definition.kind).count();
+            kinds_named(section(definition, "How it shows")).filter(|kind| *kind != definition.name).count();
         assert!(others > 0, "{} names nothing that it is confused with", definition.kind);
     }
 }
@@ -204,10 +204,10 @@ fn prop_names_are_kebab_and_snake_case_and_unique() {
             !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit())
         })
     };
-    let kinds: BTreeSet<&str> = LIBRARY.iter().map(|definition| definition.kind).collect();
+    let kinds: BTreeSet<&str> = LIBRARY.iter().map(|definition| definition.name).collect();
     assert_eq!(kinds.len(), LIBRARY.len());
     for definition in LIBRARY {
-        assert!(well_formed(definition.kind, '-'), "{}", definition.kind);
+        assert!(well_formed(definition.name, '-'), "{}", definition.kind);
         let names: BTreeSet<&str> = definition.parameters.iter().map(|parameter| parameter.name).collect();
         assert_eq!(names.len(), definition.parameters.len(), "{}", definition.kind);
         assert!(names.iter().all(|name| well_formed(name, '_')), "{}", definition.kind);
@@ -244,7 +244,7 @@ fn row_of(definition: &Definition) -> Row {
     let required = definition.parameters.iter().filter(|parameter| parameter.default.is_none());
     let with_unit =
         |parameter: &Parameter| (parameter.name.to_owned(), parameter.dimension.si_unit(false).to_owned());
-    (definition.kind.into(), places, required.map(with_unit).collect())
+    (definition.name.into(), places, required.map(with_unit).collect())
 }
 
 #[test]
@@ -272,7 +272,7 @@ fn truth_the_null_is_the_ideal_machine() {
         for (host, mut changed) in outcomes(definition, &values) {
             if let (Host::Spring(i), HostKind::RigidSpring) = (host, ideal.host_kind(host)) {
                 // Backlash makes a rigid spring a stiff one even at zero width.
-                assert_eq!((definition.kind, changed.links[i].rigid), ("backlash", false));
+                assert_eq!((definition.kind, changed.links[i].rigid), (Kind::Backlash, false));
                 assert!(changed.links[i].stiffness > 0.0);
                 changed.links[i] = ideal.links[i].clone();
             }

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use feeler_analysis::{GainReport, Request, analyze};
 use feeler_arm::{Agreement, Branch, Landmark, Others, Reduction};
+use feeler_plant::effects::Kind;
 
 use super::error::ArmFileError;
 use feeler_files::{ArmFile, Document, FormatError};
@@ -227,7 +228,11 @@ fn axis_text(axis: &Reduction, contact: ToolContact, gain: f64) -> String {
         axis.guide_damping_n_s_per_m
     ));
     if axis.dry_friction_n > 0.0 {
-        line(format!("[springs.guide.effects.coulomb-friction]\nlevel = {:?}\n", axis.dry_friction_n));
+        line(format!(
+            "[springs.guide.effects.{}]\nlevel = {:?}\n",
+            Kind::CoulombFriction,
+            axis.dry_friction_n
+        ));
     }
     line(format!(
         "[springs.transmission]\nbetween = [\"motor\", \"tip\"]\nstiffness = {:?}\ndamping = {:?}\n",

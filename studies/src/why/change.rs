@@ -2,7 +2,7 @@
 
 use feeler_engine::{Integrator, Scenario};
 use feeler_plant::description::{ActuatorKind, Engagement, Quantity};
-use feeler_plant::effects::EffectUse;
+use feeler_plant::effects::{Change as EffectChange, Definition, EffectUse, Place, Trait};
 use serde::Serialize;
 
 use super::roles::Roles;
@@ -167,15 +167,15 @@ impl Change {
             }
             Self::RigidTransmission => {
                 rigid(&mut changed, &roles.transmissions);
-                drop_effects(&mut changed, &["transmission-flexibility", "backlash", "hardening-stiffness"]);
+                drop_effects(&mut changed, |effect| yields(effect, Place::Transmission));
             }
             Self::FrozenBase => {
                 rigid(&mut changed, &roles.mounts[..roles.mounts.len().min(1)]);
-                drop_effects(&mut changed, &["base-flexibility"]);
+                drop_effects(&mut changed, |effect| yields(effect, Place::Base));
             }
             Self::FrozenWorkpiece => {
                 rigid(&mut changed, &roles.fixtures[..roles.fixtures.len().min(1)]);
-                drop_effects(&mut changed, &["workpiece-dynamics"]);
+                drop_effects(&mut changed, |effect| yields(effect, Place::Workpiece));
             }
             Self::IdealActuator => ideal_actuators(&mut changed),
             Self::NoSaturation => {
@@ -183,19 +183,14 @@ impl Change {
                     (actuator.limit_n, actuator.rate_limit_per_s) = (None, None);
                 }
                 changed.controllers.values_mut().for_each(|used| used.spec.output_limit = None);
-                drop_effects(&mut changed, &["force-limit", "slew-limit"]);
+                drop_effects(&mut changed, |effect| effect.has(Trait::Saturation));
             }
             Self::NoQuantiser => {
                 changed.machine.sensors.values_mut().for_each(|sensor| sensor.resolution = None);
                 changed.controllers.values_mut().for_each(|used| used.spec.output_resolution = None);
-                drop_effects(&mut changed, &["encoder-resolution", "force-resolution"]);
+                drop_effects(&mut changed, |effect| effect.has(Trait::Quantisation));
             }
-            Self::NoFriction => {
-                drop_effects(
-                    &mut changed,
-                    &["coulomb-friction", "stribeck-friction", "load-friction", "asymmetric-friction"],
-                );
-            }
+            Self::NoFriction => drop_effects(&mut changed, |effect| effect.has(Trait::DryFriction)),
             // A surface passes by at its own time: a tool that came later would meet another part of it.
             Self::SlowerApproach if !scenario.machine.profiles.is_empty() => {}
             Self::SlowerApproach => {
@@ -218,7 +213,7 @@ pub(super) fn sampled_faster(scenario: &Scenario, times: f64) -> Scenario {
 }
 
 fn continuous(scenario: &mut Scenario) {
-    drop_effects(scenario, &["timing-jitter"]);
+    drop_effects(scenario, |effect| matches!(effect.change, EffectChange::SampleJitter(_)));
     let motion: Vec<String> = scenario.controllers.values().filter_map(|used| used.motion.clone()).collect();
     for used in scenario.controllers.values_mut() {
         used.spec.period_s /= CONTINUOUS;
@@ -228,7 +223,7 @@ fn continuous(scenario: &mut Scenario) {
     for (name, sensor) in &mut scenario.machine.sensors {
         if sensor.reads.quantity == Quantity::Position || motion.contains(name) {
             (sensor.resolution, sensor.noise) = (None, 0.0);
-            sensor.effects.retain(|effect| effect.definition.kind != "encoder-resolution");
+            sensor.effects.retain(|effect| !effect.definition.has(Trait::Quantisation));
         }
     }
 }
@@ -242,7 +237,7 @@ fn without_delay(scenario: &mut Scenario) {
     for sensor in scenario.machine.sensors.values_mut() {
         (sensor.delay_s, sensor.low_pass) = (0.0, None);
     }
-    drop_effects(scenario, &["command-delay", "force-delay", "force-lag"]);
+    drop_effects(scenario, |effect| effect.has(Trait::Delay));
 }
 
 fn ideal_actuators(scenario: &mut Scenario) {
@@ -256,7 +251,7 @@ fn ideal_actuators(scenario: &mut Scenario) {
             }
         }
     }
-    drop_effects(scenario, &["actuator-lag", "drive-deadband", "force-ripple"]);
+    drop_effects(scenario, |effect| effect.has(Trait::DriveFlaw));
 }
 
 fn rigid(scenario: &mut Scenario, springs: &[String]) {
@@ -268,9 +263,13 @@ fn rigid(scenario: &mut Scenario, springs: &[String]) {
     }
 }
 
-fn drop_effects(scenario: &mut Scenario, kinds: &[&str]) {
-    let keep =
-        |effects: &mut Vec<EffectUse>| effects.retain(|effect| !kinds.contains(&effect.definition.kind));
+/// Whether an effect lets parts of this place move that an ideal machine joins.
+fn yields(effect: &Definition, place: Place) -> bool {
+    effect.place == place && effect.has(Trait::Compliance)
+}
+
+fn drop_effects(scenario: &mut Scenario, is_dropped: impl Fn(&Definition) -> bool) {
+    let keep = |effects: &mut Vec<EffectUse>| effects.retain(|effect| !is_dropped(effect.definition));
     let machine = &mut scenario.machine;
     machine.bodies.values_mut().for_each(|body| keep(&mut body.effects));
     machine.springs.values_mut().for_each(|spring| keep(&mut spring.effects));

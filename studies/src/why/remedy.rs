@@ -3,6 +3,7 @@
 use feeler_control::{AdmittanceGains, Law, LeadSpec};
 use feeler_engine::Scenario;
 use feeler_plant::description::ActuatorKind;
+use feeler_plant::effects::{ActuatorLag, EffectUse};
 use serde::Serialize;
 
 use super::change::Cause;
@@ -135,10 +136,10 @@ fn candidates(scenario: &Scenario, found: &Explanation) -> Vec<(String, Scenario
                     }
                     ActuatorKind::VelocitySource { time_constant_s, .. } => *time_constant_s /= MORE,
                 }
-                for effect in
-                    actuator.effects.iter_mut().filter(|effect| effect.definition.kind == "actuator-lag")
-                {
-                    effect.values[0] /= MORE;
+                for effect in &mut actuator.effects {
+                    if let Some(ActuatorLag { time_constant }) = effect.parameters() {
+                        *effect = EffectUse::of(ActuatorLag { time_constant: time_constant / MORE });
+                    }
                 }
             }
         });

@@ -80,7 +80,7 @@ pub(super) fn drawing(confusion: &[(String, String, usize)]) -> String {
 
 /// The order of the library, then what is none of it.
 fn order(name: &str) -> usize {
-    LIBRARY.iter().position(|definition| definition.kind == name).unwrap_or(LIBRARY.len())
+    LIBRARY.iter().position(|definition| definition.name == name).unwrap_or(LIBRARY.len())
 }
 
 fn is_right(hidden: &str, answered: &str) -> bool {

@@ -1,7 +1,6 @@
 //! The page of a diagnosis: what is wrong, where, how sure, what to do.
 
 mod adequacy;
-mod apart;
 mod charts;
 mod heat;
 mod portrait;
@@ -174,7 +173,7 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
 fn rows_of(effect: &Cause) -> Vec<Vec<String>> {
     let status = if effect.accepted { "found" } else { "rival" };
     let credit = if effect.accepted { format!("{} %", percent(effect.credit)) } else { String::new() };
-    let head = [status.to_owned(), effect.kind.to_owned(), effect.on.clone(), credit];
+    let head = [status.to_owned(), effect.kind.to_string(), effect.on.clone(), credit];
     let mut rows = Vec::new();
     for (i, (name, estimate)) in effect.parameters.iter().enumerate() {
         let unit = estimate.unit.as_str();

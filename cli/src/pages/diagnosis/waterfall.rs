@@ -118,7 +118,7 @@ fn bars(diagnosis: &Diagnosis) -> Vec<Bar> {
     for (i, effect) in accepted.iter().enumerate() {
         let share = if credits > 0.0 { effect.credit / credits } else { 1.0 / accepted.len() as f64 };
         let next = if i + 1 == accepted.len() { gap.after } else { at + share * (gap.after - gap.refit) };
-        bars.push(Bar { name: effect.kind.replace('-', " "), from: at, to: next, is_level: false });
+        bars.push(Bar { name: effect.kind.name().replace('-', " "), from: at, to: next, is_level: false });
         at = next;
     }
     if !accepted.is_empty() {

@@ -1,9 +1,9 @@
 //! A diagnosis in plain words.
 
+use feeler_diagnosis::apart;
 use feeler_diagnosis::report::{Cause, Diagnosis, Estimate, MOST_ODDS, Verdict};
 
 use super::adequacy;
-use super::apart::apart;
 use crate::numbers::{percent, plain, with_unit};
 
 /// Gaps below this many floors are nothing to close.
@@ -166,7 +166,7 @@ pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
         }
         said.push(format!("To these records {a} and {b} look alike."));
         if diagnosis.next_experiment.is_none() {
-            said.push(match apart(a, b) {
+            said.push(match apart(*a, *b) {
                 Some(what) => format!("To tell {a} from {b}: {what}."),
                 None => format!("No command of those known would separate {a} from {b} within the travel and speed of these records."),
             });

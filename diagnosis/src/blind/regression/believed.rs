@@ -57,7 +57,7 @@ impl Believed {
         for guide in guides {
             believed.damping += guide.damping_n_s_per_m;
             for effect in &guide.effects {
-                match (effect.definition.kind, effect.values.as_slice()) {
+                match (effect.definition.name, effect.values.as_slice()) {
                     ("coulomb-friction", [level]) => believed.friction += level,
                     ("gravity", [amplitude, phase]) => believed.gravity = Some([*amplitude, *phase]),
                     _ => {}

@@ -2,6 +2,7 @@
 
 use feeler_plant::assembly::Drive;
 use feeler_plant::description::Engagement;
+use feeler_plant::effects::Kind;
 use serde::Serialize;
 
 use crate::loops::control_loop::ControlLoop;
@@ -75,7 +76,7 @@ impl ControlLoop {
                 }
                 PlayView::Open => "taken as open: neither stiffness nor damping acts",
             };
-            found.when(link.play > 0.0, &of, "backlash", play);
+            found.when(link.play > 0.0, &of, Kind::Backlash.name(), play);
             let friction = match view.friction {
                 FrictionView::Ignored => {
                     "taken as sliding one way: a constant force, which neither damps nor holds; at rest it sticks instead"

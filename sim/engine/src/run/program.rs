@@ -92,8 +92,8 @@ impl Program {
             for effect in &controller.effects {
                 match effect.definition.change {
                     // Independent deviations add in square.
-                    Change::SampleJitter => {
-                        controller.spec.jitter_s = controller.spec.jitter_s.hypot(effect.values[0])
+                    Change::SampleJitter(sigma) => {
+                        controller.spec.jitter_s = controller.spec.jitter_s.hypot(sigma(&effect.values))
                     }
                     Change::Plant(_) => problems.push(Problem::new(
                         format!("controllers.{name}.effects.{}", effect.definition.kind),

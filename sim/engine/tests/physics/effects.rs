@@ -2,7 +2,7 @@
 
 use feeler_engine::{Program, RunEnd, Scenario, Simulation, Trace, Unobserved};
 use feeler_plant::description::{Body, GROUND, Spring};
-use feeler_plant::effects::{Definition, EffectUse, HostKind, LIBRARY};
+use feeler_plant::effects::{Definition, EffectUse, HostKind, Kind, LIBRARY, Trait};
 use feeler_plant::motion::MeterKind;
 
 use crate::common::{axis, largest_difference, run, spring};
@@ -38,9 +38,9 @@ fn placements(base: &Scenario, definition: &'static Definition, values: &[f64]) 
 /// else a limit, is it.
 fn null_values(definition: &Definition) -> Option<Vec<f64>> {
     match definition.kind {
-        "contact-stiffness" => Some(vec![2e5]),
-        "contact-damping" => Some(vec![120.0]),
-        "hertz-contact" => Some(vec![1.0, 2e5]),
+        Kind::ContactStiffness => Some(vec![2e5]),
+        Kind::ContactDamping => Some(vec![120.0]),
+        Kind::HertzContact => Some(vec![1.0, 2e5]),
         _ => {
             let has_null = definition.parameters.iter().any(|parameter| parameter.null.is_some());
             has_null.then(|| definition.parameters.iter().map(|p| p.null.unwrap_or(p.typical)).collect())
@@ -110,7 +110,7 @@ fn prop_dissipative_effects_never_add_energy() {
     base.controllers.clear();
     base.machine.bodies["motor"].velocity_m_per_s = 0.1;
     base.machine.springs.insert("centring".into(), spring(GROUND, "motor", 5e3, 0.0));
-    for definition in LIBRARY.iter().filter(|definition| definition.dissipative) {
+    for definition in LIBRARY.iter().filter(|definition| definition.has(Trait::Dissipative)) {
         for scenario in placements(&base, definition, &typical_values(definition)) {
             let program = Program::new(&scenario).unwrap();
             let mut simulation = Simulation::<f64>::new(vec![program]).unwrap();

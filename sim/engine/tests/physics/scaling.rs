@@ -3,7 +3,7 @@
 use feeler_control::{Law, ReferenceSpec};
 use feeler_engine::Scenario;
 use feeler_plant::description::{ActuatorKind, ContactLaw, LowPass, Quantity};
-use feeler_plant::effects::{EffectUse, LIBRARY};
+use feeler_plant::effects::{EffectUse, Kind, LIBRARY};
 use feeler_plant::units::Dimension;
 
 use crate::common::{axis, run};
@@ -170,11 +170,11 @@ fn prop_units_are_free_for_every_effect() {
             "force-sensor" => machine.sensors["force"].effects.push(used),
             "encoder" => machine.sensors["encoder"].effects.push(used),
             "contact" | "workpiece" => machine.contacts["tool"].effects.push(used),
-            _ if definition.kind == "added-mass" => machine.bodies["tip"].effects.push(used),
+            _ if definition.kind == Kind::AddedMass => machine.bodies["tip"].effects.push(used),
             _ => machine.springs[if on_guide { "guide" } else { "transmission" }].effects.push(used),
         }
         for units in UNITS {
-            moves_the_same(definition.kind, &scenario, units);
+            moves_the_same(definition.name, &scenario, units);
         }
     }
 }

@@ -7,7 +7,7 @@ use super::{
     VelocitySource,
 };
 use crate::description::{ActuatorKind, Contact, ContactLaw, GROUND, Machine, Quantity, Sensor, SignalName};
-use crate::effects::{Change, EffectError, EffectUse, Host, LIBRARY};
+use crate::effects::{Change, EffectError, EffectUse, Host};
 use crate::names::{did_you_mean, list, nearest};
 use crate::problem::Problem;
 
@@ -219,9 +219,7 @@ impl<'a> Build<'a> {
         for (table, name, host, effects) in hosts {
             // In the order of the library, so that the order in a file does not matter.
             let mut ordered: Vec<&EffectUse> = effects.iter().collect();
-            ordered.sort_by_key(|effect| {
-                LIBRARY.iter().position(|definition| definition.kind == effect.definition.kind)
-            });
+            ordered.sort_by_key(|effect| effect.definition.kind);
             for effect in ordered {
                 self.effect(&format!("{table}.{name}.effects.{}", effect.definition.kind), host, effect);
             }
@@ -229,7 +227,7 @@ impl<'a> Build<'a> {
     }
 
     fn effect(&mut self, key: &str, host: Host, effect: &EffectUse) {
-        if matches!(effect.definition.change, Change::SampleJitter) {
+        if matches!(effect.definition.change, Change::SampleJitter(_)) {
             self.problems.push(Problem::new(
                 key,
                 "this effect disturbs a controller, not the plant",

@@ -1,15 +1,20 @@
 //! `actuator-lag`: first-order lag between command and drive force.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { ActuatorLag
+    time_constant: log(Dimension::TIME, Some(0.0), 2e-3, (0.0, 10.0), "time to cover 63 % of a step"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "actuator-lag",
+    kind: ActuatorLag::KIND,
+    name: "actuator-lag",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
     site: "",
-    parameters: &[Parameter::log("time_constant", Dimension::TIME, Some(0.0), 2e-3, (0.0, 10.0), "time to cover 63 % of a step")],
+    parameters: ActuatorLag::PARAMETERS,
     summary: "first-order lag between command and drive force",
     documentation: "\
 ## Model
@@ -29,15 +34,17 @@ motion as it was.
 S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on Robotics and
 Automation 8 (1992): the rigid model with a first-order actuator.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::DriveFlaw],
+    change: Change::plant::<ActuatorLag>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [time_constant] = values(parameters);
-    let drive = machine.drive_mut(host, &DEFINITION)?;
-    if time_constant > 0.0 {
-        drive.lags.push(time_constant);
+impl ChangesPlant for ActuatorLag {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { time_constant } = self;
+        let drive = machine.drive_mut(host, &DEFINITION)?;
+        if time_constant > 0.0 {
+            drive.lags.push(time_constant);
+        }
+        Ok(())
     }
-    Ok(())
 }

@@ -1,15 +1,20 @@
 //! `added-mass`: payload or inertia error.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { AddedMass
+    mass: linear(Dimension::MASS, Some(0.0), 2.0, (-1e5, 1e5), "beyond the believed one; may be negative"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "added-mass",
+    kind: AddedMass::KIND,
+    name: "added-mass",
     place: Place::Transmission,
     hosts: &[HostKind::Body],
     site: "",
-    parameters: &[Parameter::linear("mass", Dimension::MASS, Some(0.0), 2.0, (-1e5, 1e5), "beyond the believed one; may be negative")],
+    parameters: AddedMass::PARAMETERS,
     summary: "payload or inertia error",
     documentation: "\
 ## Model
@@ -27,18 +32,24 @@ only, and the motion stays as it was.
 C. G. Atkeson, C. H. An and J. M. Hollerbach, Estimation of inertial parameters of manipulator loads and links,
 International Journal of Robotics Research 5 (1986).
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::PlainNumber],
+    change: Change::plant::<AddedMass>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [mass] = values(parameters);
-    let node = machine.node_mut(host, &DEFINITION)?;
-    if node.mass_kg + mass <= 0.0 {
-        return Err(EffectError::MassExceeded { parameter: "mass", value_kg: mass, available_kg: node.mass_kg });
+impl ChangesPlant for AddedMass {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { mass } = self;
+        let node = machine.node_mut(host, &DEFINITION)?;
+        if node.mass_kg + mass <= 0.0 {
+            return Err(EffectError::MassExceeded {
+                parameter: "mass",
+                value_kg: mass,
+                available_kg: node.mass_kg,
+            });
+        }
+        node.mass_kg += mass;
+        Ok(())
     }
-    node.mass_kg += mass;
-    Ok(())
 }
 
 #[cfg(test)]

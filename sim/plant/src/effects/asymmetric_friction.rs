@@ -1,18 +1,23 @@
 //! `asymmetric-friction`: dry friction of two levels, one for each direction.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { AsymmetricFriction
+    level: log(Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "mean of the two levels"),
+    asymmetry: linear(
+        Dimension::NONE, None, 0.3, (-1.0, 1.0), "half the difference of the levels, over their mean"
+    ),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "asymmetric-friction",
+    kind: AsymmetricFriction::KIND,
+    name: "asymmetric-friction",
     place: Place::Guide,
     hosts: &[HostKind::Spring],
     site: "",
-    parameters: &[
-        Parameter::log("level", Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "mean of the two levels"),
-        Parameter::linear("asymmetry", Dimension::NONE, None, 0.3, (-1.0, 1.0), "half the difference of the levels, over their mean"),
-    ],
+    parameters: AsymmetricFriction::PARAMETERS,
     summary: "dry friction of two levels, one for each direction",
     documentation: "\
 ## Model
@@ -31,14 +36,16 @@ cannot be told apart.
 C. Canudas de Wit, K. J. Åström and K. Braun, Adaptive friction compensation in DC-motor drives, IEEE Journal of
 Robotics and Automation 3 (1987).
 ",
-    dissipative: true,
-    change: Change::Plant(apply),
+    traits: &[Trait::Dissipative, Trait::DryFriction],
+    change: Change::plant::<AsymmetricFriction>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [level, asymmetry] = values(parameters);
-    let friction = &mut machine.link_mut(host, &DEFINITION)?.friction;
-    friction.forward += level * (1.0 + asymmetry);
-    friction.backward += level * (1.0 - asymmetry);
-    Ok(())
+impl ChangesPlant for AsymmetricFriction {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { level, asymmetry } = self;
+        let friction = &mut machine.link_mut(host, &DEFINITION)?.friction;
+        friction.forward += level * (1.0 + asymmetry);
+        friction.backward += level * (1.0 - asymmetry);
+        Ok(())
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -13,17 +13,23 @@ const DERIVED: f64 = 0.0;
 const FLANK_FREQUENCY_HZ: f64 = 1000.0;
 const FLANK_DAMPING_RATIO: f64 = 0.1;
 
+parameters! { Backlash
+    width: log(Dimension::LENGTH, Some(0.0), 2e-5, (0.0, 1.0), "free play from one flank to the other"),
+    stiffness: log(
+        Dimension::STIFFNESS, None, DERIVED, (0.0, 1e12), "of the flanks of a rigid spring; 0: derived"
+    ) or DERIVED,
+    damping: log(
+        Dimension::DAMPING, None, DERIVED, (0.0, 1e9), "of the flanks of a rigid spring; 0: derived"
+    ) or DERIVED,
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "backlash",
+    kind: Backlash::KIND,
+    name: "backlash",
     place: Place::Transmission,
     hosts: &[HostKind::Spring, HostKind::RigidSpring],
     site: "the spring must have stiffness or be rigid, and a free body at one end at least",
-    parameters: &[
-        Parameter::log("width", Dimension::LENGTH, Some(0.0), 2e-5, (0.0, 1.0), "free play from one flank to the other"),
-        Parameter::log("stiffness", Dimension::STIFFNESS, None, DERIVED, (0.0, 1e12), "of the flanks of a rigid spring; 0: derived")
-            .or(DERIVED),
-        Parameter::log("damping", Dimension::DAMPING, None, DERIVED, (0.0, 1e9), "of the flanks of a rigid spring; 0: derived").or(DERIVED),
-    ],
+    parameters: Backlash::PARAMETERS,
     summary: "free play in a spring, with a stiff transmission where there was none",
     documentation: "\
 ## Model
@@ -47,38 +53,55 @@ but of the velocity, and it damps; `hardening-stiffness` also stiffens with ampl
 M. Nordin and P.-O. Gutman, Controlling mechanical systems with backlash: a survey, Automatica 38 (2002): the
 dead-zone model with damping.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::Compliance],
+    change: Change::plant::<Backlash>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [width, stiffness, damping] = values(parameters);
-    let Host::Spring(spring) = host else { return Err(machine.wrong_host(host, &DEFINITION)) };
-    if machine.links[spring].rigid {
-        set_flanks(machine, spring, stiffness, damping)?;
-    } else {
-        for (parameter, value) in [("stiffness", stiffness), ("damping", damping)] {
-            if value > 0.0 {
-                return Err(EffectError::Value { parameter, value, reason: "this spring has its own; leave it out" });
+impl ChangesPlant for Backlash {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { width, stiffness, damping } = self;
+        let Host::Spring(spring) = host else { return Err(machine.wrong_host(host, &DEFINITION)) };
+        if machine.links[spring].rigid {
+            set_flanks(machine, spring, stiffness, damping)?;
+        } else {
+            for (parameter, value) in [("stiffness", stiffness), ("damping", damping)] {
+                if value > 0.0 {
+                    return Err(EffectError::Value {
+                        parameter,
+                        value,
+                        reason: "this spring has its own; leave it out",
+                    });
+                }
+            }
+            if machine.links[spring].stiffness <= 0.0 {
+                return Err(EffectError::WrongSite {
+                    kind: DEFINITION.kind,
+                    needs: "a spring with stiffness, or a rigid one",
+                });
             }
         }
-        if machine.links[spring].stiffness <= 0.0 {
-            return Err(EffectError::WrongSite { kind: DEFINITION.kind, needs: "a spring with stiffness, or a rigid one" });
-        }
+        machine.links[spring].play += width;
+        Ok(())
     }
-    machine.links[spring].play += width;
-    Ok(())
 }
 
 /// Makes a rigid spring stiff.
-fn set_flanks(machine: &mut Assembly, spring: usize, stiffness: f64, damping: f64) -> Result<(), EffectError> {
+fn set_flanks(
+    machine: &mut Assembly,
+    spring: usize,
+    stiffness: f64,
+    damping: f64,
+) -> Result<(), EffectError> {
     let (a, b) = (machine.links[spring].a, machine.links[spring].b);
     // Each side moves with all that is rigidly joined to it, but no longer with the other side.
     machine.links[spring].rigid = false;
     let mu = 1.0 / (1.0 / machine.rigid_mass_kg(a) + 1.0 / machine.rigid_mass_kg(b));
     if !mu.is_finite() {
         machine.links[spring].rigid = true;
-        return Err(EffectError::WrongSite { kind: DEFINITION.kind, needs: "a spring with a free body at one end at least" });
+        return Err(EffectError::WrongSite {
+            kind: DEFINITION.kind,
+            needs: "a spring with a free body at one end at least",
+        });
     }
     let k = if stiffness > 0.0 { stiffness } else { mu * (TAU * FLANK_FREQUENCY_HZ).powi(2) };
     let c = if damping > 0.0 { damping } else { 2.0 * FLANK_DAMPING_RATIO * (k * mu).sqrt() };
@@ -143,6 +166,9 @@ mod tests {
     #[test]
     fn prop_a_viscous_guide_has_no_flanks() {
         let mut machine = fixture::flexible();
-        assert!(matches!(DEFINITION.apply(&mut machine, GUIDE, &[3e-5, DERIVED, DERIVED]), Err(EffectError::WrongSite { .. })));
+        assert!(matches!(
+            DEFINITION.apply(&mut machine, GUIDE, &[3e-5, DERIVED, DERIVED]),
+            Err(EffectError::WrongSite { .. })
+        ));
     }
 }

@@ -1,19 +1,24 @@
 //! `base-flexibility`: guide, actuator reaction and workpiece ride on a base that moves.
 
-use super::{ABOVE_ZERO, Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{
+    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+};
 use crate::assembly::{Assembly, GROUND_NODE};
 use crate::units::Dimension;
 
+parameters! { BaseFlexibility
+    mass: log(Dimension::MASS, None, 180.0, (ABOVE_ZERO, 1e6), "mass of the base"),
+    stiffness: log(Dimension::STIFFNESS, None, 1.0e6, (ABOVE_ZERO, 1e12), "stiffness of its mount"),
+    damping: log(Dimension::DAMPING, None, 800.0, (0.0, 1e9), "damping of its mount"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "base-flexibility",
+    kind: BaseFlexibility::KIND,
+    name: "base-flexibility",
     place: Place::Base,
     hosts: &[HostKind::RigidSpring, HostKind::Spring],
     site: "one end of the spring must be on ground",
-    parameters: &[
-        Parameter::log("mass", Dimension::MASS, None, 180.0, (ABOVE_ZERO, 1e6), "mass of the base"),
-        Parameter::log("stiffness", Dimension::STIFFNESS, None, 1.0e6, (ABOVE_ZERO, 1e12), "stiffness of its mount"),
-        Parameter::log("damping", Dimension::DAMPING, None, 800.0, (0.0, 1e9), "damping of its mount"),
-    ],
+    parameters: BaseFlexibility::PARAMETERS,
     summary: "guide, actuator reaction and workpiece ride on a base that moves",
     documentation: "\
 ## Model
@@ -36,29 +41,36 @@ A slow oscillation after steps looks like that of a force loop with an `actuator
 S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on Robotics and
 Automation 8 (1992): robot base dynamics.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::Compliance],
+    change: Change::plant::<BaseFlexibility>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [mass, stiffness, damping] = values(parameters);
-    let Host::Spring(spring) = host else { return Err(machine.wrong_host(host, &DEFINITION)) };
-    let link = &mut machine.links[spring];
-    let body = match (Assembly::is_ground(link.a), Assembly::is_ground(link.b)) {
-        (true, false) => link.b,
-        (false, true) => link.a,
-        _ => return Err(EffectError::WrongSite { kind: DEFINITION.kind, needs: "a spring with one end on ground" }),
-    };
-    if link.rigid {
-        link.set_flexible(stiffness, damping);
-        machine.nodes[body].mass_kg = mass;
-    } else {
-        let name = format!("{}-base", link.name);
-        let base = machine.add_node(name.clone(), mass, GROUND_NODE);
-        machine.move_everything(GROUND_NODE, base);
-        machine.add_link(name, GROUND_NODE, base, stiffness, damping);
+impl ChangesPlant for BaseFlexibility {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { mass, stiffness, damping } = self;
+        let Host::Spring(spring) = host else { return Err(machine.wrong_host(host, &DEFINITION)) };
+        let link = &mut machine.links[spring];
+        let body = match (Assembly::is_ground(link.a), Assembly::is_ground(link.b)) {
+            (true, false) => link.b,
+            (false, true) => link.a,
+            _ => {
+                return Err(EffectError::WrongSite {
+                    kind: DEFINITION.kind,
+                    needs: "a spring with one end on ground",
+                });
+            }
+        };
+        if link.rigid {
+            link.set_flexible(stiffness, damping);
+            machine.nodes[body].mass_kg = mass;
+        } else {
+            let name = format!("{}-base", link.name);
+            let base = machine.add_node(name.clone(), mass, GROUND_NODE);
+            machine.move_everything(GROUND_NODE, base);
+            machine.add_link(name, GROUND_NODE, base, stiffness, damping);
+        }
+        Ok(())
     }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -96,7 +108,10 @@ mod tests {
     #[test]
     fn prop_a_spring_away_from_ground_is_no_mount() {
         for mut machine in [fixture::rigid(), fixture::flexible()] {
-            assert!(matches!(DEFINITION.apply(&mut machine, TRANSMISSION, &PARAMETERS), Err(EffectError::WrongSite { .. })));
+            assert!(matches!(
+                DEFINITION.apply(&mut machine, TRANSMISSION, &PARAMETERS),
+                Err(EffectError::WrongSite { .. })
+            ));
         }
     }
 }

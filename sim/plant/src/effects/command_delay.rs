@@ -1,15 +1,20 @@
 //! `command-delay`: the command arrives late, by any real number of seconds.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { CommandDelay
+    delay: linear(Dimension::TIME, Some(0.0), 1e-3, (0.0, 1.0), "how late the drive acts on each command"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "command-delay",
+    kind: CommandDelay::KIND,
+    name: "command-delay",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
     site: "",
-    parameters: &[Parameter::linear("delay", Dimension::TIME, Some(0.0), 1e-3, (0.0, 1.0), "how late the drive acts on each command")],
+    parameters: CommandDelay::PARAMETERS,
     summary: "the command arrives late, by any real number of seconds",
     documentation: "\
 ## Model
@@ -28,12 +33,14 @@ motion does not show it.
 K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall (1997): sampling of systems with a time
 delay.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::Delay],
+    change: Change::plant::<CommandDelay>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [delay] = values(parameters);
-    machine.drive_mut(host, &DEFINITION)?.delay += delay;
-    Ok(())
+impl ChangesPlant for CommandDelay {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { delay } = self;
+        machine.drive_mut(host, &DEFINITION)?.delay += delay;
+        Ok(())
+    }
 }

@@ -1,15 +1,20 @@
 //! `constant-load`: gravity or a cable pull.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { ConstantLoad
+    force: linear(Dimension::FORCE, Some(0.0), 10.0, (-1e6, 1e6), "force on the second body of the spring"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "constant-load",
+    kind: ConstantLoad::KIND,
+    name: "constant-load",
     place: Place::Guide,
     hosts: &[HostKind::Spring],
     site: "",
-    parameters: &[Parameter::linear("force", Dimension::FORCE, Some(0.0), 10.0, (-1e6, 1e6), "force on the second body of the spring")],
+    parameters: ConstantLoad::PARAMETERS,
     summary: "gravity or a cable pull",
     documentation: "\
 ## Model
@@ -28,12 +33,14 @@ and reading alike in a closed loop; the command at rest in free motion parts the
 B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Planning and Control, Springer (2009):
 gravity in the equations of motion.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::PlainNumber],
+    change: Change::plant::<ConstantLoad>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [force] = values(parameters);
-    machine.link_mut(host, &DEFINITION)?.load += force;
-    Ok(())
+impl ChangesPlant for ConstantLoad {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { force } = self;
+        machine.link_mut(host, &DEFINITION)?.load += force;
+        Ok(())
+    }
 }

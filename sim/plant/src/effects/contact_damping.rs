@@ -1,15 +1,20 @@
 //! `contact-damping`: the contact's damping is another.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { ContactDamping
+    damping: log(Dimension::DAMPING, None, 250.0, (0.0, 1e9), "in place of the believed one"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "contact-damping",
+    kind: ContactDamping::KIND,
+    name: "contact-damping",
     place: Place::Contact,
     hosts: &[HostKind::Contact],
     site: "",
-    parameters: &[Parameter::log("damping", Dimension::DAMPING, None, 250.0, (0.0, 1e9), "in place of the believed one")],
+    parameters: ContactDamping::PARAMETERS,
     summary: "the contact's damping is another",
     documentation: "\
 ## Model
@@ -28,12 +33,14 @@ them: a step here, none there. `viscous-friction` damps free motion as well.
 G. Gilardi and I. Sharf, Literature survey of contact dynamics modelling, Mechanism and Machine Theory 37 (2002): the
 spring-dashpot model.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[],
+    change: Change::plant::<ContactDamping>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [damping] = values(parameters);
-    machine.contact_mut(host, &DEFINITION)?.law.damping = damping;
-    Ok(())
+impl ChangesPlant for ContactDamping {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { damping } = self;
+        machine.contact_mut(host, &DEFINITION)?.law.damping = damping;
+        Ok(())
+    }
 }

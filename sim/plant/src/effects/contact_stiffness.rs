@@ -1,15 +1,20 @@
 //! `contact-stiffness`: the contact's stiffness is another.
 
-use super::{ABOVE_ZERO, Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { ContactStiffness
+    stiffness: log(Dimension::STIFFNESS, None, 1.2e5, (ABOVE_ZERO, 1e12), "in place of the believed one"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "contact-stiffness",
+    kind: ContactStiffness::KIND,
+    name: "contact-stiffness",
     place: Place::Contact,
     hosts: &[HostKind::Contact],
     site: "",
-    parameters: &[Parameter::log("stiffness", Dimension::STIFFNESS, None, 1.2e5, (ABOVE_ZERO, 1e12), "in place of the believed one")],
+    parameters: ContactStiffness::PARAMETERS,
     summary: "the contact's stiffness is another",
     documentation: "\
 ## Model
@@ -29,12 +34,14 @@ parts them. `force-gain` changes the reading in proportion as well, but no frequ
 D. E. Whitney, Force feedback control of manipulator fine motions, ASME Journal of Dynamic Systems, Measurement, and
 Control 99 (1977): the loop gain is proportional to the stiffness.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[],
+    change: Change::plant::<ContactStiffness>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [stiffness] = values(parameters);
-    machine.contact_mut(host, &DEFINITION)?.law.stiffness = stiffness;
-    Ok(())
+impl ChangesPlant for ContactStiffness {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { stiffness } = self;
+        machine.contact_mut(host, &DEFINITION)?.law.stiffness = stiffness;
+        Ok(())
+    }
 }

@@ -1,15 +1,20 @@
 //! `coulomb-friction`: dry friction, set-valued at rest.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { CoulombFriction
+    level: log(Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "force while sliding, and the most at rest"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "coulomb-friction",
+    kind: CoulombFriction::KIND,
+    name: "coulomb-friction",
     place: Place::Guide,
     hosts: &[HostKind::Spring],
     site: "",
-    parameters: &[Parameter::log("level", Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "force while sliding, and the most at rest")],
+    parameters: CoulombFriction::PARAMETERS,
     summary: "dry friction, set-valued at rest",
     documentation: "\
 ## Model
@@ -29,14 +34,16 @@ looks alike at a single speed.
 H. Olsson, K. J. Åström, C. Canudas de Wit, M. Gäfvert and P. Lischinsky, Friction models and friction compensation,
 European Journal of Control 4 (1998).
 ",
-    dissipative: true,
-    change: Change::Plant(apply),
+    traits: &[Trait::Dissipative, Trait::DryFriction],
+    change: Change::plant::<CoulombFriction>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [level] = values(parameters);
-    let friction = &mut machine.link_mut(host, &DEFINITION)?.friction;
-    friction.forward += level;
-    friction.backward += level;
-    Ok(())
+impl ChangesPlant for CoulombFriction {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { level } = self;
+        let friction = &mut machine.link_mut(host, &DEFINITION)?.friction;
+        friction.forward += level;
+        friction.backward += level;
+        Ok(())
+    }
 }

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::Kind;
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
@@ -171,29 +172,117 @@ impl Parameter {
     }
 }
 
-/// The parameters of an effect as an array, to be taken apart by name.
-///
-/// # Panics
-/// Where there are fewer than `N`; [`Definition::apply`] has counted them.
-pub(super) fn values<const N: usize>(parameters: &[f64]) -> [f64; N] {
-    std::array::from_fn(|i| parameters[i])
+/// The parameters of one kind of effect, by name.
+pub trait Parameters: Copy {
+    /// The kind that has them.
+    const KIND: Kind;
+    /// What is known of each, in order.
+    const PARAMETERS: &'static [Parameter];
+
+    /// Of values in the order of the definition.
+    ///
+    /// # Panics
+    /// Where there are fewer than parameters.
+    fn of(values: &[f64]) -> Self;
+
+    /// Values in the order of the definition.
+    fn values(self) -> Vec<f64>;
+
+    /// Typical values.
+    fn typical() -> Self {
+        Self::of(&Self::PARAMETERS.iter().map(|parameter| parameter.typical).collect::<Vec<_>>())
+    }
 }
 
+/// The parameters of an effect that changes the plant.
+pub(super) trait ChangesPlant: Parameters {
+    /// Changes the machine as the effect under `host` does.
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError>;
+}
+
+/// Declares the parameters of an effect, its kind first and then one line each:
+/// `name: scale(dimension, null, typical, bounds, text)`, with `as "key"` where files have another name and
+/// `or default` where a file may leave it out.
+macro_rules! parameters {
+    (@key $name:ident) => { stringify!($name) };
+    (@key $name:ident $key:literal) => { $key };
+    ($kind:ident $(
+        $name:ident $(as $key:literal)?: $scale:ident(
+            $dimension:expr, $null:expr, $typical:expr, $bounds:expr, $text:literal
+        ) $(or $default:expr)?,
+    )+) => {
+        #[doc = concat!("Parameters of [`Kind::", stringify!($kind), "`](crate::effects::Kind) in SI units.")]
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub struct $kind {
+            $(#[doc = $text] pub $name: f64,)+
+        }
+
+        impl $crate::effects::Parameters for $kind {
+            const KIND: $crate::effects::Kind = $crate::effects::Kind::$kind;
+            const PARAMETERS: &'static [$crate::effects::Parameter] = &[$(
+                $crate::effects::Parameter::$scale(
+                    parameters!(@key $name $($key)?), $dimension, $null, $typical, $bounds, $text,
+                )$(.or($default))?,
+            )+];
+
+            fn of(values: &[f64]) -> Self {
+                let [$($name),+] = std::array::from_fn(|i| values[i]);
+                Self { $($name),+ }
+            }
+
+            fn values(self) -> Vec<f64> {
+                vec![$(self.$name),+]
+            }
+        }
+    };
+}
 /// What an effect does to a machine.
 #[derive(Clone, Copy, Debug)]
 pub enum Change {
     /// It changes the plant. Arguments: the machine, the element under which the effect sits, the parameters
     /// in the order of the definition.
     Plant(fn(&mut Assembly, Host, &[f64]) -> Result<(), EffectError>),
-    /// It adds this much (one sigma, the first parameter) to the sample times of the controller.
-    SampleJitter,
+    /// It takes the samples of the controller off the grid by so much, one sigma, s. Argument: the parameters.
+    SampleJitter(fn(&[f64]) -> f64),
+}
+
+impl Change {
+    /// The change that parameters make.
+    pub(super) const fn plant<P: ChangesPlant>() -> Self {
+        Self::Plant(|machine, host, values| P::of(values).apply(machine, host))
+    }
+}
+
+/// What kinds of effects have in common, for those who treat them alike.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trait {
+    /// It can only take energy out of the machine.
+    Dissipative,
+    /// It holds at rest up to a level: dry friction.
+    DryFriction,
+    /// It is a number that the ideal machine has too, and no law: real ones differ from it in nothing.
+    PlainNumber,
+    /// It is a law of surfaces that meet and part, without effect where a contact is clamped.
+    SurfacesPart,
+    /// It rounds readings to steps.
+    Quantisation,
+    /// It makes commands or readings late.
+    Delay,
+    /// It limits what a drive gives.
+    Saturation,
+    /// It distorts what a drive gives within its limits.
+    DriveFlaw,
+    /// It lets parts move against each other that an ideal machine joins.
+    Compliance,
 }
 
 /// All that is known of one effect.
 #[derive(Clone, Copy, Debug)]
 pub struct Definition {
+    /// Which effect.
+    pub kind: Kind,
     /// Key in files.
-    pub kind: &'static str,
+    pub name: &'static str,
     /// Where it lives; see [`Definition::place_under`].
     pub place: Place,
     /// Elements that take it.
@@ -207,8 +296,8 @@ pub struct Definition {
     /// What it is, its equation, where it comes from, what it is confused with: Markdown with the sections
     /// `Model`, `Where it comes from`, `How it shows` and `Source`.
     pub documentation: &'static str,
-    /// Whether it can only take energy out of the machine.
-    pub dissipative: bool,
+    /// What it has in common with others.
+    pub traits: &'static [Trait],
     /// What it does.
     pub change: Change,
 }
@@ -218,6 +307,11 @@ impl Definition {
     pub fn sits_under(&self) -> String {
         let hosts = self.hosts.iter().map(|host| host.phrase()).collect::<Vec<_>>().join("; ");
         if self.site.is_empty() { hosts } else { format!("{hosts} ({})", self.site) }
+    }
+
+    /// Whether it has this in common with others.
+    pub fn has(&self, of_its: Trait) -> bool {
+        self.traits.contains(&of_its)
     }
 
     /// Position of a parameter.
@@ -272,6 +366,18 @@ pub struct EffectUse {
     pub values: Vec<f64>,
 }
 
+impl EffectUse {
+    /// The effect with these parameters.
+    pub fn of<P: Parameters>(parameters: P) -> Self {
+        Self { definition: P::KIND.definition(), values: parameters.values() }
+    }
+
+    /// Its parameters by name; none where it is of another kind.
+    pub fn parameters<P: Parameters>(&self) -> Option<P> {
+        (self.definition.kind == P::KIND).then(|| P::of(&self.values))
+    }
+}
+
 impl PartialEq for EffectUse {
     fn eq(&self, other: &Self) -> bool {
         self.definition.kind == other.definition.kind && self.values == other.values
@@ -286,7 +392,7 @@ pub enum EffectError {
     #[error("`{kind}` does not sit under {}; it goes under {}", .found.phrase(), either(.expected))]
     WrongHost {
         /// The effect.
-        kind: &'static str,
+        kind: Kind,
         /// What it sits under.
         found: HostKind,
         /// Elements that take it.
@@ -296,7 +402,7 @@ pub enum EffectError {
     #[error("`{kind}` needs {needs}")]
     WrongSite {
         /// The effect.
-        kind: &'static str,
+        kind: Kind,
         /// What the element must be.
         needs: &'static str,
     },
@@ -304,7 +410,7 @@ pub enum EffectError {
     #[error("`{kind}` has {expected} parameters, not {given}")]
     Count {
         /// The effect.
-        kind: &'static str,
+        kind: Kind,
         /// As many as it has.
         expected: usize,
         /// As many as were given.

@@ -1,15 +1,20 @@
 //! `drive-deadband`: commands within the width do nothing, and beyond it the width is lost.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { DriveDeadband
+    width: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "size up to which a command does nothing"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "drive-deadband",
+    kind: DriveDeadband::KIND,
+    name: "drive-deadband",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
     site: "",
-    parameters: &[Parameter::log("width", Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "size up to which a command does nothing")],
+    parameters: DriveDeadband::PARAMETERS,
     summary: "commands within the width do nothing, and beyond it the width is lost",
     documentation: "\
 ## Model
@@ -28,12 +33,14 @@ moves and part where it brakes, and where a resting axis is pushed from outside.
 G. Tao and P. V. Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley (1996): the
 dead-zone.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::DriveFlaw],
+    change: Change::plant::<DriveDeadband>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [width] = values(parameters);
-    machine.drive_mut(host, &DEFINITION)?.deadband += width;
-    Ok(())
+impl ChangesPlant for DriveDeadband {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { width } = self;
+        machine.drive_mut(host, &DEFINITION)?.deadband += width;
+        Ok(())
+    }
 }

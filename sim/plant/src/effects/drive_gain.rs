@@ -1,15 +1,22 @@
 //! `drive-gain`: force constant error: the command is scaled.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { DriveGain
+    gain: linear(
+        Dimension::NONE, Some(1.0), 0.9, (-10.0, 10.0), "what the drive makes of one unit of command"
+    ),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "drive-gain",
+    kind: DriveGain::KIND,
+    name: "drive-gain",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
     site: "",
-    parameters: &[Parameter::linear("gain", Dimension::NONE, Some(1.0), 0.9, (-10.0, 10.0), "what the drive makes of one unit of command")],
+    parameters: DriveGain::PARAMETERS,
     summary: "force constant error: the command is scaled",
     documentation: "\
 ## Model
@@ -27,12 +34,14 @@ static force in contact can. In contact alone it looks like `force-gain`, which 
 M. Gautier and S. Briot, Global identification of joint drive gains and dynamic parameters of robots, ASME Journal of
 Dynamic Systems, Measurement, and Control 136 (2014).
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::PlainNumber],
+    change: Change::plant::<DriveGain>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [gain] = values(parameters);
-    machine.drive_mut(host, &DEFINITION)?.gain *= gain;
-    Ok(())
+impl ChangesPlant for DriveGain {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { gain } = self;
+        machine.drive_mut(host, &DEFINITION)?.gain *= gain;
+        Ok(())
+    }
 }

@@ -1,15 +1,20 @@
 //! `encoder-resolution`: quantisation.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { EncoderResolution
+    resolution: log(Dimension::LENGTH, Some(0.0), 5e-6, (0.0, 1.0), "step between neighbouring readings"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "encoder-resolution",
+    kind: EncoderResolution::KIND,
+    name: "encoder-resolution",
     place: Place::Encoder,
     hosts: &[HostKind::MotionSensor],
     site: "",
-    parameters: &[Parameter::log("resolution", Dimension::LENGTH, Some(0.0), 5e-6, (0.0, 1.0), "step between neighbouring readings")],
+    parameters: EncoderResolution::PARAMETERS,
     summary: "quantisation",
     documentation: "\
 ## Model
@@ -28,15 +33,17 @@ in proportion to speed.
 J. J. Abbott and A. M. Okamura, Effects of position quantization and sampling rate on virtual-wall passivity, IEEE
 Transactions on Robotics 21 (2005).
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::Quantisation],
+    change: Change::plant::<EncoderResolution>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [resolution] = values(parameters);
-    let sensor = machine.sensor_mut(host, &DEFINITION)?;
-    if resolution > 0.0 {
-        sensor.resolutions.push(resolution);
+impl ChangesPlant for EncoderResolution {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { resolution } = self;
+        let sensor = machine.sensor_mut(host, &DEFINITION)?;
+        if resolution > 0.0 {
+            sensor.resolutions.push(resolution);
+        }
+        Ok(())
     }
-    Ok(())
 }

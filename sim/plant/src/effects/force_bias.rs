@@ -1,15 +1,20 @@
 //! `force-bias`: offset.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { ForceBias
+    bias: linear(Dimension::FORCE, Some(0.0), 2.0, (-1e6, 1e6), "reading at zero force"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "force-bias",
+    kind: ForceBias::KIND,
+    name: "force-bias",
     place: Place::ForceSensor,
     hosts: &[HostKind::ForceSensor],
     site: "",
-    parameters: &[Parameter::linear("bias", Dimension::FORCE, Some(0.0), 2.0, (-1e6, 1e6), "reading at zero force")],
+    parameters: ForceBias::PARAMETERS,
     summary: "offset",
     documentation: "\
 ## Model
@@ -26,12 +31,14 @@ stays at zero. `surface-offset` changes the force only while there is contact.
 ## Source
 E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill (2004): zero drift.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::PlainNumber],
+    change: Change::plant::<ForceBias>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [bias] = values(parameters);
-    machine.sensor_mut(host, &DEFINITION)?.bias += bias;
-    Ok(())
+impl ChangesPlant for ForceBias {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { bias } = self;
+        machine.sensor_mut(host, &DEFINITION)?.bias += bias;
+        Ok(())
+    }
 }

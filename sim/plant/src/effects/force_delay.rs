@@ -1,15 +1,22 @@
 //! `force-delay`: the force reading is late.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { ForceDelay
+    delay: linear(
+        Dimension::TIME, Some(0.0), 1e-3, (0.0, 1.0), "how much later the reading is than the force"
+    ),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "force-delay",
+    kind: ForceDelay::KIND,
+    name: "force-delay",
     place: Place::ForceSensor,
     hosts: &[HostKind::ForceSensor],
     site: "",
-    parameters: &[Parameter::linear("delay", Dimension::TIME, Some(0.0), 1e-3, (0.0, 1.0), "how much later the reading is than the force")],
+    parameters: ForceDelay::PARAMETERS,
     summary: "the force reading is late",
     documentation: "\
 ## Model
@@ -26,12 +33,14 @@ recorded beside it are on time, which parts it from `command-delay`. `force-lag`
 K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall (1997): sampling of systems with a time
 delay.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::Delay],
+    change: Change::plant::<ForceDelay>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [delay] = values(parameters);
-    machine.sensor_mut(host, &DEFINITION)?.delay += delay;
-    Ok(())
+impl ChangesPlant for ForceDelay {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { delay } = self;
+        machine.sensor_mut(host, &DEFINITION)?.delay += delay;
+        Ok(())
+    }
 }

@@ -1,15 +1,20 @@
 //! `force-gain`: calibration error.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { ForceGain
+    gain: linear(Dimension::NONE, Some(1.0), 0.9, (-10.0, 10.0), "reading per unit of force"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "force-gain",
+    kind: ForceGain::KIND,
+    name: "force-gain",
     place: Place::ForceSensor,
     hosts: &[HostKind::ForceSensor],
     site: "",
-    parameters: &[Parameter::linear("gain", Dimension::NONE, Some(1.0), 0.9, (-10.0, 10.0), "reading per unit of force")],
+    parameters: ForceGain::PARAMETERS,
     summary: "calibration error",
     documentation: "\
 ## Model
@@ -26,12 +31,14 @@ stay, which parts it from `contact-stiffness` as long as anything but the readin
 ## Source
 E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill (2004): static calibration and sensitivity.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::PlainNumber],
+    change: Change::plant::<ForceGain>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [gain] = values(parameters);
-    machine.sensor_mut(host, &DEFINITION)?.gain *= gain;
-    Ok(())
+impl ChangesPlant for ForceGain {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { gain } = self;
+        machine.sensor_mut(host, &DEFINITION)?.gain *= gain;
+        Ok(())
+    }
 }

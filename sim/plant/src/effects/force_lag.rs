@@ -2,17 +2,22 @@
 
 use std::f64::consts::TAU;
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::description::LowPass;
 use crate::units::Dimension;
 
+parameters! { ForceLag
+    time_constant: log(Dimension::TIME, Some(0.0), 1e-3, (0.0, 10.0), "time to cover 63 % of a step"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "force-lag",
+    kind: ForceLag::KIND,
+    name: "force-lag",
     place: Place::ForceSensor,
     hosts: &[HostKind::ForceSensor],
     site: "",
-    parameters: &[Parameter::log("time_constant", Dimension::TIME, Some(0.0), 1e-3, (0.0, 10.0), "time to cover 63 % of a step")],
+    parameters: ForceLag::PARAMETERS,
     summary: "first-order low-pass in the force channel",
     documentation: "\
 ## Model
@@ -31,17 +36,19 @@ nothing while the loop is open. Well below the corner `force-delay` of the same 
 G. F. Franklin, J. D. Powell and M. L. Workman, Digital Control of Dynamic Systems, Addison-Wesley (1998):
 antialiasing prefilters.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::Delay],
+    change: Change::plant::<ForceLag>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [time_constant] = values(parameters);
-    let sensor = machine.sensor_mut(host, &DEFINITION)?;
-    if time_constant > 0.0 {
-        sensor.filters.push(LowPass::FirstOrder { corner_hz: 1.0 / (TAU * time_constant) });
+impl ChangesPlant for ForceLag {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { time_constant } = self;
+        let sensor = machine.sensor_mut(host, &DEFINITION)?;
+        if time_constant > 0.0 {
+            sensor.filters.push(LowPass::FirstOrder { corner_hz: 1.0 / (TAU * time_constant) });
+        }
+        Ok(())
     }
-    Ok(())
 }
 
 #[cfg(test)]

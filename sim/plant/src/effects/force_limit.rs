@@ -1,15 +1,22 @@
 //! `force-limit`: the drive force is clipped.
 
-use super::{ABOVE_ZERO, Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{
+    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { ForceLimit
+    limit: log(Dimension::FORCE, Some(f64::INFINITY), 200.0, (ABOVE_ZERO, f64::INFINITY), "largest force"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "force-limit",
+    kind: ForceLimit::KIND,
+    name: "force-limit",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
     site: "",
-    parameters: &[Parameter::log("limit", Dimension::FORCE, Some(f64::INFINITY), 200.0, (ABOVE_ZERO, f64::INFINITY), "largest force")],
+    parameters: ForceLimit::PARAMETERS,
     summary: "the drive force is clipped",
     documentation: "\
 ## Model
@@ -27,13 +34,15 @@ slow ones.
 ## Source
 K. J. Åström and T. Hägglund, Advanced PID Control, ISA (2006): actuator limits and windup.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::Saturation],
+    change: Change::plant::<ForceLimit>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [limit] = values(parameters);
-    let drive = machine.drive_mut(host, &DEFINITION)?;
-    drive.limit = drive.limit.min(limit);
-    Ok(())
+impl ChangesPlant for ForceLimit {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { limit } = self;
+        let drive = machine.drive_mut(host, &DEFINITION)?;
+        drive.limit = drive.limit.min(limit);
+        Ok(())
+    }
 }

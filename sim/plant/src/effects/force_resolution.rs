@@ -1,15 +1,20 @@
 //! `force-resolution`: quantisation.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { ForceResolution
+    resolution: log(Dimension::FORCE, Some(0.0), 0.5, (0.0, 1e6), "step between neighbouring readings"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "force-resolution",
+    kind: ForceResolution::KIND,
+    name: "force-resolution",
     place: Place::ForceSensor,
     hosts: &[HostKind::ForceSensor],
     site: "",
-    parameters: &[Parameter::log("resolution", Dimension::FORCE, Some(0.0), 0.5, (0.0, 1e6), "step between neighbouring readings")],
+    parameters: ForceResolution::PARAMETERS,
     summary: "quantisation",
     documentation: "\
 ## Model
@@ -26,15 +31,17 @@ where it crosses few, an integrating loop hunts between two values, much as it d
 ## Source
 B. Widrow and I. Kollár, Quantization Noise, Cambridge University Press (2008).
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::Quantisation],
+    change: Change::plant::<ForceResolution>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [resolution] = values(parameters);
-    let sensor = machine.sensor_mut(host, &DEFINITION)?;
-    if resolution > 0.0 {
-        sensor.resolutions.push(resolution);
+impl ChangesPlant for ForceResolution {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { resolution } = self;
+        let sensor = machine.sensor_mut(host, &DEFINITION)?;
+        if resolution > 0.0 {
+            sensor.resolutions.push(resolution);
+        }
+        Ok(())
     }
-    Ok(())
 }

@@ -2,20 +2,25 @@
 
 use std::f64::consts::TAU;
 
-use super::{ABOVE_ZERO, Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{
+    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+};
 use crate::assembly::{Assembly, Ripple};
 use crate::units::Dimension;
 
+parameters! { ForceRipple
+    amplitude: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "largest ripple force"),
+    pitch: log(Dimension::LENGTH, None, 0.03, (ABOVE_ZERO, 1e3), "distance after which the ripple repeats"),
+    phase: linear(Dimension::NONE, None, 1.0, (-TAU, TAU), "phase of the ripple at position zero, rad"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "force-ripple",
+    kind: ForceRipple::KIND,
+    name: "force-ripple",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
     site: "",
-    parameters: &[
-        Parameter::log("amplitude", Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "largest ripple force"),
-        Parameter::log("pitch", Dimension::LENGTH, None, 0.03, (ABOVE_ZERO, 1e3), "distance after which the ripple repeats"),
-        Parameter::linear("phase", Dimension::NONE, None, 1.0, (-TAU, TAU), "phase of the ripple at position zero, rad"),
-    ],
+    parameters: ForceRipple::PARAMETERS,
     summary: "cogging: a force periodic in position",
     documentation: "\
 ## Model
@@ -33,15 +38,17 @@ much as under `coulomb-friction`, but it returns its energy.
 ## Source
 J. F. Gieras, Z. J. Piech and B. Z. Tomczuk, Linear Synchronous Motors, CRC Press (2011): cogging and force ripple.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::DriveFlaw],
+    change: Change::plant::<ForceRipple>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [amplitude, pitch, phase] = values(parameters);
-    let drive = machine.drive_mut(host, &DEFINITION)?;
-    if amplitude > 0.0 {
-        drive.ripples.push(Ripple { amplitude, pitch, phase });
+impl ChangesPlant for ForceRipple {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { amplitude, pitch, phase } = self;
+        let drive = machine.drive_mut(host, &DEFINITION)?;
+        if amplitude > 0.0 {
+            drive.ripples.push(Ripple { amplitude, pitch, phase });
+        }
+        Ok(())
     }
-    Ok(())
 }

@@ -1,15 +1,20 @@
 //! `hardening-stiffness`: the force grows faster than the deflection.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { HardeningStiffness
+    cubic: log(Dimension::CUBIC_STIFFNESS, Some(0.0), 5e12, (0.0, 1e20), "force per cube of deflection"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "hardening-stiffness",
+    kind: HardeningStiffness::KIND,
+    name: "hardening-stiffness",
     place: Place::Transmission,
     hosts: &[HostKind::Spring, HostKind::Contact],
     site: "",
-    parameters: &[Parameter::log("cubic", Dimension::CUBIC_STIFFNESS, Some(0.0), 5e12, (0.0, 1e20), "force per cube of deflection")],
+    parameters: HardeningStiffness::PARAMETERS,
     summary: "the force grows faster than the deflection",
     documentation: "\
 ## Model
@@ -29,18 +34,20 @@ A. H. Nayfeh and D. T. Mook, Nonlinear Oscillations, Wiley (1979): the Duffing o
 Tuttle and W. P. Seering, A nonlinear model of a harmonic drive gear transmission, IEEE Transactions on Robotics and
 Automation 12 (1996).
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::Compliance],
+    change: Change::plant::<HardeningStiffness>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [cubic] = values(parameters);
-    if let Host::Contact(_) = host {
-        machine.contact_mut(host, &DEFINITION)?.law.cubic += cubic;
-    } else {
-        machine.link_mut(host, &DEFINITION)?.cubic += cubic;
+impl ChangesPlant for HardeningStiffness {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { cubic } = self;
+        if let Host::Contact(_) = host {
+            machine.contact_mut(host, &DEFINITION)?.law.cubic += cubic;
+        } else {
+            machine.link_mut(host, &DEFINITION)?.cubic += cubic;
+        }
+        Ok(())
     }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -51,7 +58,10 @@ mod tests {
     #[test]
     fn prop_a_rigid_spring_has_no_stiffness_to_grow() {
         let mut machine = fixture::rigid();
-        assert!(matches!(DEFINITION.apply(&mut machine, TRANSMISSION, &[1e12]), Err(EffectError::WrongHost { .. })));
+        assert!(matches!(
+            DEFINITION.apply(&mut machine, TRANSMISSION, &[1e12]),
+            Err(EffectError::WrongHost { .. })
+        ));
     }
 
     #[test]

@@ -1,18 +1,25 @@
 //! `hertz-contact`: the force grows with a power of the compression.
 
-use super::{ABOVE_ZERO, Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{
+    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { HertzContact
+    exponent: linear(Dimension::NONE, None, 1.5, (1.0, 5.0), "1.5 for smooth spheres, 1 for a spring"),
+    stiffness: log(
+        Dimension::POWER_STIFFNESS, None, 2e7, (ABOVE_ZERO, 1e15), "force at a compression of one metre"
+    ),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "hertz-contact",
+    kind: HertzContact::KIND,
+    name: "hertz-contact",
     place: Place::Contact,
     hosts: &[HostKind::Contact],
     site: "",
-    parameters: &[
-        Parameter::linear("exponent", Dimension::NONE, None, 1.5, (1.0, 5.0), "1.5 for smooth spheres, 1 for a spring"),
-        Parameter::log("stiffness", Dimension::POWER_STIFFNESS, None, 2e7, (ABOVE_ZERO, 1e15), "force at a compression of one metre"),
-    ],
+    parameters: HertzContact::PARAMETERS,
     summary: "the force grows with a power of the compression",
     documentation: "\
 ## Model
@@ -30,14 +37,16 @@ levels part them. `hardening-stiffness` is nearly linear at small force, where t
 ## Source
 K. L. Johnson, Contact Mechanics, Cambridge University Press (1985), chapter 4.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::SurfacesPart],
+    change: Change::plant::<HertzContact>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [exponent, stiffness] = values(parameters);
-    let law = &mut machine.contact_mut(host, &DEFINITION)?.law;
-    law.exponent = exponent;
-    law.stiffness = stiffness;
-    Ok(())
+impl ChangesPlant for HertzContact {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { exponent, stiffness } = self;
+        let law = &mut machine.contact_mut(host, &DEFINITION)?.law;
+        law.exponent = exponent;
+        law.stiffness = stiffness;
+        Ok(())
+    }
 }

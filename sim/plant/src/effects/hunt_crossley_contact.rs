@@ -1,15 +1,20 @@
 //! `hunt-crossley-contact`: damping grows with compression.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { HuntCrossleyContact
+    alpha: log(Dimension::INVERSE_VELOCITY, Some(0.0), 2.0, (0.0, 1e3), "growth of force with speed"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "hunt-crossley-contact",
+    kind: HuntCrossleyContact::KIND,
+    name: "hunt-crossley-contact",
     place: Place::Contact,
     hosts: &[HostKind::Contact],
     site: "",
-    parameters: &[Parameter::log("alpha", Dimension::INVERSE_VELOCITY, Some(0.0), 2.0, (0.0, 1e3), "growth of force with speed")],
+    parameters: HuntCrossleyContact::PARAMETERS,
     summary: "damping grows with compression",
     documentation: "\
 ## Model
@@ -29,12 +34,14 @@ without the step that linear damping makes at touch-down. About one contact forc
 K. H. Hunt and F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact, ASME Journal of
 Applied Mechanics 42 (1975).
 ",
-    dissipative: true,
-    change: Change::Plant(apply),
+    traits: &[Trait::Dissipative, Trait::SurfacesPart],
+    change: Change::plant::<HuntCrossleyContact>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [alpha] = values(parameters);
-    machine.contact_mut(host, &DEFINITION)?.law.alpha += alpha;
-    Ok(())
+impl ChangesPlant for HuntCrossleyContact {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { alpha } = self;
+        machine.contact_mut(host, &DEFINITION)?.law.alpha += alpha;
+        Ok(())
+    }
 }

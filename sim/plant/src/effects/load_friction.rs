@@ -1,15 +1,20 @@
 //! `load-friction`: the Coulomb level grows with the contact force.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { LoadFriction
+    ratio: log(Dimension::NONE, Some(0.0), 0.1, (0.0, 10.0), "friction level per unit of contact force"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "load-friction",
+    kind: LoadFriction::KIND,
+    name: "load-friction",
     place: Place::Guide,
     hosts: &[HostKind::Spring],
     site: "",
-    parameters: &[Parameter::log("ratio", Dimension::NONE, Some(0.0), 0.1, (0.0, 10.0), "friction level per unit of contact force")],
+    parameters: LoadFriction::PARAMETERS,
     summary: "the Coulomb level grows with the contact force",
     documentation: "\
 ## Model
@@ -29,12 +34,14 @@ motion.
 A. C. Bittencourt and S. Gunnarsson, Static friction in a robot joint: modeling and identification of load and
 temperature effects, ASME Journal of Dynamic Systems, Measurement, and Control 134 (2012).
 ",
-    dissipative: true,
-    change: Change::Plant(apply),
+    traits: &[Trait::Dissipative, Trait::DryFriction],
+    change: Change::plant::<LoadFriction>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [ratio] = values(parameters);
-    machine.link_mut(host, &DEFINITION)?.friction.load_ratio += ratio;
-    Ok(())
+impl ChangesPlant for LoadFriction {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { ratio } = self;
+        machine.link_mut(host, &DEFINITION)?.friction.load_ratio += ratio;
+        Ok(())
+    }
 }

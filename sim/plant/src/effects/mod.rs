@@ -1,63 +1,107 @@
 //! The effects library: departures of a real machine from the ideal one.
 //!
-//! One effect, one file: its parameters (one line each), what it changes, and its documentation. [`LIBRARY`]
-//! is the one list from which file format, schema, command line, documentation, fitting and contract tests
-//! draw.
+//! One effect, one file: its parameters (one line each), what it changes, and its documentation.
+//! [`effects!`](crate::effects!) is the one list. From it follow [`Kind`] and [`LIBRARY`], from which file
+//! format, schema, command line, documentation, fitting and contract tests draw.
 
+#[macro_use]
 mod definition;
 #[cfg(test)]
 mod fixture;
 
 pub use definition::{
-    ABOVE_ZERO, Change, Definition, EffectError, EffectUse, Host, HostKind, Parameter, Place, Scale,
+    ABOVE_ZERO, Change, Definition, EffectError, EffectUse, Host, HostKind, Parameter, Parameters, Place,
+    Scale, Trait,
 };
 
-use definition::values;
+use definition::ChangesPlant;
 
-macro_rules! library {
-    ($($module:ident,)*) => {
-        $(mod $module;)*
-        /// Every effect, in the order of the manual.
-        pub static LIBRARY: &[&Definition] = &[$(&$module::DEFINITION,)*];
+/// Hands every effect, in the order of the manual, to a macro: `file Kind,` each.
+#[macro_export]
+macro_rules! effects {
+    ($to:ident) => {
+        $to! {
+            actuator_lag ActuatorLag,
+            command_delay CommandDelay,
+            drive_gain DriveGain,
+            drive_deadband DriveDeadband,
+            force_limit ForceLimit,
+            slew_limit SlewLimit,
+            force_ripple ForceRipple,
+            constant_load ConstantLoad,
+            coulomb_friction CoulombFriction,
+            stribeck_friction StribeckFriction,
+            viscous_friction ViscousFriction,
+            load_friction LoadFriction,
+            asymmetric_friction AsymmetricFriction,
+            added_mass AddedMass,
+            transmission_flexibility TransmissionFlexibility,
+            backlash Backlash,
+            hardening_stiffness HardeningStiffness,
+            base_flexibility BaseFlexibility,
+            workpiece_dynamics WorkpieceDynamics,
+            contact_stiffness ContactStiffness,
+            contact_damping ContactDamping,
+            hunt_crossley_contact HuntCrossleyContact,
+            hertz_contact HertzContact,
+            surface_offset SurfaceOffset,
+            force_lag ForceLag,
+            force_delay ForceDelay,
+            force_gain ForceGain,
+            force_bias ForceBias,
+            force_resolution ForceResolution,
+            tool_inertia ToolInertia,
+            encoder_resolution EncoderResolution,
+            timing_jitter TimingJitter,
+        }
     };
 }
 
-library! {
-    actuator_lag,
-    command_delay,
-    drive_gain,
-    drive_deadband,
-    force_limit,
-    slew_limit,
-    force_ripple,
-    constant_load,
-    coulomb_friction,
-    stribeck_friction,
-    viscous_friction,
-    load_friction,
-    asymmetric_friction,
-    added_mass,
-    transmission_flexibility,
-    backlash,
-    hardening_stiffness,
-    base_flexibility,
-    workpiece_dynamics,
-    contact_stiffness,
-    contact_damping,
-    hunt_crossley_contact,
-    hertz_contact,
-    surface_offset,
-    force_lag,
-    force_delay,
-    force_gain,
-    force_bias,
-    force_resolution,
-    tool_inertia,
-    encoder_resolution,
-    timing_jitter,
+macro_rules! library {
+    ($($file:ident $kind:ident,)*) => {
+        $(mod $file;)*
+        $(pub use $file::$kind;)*
+
+        /// The identity of an effect.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum Kind {
+            $(#[doc = concat!("Its parameters are [`", stringify!($kind), "`].")] $kind,)*
+        }
+
+        /// Every effect, in the order of the manual.
+        pub static LIBRARY: &[&Definition] = &[$(&$file::DEFINITION,)*];
+
+        $(const _: () = assert!($file::DEFINITION.kind as usize == Kind::$kind as usize);)*
+    };
 }
 
-/// The effect of this kind, if the library has one.
-pub fn find(kind: &str) -> Option<&'static Definition> {
-    LIBRARY.iter().copied().find(|definition| definition.kind == kind)
+effects!(library);
+
+impl Kind {
+    /// All that is known of it.
+    pub fn definition(self) -> &'static Definition {
+        LIBRARY[self as usize]
+    }
+
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        self.definition().name
+    }
+}
+
+impl std::fmt::Display for Kind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl serde::Serialize for Kind {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+/// The effect of this name in files, if the library has one.
+pub fn find(name: &str) -> Option<&'static Definition> {
+    LIBRARY.iter().copied().find(|definition| definition.name == name)
 }

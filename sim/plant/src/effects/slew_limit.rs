@@ -1,15 +1,22 @@
 //! `slew-limit`: the drive force cannot change faster.
 
-use super::{ABOVE_ZERO, Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{
+    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { SlewLimit
+    rate: log(Dimension::FORCE_RATE, Some(f64::INFINITY), 5e3, (ABOVE_ZERO, f64::INFINITY), "fastest change"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "slew-limit",
+    kind: SlewLimit::KIND,
+    name: "slew-limit",
     place: Place::Drive,
     hosts: &[HostKind::Actuator],
     site: "",
-    parameters: &[Parameter::log("rate", Dimension::FORCE_RATE, Some(f64::INFINITY), 5e3, (ABOVE_ZERO, f64::INFINITY), "fastest change")],
+    parameters: SlewLimit::PARAMETERS,
     summary: "the drive force cannot change faster",
     documentation: "\
 ## Model
@@ -27,13 +34,15 @@ looks the same; two amplitudes part them.
 ## Source
 P. Hippe, Windup in Control: Its Effects and Their Prevention, Springer (2006): rate constraints.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::Saturation],
+    change: Change::plant::<SlewLimit>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [rate] = values(parameters);
-    let drive = machine.drive_mut(host, &DEFINITION)?;
-    drive.rate_limit = drive.rate_limit.min(rate);
-    Ok(())
+impl ChangesPlant for SlewLimit {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { rate } = self;
+        let drive = machine.drive_mut(host, &DEFINITION)?;
+        drive.rate_limit = drive.rate_limit.min(rate);
+        Ok(())
+    }
 }

@@ -1,19 +1,28 @@
 //! `stribeck-friction`: dry friction whose level falls from static to Coulomb with speed.
 
-use super::{ABOVE_ZERO, Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{
+    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { StribeckFriction
+    coulomb: log(Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "level far above the Stribeck speed"),
+    static_level as "static": log(
+        Dimension::FORCE, Some(0.0), 15.0, (0.0, 1e6), "level at rest, not below `coulomb`"
+    ),
+    velocity: log(
+        Dimension::VELOCITY, None, 0.01, (ABOVE_ZERO, 1e3), "Stribeck speed, over which the level falls"
+    ),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "stribeck-friction",
+    kind: StribeckFriction::KIND,
+    name: "stribeck-friction",
     place: Place::Guide,
     hosts: &[HostKind::Spring],
     site: "",
-    parameters: &[
-        Parameter::log("coulomb", Dimension::FORCE, Some(0.0), 10.0, (0.0, 1e6), "level far above the Stribeck speed"),
-        Parameter::log("static", Dimension::FORCE, Some(0.0), 15.0, (0.0, 1e6), "level at rest, not below `coulomb`"),
-        Parameter::log("velocity", Dimension::VELOCITY, None, 0.01, (ABOVE_ZERO, 1e3), "Stribeck speed, over which the level falls"),
-    ],
+    parameters: StribeckFriction::PARAMETERS,
     summary: "dry friction whose level falls from static to Coulomb with speed",
     documentation: "\
 ## Model
@@ -33,24 +42,30 @@ speeds.
 B. Armstrong-Hélouvry, P. Dupont and C. Canudas de Wit, A survey of models, analysis tools and compensation methods
 for the control of machines with friction, Automatica 30 (1994).
 ",
-    dissipative: true,
-    change: Change::Plant(apply),
+    traits: &[Trait::Dissipative, Trait::DryFriction],
+    change: Change::plant::<StribeckFriction>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [coulomb, static_level, velocity] = values(parameters);
-    let friction = &mut machine.link_mut(host, &DEFINITION)?.friction;
-    let excess = static_level - coulomb;
-    if excess < 0.0 {
-        return Err(EffectError::Value { parameter: "static", value: static_level, reason: "the level at rest is not below `coulomb`" });
+impl ChangesPlant for StribeckFriction {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { coulomb, static_level, velocity } = self;
+        let friction = &mut machine.link_mut(host, &DEFINITION)?.friction;
+        let excess = static_level - coulomb;
+        if excess < 0.0 {
+            return Err(EffectError::Value {
+                parameter: "static",
+                value: static_level,
+                reason: "the level at rest is not below `coulomb`",
+            });
+        }
+        friction.forward += coulomb;
+        friction.backward += coulomb;
+        if excess > 0.0 {
+            friction.stribeck_excess += excess;
+            friction.stribeck_velocity = velocity;
+        }
+        Ok(())
     }
-    friction.forward += coulomb;
-    friction.backward += coulomb;
-    if excess > 0.0 {
-        friction.stribeck_excess += excess;
-        friction.stribeck_velocity = velocity;
-    }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -63,8 +78,13 @@ mod tests {
         let mut machine = fixture::flexible();
         DEFINITION.apply(&mut machine, TRANSMISSION, &[10.0, 16.0, 0.02]).unwrap();
         let friction = machine.links[1].friction;
-        let expected =
-            crate::assembly::Friction { forward: 10.0, backward: 10.0, stribeck_excess: 6.0, stribeck_velocity: 0.02, load_ratio: 0.0 };
+        let expected = crate::assembly::Friction {
+            forward: 10.0,
+            backward: 10.0,
+            stribeck_excess: 6.0,
+            stribeck_velocity: 0.02,
+            load_ratio: 0.0,
+        };
         assert_eq!(friction, expected);
     }
 

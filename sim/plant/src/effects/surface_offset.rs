@@ -1,15 +1,20 @@
 //! `surface-offset`: the wall is not where it was believed.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { SurfaceOffset
+    offset: linear(Dimension::LENGTH, Some(0.0), 5e-4, (-10.0, 10.0), "how much farther away the surface is"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "surface-offset",
+    kind: SurfaceOffset::KIND,
+    name: "surface-offset",
     place: Place::Contact,
     hosts: &[HostKind::Contact],
     site: "",
-    parameters: &[Parameter::linear("offset", Dimension::LENGTH, Some(0.0), 5e-4, (-10.0, 10.0), "how much farther away the surface is")],
+    parameters: SurfaceOffset::PARAMETERS,
     summary: "the wall is not where it was believed",
     documentation: "\
 ## Model
@@ -28,12 +33,14 @@ position control it is a force error of `k offset`, as `force-bias` makes withou
 B. Siciliano and L. Villani, Robot Force Control, Kluwer (1999): compliance to an environment whose position is
 uncertain.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[],
+    change: Change::plant::<SurfaceOffset>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [offset] = values(parameters);
-    machine.contact_mut(host, &DEFINITION)?.gap += offset;
-    Ok(())
+impl ChangesPlant for SurfaceOffset {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { offset } = self;
+        machine.contact_mut(host, &DEFINITION)?.gap += offset;
+        Ok(())
+    }
 }

@@ -1,14 +1,19 @@
 //! `timing-jitter`: controller samples are taken off the grid.
 
-use super::{Change, Definition, HostKind, Parameter, Place};
+use super::{Change, Definition, HostKind, Parameters, Place};
 use crate::units::Dimension;
 
+parameters! { TimingJitter
+    sigma: log(Dimension::TIME, Some(0.0), 5e-5, (0.0, 1.0), "one standard deviation of the sample times"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "timing-jitter",
+    kind: TimingJitter::KIND,
+    name: "timing-jitter",
     place: Place::Timing,
     hosts: &[HostKind::Controller],
     site: "",
-    parameters: &[Parameter::log("sigma", Dimension::TIME, Some(0.0), 5e-5, (0.0, 1.0), "one standard deviation of the sample times")],
+    parameters: TimingJitter::PARAMETERS,
     summary: "controller samples are taken off the grid",
     documentation: "\
 ## Model
@@ -26,6 +31,6 @@ delay stays, which parts it from `command-delay`. `encoder-resolution` scatters 
 B. Wittenmark, J. Nilsson and M. Törngren, Timing problems in real-time control systems, American Control Conference
 (1995).
 ",
-    dissipative: false,
-    change: Change::SampleJitter,
+    traits: &[],
+    change: Change::SampleJitter(|values| TimingJitter::of(values).sigma),
 };

@@ -1,15 +1,20 @@
 //! `tool-inertia`: the mass beyond the sensor adds mass times tip acceleration to the reading.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place};
 use crate::assembly::{Assembly, Source};
 use crate::units::Dimension;
 
+parameters! { ToolInertia
+    mass: log(Dimension::MASS, Some(0.0), 1.0, (0.0, 1e5), "mass between the sensor and the surface"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "tool-inertia",
+    kind: ToolInertia::KIND,
+    name: "tool-inertia",
     place: Place::ForceSensor,
     hosts: &[HostKind::ForceSensor],
     site: "what the sensor reads must have a body at its end",
-    parameters: &[Parameter::log("mass", Dimension::MASS, Some(0.0), 1.0, (0.0, 1e5), "mass between the sensor and the surface")],
+    parameters: ToolInertia::PARAMETERS,
     summary: "the mass beyond the sensor adds mass times tip acceleration to the reading",
     documentation: "\
 ## Model
@@ -29,28 +34,30 @@ same.
 D. Kubus, T. Kröger and F. M. Wahl, On-line estimation of inertial parameters using a recursive total least-squares
 approach, IEEE/RSJ International Conference on Intelligent Robots and Systems (2008).
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[],
+    change: Change::plant::<ToolInertia>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [mass] = values(parameters);
-    let Host::Sensor(i) = host else { return Err(machine.wrong_host(host, &DEFINITION)) };
-    let tip = match machine.sensors[i].source {
-        Source::Contact(contact, _) => machine.contacts[contact].a,
-        Source::Link(link, _) if !Assembly::is_ground(machine.links[link].b) => machine.links[link].b,
-        _ => {
-            return Err(EffectError::WrongSite {
-                kind: DEFINITION.kind,
-                needs: "a sensor of a contact, or of a spring whose second body can move",
-            });
+impl ChangesPlant for ToolInertia {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { mass } = self;
+        let Host::Sensor(i) = host else { return Err(machine.wrong_host(host, &DEFINITION)) };
+        let tip = match machine.sensors[i].source {
+            Source::Contact(contact, _) => machine.contacts[contact].a,
+            Source::Link(link, _) if !Assembly::is_ground(machine.links[link].b) => machine.links[link].b,
+            _ => {
+                return Err(EffectError::WrongSite {
+                    kind: DEFINITION.kind,
+                    needs: "a sensor of a contact, or of a spring whose second body can move",
+                });
+            }
+        };
+        if mass > 0.0 {
+            let carried = machine.sensors[i].tool_inertia.0;
+            machine.sensors[i].tool_inertia = (carried + mass, tip);
         }
-    };
-    if mass > 0.0 {
-        let carried = machine.sensors[i].tool_inertia.0;
-        machine.sensors[i].tool_inertia = (carried + mass, tip);
+        Ok(())
     }
-    Ok(())
 }
 
 #[cfg(test)]
@@ -77,7 +84,10 @@ mod tests {
             let mut machine = fixture::flexible();
             machine.sensors[0].source = source;
             (machine.links[0].a, machine.links[0].b) = (1, 0);
-            assert!(matches!(DEFINITION.apply(&mut machine, FORCE, &[0.5]), Err(EffectError::WrongSite { .. })));
+            assert!(matches!(
+                DEFINITION.apply(&mut machine, FORCE, &[0.5]),
+                Err(EffectError::WrongSite { .. })
+            ));
         }
     }
 }

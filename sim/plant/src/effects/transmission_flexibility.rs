@@ -1,19 +1,24 @@
 //! `transmission-flexibility`: splits one body into two, with a spring between.
 
-use super::{ABOVE_ZERO, Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{
+    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+};
 use crate::assembly::{Assembly, NodeId};
 use crate::units::Dimension;
 
+parameters! { TransmissionFlexibility
+    stiffness: log(Dimension::STIFFNESS, None, 1.2e6, (ABOVE_ZERO, 1e12), "stiffness between motor and tip"),
+    damping: log(Dimension::DAMPING, None, 120.0, (0.0, 1e9), "damping between motor and tip"),
+    tip_mass: log(Dimension::MASS, None, 5.0, (ABOVE_ZERO, 1e5), "share of the mass on the tip's side"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "transmission-flexibility",
+    kind: TransmissionFlexibility::KIND,
+    name: "transmission-flexibility",
     place: Place::Transmission,
     hosts: &[HostKind::RigidSpring, HostKind::Spring, HostKind::Body],
     site: "a spring must join two bodies",
-    parameters: &[
-        Parameter::log("stiffness", Dimension::STIFFNESS, None, 1.2e6, (ABOVE_ZERO, 1e12), "stiffness between motor and tip"),
-        Parameter::log("damping", Dimension::DAMPING, None, 120.0, (0.0, 1e9), "damping between motor and tip"),
-        Parameter::log("tip_mass", Dimension::MASS, None, 5.0, (ABOVE_ZERO, 1e5), "share of the mass on the tip's side"),
-    ],
+    parameters: TransmissionFlexibility::PARAMETERS,
     summary: "splits one body into two, with a spring between",
     documentation: "\
 ## Model
@@ -37,30 +42,39 @@ S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control,
 Automation 8 (1992): transmission dynamics. Also M. W. Spong, Modeling and control of elastic joint robots, ASME
 Journal of Dynamic Systems, Measurement, and Control 109 (1987).
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::Compliance],
+    change: Change::plant::<TransmissionFlexibility>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [stiffness, damping, tip_mass] = values(parameters);
-    match host {
-        Host::Body(body) => split_body(machine, body, [stiffness, damping, tip_mass]),
-        Host::Spring(spring) => {
-            let (a, b) = (machine.links[spring].a, machine.links[spring].b);
-            if Assembly::is_ground(a) || Assembly::is_ground(b) {
-                return Err(EffectError::WrongSite { kind: DEFINITION.kind, needs: "a body, or a spring between two bodies" });
+impl ChangesPlant for TransmissionFlexibility {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { stiffness, damping, tip_mass } = self;
+        match host {
+            Host::Body(body) => split_body(machine, body, [stiffness, damping, tip_mass]),
+            Host::Spring(spring) => {
+                let (a, b) = (machine.links[spring].a, machine.links[spring].b);
+                if Assembly::is_ground(a) || Assembly::is_ground(b) {
+                    return Err(EffectError::WrongSite {
+                        kind: DEFINITION.kind,
+                        needs: "a body, or a spring between two bodies",
+                    });
+                }
+                let rest = rest_kg(machine.nodes[a].mass_kg + machine.nodes[b].mass_kg, tip_mass)?;
+                machine.nodes[a].mass_kg = rest;
+                machine.nodes[b].mass_kg = tip_mass;
+                machine.links[spring].set_flexible(stiffness, damping);
+                Ok(())
             }
-            let rest = rest_kg(machine.nodes[a].mass_kg + machine.nodes[b].mass_kg, tip_mass)?;
-            machine.nodes[a].mass_kg = rest;
-            machine.nodes[b].mass_kg = tip_mass;
-            machine.links[spring].set_flexible(stiffness, damping);
-            Ok(())
+            _ => Err(machine.wrong_host(host, &DEFINITION)),
         }
-        _ => Err(machine.wrong_host(host, &DEFINITION)),
     }
 }
 
-fn split_body(machine: &mut Assembly, body: NodeId, [stiffness, damping, tip_mass]: [f64; 3]) -> Result<(), EffectError> {
+fn split_body(
+    machine: &mut Assembly,
+    body: NodeId,
+    [stiffness, damping, tip_mass]: [f64; 3],
+) -> Result<(), EffectError> {
     let rest = rest_kg(machine.nodes[body].mass_kg, tip_mass)?;
     let name = machine.nodes[body].name.clone();
     let tip = machine.add_node(format!("{name}-tip"), tip_mass, body);
@@ -73,7 +87,11 @@ fn split_body(machine: &mut Assembly, body: NodeId, [stiffness, damping, tip_mas
 /// What is left for the motor's side.
 fn rest_kg(total_kg: f64, tip_mass: f64) -> Result<f64, EffectError> {
     if tip_mass >= total_kg {
-        return Err(EffectError::MassExceeded { parameter: "tip_mass", value_kg: tip_mass, available_kg: total_kg });
+        return Err(EffectError::MassExceeded {
+            parameter: "tip_mass",
+            value_kg: tip_mass,
+            available_kg: total_kg,
+        });
     }
     Ok(total_kg - tip_mass)
 }
@@ -116,7 +134,10 @@ mod tests {
         for (host, available_kg) in [(TRANSMISSION, 12.0), (MOTOR, 7.0)] {
             let mut machine = fixture::rigid();
             let error = DEFINITION.apply(&mut machine, host, &[3e5, 40.0, 12.0]).unwrap_err();
-            assert_eq!(error, EffectError::MassExceeded { parameter: "tip_mass", value_kg: 12.0, available_kg });
+            assert_eq!(
+                error,
+                EffectError::MassExceeded { parameter: "tip_mass", value_kg: 12.0, available_kg }
+            );
             assert_eq!(machine, fixture::rigid());
         }
     }
@@ -124,6 +145,9 @@ mod tests {
     #[test]
     fn prop_a_spring_to_ground_is_no_transmission() {
         let mut machine = fixture::rigid();
-        assert!(matches!(DEFINITION.apply(&mut machine, GUIDE, &PARAMETERS), Err(EffectError::WrongSite { .. })));
+        assert!(matches!(
+            DEFINITION.apply(&mut machine, GUIDE, &PARAMETERS),
+            Err(EffectError::WrongSite { .. })
+        ));
     }
 }

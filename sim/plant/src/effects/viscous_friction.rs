@@ -1,15 +1,20 @@
 //! `viscous-friction`: added to the guide's damping.
 
-use super::{Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
 use crate::assembly::Assembly;
 use crate::units::Dimension;
 
+parameters! { ViscousFriction
+    damping: log(Dimension::DAMPING, Some(0.0), 60.0, (0.0, 1e9), "beyond the damping of the guide"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "viscous-friction",
+    kind: ViscousFriction::KIND,
+    name: "viscous-friction",
     place: Place::Guide,
     hosts: &[HostKind::Spring],
     site: "",
-    parameters: &[Parameter::log("damping", Dimension::DAMPING, Some(0.0), 60.0, (0.0, 1e9), "beyond the damping of the guide")],
+    parameters: ViscousFriction::PARAMETERS,
     summary: "added to the guide's damping",
     documentation: "\
 ## Model
@@ -26,12 +31,14 @@ a step part. In contact little moves in the guide, and `contact-damping` is what
 ## Source
 B. Armstrong-Hélouvry, Control of Machines with Friction, Kluwer (1991).
 ",
-    dissipative: true,
-    change: Change::Plant(apply),
+    traits: &[Trait::Dissipative],
+    change: Change::plant::<ViscousFriction>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [damping] = values(parameters);
-    machine.link_mut(host, &DEFINITION)?.damping += damping;
-    Ok(())
+impl ChangesPlant for ViscousFriction {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { damping } = self;
+        machine.link_mut(host, &DEFINITION)?.damping += damping;
+        Ok(())
+    }
 }

@@ -1,19 +1,24 @@
 //! `workpiece-dynamics`: the workpiece yields.
 
-use super::{ABOVE_ZERO, Change, Definition, EffectError, Host, HostKind, Parameter, Place, values};
+use super::{
+    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+};
 use crate::assembly::{Assembly, NodeId};
 use crate::units::Dimension;
 
+parameters! { WorkpieceDynamics
+    mass: log(Dimension::MASS, None, 3.0, (ABOVE_ZERO, 1e6), "mass of the workpiece"),
+    stiffness: log(Dimension::STIFFNESS, None, 1.5e6, (ABOVE_ZERO, 1e12), "stiffness of its fixture"),
+    damping: log(Dimension::DAMPING, None, 150.0, (0.0, 1e9), "damping of its fixture"),
+}
+
 pub(super) static DEFINITION: Definition = Definition {
-    kind: "workpiece-dynamics",
+    kind: WorkpieceDynamics::KIND,
+    name: "workpiece-dynamics",
     place: Place::Workpiece,
     hosts: &[HostKind::RigidSpring, HostKind::Contact],
     site: "a rigid spring must be the fixture that holds the body which a contact names second; that body becomes the workpiece",
-    parameters: &[
-        Parameter::log("mass", Dimension::MASS, None, 3.0, (ABOVE_ZERO, 1e6), "mass of the workpiece"),
-        Parameter::log("stiffness", Dimension::STIFFNESS, None, 1.5e6, (ABOVE_ZERO, 1e12), "stiffness of its fixture"),
-        Parameter::log("damping", Dimension::DAMPING, None, 150.0, (0.0, 1e9), "damping of its fixture"),
-    ],
+    parameters: WorkpieceDynamics::PARAMETERS,
     summary: "the workpiece yields",
     documentation: "\
 ## Model
@@ -35,28 +40,31 @@ looks the same there.
 S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on Robotics and
 Automation 8 (1992): workpiece dynamics.
 ",
-    dissipative: false,
-    change: Change::Plant(apply),
+    traits: &[Trait::Compliance],
+    change: Change::plant::<WorkpieceDynamics>(),
 };
 
-fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), EffectError> {
-    let [mass, stiffness, damping] = values(parameters);
-    match host {
-        Host::Spring(spring) => {
-            let workpiece = workpiece_end(machine, spring).ok_or_else(|| machine.wrong_host(host, &DEFINITION))?;
-            machine.nodes[workpiece].mass_kg = mass;
-            machine.links[spring].set_flexible(stiffness, damping);
-            Ok(())
+impl ChangesPlant for WorkpieceDynamics {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { mass, stiffness, damping } = self;
+        match host {
+            Host::Spring(spring) => {
+                let workpiece =
+                    workpiece_end(machine, spring).ok_or_else(|| machine.wrong_host(host, &DEFINITION))?;
+                machine.nodes[workpiece].mass_kg = mass;
+                machine.links[spring].set_flexible(stiffness, damping);
+                Ok(())
+            }
+            Host::Contact(contact) => {
+                let touched = machine.contacts[contact].b;
+                let name = format!("{}-workpiece", machine.contacts[contact].name);
+                let workpiece = machine.add_node(name.clone(), mass, touched);
+                machine.contacts[contact].b = workpiece;
+                machine.add_link(name, touched, workpiece, stiffness, damping);
+                Ok(())
+            }
+            _ => Err(machine.wrong_host(host, &DEFINITION)),
         }
-        Host::Contact(contact) => {
-            let touched = machine.contacts[contact].b;
-            let name = format!("{}-workpiece", machine.contacts[contact].name);
-            let workpiece = machine.add_node(name.clone(), mass, touched);
-            machine.contacts[contact].b = workpiece;
-            machine.add_link(name, touched, workpiece, stiffness, damping);
-            Ok(())
-        }
-        _ => Err(machine.wrong_host(host, &DEFINITION)),
     }
 }
 

@@ -3,37 +3,10 @@
 
 use crate::fit::least_squares::{Fitted, Task};
 use crate::fit::search::Scored;
+use crate::kinds::{embed, nearest};
 
 /// Cost by which a containing model may lag: what two converged fits of the same machine differ by.
 const SLACK: f64 = 0.5;
-/// Speed over which a Stribeck law falls when it starts as Coulomb's, m/s.
-const STRIBECK_SPEED_M_PER_S: f64 = 0.01;
-
-/// Parameters with which the law `outer` is the law `inner` with parameters `values`; none where it does not
-/// contain it.
-fn embed(outer: &str, inner: &str, values: &[f64]) -> Option<Vec<f64>> {
-    match (outer, inner) {
-        ("asymmetric-friction", "coulomb-friction") => Some(vec![values[0], 0.0]),
-        ("stribeck-friction", "coulomb-friction") => Some(vec![values[0], values[0], STRIBECK_SPEED_M_PER_S]),
-        ("hertz-contact", "contact-stiffness") => Some(vec![1.0, values[0]]),
-        _ => None,
-    }
-}
-
-/// Parameters of the law `inner` that come nearest to the law `outer` with parameters `values`, which contains
-/// it: several where either may.
-fn project(outer: &str, inner: &str, values: &[f64]) -> Vec<Vec<f64>> {
-    match (outer, inner) {
-        ("asymmetric-friction", "coulomb-friction") => vec![vec![values[0]]],
-        ("stribeck-friction", "coulomb-friction") => vec![vec![values[0]], vec![values[1]]],
-        _ => Vec::new(),
-    }
-}
-
-/// Whether the law `outer` contains the law `inner`.
-pub(crate) fn contains(outer: &str, inner: &str) -> bool {
-    embed(outer, inner, &[1.0]).is_some()
-}
 
 /// Refits every model that fits worse than one that it contains, from that one's solution. All share the
 /// causes but the last.
@@ -85,7 +58,7 @@ pub(crate) fn lower(
         let inners: Vec<Scored> = fits.iter().chain(others.iter()).cloned().collect();
         for inner in inners {
             let Some(small) = inner.causes.last().filter(|small| small.site == big.site) else { continue };
-            let from = project(big.definition.kind, small.definition.kind, &values);
+            let from = nearest(big.definition.kind, small.definition.kind, &values);
             let begin = |values: &Vec<f64>| {
                 let model = base.with(small.site, small.definition, values);
                 let mut start = model.start();

@@ -1,0 +1,34 @@
+//! `asymmetric-friction`: dry friction that differs by direction.
+
+use feeler_plant::effects::{AsymmetricFriction, CoulombFriction, Kind, Parameters};
+
+use super::start::levels;
+use super::{Element, Glance, Inner, Known, Seen};
+
+/// Asymmetries below this are none.
+const LEAST_ASYMMETRY: f64 = 0.02;
+
+impl Known for AsymmetricFriction {
+    const CONTAINS: &'static [Inner<Self>] = &[Inner {
+        kind: Kind::CoulombFriction,
+        embed: |values| Self { level: CoulombFriction::of(values).level, asymmetry: 0.0 },
+        nearest: |outer| vec![vec![outer.level]],
+    }];
+    /// The same to a guide that always slides.
+    const SAME_AS: Option<[Kind; 2]> = Some([Kind::CoulombFriction, Kind::ConstantLoad]);
+    const APART: &'static [(Kind, &'static str)] = &[(
+        Kind::ConstantLoad,
+        "both hold and drag with the same force in either direction, so that no command tells them apart: incline the axis, or take cables and \
+         counterweights off, and record again; a load changes with them, friction does not",
+    )];
+
+    fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {
+        let at = |level: f64| [-0.3, 0.3].map(|asymmetry| Self { level, asymmetry });
+        levels(glance.command).into_iter().flat_map(at).collect()
+    }
+
+    /// Levels that hardly differ are one level.
+    fn is_trivial(self, _: &Element<'_>, _: Seen) -> bool {
+        self.asymmetry.abs() < LEAST_ASYMMETRY
+    }
+}

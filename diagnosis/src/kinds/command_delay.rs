@@ -1,0 +1,17 @@
+//! `command-delay`: commands that come late.
+
+use feeler_plant::effects::CommandDelay;
+
+use super::{DELAY_ROWS, Element, Glance, Known};
+
+/// Readings between two rows cannot see where between them a held command arrives, and jump where the arrival
+/// passes a row: every row is a valley of its own.
+const ROWS: [f64; 12] = [0.3, 0.5, 0.8, 1.2, 1.5, 1.8, 2.5, 3.5, 4.5, 5.5, 7.5, 10.5];
+
+impl Known for CommandDelay {
+    const OFF_ROWS: f64 = DELAY_ROWS;
+
+    fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {
+        ROWS.map(|rows| Self { delay: rows * glance.spacing_s }).to_vec()
+    }
+}

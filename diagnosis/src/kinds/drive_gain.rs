@@ -1,0 +1,17 @@
+//! `drive-gain`: a drive that gives more or less than it is asked.
+
+use feeler_plant::effects::DriveGain;
+
+use super::start::{GAINS, off};
+use super::{Element, Glance, Known, Seen};
+use crate::tolerance::FRACTION;
+
+impl Known for DriveGain {
+    fn starts(_: &Element<'_>, _: &Glance) -> Vec<Self> {
+        GAINS.map(|gain| Self { gain }).to_vec()
+    }
+
+    fn is_trivial(self, element: &Element<'_>, _: Seen) -> bool {
+        off(self.gain, 1.0) <= element.tolerance("gain", FRACTION)
+    }
+}

@@ -1,0 +1,94 @@
+//! Where an effect is tried, and what the records show.
+
+use feeler_plant::assembly::{Assembly, assemble};
+use feeler_plant::description::{Body, Contact, Machine, Site, Spring, Table};
+use feeler_plant::effects::Host;
+use indexmap::IndexMap;
+
+/// An element of the believed machine under which an effect is tried.
+pub(crate) struct Element<'a> {
+    pub(crate) machine: &'a Machine,
+    pub(crate) host: Host,
+    /// Its place in the file, as in `springs.guide`.
+    pub(crate) key: String,
+    /// Tolerances that the file states, by key.
+    pub(crate) tolerance: &'a IndexMap<String, f64>,
+}
+
+/// What an element is to the library.
+pub(crate) fn host_of(site: Site) -> Host {
+    match site.table {
+        // Node 0 is ground.
+        Table::Bodies => Host::Body(site.index + 1),
+        Table::Springs => Host::Spring(site.index),
+        Table::Contacts => Host::Contact(site.index),
+        Table::Actuators => Host::Actuator(site.index),
+        Table::Sensors => Host::Sensor(site.index),
+    }
+}
+
+impl<'a> Element<'a> {
+    /// The element of a machine at a place, with the tolerances that its file states.
+    pub(crate) fn at(site: Site, machine: &'a Machine, tolerance: &'a IndexMap<String, f64>) -> Self {
+        Element { machine, host: host_of(site), key: site.key(machine), tolerance }
+    }
+
+    /// The body that it is.
+    pub(crate) fn body(&self) -> Option<&Body> {
+        let Host::Body(node) = self.host else { return None };
+        self.machine.bodies.get_index(node.checked_sub(1)?).map(|(_, body)| body)
+    }
+
+    /// The spring that it is.
+    pub(crate) fn spring(&self) -> Option<&Spring> {
+        let Host::Spring(i) = self.host else { return None };
+        self.machine.springs.get_index(i).map(|(_, spring)| spring)
+    }
+
+    /// The contact that it is.
+    pub(crate) fn contact(&self) -> Option<&Contact> {
+        let Host::Contact(i) = self.host else { return None };
+        self.machine.contacts.get_index(i).map(|(_, contact)| contact)
+    }
+
+    /// The machine taken together.
+    pub(crate) fn assembly(&self) -> Option<Assembly> {
+        assemble(self.machine).ok()
+    }
+
+    /// The tolerance of a value of its own, as a fraction.
+    pub(crate) fn tolerance(&self, name: &str, default: f64) -> f64 {
+        self.tolerance.get(&format!("{}.{name}", self.key)).copied().unwrap_or(default)
+    }
+}
+
+/// What the records cover.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen {
+    /// The longest way, m.
+    pub(crate) stroke_m: f64,
+    /// The largest command, N.
+    pub(crate) command_n: f64,
+}
+
+/// What the records show at a glance.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Glance {
+    /// Largest command, N.
+    pub(crate) command: f64,
+    /// Largest change of a command between rows, N.
+    pub(crate) command_change: f64,
+    /// Row spacing, s.
+    pub(crate) spacing_s: f64,
+    /// Largest contact force measured, N.
+    pub(crate) force: f64,
+    /// Fastest motion, m/s.
+    pub(crate) speed: f64,
+    /// Steps found in the values of channels, by sensor.
+    pub(crate) quanta: Vec<(usize, f64)>,
+    /// Missing force against position, `(x, F)`.
+    pub(crate) missing: Vec<(f64, f64)>,
+    /// How much farther away surfaces seem to be, by contact: from where the bodies stand when a force is
+    /// measured.
+    pub(crate) surfaces: Vec<(usize, f64)>,
+}

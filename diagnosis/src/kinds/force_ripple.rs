@@ -1,0 +1,77 @@
+//! `force-ripple`: a force periodic in position.
+
+use std::f64::consts::TAU;
+
+use feeler_plant::effects::ForceRipple;
+
+use super::{Element, Glance, Known, Seen};
+
+/// Waves per stroke tried for a ripple: from half a wave on in quarters, so that the phase over the stroke
+/// moves by less than half a turn from one to the next.
+const WAVES_STEP: f64 = 0.25;
+/// Steps tried.
+const PITCHES: usize = 400;
+/// Pitches handed on to the fit.
+const BEST_PITCHES: usize = 4;
+/// Points of the missing force that are looked at per record.
+const POINTS: usize = 1500;
+/// Periods of a ripple within the stroke that make it one.
+const PERIODS: f64 = 1.6;
+
+impl Known for ForceRipple {
+    fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {
+        ripples(&glance.missing)
+    }
+
+    /// A sine of which the stroke shows hardly more than one period is some force over position, not a ripple.
+    fn is_trivial(self, _: &Element<'_>, seen: Seen) -> bool {
+        seen.stroke_m < PERIODS * self.pitch
+    }
+
+    fn force_over_position(self) -> Option<f64> {
+        Some(self.amplitude)
+    }
+}
+
+/// The sines in position that take most out of the missing force.
+pub(crate) fn ripples(missing: &[(f64, f64)]) -> Vec<ForceRipple> {
+    let (low, high) =
+        missing.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
+    let stroke = high - low;
+    if missing.len() < 50 || stroke <= 0.0 {
+        return Vec::new();
+    }
+    let thin = (missing.len() / (8 * POINTS)).max(1);
+    let points: Vec<(f64, f64)> = missing.iter().step_by(thin).copied().collect();
+    let mean = points.iter().map(|(_, f)| f).sum::<f64>() / points.len() as f64;
+    let mut found: Vec<(f64, ForceRipple)> = (0..PITCHES)
+        .map(|k| {
+            let pitch = stroke / (WAVES_STEP * (k + 2) as f64);
+            let (mut ss, mut cc, mut sc, mut sf, mut cf) = (0.0, 0.0, 0.0, 0.0, 0.0);
+            for (x, f) in &points {
+                let (s, c) = (TAU * x / pitch).sin_cos();
+                let f = f - mean;
+                ss += s * s;
+                cc += c * c;
+                sc += s * c;
+                sf += s * f;
+                cf += c * f;
+            }
+            let det = ss * cc - sc * sc;
+            let (a, b) = ((cc * sf - sc * cf) / det, (ss * cf - sc * sf) / det);
+            let gain = a * sf + b * cf;
+            (gain, ForceRipple { amplitude: a.hypot(b), pitch, phase: b.atan2(a) })
+        })
+        .filter(|(gain, _)| gain.is_finite())
+        .collect();
+    found.sort_by(|x, y| y.0.total_cmp(&x.0));
+    let mut best: Vec<ForceRipple> = Vec::new();
+    for (_, wave) in found {
+        if best.len() < BEST_PITCHES
+            && best.iter().all(|other| (stroke / other.pitch - stroke / wave.pitch).abs() > 1.0)
+        {
+            best.push(wave);
+        }
+    }
+    best
+}

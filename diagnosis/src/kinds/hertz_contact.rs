@@ -1,0 +1,33 @@
+//! `hertz-contact`: a contact that stiffens with force.
+
+use feeler_plant::effects::{ContactStiffness, HertzContact, Kind, Parameters};
+
+use super::{Element, Glance, Inner, Known, Seen};
+
+/// The exponent of smooth spheres.
+const EXPONENT: f64 = 1.5;
+/// Exponents below this are a spring's, within its calibration.
+const LEAST_EXPONENT: f64 = 1.1;
+
+impl Known for HertzContact {
+    const CONTAINS: &'static [Inner<Self>] = &[Inner {
+        kind: Kind::ContactStiffness,
+        embed: |values| Self { exponent: 1.0, stiffness: ContactStiffness::of(values).stiffness },
+        nearest: |_| Vec::new(),
+    }];
+    const APART: &'static [(Kind, &'static str)] =
+        &[(Kind::SurfaceOffset, "press at several levels of force: one of them grows stiffer with force")];
+
+    fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {
+        let Some(contact) = element.contact() else { return Vec::new() };
+        // The same force at the depth of part of the largest one.
+        let (k, force) = (contact.stiffness, glance.force.max(1e-9));
+        let at = |share: f64| k * (share * force / k).powf(1.0 - EXPONENT);
+        [0.15, 0.4, 1.0].map(|share| Self { exponent: EXPONENT, stiffness: at(share) }).to_vec()
+    }
+
+    /// A law with an exponent of one is a spring.
+    fn is_trivial(self, _: &Element<'_>, _: Seen) -> bool {
+        self.exponent < LEAST_EXPONENT
+    }
+}

@@ -1,0 +1,186 @@
+//! What a diagnosis must know of each kind of effect, one file each: where its fit starts, when its values are
+//! no finding, what it contains, how far its values may be off, and what tells it from look-alikes.
+//!
+//! A file whose kind needs nothing of this says no more than that: the defaults of [`Known`] serve.
+
+mod element;
+mod start;
+
+use feeler_plant::effects::{Kind, Parameters, Trait};
+
+pub(crate) use element::{Element, Glance, Seen, host_of};
+pub(crate) use force_ripple::ripples;
+
+/// How far a step that was read off the values may move, as a logarithm.
+const STEP_SPREAD: f64 = 5e-4;
+/// One deviation of a dry friction's level, as a fraction: on 17 blind cases of `docs/diagnosis.md` the root
+/// mean square error was 4.7 %.
+const LEVEL: f64 = 0.045;
+/// One deviation of a delay, in rows: a command that is logged in one row may have come at any instant since
+/// the last, and samples jitter.
+const DELAY_ROWS: f64 = 0.05;
+
+/// What is known of a kind, by its parameters.
+pub(crate) trait Known: Parameters + 'static {
+    /// How far values that are read off the records may move, as a logarithm; none where residuals decide.
+    const READ_OFF: Option<f64> = None;
+    /// One deviation of its values beyond what residuals say, in rows.
+    const OFF_ROWS: f64 = 0.0;
+    /// Laws that it contains.
+    const CONTAINS: &'static [Inner<Self>] = &[];
+    /// Two kinds under one element that together do the same.
+    const SAME_AS: Option<[Kind; 2]> = None;
+    /// What it is where bodies hit each other.
+    const WHERE_IT_RATTLES: Option<Kind> = None;
+    /// Kinds that may look like it, with what tells them apart where no command does.
+    const APART: &'static [(Kind, &'static str)] = &[];
+
+    /// Where its fit starts: its cost is often far from quadratic, so that it is started from several places,
+    /// spread over what the records can show.
+    fn starts(_: &Element<'_>, _: &Glance) -> Vec<Self> {
+        start::about_typical()
+    }
+
+    /// Whether these values only move a believed one within its tolerance, or make it no instance of its kind.
+    fn is_trivial(self, _: &Element<'_>, _: Seen) -> bool {
+        false
+    }
+
+    /// One deviation of each value beyond what residuals say, as a fraction; none where the law is right.
+    ///
+    /// What real friction does before it slides, and how it falls with speed, no law of the library has.
+    fn fractions_off() -> Option<Self> {
+        let of_all = || Self::of(&vec![LEVEL; Self::PARAMETERS.len()]);
+        Self::KIND.definition().has(Trait::DryFriction).then(of_all)
+    }
+
+    /// Size of the force over position that it describes even where it is no instance of its kind; none where
+    /// it describes none.
+    fn force_over_position(self) -> Option<f64> {
+        None
+    }
+}
+
+/// A law that another contains.
+pub(crate) struct Inner<Outer> {
+    kind: Kind,
+    /// Parameters with which the outer law is the inner one with these.
+    embed: fn(&[f64]) -> Outer,
+    /// Parameters of the inner law that come nearest to the outer one: several where either may.
+    nearest: fn(Outer) -> Vec<Vec<f64>>,
+}
+
+/// What is known of a kind, for values in the order of its definition; see [`Known`].
+pub(crate) struct Dossier {
+    pub(crate) read_off: Option<f64>,
+    pub(crate) off_rows: f64,
+    pub(crate) same_as: Option<[Kind; 2]>,
+    pub(crate) where_it_rattles: Option<Kind>,
+    pub(crate) starts: fn(&Element<'_>, &Glance) -> Vec<Vec<f64>>,
+    pub(crate) is_trivial: fn(&[f64], &Element<'_>, Seen) -> bool,
+    pub(crate) fractions_off: fn() -> Option<Vec<f64>>,
+    pub(crate) force_over_position: fn(&[f64]) -> Option<f64>,
+    embed: fn(Kind, &[f64]) -> Option<Vec<f64>>,
+    nearest: fn(Kind, &[f64]) -> Vec<Vec<f64>>,
+    contains: fn(Kind) -> bool,
+    apart: &'static [(Kind, &'static str)],
+}
+
+impl Dossier {
+    fn of<K: Known>() -> Self {
+        Self {
+            read_off: K::READ_OFF,
+            off_rows: K::OFF_ROWS,
+            same_as: K::SAME_AS,
+            where_it_rattles: K::WHERE_IT_RATTLES,
+            starts: |element, glance| K::starts(element, glance).into_iter().map(K::values).collect(),
+            is_trivial: |values, element, seen| K::of(values).is_trivial(element, seen),
+            fractions_off: || K::fractions_off().map(K::values),
+            force_over_position: |values| K::of(values).force_over_position(),
+            embed: |inner, values| Some((contained::<K>(inner)?.embed)(values).values()),
+            nearest: |inner, values| {
+                contained::<K>(inner).map_or_else(Vec::new, |inner| (inner.nearest)(K::of(values)))
+            },
+            contains: |inner| contained::<K>(inner).is_some(),
+            apart: K::APART,
+        }
+    }
+}
+
+fn contained<K: Known>(inner: Kind) -> Option<&'static Inner<K>> {
+    K::CONTAINS.iter().find(|contained| contained.kind == inner)
+}
+
+macro_rules! dossiers {
+    ($($file:ident $kind:ident,)*) => {
+        $(mod $file;)*
+
+        /// What is known of a kind.
+        pub(crate) fn dossier(kind: Kind) -> Dossier {
+            match kind {
+                $(Kind::$kind => Dossier::of::<feeler_plant::effects::$kind>(),)*
+            }
+        }
+    };
+}
+
+feeler_plant::effects!(dossiers);
+
+/// Parameters with which the law `outer` is the law `inner` with parameters `values`; none where it does not
+/// contain it.
+pub(crate) fn embed(outer: Kind, inner: Kind, values: &[f64]) -> Option<Vec<f64>> {
+    (dossier(outer).embed)(inner, values)
+}
+
+/// Parameters of the law `inner` that come nearest to the law `outer` with parameters `values`: several where
+/// either may, and none where it does not contain it.
+pub(crate) fn nearest(outer: Kind, inner: Kind, values: &[f64]) -> Vec<Vec<f64>> {
+    (dossier(outer).nearest)(inner, values)
+}
+
+/// Whether the law `outer` contains the law `inner`.
+pub(crate) fn contains(outer: Kind, inner: Kind) -> bool {
+    (dossier(outer).contains)(inner)
+}
+
+/// What tells two kinds apart that look alike, in words, where it is not a command that does it; none where
+/// nothing is known.
+pub fn apart(a: Kind, b: Kind) -> Option<&'static str> {
+    let of = |one: Kind, other: Kind| dossier(one).apart.iter().find(|(kind, _)| *kind == other);
+    of(a, b).or_else(|| of(b, a)).map(|(_, what)| *what)
+}
+
+#[cfg(test)]
+mod tests {
+    use feeler_plant::effects::{CoulombFriction, LIBRARY};
+
+    use super::*;
+
+    #[test]
+    fn truth_what_tells_a_pair_apart_is_found_either_way_round_and_said_once() {
+        let pairs =
+            || LIBRARY.iter().flat_map(|one| dossier(one.kind).apart.iter().map(|two| (one.kind, two)));
+        assert!(pairs().count() > 0);
+        for (a, (b, what)) in pairs() {
+            assert_eq!([apart(a, *b), apart(*b, a)], [Some(*what); 2]);
+            assert!(a != *b && dossier(*b).apart.iter().all(|(kind, _)| *kind != a), "{a} {b}");
+        }
+        assert_eq!(apart(Kind::Backlash, Kind::AddedMass), None);
+    }
+
+    #[test]
+    fn prop_a_law_that_contains_another_takes_values_within_its_bounds() {
+        let inner = CoulombFriction { level: 7.0 }.values();
+        let outer: Vec<_> = LIBRARY
+            .iter()
+            .filter_map(|outer| Some((outer, embed(outer.kind, Kind::CoulombFriction, &inner)?)))
+            .collect();
+        assert!(!outer.is_empty());
+        for (definition, values) in outer {
+            for (parameter, value) in definition.parameters.iter().zip(values) {
+                let (low, high) = parameter.bounds;
+                assert!((low..=high).contains(&value), "{}.{}", definition.kind, parameter.name);
+            }
+        }
+    }
+}

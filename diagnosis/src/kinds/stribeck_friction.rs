@@ -1,0 +1,35 @@
+//! `stribeck-friction`: dry friction that falls with speed.
+
+use feeler_plant::effects::{CoulombFriction, Kind, Parameters, StribeckFriction};
+
+use super::start::levels;
+use super::{Element, Glance, Inner, Known, LEVEL};
+
+/// Speed over which it falls when it starts as Coulomb's, m/s.
+const SPEED_M_PER_S: f64 = 0.01;
+/// One deviation of the level that friction falls to with speed, and of that speed, as fractions: it hides
+/// behind viscous damping.
+const FALLEN: f64 = 0.18;
+const FALL_SPEED: f64 = 0.06;
+
+impl Known for StribeckFriction {
+    const CONTAINS: &'static [Inner<Self>] = &[Inner {
+        kind: Kind::CoulombFriction,
+        embed: |values| {
+            let CoulombFriction { level } = CoulombFriction::of(values);
+            Self { coulomb: level, static_level: level, velocity: SPEED_M_PER_S }
+        },
+        nearest: |outer| vec![vec![outer.coulomb], vec![outer.static_level]],
+    }];
+
+    fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {
+        let speeds = [0.01, 0.05, 0.2].map(|share| share * glance.speed);
+        let at =
+            |coulomb: f64| speeds.map(|velocity| Self { coulomb, static_level: 1.8 * coulomb, velocity });
+        levels(glance.command).into_iter().flat_map(at).collect()
+    }
+
+    fn fractions_off() -> Option<Self> {
+        Some(Self { coulomb: FALLEN, static_level: LEVEL, velocity: FALL_SPEED })
+    }
+}

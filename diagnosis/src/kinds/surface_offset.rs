@@ -1,0 +1,25 @@
+//! `surface-offset`: a surface that is nearer or farther away.
+
+use feeler_plant::effects::{Host, Parameters, SurfaceOffset};
+
+use super::{Element, Glance, Known, Seen};
+use crate::tolerance::GAP;
+
+impl Known for SurfaceOffset {
+    /// A surface believed beyond where the tool gets makes no force that could lead to it: where it stands is
+    /// read off.
+    fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {
+        let read = glance.surfaces.iter().filter(|(contact, _)| element.host == Host::Contact(*contact));
+        [-2.0, -0.6, -0.2, 0.2, 0.6, 2.0]
+            .into_iter()
+            .map(|factor| factor * Self::typical().offset)
+            .chain(read.map(|(_, offset)| *offset))
+            .map(|offset| Self { offset })
+            .collect()
+    }
+
+    fn is_trivial(self, element: &Element<'_>, _: Seen) -> bool {
+        let gap_m = element.contact().map_or(0.0, |contact| contact.gap_m);
+        self.offset.abs() <= element.tolerance("gap", GAP) * gap_m.abs()
+    }
+}

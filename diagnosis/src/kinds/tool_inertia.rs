@@ -1,0 +1,11 @@
+//! `tool-inertia`: a mass beyond the force sensor.
+
+use feeler_plant::effects::ToolInertia;
+
+use super::{Element, Glance, Known};
+
+impl Known for ToolInertia {
+    fn starts(_: &Element<'_>, _: &Glance) -> Vec<Self> {
+        [0.1, 0.5, 2.0].map(|mass| Self { mass }).to_vec()
+    }
+}

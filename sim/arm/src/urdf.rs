@@ -1,5 +1,6 @@
 //! URDF: links with inertia, joints between them.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
@@ -57,8 +58,12 @@ pub(crate) fn line_of(node: Node<'_, '_>) -> u32 {
     node.document().text_pos_at(node.range().start).row
 }
 
-pub(crate) fn wrong<T>(node: Node<'_, '_>, what: impl Into<String>) -> Result<T, ArmError> {
-    Err(ArmError::Urdf { line: line_of(node), what: what.into() })
+pub(crate) fn wrong<T>(
+    node: Node<'_, '_>,
+    what: impl Into<String>,
+    remedy: impl Into<Cow<'static, str>>,
+) -> Result<T, ArmError> {
+    Err(ArmError::Urdf { line: line_of(node), what: what.into(), remedy: remedy.into() })
 }
 
 pub(crate) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
@@ -67,15 +72,17 @@ pub(crate) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i
 
 /// An attribute that must be there.
 pub(crate) fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, ArmError> {
-    node.attribute(name)
-        .map_or_else(|| wrong(node, format!("`<{}>` has no `{name}`; add it", node.tag_name().name())), Ok)
+    node.attribute(name).map_or_else(
+        || wrong(node, format!("`<{}>` has no `{name}`", node.tag_name().name()), format!("add `{name}`")),
+        Ok,
+    )
 }
 
 pub(crate) fn number(node: Node<'_, '_>, name: &str) -> Result<f64, ArmError> {
     let text = attribute(node, name)?;
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        _ => wrong(node, format!("`{name}=\"{text}\"` is no finite number")),
+        _ => wrong(node, format!("`{name}=\"{text}\"` is no finite number"), "write a number such as 0.25"),
     }
 }
 
@@ -92,7 +99,11 @@ pub(crate) fn vector(node: Node<'_, '_>, name: &str, absent: Vector3<f64>) -> Re
         .collect();
     match numbers.as_slice() {
         [x, y, z] if text.split_whitespace().count() == 3 => Ok(Vector3::new(*x, *y, *z)),
-        _ => wrong(node, format!("`{name}=\"{text}\"` is not three finite numbers")),
+        _ => wrong(
+            node,
+            format!("`{name}=\"{text}\"` is not three finite numbers"),
+            "write three numbers, parted by spaces",
+        ),
     }
 }
 
@@ -107,19 +118,23 @@ pub(crate) fn origin(node: Node<'_, '_>) -> Result<Isometry3<f64>, ArmError> {
 fn inertial(link: Node<'_, '_>, name: &str) -> Result<Inertial, ArmError> {
     let Some(node) = child(link, "inertial") else { return Ok(Inertial::none()) };
     let Some(mass) = child(node, "mass") else {
-        return wrong(node, format!("the `inertial` of link `{name}` has no `mass`; add it"));
+        return wrong(
+            node,
+            format!("the `inertial` of link `{name}` has no `mass`"),
+            "add `<mass value=\"...\"/>`",
+        );
     };
     let mass_kg = number(mass, "value")?;
     if mass_kg <= 0.0 {
         return wrong(
             mass,
-            format!(
-                "link `{name}` has a mass of {mass_kg} kg; it must be above zero (leave `inertial` out for a massless link)"
-            ),
+            format!("link `{name}` has a mass of {mass_kg} kg"),
+            "write a mass above zero, or leave `inertial` out for a massless link",
         );
     }
     let Some(inertia) = child(node, "inertia") else {
-        return wrong(node, format!("the `inertial` of link `{name}` has no `inertia`; add its six numbers"));
+        let what = format!("the `inertial` of link `{name}` has no `inertia`");
+        return wrong(node, what, "add its six numbers: ixx, ixy, ixz, iyy, iyz and izz");
     };
     let entry = |name| number(inertia, name);
     let [xx, yy, zz] = [entry("ixx")?, entry("iyy")?, entry("izz")?];
@@ -130,10 +145,10 @@ fn inertial(link: Node<'_, '_>, name: &str) -> Result<Inertial, ArmError> {
     principal.as_mut_slice().sort_by(f64::total_cmp);
     if principal[0] <= 0.0 {
         let what = format!(
-            "link `{name}` has an inertia of {} kg m2 about one of its axes; no body has zero or less: give the inertia of its shape",
+            "link `{name}` has an inertia of {} kg m2 about one of its axes, and no body has zero or less",
             principal[0]
         );
-        return wrong(inertia, what);
+        return wrong(inertia, what, "give the inertia of its shape");
     }
     if principal[2] > (principal[0] + principal[1]) * (1.0 + INERTIA_ROUNDING) {
         let [a, b, c] = [principal[0], principal[1], principal[2]];
@@ -142,6 +157,7 @@ fn inertial(link: Node<'_, '_>, name: &str) -> Result<Inertial, ArmError> {
             format!(
                 "the principal moments {a}, {b}, {c} kg m2 of link `{name}` are those of no body: each is at most the sum of the other two"
             ),
+            "give the inertia of its shape",
         );
     }
     let place = origin(node)?;
@@ -169,19 +185,22 @@ fn joint(node: Node<'_, '_>) -> Result<Described, ArmError> {
         other => {
             return wrong(
                 node,
-                format!(
-                    "joint `{name}` is of type `{other}`; revolute, continuous, prismatic and fixed joints are simulated"
-                ),
+                format!("joint `{name}` is of type `{other}`, which is not simulated"),
+                "make it revolute, continuous, prismatic or fixed",
             );
         }
     };
     let end = |tag: &str| match child(node, tag) {
         Some(end) => attribute(end, "link").map(str::to_owned),
-        None => wrong(node, format!("joint `{name}` has no `{tag}`; add `<{tag} link=\"...\"/>`")),
+        None => wrong(node, format!("joint `{name}` has no `{tag}`"), format!("add `<{tag} link=\"...\"/>`")),
     };
     let axis = child(node, "axis").map_or(Ok(Vector3::x()), |axis| vector(axis, "xyz", Vector3::x()))?;
     let Some(axis) = Unit::try_new(axis, 1e-9) else {
-        return wrong(node, format!("the axis of joint `{name}` has no direction"));
+        return wrong(
+            node,
+            format!("the axis of joint `{name}` has no direction"),
+            "write three numbers that are not all zero",
+        );
     };
     let mut limits = [f64::NEG_INFINITY, f64::INFINITY];
     let mut effort_limit = None;
@@ -197,18 +216,14 @@ fn joint(node: Node<'_, '_>) -> Result<Described, ArmError> {
             if limits[0] > limits[1] {
                 return wrong(
                     limit,
-                    format!(
-                        "the limits of joint `{name}` are {} to {}; write the lower one first",
-                        limits[0], limits[1]
-                    ),
+                    format!("the limits of joint `{name}` are {} to {}", limits[0], limits[1]),
+                    "write the lower one first",
                 );
             }
         }
         None if matches!(kind, Some(JointKind::Revolute | JointKind::Prismatic)) => {
-            return wrong(
-                node,
-                format!("joint `{name}` has no `limit`; add one, or make the joint continuous"),
-            );
+            let what = format!("joint `{name}` has no `limit`");
+            return wrong(node, what, "add one, or make the joint continuous");
         }
         None => {}
     }
@@ -245,7 +260,8 @@ impl Urdf {
         if !root.has_tag_name("robot") {
             return wrong(
                 root,
-                format!("this is a `<{}>` and no `<robot>`; name a URDF file", root.tag_name().name()),
+                format!("this is a `<{}>` and no `<robot>`", root.tag_name().name()),
+                "name a URDF file",
             );
         }
         let mut urdf = Self {
@@ -262,7 +278,7 @@ impl Urdf {
                 meshes: meshes(node, name)?,
             };
             if urdf.links.insert(name.into(), link).is_some() {
-                return wrong(node, format!("there are two links `{name}`; rename one"));
+                return wrong(node, format!("there are two links `{name}`"), "rename one of them");
             }
             urdf.link_names.push(name.into());
         }
@@ -273,15 +289,16 @@ impl Urdf {
                     return wrong(
                         node,
                         format!("joint `{}` names a link `{end}` that is not there", described.joint.name),
+                        format!("add the link, or name one of {}", urdf.link_names.join(", ")),
                     );
                 }
             }
             if let Some(other) = urdf.joints.iter().find(|other| other.child == described.child) {
                 let what = format!(
-                    "link `{}` hangs on two joints, `{}` and `{}`; loops are not simulated",
+                    "link `{}` hangs on two joints, `{}` and `{}`, and loops are not simulated",
                     other.child, other.joint.name, described.joint.name
                 );
-                return wrong(node, what);
+                return wrong(node, what, "open the loop: remove one of the two joints");
             }
             urdf.joints.push(described);
         }
@@ -395,7 +412,8 @@ impl Urdf {
             if way.len() > self.joints.len() {
                 return Err(ArmError::Urdf {
                     line: joint.line,
-                    what: format!("link `{link}` hangs on itself; open the circle"),
+                    what: format!("link `{link}` hangs on itself"),
+                    remedy: "open the circle: remove one of its joints".into(),
                 });
             }
             way.push(joint);

@@ -59,7 +59,12 @@ fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), E
     } else {
         for (parameter, value) in [("stiffness", stiffness), ("damping", damping)] {
             if value > 0.0 {
-                return Err(EffectError::Value { parameter, value, reason: "this spring has its own; leave it out" });
+                return Err(EffectError::Value {
+                    parameter,
+                    value,
+                    reason: "this spring has its own",
+                    remedy: "leave it out",
+                });
             }
         }
         if machine.links[spring].stiffness <= 0.0 {

@@ -42,7 +42,12 @@ fn apply(machine: &mut Assembly, host: Host, parameters: &[f64]) -> Result<(), E
     let friction = &mut machine.link_mut(host, &DEFINITION)?.friction;
     let excess = static_level - coulomb;
     if excess < 0.0 {
-        return Err(EffectError::Value { parameter: "static", value: static_level, reason: "the level at rest is not below `coulomb`" });
+        return Err(EffectError::Value {
+            parameter: "static",
+            value: static_level,
+            reason: "the level at rest is not below `coulomb`",
+            remedy: "raise it to `coulomb` or above",
+        });
     }
     friction.forward += coulomb;
     friction.backward += coulomb;

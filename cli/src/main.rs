@@ -16,7 +16,7 @@ use clap::Parser;
 use feeler_studies::numbers;
 
 use arguments::{Arguments, Command};
-use terminal::failure;
+use terminal::failure::{self, Failure, Result};
 
 fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
@@ -33,13 +33,13 @@ fn main() -> ExitCode {
     };
     match std::panic::catch_unwind(|| dispatch(&arguments)) {
         Ok(Ok(())) => ExitCode::from(failure::DONE),
-        Ok(Err(error)) => failure::report(&error),
+        Ok(Err(failure)) => failure.report(),
         // The hook has printed what happened and where.
         Err(_) => ExitCode::from(failure::INTERNAL),
     }
 }
 
-fn dispatch(arguments: &Arguments) -> anyhow::Result<()> {
+fn dispatch(arguments: &Arguments) -> Result<()> {
     match &arguments.command {
         Command::Run(run) => commands::run::run(run),
         Command::Sweep(sweep) => commands::sweep::run(sweep),

@@ -1,11 +1,14 @@
 //! What stops a diagnosis.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 use feeler_files::FormatError;
 use feeler_lti::LtiError;
-use feeler_plant::problem::Problem;
+use feeler_problem::{Problem, Remedy, in_lines};
 use thiserror::Error;
+
+use crate::dataset::{Fault, NOT_THERE};
 
 /// Why there is no diagnosis.
 #[derive(Debug, Error)]
@@ -36,7 +39,7 @@ pub enum DiagnosisError {
     #[error("{}", list_faults(.faults))]
     Data {
         /// Every fault found.
-        faults: Vec<crate::dataset::fault::Fault>,
+        faults: Vec<Fault>,
     },
     /// A column stands for a signal that the machine to be replayed has not.
     #[error("column `{column}` is `{signal}`, which this machine has not: {reason}")]
@@ -45,12 +48,14 @@ pub enum DiagnosisError {
         column: String,
         /// What it stands for.
         signal: String,
-        /// What the machine has instead.
+        /// What is wrong with it.
         reason: String,
+        /// What the machine has instead.
+        remedy: String,
     },
     /// There is nothing to fit, or nothing to check it on.
     #[error(
-        "a diagnosis fits some experiments and checks on others: here {fitted} are to be fitted and {checked} to be checked on (record one more, or give the experiments `role = \"fit\"` and `role = \"check\"`)"
+        "a diagnosis fits some experiments and checks on others: here {fitted} are to be fitted and {checked} to be checked on"
     )]
     Roles {
         /// Experiments to be fitted.
@@ -60,14 +65,14 @@ pub enum DiagnosisError {
     },
     /// The believed machine's prediction of the records has no finite size.
     #[error(
-        "the believed machine predicts no finite motion over these records, whose rows are {spacing_s} s apart (is the time in seconds? are commands in N, or m/s?)"
+        "the believed machine predicts no finite motion over these records, whose rows are {spacing_s} s apart"
     )]
     Unbounded {
         /// Spacing of rows, s.
         spacing_s: f64,
     },
     /// The machine has no motion as it stands.
-    #[error("the machine cannot be moved: {}", list_problems(.problems))]
+    #[error("the machine cannot be moved: {}", in_lines(.problems))]
     Machine {
         /// Every mistake, by key.
         problems: Vec<Problem>,
@@ -77,10 +82,119 @@ pub enum DiagnosisError {
     Exponential(#[from] LtiError),
 }
 
-fn list_faults(faults: &[crate::dataset::fault::Fault]) -> String {
+fn list_faults(faults: &[Fault]) -> String {
     crate::dataset::fault::in_words(faults).join("\n")
 }
 
-fn list_problems(problems: &[Problem]) -> String {
-    problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+impl Remedy for DiagnosisError {
+    fn passed_on(&self) -> Option<&dyn Remedy> {
+        match self {
+            Self::Format(error) => Some(error),
+            Self::Exponential(error) => Some(error),
+            _ => None,
+        }
+    }
+
+    fn remedy(&self) -> Cow<'_, str> {
+        match self {
+            Self::Format(error) => error.remedy(),
+            Self::Exponential(error) => error.remedy(),
+            Self::Read { source, .. } => match source.kind() {
+                csv::ErrorKind::Utf8 { .. } => "save the table as UTF-8".into(),
+                csv::ErrorKind::Io(_) => NOT_THERE.into(),
+                _ => "write it as a table with a header row, and as many cells in every row".into(),
+            },
+            Self::Unreadable { remedy, .. } => (*remedy).into(),
+            Self::Data { faults } => faults.first().map_or_else(String::new, Fault::remedy).into(),
+            Self::Signal { remedy, .. } => format!(
+                "replay a machine with the elements that the dataset names, or change [columns]: {remedy}"
+            )
+            .into(),
+            Self::Roles { .. } => {
+                "record one more, or give the experiments `role = \"fit\"` and `role = \"check\"`".into()
+            }
+            Self::Unbounded { .. } => "bring the time to seconds, and commands to N, or m/s".into(),
+            Self::Machine { problems } => problems.first().map_or_else(
+                || "check the machine file by itself".into(),
+                |problem| problem.remedy.as_str().into(),
+            ),
+        }
+    }
+
+    fn place(&self) -> String {
+        match self {
+            Self::Data { faults } => faults.first().map_or_else(String::new, Fault::place),
+            Self::Machine { problems } => problems.first().map_or_else(String::new, |p| p.key.clone()),
+            Self::Signal { column, .. } => format!("columns.{column}"),
+            Self::Read { .. } | Self::Unreadable { .. } | Self::Roles { .. } | Self::Unbounded { .. } => {
+                String::new()
+            }
+            Self::Format(_) | Self::Exponential(_) => {
+                self.passed_on().map_or_else(String::new, Remedy::place)
+            }
+        }
+    }
+
+    fn problems(&self) -> Vec<Problem> {
+        match self {
+            Self::Format(error) => error.problems(),
+            Self::Data { faults } => crate::dataset::problems(faults),
+            Self::Machine { problems } if !problems.is_empty() => problems.clone(),
+            _ => vec![Problem::new(self.place(), self.to_string(), self.remedy())],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::FaultKind;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let wrong = feeler_files::Document::parse("mass = = 3", "a.toml").map(drop);
+        let file = || PathBuf::from("a.csv");
+        let missing = std::io::Error::from(std::io::ErrorKind::NotFound);
+        let no_text = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .from_reader(&b"\xff,1\n"[..])
+            .deserialize::<(String, f64)>()
+            .find_map(Result::err);
+        let all: Vec<DiagnosisError> = (wrong.err().map(DiagnosisError::Format).into_iter())
+            .chain(no_text.map(|source| DiagnosisError::Read { file: file(), source }))
+            .chain([
+                DiagnosisError::Read { file: file(), source: missing.into() },
+                DiagnosisError::Unreadable {
+                    file: file(),
+                    reason: "it is empty".into(),
+                    remedy: "record it again",
+                },
+                DiagnosisError::Data {
+                    faults: vec![Fault {
+                        file: "a.csv".into(),
+                        column: None,
+                        row: Some(3),
+                        kind: FaultKind::TimeGoesBack,
+                    }],
+                },
+                DiagnosisError::Signal {
+                    column: "force_n".into(),
+                    signal: "gauge.reading".into(),
+                    reason: "there is no `gauge`".into(),
+                    remedy: "did you mean `force`?".into(),
+                },
+                DiagnosisError::Roles { fitted: 1, checked: 0 },
+                DiagnosisError::Unbounded { spacing_s: 1e-3 },
+                DiagnosisError::Machine {
+                    problems: vec![Problem::new("bodies", "nothing can move", "free a body")],
+                },
+                DiagnosisError::Machine { problems: Vec::new() },
+                DiagnosisError::Exponential(LtiError::NotFinite { quantity: "A" }),
+            ])
+            .collect();
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("error.rs")),
+            Vec::<String>::new()
+        );
+    }
 }

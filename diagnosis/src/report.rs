@@ -1,5 +1,7 @@
 //! The answer, in the shape of `diagnosis.json`.
 
+use std::fmt;
+
 use feeler_plant::description::Machine;
 use feeler_plant::effects::Kind;
 use indexmap::IndexMap;
@@ -98,7 +100,81 @@ pub struct Attempt {
     /// The same over all experiments.
     pub gain_all: Option<f64>,
     /// Why it was accepted or not.
-    pub why: String,
+    pub why: AttemptOutcome,
+}
+
+/// What became of a set of causes that was tried.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum AttemptOutcome {
+    /// It is the answer.
+    Accepted,
+    /// Its fitted value is no departure from what was believed.
+    NoDeparture,
+    /// It gains too little on the check experiments.
+    TooLittle {
+        /// What it gains, nats.
+        gained_nats: f64,
+        /// What is needed, nats.
+        needed_nats: f64,
+    },
+    /// It explains as much as the answer.
+    AsMuch,
+    /// It explains less than the answer.
+    Less {
+        /// By how much, nats.
+        nats: f64,
+    },
+    /// It explains more than the answer, but too little for what it adds.
+    More {
+        /// By how much, nats.
+        nats: f64,
+    },
+    /// It was left after a few steps of its fit.
+    LeftEarly,
+    /// It was not fitted.
+    NotFitted,
+    /// The time did not suffice for it.
+    NotTried,
+}
+
+impl AttemptOutcome {
+    /// The same of an attempt whose fit was left after a few steps: how it compares with the answer is not
+    /// known.
+    pub(crate) fn of_few_steps(self) -> Self {
+        match self {
+            Self::AsMuch | Self::Less { .. } | Self::More { .. } => Self::LeftEarly,
+            other => other,
+        }
+    }
+}
+
+impl fmt::Display for AttemptOutcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Accepted => f.write_str("accepted"),
+            Self::NoDeparture => f.write_str(
+                "its fitted value is within what was believed, or makes it no instance of its kind",
+            ),
+            Self::TooLittle { gained_nats, needed_nats } => {
+                write!(f, "gains {gained_nats:.0} nats on the check experiments; {needed_nats:.0} are needed")
+            }
+            Self::AsMuch => f.write_str("explains as much as what was accepted"),
+            Self::Less { nats } => write!(f, "explains {nats:.0} nats less than what was accepted"),
+            Self::More { nats } => {
+                write!(f, "explains {nats:.0} nats more than what was accepted, too little for what it adds")
+            }
+            Self::LeftEarly => f.write_str("left after a few steps, in which others gained more"),
+            Self::NotTried => f.write_str("not tried: the time for it was over"),
+            Self::NotFitted => f.write_str("nothing in the records leads to it, or no machine with it moves"),
+        }
+    }
+}
+
+impl Serialize for AttemptOutcome {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
 }
 
 /// The gap in one cell: root mean square of the anchored prediction's error over the channel's scale.

@@ -124,7 +124,7 @@ fn truth_faults_that_nothing_mends_are_errors_with_place_and_remedy() {
     );
     error_says(
         &csv(&sound()).replacen("encoder_m", "encoder_m [m]", 1),
-        &["a.csv: `encoder_m`", "there is one called `encoder_m [m]`"],
+        &["a.csv: `encoder_m`", "rename `encoder_m [m]` to `encoder_m` in the file"],
     );
     error_says(
         &csv(&sound()).replacen("t_s,command_n", "command_n,t_s", 1),
@@ -146,6 +146,11 @@ fn truth_faults_that_nothing_mends_are_errors_with_place_and_remedy() {
     error_says(&csv(&sound()[..20].to_vec()), &["only 20 rows", "at least 50"]);
     error_says("", &["a.csv: it is empty"]);
     error_says("\u{0}\u{1}not text", &["a.csv: it is no text"]);
+    error_says(
+        &csv(&sound()).replacen("encoder_m", "Encoder_m", 1),
+        &["the file has `Encoder_m`", "rename `Encoder_m` to `encoder_m`"],
+    );
+    error_says("t_s,command_n,encoder_m,acceleration_mps2\n", &["no rows below the header", "at least 50"]);
 }
 
 #[test]
@@ -226,7 +231,7 @@ fn truth_what_experiments_share_is_told_once() {
     let said = in_words(&dataset.warnings);
     let [only] = said.as_slice() else { panic!("{said:?}") };
     assert!(
-        only.starts_with("a.csv: `acceleration_mps2`") && only.ends_with("; the same in 2 other experiments"),
+        only.starts_with("a.csv: `acceleration_mps2`") && only.contains(", as in 2 other experiments ("),
         "{only}"
     );
 }

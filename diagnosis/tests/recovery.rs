@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 
 use feeler_diagnosis::dataset::{Channel, Dataset, Record};
 use feeler_diagnosis::predict::Predictor;
-use feeler_diagnosis::report::Verdict;
+use feeler_diagnosis::report::{AttemptOutcome, Verdict};
 use feeler_diagnosis::{Diagnosis, diagnose};
 use feeler_files::Document;
 use feeler_plant::assembly::{Source, assemble};
@@ -183,7 +183,7 @@ fn truth_coulomb_friction_is_recovered() {
     assert_eq!(answer.places[0].place, "guide");
     assert!(answer.gap.after < answer.gap.refit && answer.gap.closed > 0.8, "{:?}", answer.gap);
     assert!((answer.effects[0].credit - 1.0).abs() < f64::EPSILON);
-    assert!(answer.attempts.iter().any(|attempt| attempt.why == "accepted"));
+    assert!(answer.attempts.iter().any(|attempt| attempt.why == AttemptOutcome::Accepted));
     // A law that contains another has not been fitted worse: the evidence is that of the fitted and the check
     // experiments.
     let all = |kind: &str| {
@@ -226,7 +226,10 @@ fn regress_a_soft_joint_that_hardly_damps_is_found_by_a_motor_encoder_alone() {
         "added-mass@bodies.motor",
     ] {
         assert!(
-            answer.attempts.iter().any(|attempt| attempt.causes == tried && !attempt.why.is_empty()),
+            answer
+                .attempts
+                .iter()
+                .any(|attempt| attempt.causes == tried && !attempt.why.to_string().is_empty()),
             "{tried}"
         );
     }

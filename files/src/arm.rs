@@ -2,12 +2,14 @@
 
 use feeler_catalogue::Contents;
 use feeler_plant::names::did_you_mean;
+use feeler_problem::Remedy;
 use std::path::{Path, PathBuf};
 
 use feeler_arm::{Arm, Chain, Collision, Joint, JointDrive, JointKind, MeshFile, Urdf};
 
 use super::draft::{Sheet, load};
 use super::keys::{ARM, JOINT};
+use super::kind::FileKind;
 use super::problem::{FormatError, Problems};
 use super::read::{Reader, Scope, join};
 use super::source::{Origin, Sources};
@@ -41,7 +43,7 @@ impl ArmFile {
     /// # Errors
     /// As [`Self::load`].
     pub fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
-        let mut sheet = Sheet::parse(text, file_name)?;
+        let mut sheet = Sheet::parse(text, file_name, FileKind::Arm)?;
         let read = read(&sheet.root, &sheet.sources, &Origin::default(), &[], &mut sheet.problems);
         sheet.finish(read).map(|read| Self { name: read.name, about: read.about, arm: read.arm })
     }
@@ -86,7 +88,7 @@ pub(super) fn read(
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
         }),
         Err(error) => {
-            problems.add(&Origin::default(), "joints", error.to_string(), "");
+            problems.add_error(&Origin::default(), "joints", &error);
             None
         }
     }
@@ -115,7 +117,7 @@ fn urdf(path: &Path, fields: &Contents, root: &Table, problems: &mut Problems) -
     let urdf = match Urdf::parse(&text) {
         Ok(urdf) => urdf,
         Err(error) => {
-            problems.add(&origin, "urdf", format!("{shown}: {error}"), "correct the URDF");
+            problems.add(&origin, "urdf", format!("{shown}: {error}"), error.remedy());
             return None;
         }
     };
@@ -145,7 +147,7 @@ fn chain(
     let found = urdf.chain(tool).and_then(|chain| Ok((chain, urdf.collisions(tool)?)));
     if let Err(error) = &found {
         let key = if root.contains_key("tool") { "tool" } else { "urdf" };
-        problems.add(&origin_of(root, key), key, format!("{}: {error}", path.display()), "");
+        problems.add(&origin_of(root, key), key, format!("{}: {error}", path.display()), error.remedy());
     }
     found.ok()
 }

@@ -10,6 +10,7 @@ use super::build::Builder;
 use super::document::Document;
 use super::draft::{Draft, Sheet, load};
 use super::keys::{COLUMN, DATASET, EXPERIMENT};
+use super::kind::FileKind;
 use super::problem::{FormatError, Located, Problems};
 use super::read::{Reader, Scope, join};
 use super::source::Origin;
@@ -83,7 +84,7 @@ impl DatasetFile {
     /// # Errors
     /// Every mistake at once.
     pub fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
-        let mut sheet = Sheet::parse(text, file_name)?;
+        let mut sheet = Sheet::parse(text, file_name, FileKind::Dataset)?;
         let file = Self::read(&sheet.root, &sheet.sources.0[0].directory, &mut sheet.problems);
         sheet.finish(file)
     }
@@ -146,12 +147,7 @@ fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) ->
         let mut scope = Scope::new(false);
         if let (Some(signal), Some(machine), Some(node)) = (&signal, machine, written) {
             if let Err(problem) = resolve(&machine.scenario.machine, signal) {
-                problems.add(
-                    &node.origin,
-                    join(&path, "signal"),
-                    problem.message,
-                    problem.remedy.unwrap_or_default(),
-                );
+                problems.add(&node.origin, join(&path, "signal"), problem.message, problem.remedy);
             }
             scope = signal_scope(machine.draft(), machine.scenario.machine.axis, signal);
         }

@@ -155,7 +155,7 @@ fn add_problem(draft: &Draft, problems: &mut Problems, problem: Problem) {
     // An entry of a list is shown by its place; its key is that of the list.
     let key =
         problem.key.trim_end_matches(|c: char| c.is_ascii_digit()).strip_suffix('.').unwrap_or(&problem.key);
-    problems.add(&origin, key, problem.message, problem.remedy.unwrap_or_default());
+    problems.add(&origin, key, problem.message, problem.remedy);
 }
 
 /// Keys at the top; element tables, `[run]` and `[tolerance]` are read elsewhere.

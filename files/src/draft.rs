@@ -11,6 +11,7 @@ use toml::de::{DeTable, DeValue};
 use super::document::Document;
 use super::file;
 use super::keys::{CELL, CELL_TABLES, EFFECTS, ELEMENTS, TOLERANCE, TOP};
+use super::kind::{FileKind, foreign, refuse_other};
 use super::problem::{FormatError, Problems, unreadable};
 use super::read::join;
 use super::source::{self, Origin, Source, Sources};
@@ -21,17 +22,6 @@ const LARGEST_FILE: u64 = 16 << 20;
 
 /// Every whole number below this is a float of its own.
 const LARGEST_WHOLE: f64 = 9_007_199_254_740_992.0;
-
-/// Keys by which files of other kinds are known, what takes such a file, and what it is.
-const OTHER_KINDS: [(&str, &str, &str); 3] = [
-    ("axes", "`feeler sweep` takes it; name the scenario that it varies here", "a sweep file"),
-    ("urdf", "`feeler reduce` takes it, and writes a machine file", "an arm file"),
-    (
-        "columns",
-        "`feeler diagnose` takes it; name the machine that it was recorded on here",
-        "a dataset file",
-    ),
-];
 
 /// Files that build on each other.
 const LONGEST_CHAIN: usize = 8;
@@ -90,24 +80,9 @@ impl Draft {
     pub fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
         let mut draft = Self { sources: Sources::default(), root: Table::new(), main: 0 };
         let table = parse_toml(text, file_name, &mut draft.sources)?;
-        draft.refuse_other_kinds(&table)?;
+        refuse_other(&table, FileKind::Scenario, &draft.sources)?;
         draft.root = draft.on_base(table, 1)?;
         Ok(draft)
-    }
-
-    /// A file of another kind has none of what a scenario needs: one sentence says more than every key that
-    /// is missing.
-    fn refuse_other_kinds(&self, table: &Table) -> Result<(), FormatError> {
-        let Some((key, remedy, kind)) = OTHER_KINDS.iter().find(|(key, ..)| table.contains_key(*key)) else {
-            return Ok(());
-        };
-        let origin = table.get(*key).map(|entry| entry.key.clone()).unwrap_or_default();
-        Err(self.refuse(
-            &origin,
-            key,
-            format!("this is {kind}, and a machine or scenario file is wanted"),
-            *remedy,
-        ))
     }
 
     /// `table` laid over the machine that it names.
@@ -132,15 +107,12 @@ impl Draft {
         let text = match read_text(&path) {
             Ok(text) => text,
             Err(error) => {
-                let (message, remedy) = match error.problems.first() {
-                    Some(problem) if path.exists() => (problem.message.as_str(), problem.remedy.as_deref()),
-                    Some(problem) => (problem.message.as_str(), None),
-                    None => ("", None),
-                };
+                let message = error.problems.first().map_or("", |problem| problem.message.as_str());
+                let remedy = error.problems.first().filter(|_| path.exists());
                 return refuse(
                     self,
                     format!("{}: {message}", path.display()),
-                    remedy.unwrap_or("name a file relative to this one"),
+                    remedy.map_or("name a file relative to this one", |problem| problem.remedy.as_str()),
                 );
             }
         };
@@ -279,6 +251,19 @@ impl Draft {
         keys.map(|(key, _)| key.clone()).next().unwrap_or_else(|| "KEY".into())
     }
 
+    /// The dotted path of an element's key that the file writes, where `end` is the end of only one.
+    fn path_of(&self, end: &str) -> Option<String> {
+        let mut found = Vec::new();
+        for element in ELEMENTS {
+            if let Some(table) = self.root.get(element.table).and_then(|entry| entry.node.as_table()) {
+                paths(table, element.table, &mut found);
+            }
+        }
+        let ending = format!(".{end}");
+        let mut alike = found.into_iter().filter(|path| path.ends_with(&ending));
+        alike.next().filter(|_| alike.next().is_none())
+    }
+
     fn check_path(&self, path: &str, segments: &[&str], at: &Origin) -> Result<(), FormatError> {
         let first = segments[0];
         let tables = ELEMENTS.iter().map(|element| element.table);
@@ -295,7 +280,8 @@ impl Draft {
                 at,
                 path,
                 format!("there is no `{first}` in a scenario"),
-                did_you_mean(first, top),
+                self.path_of(path)
+                    .map_or_else(|| did_you_mean(first, top), |whole| format!("did you mean `{whole}`?")),
             ));
         }
         let Some(element) = ELEMENTS.iter().find(|element| element.table == first) else { return Ok(()) };
@@ -332,6 +318,17 @@ impl Draft {
             ));
         }
         Ok(())
+    }
+}
+
+/// Dotted paths of all keys in a table.
+fn paths(table: &Table, at: &str, into: &mut Vec<String>) {
+    for (key, entry) in table {
+        let path = join(at, key);
+        if let Some(inner) = entry.node.as_table() {
+            paths(inner, &path, into);
+        }
+        into.push(path);
     }
 }
 
@@ -381,13 +378,18 @@ pub fn read_text(path: &Path) -> Result<String, FormatError> {
     if metadata.is_dir() {
         return Err(unreadable(&name, "this is a folder".into(), "name a file in it"));
     }
-    file::read_text(path, LARGEST_FILE).map_err(|error| {
+    let refused = |error: std::io::Error| {
         let remedy = match error.kind() {
             ErrorKind::PermissionDenied => "give yourself the right to read it",
             _ => "name a TOML file: a text in UTF-8",
         };
         unreadable(&name, error.to_string(), remedy)
-    })
+    };
+    let bytes = file::read_bytes(path, LARGEST_FILE).map_err(refused)?;
+    if let Some((what, remedy)) = foreign(&bytes, path) {
+        return Err(unreadable(&name, format!("{what}, and a TOML file is wanted"), &remedy));
+    }
+    file::text_of(bytes).map_err(refused)
 }
 
 /// Reads a file and has its text, with its name, taken as what `parse` makes of it.
@@ -406,9 +408,10 @@ pub(super) struct Sheet {
 }
 
 impl Sheet {
-    pub(super) fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
+    pub(super) fn parse(text: &str, file_name: &str, wanted: FileKind) -> Result<Self, FormatError> {
         let mut sources = Sources::default();
         let root = parse_toml(text, file_name, &mut sources)?;
+        refuse_other(&root, wanted, &sources)?;
         Ok(Self { sources, root, problems: Problems::default() })
     }
 

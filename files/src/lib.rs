@@ -28,6 +28,7 @@ mod document;
 mod draft;
 mod file;
 mod keys;
+mod kind;
 mod problem;
 mod read;
 mod reference;

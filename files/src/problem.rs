@@ -1,8 +1,11 @@
 //! Mistakes with their places.
 
+use std::borrow::Cow;
 use std::fmt;
+use std::fmt::Write as _;
 use std::ops::Range;
 
+use feeler_problem::{Problem, Remedy};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -27,25 +30,31 @@ pub struct Located {
     /// What is wrong.
     pub message: String,
     /// What to do about it.
-    pub remedy: Option<String>,
+    pub remedy: String,
     /// Bytes of the file.
     pub span: Range<usize>,
     #[serde(skip)]
     pub(crate) source: usize,
 }
 
+impl Located {
+    /// File, line, column and key, as far as they are meant.
+    fn place(&self) -> String {
+        let mut place = self.file.clone();
+        if self.line > 0 {
+            let _ = write!(place, ":{}:{}", self.line, self.column);
+        }
+        if !self.key.is_empty() {
+            let _ = write!(place, ": {}", self.key);
+        }
+        place
+    }
+}
+
 impl fmt::Display for Located {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.file)?;
-        if self.line > 0 {
-            write!(f, ":{}:{}", self.line, self.column)?;
-        }
-        f.write_str(": ")?;
-        if !self.key.is_empty() {
-            write!(f, "{}: ", self.key)?;
-        }
-        f.write_str(&self.message)?;
-        self.remedy.as_ref().map_or(Ok(()), |remedy| write!(f, " ({remedy})"))
+        write!(f, "{}: ", self.place())?;
+        write!(f, "{} ({})", self.message, self.remedy)
     }
 }
 
@@ -72,10 +81,29 @@ impl FormatError {
     }
 }
 
+impl Remedy for FormatError {
+    fn remedy(&self) -> Cow<'_, str> {
+        self.problems.first().map_or("", |problem| problem.remedy.as_str()).into()
+    }
+
+    fn place(&self) -> String {
+        self.problems.first().map_or_else(String::new, Located::place)
+    }
+
+    fn problems(&self) -> Vec<Problem> {
+        let problem = |found: &Located| Problem::new(found.place(), &found.message, &found.remedy);
+        self.problems.iter().map(problem).collect()
+    }
+
+    fn report(&self, coloured: bool) -> String {
+        Self::report(self, coloured)
+    }
+}
+
 /// Mistakes as they are found.
 #[derive(Debug, Default)]
 pub(crate) struct Problems {
-    found: Vec<(Origin, String, String, Option<String>)>,
+    found: Vec<(Origin, String, String, String)>,
     omitted: usize,
 }
 
@@ -91,8 +119,12 @@ impl Problems {
             self.omitted += 1;
             return;
         }
-        let remedy = Some(remedy.into()).filter(|remedy: &String| !remedy.is_empty());
-        self.found.push((origin.clone(), key.into(), message.into(), remedy));
+        self.found.push((origin.clone(), key.into(), message.into(), remedy.into()));
+    }
+
+    /// Notes what an error says, at a key.
+    pub(crate) fn add_error(&mut self, origin: &Origin, key: impl Into<String>, error: &dyn Remedy) {
+        self.add(origin, key, error.to_string(), error.remedy());
     }
 
     /// Whether a problem with this key, or with a table that holds it, has been noted.
@@ -131,7 +163,7 @@ impl Problems {
 
 /// The error of a file that cannot be read at all.
 pub(crate) fn unreadable(file: &str, message: String, remedy: &str) -> FormatError {
-    let remedy = Some(remedy.to_owned());
+    let remedy = remedy.to_owned();
     let problem = Located {
         file: file.into(),
         line: 0,

@@ -34,7 +34,7 @@ fn one(problem: &Located, source: Option<&Source>, renderer: &Renderer) -> Strin
     };
     let Some(source) = source else {
         let group = Level::ERROR.primary_title(format!("{}: {title}", problem.file));
-        let remedy = problem.remedy.iter().map(|remedy| Level::HELP.message(remedy.as_str()));
+        let remedy = [Level::HELP.message(problem.remedy.as_str())];
         return renderer.render(&[group.elements(remedy)]);
     };
     // Only the lines of the span are handed over: a report on a large file stays as quick as on a small one.
@@ -43,7 +43,7 @@ fn one(problem: &Located, source: Option<&Source>, renderer: &Renderer) -> Strin
     let snippet =
         Snippet::source(excerpt).line_start(first).path(problem.file.as_str()).annotation(annotation);
     let group = Level::ERROR.primary_title(title).element(snippet);
-    let remedy = problem.remedy.iter().map(|remedy| Level::HELP.message(remedy.as_str()));
+    let remedy = [Level::HELP.message(problem.remedy.as_str())];
     renderer.render(&[group.elements(remedy)])
 }
 

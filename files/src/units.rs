@@ -25,6 +25,14 @@ pub(crate) enum UnitError {
         /// What was written.
         text: String,
     },
+    /// A comma where the decimal point belongs.
+    #[error("`{text}` has a decimal comma")]
+    DecimalComma {
+        /// What was written.
+        text: String,
+        /// The same with a point.
+        meant: String,
+    },
     /// A symbol that is no unit.
     #[error("`{symbol}` is no unit")]
     UnknownUnit {
@@ -141,7 +149,7 @@ const PREFIXES: &[(&str, f64)] = &[
 /// # Errors
 /// [`UnitError`] where the text is no quantity, or one of another dimension.
 pub(crate) fn parse(text: &str, dim: Dim, rotational: bool) -> Result<f64, UnitError> {
-    let (number, unit) = split(text).ok_or_else(|| UnitError::NoNumber { text: text.into() })?;
+    let (number, unit) = number_and_unit(text)?;
     let none = Dim::from(Dimension::NONE);
     if unit.is_empty() {
         return if dim.is(none) { Ok(number) } else { Err(UnitError::NoUnit { text: text.into() }) };
@@ -163,6 +171,15 @@ fn scaled(number: f64, factor: f64) -> f64 {
     } else {
         number * factor
     }
+}
+
+/// Number and unit of a text.
+fn number_and_unit(text: &str) -> Result<(f64, &str), UnitError> {
+    let (number, unit) = split(text).ok_or_else(|| UnitError::NoNumber { text: text.into() })?;
+    if unit.strip_prefix(',').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit())) {
+        return Err(UnitError::DecimalComma { text: text.into(), meant: text.replacen(',', ".", 1) });
+    }
+    Ok((number, unit))
 }
 
 /// Number and rest of a text.
@@ -277,7 +294,32 @@ fn symbol_bases(text: &str) -> Option<(f64, Bases)> {
     })
 }
 
+/// Names that units have elsewhere.
+const ELSEWHERE: [(&str, &str); 18] = [
+    ("sec", "s"),
+    ("secs", "s"),
+    ("seconds", "s"),
+    ("msec", "ms"),
+    ("usec", "us"),
+    ("hertz", "Hz"),
+    ("newton", "N"),
+    ("newtons", "N"),
+    ("meter", "m"),
+    ("meters", "m"),
+    ("metre", "m"),
+    ("metres", "m"),
+    ("micron", "um"),
+    ("microns", "um"),
+    ("degree", "deg"),
+    ("degrees", "deg"),
+    ("radians", "rad"),
+    ("Nm", "N m"),
+];
+
 fn nearest(symbol: &str) -> Option<String> {
+    if let Some((_, unit)) = ELSEWHERE.iter().find(|(name, _)| *name == symbol) {
+        return Some((*unit).to_owned());
+    }
     let common = ["kg", "g", "mm", "um", "ms", "us", "kHz", "kN", "mN", "MN", "mrad", "cm"];
     let known = SYMBOLS.iter().map(|(symbol, ..)| *symbol).chain(common);
     let distance =
@@ -305,7 +347,7 @@ fn describe(bases: Bases) -> String {
 /// # Errors
 /// [`UnitError`] where the text is no quantity.
 pub(crate) fn parse_any(text: &str) -> Result<f64, UnitError> {
-    let (number, unit) = split(text).ok_or_else(|| UnitError::NoNumber { text: text.into() })?;
+    let (number, unit) = number_and_unit(text)?;
     if unit.is_empty() { Ok(number) } else { unit_bases(unit).map(|(factor, _)| scaled(number, factor)) }
 }
 

@@ -34,7 +34,7 @@ fn regress_senseless_pairs_are_refused_with_a_remedy() {
     for (settings, key) in refused {
         let found = mistakes(settings);
         assert!(
-            found.iter().any(|problem| problem.key == key && problem.remedy.is_some()),
+            found.iter().any(|problem| problem.key == key && !problem.remedy.is_empty()),
             "{settings:?}: {found:#?}"
         );
     }
@@ -83,7 +83,7 @@ fn regress_one_misspelling_is_one_mistake() {
 #[test]
 fn regress_only_what_has_the_quantity_is_suggested() {
     let found = mistakes_of("[bodies.tip]\nmass = 1.0\n[sensors.s]\nreads = \"tool.spring_force\"\n");
-    let remedy = found[0].remedy.clone().unwrap();
+    let remedy = found[0].remedy.clone();
     assert!(!remedy.contains("tip.spring_force"), "{remedy}");
 }
 
@@ -98,7 +98,7 @@ fn regress_mistakes_of_the_motion_have_places() {
         };
         let found = document.locate_problems(&problems).problems;
         assert_eq!((found[0].line, found[0].key.as_str()), place);
-        assert!(found[0].remedy.is_some());
+        assert!(!found[0].remedy.is_empty());
     }
 }
 
@@ -119,8 +119,95 @@ fn regress_every_mistake_comes_with_a_remedy() {
     ] {
         let found = mistakes(settings);
         assert!(
-            !found.is_empty() && found.iter().all(|problem| problem.remedy.is_some()),
+            !found.is_empty() && found.iter().all(|problem| !problem.remedy.is_empty()),
             "{settings:?}: {found:#?}"
+        );
+    }
+}
+
+#[test]
+fn truth_a_slip_of_a_number_or_unit_is_named() {
+    for (setting, key, said, remedy) in [
+        (
+            "bodies.motor.mass=\"12,5 kg\"",
+            "bodies.motor.mass",
+            "decimal comma",
+            "a decimal point: \"12.5 kg\"",
+        ),
+        ("controllers.force.period=\"1 msec\"", "controllers.force.period", "`msec`", "did you mean `ms`?"),
+        ("controllers.force.period=\"0.001 seconds\"", "controllers.force.period", "`seconds`", "mean `s`?"),
+    ] {
+        let found = mistakes(&[setting]);
+        let is_said = found.iter().any(|problem| {
+            problem.key == key && problem.message.contains(said) && problem.remedy.contains(remedy)
+        });
+        assert!(is_said, "{setting}: {found:#?}");
+    }
+}
+
+#[test]
+fn truth_a_setting_without_its_path_proposes_the_whole_path() {
+    let mut draft = Draft::parse(COMPLETE, "complete.toml").unwrap();
+    let error = draft.set("kp=0.8").unwrap_err();
+    assert_eq!(error.problems[0].remedy, "did you mean `controllers.force.kp`?");
+    // Where several elements have such a key none is guessed.
+    let error = draft.set("mass=1.0").unwrap_err();
+    assert!(!error.problems[0].remedy.contains("mass"), "{error}");
+}
+
+#[test]
+fn truth_a_file_of_another_kind_is_refused_in_one_sentence() {
+    use feeler_files::{ArmFile, DatasetFile, SweepFile};
+
+    let scenario = "machine = \"m.toml\"\n[contacts.tool]\nbetween = [\"a\", \"b\"]\n[run]\nduration = 1\n";
+    let sweep = "scenario = \"a.toml\"\n[axes]\n";
+    let arm = "urdf = \"a.urdf\"\n[joints.j1]\n";
+    let dataset = "machine = \"m.toml\"\n[columns.x]\n[[experiments]]\nfile = \"a.csv\"\n";
+    let as_scenario = |text: &str| Document::parse(text, "a.toml").map(drop);
+    let as_arm = |text: &str| ArmFile::parse(text, "a.toml").map(drop);
+    let as_sweep = |text: &str| SweepFile::parse(text, "a.toml").map(drop);
+    let as_dataset = |text: &str| DatasetFile::parse(text, "a.toml").map(drop);
+    for (result, is, command) in [
+        (as_scenario(sweep), "a sweep file", "feeler sweep"),
+        (as_scenario(arm), "an arm file", "feeler reduce"),
+        (as_scenario(dataset), "a dataset file", "feeler diagnose"),
+        (as_arm(scenario), "a machine or scenario file", "feeler run"),
+        (as_sweep(scenario), "a machine or scenario file", "feeler run"),
+        (as_dataset(scenario), "a machine or scenario file", "feeler run"),
+        (as_dataset(sweep), "a sweep file", "feeler sweep"),
+    ] {
+        let problems = result.unwrap_err().problems;
+        assert_eq!(problems.len(), 1, "{problems:#?}");
+        assert!(problems[0].message.starts_with(&format!("this is {is}, and")), "{problems:#?}");
+        assert!(problems[0].remedy.contains(command) && problems[0].line > 0, "{problems:#?}");
+    }
+}
+
+#[test]
+fn truth_what_is_no_toml_is_one_mistake_with_its_remedy() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, bytes, said, remedy) in [
+        (
+            "robot.urdf",
+            &b"<?xml version=\"1.0\"?>\n<robot name=\"a\">\n</robot>\n"[..],
+            "a URDF",
+            "urdf = \"robot.urdf\"",
+        ),
+        ("record.mcap", b"\x89MCAP0\r\n", "an MCAP log", "feeler diagnose"),
+        ("bag.db3", b"SQLite format 3\0", "ROS 2 bags", "convert it"),
+        ("trace.parquet", b"PAR1....", "a Parquet table", "feeler diagnose"),
+        ("record.csv", b"t_s,command_n\n0,1\n", "a table of numbers", "feeler diagnose"),
+        ("machine.json", b"{\"bodies\": {}}", "JSON", "TOML"),
+        ("empty.toml", b"", "empty", "feeler new"),
+        ("wide.toml", b"\xff\xfe[\0", "UTF-16", "UTF-8"),
+    ] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        let problems = Draft::load(&path).unwrap_err().problems;
+        assert_eq!(problems.len(), 1, "{name}: {problems:#?}");
+        assert!(
+            problems[0].message.contains(said) && problems[0].remedy.contains(remedy),
+            "{name}: {problems:#?}"
         );
     }
 }

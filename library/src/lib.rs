@@ -50,6 +50,7 @@ pub use feeler_lti as lti;
 pub use feeler_manipulator as manipulator;
 pub use feeler_multibody as multibody;
 pub use feeler_plant as plant;
+pub use feeler_problem as problem;
 pub use feeler_studies as studies;
 
 use feeler_engine::{EngineError, Program, Scenario, Simulation, Trace};

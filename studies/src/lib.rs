@@ -12,8 +12,10 @@ pub mod why;
 
 mod refusal;
 mod threads;
+mod unwritable;
 mod whole_file;
 
 pub use refusal::Refusal;
 pub use threads::ALL_PROCESSORS;
+pub use unwritable::unwritable;
 pub use whole_file::write_whole;

@@ -3,9 +3,10 @@
 use feeler_analysis::{
     AnalysisError, Band, Edge, MarginReport, Report, Request, StableRange, View, analyze, curves,
 };
-use feeler_engine::Scenario;
+use feeler_engine::{EngineError, Scenario};
 use feeler_files::{Document, Draft};
 use feeler_lti::LtiError;
+use feeler_problem::Remedy;
 use feeler_studies::{ALL_PROCESSORS, signals};
 
 use super::operating_point;
@@ -16,7 +17,7 @@ use crate::terminal::progress::Busy;
 use crate::terminal::table;
 use crate::{pages, terminal};
 
-pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &Analyze) -> crate::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
     let (contact, note) = operating_point::contact_view(arguments, &document.scenario)?;
     let notes: Vec<String> = note.into_iter().collect();
@@ -28,14 +29,12 @@ pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
             .input
             .as_deref()
             .map(|name| signals::input(&document.scenario.machine, name))
-            .transpose()
-            .map_err(BadInput::from_refusal)?,
+            .transpose()?,
         output: arguments
             .output
             .as_deref()
             .map(|name| signals::named(&document.scenario.machine, name))
-            .transpose()
-            .map_err(BadInput::from_refusal)?,
+            .transpose()?,
         gain: arguments.gain.clone(),
         view: View { contact, ..View::default() },
         sensitivities: true,
@@ -50,22 +49,17 @@ pub(crate) fn run(arguments: &Analyze) -> anyhow::Result<()> {
         let curves = curves(&document.scenario, &request, &report)
             .map_err(|error| refused(arguments, &document, error))?;
         let page = pages::analyze::page(&document, &arguments.settings, &notes, &report, &curves);
-        let json = serde_json::to_string_pretty(&report)? + "\n";
+        let json = terminal::json(&report)? + "\n";
         written = terminal::write_all(folder, &[("analyze.json", json), ("report.html", page)])?;
     }
-    terminal::print(&if arguments.json {
-        serde_json::to_string_pretty(&report)?
-    } else {
-        text(&report) + &written
-    })
+    terminal::print(&if arguments.json { terminal::json(&report)? } else { text(&report) + &written })
 }
 
 /// Everything but a failed computation is a matter of the request or the file.
-fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> anyhow::Error {
-    match error {
-        AnalysisError::NoController { .. } => {
-            let known: Vec<String> =
-                document.scenario.controllers.keys().map(|name| format!("`{name}`")).collect();
+fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> crate::Failure {
+    match &error {
+        AnalysisError::NoController { known, .. } => {
+            let known: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
             let remedy = if known.is_empty() {
                 "this file has no controller: leave --gain out".to_owned()
             } else {
@@ -73,15 +67,14 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> an
             };
             BadInput::error(format!("{}: {error}", arguments.file.display()), remedy)
         }
-        AnalysisError::NoGain { .. } => BadInput::error(
+        AnalysisError::NoGain { known, .. } => BadInput::error(
             format!("{}: {error}", arguments.file.display()),
-            "name one of these with --gain, as in --gain CONTROLLER.GAIN",
+            format!("name one of {known} with --gain, as in --gain CONTROLLER.GAIN"),
         ),
         AnalysisError::Lti(LtiError::AtPole { .. }) => BadInput::error(
             format!("{}: {error}", arguments.file.display()),
             "nothing holds the machine about this operating point: try --clamped, or --preload with a force",
         ),
-        AnalysisError::Lti(_) => error.into(),
         AnalysisError::Rates { .. } => {
             let periods = document.scenario.controllers.iter().map(|(name, used)| {
                 // To the last digit, which is what keeps them apart.
@@ -96,10 +89,11 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> an
             "each is a state of the loop: shorten the delay, or lengthen the period; up to 2000 samples are taken where they are those of a controller of one \
              rate, of its drive, or of the only sensor that it reads",
         ),
-        _ => BadInput::error(
-            format!("{}: {error}", arguments.file.display()),
-            "see feeler analyze --help for what can be asked",
-        ),
+        AnalysisError::Engine(EngineError::Problems { problems }) => {
+            document.locate_problems(problems).into()
+        }
+        _ if error.is_of_caller() => error.into(),
+        _ => BadInput::error(format!("{}: {error}", arguments.file.display()), error.remedy()),
     }
 }
 

@@ -31,7 +31,7 @@ const ANSWER: &str = "answer.json";
 /// Relative error that stands for all larger ones, and for runs that diverge.
 const MOST_ERROR: f64 = 1e6;
 
-pub(crate) fn run(arguments: &Blind) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &Blind) -> crate::Result<()> {
     match arguments {
         Blind::Make(arguments) => make_cases(arguments),
         Blind::Run(arguments) => run_cases(arguments),
@@ -39,7 +39,7 @@ pub(crate) fn run(arguments: &Blind) -> anyhow::Result<()> {
     }
 }
 
-fn make_cases(arguments: &BlindMake) -> anyhow::Result<()> {
+fn make_cases(arguments: &BlindMake) -> crate::Result<()> {
     let folder = &arguments.out;
     fs::create_dir_all(folder).map_err(|error| BadInput::unwritable(folder, &error))?;
     let rate = Rate::new("making cases");
@@ -62,7 +62,7 @@ fn make_cases(arguments: &BlindMake) -> anyhow::Result<()> {
 }
 
 /// Dataset folders, in order: those that were made here, or any in a folder from elsewhere.
-fn cases(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+fn cases(folder: &Path) -> crate::Result<Vec<PathBuf>> {
     let made = folder.join(CASES);
     let inside = if made.is_dir() { made.as_path() } else { folder };
     let remedy = "name a folder that `feeler blind make` has filled, or one of dataset folders";
@@ -79,7 +79,7 @@ fn cases(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-fn run_cases(arguments: &BlindRun) -> anyhow::Result<()> {
+fn run_cases(arguments: &BlindRun) -> crate::Result<()> {
     let folder = &arguments.folder;
     let answers = arguments.answers.clone().unwrap_or_else(|| folder.join(ANSWERS));
     let name =
@@ -101,12 +101,12 @@ fn run_cases(arguments: &BlindRun) -> anyhow::Result<()> {
         // One case without answer is a miss, not the end of the benchmark.
         let answered = match answer(arguments, case, &name) {
             Ok((answered, diagnosis)) => {
-                write("diagnosis.json", serde_json::to_string_pretty(&diagnosis)?)?;
+                write("diagnosis.json", terminal::json(&diagnosis)?)?;
                 answered
             }
             Err(error) => Answered { case: name, verdict: error.to_string(), ..Answered::default() },
         };
-        write(ANSWER, serde_json::to_string_pretty(&answered)?)?;
+        write(ANSWER, terminal::json(&answered)?)?;
         rate.at(i as u64 + 1, found, total as u64);
     }
     rate.done();
@@ -182,7 +182,7 @@ fn free_run(dataset: &Dataset, repaired: &Machine) -> Option<[f64; 2]> {
     Some([error(&dataset.machine)?, error(repaired).unwrap_or(MOST_ERROR)])
 }
 
-fn score_cases(arguments: &BlindScore) -> anyhow::Result<()> {
+fn score_cases(arguments: &BlindScore) -> crate::Result<()> {
     let folder = &arguments.folder;
     let sealed = arguments.truth.clone().unwrap_or_else(|| folder.join(SEALED));
     let given = arguments.answers.clone().unwrap_or_else(|| folder.join(ANSWERS));
@@ -223,7 +223,7 @@ fn score_cases(arguments: &BlindScore) -> anyhow::Result<()> {
     }
     let regressions = regressions(folder, &truth);
     let scored = score(&truth, &answers, &regressions);
-    let json = serde_json::to_string_pretty(&scored)? + "\n";
+    let json = terminal::json(&scored)? + "\n";
     let written = terminal::write_all(
         &given,
         &[("score.json", json.clone()), ("score.html", pages::blind::page(&scored))],

@@ -6,12 +6,13 @@ use feeler_diagnosis::DiagnosisError;
 use feeler_diagnosis::dataset::{Dataset, Fault, in_words};
 use feeler_engine::{EngineError, Program};
 use feeler_files::{ArmFile, CellFile, DatasetFile, Draft, FormatError, SweepFile, read_text};
+use feeler_problem::{Problem, Remedy};
 use serde_json::{Value, json};
 
 use crate::arguments::Check;
 use crate::numbers::count;
 use crate::terminal;
-use crate::terminal::failure::Reported;
+use crate::terminal::failure::Failure;
 
 /// The file in a dataset's folder that describes it.
 const DATASET: &str = "dataset.toml";
@@ -21,6 +22,16 @@ enum Mistakes {
     Format(FormatError),
     Engine(EngineError),
     Series(DiagnosisError),
+}
+
+impl Mistakes {
+    fn error(&self) -> &dyn Remedy {
+        match self {
+            Self::Format(error) => error,
+            Self::Engine(error) => error,
+            Self::Series(error) => error,
+        }
+    }
 }
 
 /// What a file without mistakes holds.
@@ -36,7 +47,7 @@ impl From<String> for Sound {
     }
 }
 
-pub(crate) fn run(arguments: &Check) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &Check) -> crate::Result<()> {
     let mut sound = true;
     let mut results = Vec::new();
     for path in &arguments.files {
@@ -53,27 +64,13 @@ pub(crate) fn run(arguments: &Check) -> anyhow::Result<()> {
                     .iter()
                     .try_for_each(|warning| terminal::print(&format!("    warning: {warning}")))?;
             }
-            Err(Mistakes::Format(error)) => terminal::complain(&error.report(terminal::has_colours())),
-            Err(Mistakes::Engine(error)) => {
-                terminal::complain(&format!("error: {}: this cannot be run\n{error}", path.display()))
-            }
-            Err(Mistakes::Series(error)) => {
-                let help = if let DiagnosisError::Unreadable { remedy, .. } = &error {
-                    format!(" ({remedy})")
-                } else {
-                    String::new()
-                };
-                terminal::complain(&format!(
-                    "error: {}: these records cannot be used as they are\n{error}{help}",
-                    path.display()
-                ));
-            }
+            Err(mistakes) => terminal::complain(&mistakes.error().report(terminal::has_colours())),
         }
     }
     if arguments.json {
-        terminal::print(&serde_json::to_string_pretty(&results)?)?;
+        terminal::print(&terminal::json(&results)?)?;
     }
-    if sound { Ok(()) } else { Err(Reported.into()) }
+    if sound { Ok(()) } else { Err(Failure::Reported) }
 }
 
 fn check(path: &Path) -> Result<Sound, Mistakes> {
@@ -152,11 +149,10 @@ fn as_json(path: &Path, result: &Result<Sound, Mistakes>) -> Value {
             let problems: Vec<Value> = faults.iter().map(problem).collect();
             json!({ "file": file, "ok": false, "problems": problems })
         }
-        Err(Mistakes::Series(error)) => {
-            json!({ "file": file, "ok": false, "problems": [{ "message": error.to_string() }] })
-        }
-        Err(Mistakes::Engine(error)) => {
-            json!({ "file": file, "ok": false, "problems": [{ "message": error.to_string() }] })
+        Err(other) => {
+            let problem = |found: Problem| json!({ "key": found.key, "message": found.message, "remedy": found.remedy });
+            let problems: Vec<Value> = other.error().problems().into_iter().map(problem).collect();
+            json!({ "file": file, "ok": false, "problems": problems })
         }
     }
 }

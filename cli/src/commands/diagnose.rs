@@ -18,7 +18,7 @@ use crate::terminal::table;
 /// What was tried, on the terminal; the page has more.
 const MOST_RIVALS: usize = 4;
 
-pub(crate) fn run(arguments: &Diagnose) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &Diagnose) -> crate::Result<()> {
     let budget = arguments.budget.0.map_or_else(Budget::unlimited, Budget::of);
     let dataset = Dataset::load(&arguments.dataset)?.in_pieces();
     let folder =
@@ -28,7 +28,7 @@ pub(crate) fn run(arguments: &Diagnose) -> anyhow::Result<()> {
     let answer = Examination::within(dataset, budget, &|what| steps.at(what));
     steps.done();
     let answer = answer?;
-    let json = serde_json::to_string_pretty(&answer.diagnosis)? + "\n";
+    let json = terminal::json(&answer.diagnosis)? + "\n";
     let machine = machine_file(&answer);
     let mut files = vec![
         ("diagnosis.json", json.clone()),

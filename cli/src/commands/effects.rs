@@ -8,13 +8,11 @@ use crate::numbers::plain;
 use crate::terminal;
 use crate::terminal::table;
 
-pub(crate) fn run(arguments: &Effects) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &Effects) -> crate::Result<()> {
     let chosen = arguments.kind.as_deref().and_then(find);
     let text = match (chosen, arguments.json) {
-        (Some(effect), true) => serde_json::to_string_pretty(&as_json(effect))?,
-        (None, true) => {
-            serde_json::to_string_pretty(&LIBRARY.iter().map(|effect| as_json(effect)).collect::<Vec<_>>())?
-        }
+        (Some(effect), true) => terminal::json(&as_json(effect))?,
+        (None, true) => terminal::json(&LIBRARY.iter().map(|effect| as_json(effect)).collect::<Vec<_>>())?,
         (Some(effect), false) => explain(effect),
         (None, false) => list(),
     };

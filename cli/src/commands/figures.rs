@@ -9,7 +9,7 @@ use crate::arguments::Figures;
 use crate::terminal;
 use crate::terminal::failure::BadInput;
 
-pub(crate) fn run(arguments: &Figures) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &Figures) -> crate::Result<()> {
     let folder = &arguments.out;
     fs::create_dir_all(folder).map_err(|error| BadInput::unwritable(folder, &error))?;
     let mut captions = String::from("# The paper's figures, from the reference axis\n");

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use feeler_files::{Draft, machine_to_toml};
 use feeler_plant::description::Engagement;
+use feeler_problem::Remedy;
 use feeler_validation::ValidationError;
 use feeler_validation::landmarks::{Chain, Fit, LANDMARK_HZ, StartSearch, simulated_landmarks};
 
@@ -22,7 +23,7 @@ const FREE: &str = "A share above zero says that the landmarks do not tell the p
 /// Length of the simulated experiments that look for the landmarks, s.
 const EXPERIMENT_S: f64 = 60.0;
 
-pub(crate) fn run(arguments: &FitLandmarks) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &FitLandmarks) -> crate::Result<()> {
     let starts = match &arguments.start {
         Some(path) => vec![from_file(path)?],
         None => (0..arguments.starts).map(Chain::start).collect(),
@@ -35,7 +36,7 @@ pub(crate) fn run(arguments: &FitLandmarks) -> anyhow::Result<()> {
             .map_err(|error| BadInput::unwritable(path, &error))?;
     }
     if arguments.json {
-        return terminal::print(&serde_json::to_string_pretty(&search)?);
+        return terminal::print(&terminal::json(&search)?);
     }
     let measured = simulated_landmarks(&machine, EXPERIMENT_S)?.against_paper();
     let missed: Vec<String> = (measured.iter().filter(|(_, found, paper)| is_missed(*found, *paper)))
@@ -67,12 +68,11 @@ pub(crate) fn run(arguments: &FitLandmarks) -> anyhow::Result<()> {
 }
 
 /// The chain of a machine file.
-fn from_file(path: &Path) -> anyhow::Result<Chain> {
+fn from_file(path: &Path) -> crate::Result<Chain> {
     let document = Draft::load_with(path, &[])?.build()?;
     Chain::of_machine(&document.scenario.machine).map_err(|error| match error {
         ValidationError::Chain { .. } => {
-            let remedy = "start from a file that `feeler fit-landmarks --out FILE` wrote, its numbers changed, or without --start";
-            BadInput::error(format!("{}: {error}", path.display()), remedy)
+            BadInput::error(format!("{}: {error}", path.display()), error.remedy())
         }
         other => other.into(),
     })

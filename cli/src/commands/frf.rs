@@ -2,8 +2,9 @@
 
 use clap::ValueEnum as _;
 use feeler_diagnosis::dataset::Dataset;
-use feeler_diagnosis::{DiagnosisError, measured_response};
+use feeler_diagnosis::measured_response;
 use feeler_files::{DatasetFile, Draft};
+use feeler_problem::Remedy;
 use feeler_studies::frf::{FrfError, Response, csv, json, row, simulate};
 
 use crate::arguments::{ExcitationKind, Frf};
@@ -16,7 +17,7 @@ use crate::{pages, terminal};
 /// Rows of the printed table; files have all.
 const MOST_ROWS: usize = 24;
 
-pub(crate) fn run(arguments: &Frf) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &Frf) -> crate::Result<()> {
     let named_dataset = arguments.source.file_name().is_some_and(|name| name == "dataset.toml");
     let response =
         if arguments.source.is_dir() || named_dataset { measured(arguments)? } else { simulated(arguments)? };
@@ -24,13 +25,13 @@ pub(crate) fn run(arguments: &Frf) -> anyhow::Result<()> {
     if let Some(folder) = &arguments.out {
         let files = [
             ("frf.csv", csv(&response)),
-            ("frf.json", serde_json::to_string_pretty(&json(&response))? + "\n"),
+            ("frf.json", terminal::json(&json(&response))? + "\n"),
             ("report.html", pages::frf::page(&response)),
         ];
         written = terminal::write_all(folder, &files)?;
     }
     terminal::print(&if arguments.json {
-        serde_json::to_string_pretty(&json(&response))?
+        terminal::json(&json(&response))?
     } else {
         text(&response) + &written
     })
@@ -81,7 +82,7 @@ fn text(response: &Response) -> String {
 }
 
 /// Of a machine, excited in simulation.
-fn simulated(arguments: &Frf) -> anyhow::Result<Response> {
+fn simulated(arguments: &Frf) -> crate::Result<Response> {
     require(
         arguments.experiments.is_empty(),
         || "--experiment names a record of a dataset, and this is a scenario".to_owned(),
@@ -93,15 +94,15 @@ fn simulated(arguments: &Frf) -> anyhow::Result<Response> {
 }
 
 /// Of the records of a dataset.
-fn measured(arguments: &Frf) -> anyhow::Result<Response> {
+fn measured(arguments: &Frf) -> crate::Result<Response> {
     refuse_experiment(arguments)?;
     let file = DatasetFile::load(&arguments.source)?;
-    let data = Dataset::load(&arguments.source).map_err(|error| unusable(arguments, error))?;
+    let data = Dataset::load(&arguments.source)?;
     measured_response(&file, &data, &arguments.request()).map_err(|error| refused(arguments, &error))
 }
 
 /// What belongs to another excitation has no say in this one.
-fn refuse_others(arguments: &Frf) -> anyhow::Result<()> {
+fn refuse_others(arguments: &Frf) -> crate::Result<()> {
     use ExcitationKind::{Chirp, Multisine, SteppedSine, WhiteNoise};
     let kind = arguments.excitation.unwrap_or(WhiteNoise);
     let given: [(&str, bool, &[ExcitationKind]); 6] = [
@@ -129,7 +130,7 @@ fn refuse_others(arguments: &Frf) -> anyhow::Result<()> {
 }
 
 /// What chooses an experiment on the simulated machine has no say in one that has been recorded.
-fn refuse_experiment(arguments: &Frf) -> anyhow::Result<()> {
+fn refuse_experiment(arguments: &Frf) -> crate::Result<()> {
     let given = [
         ("--set", !arguments.settings.is_empty()),
         ("--rms", arguments.rms.is_some()),
@@ -150,22 +151,12 @@ fn refuse_experiment(arguments: &Frf) -> anyhow::Result<()> {
     ))
 }
 
-fn require(holds: bool, message: impl FnOnce() -> String, remedy: &str) -> anyhow::Result<()> {
+fn require(holds: bool, message: impl FnOnce() -> String, remedy: &str) -> crate::Result<()> {
     if holds { Ok(()) } else { Err(BadInput::error(message(), remedy)) }
 }
 
-fn unusable(arguments: &Frf, error: DiagnosisError) -> anyhow::Error {
-    match error {
-        DiagnosisError::Format(error) => error.into(),
-        other => BadInput::error(
-            format!("{}: {other}", arguments.source.display()),
-            "feeler check names every mistake of a dataset",
-        ),
-    }
-}
-
 /// An error with the file's name, unless the request alone is at fault.
-fn refused(arguments: &Frf, error: &FrfError) -> anyhow::Error {
+fn refused(arguments: &Frf, error: &FrfError) -> crate::Failure {
     let message = match error {
         FrfError::Request(refusal) => refusal.message.clone(),
         FrfError::Source(_) | FrfError::Analysis(_) => format!("{}: {error}", arguments.source.display()),

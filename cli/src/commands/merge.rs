@@ -6,7 +6,7 @@ use crate::arguments::Merge;
 use crate::numbers::count;
 use crate::terminal;
 
-pub(crate) fn run(arguments: &Merge) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &Merge) -> crate::Result<()> {
     let out = arguments.out.as_ref().or(arguments.folders.first()).cloned().unwrap_or_default();
     let path = merge(&arguments.folders, &out)?;
     let rows = Table::count_rows(&path)?;

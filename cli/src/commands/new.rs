@@ -11,7 +11,7 @@ use crate::terminal;
 use crate::terminal::failure::BadInput;
 use crate::terminal::table;
 
-pub(crate) fn run(arguments: &New) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &New) -> crate::Result<()> {
     let Some(found) = arguments.template.as_deref().and_then(template) else {
         let rows = TEMPLATES.iter().map(|template| vec![template.name.to_owned(), template.about.to_owned()]);
         return terminal::print(&table(&["template", "what it is"], &[], rows));
@@ -23,7 +23,7 @@ pub(crate) fn run(arguments: &New) -> anyhow::Result<()> {
 }
 
 /// Writes a file that must not exist yet.
-fn write_new(path: &Path, text: &str) -> anyhow::Result<()> {
+fn write_new(path: &Path, text: &str) -> crate::Result<()> {
     let write = || OpenOptions::new().write(true).create_new(true).open(path)?.write_all(text.as_bytes());
     write().map_err(|error| match error.kind() {
         ErrorKind::AlreadyExists => BadInput::error(

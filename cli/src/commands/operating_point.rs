@@ -13,7 +13,7 @@ use crate::units::Units;
 pub(super) fn contact_view(
     arguments: &Analyze,
     scenario: &Scenario,
-) -> anyhow::Result<(ContactView, Option<String>)> {
+) -> crate::Result<(ContactView, Option<String>)> {
     if let Some(preload_n) = arguments.preload {
         if !(preload_n.is_finite() && preload_n > 0.0) {
             return Err(BadInput::error(

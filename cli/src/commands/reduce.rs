@@ -28,7 +28,7 @@ const MOST_PLACES: usize = 10_000;
 const STIFFEST: f64 = 1e11;
 const MOST_DAMPED: f64 = 1e7;
 
-pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &Reduce) -> crate::Result<()> {
     let map_is_page = arguments.map_out.as_deref().map_or(Ok(false), is_page)?;
     let file = ArmFile::load(&arguments.arm)?;
     let normal = three(&arguments.normal, "--normal")?;
@@ -71,7 +71,7 @@ pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
         if let Some(map) = &map {
             all["map"] = map.iter().map(place_as_json).collect();
         }
-        return terminal::print(&serde_json::to_string_pretty(&all)?);
+        return terminal::print(&terminal::json(&all)?);
     }
     let mut text = figures(&axis, &pose, contact);
     if let Some(found) = &measured {
@@ -89,7 +89,7 @@ pub(crate) fn run(arguments: &Reduce) -> anyhow::Result<()> {
 }
 
 /// Whether a map goes into a page, by the end of its name.
-fn is_page(path: &Path) -> anyhow::Result<bool> {
+fn is_page(path: &Path) -> crate::Result<bool> {
     match path.extension().map(std::ffi::OsStr::to_ascii_lowercase) {
         Some(extension) if extension == "html" => Ok(true),
         Some(extension) if extension == "csv" => Ok(false),
@@ -146,7 +146,7 @@ fn axis_bandwidth_is_off(agreement: &Agreement) -> bool {
     arm.is_nan() != axis.is_nan() || (axis / arm - 1.0).abs() > Agreement::TRUSTED
 }
 
-fn three(numbers: &[f64], what: &str) -> anyhow::Result<[f64; 3]> {
+fn three(numbers: &[f64], what: &str) -> crate::Result<[f64; 3]> {
     match numbers {
         [x, y, z] if numbers.iter().all(|number| number.is_finite()) => Ok([*x, *y, *z]),
         [_, _, _] => Err(BadInput::error(
@@ -160,7 +160,7 @@ fn three(numbers: &[f64], what: &str) -> anyhow::Result<[f64; 3]> {
     }
 }
 
-fn contact(arguments: &Reduce) -> anyhow::Result<ToolContact> {
+fn contact(arguments: &Reduce) -> crate::Result<ToolContact> {
     let [k, c] = [arguments.contact_stiffness, arguments.contact_damping];
     if k > STIFFEST || c > MOST_DAMPED {
         let what = format!(
@@ -178,7 +178,7 @@ fn contact(arguments: &Reduce) -> anyhow::Result<ToolContact> {
     Err(BadInput::error(format!("a contact of {k} N/m and {c} N s/m makes no sense"), remedy))
 }
 
-fn grid(numbers: &[f64], z_m: f64) -> anyhow::Result<Grid> {
+fn grid(numbers: &[f64], z_m: f64) -> crate::Result<Grid> {
     let count = |number: f64| {
         (number >= 1.0 && number.fract() == 0.0 && number <= MOST_PLACES as f64).then_some(number as usize)
     };
@@ -195,29 +195,16 @@ fn grid(numbers: &[f64], z_m: f64) -> anyhow::Result<Grid> {
 }
 
 /// A pose that brings the tool to a place: from a number of starts, as joints may bend either way.
-fn pose_at(file: &ArmFile, place_m: [f64; 3], normal: [f64; 3]) -> anyhow::Result<Vec<f64>> {
+fn pose_at(file: &ArmFile, place_m: [f64; 3], normal: [f64; 3]) -> crate::Result<Vec<f64>> {
     let chain = file.arm.chain();
     let target = tool_target(file, place_m, normal).map_err(|error| refused(error.into()))?;
     inverse_kinematics(chain, &target, &usual_starts(chain, place_m)).map_err(|error| refused(error.into()))
 }
 
-fn refused(error: ArmFileError) -> anyhow::Error {
+fn refused(error: ArmFileError) -> crate::Failure {
     match error {
-        ArmFileError::Format(mistakes) => mistakes.into(),
-        ArmFileError::Arm(arm) => {
-            let text = arm.to_string();
-            let (message, remedy) = text.split_once("; ").unwrap_or((&text, "choose another place or pose"));
-            let remedy = if matches!(arm, ArmError::Unreachable { .. }) {
-                "choose a place within reach, or give a --pose"
-            } else {
-                remedy
-            };
-            BadInput::error(message, remedy)
-        }
-        extreme @ ArmFileError::Extreme { .. } => {
-            let text = extreme.to_string();
-            let (message, remedy) = text.rsplit_once("; ").unwrap_or((&text, ""));
-            BadInput::error(message, remedy)
+        ArmFileError::Arm(arm @ ArmError::Unreachable { .. }) => {
+            BadInput::error(arm.to_string(), "choose a place within reach, or give a --pose")
         }
         other => other.into(),
     }

@@ -16,7 +16,7 @@ use crate::terminal::progress::Steps;
 use crate::terminal::table;
 use crate::units::Units;
 
-pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
     let machine = Document::load(&arguments.machine)?.scenario.machine;
     let dataset = Dataset::load_for(&arguments.dataset, &machine)?;
     fs::create_dir_all(&arguments.out).map_err(|error| BadInput::unwritable(&arguments.out, &error))?;
@@ -27,7 +27,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let replays = replays?;
     let warnings = in_words(&dataset.warnings);
     let json = json!({ "dataset": dataset.name, "machine": machine.name, "warnings": warnings, "experiments": replays });
-    let json = serde_json::to_string_pretty(&json)? + "\n";
+    let json = terminal::json(&json)? + "\n";
     let mut files: Vec<(String, String)> = vec![("replay.json".into(), json.clone())];
     files.extend(replays.iter().map(|replay| (csv_name(&replay.experiment), series(&dataset, replay))));
     let files: Vec<(&str, String)> = files.iter().map(|(name, text)| (name.as_str(), text.clone())).collect();

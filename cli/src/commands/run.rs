@@ -16,7 +16,7 @@ use crate::terminal::table;
 use crate::units::Units;
 use crate::{pages, terminal, words};
 
-pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &Run) -> crate::Result<()> {
     let draft = read(arguments)?;
     if draft.has_arm() {
         return run_arm::run(arguments, draft);
@@ -34,13 +34,13 @@ pub(crate) fn run(arguments: &Run) -> anyhow::Result<()> {
     progress.done();
     let result = result.map_err(|error| match error {
         RunError::Engine(EngineError::Problems { problems }) => {
-            anyhow::Error::from(document.locate_problems(&problems))
+            crate::Failure::from(document.locate_problems(&problems))
         }
         other => other.into(),
     })?;
     let written = write(arguments, &document, &result, &folder)?;
     if arguments.json {
-        return terminal::print(&serde_json::to_string_pretty(&result.summary)?);
+        return terminal::print(&terminal::json(&result.summary)?);
     }
     let files = written.iter().map(|path| format!("  {}", path.display())).collect::<Vec<_>>().join("\n");
     let summary = &result.summary;
@@ -76,7 +76,7 @@ fn word_on_cost(document: &Document) -> Option<String> {
     }
 }
 
-fn read(arguments: &Run) -> anyhow::Result<Draft> {
+fn read(arguments: &Run) -> crate::Result<Draft> {
     let mut draft = Draft::load_with(&arguments.file, &arguments.settings)?;
     if let Some(integrator) = &arguments.integrator {
         draft.set(&format!("run.integrator={integrator}"))?;
@@ -93,7 +93,7 @@ fn write(
     document: &Document,
     result: &RunResult,
     folder: &Path,
-) -> anyhow::Result<Vec<PathBuf>> {
+) -> crate::Result<Vec<PathBuf>> {
     let [trace, csv, summary, report] =
         ["trace.parquet", "trace.csv", "summary.json", "report.html"].map(|name| folder.join(name));
     let put = |path: &Path, text: String| {
@@ -101,14 +101,15 @@ fn write(
     };
     let write_trace = || write_parquet(&result.trace, &about(document), &trace);
     let write_text = || if arguments.csv { write_csv(&result.trace, &csv) } else { Ok(()) };
-    let write_summary = || -> anyhow::Result<()> {
-        Ok(put(&summary, serde_json::to_string_pretty(&result.summary)? + "\n")?)
-    };
-    let write_report = || -> anyhow::Result<()> {
+    let write_summary =
+        || -> crate::Result<()> { Ok(put(&summary, terminal::json(&result.summary)? + "\n")?) };
+    let write_report = || -> crate::Result<()> {
         Ok(put(&report, pages::run::page(document, &arguments.settings, result))?)
     };
     let threads = arguments.threads.map_or(0, usize::from);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| {
+        BadInput::error(format!("threads cannot be started: {error}"), "ask for fewer with --threads")
+    })?;
     let ((traced, texted), (summed, reported)) = pool.install(|| {
         rayon::join(|| rayon::join(write_trace, write_text), || rayon::join(write_summary, write_report))
     });

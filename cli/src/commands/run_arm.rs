@@ -14,7 +14,7 @@ use crate::terminal::table;
 use crate::units::Units;
 use crate::{pages, terminal, words};
 
-pub(crate) fn run(arguments: &Run, draft: Draft) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &Run, draft: Draft) -> crate::Result<()> {
     if arguments.as_sweep {
         return Err(BadInput::error(
             "a whole arm is no variant of a sweep",
@@ -31,7 +31,7 @@ pub(crate) fn run(arguments: &Run, draft: Draft) -> anyhow::Result<()> {
     let result = result?;
     let written = write(arguments, &file, &result, &folder)?;
     if arguments.json {
-        return terminal::print(&serde_json::to_string_pretty(&result.summary)?);
+        return terminal::print(&terminal::json(&result.summary)?);
     }
     let files = written.iter().map(|path| format!("  {}", path.display())).collect::<Vec<_>>().join("\n");
     let units = Units::of(&file.cell.scenario.machine);
@@ -44,7 +44,7 @@ pub(crate) fn run(arguments: &Run, draft: Draft) -> anyhow::Result<()> {
 }
 
 /// Writes all results and gives their paths.
-fn write(arguments: &Run, file: &CellFile, result: &CellRun, folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+fn write(arguments: &Run, file: &CellFile, result: &CellRun, folder: &Path) -> crate::Result<Vec<PathBuf>> {
     let [trace, csv, summary, report] =
         ["trace.parquet", "trace.csv", "summary.json", "report.html"].map(|name| folder.join(name));
     let put = |path: &Path, text: String| {
@@ -60,7 +60,7 @@ fn write(arguments: &Run, file: &CellFile, result: &CellRun, folder: &Path) -> a
     if arguments.csv {
         write_csv(&result.motion, &csv)?;
     }
-    put(&summary, serde_json::to_string_pretty(&result.summary)? + "\n")?;
+    put(&summary, terminal::json(&result.summary)? + "\n")?;
     put(&report, pages::arm_run::page(file, &arguments.settings, result)?)?;
     let csv = arguments.csv.then_some(csv);
     Ok([Some(trace), csv, Some(summary), Some(report)].into_iter().flatten().collect())

@@ -15,7 +15,7 @@ use crate::{pages, terminal};
 /// The name of a sweep whose own is none.
 const OTHERWISE: &str = "sweep";
 
-pub(crate) fn run(arguments: &Sweep) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &Sweep) -> crate::Result<()> {
     let sweep = sweep::Sweep::load(&arguments.file)?;
     let name = name(&sweep, &arguments.file);
     let folder = arguments.out.clone().unwrap_or_else(|| terminal::results::folder(&name, OTHERWISE));

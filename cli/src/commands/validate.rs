@@ -5,16 +5,17 @@ mod engines;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use feeler_problem::Remedy;
 use feeler_validation::convergence::{convergence, default_steps_s, markdown};
 use feeler_validation::{Options, Row, RowKind, Table, ValidationError, validate};
 
 use crate::arguments::{Checks, DEFAULT_SCENARIOS, Validate};
 use crate::numbers::{count, plain, to_tolerance};
 use crate::terminal;
-use crate::terminal::failure::{BadInput, CheckFailed};
+use crate::terminal::failure::{BadInput, Failure};
 use crate::terminal::table;
 
-pub(crate) fn run(arguments: &Validate) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &Validate) -> crate::Result<()> {
     match arguments.checks {
         Checks::All => all(arguments),
         Checks::Convergence => print_convergence(arguments),
@@ -23,7 +24,7 @@ pub(crate) fn run(arguments: &Validate) -> anyhow::Result<()> {
 }
 
 /// The folder of scenario files, where it holds the paper's machines.
-fn scenarios(arguments: &Validate) -> anyhow::Result<Option<PathBuf>> {
+fn scenarios(arguments: &Validate) -> crate::Result<Option<PathBuf>> {
     let folder = Some(arguments.scenarios.clone()).filter(|folder| folder.join("paper/machines").is_dir());
     if folder.is_none() {
         if arguments.scenarios != Path::new(DEFAULT_SCENARIOS) {
@@ -36,7 +37,7 @@ fn scenarios(arguments: &Validate) -> anyhow::Result<Option<PathBuf>> {
     Ok(folder)
 }
 
-fn all(arguments: &Validate) -> anyhow::Result<()> {
+fn all(arguments: &Validate) -> crate::Result<()> {
     let read = |path: &PathBuf| {
         fs::read_to_string(path).map_err(|error| {
             BadInput::error(
@@ -47,24 +48,26 @@ fn all(arguments: &Validate) -> anyhow::Result<()> {
     };
     let critical_gains_json = arguments.critical_gains.as_ref().map(read).transpose()?;
     let options = Options { critical_gains_json, scenarios: scenarios(arguments)?, quick: arguments.quick };
-    let found = validate(&options, |group| terminal::complain(&format!("checking {group}"))).map_err(|error| match error {
-        ValidationError::Reference { .. } => BadInput::error(
-            arguments.critical_gains.as_ref().map_or_else(|| error.to_string(), |path| format!("{}: {error}", path.display())),
-            "name a file of the shape of reference/critical-gains.json with --critical-gains, or leave it out",
-        ),
-        other => other.into(),
-    })?;
+    let found =
+        validate(&options, |group| terminal::complain(&format!("checking {group}"))).map_err(|error| {
+            match error {
+                ValidationError::Reference { .. } => BadInput::error(
+                    arguments
+                        .critical_gains
+                        .as_ref()
+                        .map_or_else(|| error.to_string(), |path| format!("{}: {error}", path.display())),
+                    error.remedy(),
+                ),
+                other => other.into(),
+            }
+        })?;
     let left_out = if arguments.critical_gains.is_none() {
         "\nnot checked: independent critical gains (name their file with --critical-gains)"
     } else {
         ""
     };
-    terminal::print(&if arguments.json {
-        serde_json::to_string_pretty(&found)?
-    } else {
-        text(&found) + left_out
-    })?;
-    if found.passed() { Ok(()) } else { Err(CheckFailed.into()) }
+    terminal::print(&if arguments.json { terminal::json(&found)? } else { text(&found) + left_out })?;
+    if found.passed() { Ok(()) } else { Err(Failure::CheckFailed) }
 }
 
 fn text(found: &Table) -> String {
@@ -98,13 +101,13 @@ fn words(row: &Row) -> [String; 4] {
     }
 }
 
-fn print_convergence(arguments: &Validate) -> anyhow::Result<()> {
+fn print_convergence(arguments: &Validate) -> crate::Result<()> {
     if !arguments.scenarios.join("reference").is_dir() {
         let message = format!("no reference machines in {}", arguments.scenarios.display());
         return Err(BadInput::error(message, "name the folder of the scenario files with --scenarios"));
     }
     let study = convergence(&arguments.scenarios, &default_steps_s())?;
-    terminal::print(&if arguments.json { serde_json::to_string_pretty(&study)? } else { markdown(&study) })
+    terminal::print(&if arguments.json { terminal::json(&study)? } else { markdown(&study) })
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ const ABOUT_LIMIT: &str =
     " limit/gain: the sampled loop in contact is stable up to so many times its gain, by linear theory";
 const ABOUT_NO_LIMIT: &str = " -: up to 50 times it at least, or linear theory has no answer";
 
-pub(crate) fn run(arguments: &Why) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
     let progress = Mutex::new(Progress::new(document.scenario.machine.name.clone()));
     let expected = (Change::ALL.len() + 1) as f64;
@@ -30,7 +30,7 @@ pub(crate) fn run(arguments: &Why) -> anyhow::Result<()> {
     if let Ok(progress) = progress.into_inner() {
         progress.done();
     }
-    let json = serde_json::to_string_pretty(&found)?;
+    let json = terminal::json(&found)?;
     let mut written = String::new();
     if let Some(folder) = &arguments.out {
         let page = pages::why::page(&document, &arguments.settings, &found);

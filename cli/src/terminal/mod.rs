@@ -16,8 +16,9 @@ use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
 
 use feeler_studies::write_whole;
+use serde::Serialize;
 
-use failure::BadInput;
+use failure::{BadInput, Failure};
 
 /// Control characters, and marks that turn the direction of writing and so the order in which a line reads.
 fn steers(c: char) -> bool {
@@ -25,8 +26,13 @@ fn steers(c: char) -> bool {
     turns || (c.is_control() && !matches!(c, '\n' | '\t'))
 }
 
+/// A value as JSON for people and programs.
+pub(crate) fn json(value: &impl Serialize) -> crate::Result<String> {
+    serde_json::to_string_pretty(value).map_err(Failure::internal)
+}
+
 /// Prints a text to standard output.
-pub(crate) fn print(text: &str) -> anyhow::Result<()> {
+pub(crate) fn print(text: &str) -> crate::Result<()> {
     // Names come from files, and what is printed goes to a terminal: nothing in it may steer that.
     let text: Cow<str> =
         if text.contains(steers) { text.replace(steers, "\u{fffd}").into() } else { text.into() };
@@ -37,7 +43,7 @@ pub(crate) fn print(text: &str) -> anyhow::Result<()> {
         .and_then(|()| out.write_all(end.as_bytes()))
         .and_then(|()| out.flush());
     written.map_err(|error| match error.kind() {
-        io::ErrorKind::BrokenPipe => error.into(),
+        io::ErrorKind::BrokenPipe => Failure::Unheard,
         _ => BadInput::error(
             format!("cannot write to standard output: {error}"),
             "make room there, or send it elsewhere",
@@ -46,7 +52,7 @@ pub(crate) fn print(text: &str) -> anyhow::Result<()> {
 }
 
 /// Writes files into a folder, made if absent, and says which, for the end of a printed text.
-pub(crate) fn write_all(folder: &Path, files: &[(&str, String)]) -> anyhow::Result<String> {
+pub(crate) fn write_all(folder: &Path, files: &[(&str, String)]) -> crate::Result<String> {
     fs::create_dir_all(folder).map_err(|error| BadInput::unwritable(folder, &error))?;
     let mut said = String::from("\n\nwrote");
     for (name, text) in files {
@@ -59,7 +65,7 @@ pub(crate) fn write_all(folder: &Path, files: &[(&str, String)]) -> anyhow::Resu
 
 /// Writes a file whole or not at all, so that several processes may write the same one. What stands at `path`
 /// is replaced.
-pub(crate) fn write(path: &Path, content: &[u8]) -> anyhow::Result<()> {
+pub(crate) fn write(path: &Path, content: &[u8]) -> crate::Result<()> {
     let told = |error| BadInput::unwritable(path, &error);
     write_whole(path, &told, |mut file| {
         file.write_all(content).map_err(told)?;

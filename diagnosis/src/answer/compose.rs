@@ -18,10 +18,8 @@ use crate::gap::locate::{heart, table};
 use crate::gap::size;
 use crate::gap::unknown;
 use crate::kinds::dossier;
-use crate::report::{Attempt, Cause, Cell, Diagnosis, Estimate, Verdict, Where};
+use crate::report::{Attempt, AttemptOutcome, Cause, Cell, Diagnosis, Estimate, Verdict, Where};
 
-/// What is said of causes that the time did not suffice for.
-const NOT_TRIED: &str = "not tried: the time for it was over";
 /// Probability from which on a cause is told without its rivals.
 const SURE: f64 = 0.9;
 /// Softening of the odds.
@@ -215,24 +213,19 @@ impl Judge<'_> {
             attempts.fitted.iter().map(|scored| self.attempt(scored, accepted)).collect();
         tried.extend(attempts.screened.iter().map(|scored| {
             let attempt = self.attempt(scored, accepted);
-            let others = "left after a few steps, in which others gained more";
-            Attempt {
-                why: if attempt.why.contains("what was accepted") { others.into() } else { attempt.why },
-                ..attempt
-            }
+            Attempt { why: attempt.why.of_few_steps(), ..attempt }
         }));
         tried.sort_by(|a, b| {
             b.gain_all.unwrap_or(f64::NEG_INFINITY).total_cmp(&a.gain_all.unwrap_or(f64::NEG_INFINITY))
         });
-        let why = "nothing in the records leads to it, or no machine with it moves";
         let silent = |causes: &Vec<Candidate>| Attempt {
             causes: self.named(causes),
             gain_check: None,
             gain_all: None,
-            why: why.into(),
+            why: AttemptOutcome::NotFitted,
         };
         tried.extend(attempts.silent.iter().map(silent));
-        let late = |causes: &Vec<Candidate>| Attempt { why: NOT_TRIED.into(), ..silent(causes) };
+        let late = |causes: &Vec<Candidate>| Attempt { why: AttemptOutcome::NotTried, ..silent(causes) };
         tried.extend(attempts.untried.iter().map(late));
         tried
     }
@@ -241,20 +234,17 @@ impl Judge<'_> {
         let (gain_check, gain_all) = (self.check(&self.search.calibrated, scored), self.all(scored));
         let best = self.all(accepted);
         let why = if same(scored, accepted) {
-            "accepted".to_owned()
+            AttemptOutcome::Accepted
         } else if !self.is_finding(scored) {
-            "its fitted value is within what was believed, or makes it no instance of its kind".to_owned()
+            AttemptOutcome::NoDeparture
         } else if gain_check < ACCEPT {
-            format!("gains {gain_check:.0} nats on the check experiments; {ACCEPT:.0} are needed")
+            AttemptOutcome::TooLittle { gained_nats: gain_check, needed_nats: ACCEPT }
         } else if (best - gain_all).abs() < 1.0 {
-            "explains as much as what was accepted".to_owned()
+            AttemptOutcome::AsMuch
         } else if gain_all < best {
-            format!("explains {:.0} nats less than what was accepted", best - gain_all)
+            AttemptOutcome::Less { nats: best - gain_all }
         } else {
-            format!(
-                "explains {:.0} nats more than what was accepted, too little for what it adds",
-                gain_all - best
-            )
+            AttemptOutcome::More { nats: gain_all - best }
         };
         Attempt {
             causes: self.named(&scored.causes),

@@ -2,6 +2,7 @@
 
 use feeler_files::Experiment;
 use feeler_plant::description::{Engagement, Quantity};
+use feeler_plant::names::nearest;
 
 use super::bridge::{FIRST_LOST, Lost};
 use super::fault::{Fault, FaultKind};
@@ -103,8 +104,12 @@ impl Reader<'_> {
                 // A converter that writes -0 means 0.
                 columns.push(table.columns[i].iter().map(|x| x + 0.0).collect::<Vec<f64>>());
             } else {
-                let near = table.header.iter().find(|header| header.contains(name)).cloned();
-                note(Some(name), None, FaultKind::MissingColumn { near });
+                let is_free = |header: &&String| *header != TIME && !names.contains(&header.as_str());
+                let known: Vec<String> = table.header.iter().filter(is_free).cloned().collect();
+                let within = known.iter().find(|header| header.contains(name)).map(String::as_str);
+                let near = within.or_else(|| nearest(name, known.iter().map(String::as_str)));
+                let near = near.map(str::to_owned);
+                note(Some(name), None, FaultKind::MissingColumn { near, known });
             }
         }
         let times_s = table.columns.first().cloned().unwrap_or_default();

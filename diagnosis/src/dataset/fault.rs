@@ -1,6 +1,10 @@
 //! Faults of measured series: each with file, column, row and remedy; either fatal or a stated warning.
 
+use std::borrow::Cow;
 use std::fmt;
+
+use feeler_plant::names::list;
+use feeler_problem::Problem;
 
 /// What is wrong with a series.
 #[derive(Clone, Debug, PartialEq)]
@@ -8,8 +12,10 @@ use std::fmt;
 pub enum FaultKind {
     /// The file has no such column.
     MissingColumn {
-        /// A header that has its name in it.
+        /// A header that is alike and no other column.
         near: Option<String>,
+        /// Every header that is no other column.
+        known: Vec<String>,
     },
     /// The first column is another than the time.
     TimeNotFirst {
@@ -175,11 +181,23 @@ impl FaultKind {
         matches!(self, Self::Units { .. } | Self::ClockOffset { .. } | Self::BelowNoise { .. })
     }
 
-    fn message_and_remedy(&self) -> (String, &'static str) {
-        match self {
-            Self::MissingColumn { near: None } => ("the column is missing".into(), "record it, or take it out of [columns]"),
-            Self::MissingColumn { near: Some(near) } => {
-                (format!("the column is missing, though there is one called `{near}`"), "write one name in the file and in [columns]")
+    fn message_and_remedy(&self, column: &str) -> (String, Cow<'static, str>) {
+        let (message, remedy) = match self {
+            Self::MissingColumn { near, known } => {
+                let there = if known.is_empty() {
+                    String::new()
+                } else {
+                    format!(": the file has {}", list(known.iter().map(String::as_str)))
+                };
+                let rename = |near: &String| {
+                    format!("rename `{near}` to `{column}` in the file, or [columns.{column}] to `{near}`")
+                };
+                let others = if known.is_empty() { "" } else { "rename the column that it is, or " };
+                let remedy = near.as_ref().map_or_else(
+                    || format!("{others}record it, or take it out of [columns]"),
+                    rename,
+                );
+                return (format!("the column is missing{there}"), remedy.into());
             }
             Self::TimeNotFirst { first } => {
                 (format!("the first column is `{first}`, and the time `t_s` comes later"), "put the time into the first column")
@@ -188,6 +206,9 @@ impl FaultKind {
                 "no column is the command of a drive".into(),
                 "add one with `signal = \"<actuator>.command\"`: without it nothing drives the prediction",
             ),
+            Self::TooShort { rows: 0 } => {
+                ("there are no rows below the header".into(), "record at least 50 rows")
+            }
             Self::TooShort { rows } => (format!("only {rows} rows"), "record at least 50 rows"),
             Self::NotANumber { cells } => {
                 (format!("no number here ({cells} such cells in the column)"), "cut the file there, or record again")
@@ -255,7 +276,8 @@ impl FaultKind {
                 "every experiment is to be fitted, so that none would be left to score: this one is set aside".into(),
                 "give one `role = \"check\"` to choose which",
             ),
-        }
+        };
+        (message, remedy.into())
     }
 }
 
@@ -287,21 +309,33 @@ pub struct Fault {
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (message, remedy) = self.kind.message_and_remedy();
-        write!(f, "{}", self.file)?;
-        if let Some(row) = self.row {
-            write!(f, ":{row}")?;
-        }
-        if let Some(column) = &self.column {
-            write!(f, ": `{column}`")?;
-        }
-        write!(f, ": {message} ({remedy})")
+        self.problem().fmt(f)
     }
 }
 
-/// Faults in words, a sentence each: one that columns of several experiments share is told once, of the first
-/// of them.
-pub fn in_words(faults: &[Fault]) -> Vec<String> {
+impl Fault {
+    /// File, row and column, as far as they are meant.
+    pub fn place(&self) -> String {
+        let row = self.row.map_or_else(String::new, |row| format!(":{row}"));
+        let column = self.column.as_ref().map_or_else(String::new, |column| format!(": `{column}`"));
+        format!("{}{row}{column}", self.file)
+    }
+
+    /// What to do about it.
+    pub fn remedy(&self) -> String {
+        self.problem().remedy
+    }
+
+    /// Place, message and remedy.
+    pub fn problem(&self) -> Problem {
+        let (message, remedy) = self.kind.message_and_remedy(self.column.as_deref().unwrap_or_default());
+        Problem::new(self.place(), message, remedy)
+    }
+}
+
+/// The problems that faults are: one that columns of several experiments share is told once, of the first of
+/// them.
+pub fn problems(faults: &[Fault]) -> Vec<Problem> {
     let mut told: Vec<(&Fault, usize)> = Vec::new();
     for fault in faults {
         match told.iter_mut().find(|(known, _)| known.is_shared_by(fault)) {
@@ -309,19 +343,28 @@ pub fn in_words(faults: &[Fault]) -> Vec<String> {
             None => told.push((fault, 0)),
         }
     }
-    let of = |(fault, others): (&Fault, usize)| match others {
-        0 => fault.to_string(),
-        1 => format!("{fault}; the same in another experiment"),
-        n => format!("{fault}; the same in {n} other experiments"),
+    let of = |(fault, others): (&Fault, usize)| {
+        let mut problem = fault.problem();
+        match others {
+            0 => {}
+            1 => problem.message.push_str(", as in another experiment"),
+            n => problem.message.push_str(&format!(", as in {n} other experiments")),
+        }
+        problem
     };
     told.into_iter().map(of).collect()
+}
+
+/// Faults in words, a sentence each.
+pub fn in_words(faults: &[Fault]) -> Vec<String> {
+    problems(faults).iter().map(Problem::to_string).collect()
 }
 
 impl Fault {
     /// Whether another experiment has the same fault in the same column, by more or less the same amount.
     fn is_shared_by(&self, other: &Self) -> bool {
         let is_alike = match (&self.kind, &other.kind) {
-            (FaultKind::MissingColumn { near: a }, FaultKind::MissingColumn { near: b }) => a == b,
+            (FaultKind::MissingColumn { near: a, .. }, FaultKind::MissingColumn { near: b, .. }) => a == b,
             (FaultKind::Constant { .. }, FaultKind::Constant { .. })
             | (FaultKind::ConstantCommand, FaultKind::ConstantCommand)
             | (FaultKind::SlowRows { .. }, FaultKind::SlowRows { .. })

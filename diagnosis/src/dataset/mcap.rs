@@ -8,6 +8,7 @@
 
 use std::path::Path;
 
+use ::mcap::McapError;
 use indexmap::IndexMap;
 use serde_json::Value;
 
@@ -35,7 +36,13 @@ pub(super) fn table(path: &Path, held: &[&str]) -> Result<Table, DiagnosisError>
     let mut columns: IndexMap<String, Series> = IndexMap::new();
     let mut other = None;
     for message in mcap::MessageStream::new(&bytes).map_err(|error| fail(error.to_string(), damaged))? {
-        let message = message.map_err(|error| fail(error.to_string(), damaged))?;
+        let message = message.map_err(|error| match error {
+            McapError::UnsupportedCompression(with) => fail(
+                format!("its chunks are compressed by {with}"),
+                "write it with lz4 or without compression: `mcap compress --compression lz4` does so",
+            ),
+            other => fail(other.to_string(), damaged),
+        })?;
         if message.channel.message_encoding != "json" {
             other = Some(message.channel.message_encoding.clone());
             continue;

@@ -14,7 +14,8 @@ mod scatter;
 mod units;
 
 pub(crate) use check::quantum;
-pub use fault::{Fault, FaultKind, Yardstick, in_words};
+pub use fault::{Fault, FaultKind, Yardstick, in_words, problems};
+pub(crate) use read::NOT_THERE;
 
 use std::path::{Path, PathBuf};
 
@@ -142,7 +143,8 @@ impl Dataset {
             resolve(machine, &column.signal).map_err(|reason| DiagnosisError::Signal {
                 column: name.clone(),
                 signal: column.signal.to_string(),
-                reason: reason.to_string(),
+                reason: reason.message,
+                remedy: reason.remedy,
             })?;
         }
         Self::of(&file, machine.clone(), IndexMap::new())

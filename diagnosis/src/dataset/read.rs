@@ -1,13 +1,14 @@
 //! Files into columns of numbers: CSV, Parquet, MCAP, told apart by their ending. What is no number becomes
 //! NaN, and the checks say where.
 
+use std::io::Read;
 use std::path::Path;
 
 use super::{Table, mcap};
 use crate::error::DiagnosisError;
 
 /// What to do where a file cannot be opened.
-pub(super) const NOT_THERE: &str = "check the file's name in dataset.toml, and that it may be read";
+pub(crate) const NOT_THERE: &str = "check the file's name in dataset.toml, and that it may be read";
 
 /// Reads a table; `held` names columns that keep their value between readings.
 pub(super) fn table(path: &Path, held: &[&str]) -> Result<Table, DiagnosisError> {
@@ -24,6 +25,7 @@ pub(super) fn table(path: &Path, held: &[&str]) -> Result<Table, DiagnosisError>
 }
 
 fn csv_table(path: &Path) -> Result<Table, DiagnosisError> {
+    refuse_no_csv(path)?;
     let fail = |source| DiagnosisError::Read { file: path.to_owned(), source };
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
@@ -65,6 +67,32 @@ fn csv_table(path: &Path) -> Result<Table, DiagnosisError> {
     }
     Ok(Table { file: path.to_owned(), header, columns })
 }
+
+/// Refuses what its first bytes show to be no text in UTF-8.
+fn refuse_no_csv(path: &Path) -> Result<(), DiagnosisError> {
+    let mut start = [0; 16];
+    let read = std::fs::File::open(path).and_then(|mut file| file.read(&mut start)).unwrap_or(0);
+    let known: [(&[u8], &str, &'static str); 5] = [
+        (b"\xff\xfe", "it is a text in UTF-16", UTF_16),
+        (b"\xfe\xff", "it is a text in UTF-16", UTF_16),
+        (
+            b"SQLite format 3\0",
+            "it is a database, as ROS 2 bags are",
+            "convert it to MCAP with JSON messages, or to CSV",
+        ),
+        (b"\x89MCAP0\r\n", "it is an MCAP log under another ending", "give it the ending .mcap"),
+        (b"PAR1", "it is a Parquet table under another ending", "give it the ending .parquet"),
+    ];
+    match known.into_iter().find(|(magic, ..)| start[..read].starts_with(magic)) {
+        None => Ok(()),
+        Some((_, reason, remedy)) => {
+            Err(DiagnosisError::Unreadable { file: path.to_owned(), reason: reason.into(), remedy })
+        }
+    }
+}
+
+/// What to do with a spreadsheet's "Unicode text".
+const UTF_16: &str = "save it as CSV in UTF-8, with commas between columns and points in numbers";
 
 fn parquet_table(path: &Path) -> Result<Table, DiagnosisError> {
     use parquet::file::reader::{FileReader, SerializedFileReader};

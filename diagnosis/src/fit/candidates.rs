@@ -2,7 +2,7 @@
 
 use feeler_plant::assembly::{Assembly, GROUND_NODE, assemble};
 use feeler_plant::description::{Element, Machine, Quantity, Site, Table};
-use feeler_plant::effects::{Change, Definition, EffectUse, HostKind, LIBRARY, Place};
+use feeler_plant::effects::{Change, Definition, EffectError, EffectUse, HostKind, LIBRARY, Place};
 
 use crate::kinds::host_of;
 
@@ -32,7 +32,7 @@ pub(crate) fn candidates(machine: &Machine) -> Vec<Candidate> {
             let host = assembly.host_kind(host_of(site));
             if definition.hosts.contains(&host)
                 && makes_sense(machine, &assembly, definition, site, host)
-                && applies(machine, definition, site)
+                && applies(machine, &assembly, definition, site)
             {
                 found.push(Candidate { site, definition, place: definition.place_under(host) });
             }
@@ -42,19 +42,17 @@ pub(crate) fn candidates(machine: &Machine) -> Vec<Candidate> {
 }
 
 /// Whether the machine with the effect can be assembled.
-fn applies(machine: &Machine, definition: &'static Definition, site: Site) -> bool {
+fn applies(machine: &Machine, assembly: &Assembly, definition: &'static Definition, site: Site) -> bool {
     let mut probe = machine.clone();
-    let values = definition.parameters.iter().map(|p| p.default.unwrap_or(p.typical)).collect();
+    let values: Vec<f64> = definition.parameters.iter().map(|p| p.default.unwrap_or(p.typical)).collect();
     let Some(effects) = probe.element_mut(site).map(Element::effects_mut) else { return false };
     if effects.iter().any(|effect| effect.definition.kind == definition.kind) {
         return false;
     }
+    // A split of masses may ask for less than the typical one; the fit will.
+    let refused = definition.apply(&mut assembly.clone(), host_of(site), &values);
     effects.push(EffectUse { definition, values });
-    match assemble(&probe) {
-        Ok(_) => true,
-        // A split of masses may ask for less than the typical one; the fit will.
-        Err(problems) => problems.iter().all(|problem| problem.message.contains("leaves nothing")),
-    }
+    matches!(refused, Err(EffectError::MassExceeded { .. })) || assemble(&probe).is_ok()
 }
 
 /// Bodies between drive and tool: joined to what a drive pushes, rigidly or by stiffness, without passing

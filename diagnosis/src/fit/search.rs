@@ -2,6 +2,7 @@
 
 use feeler_plant::assembly::Source;
 use feeler_plant::description::{Engagement, Quantity};
+use feeler_problem::Problem;
 use rayon::prelude::*;
 
 use crate::budget::{Budget, Stage};
@@ -60,9 +61,11 @@ pub(crate) fn search(dataset: &Dataset, budget: Budget) -> Result<Search<'_>, Di
         .records
         .iter()
         .map(|record| {
-            let assembly = model
-                .assembly(&start, record.engagement)
-                .ok_or(DiagnosisError::Machine { problems: Vec::new() })?;
+            let assembly = model.assembly(&start, record.engagement).ok_or_else(|| {
+                let message = "no machine can be made of it with these values";
+                let problem = Problem::new("", message, "check it by itself, and simplify its effects");
+                DiagnosisError::Machine { problems: vec![problem] }
+            })?;
             Predictor::with(assembly, model.presliding(&start), dataset, record)?.anchored()
         })
         .collect::<Result<Vec<Prediction>, _>>()?;

@@ -3,10 +3,11 @@
 use std::collections::HashSet;
 
 use feeler_catalogue::{Dim, Record};
-use feeler_control::{ControlError, ControllerSpec, Law, READS, Reference};
+use feeler_control::{ControllerSpec, Law, READS, Reference};
 use feeler_engine::ControllerUse;
 use feeler_plant::description::{ActuatorKind, Elements, GROUND, Machine};
 use feeler_plant::effects::HostKind;
+use feeler_problem::Remedy;
 
 use super::{Builder, Item};
 use crate::keys::CONTROLLERS;
@@ -68,29 +69,20 @@ impl Builder<'_> {
             );
         }
         let Err(error) = error else { return };
-        let key = match &error {
-            ControlError::OutOfRange { key, .. } => key,
-            ControlError::TooLarge { key, .. } => *key,
-            ControlError::ApproachNeedsForce => "approach",
-            ControlError::AdmittanceWithoutMassOrDamping => "mass",
-            _ => "reference",
+        let key = match error.place() {
+            place if place.is_empty() => "reference".into(),
+            place => place,
         };
         let first = key.split('.').next().unwrap_or_default();
-        let remedy = match &error {
-            ControlError::TooLarge { key, bound, .. } => format!("choose `{key}` below {bound}"),
-            ControlError::OutOfRange { bound, .. } => format!("this {}", bound.words()),
-            ControlError::ApproachNeedsForce => {
-                "remove `approach`, or choose a law that reads a force".into()
-            }
-            ControlError::AdmittanceWithoutMassOrDamping => {
-                "give the virtual body a mass or a damping".into()
-            }
-            _ => "change the reference".into(),
-        };
         let within = item.table.get(first).and_then(|entry| entry.node.as_table());
         let inner =
             key.split_once('.').and_then(|(_, rest)| within?.get(rest)).map(|entry| &entry.node.origin);
-        self.problems.add(inner.unwrap_or(item.place(first)), item.key(key), error.to_string(), remedy);
+        self.problems.add(
+            inner.unwrap_or(item.place(first)),
+            item.key(&key),
+            error.to_string(),
+            error.remedy(),
+        );
     }
 
     /// What a controller reads and drives. A key that has a mistake of its own, and a sensor whose own signal is
@@ -107,7 +99,7 @@ impl Builder<'_> {
                 .is_some_and(|name| self.problems.covers(&join(&join("sensors", name), "reads")))
                 || self.problems.covers(&item.key(&problem.key));
             if !is_noted {
-                let remedy = problem.remedy.unwrap_or_default();
+                let remedy = problem.remedy;
                 self.problems.add(item.place(&problem.key), item.key(&problem.key), problem.message, remedy);
             }
         }

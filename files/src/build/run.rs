@@ -137,12 +137,7 @@ impl Builder<'_> {
             } else if self.has_bad_surface(machine, &signal) {
                 // The surface is what is wrong, and has been said.
             } else if let Err(problem) = resolve(machine, &signal) {
-                self.problems.add(
-                    &item.origin,
-                    "run.record",
-                    problem.message,
-                    problem.remedy.unwrap_or_default(),
-                );
+                self.problems.add(&item.origin, "run.record", problem.message, problem.remedy);
             }
         }
     }

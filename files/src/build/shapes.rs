@@ -5,6 +5,8 @@ use std::path::Path;
 use feeler_catalogue::Contents;
 use feeler_geometry::{GeometryError, Place, Shape, read_height_field, read_obj, read_stl};
 
+use feeler_problem::Remedy;
+
 use crate::file::{read_bytes, read_text};
 
 /// Bytes of the largest shape: a scan of some millions of triangles.
@@ -17,8 +19,19 @@ pub(crate) enum FileError {
     Read(#[from] std::io::Error),
     #[error(transparent)]
     Geometry(#[from] GeometryError),
-    #[error("`{0}` is no mesh format that is read; export it as STL or OBJ")]
+    #[error("`{0}` is no mesh format that is read")]
     Extension(String),
+}
+
+impl FileError {
+    /// What to do about it where `what` is wanted.
+    pub(crate) fn remedy(&self, what: &str) -> String {
+        match self {
+            Self::Read(_) => format!("name {what}, relative to this file"),
+            Self::Geometry(error) => error.remedy().into_owned(),
+            Self::Extension(_) => "export it as STL or OBJ".into(),
+        }
+    }
 }
 
 pub(crate) fn text_of(path: &Path) -> Result<String, std::io::Error> {

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use feeler_catalogue::Contents;
 use feeler_geometry::{Feed, GeometryError, Material, Place, Shape, Touching, hertz_stiffness};
 use feeler_plant::description::{Contact, ContactLaw, Elements, Engagement, Knot, Machine, Profile};
+use feeler_problem::{Problem, Remedy};
 
 use super::shapes::{self, FileError, text_of};
 use super::{Builder, Item};
-use crate::source::Origin;
 
 impl Builder<'_> {
     /// The gap of a contact over time; none where it has no such keys, or mistakes in them.
@@ -39,7 +39,10 @@ impl Builder<'_> {
             (_, Some(profile)) => ("profile", written(profile)),
             _ => return None,
         };
-        found.map_err(|message| self.geometry(item, key, item.place(key), &message)).ok()
+        let noted = |problem: Problem| {
+            self.problems.add(item.place(key), item.key(key), problem.message, problem.remedy);
+        };
+        found.map_err(noted).ok()
     }
 
     /// The stiffness of a contact that names none: Hertz's, between two materials.
@@ -91,19 +94,15 @@ impl Builder<'_> {
         }
     }
 
-    fn geometry(&mut self, item: Item<'_>, key: &str, at: &Origin, message: &str) {
-        let (what, remedy) = message.split_once("; ").unwrap_or((message, "correct it"));
-        self.problems.add(at, item.key(key), what, remedy);
-    }
-
-    fn surface(&mut self, item: Item<'_>, fields: &Contents) -> Option<Result<Arc<Profile>, String>> {
+    fn surface(&mut self, item: Item<'_>, fields: &Contents) -> Option<Result<Arc<Profile>, Problem>> {
         let tip = self.shape(item, "tip", fields.table("tip")?);
         let workpiece = self.shape(item, "workpiece", fields.table("workpiece")?);
         let feed = self.feed(item, fields.table("feed")?);
         let ((tip, tip_place), (workpiece, workpiece_place), (feed, duration_s)) = (tip?, workpiece?, feed?);
         let compiled = Touching::new(&tip, &tip_place, &workpiece, &workpiece_place)
             .and_then(|touching| touching.profile(&feed, duration_s, fields.number("error")));
-        Some(compiled.map(|compiled| Arc::new(compiled.profile)).map_err(|error| error.to_string()))
+        let problem = |error: GeometryError| Problem::new("", error.to_string(), error.remedy());
+        Some(compiled.map(|compiled| Arc::new(compiled.profile)).map_err(problem))
     }
 
     fn shape(&mut self, item: Item<'_>, part: &str, fields: &Contents) -> Option<(Shape, Place)> {
@@ -156,15 +155,7 @@ impl Builder<'_> {
             Err(error) => {
                 let message = format!("{}: {error}", path.display());
                 let key = item.key(&format!("surface.{part}.file"));
-                let (said, remedy) = message
-                    .split_once("; ")
-                    .map_or((message.as_str(), None), |(said, remedy)| (said, Some(remedy)));
-                self.problems.add(
-                    &origin,
-                    key,
-                    said,
-                    remedy.map_or_else(|| format!("name {what}, relative to this file"), str::to_owned),
-                );
+                self.problems.add(&origin, key, message, error.remedy(what));
                 None
             }
         }
@@ -188,9 +179,8 @@ impl Builder<'_> {
                 if let Some(at) =
                     surface.filter(|_| depth_m > 0.0 && contact.engagement == Engagement::Unilateral)
                 {
-                    let error = GeometryError::Overlap { depth_m }.to_string();
-                    let (what, remedy) = error.split_once("; ").unwrap_or((&error, ""));
-                    self.problems.add(&at.node.origin, format!("contacts.{name}.surface"), what, remedy);
+                    let error = GeometryError::Overlap { depth_m };
+                    self.problems.add_error(&at.node.origin, format!("contacts.{name}.surface"), &error);
                 }
                 machine.profiles.insert(name.clone(), profile);
             }
@@ -200,7 +190,7 @@ impl Builder<'_> {
 }
 
 /// A profile that is written out.
-fn written(fields: &Contents) -> Result<Arc<Profile>, String> {
+fn written(fields: &Contents) -> Result<Arc<Profile>, Problem> {
     let (offset, rate) = (fields.points("offset"), fields.points("rate"));
     let profile = if rate.is_empty() {
         Profile::smooth(&offset)
@@ -208,11 +198,9 @@ fn written(fields: &Contents) -> Result<Arc<Profile>, String> {
         let same = offset.len() == rate.len()
             && offset.iter().zip(&rate).all(|((a, _), (b, _))| a.to_bits() == b.to_bits());
         if !same {
-            return Err(format!(
-                "{} offsets and {} rates are not at the same times; give each offset its rate",
-                offset.len(),
-                rate.len()
-            ));
+            let message =
+                format!("{} offsets and {} rates are not at the same times", offset.len(), rate.len());
+            return Err(Problem::new("", message, "give each offset its rate"));
         }
         let knots: Vec<Knot> = offset
             .iter()
@@ -221,7 +209,5 @@ fn written(fields: &Contents) -> Result<Arc<Profile>, String> {
             .collect();
         Profile::new(&knots)
     };
-    profile
-        .map(Arc::new)
-        .map_err(|problem| format!("{}; {}", problem.message, problem.remedy.unwrap_or_default()))
+    profile.map(Arc::new)
 }

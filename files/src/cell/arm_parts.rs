@@ -88,7 +88,7 @@ fn joints(arm: &Arm, root: &Table, draft: &Draft, problems: &mut Problems) -> Op
                 for mistake in mistakes {
                     let key = join(&path, &mistake.key);
                     let at = locate(root, &key).0.unwrap_or_default();
-                    problems.add(&at, key, mistake.message, mistake.remedy.unwrap_or_default());
+                    problems.add(&at, key, mistake.message, mistake.remedy);
                 }
             }
         }

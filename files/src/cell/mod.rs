@@ -9,6 +9,7 @@ use feeler_arm::{ArmError, Target, inverse_kinematics, usual_starts};
 use feeler_catalogue::Contents;
 use feeler_geometry::{Place, Shape};
 use feeler_manipulator::{Cell, Hold, ManipulatorError, Part, Simulation, Start};
+use feeler_problem::Remedy;
 use nalgebra::Vector3;
 
 pub(crate) use axis::{NOT_OF_SENSORS, OF_CONTACTS};
@@ -94,7 +95,7 @@ fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>,
     let others = if held > 0.0 { feeler_arm::Others::Held } else { feeler_arm::Others::Free };
     let reduction = start.as_ref().zip(arm.as_ref()).and_then(|(start, arm)| {
         let found = arm.arm.reduce(&start.pose, start.normal, others);
-        found.map_err(|error| refuse(draft, problems, "start.normal", &error.to_string())).ok()
+        found.map_err(|error| refuse_error(draft, problems, "start.normal", &error)).ok()
     });
     let scenario = axis::draft(draft, reduction.as_ref(), problems)
         .map(Document::build)
@@ -117,7 +118,8 @@ fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>,
             draft,
             problems,
             "run.duration",
-            &format!("{message}; shorten it, or run the axis that `feeler reduce` makes"),
+            message,
+            "shorten it, or run the axis that `feeler reduce` makes",
         );
     }
     let cell = Cell {
@@ -146,12 +148,22 @@ fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>,
     }))
 }
 
-/// Notes a mistake of which a message says what is wrong and, after a semicolon, what to do.
-fn refuse(draft: &Draft, problems: &mut Problems, key: &str, message: &str) {
+/// Notes a mistake at a key.
+fn refuse(
+    draft: &Draft,
+    problems: &mut Problems,
+    key: &str,
+    message: impl Into<String>,
+    remedy: impl Into<String>,
+) {
     let top = Origin { source: draft.main, span: 0..0 };
     let at = super::document::locate(&draft.root, key).0.unwrap_or(top);
-    let (what, remedy) = message.split_once("; ").unwrap_or((message, "correct it"));
-    problems.add(&at, key, what, remedy);
+    problems.add(&at, key, message, remedy);
+}
+
+/// Notes what an error says, at a key.
+fn refuse_error(draft: &Draft, problems: &mut Problems, key: &str, error: &dyn Remedy) {
+    refuse(draft, problems, key, error.to_string(), error.remedy());
 }
 
 /// What only shows when arm, tip and workpiece stand together.
@@ -161,15 +173,10 @@ fn check(cell: &Cell, draft: &Draft, problems: &mut Problems) {
     let start =
         if super::document::locate(&draft.root, "start.pose").1 { "start.pose" } else { "start.place" };
     let key = match &error {
-        ManipulatorError::NeverMeets => "start.normal",
-        ManipulatorError::OutOfReach { .. } => "workpiece",
-        ManipulatorError::Geometry(_) => "tip",
-        ManipulatorError::Step { .. } => "run.step",
-        ManipulatorError::Work { key, .. } => key,
-        ManipulatorError::Penetrates { .. } | ManipulatorError::SelfIntersects { .. } => start,
-        _ => "start",
+        ManipulatorError::Penetrates { .. } | ManipulatorError::SelfIntersects { .. } => start.into(),
+        _ => Some(error.place()).filter(|place| !place.is_empty()).unwrap_or_else(|| "start".into()),
     };
-    refuse(draft, problems, key, &error.to_string());
+    refuse_error(draft, problems, &key, &error);
 }
 
 /// The fields of a table; where it is absent and must not be, its required keys are missed.
@@ -212,7 +219,7 @@ fn part(draft: &Draft, name: &str, problems: &mut Problems) -> Option<Part> {
 /// Whether a shape can be built.
 fn sound(draft: &Draft, part: &Part, name: &str, problems: &mut Problems) -> bool {
     let found = part.shape.outline(&Place::default());
-    found.map_err(|error| refuse(draft, problems, name, &error.to_string())).is_ok()
+    found.map_err(|error| refuse_error(draft, problems, name, &error)).is_ok()
 }
 
 fn shape_of_file(
@@ -227,16 +234,7 @@ fn shape_of_file(
     let path: PathBuf = draft.sources.0[origin.source].directory.join(fields.text("file")?);
     let found = shapes::from_file(fields, &path);
     let said = |error: shapes::FileError| {
-        let message = format!("{}: {error}", path.display());
-        let (message, remedy) = message
-            .split_once("; ")
-            .map_or((message.as_str(), None), |(message, remedy)| (message, Some(remedy)));
-        problems.add(
-            &origin,
-            key,
-            message,
-            remedy.map_or_else(|| format!("name {what}, relative to this file"), str::to_owned),
-        );
+        problems.add(&origin, key, format!("{}: {error}", path.display()), error.remedy(what));
     };
     found.map_err(said).ok()
 }
@@ -246,7 +244,7 @@ fn start_of(fields: &Contents, parts: &ArmParts, draft: &Draft, problems: &mut P
     let normal: [f64; 3] = fields.numbers("normal")?.try_into().ok()?;
     let chain = parts.arm.chain();
     let Some(along) = Vector3::from(normal).try_normalize(1e-12) else {
-        refuse(draft, problems, "start.normal", &ArmError::Normal { normal }.to_string());
+        refuse_error(draft, problems, "start.normal", &ArmError::Normal { normal });
         return None;
     };
     let pose = match (fields.numbers("pose"), fields.numbers("place")) {
@@ -268,7 +266,8 @@ fn start_of(fields: &Contents, parts: &ArmParts, draft: &Draft, problems: &mut P
                 draft,
                 problems,
                 "start",
-                "this needs either `pose` or `place`; give the joints' positions, or where the tool is",
+                "this needs either `pose` or `place`",
+                "give the joints' positions, or where the tool is",
             );
             return None;
         }
@@ -277,16 +276,7 @@ fn start_of(fields: &Contents, parts: &ArmParts, draft: &Draft, problems: &mut P
     match pose {
         Ok(pose) => Some(Start { pose, normal: along.into(), speed_m_per_s }),
         Err((key, error)) => {
-            let message = match error {
-                ArmError::Unreachable { .. } => {
-                    format!(
-                        "{}; choose a place within reach, or give a `pose`",
-                        error.to_string().replace("; ", ", ")
-                    )
-                }
-                other => other.to_string(),
-            };
-            refuse(draft, problems, key, &message);
+            refuse_error(draft, problems, key, &error);
             None
         }
     }

@@ -89,6 +89,7 @@ impl Reader<'_> {
         let phrase = dim.phrase(self.scope.rotational);
         let unit = dim.si_unit(self.scope.rotational);
         let remedy = match error {
+            UnitError::DecimalComma { meant, .. } => format!("write a decimal point: \"{meant}\""),
             UnitError::UnknownUnit { nearest: Some(nearest), .. } => format!("did you mean `{nearest}`?"),
             UnitError::NoUnit { text } => {
                 format!("write {text} without quotes for SI, or \"{} {unit}\"", text.trim())

@@ -190,7 +190,7 @@ impl Trial<'_> {
         let Tried { key, entry, ends } = &self.axes[own];
         let path = join("axes", &format!("\"{key}\""));
         let words = |found: Vec<Located>| {
-            found.into_iter().map(|problem| (problem.message, problem.remedy.unwrap_or_default())).collect()
+            found.into_iter().map(|problem| (problem.message, problem.remedy)).collect()
         };
         let mut doubtful = Vec::new();
         let mut tried: Vec<(&Setting, &Origin, Vec<Said>)> = Vec::new();
@@ -206,7 +206,7 @@ impl Trial<'_> {
                             origin: origin.clone(),
                             path: path.clone(),
                             message,
-                            remedy: problem.remedy.unwrap_or_default(),
+                            remedy: problem.remedy,
                         };
                         Doubtful { is_listed, mistake }
                     }));

@@ -20,6 +20,7 @@ use super::problem::{FormatError, Problems};
 use super::read::{Reader, Scope};
 use super::source::{self, Origin, Sources};
 use super::tree::{Node, Table, Value};
+use crate::kind::FileKind;
 use axes::read_axes;
 use ends::try_ends;
 
@@ -97,7 +98,7 @@ impl SweepFile {
     /// # Errors
     /// Every mistake at once.
     pub fn parse(text: &str, file_name: &str) -> Result<Self, FormatError> {
-        let mut sheet = Sheet::parse(text, file_name)?;
+        let mut sheet = Sheet::parse(text, file_name, FileKind::Sweep)?;
         let file = Self::read(&sheet.root, &sheet.sources, &mut sheet.problems);
         sheet.finish(file)
     }

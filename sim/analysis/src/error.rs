@@ -1,9 +1,11 @@
 //! What can go wrong in the linear view of a machine.
 
+use std::borrow::Cow;
+
 use feeler_control::ControlError;
 use feeler_engine::EngineError;
 use feeler_lti::LtiError;
-use feeler_plant::problem::Problem;
+use feeler_problem::{Problem, Remedy};
 use thiserror::Error;
 
 /// Why an analysis has no result.
@@ -20,7 +22,7 @@ pub enum AnalysisError {
     #[error(transparent)]
     Control(#[from] ControlError),
     /// A signal does not exist.
-    #[error("{problem}")]
+    #[error("{}", problem.headline())]
     Signal {
         /// What is wrong with the name.
         problem: Problem,
@@ -32,9 +34,7 @@ pub enum AnalysisError {
         name: String,
     },
     /// The input of a linear analysis must be the command of an actuator or the force on a body.
-    #[error(
-        "`{name}` is no input: name an actuator's command, as in `drive.command`, or the force on a body, as in `tip.force`"
-    )]
+    #[error("`{name}` is no input")]
     NotAnInput {
         /// The signal.
         name: String,
@@ -50,9 +50,11 @@ pub enum AnalysisError {
     NoController {
         /// What was asked for.
         name: String,
+        /// What there is.
+        known: Vec<String>,
     },
     /// A gain that the control law does not have.
-    #[error("a controller of law `{law}` has no gain `{key}`; it has {known}")]
+    #[error("a controller of law `{law}` has no gain `{key}`")]
     NoGain {
         /// The law.
         law: &'static str,
@@ -110,8 +112,83 @@ pub enum AnalysisError {
     },
 }
 
+impl Remedy for AnalysisError {
+    fn passed_on(&self) -> Option<&dyn Remedy> {
+        match self {
+            Self::Engine(error) => Some(error),
+            Self::Lti(error) => Some(error),
+            Self::Control(error) => Some(error),
+            _ => None,
+        }
+    }
+
+    fn remedy(&self) -> Cow<'_, str> {
+        match self {
+            Self::Engine(error) => error.remedy(),
+            Self::Lti(error) => error.remedy(),
+            Self::Control(error) => error.remedy(),
+            Self::Signal { problem } => problem.remedy.as_str().into(),
+            Self::NotLinear { .. } => "name a position, velocity, acceleration or force".into(),
+            Self::NotAnInput { .. } => {
+                "name an actuator's command, as in `drive.command`, or the force on a body, as in `tip.force`"
+                    .into()
+            }
+            Self::NoEquilibrium { .. } => {
+                "linearise about another force, or balance the forces of the file at rest".into()
+            }
+            Self::NoController { known, .. } if known.is_empty() => {
+                "add a controller: the file has none".into()
+            }
+            Self::NoController { known, .. } => format!("name the controller {}", known.join(" or ")).into(),
+            Self::NoGain { known, .. } => format!("name one of {known}").into(),
+            Self::Rates { .. } => "make the period of one a multiple of the other's".into(),
+            Self::LongDelay { .. } => "shorten the delay, or lengthen the period of the controller".into(),
+            Self::SlowerThanLoop { name, .. } => {
+                format!("break the loop at the slowest controller in place of `{name}`").into()
+            }
+            Self::Improper { .. } => {
+                "read a signal that follows the command later, or leave the derivative out".into()
+            }
+            Self::NoLimitCycle { .. } => "run the scenario, or look at it with the effects left out".into(),
+            Self::RunEnded { .. } => "excite the machine less, or hold it".into(),
+        }
+    }
+}
+
 impl From<Problem> for AnalysisError {
     fn from(problem: Problem) -> Self {
         Self::Signal { problem }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let name = || "force".to_owned();
+        let all = [
+            AnalysisError::Engine(EngineError::Lanes { given: 3, lanes: 4 }),
+            AnalysisError::Lti(LtiError::AlgebraicLoop),
+            AnalysisError::Control(ControlError::ApproachNeedsForce),
+            AnalysisError::Signal { problem: Problem::new("", "there is no `x`", "did you mean `y`?") },
+            AnalysisError::NotLinear { name: name() },
+            AnalysisError::NotAnInput { name: name() },
+            AnalysisError::NoEquilibrium { residual_m_per_s2: 1.0 },
+            AnalysisError::NoController { name: name(), known: Vec::new() },
+            AnalysisError::NoController { name: name(), known: vec!["press".into()] },
+            AnalysisError::NoGain { law: "position", key: "kx".into(), known: "kp, kd".into() },
+            AnalysisError::Rates { limit: 1000 },
+            AnalysisError::LongDelay { stored: 3000, most: 2000, common_s: 1e-3 },
+            AnalysisError::SlowerThanLoop { name: name(), period_s: 1e-3, common_s: 2e-3 },
+            AnalysisError::Improper { name: name() },
+            AnalysisError::NoLimitCycle { reason: "the loop does not oscillate" },
+            AnalysisError::RunEnded { t_s: 0.1 },
+        ];
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("error.rs")),
+            Vec::<String>::new()
+        );
     }
 }

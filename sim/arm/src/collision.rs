@@ -51,10 +51,10 @@ pub(crate) fn of_link(link: Node<'_, '_>) -> Result<Vec<Collision>, ArmError> {
     let nodes = link.children().filter(|node| node.has_tag_name("collision"));
     let shape = |node: Node<'_, '_>| -> Result<Option<Collision>, ArmError> {
         let Some(geometry) = child(node, "geometry") else {
-            return wrong(node, "this `<collision>` has no `<geometry>`; add one");
+            return wrong(node, "this `<collision>` has no `<geometry>`", "add one with a shape");
         };
         let Some(shape) = geometry.children().find(Node::is_element) else {
-            return wrong(geometry, "this `<geometry>` is empty; add a shape");
+            return wrong(geometry, "this `<geometry>` is empty", "add a shape to it");
         };
         let Some(found) = of_geometry(shape)? else { return Ok(None) };
         Ok(Some(Collision { shape: found, place: origin(node)?, line: line_of(shape) }))
@@ -65,13 +65,17 @@ pub(crate) fn of_link(link: Node<'_, '_>) -> Result<Vec<Collision>, ArmError> {
 fn of_geometry(node: Node<'_, '_>) -> Result<Option<CollisionShape>, ArmError> {
     let positive = |name: &str| match number(node, name)? {
         value if value > 0.0 => Ok(value),
-        value => wrong(node, format!("`{name}` of this shape is {value}; it must be above zero")),
+        value => wrong(node, format!("`{name}` of this shape is {value}"), "write a number above zero"),
     };
     Ok(Some(match node.tag_name().name() {
         "box" => {
             let size = vector(node, "size", Vector3::zeros())?;
             if size.min() <= 0.0 {
-                return wrong(node, "this box needs a `size` of three numbers above zero");
+                return wrong(
+                    node,
+                    "the `size` of this box is not above zero",
+                    "write three numbers above zero",
+                );
             }
             CollisionShape::Box { half_extents_m: (0.5 * size).into() }
         }

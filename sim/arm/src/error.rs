@@ -1,17 +1,16 @@
 //! What can be wrong with an arm.
 
-use thiserror::Error;
+use std::borrow::Cow;
 
-fn four_digits(value: f64) -> f64 {
-    format!("{value:.3e}").parse().unwrap_or(value)
-}
+use feeler_problem::{Remedy, short};
+use thiserror::Error;
 
 /// Why an arm cannot be read, moved or reduced.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum ArmError {
     /// The text is no XML.
-    #[error("the URDF is no XML: {what}; export it again")]
+    #[error("the URDF is no XML: {what}")]
     Xml {
         /// What the parser says, with line and column.
         what: String,
@@ -21,11 +20,13 @@ pub enum ArmError {
     Urdf {
         /// The line, from 1.
         line: u32,
-        /// What is wrong, and what to do.
+        /// What is wrong.
         what: String,
+        /// What to do about it.
+        remedy: Cow<'static, str>,
     },
     /// A link or joint that does not exist.
-    #[error("there is no {kind} `{name}` in the URDF; it has {known}")]
+    #[error("there is no {kind} `{name}` in the URDF")]
     Unknown {
         /// `link` or `joint`.
         kind: &'static str,
@@ -36,7 +37,7 @@ pub enum ArmError {
     },
     /// A moving link that can turn about an axis around which nothing resists.
     #[error(
-        "joint `{joint}` moves nothing that has mass or inertia: all from link `{link}` to the tip is massless about its axis; give the link an `inertial`"
+        "joint `{joint}` moves nothing that has mass or inertia: all from link `{link}` to the tip is massless about its axis"
     )]
     Massless {
         /// The joint.
@@ -45,13 +46,13 @@ pub enum ArmError {
         link: String,
     },
     /// A chain without joints that move.
-    #[error("nothing moves between the base and link `{tip}`; name a link further out")]
+    #[error("nothing moves between the base and link `{tip}`")]
     NoJoints {
         /// The last link.
         tip: String,
     },
     /// The number of joint positions.
-    #[error("{given} joint positions for {needed} joints ({names}); give one each, in this order")]
+    #[error("{given} joint positions for {needed} joints ({names})")]
     Pose {
         /// How many were given.
         given: usize,
@@ -61,7 +62,7 @@ pub enum ArmError {
         names: String,
     },
     /// A joint beyond its limits.
-    #[error("joint `{joint}` at {position} is outside its limits, {lower} to {upper}; choose a pose inside")]
+    #[error("joint `{joint}` at {position} is outside its limits, {lower} to {upper}")]
     Limit {
         /// The joint.
         joint: String,
@@ -73,14 +74,14 @@ pub enum ArmError {
         upper: f64,
     },
     /// A direction that is none.
-    #[error("the normal [{}, {}, {}] has no direction; give three numbers that are not all zero", .normal[0], .normal[1], .normal[2])]
+    #[error("the normal [{}, {}, {}] has no direction", .normal[0], .normal[1], .normal[2])]
     Normal {
         /// What was given.
         normal: [f64; 3],
     },
     /// The arm cannot move along the normal at a pose.
     #[error(
-        "at this pose the arm cannot move along the normal{held}: the best it can do is {share} of a unit per unit of joint motion; choose another pose or normal, or let the other directions go"
+        "at this pose the arm cannot move along the normal{held}: the best it can do is {share} of a unit per unit of joint motion"
     )]
     Singular {
         /// A remark on the other directions.
@@ -89,7 +90,7 @@ pub enum ArmError {
         share: f64,
     },
     /// A joint without what the reduction needs.
-    #[error("joint `{joint}`: {what} is {value}; it must be {rule}")]
+    #[error("joint `{joint}`: {what} is {value}")]
     Drive {
         /// The joint.
         joint: String,
@@ -101,17 +102,65 @@ pub enum ArmError {
         rule: &'static str,
     },
     /// Numbers left all bounds.
-    #[error("the motion diverged at {t_s} s; take a smaller step")]
+    #[error("the motion diverged at {t_s} s")]
     Diverged {
         /// When, s.
         t_s: f64,
     },
     /// No pose was found that brings the tool there.
-    #[error("no pose within the joint limits brings the tool to [{}, {}, {}] m; {} m are left", .target_m[0], .target_m[1], .target_m[2], four_digits(*.left_m))]
+    #[error("no pose within the joint limits brings the tool to [{}, {}, {}] m: {} m are left", .target_m[0], .target_m[1], .target_m[2], short(*.left_m))]
     Unreachable {
         /// Where it should go.
         target_m: [f64; 3],
         /// How far away the best pose is.
         left_m: f64,
     },
+}
+
+impl Remedy for ArmError {
+    fn remedy(&self) -> Cow<'_, str> {
+        match self {
+            Self::Xml { .. } => "export the URDF again".into(),
+            Self::Urdf { remedy, .. } => remedy.as_ref().into(),
+            Self::Unknown { known, .. } => format!("name one of {known}").into(),
+            Self::Massless { link, .. } => format!("give link `{link}` an `inertial`").into(),
+            Self::NoJoints { .. } => "name a link further out".into(),
+            Self::Pose { .. } => "give one each, in this order".into(),
+            Self::Limit { joint, lower, upper, .. } => {
+                format!("choose a pose with `{joint}` from {} to {}", short(*lower), short(*upper)).into()
+            }
+            Self::Normal { .. } => "give three numbers that are not all zero".into(),
+            Self::Singular { .. } => "choose another pose or normal, or let the other directions go".into(),
+            Self::Drive { what, rule, .. } => format!("write a {what} that is {rule}").into(),
+            Self::Diverged { .. } => "take a smaller step".into(),
+            Self::Unreachable { .. } => "choose a place within reach, or give a pose".into(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let all = [
+            ArmError::Xml { what: "unknown token at 1:1".into() },
+            ArmError::Urdf { line: 3, what: "`<link>` has no `name`".into(), remedy: "add `name`".into() },
+            ArmError::Unknown { kind: "link", name: "tol".into(), known: "base, tool".into() },
+            ArmError::Massless { joint: "j1".into(), link: "l1".into() },
+            ArmError::NoJoints { tip: "base".into() },
+            ArmError::Pose { given: 1, needed: 2, names: "j1, j2".into() },
+            ArmError::Limit { joint: "j1".into(), position: 4.0, lower: -3.0, upper: 3.0 },
+            ArmError::Normal { normal: [0.0; 3] },
+            ArmError::Singular { held: "", share: 0.0 },
+            ArmError::Drive { joint: "j1".into(), what: "stiffness", value: 0.0, rule: "above zero" },
+            ArmError::Diverged { t_s: 0.1 },
+            ArmError::Unreachable { target_m: [9.0, 0.0, 0.0], left_m: 8.0 },
+        ];
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("error.rs")),
+            Vec::<String>::new()
+        );
+    }
 }

@@ -57,19 +57,23 @@ struct Described {
 fn inertial(link: Node<'_, '_>, name: &str) -> Result<Inertial, ArmError> {
     let Some(node) = child(link, "inertial") else { return Ok(Inertial::none()) };
     let Some(mass) = child(node, "mass") else {
-        return wrong(node, format!("the `inertial` of link `{name}` has no `mass`; add it"));
+        return wrong(
+            node,
+            format!("the `inertial` of link `{name}` has no `mass`"),
+            "add `<mass value=\"...\"/>`",
+        );
     };
     let mass_kg = number(mass, "value")?;
     if mass_kg <= 0.0 {
         return wrong(
             mass,
-            format!(
-                "link `{name}` has a mass of {mass_kg} kg; it must be above zero (leave `inertial` out for a massless link)"
-            ),
+            format!("link `{name}` has a mass of {mass_kg} kg"),
+            "write a mass above zero, or leave `inertial` out for a massless link",
         );
     }
     let Some(inertia) = child(node, "inertia") else {
-        return wrong(node, format!("the `inertial` of link `{name}` has no `inertia`; add its six numbers"));
+        let what = format!("the `inertial` of link `{name}` has no `inertia`");
+        return wrong(node, what, "add its six numbers: ixx, ixy, ixz, iyy, iyz and izz");
     };
     let entry = |name| number(inertia, name);
     let [xx, yy, zz] = [entry("ixx")?, entry("iyy")?, entry("izz")?];
@@ -80,10 +84,10 @@ fn inertial(link: Node<'_, '_>, name: &str) -> Result<Inertial, ArmError> {
     principal.as_mut_slice().sort_by(f64::total_cmp);
     if principal[0] <= 0.0 {
         let what = format!(
-            "link `{name}` has an inertia of {} kg m2 about one of its axes; no body has zero or less: give the inertia of its shape",
+            "link `{name}` has an inertia of {} kg m2 about one of its axes, and no body has zero or less",
             principal[0]
         );
-        return wrong(inertia, what);
+        return wrong(inertia, what, "give the inertia of its shape");
     }
     if principal[2] > (principal[0] + principal[1]) * (1.0 + INERTIA_ROUNDING) {
         let [a, b, c] = [principal[0], principal[1], principal[2]];
@@ -92,6 +96,7 @@ fn inertial(link: Node<'_, '_>, name: &str) -> Result<Inertial, ArmError> {
             format!(
                 "the principal moments {a}, {b}, {c} kg m2 of link `{name}` are those of no body: each is at most the sum of the other two"
             ),
+            "give the inertia of its shape",
         );
     }
     let place = origin(node)?;
@@ -119,19 +124,22 @@ fn joint(node: Node<'_, '_>) -> Result<Described, ArmError> {
         other => {
             return wrong(
                 node,
-                format!(
-                    "joint `{name}` is of type `{other}`; revolute, continuous, prismatic and fixed joints are simulated"
-                ),
+                format!("joint `{name}` is of type `{other}`, which is not simulated"),
+                "make it revolute, continuous, prismatic or fixed",
             );
         }
     };
     let end = |tag: &str| match child(node, tag) {
         Some(end) => attribute(end, "link").map(str::to_owned),
-        None => wrong(node, format!("joint `{name}` has no `{tag}`; add `<{tag} link=\"...\"/>`")),
+        None => wrong(node, format!("joint `{name}` has no `{tag}`"), format!("add `<{tag} link=\"...\"/>`")),
     };
     let axis = child(node, "axis").map_or(Ok(Vector3::x()), |axis| vector(axis, "xyz", Vector3::x()))?;
     let Some(axis) = Unit::try_new(axis, 1e-9) else {
-        return wrong(node, format!("the axis of joint `{name}` has no direction"));
+        return wrong(
+            node,
+            format!("the axis of joint `{name}` has no direction"),
+            "write three numbers that are not all zero",
+        );
     };
     let mut limits = [f64::NEG_INFINITY, f64::INFINITY];
     let mut effort_limit = None;
@@ -147,18 +155,14 @@ fn joint(node: Node<'_, '_>) -> Result<Described, ArmError> {
             if limits[0] > limits[1] {
                 return wrong(
                     limit,
-                    format!(
-                        "the limits of joint `{name}` are {} to {}; write the lower one first",
-                        limits[0], limits[1]
-                    ),
+                    format!("the limits of joint `{name}` are {} to {}", limits[0], limits[1]),
+                    "write the lower one first",
                 );
             }
         }
         None if matches!(kind, Some(JointKind::Revolute | JointKind::Prismatic)) => {
-            return wrong(
-                node,
-                format!("joint `{name}` has no `limit`; add one, or make the joint continuous"),
-            );
+            let what = format!("joint `{name}` has no `limit`");
+            return wrong(node, what, "add one, or make the joint continuous");
         }
         None => {}
     }
@@ -195,7 +199,8 @@ impl Urdf {
         if !root.has_tag_name("robot") {
             return wrong(
                 root,
-                format!("this is a `<{}>` and no `<robot>`; name a URDF file", root.tag_name().name()),
+                format!("this is a `<{}>` and no `<robot>`", root.tag_name().name()),
+                "name a URDF file",
             );
         }
         let mut urdf = Self {
@@ -212,7 +217,7 @@ impl Urdf {
                 meshes: meshes(node, name)?,
             };
             if urdf.links.insert(name.into(), link).is_some() {
-                return wrong(node, format!("there are two links `{name}`; rename one"));
+                return wrong(node, format!("there are two links `{name}`"), "rename one of them");
             }
             urdf.link_names.push(name.into());
         }
@@ -223,15 +228,16 @@ impl Urdf {
                     return wrong(
                         node,
                         format!("joint `{}` names a link `{end}` that is not there", described.joint.name),
+                        format!("add the link, or name one of {}", urdf.link_names.join(", ")),
                     );
                 }
             }
             if let Some(other) = urdf.joints.iter().find(|other| other.child == described.child) {
                 let what = format!(
-                    "link `{}` hangs on two joints, `{}` and `{}`; loops are not simulated",
+                    "link `{}` hangs on two joints, `{}` and `{}`, and loops are not simulated",
                     other.child, other.joint.name, described.joint.name
                 );
-                return wrong(node, what);
+                return wrong(node, what, "open the loop: remove one of the two joints");
             }
             urdf.joints.push(described);
         }
@@ -345,7 +351,8 @@ impl Urdf {
             if way.len() > self.joints.len() {
                 return Err(ArmError::Urdf {
                     line: joint.line,
-                    what: format!("link `{link}` hangs on itself; open the circle"),
+                    what: format!("link `{link}` hangs on itself"),
+                    remedy: "open the circle: remove one of its joints".into(),
                 });
             }
             way.push(joint);

@@ -1,5 +1,7 @@
 //! Numbers and places in the elements of a URDF.
 
+use std::borrow::Cow;
+
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use roxmltree::Node;
 
@@ -9,8 +11,12 @@ pub(crate) fn line_of(node: Node<'_, '_>) -> u32 {
     node.document().text_pos_at(node.range().start).row
 }
 
-pub(crate) fn wrong<T>(node: Node<'_, '_>, what: impl Into<String>) -> Result<T, ArmError> {
-    Err(ArmError::Urdf { line: line_of(node), what: what.into() })
+pub(crate) fn wrong<T>(
+    node: Node<'_, '_>,
+    what: impl Into<String>,
+    remedy: impl Into<Cow<'static, str>>,
+) -> Result<T, ArmError> {
+    Err(ArmError::Urdf { line: line_of(node), what: what.into(), remedy: remedy.into() })
 }
 
 pub(crate) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
@@ -19,15 +25,17 @@ pub(crate) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i
 
 /// An attribute that must be there.
 pub(crate) fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Result<&'a str, ArmError> {
-    node.attribute(name)
-        .map_or_else(|| wrong(node, format!("`<{}>` has no `{name}`; add it", node.tag_name().name())), Ok)
+    node.attribute(name).map_or_else(
+        || wrong(node, format!("`<{}>` has no `{name}`", node.tag_name().name()), format!("add `{name}`")),
+        Ok,
+    )
 }
 
 pub(crate) fn number(node: Node<'_, '_>, name: &str) -> Result<f64, ArmError> {
     let text = attribute(node, name)?;
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        _ => wrong(node, format!("`{name}=\"{text}\"` is no finite number")),
+        _ => wrong(node, format!("`{name}=\"{text}\"` is no finite number"), "write a number such as 0.25"),
     }
 }
 
@@ -44,7 +52,11 @@ pub(crate) fn vector(node: Node<'_, '_>, name: &str, absent: Vector3<f64>) -> Re
         .collect();
     match numbers.as_slice() {
         [x, y, z] if text.split_whitespace().count() == 3 => Ok(Vector3::new(*x, *y, *z)),
-        _ => wrong(node, format!("`{name}=\"{text}\"` is not three finite numbers")),
+        _ => wrong(
+            node,
+            format!("`{name}=\"{text}\"` is not three finite numbers"),
+            "write three numbers, parted by spaces",
+        ),
     }
 }
 

@@ -1,6 +1,7 @@
 //! Robot descriptions with mistakes: each is told with its line and remedy.
 
 use feeler_arm::{ArmError, CollisionShape, Target, Urdf, inverse_kinematics};
+use feeler_problem::Remedy;
 use nalgebra::Vector3;
 
 const GOOD: &str = r#"<robot name="two">
@@ -60,7 +61,7 @@ fn truth_mistakes_are_told_with_line_and_remedy() {
         (("izz=\"0.02\"", "izz=\"0\""), "line 5: link `two` has an inertia of 0 kg m2"),
         (("iyy=\"0.02\"", "iyy=\"0.2\""), "line 5: the principal moments"),
         (("mass value=\"1\"", "mass value=\"-1\""), "line 5: link `two` has a mass of -1 kg"),
-        (("<mass value=\"1\"/>", ""), "has no `mass`; add it"),
+        (("<mass value=\"1\"/>", ""), "has no `mass` (add `<mass"),
         (("ixx=\"0.01\"", "ixx=\"light\""), "`ixx=\"light\"` is no finite number"),
         (("type=\"prismatic\"", "type=\"floating\""), "line 7: joint `b` is of type `floating`"),
         (
@@ -80,11 +81,11 @@ fn truth_mistakes_are_told_with_line_and_remedy() {
     ];
     for ((from, to), said) in cases {
         assert!(GOOD.contains(from), "{from}");
-        let error = Urdf::parse(&GOOD.replacen(from, to, 1)).unwrap_err().to_string();
+        let error = Urdf::parse(&GOOD.replacen(from, to, 1)).unwrap_err().problems()[0].to_string();
         assert!(error.contains(said), "{to}: {error}");
     }
     let urdf = Urdf::parse(GOOD).unwrap();
-    let unknown = urdf.chain("hand").unwrap_err().to_string();
+    let unknown = urdf.chain("hand").unwrap_err().problems()[0].to_string();
     assert!(unknown.contains("no link `hand`") && unknown.contains("base, one, two"), "{unknown}");
     assert!(matches!(urdf.chain("base"), Err(ArmError::NoJoints { .. })));
     let hollow = GOOD.replacen(

@@ -1,6 +1,9 @@
 //! What can be wrong with a controller or a reference.
 
+use std::borrow::Cow;
+
 use feeler_catalogue::Bound;
+use feeler_problem::{Remedy, short};
 
 /// Why a controller or a reference cannot be built. Keys are those of the machine file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -37,25 +40,19 @@ pub enum ControlError {
         why: &'static str,
     },
     /// Variants that run side by side share their law.
-    #[error(
-        "lane {lane} has another control law than lane 0; variants side by side share the law and differ in numbers only"
-    )]
+    #[error("lane {lane} has another control law than lane 0")]
     LawsDiffer {
         /// The first lane that differs.
         lane: usize,
     },
     /// Variants that run side by side are sampled at the same instants.
-    #[error(
-        "lane {lane} is sampled at other instants than lane 0; variants side by side share `period`, `offset` and `jitter`"
-    )]
+    #[error("lane {lane} is sampled at other instants than lane 0")]
     TimingDiffers {
         /// The first lane that differs.
         lane: usize,
     },
     /// The approach phase ends at a force, and the position law reads none.
-    #[error(
-        "`approach` waits for a force, and the position law reads a position; use a force, impedance or admittance law"
-    )]
+    #[error("`approach` waits for a force, and the position law reads a position")]
     ApproachNeedsForce,
     /// A virtual body that nothing resists has no target position.
     #[error("an admittance needs a virtual `mass` or a virtual `damping` above zero")]
@@ -85,9 +82,7 @@ pub enum ControlError {
         values: usize,
     },
     /// A band in which no line of the multisine falls.
-    #[error(
-        "no line of a multisine of period {period_s} s lies in {low_hz} to {high_hz} Hz; lengthen the period or widen the band"
-    )]
+    #[error("no line of a multisine of period {period_s} s lies in {low_hz} to {high_hz} Hz")]
     NoLines {
         /// Period.
         period_s: f64,
@@ -97,7 +92,7 @@ pub enum ControlError {
         high_hz: f64,
     },
     /// A register length without a known maximum-length sequence here.
-    #[error("a PRBS of order {order} is not available; orders {min} to {max} are")]
+    #[error("a PRBS of order {order} is not available")]
     PrbsOrder {
         /// Order given.
         order: u32,
@@ -106,6 +101,46 @@ pub enum ControlError {
         /// Largest order.
         max: u32,
     },
+}
+
+impl Remedy for ControlError {
+    fn remedy(&self) -> Cow<'_, str> {
+        match self {
+            Self::LaneCount { lanes, .. } => format!("give {lanes} controllers").into(),
+            Self::OutOfRange { key, bound: Bound::Any, .. } => format!("write a finite `{key}`").into(),
+            Self::OutOfRange { bound, .. } => format!("this {}", bound.words()).into(),
+            Self::TooLarge { key, bound, .. } => format!("choose `{key}` below {}", short(*bound)).into(),
+            Self::LawsDiffer { .. } => {
+                "give variants that run side by side the same law, with other numbers only".into()
+            }
+            Self::TimingDiffers { .. } => {
+                "give variants that run side by side the same `period`, `offset` and `jitter`".into()
+            }
+            Self::ApproachNeedsForce => {
+                "use a force, impedance or admittance law, or leave `approach` out".into()
+            }
+            Self::AdmittanceWithoutMassOrDamping => "write a `mass` or a `damping` above zero".into(),
+            Self::EmptyReference { .. } => "give it at least one point".into(),
+            Self::TimesNotIncreasing { .. } => "sort the points by time, and write each time once".into(),
+            Self::TableLengths { .. } => "give each time one value".into(),
+            Self::NoLines { .. } => "lengthen the period or widen the band".into(),
+            Self::PrbsOrder { min, max, .. } => format!("choose an order from {min} to {max}").into(),
+        }
+    }
+
+    fn place(&self) -> String {
+        match self {
+            Self::OutOfRange { key, .. } => key.clone(),
+            Self::TooLarge { key, .. } => (*key).into(),
+            Self::ApproachNeedsForce => "approach".into(),
+            Self::AdmittanceWithoutMassOrDamping => "mass".into(),
+            _ => String::new(),
+        }
+    }
+
+    fn is_of_caller(&self) -> bool {
+        matches!(self, Self::LaneCount { .. } | Self::LawsDiffer { .. } | Self::TimingDiffers { .. })
+    }
 }
 
 /// `value` where it obeys `bound`.
@@ -130,4 +165,33 @@ pub(crate) fn not_negative(key: &str, value: f64) -> Result<f64, ControlError> {
 /// `value` where it is finite.
 pub(crate) fn finite(key: &str, value: f64) -> Result<f64, ControlError> {
     within(key, value, Bound::Any)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let all = [
+            ControlError::LaneCount { lanes: 4, given: 3 },
+            ControlError::OutOfRange { key: "period".into(), value: 0.0, bound: Bound::Positive },
+            ControlError::OutOfRange { key: "kd".into(), value: -1.0, bound: Bound::NotNegative },
+            ControlError::OutOfRange { key: "kp".into(), value: f64::NAN, bound: Bound::Any },
+            ControlError::TooLarge { key: "filter", value: 900.0, bound: 500.0, why: "half the sample rate" },
+            ControlError::LawsDiffer { lane: 1 },
+            ControlError::TimingDiffers { lane: 1 },
+            ControlError::ApproachNeedsForce,
+            ControlError::AdmittanceWithoutMassOrDamping,
+            ControlError::EmptyReference { kind: "steps" },
+            ControlError::TimesNotIncreasing { index: 1, time_s: 0.5, previous_s: 1.0 },
+            ControlError::TableLengths { times: 2, values: 3 },
+            ControlError::NoLines { period_s: 1.0, low_hz: 0.1, high_hz: 0.2 },
+            ControlError::PrbsOrder { order: 99, min: 2, max: 24 },
+        ];
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("error.rs")),
+            Vec::<String>::new()
+        );
+    }
 }

@@ -1,8 +1,10 @@
 //! What can go wrong in preparing or running a scenario.
 
+use std::borrow::Cow;
+
 use feeler_control::ControlError;
 use feeler_lti::LtiError;
-use feeler_plant::problem::Problem;
+use feeler_problem::{Problem, Remedy, in_lines};
 use thiserror::Error;
 
 /// Why a scenario cannot be prepared.
@@ -10,7 +12,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum EngineError {
     /// The machine or its wiring has mistakes.
-    #[error("{}", list(.problems))]
+    #[error("{}", in_lines(.problems))]
     Problems {
         /// Every mistake, by key.
         problems: Vec<Problem>,
@@ -27,7 +29,7 @@ pub enum EngineError {
     #[error("the equations of motion have no usable exponential: {0}")]
     Exponential(#[from] LtiError),
     /// Variants that shall run side by side differ in more than numbers.
-    #[error("variant {variant} differs from variant 0 in {what}; run it in a batch of its own")]
+    #[error("variant {variant} differs from variant 0 in {what}")]
     Structure {
         /// Index of the variant.
         variant: usize,
@@ -52,8 +54,55 @@ pub enum EngineError {
     },
 }
 
-fn list(problems: &[Problem]) -> String {
-    problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+impl Remedy for EngineError {
+    fn passed_on(&self) -> Option<&dyn Remedy> {
+        match self {
+            Self::Exponential(error) => Some(error),
+            _ => None,
+        }
+    }
+
+    fn remedy(&self) -> Cow<'_, str> {
+        match self {
+            Self::Problems { problems } => {
+                problems.first().map_or("", |problem| problem.remedy.as_str()).into()
+            }
+            Self::Control { source, .. } => source.remedy(),
+            Self::Exponential(error) => error.remedy(),
+            Self::Structure { .. } => "run it in a batch of its own".into(),
+            Self::BodyEngines { needed, .. } => format!("give {needed} such engines").into(),
+            Self::Lanes { lanes, .. } => format!("give {lanes} scenarios").into(),
+        }
+    }
+
+    fn place(&self) -> String {
+        match self {
+            Self::Problems { problems } => problems.first().map_or_else(String::new, |p| p.key.clone()),
+            Self::Control { name, source } => {
+                format!("controllers.{name}.{}", source.place()).trim_end_matches('.').into()
+            }
+            _ => String::new(),
+        }
+    }
+
+    fn is_of_caller(&self) -> bool {
+        match self {
+            Self::Control { source, .. } => source.is_of_caller(),
+            Self::Exponential(error) => error.is_of_caller(),
+            Self::Structure { .. } | Self::BodyEngines { .. } | Self::Lanes { .. } => true,
+            Self::Problems { .. } => false,
+        }
+    }
+
+    fn problems(&self) -> Vec<Problem> {
+        match self {
+            Self::Problems { problems } => problems.clone(),
+            Self::Control { source, .. } => {
+                vec![Problem::new(self.place(), source.to_string(), source.remedy())]
+            }
+            _ => vec![Problem::new("", self.to_string(), self.remedy())],
+        }
+    }
 }
 
 /// How a run ended.
@@ -77,4 +126,44 @@ pub enum RunEnd {
         /// When.
         t_s: f64,
     },
+}
+
+#[cfg(test)]
+mod tests {
+    use feeler_catalogue::Bound;
+
+    use super::*;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let all = [
+            EngineError::Problems {
+                problems: vec![Problem::new("bodies", "nothing can move", "add a body that is free")],
+            },
+            EngineError::Control {
+                name: "force".into(),
+                source: ControlError::OutOfRange { key: "period".into(), value: 0.0, bound: Bound::Positive },
+            },
+            EngineError::Exponential(LtiError::NotFinite { quantity: "A" }),
+            EngineError::Structure { variant: 1, what: "its law" },
+            EngineError::BodyEngines { given: 0, needed: 4 },
+            EngineError::Lanes { given: 3, lanes: 4 },
+        ];
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("error.rs")),
+            Vec::<String>::new()
+        );
+    }
+
+    #[test]
+    fn truth_a_controllers_mistake_names_its_key() {
+        let source = ControlError::OutOfRange { key: "period".into(), value: 0.0, bound: Bound::Positive };
+        let error = EngineError::Control { name: "force".into(), source };
+        assert_eq!(error.problems()[0].key, "controllers.force.period");
+        let whole = EngineError::Control {
+            name: "force".into(),
+            source: ControlError::EmptyReference { kind: "steps" },
+        };
+        assert_eq!(whole.place(), "controllers.force");
+    }
 }

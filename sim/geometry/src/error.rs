@@ -1,6 +1,8 @@
 //! What can be wrong with shapes and their motion.
 
-use feeler_plant::problem::short;
+use std::borrow::Cow;
+
+use feeler_problem::{Remedy, short};
 use thiserror::Error;
 
 /// Why a contact's geometry cannot be used.
@@ -8,7 +10,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum GeometryError {
     /// A length, radius or other number of a shape is out of range.
-    #[error("{what} is {value}; it must be above zero and finite")]
+    #[error("{what} is {value}")]
     Size {
         /// What it is.
         what: &'static str,
@@ -16,18 +18,18 @@ pub enum GeometryError {
         value: f64,
     },
     /// Points that span no body.
-    #[error(
-        "{points} points have no convex hull with a volume; give at least four that do not lie in one plane"
-    )]
+    #[error("{points} points have no convex hull with a volume")]
     Hull {
         /// How many were given.
         points: usize,
     },
-    /// A mesh without triangles, or with corners that do not exist.
-    #[error("{what}; export the mesh again as triangles")]
+    /// A mesh without triangles, or with corners that do not exist; a height field without a surface.
+    #[error("{what}")]
     Mesh {
         /// What is wrong.
         what: String,
+        /// What to do about it.
+        remedy: &'static str,
     },
     /// A line of a file that cannot be read.
     #[error("line {line}: {what}")]
@@ -36,11 +38,11 @@ pub enum GeometryError {
         line: usize,
         /// What is wrong.
         what: String,
+        /// What to do about it.
+        remedy: &'static str,
     },
     /// The times of a feed's path.
-    #[error(
-        "point {index} of the path is at {t_s} s, which is not after the one before; sort the path by time"
-    )]
+    #[error("point {index} of the path is at {t_s} s, which is not after the one before")]
     Path {
         /// Which point, from 0.
         index: usize,
@@ -48,10 +50,10 @@ pub enum GeometryError {
         t_s: f64,
     },
     /// A path without points.
-    #[error("the path has no points; give at least one")]
+    #[error("the path has no points")]
     EmptyPath,
     /// Two shapes that Parry cannot measure against each other.
-    #[error("distances between a {tip} and a {workpiece} cannot be measured; use another shape for the tip")]
+    #[error("distances between a {tip} and a {workpiece} cannot be measured")]
     Unsupported {
         /// The tip's shape.
         tip: &'static str,
@@ -59,7 +61,7 @@ pub enum GeometryError {
         workpiece: &'static str,
     },
     /// The tip never meets the workpiece on its way along the axis.
-    #[error("with the tip at y = {y_m} m, z = {z_m} m{} the way along the axis does not meet the workpiece; move the workpiece or the feed", at(*.t_s))]
+    #[error("with the tip at y = {y_m} m, z = {z_m} m{} the way along the axis does not meet the workpiece", at(*.t_s))]
     Unreachable {
         /// Where, m.
         y_m: f64,
@@ -70,8 +72,7 @@ pub enum GeometryError {
     },
     /// The tip's way along the axis grazes a wall that is parallel to it, so that the gap jumps.
     #[error(
-        "at {} s the gap jumps by {} m: the tip travels against a wall, or begins just where it could touch; give the tip a radius larger than the step, or begin \
-         or end the feed elsewhere", short(*.t_s), short(*.jump_m)
+        "at {} s the gap jumps by {} m: the tip travels against a wall, or begins just where it could touch", short(*.t_s), short(*.jump_m)
     )]
     Jump {
         /// When, s.
@@ -81,8 +82,8 @@ pub enum GeometryError {
     },
     /// An edge of the gap at which the error asked for is missed even within 0.1 us.
     #[error(
-        "an `error` of {error_m:e} m cannot be kept: at {} s, where the gap bends sharply, it is known to {} m; raise `error` to {:.0e} m or more",
-        short(*.t_s), short(*.apart_m), 2.0 * .apart_m
+        "an `error` of {error_m:e} m cannot be kept: at {} s, where the gap bends sharply, it is known to {} m",
+        short(*.t_s), short(*.apart_m)
     )]
     Unresolved {
         /// When, s.
@@ -93,15 +94,13 @@ pub enum GeometryError {
         error_m: f64,
     },
     /// The tip starts inside the workpiece.
-    #[error("the tip starts {} m inside the workpiece; move the workpiece away along x, or the tip back", short(*.depth_m))]
+    #[error("the tip starts {} m inside the workpiece", short(*.depth_m))]
     Overlap {
         /// How far it must go back, m.
         depth_m: f64,
     },
     /// More knots than a run should carry.
-    #[error(
-        "more than {most} knots are needed for an error of {error_m} m; ask for less accuracy, or smooth the surface"
-    )]
+    #[error("more than {most} knots are needed for an error of {error_m} m")]
     Knots {
         /// The limit.
         most: usize,
@@ -110,6 +109,55 @@ pub enum GeometryError {
     },
 }
 
+impl Remedy for GeometryError {
+    fn remedy(&self) -> Cow<'_, str> {
+        match self {
+            Self::Size { .. } => "write a finite number above zero".into(),
+            Self::Hull { .. } => "give at least four points that do not lie in one plane".into(),
+            Self::Mesh { remedy, .. } | Self::Line { remedy, .. } => (*remedy).into(),
+            Self::Path { .. } => "sort the path by time".into(),
+            Self::EmptyPath => "give at least one point".into(),
+            Self::Unsupported { .. } => "use another shape for the tip".into(),
+            Self::Unreachable { .. } => "move the workpiece or the feed".into(),
+            Self::Jump { .. } => {
+                "give the tip a radius larger than the step, or begin or end the feed elsewhere".into()
+            }
+            Self::Unresolved { apart_m, .. } => {
+                format!("raise `error` to {:.0e} m or more", 2.0 * apart_m).into()
+            }
+            Self::Overlap { .. } => "move the workpiece away along x, or the tip back".into(),
+            Self::Knots { .. } => "ask for less accuracy, or smooth the surface".into(),
+        }
+    }
+}
+
 fn at(t_s: Option<f64>) -> String {
     t_s.map_or_else(String::new, |t| format!(" (at {t} s)"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let all = [
+            GeometryError::Size { what: "the radius of a ball", value: 0.0 },
+            GeometryError::Hull { points: 3 },
+            GeometryError::Mesh { what: "the mesh has no triangles".into(), remedy: "export it again" },
+            GeometryError::Line { line: 1, what: "`x` is no number".into(), remedy: "write a number" },
+            GeometryError::Path { index: 1, t_s: 0.0 },
+            GeometryError::EmptyPath,
+            GeometryError::Unsupported { tip: "mesh", workpiece: "mesh" },
+            GeometryError::Unreachable { y_m: 0.0, z_m: 0.0, t_s: Some(1.0) },
+            GeometryError::Jump { t_s: 1.0, jump_m: 1e-3 },
+            GeometryError::Unresolved { t_s: 1.0, apart_m: 1e-9, error_m: 1e-10 },
+            GeometryError::Overlap { depth_m: 1e-3 },
+            GeometryError::Knots { most: 1000, error_m: 1e-9 },
+        ];
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("error.rs")),
+            Vec::<String>::new()
+        );
+    }
 }

@@ -51,7 +51,11 @@ impl Feed {
         match lines.next() {
             Some((_, header)) if header.split(',').map(str::trim).eq(["t_s", "y_m", "z_m"]) => {}
             _ => {
-                return Err(GeometryError::Line { line: 1, what: "the header must be `t_s,y_m,z_m`".into() });
+                return Err(GeometryError::Line {
+                    line: 1,
+                    what: "the header is not `t_s,y_m,z_m`".into(),
+                    remedy: "write `t_s,y_m,z_m` as the first line",
+                });
             }
         }
         let mut points = Vec::new();
@@ -65,6 +69,7 @@ impl Feed {
                 return Err(GeometryError::Line {
                     line: i + 1,
                     what: format!("`{}` is not three finite numbers", line.trim()),
+                    remedy: "write time, y and z, parted by commas",
                 });
             };
             points.push((t, [y, z]));

@@ -16,12 +16,14 @@ pub fn read_height_field(text: &str, extents_m: [f64; 2]) -> Result<Shape, Geome
         let line = i + 1;
         let row = row.ok_or_else(|| GeometryError::Line {
             line,
-            what: "every field must be a finite number, a height in metres".into(),
+            what: "a field is no finite number".into(),
+            remedy: "write heights in metres, parted by commas",
         })?;
         if let Some(first) = heights_m.first().filter(|first| first.len() != row.len()) {
             return Err(GeometryError::Line {
                 line,
                 what: format!("{} heights where the first line has {}", row.len(), first.len()),
+                remedy: "write as many heights in every line",
             });
         }
         heights_m.push(row);

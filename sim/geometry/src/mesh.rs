@@ -19,8 +19,11 @@ const STL_START: usize = 84;
 /// Bytes per triangle: a normal, three corners, and two of padding.
 const STL_TRIANGLE: usize = 50;
 
+/// What mends a mesh.
+const EXPORT: &str = "export the mesh again as triangles";
+
 fn mesh_error<T>(what: impl Into<String>) -> Result<T, GeometryError> {
-    Err(GeometryError::Mesh { what: what.into() })
+    Err(GeometryError::Mesh { what: what.into(), remedy: EXPORT })
 }
 
 impl Mesh {
@@ -37,7 +40,7 @@ impl Mesh {
         }
         let vertices = self.vertices_m.iter().map(|v| Vector::from_array(*v)).collect();
         SharedShape::trimesh(vertices, self.triangles.clone())
-            .map_err(|error| GeometryError::Mesh { what: error.to_string() })
+            .map_err(|error| GeometryError::Mesh { what: error.to_string(), remedy: EXPORT })
     }
 }
 
@@ -103,7 +106,8 @@ pub fn read_obj(text: &str, scale_m: f64) -> Result<Mesh, GeometryError> {
                 let Some(corners) = corners.filter(|corners| corners.len() >= 3) else {
                     return Err(GeometryError::Line {
                         line: i + 1,
-                        what: "a face needs three corners or more, by numbers of corners above it".into(),
+                        what: "this is no face of three corners or more".into(),
+                        remedy: "name three corners or more by their numbers, each above the face",
                     });
                 };
                 mesh.triangles
@@ -125,7 +129,11 @@ fn corner<'a>(
         words.take(3).filter_map(|word| word.parse().ok()).filter(|x: &f64| x.is_finite()).collect();
     match numbers.as_slice() {
         [x, y, z] => Ok([x * scale_m, y * scale_m, z * scale_m]),
-        _ => Err(GeometryError::Line { line: line + 1, what: "a corner needs three finite numbers".into() }),
+        _ => Err(GeometryError::Line {
+            line: line + 1,
+            what: "this corner has not three finite numbers".into(),
+            remedy: "write x, y and z of the corner",
+        }),
     }
 }
 

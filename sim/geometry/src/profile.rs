@@ -152,7 +152,10 @@ impl Touching {
         }
         let (knots, touches): (Vec<Knot>, Vec<Touched>) = knots.into_iter().unzip();
         let profile = Profile::new(&knots)
-            .map_err(|problem| GeometryError::Mesh { what: problem.message })?
+            .map_err(|problem| GeometryError::Mesh {
+                what: problem.message,
+                remedy: "mend the shapes where the tip passes them",
+            })?
             .with_touches(touches);
         Ok(Compiled { profile, error_m: worst_m, queries: probe.queries })
     }

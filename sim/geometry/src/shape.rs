@@ -149,13 +149,15 @@ fn height_field(heights_m: &[Vec<f64>], extents_m: [f64; 2]) -> Result<(SharedSh
     if rows < 2 || columns < 2 {
         return Err(GeometryError::Mesh {
             what: format!("a height field of {rows} rows and {columns} columns has no surface"),
+            remedy: "write at least two lines of two heights",
         });
     }
     if let Some(row) =
         heights_m.iter().position(|row| row.len() != columns || row.iter().any(|h| !h.is_finite()))
     {
-        let what = format!("needs {columns} finite heights, as the first row has");
-        return Err(GeometryError::Line { line: row + 1, what });
+        let what = format!("there are not {columns} finite heights, as the first row has");
+        let remedy = "write as many heights in every row";
+        return Err(GeometryError::Line { line: row + 1, what, remedy });
     }
     let [y, z] = extents_m.map(|extent| size("an extent of a height field", extent));
     // Column by column, as Parry stores it; its rows run along its z, its columns along its x, and it rises

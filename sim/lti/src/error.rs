@@ -1,5 +1,9 @@
 //! What can go wrong in this crate.
 
+use std::borrow::Cow;
+
+use feeler_problem::Remedy;
+
 /// The error of every fallible function of this crate.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -97,6 +101,48 @@ pub enum LtiError {
     },
 }
 
+impl Remedy for LtiError {
+    fn remedy(&self) -> Cow<'_, str> {
+        match self {
+            Self::Shape { matrix, expected_rows, expected_columns, .. } => {
+                format!("give `{matrix}` {expected_rows} rows and {expected_columns} columns").into()
+            }
+            Self::NotFinite { quantity } => {
+                format!("look for extreme or missing numbers in what `{quantity}` is made of").into()
+            }
+            Self::OutOfRange { quantity, range, .. } => format!("choose {quantity} within {range}").into(),
+            Self::NoSuchChannel { kind, count: 0, .. } => format!("add an {kind}").into(),
+            Self::NoSuchChannel { kind, count, .. } => {
+                format!("name an {kind} from 0 to {}", count - 1).into()
+            }
+            Self::SampleTimes { .. } => "bring both systems to one sample time".into(),
+            Self::AlgebraicLoop => {
+                "delay one of the two systems by a sample, or change its direct gain".into()
+            }
+            Self::AtPole { .. } => "ask for the response at another frequency, or add damping".into(),
+            Self::EigenvaluesNotConverged { .. } => {
+                "bring masses, stiffnesses and dampings closer together in size".into()
+            }
+            Self::Degenerate => "choose an input that moves the output".into(),
+            Self::RecordTooShort { needed, .. } => format!("record {needed} samples or more").into(),
+            Self::RecordLengths { .. } => "cut both records to one length".into(),
+            Self::NotExcited { frequency_hz } => {
+                format!("excite at {frequency_hz} Hz, or leave this frequency out").into()
+            }
+        }
+    }
+
+    fn is_of_caller(&self) -> bool {
+        matches!(
+            self,
+            Self::Shape { .. }
+                | Self::NoSuchChannel { .. }
+                | Self::SampleTimes { .. }
+                | Self::RecordLengths { .. }
+        )
+    }
+}
+
 /// Fails with [`LtiError::NotFinite`] where a value is not finite.
 pub(crate) fn require_finite<'a>(
     quantity: &'static str,
@@ -134,5 +180,39 @@ pub(crate) fn require_shape<T>(
         Ok(())
     } else {
         Err(LtiError::Shape { matrix, expected_rows, expected_columns, found_rows, found_columns })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let all = [
+            LtiError::Shape {
+                matrix: "A",
+                expected_rows: 2,
+                expected_columns: 2,
+                found_rows: 2,
+                found_columns: 3,
+            },
+            LtiError::NotFinite { quantity: "A" },
+            LtiError::OutOfRange { quantity: "period (s)", value: -1.0, range: "(0, inf)" },
+            LtiError::NoSuchChannel { kind: "output", index: 2, count: 2 },
+            LtiError::NoSuchChannel { kind: "input", index: 0, count: 0 },
+            LtiError::SampleTimes { left_s: 1e-3, right_s: 2e-3 },
+            LtiError::AlgebraicLoop,
+            LtiError::AtPole { re: 0.0, im: 1.0 },
+            LtiError::EigenvaluesNotConverged { order: 8 },
+            LtiError::Degenerate,
+            LtiError::RecordTooShort { needed: 16, found: 3 },
+            LtiError::RecordLengths { left: 3, right: 4 },
+            LtiError::NotExcited { frequency_hz: 5.0 },
+        ];
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("error.rs")),
+            Vec::<String>::new()
+        );
     }
 }

@@ -6,9 +6,10 @@ pub mod description;
 pub mod effects;
 pub mod motion;
 pub mod names;
-pub mod problem;
 pub mod units {
     //! Physical dimensions.
 
     pub use feeler_catalogue::Dimension;
 }
+
+pub use feeler_problem as problem;

@@ -1,6 +1,9 @@
 //! Why there is no frequency response.
 
+use std::borrow::Cow;
+
 use feeler_analysis::AnalysisError;
+use feeler_problem::Remedy;
 use thiserror::Error;
 
 use crate::refusal::Refusal;
@@ -19,18 +22,17 @@ pub enum FrfError {
     Analysis(#[from] AnalysisError),
 }
 
-impl FrfError {
-    /// What to do about it.
-    pub fn remedy(&self) -> &str {
+impl Remedy for FrfError {
+    fn remedy(&self) -> Cow<'_, str> {
         match self {
-            Self::Request(refusal) | Self::Source(refusal) => &refusal.remedy,
+            Self::Request(refusal) | Self::Source(refusal) => refusal.remedy(),
             Self::Analysis(AnalysisError::RunEnded { .. }) => {
-                "the machine runs away under this excitation: try --clamped, or less with --rms"
+                "the machine runs away under this excitation: try --clamped, or less with --rms".into()
             }
             Self::Analysis(AnalysisError::Lti(_)) => {
-                "longer records, a shorter --segment or a narrower band may help"
+                "longer records, a shorter --segment or a narrower band may help".into()
             }
-            Self::Analysis(_) => "see feeler frf --help for what can be asked",
+            Self::Analysis(error) => error.remedy(),
         }
     }
 }
@@ -41,4 +43,24 @@ impl FrfError {
 /// The refusal.
 pub fn require(holds: bool, message: impl FnOnce() -> String, remedy: &str) -> Result<(), Refusal> {
     if holds { Ok(()) } else { Err(Refusal::new(message(), remedy)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let refusal = || Refusal::new("the band is empty", "widen it with --band");
+        let all = [
+            FrfError::Request(refusal()),
+            FrfError::Source(refusal()),
+            FrfError::Analysis(AnalysisError::RunEnded { t_s: 0.1 }),
+            FrfError::Analysis(AnalysisError::NotLinear { name: "contact.touches".into() }),
+        ];
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("error.rs")),
+            Vec::<String>::new()
+        );
+    }
 }

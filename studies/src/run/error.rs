@@ -1,11 +1,15 @@
 //! What can go wrong in running a scenario and writing what it gave.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use feeler_engine::EngineError;
 use feeler_manipulator::ManipulatorError;
+use feeler_problem::Remedy;
 use parquet::errors::ParquetError;
 use thiserror::Error;
+
+use crate::unwritable::unwritable;
 
 /// Why a run, or writing it, failed.
 #[derive(Debug, Error)]
@@ -18,7 +22,7 @@ pub enum RunError {
     #[error(transparent)]
     Manipulator(#[from] ManipulatorError),
     /// A file cannot be written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}", unwritable(path, source).message)]
     Write {
         /// The file.
         path: PathBuf,
@@ -67,5 +71,50 @@ pub(crate) fn system_error(source: ParquetError) -> Result<std::io::Error, Parqu
             inner.downcast::<std::io::Error>().map(|inner| *inner).map_err(ParquetError::External)
         }
         other => Err(other),
+    }
+}
+
+impl Remedy for RunError {
+    fn passed_on(&self) -> Option<&dyn Remedy> {
+        match self {
+            Self::Engine(error) => Some(error),
+            Self::Manipulator(error) => Some(error),
+            _ => None,
+        }
+    }
+
+    fn remedy(&self) -> Cow<'_, str> {
+        match self {
+            Self::Engine(error) => error.remedy(),
+            Self::Manipulator(error) => error.remedy(),
+            Self::Write { path, source } => unwritable(path, source).remedy.into(),
+            Self::Parquet { .. } | Self::Csv { .. } => {
+                "remove the file, and name a place that can be written".into()
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::ErrorKind;
+
+    use super::*;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let path = || PathBuf::from("out/trace");
+        let all = [
+            RunError::Engine(EngineError::Lanes { given: 3, lanes: 4 }),
+            RunError::Manipulator(ManipulatorError::NeverMeets),
+            RunError::Write { path: path(), source: ErrorKind::StorageFull.into() },
+            RunError::Write { path: path(), source: ErrorKind::PermissionDenied.into() },
+            RunError::Parquet { path: path(), source: ParquetError::EOF("cut off".into()) },
+            RunError::Csv { path: path(), source: std::io::Error::from(ErrorKind::BrokenPipe).into() },
+        ];
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("error.rs")),
+            Vec::<String>::new()
+        );
     }
 }

@@ -1,11 +1,14 @@
 //! What can go wrong in a sweep as a whole; what goes wrong in a variant is its row.
 
+use std::borrow::Cow;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use feeler_problem::Remedy;
 use thiserror::Error;
 
 use crate::run::system_error;
+use crate::unwritable::unwritable;
 use feeler_files::FormatError;
 
 /// Why a sweep, or putting its results together, failed.
@@ -16,7 +19,7 @@ pub enum SweepError {
     #[error(transparent)]
     Format(#[from] FormatError),
     /// A file cannot be read or written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}", unwritable(path, source).message)]
     Io {
         /// The file.
         path: PathBuf,
@@ -72,6 +75,37 @@ pub enum SweepError {
     },
 }
 
+impl Remedy for SweepError {
+    fn passed_on(&self) -> Option<&dyn Remedy> {
+        match self {
+            Self::Format(error) => Some(error),
+            _ => None,
+        }
+    }
+
+    fn remedy(&self) -> Cow<'_, str> {
+        match self {
+            Self::Format(error) => error.remedy(),
+            Self::Io { path, source } => unwritable(path, source).remedy.into(),
+            Self::Parquet { .. } | Self::Column { .. } => {
+                "remove the file: what is missing is run again".into()
+            }
+            Self::OtherSweep { .. } => "name another folder with --out, or remove this one".into(),
+            Self::NoSweep { .. } => "name the folder that `feeler sweep --out` was given".into(),
+            Self::Incomplete { .. } => "run the shards that have not ended, or name their folders too".into(),
+            Self::RefineShard => "run it on one machine, or remove [refine]".into(),
+            Self::Threads { .. } => "allow more threads, or set RAYON_NUM_THREADS to fewer".into(),
+        }
+    }
+
+    fn place(&self) -> String {
+        match self {
+            Self::RefineShard => "refine".into(),
+            _ => self.passed_on().map_or_else(String::new, Remedy::place),
+        }
+    }
+}
+
 impl SweepError {
     pub(crate) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
         move |source| Self::Io { path: path.into(), source }
@@ -93,6 +127,34 @@ impl SweepError {
 mod tests {
     use super::*;
     use parquet::errors::ParquetError;
+
+    #[test]
+    fn prop_every_error_says_what_to_do() {
+        let wrong = feeler_files::Document::parse("mass = = 3", "a.toml").map(drop);
+        let path = || PathBuf::from("out/sweep.parquet");
+        let too_many = rayon::ThreadPoolBuilder::new()
+            .num_threads(1)
+            .spawn_handler(|_| Err(ErrorKind::OutOfMemory.into()))
+            .build()
+            .err();
+        let all: Vec<SweepError> = (wrong.err().map(SweepError::Format).into_iter())
+            .chain(too_many.map(|source| SweepError::Threads { source }))
+            .chain([
+                SweepError::Io { path: path(), source: ErrorKind::StorageFull.into() },
+                SweepError::Io { path: path(), source: ErrorKind::PermissionDenied.into() },
+                SweepError::Parquet { path: path(), source: ParquetError::EOF("cut off".into()) },
+                SweepError::Column { path: path(), column: "kp".into() },
+                SweepError::OtherSweep { folder: path() },
+                SweepError::NoSweep { folder: path() },
+                SweepError::Incomplete { missing: 1, chunks: 2, first: 1 },
+                SweepError::RefineShard,
+            ])
+            .collect();
+        assert_eq!(
+            feeler_problem::contract::violations(&all, include_str!("error.rs")),
+            Vec::<String>::new()
+        );
+    }
 
     #[test]
     fn regress_a_full_disk_is_no_mistake_of_a_table() {

@@ -19,7 +19,7 @@ pub struct Shard {
 
 /// Why a text is no shard.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("`{text}` is no shard: write K/N with K from 1 to N, as in 2/8")]
+#[error("`{text}` is no shard")]
 pub struct ParseShardError {
     /// The text.
     pub text: String,

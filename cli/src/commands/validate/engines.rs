@@ -5,21 +5,21 @@ use feeler_validation::engines::{EngineAgreement, agreements, default_steps_s, e
 use crate::arguments::Validate;
 use crate::numbers::plain;
 use crate::terminal;
-use crate::terminal::failure::CheckFailed;
+use crate::terminal::failure::Failure;
 use crate::terminal::table;
 
-pub(super) fn run(arguments: &Validate) -> anyhow::Result<()> {
+pub(super) fn run(arguments: &Validate) -> crate::Result<()> {
     let steps_s = default_steps_s();
     let found = agreements(super::scenarios(arguments)?.as_deref(), &steps_s)?;
     if arguments.json {
-        terminal::print(&serde_json::to_string_pretty(&found)?)?;
+        terminal::print(&terminal::json(&found)?)?;
     } else {
         terminal::print(&format!(
             "Largest difference of the tip's position between Rapier and the exact engine over the tip's travel, by Rapier's step; order by regression.\n\n{}",
             lines(&found, &steps_s)
         ))?;
     }
-    if engine_rows(&found).iter().all(|row| row.pass) { Ok(()) } else { Err(CheckFailed.into()) }
+    if engine_rows(&found).iter().all(|row| row.pass) { Ok(()) } else { Err(Failure::CheckFailed) }
 }
 
 fn lines(found: &[EngineAgreement], steps_s: &[f64]) -> String {

@@ -15,7 +15,7 @@ use crate::words;
 const MOST_EVENTS: usize = 400;
 
 /// The page of a run.
-pub(crate) fn page(file: &CellFile, settings: &[String], result: &CellRun) -> anyhow::Result<String> {
+pub(crate) fn page(file: &CellFile, settings: &[String], result: &CellRun) -> crate::Result<String> {
     let units = Units::of(&file.cell.scenario.machine);
     let mut page = Page::new(&file.name, &file.about);
     page.lead(&format!("{}{}", words::outcome(&result.summary.figures, units), limits(&result.summary)));

@@ -11,7 +11,7 @@ const MOST_FRAMES: usize = 1200;
 /// What `assets/scene.js` draws: the links' radii, lines of workpiece (base's frame) and tip (tool's frame),
 /// and for each frame the time, the points of the skeleton from the base to the tool, the tool's turn as a
 /// quaternion, the force, and the point and normal of the contact.
-pub(super) fn scene(file: &CellFile, result: &CellRun) -> anyhow::Result<Value> {
+pub(super) fn scene(file: &CellFile, result: &CellRun) -> crate::Result<Value> {
     let cell = &file.cell;
     let chain = cell.arm.chain();
     let trace = &result.motion;

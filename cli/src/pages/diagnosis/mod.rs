@@ -301,7 +301,7 @@ fn tried(page: &mut Page, diagnosis: &Diagnosis) {
     for attempt in &diagnosis.attempts {
         let (beside, last) = attempt.causes.rsplit_once('+').unwrap_or(("", &attempt.causes));
         let nats = |gain: Option<f64>| gain.map_or_else(|| "-".into(), |gain| format!("{gain:.0}"));
-        let row = vec![said(last), nats(attempt.gain_check), nats(attempt.gain_all), attempt.why.clone()];
+        let row = vec![said(last), nats(attempt.gain_check), nats(attempt.gain_all), attempt.why.to_string()];
         match groups.iter_mut().find(|(known, _)| *known == beside) {
             Some((_, rows)) => rows.push(row),
             None => groups.push((beside, vec![row])),

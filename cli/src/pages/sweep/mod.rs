@@ -42,7 +42,7 @@ pub(crate) struct Shown {
 }
 
 /// Reads the variants that are drawn from the results in `path`.
-pub(crate) fn read(sweep: &Sweep, path: &Path, tally: &Tally) -> anyhow::Result<Shown> {
+pub(crate) fn read(sweep: &Sweep, path: &Path, tally: &Tally) -> crate::Result<Shown> {
     let axes = DrawnAxis::of(&sweep.file);
     let drawn = Drawn::of(&sweep.file, tally.rows);
     let is_shown = |column: &str| {
@@ -63,7 +63,7 @@ pub(crate) fn write(
     theory: &Theory,
     tally: &Tally,
     folder: &Path,
-) -> anyhow::Result<Vec<PathBuf>> {
+) -> crate::Result<Vec<PathBuf>> {
     let axes = DrawnAxis::of(&sweep.file);
     let outcomes = tally::outcomes(table).map(str::to_owned).collect();
     let units = Units::of(&sweep.document.scenario.machine);

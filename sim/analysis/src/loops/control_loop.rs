@@ -158,7 +158,12 @@ impl ControlLoop {
     /// [`AnalysisError::NoController`].
     pub fn controller(&self, name: &str) -> Result<usize, AnalysisError> {
         let found = self.controllers.iter().position(|c| c.name == name);
-        found.ok_or_else(|| AnalysisError::NoController { name: name.into() })
+        found.ok_or_else(|| self.no_controller(name))
+    }
+
+    fn no_controller(&self, name: &str) -> AnalysisError {
+        let known = self.controllers.iter().map(|controller| controller.name.clone()).collect();
+        AnalysisError::NoController { name: name.into(), known }
     }
 
     /// Controller and gain that a key such as `controllers.force.kp` (or `force.kp`, or `kp` for the first
@@ -171,7 +176,7 @@ impl ControlLoop {
         let name = path.strip_prefix("controllers.").unwrap_or(path);
         let controller = if name.is_empty() { 0 } else { self.controller(name)? };
         if controller >= self.controllers.len() {
-            return Err(AnalysisError::NoController { name: name.into() });
+            return Err(self.no_controller(name));
         }
         Ok((controller, gain.into()))
     }

@@ -7,9 +7,9 @@ use super::{
     VelocitySource,
 };
 use crate::description::{ActuatorKind, Contact, ContactLaw, GROUND, Machine, Quantity, Sensor, SignalName};
-use crate::effects::{Change, EffectError, EffectUse, Host};
+use crate::effects::{Change, EffectUse, Host};
 use crate::names::{did_you_mean, list, nearest};
-use crate::problem::Problem;
+use crate::problem::{Problem, Remedy};
 
 /// Resolves every name of a machine and applies its effects, in the order: bodies, springs, contacts,
 /// actuators, sensors.
@@ -234,12 +234,7 @@ impl<'a> Build<'a> {
                 "move it under a controller",
             ));
         } else if let Err(error) = effect.definition.apply(&mut self.assembly, host, &effect.values) {
-            let remedy = match error {
-                EffectError::WrongSite { .. } => "move it to such an element, or leave it out",
-                EffectError::WrongHost { .. } => "move it there",
-                _ => "change the value",
-            };
-            self.problems.push(Problem::new(key, error.to_string(), remedy));
+            self.problems.push(Problem::new(key, error.to_string(), error.remedy()));
         }
     }
 }

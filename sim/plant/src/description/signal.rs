@@ -1,9 +1,11 @@
 //! Signal names: `<element>.<quantity>`.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 
 use feeler_catalogue::Dimension;
+use feeler_problem::Remedy;
 use thiserror::Error;
 
 /// A quantity of an element.
@@ -134,19 +136,28 @@ impl fmt::Display for SignalName {
 #[non_exhaustive]
 pub enum ParseSignalError {
     /// There is no dot.
-    #[error("`{text}` is no signal: write `<element>.<quantity>`, as in `motor.position`")]
+    #[error("`{text}` is no signal")]
     NoDot {
         /// What was written.
         text: String,
     },
     /// The part after the dot is no quantity.
-    #[error("`{quantity}` is no quantity of a signal; {remedy}")]
+    #[error("`{quantity}` is no quantity of a signal")]
     UnknownQuantity {
         /// What was written.
         quantity: String,
         /// The nearest that exists, or all.
         remedy: String,
     },
+}
+
+impl Remedy for ParseSignalError {
+    fn remedy(&self) -> Cow<'_, str> {
+        match self {
+            Self::NoDot { .. } => "write `<element>.<quantity>`, as in `motor.position`".into(),
+            Self::UnknownQuantity { remedy, .. } => remedy.into(),
+        }
+    }
 }
 
 impl FromStr for SignalName {

@@ -69,7 +69,8 @@ impl ChangesPlant for Backlash {
                     return Err(EffectError::Value {
                         parameter,
                         value,
-                        reason: "this spring has its own; leave it out",
+                        reason: "this spring has its own",
+                        remedy: "leave it out",
                     });
                 }
             }

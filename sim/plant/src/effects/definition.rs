@@ -1,5 +1,8 @@
 //! What the library says of each effect.
 
+use std::borrow::Cow;
+
+use feeler_problem::Remedy;
 use thiserror::Error;
 
 use super::Kind;
@@ -429,7 +432,7 @@ pub enum EffectError {
         high: f64,
     },
     /// A split would leave no mass on one side.
-    #[error("`{parameter}` = {value_kg} kg leaves nothing of the {available_kg} kg there are; choose less")]
+    #[error("`{parameter}` = {value_kg} kg leaves nothing of the {available_kg} kg there are")]
     MassExceeded {
         /// The parameter.
         parameter: &'static str,
@@ -445,9 +448,24 @@ pub enum EffectError {
         parameter: &'static str,
         /// Its value.
         value: f64,
-        /// What it must satisfy.
+        /// Why not.
         reason: &'static str,
+        /// What to do about it.
+        remedy: &'static str,
     },
+}
+
+impl Remedy for EffectError {
+    fn remedy(&self) -> Cow<'_, str> {
+        match self {
+            Self::WrongHost { expected, .. } => format!("move it under {}", either(expected)).into(),
+            Self::WrongSite { needs, .. } => format!("move it to {needs}, or leave it out").into(),
+            Self::Count { expected, .. } => format!("give {expected} parameters").into(),
+            Self::OutOfBounds { low, high, .. } => format!("choose a value from {low} to {high}").into(),
+            Self::MassExceeded { available_kg, .. } => format!("choose less than {available_kg} kg").into(),
+            Self::Value { remedy, .. } => (*remedy).into(),
+        }
+    }
 }
 
 fn either(kinds: &[HostKind]) -> String {

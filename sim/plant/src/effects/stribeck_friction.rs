@@ -56,6 +56,7 @@ impl ChangesPlant for StribeckFriction {
                 parameter: "static",
                 value: static_level,
                 reason: "the level at rest is not below `coulomb`",
+                remedy: "raise it to `coulomb` or above",
             });
         }
         friction.forward += coulomb;

@@ -1,4 +1,4 @@
-//! Mistakes in a machine, by key.
+//! One mistake with its place.
 
 use std::fmt;
 
@@ -15,31 +15,34 @@ pub fn short(value: f64) -> String {
 /// One mistake: where it is and what to do about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
-    /// Dotted path of the key, as in `bodies.motor.mass`; empty for a name that was asked for and stands in
-    /// no file.
+    /// Dotted path of the key, as in `bodies.motor.mass`, or a file with its row; empty where neither is
+    /// meant.
     pub key: String,
     /// What is wrong.
     pub message: String,
     /// What to do about it.
-    pub remedy: Option<String>,
+    pub remedy: String,
 }
 
 impl Problem {
-    /// A problem with a remedy.
+    /// A problem with its remedy.
     pub fn new(key: impl Into<String>, message: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self { key: key.into(), message: message.into(), remedy: Some(remedy.into()) }
+        Self { key: key.into(), message: message.into(), remedy: remedy.into() }
+    }
+
+    /// Place and message in one line, without the remedy.
+    pub fn headline(&self) -> String {
+        if self.key.is_empty() { self.message.clone() } else { format!("{}: {}", self.key, self.message) }
     }
 }
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if !self.key.is_empty() {
-            write!(f, "{}: ", self.key)?;
-        }
-        f.write_str(&self.message)?;
-        match &self.remedy {
-            Some(remedy) => write!(f, " ({remedy})"),
-            None => Ok(()),
-        }
+        write!(f, "{} ({})", self.headline(), self.remedy)
     }
+}
+
+/// Problems, each in a line of its own.
+pub fn in_lines(problems: &[Problem]) -> String {
+    problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }

@@ -1,0 +1,167 @@
+//! What kind of file this is, so that one sentence is said of a file of another kind in place of one for
+//! every line of it.
+
+use std::path::Path;
+
+use super::keys::ELEMENTS;
+use super::problem::{FormatError, Problems};
+use super::source::Sources;
+use super::tree::Table;
+
+/// The kinds of TOML file that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FileKind {
+    /// A machine, or a scenario that builds on one.
+    Scenario,
+    /// An arm of a URDF.
+    Arm,
+    /// A sweep over keys of a scenario.
+    Sweep,
+    /// Recorded series.
+    Dataset,
+}
+
+impl FileKind {
+    /// The kind of a table, with the key that shows it.
+    fn of(table: &Table) -> Option<(Self, &str)> {
+        let marks = [
+            ("axes", Self::Sweep),
+            ("urdf", Self::Arm),
+            ("columns", Self::Dataset),
+            ("experiments", Self::Dataset),
+            ("arm", Self::Scenario),
+        ];
+        let elements = ELEMENTS.iter().map(|element| (element.table, Self::Scenario));
+        let found = marks.into_iter().chain(elements).find(|(mark, _)| table.contains_key(*mark));
+        found.map(|(mark, kind)| (kind, mark))
+    }
+
+    fn noun(self) -> &'static str {
+        match self {
+            Self::Scenario => "a machine or scenario file",
+            Self::Arm => "an arm file",
+            Self::Sweep => "a sweep file",
+            Self::Dataset => "a dataset file",
+        }
+    }
+
+    /// What to do with a file of this kind where another one is wanted.
+    fn remedy(self, wanted: Self) -> String {
+        let command = match self {
+            Self::Scenario => "run",
+            Self::Arm => "reduce",
+            Self::Sweep => "sweep",
+            Self::Dataset => "diagnose",
+        };
+        let instead = match (self, wanted) {
+            (Self::Arm, Self::Scenario) => ", and writes a machine file",
+            (Self::Sweep, Self::Scenario) => "; name the scenario that it varies here",
+            (Self::Dataset, Self::Scenario) => "; name the machine that it was recorded on here",
+            (_, Self::Scenario) => "; name a machine or scenario file here",
+            (_, Self::Arm) => "; name an arm file here: one with `urdf` and [joints]",
+            (_, Self::Sweep) => "; name a sweep file here: one with `scenario` and [axes]",
+            (_, Self::Dataset) => "; name a dataset here: a folder with dataset.toml in it",
+        };
+        format!("`feeler {command}` takes it{instead}")
+    }
+}
+
+/// Refuses a file that shows to be of another kind than wanted.
+pub(crate) fn refuse_other(table: &Table, wanted: FileKind, sources: &Sources) -> Result<(), FormatError> {
+    let Some((found, mark)) = FileKind::of(table).filter(|(found, _)| *found != wanted) else {
+        return Ok(());
+    };
+    // A sweep over a whole arm is refused with a remedy of its own.
+    if wanted == FileKind::Sweep && mark == "arm" {
+        return Ok(());
+    }
+    let origin = table.get(mark).map(|entry| entry.key.clone()).unwrap_or_default();
+    let message = format!("this is {}, and {} is wanted", found.noun(), wanted.noun());
+    let mut problems = Problems::default();
+    problems.add(&origin, mark, message, found.remedy(wanted));
+    Err(problems.into_error(sources.clone()))
+}
+
+/// What a file is that is no TOML at all, and what to do with it.
+pub(crate) fn foreign(bytes: &[u8], path: &Path) -> Option<(&'static str, String)> {
+    let magic: [(&[u8], &str, &str); 6] = [
+        (b"\x89MCAP0\r\n", "this is an MCAP log", RECORD),
+        (b"SQLite format 3\0", "this is a database, as ROS 2 bags are (.db3)", BAG),
+        (b"PAR1", "this is a Parquet table", RECORD),
+        (b"PK\x03\x04", "this is a zip archive", "unpack it, and name a TOML file in it"),
+        (b"\x1f\x8b", "this is a gzip archive", "unpack it, and name a TOML file"),
+        (b"\xff\xfe", "this is a text in UTF-16", "save it as UTF-8"),
+    ];
+    if let Some((_, what, remedy)) = magic.into_iter().find(|(start, ..)| bytes.starts_with(start)) {
+        return Some((what, remedy.into()));
+    }
+    let text = std::str::from_utf8(bytes).ok()?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text).trim_start();
+    if text.starts_with('<') {
+        return Some(if text.contains("<robot") {
+            ("this is a URDF", of_urdf(path))
+        } else {
+            ("this is XML", "name a TOML file: lines such as mass = 12.0 under [table.name]".into())
+        });
+    }
+    if text.is_empty() {
+        return Some(("this file is empty", "begin with a template: `feeler new --list` names them".into()));
+    }
+    if text.starts_with('{') {
+        return Some(("this is JSON", "write it as TOML: `feeler new` gives a file to begin with".into()));
+    }
+    is_table_of_numbers(text).then(|| ("this is a table of numbers (CSV)", RECORD.into()))
+}
+
+/// What to do with a record.
+const RECORD: &str = "name it as an experiment in a dataset.toml, and give that folder to `feeler diagnose`";
+const BAG: &str = "convert it to MCAP with JSON messages or to CSV, name that as an experiment in a \
+                   dataset.toml, and give that folder to `feeler diagnose`";
+
+fn of_urdf(path: &Path) -> String {
+    let name = path.file_name().map_or_else(|| "robot.urdf".into(), |name| name.to_string_lossy());
+    format!(
+        "write an arm file that names it: `urdf = \"{name}\"`, and [joints.NAME] for each joint that moves"
+    )
+}
+
+/// A header and rows of as many numbers.
+fn is_table_of_numbers(text: &str) -> bool {
+    let mut lines = text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
+    let (Some(header), Some(row)) = (lines.next(), lines.next()) else { return false };
+    let mark = [',', ';', '\t'].into_iter().find(|mark| header.contains(*mark));
+    mark.is_some_and(|mark| {
+        !header.contains(['=', '[', ']'])
+            && row.split(mark).count() == header.split(mark).count()
+            && row.split(mark).all(|cell| cell.trim().replace(',', ".").parse::<f64>().is_ok())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_what_is_no_toml_is_named_in_one_line() {
+        let path = Path::new("arms/robot.urdf");
+        let what = |bytes: &[u8]| foreign(bytes, path).map(|(what, _)| what);
+        for (bytes, expected) in [
+            (&b"<?xml version=\"1.0\"?>\n<robot name=\"a\">"[..], "this is a URDF"),
+            (b"<svg/>", "this is XML"),
+            (b"{ \"bodies\": {} }", "this is JSON"),
+            (b" \n", "this file is empty"),
+            (b"\x89MCAP0\r\n....", "this is an MCAP log"),
+            (b"SQLite format 3\0....", "this is a database, as ROS 2 bags are (.db3)"),
+            (b"PAR1....", "this is a Parquet table"),
+            (b"t_s,command_n\n0,1.5\n0.001,1.6\n", "this is a table of numbers (CSV)"),
+            (b"t_s;command_n\n0;1,5\n", "this is a table of numbers (CSV)"),
+        ] {
+            assert_eq!(what(bytes), Some(expected));
+        }
+        for toml in ["[bodies.a]\nmass = 1\n", "# only a remark\n", "a = [1,2]\nb = 3\n", "name,x\n[a]\n"] {
+            assert_eq!(what(toml.as_bytes()), None, "{toml}");
+        }
+        let (_, remedy) = foreign(b"<robot/>", path).unwrap_or_default();
+        assert!(remedy.contains("urdf = \"robot.urdf\""), "{remedy}");
+    }
+}

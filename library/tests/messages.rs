@@ -1,0 +1,61 @@
+//! No program text takes a message apart: what is wrong, where and what to do are data of every error.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Ways to look into a message, as they stand in a line of Rust.
+const LOOKS: [&str; 12] = [
+    "split_once(\"; \")",
+    "split(\"; \")",
+    "to_string().contains(",
+    "to_string().starts_with(",
+    "to_string().ends_with(",
+    "to_string().split",
+    "to_string().replace(\"; ",
+    "message.contains(",
+    "message.starts_with(",
+    "why.contains(",
+    "what.starts_with(",
+    "remedy.contains(",
+];
+
+/// Places that may: the TOML parser gives its complaints as text and as nothing else.
+const EXCEPTIONS: [(&str, &str); 1] = [("files/src/draft.rs", "message.contains(word)")];
+
+/// Every file of product code.
+fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for path in entries.flatten().map(|entry| entry.path()) {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if path.is_dir() && !["target", "tests", ".git", "benches", "examples"].contains(&name.as_str()) {
+            sources(&path, into);
+        } else if name.ends_with(".rs") {
+            into.push(path);
+        }
+    }
+}
+
+/// Lines of product code, without tests, which may look at what a person reads.
+fn product(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    text.lines().enumerate().take_while(|(_, line)| !line.starts_with("#[cfg(test)]"))
+}
+
+#[test]
+fn truth_no_message_is_taken_apart() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let mut files = Vec::new();
+    sources(root, &mut files);
+    assert!(files.len() > 300, "only {} files were found under {}", files.len(), root.display());
+    let mut found = Vec::new();
+    for file in files {
+        let name = file.strip_prefix(root).unwrap().to_string_lossy().into_owned();
+        let text = fs::read_to_string(&file).unwrap();
+        for (number, line) in product(&text) {
+            let is_allowed = EXCEPTIONS.iter().any(|(file, part)| name == *file && line.contains(part));
+            if !is_allowed && LOOKS.iter().any(|look| line.contains(look)) {
+                found.push(format!("{name}:{}: {}", number + 1, line.trim()));
+            }
+        }
+    }
+    assert!(found.is_empty(), "messages are looked into:\n{}", found.join("\n"));
+}

@@ -37,7 +37,7 @@ fn compile(criterion: &mut Criterion) {
     for (name, path) in named {
         let scenario = load(path).unwrap();
         group.bench_function(format!("{name}/program"), |bench| {
-            bench.iter(|| Program::new(black_box(&scenario)).unwrap())
+            bench.iter(|| Program::new(black_box(&scenario)).unwrap());
         });
         let program = Program::new(&scenario).unwrap();
         group.bench_function(format!("{name}/first_millisecond"), |bench| {

@@ -162,7 +162,7 @@ fn parts_of_a_batch() -> Result<()> {
         times.push([of[0], of[1]].map(|wall_s| 1e6 * wall_s / COUNT as f64));
     }
     let line = |part: &str, of: [f64; 2]| {
-        println!("| {part} | {:.1} | {:.1} | {:.1} |", of[0], of[1], of[0] / of[1])
+        println!("| {part} | {:.1} | {:.1} | {:.1} |", of[0], of[1], of[0] / of[1]);
     };
     let less = |a: [f64; 2], b: [f64; 2]| [a[0] - b[0], a[1] - b[1]];
     line("construction, exponentials and the first sample", times[0]);

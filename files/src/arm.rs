@@ -207,7 +207,7 @@ fn drives(chain: &Chain, root: &Table, besides: &[&str], problems: &mut Problems
                 found.push(drive(joint, &fields));
             }
             Some((value, origin)) => {
-                problems.add(origin, &path, format!("this must be a table, not {}", value.kind()), remedy)
+                problems.add(origin, &path, format!("this must be a table, not {}", value.kind()), remedy);
             }
             None => problems.add(
                 &entry.node.origin,

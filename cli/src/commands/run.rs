@@ -141,7 +141,7 @@ fn moved_by(integrator: Integrator) -> &'static str {
 fn figures(summary: &Summary, units: Units) -> String {
     let mut rows: Vec<Vec<String>> = Vec::new();
     let mut row = |name: &str, (number, unit): (String, String), remark: String| {
-        rows.push(vec![name.to_owned(), number, unit, remark])
+        rows.push(vec![name.to_owned(), number, unit, remark]);
     };
     let none = || ("-".to_owned(), String::new());
     row("outcome", (String::new(), String::new()), words::label(summary).to_owned());

@@ -72,7 +72,7 @@ fn figures(result: &CellRun, units: Units) -> String {
     let figures = &summary.figures;
     let mut rows: Vec<Vec<String>> = Vec::new();
     let mut row = |name: &str, (number, unit): (String, String), remark: String| {
-        rows.push(vec![name.to_owned(), number, unit, remark])
+        rows.push(vec![name.to_owned(), number, unit, remark]);
     };
     let none = || ("-".to_owned(), String::new());
     row("outcome", (String::new(), String::new()), words::label(figures).to_owned());

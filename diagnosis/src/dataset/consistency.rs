@@ -137,7 +137,7 @@ fn merge(dataset: &Dataset, odd: Vec<Odd>) -> Vec<Fault> {
             .find(|fault| fault.column.as_ref() == Some(&column) && alike(&fault.kind, &kind));
         match known.map(|fault| &mut fault.kind) {
             Some(FaultKind::Units { experiments, .. } | FaultKind::ClockOffset { experiments, .. }) => {
-                *experiments += 1
+                *experiments += 1;
             }
             _ => faults.push(Fault {
                 file: dataset.records[record].name.clone(),

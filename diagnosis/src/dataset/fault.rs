@@ -345,11 +345,12 @@ pub fn problems(faults: &[Fault]) -> Vec<Problem> {
     }
     let of = |(fault, others): (&Fault, usize)| {
         let mut problem = fault.problem();
-        match others {
-            0 => {}
-            1 => problem.message.push_str(", as in another experiment"),
-            n => problem.message.push_str(&format!(", as in {n} other experiments")),
-        }
+        let also = match others {
+            0 => String::new(),
+            1 => ", as in another experiment".to_owned(),
+            n => format!(", as in {n} other experiments"),
+        };
+        problem.message.push_str(&also);
         problem
     };
     told.into_iter().map(of).collect()

@@ -130,9 +130,9 @@ impl Moving {
             }
             // Row `column` of the table, in place of the one before.
             let mut value = at.xi[..states].to_vec();
-            for k in 0..column {
+            for (k, entry) in table.iter_mut().enumerate().take(column) {
                 let factor = parts / (parts - (k + 1) as f64) - 1.0;
-                let before = std::mem::replace(&mut table[k], value.clone());
+                let before = std::mem::replace(entry, value.clone());
                 for (value, before) in value.iter_mut().zip(&before) {
                     *value += (*value - before) / factor;
                 }

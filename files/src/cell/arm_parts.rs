@@ -63,7 +63,7 @@ pub(super) fn read(draft: &mut Draft, fields: &Contents, problems: &mut Problems
 /// The tree of an arm file, which is added to the sources.
 fn arm_file(path: &Path, draft: &mut Draft, entry: &Entry, problems: &mut Problems) -> Option<Table> {
     let mut refuse = |message: String| {
-        problems.add(&entry.node.origin, "arm", message, "name an arm file or a URDF, relative to this file")
+        problems.add(&entry.node.origin, "arm", message, "name an arm file or a URDF, relative to this file");
     };
     let said = |error: crate::FormatError| {
         error.problems.first().map_or_else(String::new, |problem| problem.message.clone())
@@ -155,7 +155,7 @@ fn bodies(read: &ReadArm, at: &Origin, problems: &mut Problems) -> Option<Vec<Bo
             shapes.push(
                 shape(collision, &read.folder)
                     .map_err(|error| {
-                        problems.add(at, "arm", error, "put the file beside the URDF as STL or OBJ")
+                        problems.add(at, "arm", error, "put the file beside the URDF as STL or OBJ");
                     })
                     .ok()?,
             );

@@ -90,7 +90,7 @@ impl Slot for String {
     fn take(&mut self, content: &Content) {
         match content {
             Content::Text(text) => self.clone_from(text),
-            Content::Word(word) => *self = (*word).to_owned(),
+            Content::Word(word) => (*word).clone_into(self),
             _ => {}
         }
     }

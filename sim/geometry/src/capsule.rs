@@ -35,7 +35,7 @@ pub(crate) fn nearest(
         Some(found)
             if found.distance_m <= reach_m && best.is_none_or(|best| found.distance_m < best.distance_m) =>
         {
-            best = Some(found)
+            best = Some(found);
         }
         Some(_) => {}
     };

@@ -247,7 +247,7 @@ impl<T: TimeDomain> LoopTransfer<T> {
             match intervals.last_mut() {
                 // A real value at which nothing changes sides is no edge.
                 Some(last) if last.upper >= lower => {
-                    (last.upper, last.upper_frequency_hz) = (upper, w_upper / TAU)
+                    (last.upper, last.upper_frequency_hz) = (upper, w_upper / TAU);
                 }
                 _ => {
                     intervals.push(LoopGainInterval {

@@ -236,7 +236,7 @@ impl Simulation {
         for i in 0..count {
             let begins_s = *t_s + i as f64 * h;
             advance(plant, x, h, mode, inputs, |after, change, states| {
-                note(record, begins_s + after, change, states)
+                note(record, begins_s + after, change, states);
             })?;
             let now = plant.beyond(x);
             note_limits(record, begins_s + h, beyond, &now);

@@ -80,7 +80,7 @@ mod tests {
             ("", "write a mass above zero"),
             ("the mass is zero", "heavier"),
         ] {
-            assert_eq!(of(what, remedy).is_empty(), false, "{what} / {remedy}");
+            assert!(!of(what, remedy).is_empty(), "{what} / {remedy}");
         }
         assert_eq!(violations::<Said>(&[], one), ["0 of 1 variants are tried"]);
     }

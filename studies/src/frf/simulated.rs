@@ -122,7 +122,7 @@ fn experiment(
 ) -> Result<Experiment, FrfError> {
     let mut machine = scenario.machine.clone();
     let engage = |machine: &mut Machine, engagement| {
-        machine.contacts.values_mut().for_each(|contact| contact.engagement = engagement)
+        machine.contacts.values_mut().for_each(|contact| contact.engagement = engagement);
     };
     if let Some(engagement) = request.engagement {
         engage(&mut machine, engagement);

@@ -247,7 +247,7 @@ fn ideal_actuators(scenario: &mut Scenario) {
         match &mut actuator.kind {
             ActuatorKind::Force { bandwidth_hz } => *bandwidth_hz = None,
             ActuatorKind::VelocitySource { time_constant_s, .. } => {
-                *time_constant_s = time_constant_s.min(QUICK_DRIVE * period_s)
+                *time_constant_s = time_constant_s.min(QUICK_DRIVE * period_s);
             }
         }
     }

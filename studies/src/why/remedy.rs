@@ -64,17 +64,25 @@ fn with_gain(scenario: &Scenario, factor: f64) -> Scenario {
     for used in scaled.controllers.values_mut() {
         match &mut used.spec.law {
             Law::ExplicitForce(gains) => {
-                [&mut gains.kp, &mut gains.ki, &mut gains.kd].into_iter().for_each(|gain| *gain *= factor)
+                for gain in [&mut gains.kp, &mut gains.ki, &mut gains.kd] {
+                    *gain *= factor;
+                }
             }
             Law::Position(gains) => {
-                [&mut gains.kp, &mut gains.ki, &mut gains.kd].into_iter().for_each(|gain| *gain *= factor)
+                for gain in [&mut gains.kp, &mut gains.ki, &mut gains.kd] {
+                    *gain *= factor;
+                }
             }
             Law::Impedance(gains) => {
-                [&mut gains.stiffness, &mut gains.force_gain].into_iter().for_each(|gain| *gain *= factor)
+                for gain in [&mut gains.stiffness, &mut gains.force_gain] {
+                    *gain *= factor;
+                }
             }
             // The loop's gain falls as the virtual body grows heavier.
             Law::Admittance(AdmittanceGains { mass, damping, .. }) => {
-                [mass, damping].into_iter().for_each(|gain| *gain /= factor)
+                for gain in [mass, damping] {
+                    *gain /= factor;
+                }
             }
             _ => {}
         }
@@ -99,7 +107,7 @@ fn candidates(scenario: &Scenario, found: &Explanation) -> Vec<(String, Scenario
     }
     if has(Cause::NumericalArtefact) {
         add("integrate exactly (run.integrator = \"exact\")", &|s| {
-            s.run.integrator = feeler_engine::Integrator::Exact
+            s.run.integrator = feeler_engine::Integrator::Exact;
         });
     }
     if has(Cause::SamplingAndDelay) {
@@ -108,13 +116,13 @@ fn candidates(scenario: &Scenario, found: &Explanation) -> Vec<(String, Scenario
             s.machine.sensors.values_mut().for_each(|sensor| sensor.delay_s /= 2.0);
         });
         add("sample twice as fast", &|s| {
-            s.controllers.values_mut().for_each(|used| used.spec.period_s /= 2.0)
+            s.controllers.values_mut().for_each(|used| used.spec.period_s /= 2.0);
         });
     }
     if has(Cause::NoncolocatedMode) {
         add("a transmission four times as stiff", &|s| scale_springs(s, &roles.transmissions, MORE, 1.0));
         add("a transmission with four times the damping", &|s| {
-            scale_springs(s, &roles.transmissions, 1.0, MORE)
+            scale_springs(s, &roles.transmissions, 1.0, MORE);
         });
     }
     if has(Cause::ColocatedMode) {
@@ -132,7 +140,7 @@ fn candidates(scenario: &Scenario, found: &Explanation) -> Vec<(String, Scenario
             for actuator in s.machine.actuators.values_mut() {
                 match &mut actuator.kind {
                     ActuatorKind::Force { bandwidth_hz } => {
-                        *bandwidth_hz = bandwidth_hz.map(|bandwidth| bandwidth * MORE)
+                        *bandwidth_hz = bandwidth_hz.map(|bandwidth| bandwidth * MORE);
                     }
                     ActuatorKind::VelocitySource { time_constant_s, .. } => *time_constant_s /= MORE,
                 }
@@ -153,7 +161,7 @@ fn candidates(scenario: &Scenario, found: &Explanation) -> Vec<(String, Scenario
     }
     if has(Cause::SensorNoise) {
         add("sensors with a quarter of the noise", &|s| {
-            s.machine.sensors.values_mut().for_each(|sensor| sensor.noise /= MORE)
+            s.machine.sensors.values_mut().for_each(|sensor| sensor.noise /= MORE);
         });
     }
     if has(Cause::LossOfContact) {

@@ -48,7 +48,7 @@ impl<'a> Predicted<'a> {
         for CyclesAt { value, cycles, .. } in self.places {
             match cycles.iter().find(|cycle| wanted(cycle)) {
                 Some(cycle) => {
-                    lines.last_mut().into_iter().for_each(|line| line.push([*value, cycle.peak_force_n]))
+                    lines.last_mut().into_iter().for_each(|line| line.push([*value, cycle.peak_force_n]));
                 }
                 None => lines.push(Vec::new()),
             }

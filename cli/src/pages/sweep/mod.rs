@@ -271,7 +271,7 @@ impl Report<'_> {
                             caption,
                             &svg,
                             self.hover(&diagram.places()),
-                        ))
+                        ));
                     }
                 }
                 drawings.push((format!("{name}{suffix}"), svg));

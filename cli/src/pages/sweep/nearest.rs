@@ -37,7 +37,7 @@ pub(super) fn tiles(shares: &[[f64; 2]], [columns, rows]: [usize; 2], unit: [f64
         for (column, found) in (0..columns).filter_map(|column| Some((column, of(column, row)?))) {
             match runs.last_mut() {
                 Some(run) if run.of == found && run.columns[0] + run.columns[1] == column => {
-                    run.columns[1] += 1
+                    run.columns[1] += 1;
                 }
                 _ => runs.push(Tile { columns: [column, 1], rows: [row, 1], of: found }),
             }

@@ -214,7 +214,9 @@ impl ControlLoop {
     ) -> Result<Waterfall, AnalysisError> {
         let flexible = self.flexible_links(modes, pairs);
         let rigid = |assembly: &mut Assembly, links: &[(usize, ModeClass)]| {
-            links.iter().for_each(|(i, _)| assembly.links[*i].rigid = true)
+            for (i, _) in links {
+                assembly.links[*i].rigid = true;
+            }
         };
         let mut stages: Vec<Stage> = Vec::new();
         let ideal = self.altered(|assembly, _| {

@@ -140,7 +140,7 @@ impl ContinuousLoop {
             match broken {
                 Some((controller, Probe::Law)) if controller == i => probe = (-p.row(i), -q.row(i)),
                 Some((controller, Probe::Reading)) if controller == i => {
-                    probe = (h.row(READING).into_owned(), j.row(READING).into_owned())
+                    probe = (h.row(READING).into_owned(), j.row(READING).into_owned());
                 }
                 _ => {}
             }

@@ -311,9 +311,9 @@ impl LateSearch {
                 for _ in 0..HALVINGS {
                     let middle = 0.5 * (low + high);
                     if (self.gain_at(middle).im > 0.0) == (before.1.im > 0.0) {
-                        low = middle
+                        low = middle;
                     } else {
-                        high = middle
+                        high = middle;
                     }
                 }
                 let w = 0.5 * (low + high);

@@ -101,15 +101,12 @@ impl<L: Lane> Carrier<L> {
         }
         let span_fs = (span_s * FEMTOSECONDS).round() as u64;
         let known = self.transitions.iter().position(|transition| transition.span_fs == span_fs);
-        match known.or_else(|| self.learn(lanes, span_fs)) {
-            Some(index) => {
-                self.last_transition = index;
-                self.travel(lanes, index)
-            }
-            None => {
-                self.go_alone(lanes, span_s);
-                Ok(())
-            }
+        if let Some(index) = known.or_else(|| self.learn(lanes, span_fs)) {
+            self.last_transition = index;
+            self.travel(lanes, index)
+        } else {
+            self.go_alone(lanes, span_s);
+            Ok(())
         }
     }
 

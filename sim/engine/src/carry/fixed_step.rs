@@ -149,7 +149,7 @@ impl<L: Lane> FixedStep<L> {
                 Integrator::Rk4 => self.rk4(lane, &mut state, h),
                 Integrator::External => self.external(lane, l, &mut state, h)?,
                 Integrator::SemiImplicitEuler | Integrator::Exact => {
-                    self.semi_implicit_euler(lane, &mut state, h)
+                    self.semi_implicit_euler(lane, &mut state, h);
                 }
             }
             lane.motion.fill_terms(&lane.flow().equations, &mut state);

@@ -84,7 +84,9 @@ impl<L: Lane> Lanes<L> {
     pub(crate) fn blank_ended(&self, values: &mut [L]) {
         if !self.formation.travelling.all() {
             for (l, _) in self.cores.iter().enumerate().filter(|(_, core)| core.has_ended()) {
-                values.iter_mut().for_each(|value| value.set_lane(l, f64::NAN));
+                for value in values.iter_mut() {
+                    value.set_lane(l, f64::NAN);
+                }
             }
         }
     }

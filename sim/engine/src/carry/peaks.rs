@@ -164,7 +164,7 @@ impl Peaks {
                     Crest::At { s, force_n } => present.rise_to(Peak::at(from_s + s, force_n)),
                     Crest::Unclear => {
                         unclear |= room(ends, slopes, length_s, present.force_n) > 0.0
-                            || slopes[0] * slopes[1] >= 0.0
+                            || slopes[0] * slopes[1] >= 0.0;
                     }
                     Crest::None => {}
                 }

@@ -93,7 +93,7 @@ impl Program {
                 match effect.definition.change {
                     // Independent deviations add in square.
                     Change::SampleJitter(sigma) => {
-                        controller.spec.jitter_s = controller.spec.jitter_s.hypot(sigma(&effect.values))
+                        controller.spec.jitter_s = controller.spec.jitter_s.hypot(sigma(&effect.values));
                     }
                     Change::Plant(_) => problems.push(Problem::new(
                         format!("controllers.{name}.effects.{}", effect.definition.kind),

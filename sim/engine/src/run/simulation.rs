@@ -76,6 +76,7 @@ impl<L: Lane> Simulation<L> {
     ///
     /// # Errors
     /// Those of [`Self::new`].
+    #[expect(clippy::needless_pass_by_value, reason = "a batch hands over the programs made for it")]
     pub fn with_bodies(
         programs: Vec<Program>,
         bodies: Vec<Box<dyn BodyEngine>>,

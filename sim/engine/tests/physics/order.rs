@@ -56,7 +56,7 @@ fn order_of_a_smooth_motion_is_that_of_the_method() {
 #[test]
 fn order_through_an_impact_is_one() {
     let start = |scenario: &mut Scenario, i: u32| {
-        scenario.machine.bodies["tip"].position_m = -5e-3 - f64::from(i) * 3.7e-5
+        scenario.machine.bodies["tip"].position_m = -5e-3 - f64::from(i) * 3.7e-5;
     };
     let mut base = reference_machine(1, 0.06);
     base.run.record.clear();

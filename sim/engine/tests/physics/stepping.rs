@@ -52,7 +52,10 @@ fn step_through<L: Lane>(
     stops
 }
 
-fn bits(trace: &Trace) -> (Vec<u64>, Vec<Vec<u64>>, Vec<(u64, Event)>) {
+/// Times, columns and events of a trace, numbers by their bits.
+type Bits = (Vec<u64>, Vec<Vec<u64>>, Vec<(u64, Event)>);
+
+fn bits(trace: &Trace) -> Bits {
     let of = |values: &Vec<f64>| values.iter().map(|x| x.to_bits()).collect();
     let events = trace.events.iter().map(|event| (event.t_s.to_bits(), *event)).collect();
     (of(&trace.t_s), trace.columns.iter().map(of).collect(), events)

@@ -58,13 +58,13 @@ impl Motion {
         for (i, link) in self.assembly.links.iter().enumerate() {
             match self.number_of(Switch::Friction(i)).map(|switch| mode.friction(switch)) {
                 Some(FrictionState::Forward) => {
-                    friction[i] = scaled(-1.0, &self.sliding_level(i, 1.0, &load, &mut forces))
+                    friction[i] = scaled(-1.0, &self.sliding_level(i, 1.0, &load, &mut forces));
                 }
                 Some(FrictionState::Backward) => {
-                    friction[i] = self.sliding_level(i, -1.0, &load, &mut forces)
+                    friction[i] = self.sliding_level(i, -1.0, &load, &mut forces);
                 }
                 Some(FrictionState::Stick) => {
-                    stuck.push((i, [self.coordinates.of(link.a), self.coordinates.of(link.b)]))
+                    stuck.push((i, [self.coordinates.of(link.a), self.coordinates.of(link.b)]));
                 }
                 None => {}
             }

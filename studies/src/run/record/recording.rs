@@ -140,7 +140,7 @@ fn telling(scenario: &Scenario) -> Vec<SignalName> {
     let machine = &scenario.machine;
     let mut signals = Vec::new();
     let mut add = |name: &str, quantities: &[Quantity]| {
-        signals.extend(quantities.iter().map(|&quantity| SignalName::new(name, quantity)))
+        signals.extend(quantities.iter().map(|&quantity| SignalName::new(name, quantity)));
     };
     for name in machine.contacts.keys() {
         add(name, &[Quantity::Force, Quantity::Compression, Quantity::Contact]);

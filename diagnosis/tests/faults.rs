@@ -7,6 +7,7 @@ use std::path::Path;
 
 use feeler_diagnosis::dataset::{Dataset, in_words};
 use feeler_diagnosis::{DiagnosisError, diagnose};
+use feeler_problem::Remedy;
 use tempfile::TempDir;
 
 const MACHINE: &str = r#"
@@ -352,7 +353,7 @@ fn regress_a_diagnosis_wants_something_to_fit_and_something_to_check() {
     let error = diagnose(&Dataset::load(one.path()).expect("it is sound"), &|_| ())
         .expect_err("there is nothing to check");
     assert!(matches!(error, DiagnosisError::Roles { fitted: 1, checked: 0 }), "{error}");
-    assert!(error.to_string().contains("record one more"), "{error}");
+    assert!(error.remedy().contains("record one more"), "{error}");
     let text = csv(&sound());
     let both = folder(&[("a.csv", text.as_bytes()), ("b.csv", text.as_bytes())]);
     let file = both.path().join("dataset.toml");

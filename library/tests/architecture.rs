@@ -160,7 +160,7 @@ fn truth_arrows_are_read_as_they_are_written() {
     let allowed = allowed();
     let of = |name: &str| allowed[name].iter().map(String::as_str).collect::<Vec<_>>();
     assert_eq!(of("lanes"), [""; 0]);
-    assert_eq!(of("control"), ["lanes", "lti"]);
+    assert_eq!(of("control"), ["catalogue", "lanes", "lti", "problem"]);
     assert!(of("diagnosis").contains(&"plant") && !of("diagnosis").contains(&"validation"));
     assert!(!of("library").contains(&"cli") && of("cli").contains(&"validation"));
 }

@@ -189,7 +189,7 @@ fn truth_records_that_cannot_be_used_are_named_with_what_to_do() {
     let said = bench.feeler(&["diagnose", ".", "--out", "answer"]);
     assert_eq!(said.code, BAD_INPUT);
     assert!(
-        said.err.contains("a.csv: `drive.command`: the command never changes (excite the drive"),
+        said.err.contains("a.csv: `drive.command`: the command never changes\n  help: excite the drive"),
         "{}",
         said.err
     );

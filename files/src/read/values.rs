@@ -12,10 +12,6 @@ use crate::units::{self, UnitError};
 /// Nothing that this software is for is larger than this in SI.
 const LARGEST: f64 = 1e15;
 
-/// How signals are written.
-const SIGNAL_FORM: &str =
-    "write element.quantity, as in motor.position, tool.force, drive.command or encoder.reading";
-
 /// Most entries of a list in a file.
 const MOST_ENTRIES: usize = 1_000_000;
 
@@ -138,9 +134,8 @@ impl Reader<'_> {
         let Value::Text(text) = &node.value else {
             return self.mistyped(node, "a signal, as in \"motor.position\"", path);
         };
-        text.parse()
-            .map_err(|error| self.problems.add(&node.origin, path, format!("{error}"), SIGNAL_FORM))
-            .ok()
+        let found = text.parse::<SignalName>();
+        found.map_err(|error| self.problems.add_error(&node.origin, path, &error)).ok()
     }
 
     pub(super) fn list<'n>(&mut self, node: &'n Node, expected: &str, path: &str) -> Option<&'n [Node]> {

@@ -51,8 +51,8 @@ fn truth_collision_shapes_stand_in_the_frame_of_what_carries_them() {
     assert_eq!(found[1][0].shape, CollisionShape::Cylinder { radius_m: 0.03, half_length_m: 0.1 });
     // Half a metre out on the arm, in the frame of joint `a`.
     assert!((found[1][0].place.translation.vector - Vector3::new(0.5, 0.0, 0.1)).norm() < 1e-15);
-    let flat = Urdf::parse(&text.replace("0.2 0.4 0.6", "0.2 0 0.6")).unwrap_err().to_string();
-    assert!(flat.contains("line 2: this box needs a `size` of three numbers above zero"), "{flat}");
+    let flat = Urdf::parse(&text.replace("0.2 0.4 0.6", "0.2 0 0.6")).unwrap_err().problems()[0].to_string();
+    assert!(flat.contains("line 2: the `size` of this box is not above zero (write three numbers"), "{flat}");
 }
 
 #[test]

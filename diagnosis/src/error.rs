@@ -8,7 +8,7 @@ use feeler_lti::LtiError;
 use feeler_problem::{Problem, Remedy, in_lines};
 use thiserror::Error;
 
-use crate::dataset::{Fault, NOT_THERE};
+use crate::dataset::fault::{Fault, NOT_THERE};
 
 /// Why there is no diagnosis.
 #[derive(Debug, Error)]
@@ -138,7 +138,7 @@ impl Remedy for DiagnosisError {
     fn problems(&self) -> Vec<Problem> {
         match self {
             Self::Format(error) => error.problems(),
-            Self::Data { faults } => crate::dataset::problems(faults),
+            Self::Data { faults } => crate::dataset::fault::problems(faults),
             Self::Machine { problems } if !problems.is_empty() => problems.clone(),
             _ => vec![Problem::new(self.place(), self.to_string(), self.remedy())],
         }

@@ -231,7 +231,14 @@ fn truth_the_diagnosis_sees_no_truth_and_the_bench_no_simulator() {
     // The front page of the crate names its modules.
     let own: Vec<_> = own.into_iter().filter(|(path, _)| !path.ends_with("src/lib.rs")).collect();
     refuse(&own, &["blind::"]);
+    // The plain regression reads machines and records as everybody does, and fits by its own means.
+    let (regression, bench): (Vec<_>, Vec<_>) = bench
+        .into_iter()
+        .partition(|(path, _)| path.components().any(|part| part.as_os_str() == "regression"));
     refuse(&bench, &["feeler_", "crate::"]);
+    let solvers = ["feeler_engine", "feeler_analysis", "feeler_lti", "feeler_studies"];
+    refuse(&regression, &solvers);
+    refuse(&regression, &["crate::fit", "crate::predict", "crate::gap", "crate::kinds", "crate::adequacy"]);
 }
 
 #[test]

@@ -156,7 +156,7 @@ fn prop_every_file_says_what_it_shows_and_where_that_comes_from() {
         assert!(is_machine || header.contains("Shows "), "{file} opens with: {header}");
         assert!(load(file).scenario.machine.about.len() > 20, "{file}: about");
     }
-    for file in files_of(&["why", "sweeps", "arms", "datasets", "src/format/templates"]) {
+    for file in files_of(&["why", "sweeps", "arms", "datasets", "../files/src/templates"]) {
         let header = header(&file);
         assert!(header.contains("Source: "), "{file} opens with: {header}");
     }

@@ -155,6 +155,8 @@ pub enum Yardstick {
     },
 }
 
+/// What to do where a file cannot be opened.
+pub(crate) const NOT_THERE: &str = "check the file's name in dataset.toml, and that it may be read";
 /// Remedy where an encoder is lost.
 const NOT_PLACED: &str = "nothing tells where the machine was, so that the experiment does not count; check the encoder, and record again";
 
@@ -216,7 +218,13 @@ impl FaultKind {
             Self::TimeGoesBack => ("the time stamp does not advance".into(), "sort the rows, or repair the clock of the recorder"),
             Self::Gap { seconds } => (format!("{seconds:.4} s are missing before this row"), "split the file here into two experiments"),
             Self::LostRows { rows, stretches, longest_s } => (
-                format!("{rows} rows are missing, in {stretches} places; the longest is {longest_s:.4} s before this row"),
+                match (rows, stretches) {
+                    (1, _) => "a row is missing before this one".into(),
+                    (_, 1) => format!("{rows} rows ({longest_s:.4} s) are missing before this one"),
+                    _ => format!(
+                        "{rows} rows are missing, in {stretches} places; the longest is {longest_s:.4} s before this row"
+                    ),
+                },
                 "the rows between were interpolated; look at the recorder's buffer if they become more",
             ),
             Self::Cut { pieces, checked } => (

@@ -13,7 +13,7 @@ use indexmap::IndexMap;
 use serde_json::Value;
 
 use super::Table;
-use super::read::NOT_THERE;
+use super::fault::NOT_THERE;
 use crate::error::DiagnosisError;
 
 /// Nanoseconds in a second.

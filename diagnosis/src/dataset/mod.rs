@@ -15,7 +15,6 @@ mod units;
 
 pub(crate) use check::quantum;
 pub use fault::{Fault, FaultKind, Yardstick, in_words, problems};
-pub(crate) use read::NOT_THERE;
 
 use std::path::{Path, PathBuf};
 

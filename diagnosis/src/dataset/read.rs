@@ -4,11 +4,9 @@
 use std::io::Read;
 use std::path::Path;
 
+use super::fault::NOT_THERE;
 use super::{Table, mcap};
 use crate::error::DiagnosisError;
-
-/// What to do where a file cannot be opened.
-pub(crate) const NOT_THERE: &str = "check the file's name in dataset.toml, and that it may be read";
 
 /// Reads a table; `held` names columns that keep their value between readings.
 pub(super) fn table(path: &Path, held: &[&str]) -> Result<Table, DiagnosisError> {

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use feeler_plant::effects::Parameters;
 
-use super::Glance;
+use super::element::Glance;
 
 /// Damping ratio at which modes are started, and the ratio of one frequency to the next: a fit finds a
 /// resonance only from within its width, and the next start must be there.

@@ -349,10 +349,10 @@ fn prop_a_wrong_host_is_told_which_elements_take_the_effect() {
         problems,
         [
             "springs.flange.effects.hardening-stiffness: `hardening-stiffness` does not sit under a rigid spring; \
-             it goes under a spring that is not rigid or a contact (move it there)",
+             it goes under a spring that is not rigid or a contact (move it under a spring that is not rigid or a contact)",
             "actuators.drive.effects.timing-jitter: this effect disturbs a controller, not the plant (move it under a controller)",
             "sensors.encoder.effects.force-bias: `force-bias` does not sit under a sensor that reads a motion; \
-             it goes under a sensor that reads a force (move it there)",
+             it goes under a sensor that reads a force (move it under a sensor that reads a force)",
         ]
     );
 }

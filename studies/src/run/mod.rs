@@ -273,7 +273,8 @@ fn advance(
             simulation.run_to(until_s, observer)?;
             progress(Progress { t_s: simulation.time_s(), duration_s });
         }
-        if simulation.end(0).is_some() {
+        // A run that is extended stands at its duration, and goes on.
+        if simulation.end(0).is_some_and(|end| end != RunEnd::Completed) {
             return Ok(());
         }
     }

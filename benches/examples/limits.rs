@@ -78,7 +78,8 @@ fn necessary_flops(program: &Program, integrator: Integrator) -> f64 {
 
 fn share_of_peak(peak_gflops: f64) -> Result<()> {
     println!(
-        "| machine | method | lanes | million steps per second | necessary GFLOP/s | share of peak |\n|---|---|---|---|---|---|"
+        "| machine | method | lanes | million steps per second | necessary GFLOP/s | share of peak \
+         |\n|---|---|---|---|---|---|"
     );
     for reference in &REFERENCES {
         for (integrator, name) in
@@ -112,7 +113,8 @@ const COUNT: usize = 4096;
 
 fn lanes_and_threads() -> Result<()> {
     println!(
-        "| {COUNT} variants of M2, 2 s | 4 lanes / 1 lane | 8 lanes / 1 lane | 2 threads / 1 thread | variants per second, 8 lanes, 2 threads |"
+        "| {COUNT} variants of M2, 2 s | 4 lanes / 1 lane | 8 lanes / 1 lane | 2 threads / 1 thread | \
+         variants per second, 8 lanes, 2 threads |"
     );
     println!("|---|---|---|---|---|");
     for (integrator, name) in Integrator::ALL {
@@ -143,7 +145,8 @@ fn lanes_and_threads() -> Result<()> {
 /// touches nothing, and what touching adds.
 fn parts_of_a_batch() -> Result<()> {
     println!(
-        "| {COUNT} variants of M2, exact, 2 s, microseconds of one | 1 lane | 8 lanes | 1 lane / 8 lanes |\n|---|---|---|---|"
+        "| {COUNT} variants of M2, exact, 2 s, microseconds of one | 1 lane | 8 lanes | 1 lane / 8 lanes \
+         |\n|---|---|---|---|"
     );
     let whole = REFERENCES[1].unrecorded(Integrator::Exact, STEP_S)?;
     let mut short = whole.clone();
@@ -211,7 +214,8 @@ fn row(label: usize, scenario: &Scenario) -> Result<()> {
 
 fn bodies() -> Result<()> {
     println!(
-        "| bodies in a chain | semi-implicit Euler, ns per step (per body) | RK4, ns per step (per body) | exact, ns per ms (per body) |"
+        "| bodies in a chain | semi-implicit Euler, ns per step (per body) | RK4, ns per step (per body) | \
+         exact, ns per ms (per body) |"
     );
     println!("|---|---|---|---|");
     for bodies in [2, 4, 8, 16, 32, 64] {
@@ -223,7 +227,8 @@ fn bodies() -> Result<()> {
 
 fn contacts() -> Result<()> {
     println!(
-        "| contacts on one body | semi-implicit Euler, ns per step (per contact) | RK4, ns per step (per contact) | exact, ns per ms (per contact) |"
+        "| contacts on one body | semi-implicit Euler, ns per step (per contact) | RK4, ns per step (per \
+         contact) | exact, ns per ms (per contact) |"
     );
     println!("|---|---|---|---|");
     for contacts in [1, 2, 4, 8, 16] {

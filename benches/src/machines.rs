@@ -133,7 +133,8 @@ pub fn walls(contacts: usize) -> Result<Scenario, FormatError> {
         let gap_m = 1e-4 * (i + 1) as f64;
         let _ = write!(
             text,
-            "[contacts.c{i}]\nbetween = [\"b0\", \"ground\"]\nstiffness = 2e4\ndamping = 20.0\ngap = {gap_m:?}\n"
+            "[contacts.c{i}]\nbetween = [\"b0\", \"ground\"]\nstiffness = 2e4\ndamping = 20.0\ngap = \
+             {gap_m:?}\n"
         );
     }
     text += DRIVE_AND_LOOP;

@@ -17,11 +17,12 @@
     };
     // A column with few different values has these once, and which of them each place has.
     const of = ([, values], row) => Array.isArray(values) ? values[row] : values.of[values.at[row]];
-    const setting = (column, row) => ` --set '${column[0]}=${String(of(column, row)).replaceAll("'", "'\\''")}'`;
+    // Twelve digits say all but rounding.
+    const written = (value) => typeof value === "number" ? String(Number(value.toPrecision(12))) : String(value);
+    const setting = (column, row) => ` --set '${column[0]}=${written(of(column, row)).replaceAll("'", "'\\''")}'`;
     const command = (row) => map.commands ? map.commands[row] : map.command + map.columns.slice(0, map.settings).map((column) => setting(column, row)).join("");
     let shown = null;
-    holder.addEventListener("pointermove", (event) => {
-      const row = locate(event);
+    const tell = (row) => {
       if (row === shown) return;
       shown = row;
       if (row === null) { told.textContent = "\u00a0"; return; }
@@ -29,10 +30,21 @@
         .map((column) => `${column[0]} ${short(of(column, row))} ${column[2]}`.trim());
       told.textContent = `${figures.join(", ")}\n${command(row)}`;
       told.style.whiteSpace = "pre-wrap";
-    });
-    holder.addEventListener("click", (event) => {
-      const row = locate(event);
-      if (row !== null && navigator.clipboard) navigator.clipboard.writeText(command(row)).then(() => { told.textContent += "   (copied)"; });
+    };
+    const copy = () => {
+      const row = shown;
+      if (row === null || !navigator.clipboard) return;
+      navigator.clipboard.writeText(command(row)).then(() => { if (shown === row && !told.textContent.endsWith("(copied)")) told.textContent += "   (copied)"; }, () => {});
+    };
+    holder.addEventListener("pointermove", (event) => tell(locate(event)));
+    // A finger has not moved over the place before.
+    holder.addEventListener("click", (event) => { tell(locate(event)); copy(); });
+    holder.addEventListener("keydown", (event) => {
+      const by = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key], count = map.places.length;
+      if (by) tell(((shown ?? (by > 0 ? -1 : 0)) + by + count) % count);
+      else if (event.key === "Enter") copy();
+      else return;
+      event.preventDefault();
     });
   });
 })();

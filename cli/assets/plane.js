@@ -1,9 +1,7 @@
-// Draws the planes of a page: root loci, maps of poles and zeros, Nyquist's curve. The pointer reads them; a drawn box zooms, a double click resets.
+// Draws the planes of a page: root loci, maps of poles and zeros, Nyquist's curve. Pointer and arrow keys read them; a drawn box zooms, a double
+// click resets. `feeler.plane` is also what a live page redraws with.
 (() => {
   "use strict";
-  const page = JSON.parse(document.getElementById("data").textContent);
-  // On a narrow screen fewer units, so that text stays large; the inner rectangle keeps its proportions.
-  const [WIDTH, HEIGHT] = matchMedia("(max-width: 640px)").matches ? [480, 251] : [900, 460];
   const LEFT = 78, RIGHT = 18, TOP = 12, BOTTOM = 48;
   const REACH = 24;
   const NS = "http://www.w3.org/2000/svg";
@@ -15,11 +13,8 @@
   };
   const short = (value) => Number(value.toPrecision(4)).toString().replace("-", "\u2212");
   const ticks = (low, high, most) => {
-    const rough = (high - low) / most, power = 10 ** Math.floor(Math.log10(rough));
-    const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= rough);
-    const all = [];
-    for (let i = Math.ceil(low / step); i * step <= high + 1e-9 * step; i++) all.push(i * step);
-    return all;
+    const all = feeler.linearTicks(low, high, most, false), texts = feeler.tickTexts(all);
+    return all.map((v, i) => [v, texts[i]]);
   };
 
   // What a point of the plane means; `at` is a gain, or a frequency in Nyquist's plane.
@@ -44,12 +39,16 @@
     return parts.join(" · ");
   };
 
-  const draw = (place) => {
-    const plane = page.planes[place.dataset.plane];
-    const svg = node("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "plane-picture" });
+  let planes = 0;
+  feeler.plane = (place, plane) => {
+    // In a narrow place fewer units, so that text stays large; the inner rectangle keeps its proportions.
+    const [WIDTH, HEIGHT] = place.clientWidth < 640 ? [480, 251] : [900, 460];
+    const svg = node("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "plane-picture", role: "img", "aria-label": place.getAttribute("aria-label") || plane.x });
     const told = document.createElement("p");
     told.className = "told";
-    place.append(svg, told);
+    told.setAttribute("aria-live", "polite");
+    place.replaceChildren(svg, told);
+    const number = planes++;
     let view = plane.view;
     const x = (v) => LEFT + (WIDTH - LEFT - RIGHT) * (v - view[0]) / (view[1] - view[0]);
     const y = (v) => TOP + (HEIGHT - TOP - BOTTOM) * (1 - (v - view[2]) / (view[3] - view[2]));
@@ -71,27 +70,32 @@
     let spot, box;
     const paint = () => {
       svg.replaceChildren();
-      const id = `clip-${place.dataset.plane}`;
+      const id = `clip-${number}`;
       const clip = node("clipPath", { id });
       clip.append(node("rect", { x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM }));
       svg.append(clip);
-      for (const v of ticks(view[0], view[1], WIDTH / 110)) {
+      for (const [v, label] of ticks(view[0], view[1], WIDTH / 110)) {
         svg.append(node("path", { d: `M${x(v)} ${TOP}V${HEIGHT - BOTTOM}`, class: "plane-grid" }));
-        svg.append(node("text", { x: x(v), y: HEIGHT - BOTTOM + 17, "text-anchor": "middle", class: "plane-tick" }, short(v)));
+        svg.append(node("text", { x: x(v), y: HEIGHT - BOTTOM + 17, "text-anchor": "middle", class: "plane-tick" }, label));
       }
-      for (const v of ticks(view[2], view[3], HEIGHT / 62)) {
+      for (const [v, label] of ticks(view[2], view[3], HEIGHT / 62)) {
         svg.append(node("path", { d: `M${LEFT} ${y(v)}H${WIDTH - RIGHT}`, class: "plane-grid" }));
-        svg.append(node("text", { x: LEFT - 7, y: y(v) + 4, "text-anchor": "end", class: "plane-tick" }, short(v)));
+        svg.append(node("text", { x: LEFT - 7, y: y(v) + 4, "text-anchor": "end", class: "plane-tick" }, label));
       }
       svg.append(node("text", { x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 10, "text-anchor": "middle", class: "plane-label" }, plane.x));
       const middle = (TOP + HEIGHT - BOTTOM) / 2;
       svg.append(node("text", { x: 16, y: middle, "text-anchor": "middle", transform: `rotate(-90 16 ${middle})`, class: "plane-label" }, plane.y));
       const inner = node("g", { "clip-path": `url(#${id})` });
       svg.append(inner);
-      if (plane.circle) {
-        const turn = Array.from({ length: 361 }, (_, i) => i * Math.PI / 180);
-        inner.append(curve(turn.map(Math.cos), turn.map(Math.sin), { class: "plane-border" }));
-      } else {
+      const turn = Array.from({ length: 361 }, (_, i) => i * Math.PI / 180);
+      for (const { centre, radius, kind, name } of plane.circles) {
+        const drawn = curve(turn.map((a) => centre + radius * Math.cos(a)), turn.map((a) => radius * Math.sin(a)), { class: `plane-${kind}` });
+        drawn.append(node("title", {}, name));
+        inner.append(drawn);
+      }
+      if (plane.kind === "nyquist") {
+        inner.append(node("path", { d: `M${x(0)} ${TOP}V${HEIGHT - BOTTOM}M${LEFT} ${y(0)}H${WIDTH - RIGHT}`, class: "plane-grid" }));
+      } else if (!plane.circles.length) {
         inner.append(node("path", { d: `M${x(0)} ${TOP}V${HEIGHT - BOTTOM}`, class: "plane-border" }));
       }
       plane.paths.forEach((path) => inner.append(curve(path.x, path.y, { class: `plane-path plane-colour-${path.colour}${path.dashed ? " plane-dashed" : ""}` })));
@@ -111,6 +115,36 @@
       const frame = svg.getBoundingClientRect(), scale = WIDTH / frame.width;
       return [(event.clientX - frame.left) * scale, (event.clientY - frame.top) * scale];
     };
+    const show = ([vx, vy, name, at]) => {
+      spot.setAttribute("cx", x(vx)); spot.setAttribute("cy", y(vy)); spot.setAttribute("visibility", "visible");
+      told.textContent = reading(plane, name, vx, vy, at);
+    };
+    // Keys go along the points that the frame shows, curve after curve.
+    const shown = () => {
+      const all = [];
+      const add = (vx, vy, name, at) => { if (vx != null && vx >= view[0] && vx <= view[1] && vy >= view[2] && vy <= view[3]) all.push([vx, vy, name, at]); };
+      plane.marks.forEach((mark) => add(mark.x, mark.y, mark.name, mark.at));
+      plane.paths.forEach((path) => path.x.forEach((v, i) => add(v, path.y[i], path.name, path.at[i])));
+      return all;
+    };
+    const zoom = (factor) => {
+      const [cx, cy] = [(view[0] + view[1]) / 2, (view[2] + view[3]) / 2];
+      view = [cx + factor * (view[0] - cx), cx + factor * (view[1] - cx), cy + factor * (view[2] - cy), cy + factor * (view[3] - cy)];
+      paint(); rest();
+    };
+    let index = -1;
+    place.onkeydown = (event) => {
+      const go = (by) => { const all = shown(); if (all.length) { index = (index + by + all.length) % all.length; show(all[index]); } };
+      const far = event.shiftKey ? 1 : 5;
+      const acts = {
+        ArrowRight: () => go(far), ArrowLeft: () => go(-far), "+": () => zoom(0.5), "=": () => zoom(0.5), "-": () => zoom(2),
+        0: () => { view = plane.view; paint(); rest(); },
+      };
+      acts.Escape = acts[0];
+      if (!acts[event.key] || event.ctrlKey || event.metaKey) return;
+      acts[event.key]();
+      event.preventDefault();
+    };
     let from = null;
     svg.addEventListener("pointermove", (event) => {
       const [px, py] = pointer(event);
@@ -128,8 +162,7 @@
       plane.paths.forEach((path) => path.x.forEach((v, i) => weigh(v, path.y[i], [path.name, path.at[i]])));
       plane.marks.forEach((mark) => weigh(mark.x, mark.y, [mark.name, mark.at]));
       if (!best) { rest(); return; }
-      spot.setAttribute("cx", x(best[0])); spot.setAttribute("cy", y(best[1])); spot.setAttribute("visibility", "visible");
-      told.textContent = reading(plane, best[2], best[0], best[1], best[3]);
+      show(best);
     });
     svg.addEventListener("pointerdown", (event) => { from = pointer(event); });
     svg.addEventListener("pointerleave", () => { from = null; box.setAttribute("visibility", "hidden"); rest(); });
@@ -144,6 +177,9 @@
     });
     svg.addEventListener("dblclick", () => { view = plane.view; paint(); rest(); });
     paint(); rest();
+    // Another state of the same plane, seen through the same frame.
+    return { update: (next) => { const moved = view !== plane.view; plane = next; if (!moved) view = next.view; paint(); rest(); } };
   };
-  document.querySelectorAll(".plane").forEach(draw);
+  const page = JSON.parse(document.getElementById("data").textContent);
+  document.querySelectorAll(".plane[data-plane]").forEach((place) => feeler.plane(place, page.planes[place.dataset.plane]));
 })();

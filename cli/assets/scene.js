@@ -24,6 +24,8 @@
     const scene = page.scenes[place.dataset.scene];
     const canvas = document.createElement("canvas");
     canvas.className = "scene-picture";
+    canvas.setAttribute("role", "img");
+    canvas.setAttribute("aria-label", "the arm in space; Play moves it");
     const density = Math.max(2, window.devicePixelRatio || 1);
     canvas.width = WIDTH * density;
     canvas.height = HEIGHT * density;
@@ -34,6 +36,7 @@
     const slider = make("input", { type: "range", min: 0, max: scene.frames.length - 1, step: 1, value: 0 });
     slider.setAttribute("aria-label", "time");
     const speed = make("select", {});
+    speed.setAttribute("aria-label", "speed");
     for (const [name, value] of [["real time", 1], ["slowed 5 times", 0.2], ["slowed 20 times", 0.05], ["slowed 100 times", 0.01]]) {
       speed.append(make("option", { textContent: name, value }));
     }
@@ -68,6 +71,8 @@
       const right = -sy * d[0] + cy * d[1], ahead = cy * d[0] + sy * d[1];
       return [WIDTH / 2 + view.scale * right, HEIGHT / 2 - view.scale * (cp * d[2] - sp * ahead), -(cp * ahead + sp * d[2])];
     };
+    // On a narrow screen the picture is drawn smaller, and its letters larger.
+    const lettering = () => `${Math.max(13, 12 * WIDTH / (canvas.clientWidth || WIDTH))}px system-ui, sans-serif`;
     const segment = (a, b) => { ctx.moveTo(a[0], a[1]); ctx.lineTo(b[0], b[1]); };
     const capsule = (a, b, width, fill, edge) => {
       for (const [w, style] of [[width + 2, edge], [width, fill]]) {
@@ -85,14 +90,14 @@
       // A length that reads well, a fifth of the picture at most.
       const most = 0.2 * WIDTH / view.scale, power = 10 ** Math.floor(Math.log10(most));
       const length = [5, 2, 1].map((m) => m * power).find((l) => l <= most), pixels = length * view.scale;
-      ctx.strokeStyle = ctx.fillStyle = colour("--text"); ctx.lineWidth = 1.5; ctx.font = "13px system-ui, sans-serif"; ctx.textAlign = "left";
+      ctx.strokeStyle = ctx.fillStyle = colour("--text"); ctx.lineWidth = 1.5; ctx.font = lettering(); ctx.textAlign = "left";
       ctx.beginPath(); ctx.moveTo(20, HEIGHT - 26); ctx.lineTo(20, HEIGHT - 20); ctx.lineTo(20 + pixels, HEIGHT - 20); ctx.lineTo(20 + pixels, HEIGHT - 26); ctx.stroke();
       const text = length >= 1 ? `${length} m` : length >= 1e-3 ? `${Math.round(length * 1e3)} mm` : `${Math.round(length * 1e6)} \u00b5m`;
       ctx.fillText(text, 26, HEIGHT - 28);
     };
     const compass = () => {
       const origin = [WIDTH - 60, HEIGHT - 56];
-      ctx.font = "13px system-ui, sans-serif"; ctx.textAlign = "center"; ctx.lineWidth = 1.5;
+      ctx.font = lettering(); ctx.textAlign = "center"; ctx.lineWidth = 1.5;
       [["x", [1, 0, 0]], ["y", [0, 1, 0]], ["z", [0, 0, 1]]].forEach(([name, axis]) => {
         const end = project(axis.map((a, k) => view.centre[k] + a * 34 / view.scale));
         const way = [end[0] - WIDTH / 2, end[1] - HEIGHT / 2];

@@ -2,6 +2,8 @@
 
 mod diagnosis;
 mod frf;
+mod import;
+mod live;
 mod reduce;
 
 use std::path::PathBuf;
@@ -9,7 +11,6 @@ use std::path::PathBuf;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint};
 use feeler_engine::Integrator;
-use feeler_files::TEMPLATES;
 use feeler_plant::effects::{Kind, LIBRARY};
 use feeler_studies::sweep::Shard;
 
@@ -18,6 +19,8 @@ pub(crate) const DEFAULT_SCENARIOS: &str = "scenarios";
 
 pub(crate) use diagnosis::{Blind, BlindMake, BlindRun, BlindScore, Diagnose, Replay};
 pub(crate) use frf::{ExcitationKind, Frf};
+pub(crate) use import::Import;
+pub(crate) use live::{Compare, Live};
 pub(crate) use reduce::Reduce;
 
 /// Simulate robot force control, and see why it chatters.
@@ -42,31 +45,34 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Run a scenario: print a summary, write trace, summary and report
     Run(Run),
+    /// Serve a page with a slider for every number of a scenario; run and theory follow
+    Live(Live),
+    /// Compare runs, scenarios or datasets on one page
+    Compare(Compare),
     /// Run a scenario in many variants, over the axes of a sweep file
     Sweep(Sweep),
     /// Put the shards of a sweep together
     Merge(Merge),
-    /// Say why a scenario chatters, by counterfactual runs, and what to do about it
+    /// Find why a scenario chatters, by counterfactual runs, and what cures it
     Why(Why),
-    /// Say where the gap between a machine and its records lies, what causes it, and how far it closes
+    /// List what a robot's logs hold, and make datasets of them
+    Import(Import),
+    /// Find where a machine departs from its records, which effect causes it, and how sure that is
     Diagnose(Diagnose),
-    /// Drive a machine with a dataset's recorded commands, and say how far its predictions are off
+    /// Drive a machine with a dataset's recorded commands, and measure its prediction error
     Replay(Replay),
     /// Measure the diagnosis on data whose hidden effect it never sees
     #[command(subcommand)]
     Blind(Blind),
     /// Check machine, scenario, sweep and dataset files without running them
     Check(Check),
-    /// Say what linear theory predicts for a scenario: poles, zeros, modes, stable gains, margins, what
-    /// limits it
+    /// Linear theory of a scenario: poles, zeros, modes, stable gains, margins, what limits the loop
     Analyze(Analyze),
-    /// Measure a frequency response, on the simulated machine or from the records of a dataset, with the
-    /// linear one beside it
+    /// Measure a frequency response, simulated or from a dataset, and compare it with the linear one
     Frf(Frf),
-    /// Find the single axis that a robot arm is along a contact normal, as a machine file; map the force
-    /// bandwidth over its workspace
+    /// Reduce a robot arm to one axis along a contact normal, or map its force bandwidth
     Reduce(Reduce),
-    /// Hold the simulation against closed forms, independent numbers and the paper's claims
+    /// Compare the simulation with closed forms, independent numbers and the paper's claims
     Validate(Validate),
     /// Draw the paper's figures from the reference axis
     Figures(Figures),
@@ -84,16 +90,16 @@ pub(crate) enum Command {
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
-    feeler run scenario.toml                                     results in out/<name of the scenario>\n  \
-    feeler run scenario.toml --out first --csv                   results in first/, with trace.csv\n  \
+    feeler run scenario.toml                          results in out/<name of the scenario>\n  \
+    feeler run scenario.toml --out first --csv        results in first/, with trace.csv\n  \
     feeler run scenario.toml --set controllers.force.kp=0.8 --set 'contacts.tool.gap=5 mm'\n  \
     feeler run scenario.toml --integrator rk4 --set 'run.step=50 us'\n  \
     feeler run scenario.toml --engine rapier --set 'run.step=20 us'\n  \
     feeler run scenario.toml --json | jq .outcome\n  \
-    feeler run scenarios/arms/press-low-gain.toml                a whole arm against a workpiece, with a page that shows it move\n\n\
-    Writes into the output folder: trace.parquet (first column t_s, then the recorded signals),\n\
-    trace.csv with --csv, summary.json, and report.html, a page of plots that needs no network.\n\
-    The outcomes are explained in docs/outcomes.md.")]
+    feeler run scenarios/arms/press-low-gain.toml     a whole arm, with a page that shows it move\n\n\
+    Writes trace.parquet (t_s, then the recorded signals), summary.json, and report.html, a page of plots \
+    that needs no network. With --csv it writes trace.csv too. docs/outcomes.md explains the outcomes.")]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 pub(crate) struct Run {
     /// Scenario file (TOML)
     #[arg(value_hint = ValueHint::FilePath)]
@@ -101,26 +107,30 @@ pub(crate) struct Run {
     /// Set a key of the file, as in controllers.force.kp=0.8; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
-    /// Folder for the results, made if absent [default: out/ and the name of the scenario]
+    /// Folder for the results, made if absent [default: out/ and the name of the scenario, with what
+    /// --set says]
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
-    /// Write the trace as CSV too
+    /// Also write the trace as CSV
     #[arg(long)]
     pub(crate) csv: bool,
+    /// Run again whenever the file changes
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) watch: bool,
     /// Print the summary as JSON
     #[arg(long)]
     pub(crate) json: bool,
-    /// Run and measure as a variant of a sweep: extended until the outcome is decided, rows at a sweep's
-    /// rate, no energy ledger
+    /// Run and measure like a variant of a sweep: extended until decided, at a sweep's rate, no energy
+    /// ledger
     #[arg(long)]
     pub(crate) as_sweep: bool,
     /// Threads for writing the results [default: one per processor]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: Option<u16>,
-    /// Integrator, in place of the file's
+    /// Integrator, instead of the file's
     #[arg(long, value_name = "NAME", value_parser = integrators())]
     pub(crate) integrator: Option<String>,
-    /// Engine that moves the bodies, in place of the file's
+    /// Engine that moves the bodies, instead of the file's
     #[arg(long, value_name = "NAME", value_parser = ["feeler", "rapier"])]
     pub(crate) engine: Option<String>,
 }
@@ -130,8 +140,8 @@ pub(crate) struct Run {
     feeler sweep map.toml                          results in out/<name of the sweep>\n  \
     feeler sweep map.toml --threads 8 --out first\n  \
     feeler sweep map.toml --shard 3/16             one part of sixteen; then: feeler merge out/map\n\n\
-    Writes into the output folder: sweep.parquet (one row per variant), report.html, map.svg and map.png. Killed at\n\
-    any instant and started again with the same command it goes on where it was, and ends with the same bytes.")]
+    Writes sweep.parquet (one row per variant), report.html, and drawings as SVG and PNG. You can kill a sweep \
+    at any time. The same command continues it and ends with the same bytes.")]
 pub(crate) struct Sweep {
     /// Sweep file (TOML)
     #[arg(value_hint = ValueHint::FilePath)]
@@ -164,9 +174,10 @@ pub(crate) struct Merge {
 #[command(after_help = "Examples:\n  \
     feeler why scenario.toml\n  \
     feeler why scenario.toml --out why             with why/report.html and why/why.json\n  \
-    feeler why scenario.toml --json | jq .causes\n\n\
-    The scenario is run again without one of its troubles at a time (delay, flexibility, friction, ...), then without two\n\
-    or three where that takes it; the smallest set that removes the chatter is the cause.")]
+    feeler why scenario.toml --json | jq .causes\n  \
+    feeler why scenario.toml --try 1 --out cured.toml\n\n\
+    Runs the scenario again without one ingredient at a time (delay, flexibility, friction, ...), then without \
+    two or three. The smallest set whose absence removes the chatter is the cause.")]
 pub(crate) struct Why {
     /// Scenario file (TOML)
     #[arg(value_hint = ValueHint::FilePath)]
@@ -174,9 +185,12 @@ pub(crate) struct Why {
     /// Set a key of the file, as in controllers.force.kp=0.8; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) settings: Vec<String>,
-    /// Folder for why.json and report.html, made if absent
-    #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    /// Folder for why.json and report.html, made if absent; with --try, the file to write
+    #[arg(long, short, value_name = "DIR|FILE", value_hint = ValueHint::AnyPath)]
     pub(crate) out: Option<PathBuf>,
+    /// Write FILE with remedy N of the table applied, comments kept, to the file that --out names
+    #[arg(long = "try", value_name = "N", requires = "out")]
+    pub(crate) remedy: Option<usize>,
     /// Print as JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -186,7 +200,7 @@ pub(crate) struct Why {
 #[command(after_help = "Examples:\n  \
     feeler check scenario.toml\n  \
     feeler check scenarios/*/*.toml measured/dataset.toml\n\n\
-    All mistakes of a file are reported together, each with its line and what to do about it.")]
+    Reports all mistakes of a file together, each with its line and remedy.")]
 pub(crate) struct Check {
     /// Machine, scenario, sweep or dataset files, or dataset folders
     #[arg(required = true, value_hint = ValueHint::AnyPath)]
@@ -199,10 +213,10 @@ pub(crate) struct Check {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
     feeler analyze scenario.toml\n  \
-    feeler analyze scenario.toml --out out/theory                report.html: Bode, Nyquist, root locus, mode shapes\n  \
+    feeler analyze scenario.toml --out out/theory     Bode, Nyquist, root locus, mode shapes\n  \
     feeler analyze scenario.toml --output motor.position --clamped\n  \
     feeler analyze scenario.toml --gain controllers.force.ki --json | jq .gain.sampled.stable\n\n\
-    `sampled` honours period, delay, filters and hold of the file; `continuous` drops them.")]
+    `sampled` is the loop with the file's period, delay, filters and hold; `continuous` is without them.")]
 pub(crate) struct Analyze {
     /// Scenario file (TOML)
     #[arg(value_hint = ValueHint::FilePath)]
@@ -214,7 +228,7 @@ pub(crate) struct Analyze {
     /// command of the first controller's actuator]
     #[arg(long, value_name = "SIGNAL")]
     pub(crate) input: Option<String>,
-    /// Output of which poles, zeros and modes are told; gains and margins stay those of the loop [default:
+    /// Output whose poles, zeros and modes are listed; gains and margins stay those of the loop [default:
     /// what the first controller reads]
     #[arg(long, value_name = "SIGNAL")]
     pub(crate) output: Option<String>,
@@ -222,10 +236,10 @@ pub(crate) struct Analyze {
     /// leading gain]
     #[arg(long, value_name = "KEY")]
     pub(crate) gain: Option<String>,
-    /// Take every contact as attached, as the paper's linear models do
+    /// Attach every contact, as the paper's linear models do
     #[arg(long, conflicts_with_all = ["free", "preload"])]
     pub(crate) clamped: bool,
-    /// Take every contact as absent
+    /// Remove every contact
     #[arg(long, conflicts_with = "preload")]
     pub(crate) free: bool,
     /// Press the first contact with this force (N) and linearise there
@@ -244,7 +258,7 @@ pub(crate) struct Analyze {
     feeler validate --quick\n  \
     feeler validate --critical-gains ../shared/reference/critical-gains.json\n  \
     feeler validate convergence\n\n\
-    Exit code 1 where a row fails.")]
+    The exit code is 1 if a check fails.")]
 pub(crate) struct Validate {
     /// What to check
     #[arg(value_enum, default_value_t = Checks::All)]
@@ -252,10 +266,10 @@ pub(crate) struct Validate {
     /// Only the checks that take seconds
     #[arg(long)]
     pub(crate) quick: bool,
-    /// Independent critical gains (JSON) to hold the linear theory against
+    /// Independent critical gains (JSON) to compare linear theory with
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) critical_gains: Option<PathBuf>,
-    /// Folder of the scenario files, from which the paper's machines are taken as well
+    /// Folder of the scenario files, with the paper's machines
     #[arg(long, value_name = "DIR", default_value = DEFAULT_SCENARIOS, value_hint = ValueHint::DirPath)]
     pub(crate) scenarios: PathBuf,
     /// Print as JSON
@@ -285,14 +299,14 @@ pub(crate) struct Figures {
 
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  \
-    feeler fit-landmarks --out chain.toml                   from 12 starts that know the landmarks' frequencies alone (seconds)\n  \
-    feeler fit-landmarks --starts 1                         from the first of them\n  \
-    feeler fit-landmarks --start chain.toml                 from a machine of your own with these bodies and springs\n\n\
-    The parameters found are those of some chain that shows the landmarks of the paper's Figs. 15 to 17. They are not the robot's\n\
-    parameters, which were never published, and the landmarks do not determine all of them: the table says which.")]
+    feeler fit-landmarks --out chain.toml        from 12 starts (seconds)\n  \
+    feeler fit-landmarks --starts 1              from the first of them\n  \
+    feeler fit-landmarks --start chain.toml      from your own machine with these bodies and springs\n\n\
+    The result is one chain that shows the landmarks of the paper's Figs. 15 to 17. Its parameters are not the \
+    robot's, which were never published. The table lists the parameters that the landmarks determine.")]
 pub(crate) struct FitLandmarks {
-    /// Number of starts: chains with the paper's flexible resonances and guesses of all else, the same each
-    /// time
+    /// Number of starts: chains with the paper's flexible resonances, everything else guessed, the same
+    /// each time
     #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u64).range(1..=10_000), conflicts_with = "start")]
     pub(crate) starts: u64,
     /// Machine file to start from instead: bodies base, motor and link1 to link4, as `--out` writes
@@ -327,17 +341,23 @@ pub(crate) struct Effects {
 #[command(after_help = "Examples:\n  \
     feeler new --list\n  \
     feeler new flexible > axis.toml\n  \
-    feeler new chatter --out chatter.toml")]
+    feeler new chatter --out chatter.toml\n  \
+    feeler new dataset --out bench\n  \
+    feeler new arm --urdf robot.urdf --out robot.toml")]
 pub(crate) struct New {
     /// Template to start from
     #[arg(
         value_name = "TEMPLATE",
         required_unless_present = "list",
-        value_parser = PossibleValuesParser::new(TEMPLATES.iter().map(|template| template.name))
+        value_parser = PossibleValuesParser::new(crate::commands::new::names())
     )]
     pub(crate) template: Option<String>,
-    /// File to write; standard output where absent. An existing file is left alone
-    #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    /// URDF whose joints an arm file gets (template `arm`)
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, required_if_eq("template", "arm"))]
+    pub(crate) urdf: Option<PathBuf>,
+    /// File to write, or folder where a template has several; standard output where absent. What exists is left
+    /// alone
+    #[arg(long, short, value_name = "FILE", value_hint = ValueHint::AnyPath)]
     pub(crate) out: Option<PathBuf>,
     /// List the templates
     #[arg(long, conflicts_with_all = ["template", "out"])]
@@ -346,7 +366,7 @@ pub(crate) struct New {
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
-    feeler schema > machine.schema.json      then begin a file with: #:schema ./machine.schema.json\n  \
+    feeler schema > machine.schema.json      first line of a file: #:schema ./machine.schema.json\n  \
     feeler schema sweep > sweep.schema.json")]
 pub(crate) struct Schema {
     /// Kind of file
@@ -384,11 +404,48 @@ fn integrators() -> PossibleValuesParser {
 
 #[cfg(test)]
 mod tests {
+    use std::fmt::Write as _;
+
     use super::*;
     use clap::CommandFactory;
 
     #[test]
     fn truth_the_definition_is_consistent() {
         Arguments::command().debug_assert();
+    }
+
+    /// Columns of a help text on the page.
+    const COLUMNS: usize = 96;
+
+    /// The help of a command and of those below it, as sections of the page.
+    fn sections(command: &mut clap::Command, name: &str, text: &mut String) {
+        let help = command.render_help().to_string();
+        let lines = help.lines().map(str::trim_end).collect::<Vec<_>>().join("\n");
+        let _ = writeln!(text, "\n## `{name}`\n\n```text\n{}\n```", lines.trim());
+        for below in command.get_subcommands_mut().filter(|below| below.get_name() != "help") {
+            let name = format!("{name} {}", below.get_name());
+            sections(below, &name, text);
+        }
+    }
+
+    /// With `FEELER_UPDATE_DOCS=1` the page is written instead.
+    #[test]
+    fn truth_the_page_of_commands_is_their_help() {
+        let mut command = Arguments::command().term_width(COLUMNS).disable_help_subcommand(true);
+        command.build();
+        let mut text = String::from(
+            "# Commands\n\n```console\nfeeler --help\nfeeler run --help\n```\n\n\
+             This page is the help of every command. Words: [glossary](glossary.md).\n",
+        );
+        sections(&mut command, "feeler", &mut text);
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/commands.md");
+        if std::env::var_os("FEELER_UPDATE_DOCS").is_some() {
+            std::fs::write(&path, &text).unwrap();
+        }
+        let committed = std::fs::read_to_string(&path).unwrap_or_default();
+        assert!(
+            committed == text,
+            "docs/commands.md is stale: FEELER_UPDATE_DOCS=1 cargo test -p feeler commands"
+        );
     }
 }

@@ -1,5 +1,6 @@
 //! A run in plain words.
 
+use feeler_plant::description::SignalName;
 use feeler_studies::run::{ContactSummary, Oscillation, Outcome, Summary, Undecided};
 
 use crate::numbers::{count, plain, with_unit};
@@ -10,11 +11,14 @@ const SLOW_HZ: f64 = 1.0;
 
 /// One or two sentences that say what became of a run.
 pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
+    if let Some(signal) = &summary.controlled {
+        return of_motion(summary, signal, judged_unit(summary, units));
+    }
     let reference = summary.response.and_then(|response| response.final_reference_n);
     let oscillation = summary.oscillation.unwrap_or_default();
     match summary.outcome {
         Outcome::Settled => format!(
-            "The force settles{}: the tool touches and stays.",
+            "The force settles{}: the tool touches and stays in contact.",
             at_and_within(summary, reference, units)
         ),
         Outcome::BouncesThenSettles => {
@@ -44,31 +48,34 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
             _ => "The motion is unstable: it leaves all bounds.".to_owned(),
         },
         Outcome::LimitCycle => format!(
-            "The force swings between the limits of the drive at {}, by {} either way, and does not decay.",
+            "The force oscillates between the drive's limits at {}, with an amplitude of {}, and does not decay.",
             rate(oscillation.frequency_hz),
             with_unit(oscillation.amplitude_n, units.force)
         ),
         Outcome::Hunting => format!(
-            "The axis hunts: it sticks and breaks loose again at {}, and the force swings by {} either way.",
+            "The axis hunts: it sticks and breaks loose at {}, and the force oscillates with an amplitude of {}.",
             rate(oscillation.frequency_hz),
             with_unit(oscillation.amplitude_n, units.force)
         ),
         Outcome::Oscillates => format!(
-            "The force oscillates in contact at {}, by {} either way, and does not decay.",
+            "The force oscillates in contact at {}, with an amplitude of {}, and does not decay.",
             rate(oscillation.frequency_hz),
             with_unit(oscillation.amplitude_n, units.force)
         ),
         Outcome::Driven if summary.response.is_none() => {
-            "The drive is commanded from a series to the end of the run, and nothing regulates the force."
-                .to_owned()
+            "The drive follows its commands to the end of the run; nothing regulates the force.".to_owned()
         }
         Outcome::Driven => {
-            "The reference moves to the end of the run, and contact is kept while the force follows it."
+            "The reference moves until the end of the run, and the force follows it without loss of contact."
+                .to_owned()
+        }
+        Outcome::FollowsSurface => {
+            "The surface moves to the end of the run, and contact is kept while the force follows it."
                 .to_owned()
         }
         Outcome::NoContact if summary.bounces > 0 => {
             format!(
-                "The tool touches, leaves the workpiece after {} in contact, and is still away at the end.",
+                "The tool touches, leaves after {} in contact, and does not return.",
                 with_unit(summary.contact_time_s, "s")
             )
         }
@@ -76,6 +83,37 @@ pub(crate) fn outcome(summary: &Summary, units: Units) -> String {
             "Nothing can touch in this scenario; the axis moves freely.".to_owned()
         }
         Outcome::NoContact => "The tool does not touch the workpiece in this run.".to_owned(),
+        _ => undecided(summary.verdict.undecided),
+    }
+}
+
+/// The unit of what a run is judged by: a force, or a motion where nothing is touched.
+pub(crate) fn judged_unit(summary: &Summary, units: Units) -> &'static str {
+    let signal = summary.controlled.as_ref().and_then(|signal| signal.parse::<SignalName>().ok());
+    signal.map_or(units.force, |signal| units.unit(signal.quantity))
+}
+
+/// The same of a loop that touches nothing, by the motion that it controls.
+fn of_motion(summary: &Summary, signal: &str, unit: &'static str) -> String {
+    let oscillation = summary.oscillation.unwrap_or_default();
+    let swings = format!(
+        "`{signal}` swings at {}, by {} either way, and does not decay",
+        rate(oscillation.frequency_hz),
+        with_unit(oscillation.amplitude_n, unit)
+    );
+    match summary.outcome {
+        Outcome::Settled => format!("Nothing is touched, and `{signal}` settles."),
+        Outcome::Unstable => format!("Nothing is touched, and `{signal}` diverges."),
+        Outcome::LimitCycle => {
+            format!("Nothing is touched, and {swings}: a limit cycle between limits or through free play.")
+        }
+        Outcome::Hunting => {
+            format!("Nothing is touched, and {swings}: the axis sticks and breaks loose again.")
+        }
+        Outcome::Oscillates => format!("Nothing is touched, and {swings}."),
+        Outcome::Driven => {
+            format!("Nothing is touched, and `{signal}` follows a reference that moves to the end.")
+        }
         _ => undecided(summary.verdict.undecided),
     }
 }
@@ -115,10 +153,11 @@ pub(crate) fn outcome_label(outcome: Outcome) -> &'static str {
         Outcome::BouncesThenSettles => "bounces, then settles",
         Outcome::Chatter => "sustained chatter",
         Outcome::Unstable => "unstable",
-        Outcome::LimitCycle => "limit cycle through saturation",
+        Outcome::LimitCycle => "limit cycle through saturation or free play",
         Outcome::Hunting => "hunting through stiction",
         Outcome::Oscillates => "sustained oscillation",
         Outcome::Driven => "follows a moving reference",
+        Outcome::FollowsSurface => "follows a moving surface",
         Outcome::NoContact => "no contact",
         _ => "undecided",
     }
@@ -186,27 +225,23 @@ fn times(bounces: usize) -> String {
 fn undecided(why: Option<Undecided>) -> String {
     let why = match why {
         Some(Undecided::TooShort) => {
-            "too little of it follows the first touch or the last step of the reference; lengthen run.duration"
+            "it ends too soon after the first touch or the last step of the reference; lengthen run.duration"
         }
         Some(Undecided::StillDecaying) => "the oscillation dies out but has not ended; lengthen run.duration",
         Some(Undecided::TooFewBounces) => {
-            "the tool leaves the workpiece too seldom to tell; lengthen run.duration"
+            "the tool leaves the workpiece too rarely to judge; lengthen run.duration"
         }
         Some(Undecided::StillApproaching) => {
-            "the tool is still on its way to the workpiece, or its controller still approaches, when it ends; lengthen run.duration"
+            "it ends while the tool still approaches the workpiece; lengthen run.duration"
         }
         Some(Undecided::StillWinding) => {
-            "the force rests while the command moves on, so that what sticks will break loose; lengthen run.duration"
+            "the force rests but the integrator winds up and will break the guide loose; lengthen run.duration"
         }
-        Some(Undecided::StillGrowing) => {
-            "the oscillation grows slowly, and where to does not show yet; lengthen run.duration"
-        }
-        Some(Undecided::EventStorm) => {
-            "it stopped where more events fall on one instant than can be followed"
-        }
+        Some(Undecided::StillGrowing) => "the oscillation still grows slowly; lengthen run.duration",
+        Some(Undecided::EventStorm) => "it stopped at an instant with too many events",
         _ => "lengthen run.duration",
     };
-    format!("This run does not tell what becomes of it: {why}.")
+    format!("Undecided: {why}.")
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The diagnosis: calibrate, try causes, compose, judge.
 
-use feeler_plant::effects::{Kind, Trait};
+use feeler_plant::effects::Trait;
 
 use crate::budget::{Budget, Stage};
 use crate::dataset::Dataset;
@@ -12,7 +12,7 @@ use crate::fit::odds::gain;
 use crate::fit::search::{Extended, Scored, Search, extensions, finished, glance, score, search};
 use crate::gap::size::noise;
 use crate::gap::unknown;
-use crate::kinds::{Element, contains, dossier};
+use crate::kinds::{Element, contains, dossier, overlaps};
 use crate::report::Diagnosis;
 
 /// Evidence on the check experiments that a cause must bring, nats.
@@ -33,6 +33,9 @@ pub(crate) const PARSIMONY: f64 = 30.0;
 const PARSIMONY_BESIDE_NUMBERS: f64 = 3.0;
 /// A law that contains another must bring this share more than it.
 const NESTED_SHARE: f64 = 0.15;
+/// Share of the evidence of the best that one must bring whose values can be meant where those of the best
+/// cannot.
+const FAIR_SHARE: f64 = 0.6;
 /// Most causes at once.
 const MOST_CAUSES: usize = 3;
 /// Causes within this much evidence of the best look alike to these records, nats.
@@ -67,7 +70,7 @@ pub fn diagnose_within(
     }
     progress("calibrating and trying single causes");
     let found = search(dataset, budget)?;
-    let judge = Judge { dataset, search: &found };
+    let judge = Judge::new(dataset, &found);
     // A simple cause is preferred only among those that could be accepted by themselves.
     let mut ranked: Vec<&Scored> = found
         .singles
@@ -76,6 +79,7 @@ pub fn diagnose_within(
         .collect();
     ranked.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
     prefer_simple(&mut ranked, PARSIMONY, |scored| judge.all(scored));
+    judge.prefer_meant(&mut ranked);
     let mut attempts = Attempts {
         fitted: found.singles.clone(),
         screened: found.others.clone(),
@@ -154,6 +158,7 @@ pub fn diagnose_within(
         further.retain(|scored| judge.is_finding(scored) && enough(scored));
         further.sort_by(|a, b| judge.all(b).total_cmp(&judge.all(a)));
         prefer_simple(&mut further, asked.parsimony, |scored| judge.all(scored));
+        judge.prefer_meant(&mut further);
         let Some(best) = further.first() else { break };
         let pruned = judge.prune(best.clone(), asked.keep);
         // What a partner adds nothing to stays with the rivals that it had: its company contains it and is
@@ -169,6 +174,24 @@ pub fn diagnose_within(
             rivals = further;
         }
         accepted = pruned;
+    }
+    let pairs = judge.proposed_pairs();
+    attempts.fitted.extend(pairs.iter().cloned());
+    if let Some(best) = pairs.first()
+        && judge.check(&found.calibrated, best) > ACCEPT
+        && judge.outweighs(best, &accepted)
+    {
+        let keep = Asked::beside(&found.calibrated).keep;
+        let pruned = judge.prune(best.clone(), keep);
+        rivals = pairs.iter().filter(|pair| pair.causes.len() == pruned.causes.len()).cloned().collect();
+        rivals.push(accepted);
+        accepted = pruned;
+    }
+    if accepted.causes.len() > 1 {
+        accepted = judge.simplified(accepted);
+        let exchanged = judge.exchanged(&accepted);
+        attempts.fitted.extend(exchanged.iter().cloned());
+        rivals.extend(exchanged);
     }
     progress("weighing the answer");
     let answer = judge.answer(&accepted, &rivals, &attempts);
@@ -216,11 +239,6 @@ impl Asked {
     }
 }
 
-/// Whether two laws under one element say the same thing, or one contains the other.
-fn overlaps(a: Kind, b: Kind) -> bool {
-    a == b || contains(a, b) || contains(b, a)
-}
-
 /// Size of the force over position that the first cause describes; none where it describes none.
 fn force_over_position(scored: &Scored) -> Option<f64> {
     let values = scored.fitted.model.parameters(0, &scored.fitted.theta);
@@ -256,6 +274,22 @@ fn prefer_simple<T: std::borrow::Borrow<Scored>>(
 pub(crate) struct Judge<'a> {
     pub(crate) dataset: &'a Dataset,
     pub(crate) search: &'a Search<'a>,
+    /// How much a balance of forces weighs against predictions.
+    pub(crate) weight: f64,
+    /// Looks at all experiments over those at the check experiments.
+    looks: f64,
+}
+
+impl<'a> Judge<'a> {
+    fn new(dataset: &'a Dataset, search: &'a Search<'a>) -> Self {
+        let task = &search.task;
+        let weight = task.inverse.as_ref().map_or(0.0, |inverse| inverse.weight);
+        let of = |is_counted: &dyn Fn(usize) -> bool| {
+            task.weights.looks.iter().enumerate().filter(|(r, _)| is_counted(*r)).map(|(_, n)| n).sum::<f64>()
+        };
+        let looks = of(&|_| true) / of(&|r| dataset.records[r].is_check).max(1.0);
+        Self { dataset, search, weight, looks }
+    }
 }
 
 impl Judge<'_> {
@@ -271,8 +305,27 @@ impl Judge<'_> {
         self.gain(&self.search.calibrated, scored, &self.everything())
     }
 
+    /// Evidence for one set of causes against another over some records: of predictions, and of a balance of
+    /// forces where that shows both.
     pub(crate) fn gain(&self, old: &Scored, new: &Scored, records: &[usize]) -> f64 {
-        gain(self.dataset, old, new, records)
+        let predicted = gain(&self.search.task.weights, old, new, records);
+        let (Some(old), Some(new)) = (&old.balanced, &new.balanced) else { return predicted };
+        let is_all = records.iter().any(|&r| !self.dataset.records[r].is_check);
+        let balanced = if is_all { self.looks } else { 1.0 } * (new.nats - old.nats);
+        (1.0 - self.weight) * predicted + self.weight * balanced
+    }
+
+    /// Whether a set of causes brings so much more than another that it is worth its further parameters.
+    fn outweighs(&self, new: &Scored, old: &Scored) -> bool {
+        let more = new.fitted.model.effect_parameters() > old.fitted.model.effect_parameters();
+        let needed = if new.causes.len() > old.causes.len() {
+            ACCEPT_FURTHER
+        } else if more {
+            PARSIMONY
+        } else {
+            0.0
+        };
+        self.all(new) - self.all(old) > needed
     }
 
     pub(crate) fn check(&self, old: &Scored, new: &Scored) -> f64 {
@@ -284,6 +337,16 @@ impl Judge<'_> {
         unknown::is_quiet(&self.search.task, scored, &noise)
     }
 
+    /// Brings the best whose values can all be meant to the front of a ranking, where it explains a fair
+    /// share of what the first does.
+    fn prefer_meant<T: std::borrow::Borrow<Scored>>(&self, ranked: &mut [T]) {
+        let Some(most) = ranked.first().map(|first| self.all(first.borrow())) else { return };
+        let meant = ranked.iter().position(|scored| self.is_meant(scored.borrow()));
+        if let Some(i) = meant.filter(|&i| self.all(ranked[i].borrow()) > FAIR_SHARE * most) {
+            ranked[..=i].rotate_right(1);
+        }
+    }
+
     fn is_acceptable(&self, scored: &Scored) -> bool {
         self.check(&self.search.calibrated, scored) > ACCEPT && self.all(scored) > ACCEPT_ALL
     }
@@ -293,7 +356,8 @@ impl Judge<'_> {
         scored.causes.iter().enumerate().all(|(i, cause)| {
             let element = Element::at(cause.site, &model.believed, &self.dataset.tolerance);
             let is_trivial = dossier(cause.definition.kind).is_trivial;
-            !is_trivial(&model.parameters(i, theta), &element, self.search.seen)
+            !model.is_believed(i, theta)
+                && !is_trivial(&model.parameters(i, theta), &element, self.search.seen)
         })
     }
 

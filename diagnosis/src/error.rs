@@ -4,11 +4,12 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 
 use feeler_files::FormatError;
+use feeler_logs::LogError;
 use feeler_lti::LtiError;
 use feeler_problem::{Problem, Remedy, in_lines};
 use thiserror::Error;
 
-use crate::dataset::fault::{Fault, NOT_THERE};
+use crate::dataset::fault::Fault;
 
 /// Why there is no diagnosis.
 #[derive(Debug, Error)]
@@ -17,15 +18,10 @@ pub enum DiagnosisError {
     /// The dataset file or the machine that it names has mistakes.
     #[error(transparent)]
     Format(#[from] FormatError),
-    /// A file cannot be read.
-    #[error("{}: {source}", .file.display())]
-    Read {
-        /// The file.
-        file: PathBuf,
-        /// What the system says.
-        source: csv::Error,
-    },
-    /// A file that is not what its ending says.
+    /// A log cannot be read.
+    #[error(transparent)]
+    Log(LogError),
+    /// A file that a dataset cannot have as an experiment.
     #[error("{}: {reason}", .file.display())]
     Unreadable {
         /// The file.
@@ -34,6 +30,20 @@ pub enum DiagnosisError {
         reason: String,
         /// What to do.
         remedy: &'static str,
+    },
+    /// A joint that a log has not.
+    #[error("no joint `{joint}` has both a target and a position; {known} have")]
+    NoJoint {
+        /// What was asked for.
+        joint: String,
+        /// Joints that have both.
+        known: String,
+    },
+    /// A file that cannot be written.
+    #[error("{}", .problem.message)]
+    Unwritable {
+        /// What is wrong, with its remedy.
+        problem: Problem,
     },
     /// A fault of the measured series that no assumption can repair.
     #[error("{}", list_faults(.faults))]
@@ -90,6 +100,7 @@ impl Remedy for DiagnosisError {
     fn passed_on(&self) -> Option<&dyn Remedy> {
         match self {
             Self::Format(error) => Some(error),
+            Self::Log(error) => Some(error),
             Self::Exponential(error) => Some(error),
             _ => None,
         }
@@ -99,12 +110,10 @@ impl Remedy for DiagnosisError {
         match self {
             Self::Format(error) => error.remedy(),
             Self::Exponential(error) => error.remedy(),
-            Self::Read { source, .. } => match source.kind() {
-                csv::ErrorKind::Utf8 { .. } => "save the table as UTF-8".into(),
-                csv::ErrorKind::Io(_) => NOT_THERE.into(),
-                _ => "write it as a table with a header row, and as many cells in every row".into(),
-            },
+            Self::Log(error) => error.remedy(),
             Self::Unreadable { remedy, .. } => (*remedy).into(),
+            Self::NoJoint { known, .. } => format!("name one of {known} with --joint").into(),
+            Self::Unwritable { problem } => problem.remedy.as_str().into(),
             Self::Data { faults } => faults.first().map_or_else(String::new, Fault::remedy).into(),
             Self::Signal { remedy, .. } => format!(
                 "replay a machine with the elements that the dataset names, or change [columns]: {remedy}"
@@ -126,10 +135,12 @@ impl Remedy for DiagnosisError {
             Self::Data { faults } => faults.first().map_or_else(String::new, Fault::place),
             Self::Machine { problems } => problems.first().map_or_else(String::new, |p| p.key.clone()),
             Self::Signal { column, .. } => format!("columns.{column}"),
-            Self::Read { .. } | Self::Unreadable { .. } | Self::Roles { .. } | Self::Unbounded { .. } => {
-                String::new()
-            }
-            Self::Format(_) | Self::Exponential(_) => {
+            Self::NoJoint { .. }
+            | Self::Unwritable { .. }
+            | Self::Unreadable { .. }
+            | Self::Roles { .. }
+            | Self::Unbounded { .. } => String::new(),
+            Self::Format(_) | Self::Log(_) | Self::Exponential(_) => {
                 self.passed_on().map_or_else(String::new, Remedy::place)
             }
         }
@@ -138,6 +149,7 @@ impl Remedy for DiagnosisError {
     fn problems(&self) -> Vec<Problem> {
         match self {
             Self::Format(error) => error.problems(),
+            Self::Log(error) => error.problems(),
             Self::Data { faults } => crate::dataset::fault::problems(faults),
             Self::Machine { problems } if !problems.is_empty() => problems.clone(),
             _ => vec![Problem::new(self.place(), self.to_string(), self.remedy())],
@@ -154,16 +166,10 @@ mod tests {
     fn prop_every_error_says_what_to_do() {
         let wrong = feeler_files::Document::parse("mass = = 3", "a.toml").map(drop);
         let file = || PathBuf::from("a.csv");
-        let missing = std::io::Error::from(std::io::ErrorKind::NotFound);
-        let no_text = csv::ReaderBuilder::new()
-            .has_headers(false)
-            .from_reader(&b"\xff,1\n"[..])
-            .deserialize::<(String, f64)>()
-            .find_map(Result::err);
+        let missing = feeler_logs::read_file(std::path::Path::new("no such file"), None).err();
         let all: Vec<DiagnosisError> = (wrong.err().map(DiagnosisError::Format).into_iter())
-            .chain(no_text.map(|source| DiagnosisError::Read { file: file(), source }))
+            .chain(missing.map(DiagnosisError::Log))
             .chain([
-                DiagnosisError::Read { file: file(), source: missing.into() },
                 DiagnosisError::Unreadable {
                     file: file(),
                     reason: "it is empty".into(),
@@ -182,6 +188,10 @@ mod tests {
                     signal: "gauge.reading".into(),
                     reason: "there is no `gauge`".into(),
                     remedy: "did you mean `force`?".into(),
+                },
+                DiagnosisError::NoJoint { joint: "hip".into(), known: "elbow, wrist".into() },
+                DiagnosisError::Unwritable {
+                    problem: Problem::new("", "cannot write out", "name another place with --out"),
                 },
                 DiagnosisError::Roles { fitted: 1, checked: 0 },
                 DiagnosisError::Unbounded { spacing_s: 1e-3 },

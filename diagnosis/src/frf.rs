@@ -77,7 +77,11 @@ pub fn measured_response(
         contact.engagement = first.engagement.unwrap_or(contact.engagement);
     }
     if engagement == Engagement::Unilateral && !machine.contacts.is_empty() {
-        notes.push("the tool may leave the workpiece in these records; the linear response takes it as touching all the time".to_owned());
+        notes.push(
+            "the tool may leave the workpiece in these records; the linear response takes it as \
+                    touching all the time"
+                .to_owned(),
+        );
     }
     let actuator =
         machine.actuators.get_index(chosen.drive).map(|(name, _)| name.clone()).unwrap_or_default();
@@ -212,7 +216,7 @@ fn choose<'a>(
     Ok(Chosen { input, drive, output, signal, series, records })
 }
 
-/// Where the power of a command lies; absent where the record is too short to tell.
+/// Where the power of a command lies; absent if the record is too short to tell.
 fn command_spectra(command: &[f64], spacing_s: f64) -> Option<CrossSpectra> {
     let settings = WelchSettings::hann((command.len() as f64 / SEGMENTS) as usize);
     cross_spectra(command, command, spacing_s, &settings).ok()
@@ -284,7 +288,8 @@ fn drop_unknown(
     if found.estimate.frequencies_hz.is_empty() {
         return Err(FrfError::Source(Refusal::new(
             format!("no response is known at any of {all} frequencies from these records"),
-            "name other experiments, another output or another band; feeler frf needs a command that excites the machine",
+            "name other experiments, another output or another band; feeler frf needs a command that \
+             excites the machine",
         )));
     }
     Ok(())

@@ -3,6 +3,8 @@
 //! [`dataset::Dataset::load`] reads and checks what was measured; [`diagnose`] answers;
 //! [`predict::Predictor`] replays a record on any machine.
 
+#![expect(clippy::too_many_lines, reason = "some functions are still to be cut")]
+
 pub mod adequacy;
 mod answer;
 pub mod blind;
@@ -11,12 +13,16 @@ pub mod dataset;
 mod diagnose;
 mod error;
 mod examination;
+mod filter;
 mod fit;
 mod frf;
 mod gap;
+pub mod import;
+mod inverse;
 mod kinds;
 pub mod predict;
 pub mod report;
+mod sets;
 mod tolerance;
 
 pub use answer::difference;

@@ -8,6 +8,7 @@ use feeler_diagnosis::report::Verdict;
 use feeler_diagnosis::{Diagnosis, diagnose};
 use feeler_files::Document;
 use feeler_plant::assembly::Source;
+use feeler_plant::effects::Kind;
 
 const RATE_HZ: f64 = 200.0;
 const DURATION_S: f64 = 20.0;
@@ -78,7 +79,13 @@ fn record(i: usize, noise: &mut Noise, force: &dyn Fn(f64, f64) -> f64) -> Recor
 }
 
 fn answer(force: &dyn Fn(f64, f64) -> f64) -> Diagnosis {
-    let machine = Document::parse(BELIEVED, "slow.toml").expect("the text is a machine").scenario.machine;
+    answer_believing("", force)
+}
+
+/// The same where the machine file states more.
+fn answer_believing(more: &str, force: &dyn Fn(f64, f64) -> f64) -> Diagnosis {
+    let text = format!("{BELIEVED}{more}");
+    let machine = Document::parse(&text, "slow.toml").expect("the text is a machine").scenario.machine;
     let mut noise = Noise(11);
     let dataset = Dataset {
         name: "slow".into(),
@@ -128,6 +135,31 @@ fn truth_friction_that_is_half_of_the_command_is_named() {
     assert_eq!(accepted(&answer).first(), Some(&"coulomb-friction"), "{}", told(&answer));
     let level = answer.effects[0].parameters["level"].value;
     assert!((level / 12.0 - 1.0).abs() < LEVEL, "{level} {}", told(&answer));
+}
+
+/// The level of the one friction of a machine's guide.
+fn level(machine: &feeler_plant::description::Machine) -> f64 {
+    let [effect] = machine.springs["guide"].effects.as_slice() else { panic!("one effect") };
+    assert_eq!(effect.definition.kind, Kind::CoulombFriction);
+    effect.values[0]
+}
+
+#[test]
+fn truth_believed_friction_is_fitted_within_its_tolerance_and_is_a_finding_beyond() {
+    let believing = |level: &str| {
+        let more = format!("[springs.guide.effects.coulomb-friction]\nlevel = {level}\n");
+        answer_believing(&more, &|_, v| dry(12.0, v))
+    };
+    // Off by less than its tolerance, which is a factor of two: calibration.
+    let answer = believing("7.5");
+    assert!(accepted(&answer).is_empty(), "{}", told(&answer));
+    let fitted = level(&answer.calibrated);
+    assert!((fitted / 12.0 - 1.0).abs() < LEVEL, "{fitted} {}", told(&answer));
+    // Off by four: a finding, in the place of the believed one.
+    let answer = believing("3.0");
+    assert_eq!(accepted(&answer), ["coulomb-friction"], "{}", told(&answer));
+    let found = level(&answer.machine);
+    assert!((found / 12.0 - 1.0).abs() < LEVEL, "{found} {}", told(&answer));
 }
 
 #[test]

@@ -169,7 +169,7 @@ fn truth_a_command_that_is_late_in_one_experiment_is_named() {
 #[test]
 fn regress_a_command_that_is_late_in_contact_accuses_nobody() {
     let said = said(&PRESSES, &[("press-1.csv", "command_n", very_late)]);
-    // An impact outweighs the steps of the command, so that nothing is told of when they came.
+    // An impact outweighs the steps of the command, so that nothing is said about their time.
     assert!(!said.iter().any(|line| line.contains(": runs ")), "{said:#?}");
 }
 

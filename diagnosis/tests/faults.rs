@@ -128,12 +128,14 @@ fn truth_faults_that_nothing_mends_are_errors_with_place_and_remedy() {
         &["a.csv: `encoder_m`", "rename `encoder_m [m]` to `encoder_m` in the file"],
     );
     error_says(
-        &csv(&sound()).replacen("t_s,command_n", "command_n,t_s", 1),
-        &["a.csv: the first column is `command_n`", "`t_s` comes later"],
+        &spoil(|k, row| row[2] = if k % 10 == 0 && k > 99 { f64::NAN } else { row[2] }),
+        &["a.csv:102", "`encoder_m`", "no number", "190 such cells"],
     );
+    let sound = csv(&sound());
+    let row = sound.lines().nth(101).expect("a row");
     error_says(
-        &spoil(|k, row| row[2] = if k == 100 { f64::NAN } else { row[2] }),
-        &["a.csv:102", "`encoder_m`", "no number"],
+        &sound.replacen(row, "0.1,1.0,oops,1.0", 1),
+        &["a.csv:102", "`encoder_m`", "no number", "1 such cell"],
     );
     error_says(
         &spoil(|k, row| row[0] -= if k == 50 { 5e-3 } else { 0.0 }),
@@ -144,11 +146,11 @@ fn truth_faults_that_nothing_mends_are_errors_with_place_and_remedy() {
         &["a.csv:502", "0.3000 s are missing", "split the file"],
     );
     error_says(&spoil(|_, row| row[1] = 3.0), &["`command_n`", "never changes", "excite the drive"]);
-    error_says(&csv(&sound()[..20].to_vec()), &["only 20 rows", "at least 50"]);
+    error_says(&csv(&self::sound()[..20].to_vec()), &["only 20 rows", "at least 50"]);
     error_says("", &["a.csv: it is empty"]);
     error_says("\u{0}\u{1}not text", &["a.csv: it is no text"]);
     error_says(
-        &csv(&sound()).replacen("encoder_m", "Encoder_m", 1),
+        &sound.replacen("encoder_m", "Encoder_m", 1),
         &["the file has `Encoder_m`", "rename `Encoder_m` to `encoder_m`"],
     );
     error_says("t_s,command_n,encoder_m,acceleration_mps2\n", &["no rows below the header", "at least 50"]);
@@ -176,6 +178,14 @@ fn truth_faults_that_an_assumption_mends_are_warnings_that_state_it() {
     warning_says(
         &spoil(|k, row| row[0] += if k % 2 == 0 { 1e-4 } else { 0.0 }),
         &["even spacing", "interpolation"],
+    );
+    warning_says(
+        &spoil(|k, row| row[2] = if k == 100 { f64::NAN } else { row[2] }),
+        &["a.csv:102: `encoder_m`: one cell is empty", "interpolated"],
+    );
+    warning_says(
+        &spoil(|k, row| row[2] = if k % 500 == 100 { f64::NAN } else { row[2] }),
+        &["a.csv:102: `encoder_m`: 4 cells are empty", "up to 1 together"],
     );
     warning_says(
         &spoil(|k, row| row[3] = 0.012 * (k as f64).sin()),
@@ -333,9 +343,56 @@ fn truth_parquet_tables_say_the_same_as_csv() {
     assert_same(folder.path());
 }
 
+/// Columns in another order, between semicolons, with decimal commas, and the time in milliseconds.
 #[test]
-fn truth_columns_between_semicolons_are_said_to_be() {
-    error_says(&csv(&sound()).replace(',', ";"), &["a.csv", "separated by ';'", "not by commas"]);
+fn truth_tables_of_any_shape_say_the_same() {
+    let columns = |order: [usize; 4], scale: f64| {
+        let name = |i: usize| if i == 0 && scale > 1.0 { "time_ms" } else { HEADER[i] };
+        let mut text = order.map(name).join(";") + "\n";
+        for row in &sound() {
+            let cell = |i: usize| (row[i] * if i == 0 { scale } else { 1.0 }).to_string().replace('.', ",");
+            let _ = writeln!(text, "{}", order.map(cell).join(";"));
+        }
+        text
+    };
+    for (order, scale) in [([0, 1, 2, 3], 1.0), ([2, 0, 3, 1], 1.0), ([0, 1, 2, 3], 1e3)] {
+        let folder =
+            folder(&[("a.csv", columns(order, scale).as_bytes()), ("b.csv", csv(&sound()).as_bytes())]);
+        let dataset = Dataset::load(folder.path()).expect("it is loaded");
+        let [a, b] = [&dataset.records[0], &dataset.records[1]];
+        assert_eq!((&a.commands, &a.series), (&b.commands, &b.series), "{order:?}");
+        // Milliseconds are rounded anew.
+        assert!((a.spacing_s - b.spacing_s).abs() < 1e-12, "{order:?}");
+    }
+}
+
+/// Counts, another sign, an offset, and a column by its number.
+#[test]
+fn truth_units_scale_and_offset_bring_numbers_to_the_signal() {
+    let text = csv(&sound());
+    let mut raw = "t_s,a,counts,c\n".to_owned();
+    for [t, command, place, acceleration] in sound() {
+        let _ = writeln!(raw, "{t},{},{},{}", -command, place * 1e3 * 4.0 + 8.0, acceleration);
+    }
+    let folder = folder(&[("a.csv", raw.as_bytes()), ("b.csv", raw.as_bytes())]);
+    let file = folder.path().join("dataset.toml");
+    let changed = fs::read_to_string(&file)
+        .expect("it is there")
+        .replace("\"drive.command\"\n", "\"drive.command\"\ncolumn = 2\nscale = -1\n")
+        .replace(
+            "[columns.encoder_m]\n",
+            "[columns.counts]\nunit = \"mm\"\nscale = 0.25\noffset = \"-2 mm\"\n",
+        )
+        .replace("[columns.acceleration_mps2]\n", "[columns.c]\n");
+    fs::write(&file, changed).expect("it is written");
+    let dataset = Dataset::load(folder.path()).expect("it is loaded");
+    let sound_folder = self::folder(&[("a.csv", text.as_bytes()), ("b.csv", text.as_bytes())]);
+    let plain = Dataset::load(sound_folder.path()).expect("it is loaded");
+    assert_eq!(dataset.records[0].commands, plain.records[0].commands);
+    for (a, b) in dataset.records[0].series.iter().zip(&plain.records[0].series) {
+        // A few roundings of numbers up to 10.
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-13));
+    }
 }
 
 #[test]

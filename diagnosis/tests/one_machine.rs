@@ -285,3 +285,52 @@ fn prop_drawn_machines_are_predicted_as_they_run() {
     }
     assert!(2 * touched > DRAWN, "only {touched} of {DRAWN} touched the wall");
 }
+
+/// Every kind of drive with a loop, a winding or a motion of its own, with all that switches in it: their
+/// loops run inside the prediction as they run in the machine.
+#[test]
+fn truth_servos_motors_and_imposed_motions_are_predicted_as_they_run() {
+    let cases = [
+        "kind = \"position-servo\"\nkp = 900.0\nkd = 14.0\nki = 500.0\nlimit = 12.0\n\
+         error_deadband = 0.002\ndelay = 0.0131",
+        "kind = \"position-servo\"\nkp = 900.0\nkd = 14.0\nvelocity_limit = 0.4\n\
+         [actuators.drive.effects.actuator-lag]\ntime_constant = 0.003",
+        "kind = \"position-servo\"\nkp = 700.0\nkd = 20.0\nki = 300.0\nlimit = 9.0\n\
+         period = 0.0025\ncompute_delay = 0.0008\n\
+         resolution = 1e-4\noutput_resolution = 0.05\nerror_deadband = 0.001\n\
+         velocity_limit = 0.5\ndelay = 0.0061",
+        "kind = \"dc-motor\"\nresistance = 2.0\ntorque_constant = 0.5\ninductance = 0.01\n\
+         gear_ratio = 4.0\ncurrent_limit = 3.0\nsupply_voltage = 9.0",
+        "kind = \"dc-motor\"\ninput = \"current\"\nresistance = 2.0\ntorque_constant = 0.5\n\
+         gear_ratio = 4.0\nsupply_voltage = 4.0",
+    ];
+    for (case, drive) in cases.iter().enumerate() {
+        let sizes = if drive.contains("servo") { [0.05, -0.03, 0.001] } else { [6.0, -8.0, 1.0] };
+        let [a, b, c] = sizes;
+        let text = format!(
+            "[bodies.axis]\nmass = 1.5\n[springs.guide]\nbetween = [\"ground\", \"axis\"]\ndamping = 2.0\n\
+             [springs.guide.effects.coulomb-friction]\nlevel = 0.7\n\
+             [actuators.drive]\non = \"axis\"\n{drive}\n\
+             [controllers.aim]\nlaw = \"open-loop\"\ndrives = \"drive\"\nperiod = 0.01\n\
+             reference = [[0.0, 0.0], [0.05, {a}], [0.25, {b}], [0.5, {c}]]\n\
+             [run]\nduration = 0.8\nstep = 1e-4\n"
+        );
+        let (worst, place) = disagreement(&recorded(&scenario(&text)));
+        assert!(worst < 1.0, "case {case}: {worst:e} of what it may be, {place}");
+    }
+    let imposed = "[bodies.rig]\nmass = 3.0\n[bodies.axis]\nmass = 1.5\n\
+         [springs.rope]\nbetween = [\"rig\", \"axis\"]\n\
+         stiffness = 400.0\ndamping = 1.0\n[actuators.drive]\non = \"rig\"\nkind = \"imposed\"\n\
+         [controllers.aim]\n\
+         law = \"open-loop\"\ndrives = \"drive\"\nperiod = 1e-4\n\
+         reference = { kind = \"chirp\", amplitude = 0.02, start = 1.0, end = 6.0, duration = 0.8 }\n\
+         [run]\nduration = 0.5\nstep = 1e-4\n";
+    let mut dataset = recorded(&scenario(imposed));
+    // The force that an imposed motion takes has the curvature of its last piece, which a record that ends
+    // there does not tell.
+    dataset.records[0].series.iter_mut().for_each(|series| series.truncate(4990));
+    dataset.records[0].commands.iter_mut().for_each(|commands| commands.truncate(4995));
+    dataset.records[0].times_s.truncate(4990);
+    let (worst, place) = disagreement(&dataset);
+    assert!(worst < 1.0, "imposed: {worst:e} of what it may be, {place}");
+}

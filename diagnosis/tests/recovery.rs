@@ -201,7 +201,8 @@ fn truth_coulomb_friction_is_recovered() {
 
 #[test]
 fn truth_a_resonance_is_flexibility_and_not_delay() {
-    let effect = "[springs.transmission.effects.transmission-flexibility]\nstiffness = 9.0e5\ndamping = 80.0\ntip_mass = 5.0\n";
+    let effect = "[springs.transmission.effects.transmission-flexibility]\nstiffness = 9.0e5\ndamping = \
+                  80.0\ntip_mass = 5.0\n";
     let answer = diagnose(&records_of(effect), &|_| {}).unwrap();
     let (kind, stiffness) = first(&answer);
     assert_eq!(kind, Kind::TransmissionFlexibility, "{:?}", answer.attempts);
@@ -213,12 +214,13 @@ fn truth_a_resonance_is_flexibility_and_not_delay() {
 /// that is split.
 #[test]
 fn regress_a_soft_joint_that_hardly_damps_is_found_by_a_motor_encoder_alone() {
-    let effect = "[bodies.motor.effects.transmission-flexibility]\nstiffness = 2.0e5\ndamping = 14.7\ntip_mass = 4.0\n";
+    let effect = "[bodies.motor.effects.transmission-flexibility]\nstiffness = 2.0e5\ndamping = \
+                  14.7\ntip_mass = 4.0\n";
     let answer = diagnose(&records_on(BELIEVED_STIFF, effect), &|_| {}).unwrap();
     let (kind, stiffness) = first(&answer);
     assert_eq!(kind, Kind::TransmissionFlexibility, "{:?}", answer.attempts);
     assert!((stiffness / 2.0e5 - 1.0).abs() < RECOVERY, "{stiffness}");
-    // Everything of the library that the machine takes is told of, also what nothing led to.
+    // Everything of the library that the machine takes is reported, also what nothing led to.
     for tried in [
         "base-flexibility@springs.guide",
         "force-ripple@actuators.drive",

@@ -1,6 +1,6 @@
 //! Arm files: a URDF, and the drives of its joints, of which a URDF says nothing.
 
-use feeler_catalogue::Contents;
+use feeler_catalogue::{Contents, Record};
 use feeler_plant::names::did_you_mean;
 use feeler_problem::Remedy;
 use std::path::{Path, PathBuf};
@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use feeler_arm::{Arm, Chain, Collision, Joint, JointDrive, JointKind, MeshFile, Urdf};
 
 use super::draft::{Sheet, load};
+use super::keys::arm::{ABOUT, NAME, TOOL, URDF};
 use super::keys::{ARM, JOINT};
 use super::kind::FileKind;
 use super::problem::{FormatError, Problems};
@@ -72,7 +73,7 @@ pub(super) fn read(
     let before = problems.count();
     let fields = Reader { problems, scope: Scope::new(true) }.fields(&ARM, &["joints"], root, at, "");
     let source = root.get("urdf").map_or(0, |entry| entry.node.origin.source);
-    let path = sources.0[source].directory.join(fields.text("urdf")?);
+    let path = sources.0[source].directory.join(fields.value::<String>(&URDF)?);
     let (urdf, tool) = urdf(&path, &fields, root, problems)?;
     let (chain, collisions) = chain(&urdf, &tool, &path, root, problems)?;
     let drives = drives(&chain, root, besides, problems);
@@ -81,8 +82,8 @@ pub(super) fn read(
     }
     match Arm::new(chain, drives) {
         Ok(arm) => Some(ReadArm {
-            name: fields.text("name").unwrap_or(&arm.chain().name).into(),
-            about: fields.text("about").unwrap_or_default().into(),
+            name: fields.value(&NAME).unwrap_or_else(|| arm.chain().name.clone()),
+            about: fields.value(&ABOUT).unwrap_or_default(),
             arm,
             collisions,
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
@@ -129,7 +130,7 @@ fn urdf(path: &Path, fields: &Contents, root: &Table, problems: &mut Problems) -
             problems.add(&origin, "urdf", message, "put the file beside the URDF, or remove the geometry");
         }
     }
-    let Some(tool) = fields.text("tool").or(urdf.last_link()).map(str::to_owned) else {
+    let Some(tool) = fields.value(&TOOL).or_else(|| urdf.last_link().map(str::to_owned)) else {
         problems.add(&origin, "urdf", format!("{shown} has no links"), "name a URDF file of an arm");
         return None;
     };
@@ -220,15 +221,18 @@ fn drives(chain: &Chain, root: &Table, besides: &[&str], problems: &mut Problems
     found
 }
 
+/// A drive whose friction and effort are the URDF's where the file leaves them out.
 fn drive(joint: &Joint, fields: &Contents) -> JointDrive {
-    JointDrive {
-        gear_ratio: fields.number("gear_ratio"),
-        rotor_inertia_kg_m2: fields.number("rotor_inertia"),
-        stiffness_n_m_per_rad: fields.number("stiffness"),
-        damping_n_m_s_per_rad: fields.number("damping"),
-        viscous_friction_n_m_s_per_rad: fields.optional("viscous_friction").unwrap_or(joint.viscous_friction),
-        dry_friction_n_m: fields.optional("dry_friction").unwrap_or(joint.dry_friction),
-        effort_limit_n_m: fields.optional("limit").or(joint.effort_limit),
-        bandwidth_hz: fields.optional("bandwidth"),
-    }
+    let mut drive = JointDrive {
+        gear_ratio: 1.0,
+        rotor_inertia_kg_m2: 1.0,
+        stiffness_n_m_per_rad: 1.0,
+        damping_n_m_s_per_rad: 0.0,
+        viscous_friction_n_m_s_per_rad: joint.viscous_friction,
+        dry_friction_n_m: joint.dry_friction,
+        effort_limit_n_m: joint.effort_limit,
+        bandwidth_hz: None,
+    };
+    drive.take(fields);
+    drive
 }

@@ -2,16 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
+use feeler_catalogue::Record;
 use feeler_plant::assembly::resolve;
-use feeler_plant::description::{Axis, Engagement, SignalName};
+use feeler_plant::description::{Axis, SignalName};
 use indexmap::IndexMap;
 
 use super::build::Builder;
 use super::document::Document;
 use super::draft::{Draft, Sheet, load};
+use super::keys::dataset::{
+    ABOUT, CLOCK, Column, Experiment, FILE, LogClock, MACHINE, NAME, RATE, SIGNAL, UNIT,
+};
 use super::keys::{COLUMN, DATASET, EXPERIMENT};
 use super::kind::FileKind;
-use super::problem::{FormatError, Located, Problems};
+use super::located::Located;
+use super::problem::{FormatError, Problems};
 use super::read::{Reader, Scope, join};
 use super::source::Origin;
 use super::tree::{Table, Value};
@@ -28,45 +33,14 @@ pub struct DatasetFile {
     pub machine_path: PathBuf,
     /// What is believed.
     pub machine: Document,
-    /// CSV columns by their header.
+    /// Unit of all clocks, if it is not that of the headers.
+    pub clock: Option<LogClock>,
+    /// Rate of rows without a clock, Hz.
+    pub rate_hz: Option<f64>,
+    /// Columns by their name in the files.
     pub columns: IndexMap<String, Column>,
     /// What was done.
     pub experiments: Vec<Experiment>,
-}
-
-/// A column of every CSV file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Column {
-    /// What it is in the machine.
-    pub signal: SignalName,
-    /// Time for which a command is held between controller samples.
-    pub hold_s: Option<f64>,
-    /// One sigma in the signal's own unit, where known.
-    pub noise: Option<f64>,
-    /// Smallest step of its values in the signal's own unit, where known.
-    pub resolution: Option<f64>,
-}
-
-/// One experiment.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Experiment {
-    /// The CSV file, as found from the dataset.
-    pub file: PathBuf,
-    /// Overrides the engagement of the machine's contacts.
-    pub engagement: Option<Engagement>,
-    /// What it is used for; where absent, the tool splits.
-    pub role: Option<Role>,
-    /// Experiments with the same name repeat each other.
-    pub repeat: Option<String>,
-}
-
-/// What an experiment is used for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Role {
-    /// It is fitted.
-    Fit,
-    /// It is scored, never fitted.
-    Check,
 }
 
 impl DatasetFile {
@@ -92,16 +66,18 @@ impl DatasetFile {
     fn read(root: &Table, directory: &Path, problems: &mut Problems) -> Option<Self> {
         let mut reader = Reader { problems, scope: Scope::new(false) };
         let fields = reader.fields(&DATASET, &["columns", "experiments"], root, &Origin::default(), "");
-        let machine_path = directory.join(fields.text("machine").unwrap_or_default());
-        let machine = fields.text("machine").and_then(|_| load_machine(&machine_path, root, problems));
+        let machine_path = directory.join(fields.value::<String>(&MACHINE).unwrap_or_default());
+        let machine = fields.get(MACHINE.name).and_then(|_| load_machine(&machine_path, root, problems));
         let columns = columns(root, machine.as_ref(), problems);
         let experiments = experiments(root, directory, problems);
         let folder = directory.file_name().map(|name| name.to_string_lossy().into_owned());
         Some(Self {
-            name: fields.text("name").map(str::to_owned).or(folder).unwrap_or_default(),
-            about: fields.text("about").unwrap_or_default().into(),
+            name: fields.value(&NAME).or(folder).unwrap_or_default(),
+            about: fields.value(&ABOUT).unwrap_or_default(),
             machine_path,
             machine: machine?,
+            clock: fields.value(&CLOCK),
+            rate_hz: fields.value(&RATE),
             columns,
             experiments,
         })
@@ -121,7 +97,7 @@ fn load_machine(path: &Path, root: &Table, problems: &mut Problems) -> Option<Do
 
 fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) -> IndexMap<String, Column> {
     let mut found = IndexMap::new();
-    let remedy = "add [columns.NAME] with a signal for each column of the CSV files";
+    let remedy = "add [columns.NAME] with a signal for each column of the files";
     let Some(entry) = root.get("columns") else {
         problems.add(&Origin::default(), "columns", "`columns` is missing", remedy);
         return found;
@@ -151,14 +127,13 @@ fn columns(root: &Table, machine: Option<&Document>, problems: &mut Problems) ->
             }
             scope = signal_scope(machine.draft(), machine.scenario.machine.axis, signal);
         }
-        let fields = Reader { problems, scope }.fields(&COLUMN, &[], table, &entry.node.origin, &path);
-        if let Some(Ok(signal)) = fields.text("signal").map(str::parse) {
-            let column = Column {
-                signal,
-                hold_s: fields.optional("hold"),
-                noise: fields.optional("noise"),
-                resolution: fields.optional("resolution"),
-            };
+        let mut reader = Reader { problems, scope };
+        let fields = reader.fields(&COLUMN, &[], table, &entry.node.origin, &path);
+        let unit = table.get(UNIT.name).and_then(|entry| reader.unit(&entry.node, &join(&path, UNIT.name)));
+        if let Some(signal) = fields.value(&SIGNAL) {
+            let mut column = Column::plain(signal);
+            column.take(&fields);
+            column.scale *= unit.unwrap_or(1.0);
             found.insert(name.clone(), column);
         }
     }
@@ -206,7 +181,7 @@ fn experiments(root: &Table, directory: &Path, problems: &mut Problems) -> Vec<E
             &item.origin,
             &path,
         );
-        let Some(file) = fields.text("file") else { continue };
+        let Some(file) = fields.value::<String>(&FILE) else { continue };
         let file = directory.join(file);
         let origin = table.get("file").map_or(&item.origin, |entry| &entry.node.origin);
         if !file.is_file() {
@@ -214,7 +189,7 @@ fn experiments(root: &Table, directory: &Path, problems: &mut Problems) -> Vec<E
                 origin,
                 join(&path, "file"),
                 format!("there is no file {}", file.display()),
-                "name a CSV file relative to this one",
+                "name a log relative to this file",
             );
         }
         if found.iter().any(|other: &Experiment| other.file == file) {
@@ -225,17 +200,9 @@ fn experiments(root: &Table, directory: &Path, problems: &mut Problems) -> Vec<E
                 "name each file once",
             );
         }
-        let role = match fields.text("role") {
-            Some("fit") => Some(Role::Fit),
-            Some("check") => Some(Role::Check),
-            _ => None,
-        };
-        found.push(Experiment {
-            file,
-            engagement: fields.text("engagement").and_then(Engagement::named),
-            role,
-            repeat: fields.text("repeat").map(str::to_owned),
-        });
+        let mut experiment = Experiment { file, engagement: None, role: None, repeat: None };
+        experiment.take(&fields);
+        found.push(experiment);
     }
     found
 }

@@ -5,17 +5,17 @@ use std::path::Path;
 use feeler_catalogue::Shape;
 use feeler_engine::Scenario;
 use feeler_plant::assembly::assemble;
-use feeler_plant::description::{Axis, Machine};
+use feeler_plant::description::Machine;
 use feeler_plant::problem::Problem;
 use indexmap::IndexMap;
 
 use super::build::{Builder, names};
 use super::draft::{Draft, Setting};
-use super::keys::{ELEMENTS, TOLERANCE, TOP};
+use super::keys::{ABOUT, AXIS_KIND, ELEMENTS, NAME, TOLERANCE, TOP};
 use super::problem::{FormatError, Problems};
 use super::read::{Reader, Scope};
 use super::source::Origin;
-use super::tree::{Node, Table, Value};
+use super::tree::{Table, Value, locate, node_at};
 
 /// A machine or scenario file that has been checked.
 #[derive(Clone, Debug)]
@@ -85,7 +85,7 @@ impl Document {
         draft.build()
     }
 
-    /// Where a key was written, by its dotted path; none where it was left out.
+    /// Where a key was written, by its dotted path; `None` if it was left out.
     pub fn place(&self, key: &str) -> Option<Place> {
         let (origin, complete) = locate(&self.draft.root, key);
         let origin = origin.filter(|_| complete)?;
@@ -109,15 +109,13 @@ impl Document {
             return Err(problems.into_error(draft.sources));
         }
         let top = top_fields(&draft, &mut problems);
-        let axis =
-            if top.text("axis") == Some("rotational") { Axis::Rotational } else { Axis::Translational };
+        let axis = top.value(&AXIS_KIND).unwrap_or_default();
         let stem = Path::new(&draft.sources.0[draft.main].name)
             .file_stem()
             .map(|stem| stem.to_string_lossy().into_owned());
-        let name = top.text("name").map(str::to_owned).or(stem).unwrap_or_default();
+        let name = top.value(&NAME).or(stem).unwrap_or_default();
         let mut builder = Builder::new(&draft, &mut problems, axis);
-        let machine =
-            Machine { name, about: top.text("about").unwrap_or_default().into(), ..builder.machine() };
+        let machine = Machine { name, about: top.value(&ABOUT).unwrap_or_default(), ..builder.machine() };
         names::check(&draft.root, &mut problems);
         if let Err(found) = assemble(&machine) {
             // What the reader has refused already is not assembled rightly; two mistakes of the assembly may
@@ -139,9 +137,38 @@ impl Document {
     }
 }
 
-/// What is told of a scenario of a whole arm where a single axis is needed.
+impl Draft {
+    /// Reads a file as [`Draft::load`] does, and sets the keys of `settings` in turn, as [`Draft::set`] does.
+    ///
+    /// # Errors
+    /// Those of both; where settings are wrong, every other mistake with them.
+    pub fn load_with(path: &Path, settings: &[String]) -> Result<Self, FormatError> {
+        let mut draft = Self::load(path)?;
+        let wrong: Vec<FormatError> =
+            settings.iter().filter_map(|setting| draft.set(setting).err()).collect();
+        if wrong.is_empty() {
+            return Ok(draft);
+        }
+        let sources = draft.sources.clone();
+        let whole = draft.build().err();
+        let omitted = whole.as_ref().map_or(0, |error| error.omitted);
+        let problems = whole.into_iter().chain(wrong).flat_map(|error| error.problems).collect();
+        Err(FormatError { problems, omitted, sources })
+    }
+
+    /// Checks everything and resolves it.
+    ///
+    /// # Errors
+    /// Every mistake at once.
+    pub fn build(self) -> Result<Document, FormatError> {
+        Document::build(self)
+    }
+}
+
+/// The mistake of a scenario of a whole arm where a single axis is needed.
 pub(super) fn refuse_arm(entry: &super::tree::Entry, problems: &mut Problems) {
-    let remedy = "`feeler run` simulates it; for all else make the axis that it is along its normal with `feeler reduce`";
+    let remedy = "`feeler run` simulates it; for all else make the axis that it is along its normal with \
+                  `feeler reduce`";
     problems.add(
         &entry.key,
         "arm",
@@ -182,7 +209,7 @@ fn tolerance(root: &Table, problems: &mut Problems) -> IndexMap<String, f64> {
             problems.add(&entry.key, &path, format!("there is no `{key}` in this file"), remedy);
         }
         let mut reader = Reader { problems, scope: Scope::new(false) };
-        let number = feeler_catalogue::Dim::from(feeler_plant::units::Dimension::NONE);
+        let number = feeler_catalogue::Dimension::NONE;
         let bound = feeler_catalogue::Bound::Within(0.0, 1e6);
         if let Some(value) = reader.quantity_of(&entry.node, number, bound, &path) {
             found.insert(key.clone(), value);
@@ -198,33 +225,4 @@ fn is_believed(root: &Table, path: &str) -> bool {
     let Some(element) = ELEMENTS.iter().find(|element| element.table == *table) else { return false };
     let known = element.shape.all_keys().any(|known| known.name == *key);
     node_at(root, &[table, name]).is_some() && (known || locate(root, path).1)
-}
-
-/// Place of the deepest part of a dotted path that is in the tree, and whether that is all of it. Entries of
-/// lists count from zero.
-pub(crate) fn locate(root: &Table, path: &str) -> (Option<Origin>, bool) {
-    let mut segments = path.split('.');
-    let Some(mut node) = segments.next().and_then(|first| root.get(first)).map(|entry| &entry.node) else {
-        return (None, false);
-    };
-    for segment in segments {
-        let below = match &node.value {
-            Value::Table(table) => table.get(segment).map(|entry| &entry.node),
-            Value::Array(items) => segment.parse().ok().and_then(|i: usize| items.get(i)),
-            _ => None,
-        };
-        let Some(below) = below else { return (Some(node.origin.clone()), false) };
-        node = below;
-    }
-    (Some(node.origin.clone()), true)
-}
-
-/// The node at a dotted path.
-pub(crate) fn node_at<'a>(root: &'a Table, path: &[&str]) -> Option<&'a Node> {
-    let (last, way) = path.split_last()?;
-    let mut table = root;
-    for segment in way {
-        table = table.get(*segment)?.node.as_table()?;
-    }
-    table.get(*last).map(|entry| &entry.node)
 }

@@ -8,7 +8,6 @@ use feeler_plant::effects::{LIBRARY, find};
 use feeler_plant::names::did_you_mean;
 use toml::de::{DeTable, DeValue};
 
-use super::document::Document;
 use super::file;
 use super::keys::{CELL, CELL_TABLES, EFFECTS, ELEMENTS, TOLERANCE, TOP};
 use super::kind::{FileKind, foreign, refuse_other};
@@ -53,24 +52,6 @@ impl Draft {
     /// A file that cannot be read or is no TOML.
     pub fn load(path: &Path) -> Result<Self, FormatError> {
         load(path, Self::parse)
-    }
-
-    /// Reads a file as [`Draft::load`] does, and sets the keys of `settings` in turn, as [`Draft::set`] does.
-    ///
-    /// # Errors
-    /// Those of both; where settings are wrong, every other mistake with them.
-    pub fn load_with(path: &Path, settings: &[String]) -> Result<Self, FormatError> {
-        let mut draft = Self::load(path)?;
-        let wrong: Vec<FormatError> =
-            settings.iter().filter_map(|setting| draft.set(setting).err()).collect();
-        if wrong.is_empty() {
-            return Ok(draft);
-        }
-        let sources = draft.sources.clone();
-        let whole = draft.build().err();
-        let omitted = whole.as_ref().map_or(0, |error| error.omitted);
-        let problems = whole.into_iter().chain(wrong).flat_map(|error| error.problems).collect();
-        Err(FormatError { problems, omitted, sources })
     }
 
     /// Takes `text` as the content of `file_name`, against which relative names in it are resolved.
@@ -172,14 +153,6 @@ impl Draft {
     /// Whether this is a scenario of a whole arm, for [`super::CellFile`].
     pub fn has_arm(&self) -> bool {
         self.root.contains_key("arm")
-    }
-
-    /// Checks everything and resolves it.
-    ///
-    /// # Errors
-    /// Every mistake at once.
-    pub fn build(self) -> Result<Document, FormatError> {
-        Document::build(self)
     }
 
     fn override_source(&mut self, text: &str) -> usize {

@@ -84,11 +84,16 @@ pub(crate) fn refuse_other(table: &Table, wanted: FileKind, sources: &Sources) -
 
 /// What a file is that is no TOML at all, and what to do with it.
 pub(crate) fn foreign(bytes: &[u8], path: &Path) -> Option<(&'static str, String)> {
-    let magic: [(&[u8], &str, &str); 6] = [
+    let magic: [(&[u8], &str, &str); 7] = [
         (b"\x89MCAP0\r\n", "this is an MCAP log", RECORD),
-        (b"SQLite format 3\0", "this is a database, as ROS 2 bags are (.db3)", BAG),
+        (b"SQLite format 3\0", "this is a database, as ROS 2 bags are (.db3)", RECORD),
         (b"PAR1", "this is a Parquet table", RECORD),
-        (b"PK\x03\x04", "this is a zip archive", "unpack it, and name a TOML file in it"),
+        (b"\x93NUMPY", "this is a NumPy array (.npy)", RECORD),
+        (
+            b"PK\x03\x04",
+            "this is a zip archive, as NumPy's .npz are",
+            "unpack it, or give an .npz to `feeler import`",
+        ),
         (b"\x1f\x8b", "this is a gzip archive", "unpack it, and name a TOML file"),
         (b"\xff\xfe", "this is a text in UTF-16", "save it as UTF-8"),
     ];
@@ -100,6 +105,8 @@ pub(crate) fn foreign(bytes: &[u8], path: &Path) -> Option<(&'static str, String
     if text.starts_with('<') {
         return Some(if text.contains("<robot") {
             ("this is a URDF", of_urdf(path))
+        } else if text.contains("<mujoco") {
+            ("this is an MJCF model", "`feeler import LOG --mjcf FILE` makes a first machine of it".into())
         } else {
             ("this is XML", "name a TOML file: lines such as mass = 12.0 under [table.name]".into())
         });
@@ -114,9 +121,8 @@ pub(crate) fn foreign(bytes: &[u8], path: &Path) -> Option<(&'static str, String
 }
 
 /// What to do with a record.
-const RECORD: &str = "name it as an experiment in a dataset.toml, and give that folder to `feeler diagnose`";
-const BAG: &str = "convert it to MCAP with JSON messages or to CSV, name that as an experiment in a \
-                   dataset.toml, and give that folder to `feeler diagnose`";
+const RECORD: &str =
+    "`feeler import` lists what it holds and makes a dataset of it, which `feeler diagnose` takes";
 
 fn of_urdf(path: &Path) -> String {
     let name = path.file_name().map_or_else(|| "robot.urdf".into(), |name| name.to_string_lossy());

@@ -1,62 +1,16 @@
 //! Mistakes with their places.
 
 use std::borrow::Cow;
-use std::fmt;
-use std::fmt::Write as _;
-use std::ops::Range;
 
 use feeler_problem::{Problem, Remedy};
-use serde::Serialize;
 use thiserror::Error;
 
+use super::located::Located;
 use super::report;
 use super::source::{Cursor, Origin, Sources};
 
 /// Mistakes that are kept; a file with more is some other file, and the rest is only counted.
 pub(crate) const MOST_PROBLEMS: usize = 1000;
-
-/// One mistake: where it is and what to do about it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-#[non_exhaustive]
-pub struct Located {
-    /// File, or `--set` for an override.
-    pub file: String,
-    /// Line, from 1; 0 where the whole file is meant.
-    pub line: usize,
-    /// Column in characters, from 1; 0 where the whole file is meant.
-    pub column: usize,
-    /// Dotted path of the key, empty where none is meant.
-    pub key: String,
-    /// What is wrong.
-    pub message: String,
-    /// What to do about it.
-    pub remedy: String,
-    /// Bytes of the file.
-    pub span: Range<usize>,
-    #[serde(skip)]
-    pub(crate) source: usize,
-}
-
-impl Located {
-    /// File, line, column and key, as far as they are meant.
-    fn place(&self) -> String {
-        let mut place = self.file.clone();
-        if self.line > 0 {
-            let _ = write!(place, ":{}:{}", self.line, self.column);
-        }
-        if !self.key.is_empty() {
-            let _ = write!(place, ": {}", self.key);
-        }
-        place
-    }
-}
-
-impl fmt::Display for Located {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: ", self.place())?;
-        write!(f, "{} ({})", self.message, self.remedy)
-    }
-}
 
 /// Every mistake of a file, in the order of its lines.
 #[derive(Clone, Debug, Error)]

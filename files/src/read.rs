@@ -2,9 +2,10 @@
 
 mod values;
 
-use feeler_catalogue::{Absent, Bound, Choice, Content, Contents, Dim, Key, Kind, Shape, Unit, Variant};
+use feeler_catalogue::{
+    Absent, Bound, Choice, Content, Contents, Dimension, Key, Kind, Shape, Unit, Variant,
+};
 use feeler_plant::names::{did_you_mean, list, nearest};
-use feeler_plant::units::Dimension;
 
 use super::problem::Problems;
 use super::source::Origin;
@@ -14,28 +15,29 @@ use super::tree::{Node, Table, Value};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scope {
     pub(crate) rotational: bool,
-    pub(crate) signal: Dim,
-    pub(crate) output: Dim,
-    pub(crate) reference: Dim,
+    pub(crate) signal: Dimension,
+    pub(crate) output: Dimension,
+    pub(crate) reference: Dimension,
     /// `n` of a contact law.
     pub(crate) exponent: f64,
 }
 
 impl Scope {
     pub(crate) fn new(rotational: bool) -> Self {
-        let number = Dim::from(Dimension::NONE);
+        let number = Dimension::NONE;
         Self { rotational, signal: number, output: number, reference: number, exponent: 1.0 }
     }
 
-    pub(crate) fn dim(&self, unit: Unit) -> Dim {
+    pub(crate) fn dim(&self, unit: Unit) -> Dimension {
         match unit {
-            Unit::Of(dimension) => dimension.into(),
+            Unit::Of(dimension) => dimension,
             Unit::Signal => self.signal,
-            Unit::PowerStiffness => Dim::power_stiffness(self.exponent),
+            Unit::Pressure => Dimension::power_stiffness(2.0),
+            Unit::PowerStiffness => Dimension::power_stiffness(self.exponent),
             Unit::Output => self.output,
-            Unit::OutputPer(dimension) => self.output / dimension.into(),
+            Unit::OutputPer(dimension) => self.output / dimension,
             Unit::Reference => self.reference,
-            Unit::Swept => Dimension::NONE.into(),
+            Unit::Swept => Dimension::NONE,
         }
     }
 }
@@ -89,7 +91,7 @@ impl Reader<'_> {
     ) -> Option<&'static Variant> {
         let names = || choice.variants.iter().map(|variant| variant.name);
         if choice.key.is_empty() {
-            // Told by which key is there.
+            // The key that is present decides.
             let found: Vec<_> =
                 choice.variants.iter().filter(|variant| table.contains_key(variant.name)).collect();
             if let [one] = found.as_slice() {

@@ -3,13 +3,14 @@
 use std::fmt::Write as _;
 
 use feeler_catalogue::{Absent, Bound, Choice, Key, Kind, Shape, Unit, Word};
+use feeler_control::reference::REFERENCE;
 use feeler_manipulator::joint_effects;
 use feeler_plant::effects::{self, LIBRARY};
 
 use super::cell::{NOT_OF_SENSORS, OF_CONTACTS};
 use super::keys::{
-    ARM, AXIS, CELL, CELL_TABLES, COLUMN, DATASET, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFERENCE, REFINE, RUN,
-    SWEEP, TOLERANCE_TEXT, TOP,
+    ARM, AXIS, CELL, CELL_TABLES, COLUMN, DATASET, ELEMENTS, EXPERIMENT, JOINT, KEEP, REFINE, RUN, SWEEP,
+    TOLERANCE_TEXT, TOP,
 };
 
 /// The reference as Markdown; `docs/format.md` is this text.
@@ -27,6 +28,7 @@ pub fn reference_markdown() -> String {
         nested(&mut text, &element.shape);
     }
     section(&mut text, 3, "A `reference` as a table", "`reference = { kind = \"...\", ... }`", &REFERENCE);
+    text.push_str(DISCRETE);
     section(&mut text, 3, "`[run]`", "How to run it.", &RUN);
     let _ = write!(text, "\n### `[tolerance]`\n\n{TOLERANCE_TEXT}.\n");
     effects(&mut text);
@@ -34,7 +36,7 @@ pub fn reference_markdown() -> String {
         &mut text,
         2,
         "Arm",
-        "A robot arm for `feeler reduce`: a URDF, and the drives of its joints, of which a URDF says nothing.",
+        "A robot arm for `feeler reduce`: a URDF, and the drives of its joints.",
         &ARM,
     );
     section(
@@ -58,8 +60,9 @@ pub fn reference_markdown() -> String {
     }
     let _ = write!(
         text,
-        "\n### `[joints.NAME]` of a whole arm\n\nThe keys of an arm file's joints, and `effects`, as in `[joints.lift.effects.{}]`, in rad and N m where the \
-         joint turns: {}. Coulomb friction adds to `dry_friction`.\n",
+        "\n### `[joints.NAME]` of a whole arm\n\nThe keys of an arm file's joints, and `effects`, as in \
+         `[joints.lift.effects.{}]`, in rad and N m for a joint that turns. These effects: {}. Coulomb friction adds to \
+         `dry_friction`.\n",
         effects::Kind::Backlash,
         quoted(&joint_effects().collect::<Vec<_>>())
     );
@@ -83,47 +86,173 @@ pub fn reference_markdown() -> String {
         &mut text,
         2,
         "Dataset",
-        "What was measured on the real machine: `dataset.toml` in a folder of CSV, Parquet or MCAP files.",
+        "What was measured on the real machine: `dataset.toml` in a folder of logs.",
         &DATASET,
     );
     section(&mut text, 3, "`[columns.NAME]`", "A column of the files, by its header.", &COLUMN);
     section(&mut text, 3, "`[[experiments]]`", "One for each file.", &EXPERIMENT);
-    text
+    wrapped(&text)
 }
 
+/// The pages of all effects as Markdown; `docs/effects.md` is this text.
+pub fn effects_markdown() -> String {
+    let mut text = EFFECTS_INTRODUCTION.replace("EXAMPLE", &effects::Kind::CoulombFriction.to_string());
+    for definition in LIBRARY {
+        let (first, rest) = definition.summary.split_at(1);
+        let _ = write!(text, "\n## `{}`\n\n{}{rest}. ", definition.kind, first.to_uppercase());
+        let _ = writeln!(text, "It sits under {}.\n", definition.sits_under());
+        for line in definition.documentation.lines() {
+            match line.strip_prefix("## ") {
+                Some(title) => drop(writeln!(text, "### {title}\n")),
+                None => drop(writeln!(text, "{line}")),
+            }
+        }
+    }
+    wrapped(&text)
+}
+
+const EFFECTS_INTRODUCTION: &str = "\
+# Effects
+
+```console
+feeler effects
+feeler effects EXAMPLE
+feeler run scenarios/effects/EXAMPLE.toml --out out/friction
+```
+
+An effect is a departure from the ideal machine. It sits under the element that it disturbs. This page
+is generated from the library: what `feeler effects KIND` prints, for every kind. Parameters with units
+and defaults are in a [table](format.md#effects). Words: [glossary](glossary.md).
+";
+
+/// The text with its paragraphs and lists filled anew.
+fn wrapped(text: &str) -> String {
+    let mut all = String::new();
+    let mut paragraph = String::new();
+    let mut fenced = false;
+    for line in text.lines() {
+        let fence = line.starts_with("```");
+        let alone = fence || fenced || line.is_empty() || line.starts_with(['|', '#']);
+        if alone || line.starts_with("- ") {
+            fill(&mut all, &mut paragraph);
+        }
+        fenced ^= fence;
+        if alone {
+            all.push_str(line);
+            all.push('\n');
+        } else {
+            let space = if paragraph.is_empty() { "" } else { " " };
+            paragraph.push_str(space);
+            paragraph.push_str(line.trim_start());
+        }
+    }
+    fill(&mut all, &mut paragraph);
+    all
+}
+
+/// Ends a paragraph. An operator stays behind its left side: at the begin of a line it would make a list.
+fn fill(all: &mut String, paragraph: &mut String) {
+    let indent = if paragraph.starts_with("- ") { "\n  " } else { "\n" };
+    let mut columns = 0;
+    for word in paragraph.split_whitespace() {
+        let width = word.chars().count();
+        let operator = matches!(word, "+" | "-" | "*" | "=");
+        if columns + 1 + width > COLUMNS && !operator {
+            all.push_str(indent);
+            columns = indent.len() - 1;
+        } else if columns > 0 {
+            all.push(' ');
+            columns += 1;
+        }
+        all.push_str(word);
+        columns += width;
+    }
+    if columns > 0 {
+        all.push('\n');
+    }
+    paragraph.clear();
+}
+
+/// Columns of the page outside tables.
+const COLUMNS: usize = 98;
+
 const INTRODUCTION: &str = "\
-# File formats
+# File keys and effects
 
-This page is made from the declarations that the parser reads by; a test keeps the two alike.
+This page is generated from the declarations that the parser reads; a test compares both. A machine
+file in full is in the [tutorial](tutorials/tune.md#the-machine). Words: [glossary](glossary.md).
 
-Files are TOML. A plain number is SI; a text carries a unit, as in `\"1.2 kN/mm\"`, `\"5 mm\"`, `\"12 N s/m\"`, `\"1 kHz\"`, `\"2 deg\"`, `\"10 %\"`. Units are
-products of g, m, s, min, Hz, N, J, W, rad, deg, rpm with the prefixes n, u, m, c, k, M, G; factors are separated by a space, `*` or `·`; powers are written
-`m2` or `m^2`; there is at most one `/`, and a denominator of several factors stands in parentheses. Where two units are given below, the one in
-parentheses is that of a rotational axis.
+Files are TOML. A plain number is SI. A text carries a unit, as in `\"1.2 kN/mm\"`, `\"5 mm\"`,
+`\"12 N s/m\"`, `\"1 kHz\"`, `\"2 deg\"`, `\"10 %\"`.
 
-Signals are named `element.quantity`: `motor.position`, `velocity`, `acceleration` of a body; `tool.force` (the total that acts), `spring_force` (its elastic
-part), `compression`, `gap` and `gap_rate` (how far the two are apart along the axis, below zero where they press, and its rate), `contact` (1 or 0) of a contact;
-of a contact with a `surface` also `point_x`, `point_y`, `point_z`, where on the workpiece the tip meets it when it goes along the axis, and `normal_x`,
-`normal_y`, `normal_z`, the unit vector from the tip into the workpiece there, in the frame in which `surface` places the shapes; `force` and `spring_force` of a spring; `command` and `force` of an actuator; `reading` of a sensor;
-`output` and `reference` of a controller.
+- Units are products of g, m, s, min, Hz, N, J, W, A, V, ohm, H, rad, deg, rpm with the prefixes n, u, m, c, k, M, G.
+- Factors are separated by a space, `*` or `·`. Powers are written `m2` or `m^2`.
+- There is at most one `/`. A denominator of several factors stands in parentheses.
+- If two units are given below, the one in parentheses is for a rotational axis.
 
-A number that must obey a rule has it beside its unit. A dash in the column `default` means that there is no such thing unless it is given.
+In the tables, a number with a rule has the rule beside its unit. A dash in the column `default` means
+that there is no such thing unless you give it.
+
+## Signals
+
+A signal is named `element.quantity`, as in `motor.position`.
+
+| element | quantities |
+|---|---|
+| body | `position`, `velocity`, `acceleration` |
+| contact | `force` (in total), `spring_force` (its elastic part), `compression`, `contact` (1 or 0) |
+| contact | `gap` (distance along the axis, negative under compression), `gap_rate` |
+| its `surface` | `point_x`, `point_y`, `point_z`: where the tip meets the workpiece along the axis |
+| its `surface` | `normal_x`, `normal_y`, `normal_z`: unit vector there, from tip into workpiece |
+| spring | `force`, `spring_force` |
+| actuator | `command`, `force` |
+| sensor | `reading` |
+| controller | `output`, `reference` |
+
+Points and normals are in the frame in which `surface` places the shapes.
+";
+
+/// What stands in `sim/control/src`: the PID, its motion and its filters.
+const DISCRETE: &str = "
+### How a controller is discretised
+
+A controller runs once per `period` T. Its output is held until the next sample. `[n]` is the value
+at sample n.
+
+| part | on paper | as it runs |
+|---|---|---|
+| integral | `ki / s` | `i[n] = i[n-1] + ki T e[n]`: the error of this sample is part of it |
+| derivative | `kd s / (tau s + 1)`, tau = `derivative_filter` | `d[n] = (tau d[n-1] + e[n] - e[n-1]) / (tau + T)`, times `kd` (backward Euler) |
+| velocity of a position sensor | `s / (tau s + 1)`, tau = `velocity_filter` | `v[n] = (tau v[n-1] + x[n] - x[n-1]) / (tau + T)`; 0 at the first sample |
+| position of a velocity sensor | `1 / s` | `x[n] = x[n-1] + T (v[n] + v[n-1]) / 2`; 0 at the first sample |
+| `low_pass` of a controller, first order | `1 / (1 + s / w)` | bilinear transform, prewarped at the corner: -3 dB exactly there |
+| `low_pass` of a controller, second order | `w^2 / (s^2 + 2 zeta w s + w^2)` | bilinear transform, prewarped at the natural frequency |
+| `lead` | `(1 + s / w_z) / (1 + s / w_p)` | bilinear transform `s = (2 / T) (1 - z^-1) / (1 + z^-1)`, not prewarped: the gain at half the sampling rate is exactly pole over zero |
+
+The `low_pass` of a sensor is analogue: it is part of the machine and integrated with it. The
+integral and the derivative begin at zero, at the first sample and at the first one after an
+approach. A filter begins at its steady state for the present input.
 ";
 
 /// With words in capitals where effects are listed.
 const CELL_TEXT: &str = "\
-A machine file that says `arm = ...`: `feeler run` simulates the whole arm, with flexible joints, against a workpiece in space ([arms.md](arms.md)). It has the
-tables below, and of those of an axis:
+With `arm = ...` in a machine file, `feeler run` simulates the whole arm, with flexible joints, against
+a workpiece in space ([arms.md](arms.md)). It has the tables below, and these of an axis:
 
-- `[contacts.NAME]`, exactly one, without `between`, `engagement`, `surface` and `profile`: the law between tip and workpiece, which pushes only. `gap` is how much
-  farther away the surface is than its shape says. Effects: CONTACT-EFFECTS.
-- `[sensors.NAME]` that read the contact's `force` or `spring_force`: what a sensor in the wrist feels of it against the normal, with every effect of a force sensor
-  but SENSOR-EXCEPTIONS; or `motor.position` or `motor.velocity`: the tool's way along the normal from its start and its rate, as the joints' encoders tell it. One
-  of the latter, `encoder`, is there without being written.
-- `[controllers.NAME]`, exactly one, without `drives`: its output is a force along the normal, which the Jacobian's transpose turns into torques of the joints.
-- `[run]`: `duration`, `step` (the longest step; where absent, from the fastest mode), `seed`, and `record_rate` (1 kHz where absent).
+- `[contacts.NAME]`, exactly one: the law between tip and workpiece, which only pushes. It takes no
+  `between`, `engagement`, `surface` or `profile`. `gap` moves the surface farther away. Effects:
+  CONTACT-EFFECTS.
+- `[sensors.NAME]` that read the contact's `force` or `spring_force`: what a wrist sensor feels
+  against the normal. It may have every effect of a force sensor but SENSOR-EXCEPTIONS.
+- `[sensors.NAME]` that read `motor.position` or `motor.velocity`: the tool's travel along the normal
+  from its start, or its rate, from the joints' encoders. One of these, `encoder`, always exists.
+- `[controllers.NAME]`, exactly one, without `drives`. Its output is a force along the normal, which
+  the transposed Jacobian turns into joint torques.
+- `[run]`: `duration`, `step` (the longest step; by default from the fastest mode), `seed`, and
+  `record_rate` (1 kHz by default).
 
-Lengths and speeds of the tables below are in m and m/s: what stands in parentheses does not apply. A height field rises along its own -x, and turns with the workpiece.";
+Lengths and speeds of the tables below are in m and m/s: units in parentheses do not apply. A height
+field rises along its own -x and turns with the workpiece.";
 
 fn section(text: &mut String, level: usize, title: &str, about: &str, shape: &Shape) {
     let _ = write!(text, "\n{} {title}\n\n{about}\n", "#".repeat(level));
@@ -279,7 +408,8 @@ fn effects(text: &mut String) {
     let _ = write!(
         text,
         "\n## Effects\n\nAn effect sits under the element that it disturbs: `[springs.guide.effects.{}]`. \
-         Its page, with the model and the source, is shown by `feeler effects KIND`.\n\n| effect | under | parameters | what it does |\n|---|---|---|---|\n",
+         `feeler effects KIND` shows its page, with model and source.\n\n\
+         | effect | under | parameters | what it does |\n|---|---|---|---|\n",
         effects::Kind::CoulombFriction
     );
     for definition in LIBRARY {
@@ -287,7 +417,7 @@ fn effects(text: &mut String) {
             .map(|parameter| {
                 let unit = Unit::Of(parameter.dimension).words();
                 let default =
-                    parameter.default.map_or_else(String::new, |value| format!(", {value} where absent"));
+                    parameter.default.map_or_else(String::new, |value| format!(", default {value}"));
                 let colon = if unit.is_empty() { "" } else { " " };
                 format!("`{}`{colon}{unit}: {}{default}", parameter.name, escaped(parameter.text))
             })
@@ -297,7 +427,7 @@ fn effects(text: &mut String) {
             "| `{}` | {} | {} | {} |",
             definition.kind,
             definition.sits_under(),
-            parameters.join("; "),
+            parameters.join("<br>"),
             escaped(definition.summary)
         );
     }

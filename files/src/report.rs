@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
-use super::problem::Located;
+use super::located::Located;
 use super::source::{Source, Sources};
 
 /// A report of this many problems is enough to work from.

@@ -1,4 +1,4 @@
-//! JSON Schemas (2020-12) of the files, for editors.
+//! JSON Schemas (draft 07, which editors' TOML plugins read) of the files.
 
 use crate::keys::Element;
 use feeler_catalogue::{Absent, Bound, Key, Kind, Shape, Unit, Variant, Word};
@@ -12,7 +12,7 @@ use super::keys::{
     SHARED, SWEEP, TOLERANCE, TOLERANCE_TEXT, TOP,
 };
 
-const DIALECT: &str = "https://json-schema.org/draft/2020-12/schema";
+const DIALECT: &str = "http://json-schema.org/draft-07/schema#";
 
 /// How much of a table a file gives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -326,7 +326,7 @@ fn of_points(unit: Unit) -> Value {
         of_quantity(Unit::Of(feeler_plant::units::Dimension::TIME), Bound::Any),
         of_quantity(unit, Bound::Any),
     ];
-    json!({ "type": "array", "minItems": 1, "items": { "type": "array", "prefixItems": pair, "items": false, "minItems": 2 } })
+    json!({ "type": "array", "minItems": 1, "items": { "type": "array", "items": pair, "additionalItems": false, "minItems": 2 } })
 }
 
 /// A number within its bounds, or a text that begins with one.

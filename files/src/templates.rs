@@ -43,6 +43,43 @@ pub const TEMPLATES: &[Template] = &[
         about: "sustained bouncing on a stiff wall",
         text: include_str!("templates/chatter.toml"),
     },
+    Template {
+        name: "servo",
+        about: "a position servo that moves a joint under a load",
+        text: include_str!("templates/servo.toml"),
+    },
+];
+
+/// Files that belong together, to start from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Folder {
+    /// Its name.
+    pub name: &'static str,
+    /// One line.
+    pub about: &'static str,
+    /// Names and texts.
+    pub files: &'static [(&'static str, &'static str)],
+}
+
+/// Every template of several files.
+pub const FOLDERS: &[Folder] = &[
+    Folder {
+        name: "sweep",
+        about: "a sweep over the gain and the delay of a servo, with its machine",
+        files: &[
+            ("sweep.toml", include_str!("templates/sweep/sweep.toml")),
+            ("servo.toml", include_str!("templates/servo.toml")),
+        ],
+    },
+    Folder {
+        name: "dataset",
+        about: "records of targets and encoder of a servo, and the machine as it is believed",
+        files: &[
+            ("dataset.toml", include_str!("templates/dataset/dataset.toml")),
+            ("machine.toml", include_str!("templates/dataset/machine.toml")),
+            ("bench.toml", include_str!("templates/dataset/bench.toml")),
+        ],
+    },
 ];
 
 /// The template of this name.

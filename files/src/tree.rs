@@ -97,3 +97,32 @@ pub(crate) fn from_value(value: &Spanned<DeValue<'_>>, source: usize) -> Node {
     };
     Node { value, origin }
 }
+
+/// Place of the deepest part of a dotted path that is in the tree, and whether that is all of it. Entries of
+/// lists count from zero.
+pub(crate) fn locate(root: &Table, path: &str) -> (Option<Origin>, bool) {
+    let mut segments = path.split('.');
+    let Some(mut node) = segments.next().and_then(|first| root.get(first)).map(|entry| &entry.node) else {
+        return (None, false);
+    };
+    for segment in segments {
+        let below = match &node.value {
+            Value::Table(table) => table.get(segment).map(|entry| &entry.node),
+            Value::Array(items) => segment.parse().ok().and_then(|i: usize| items.get(i)),
+            _ => None,
+        };
+        let Some(below) = below else { return (Some(node.origin.clone()), false) };
+        node = below;
+    }
+    (Some(node.origin.clone()), true)
+}
+
+/// The node at a dotted path.
+pub(crate) fn node_at<'a>(root: &'a Table, path: &[&str]) -> Option<&'a Node> {
+    let (last, way) = path.split_last()?;
+    let mut table = root;
+    for segment in way {
+        table = table.get(*segment)?.node.as_table()?;
+    }
+    table.get(*last).map(|entry| &entry.node)
+}

@@ -6,8 +6,7 @@
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 
-use feeler_catalogue::{Dim, same_exponent};
-use feeler_plant::units::Dimension;
+use feeler_catalogue::{Dimension, same_exponent};
 use thiserror::Error;
 
 /// Why a text is no quantity of the dimension asked for.
@@ -59,7 +58,7 @@ pub(crate) enum UnitError {
     },
 }
 
-/// Exponents of kg, m, s and rad. The radian is kept apart from pure numbers so that `rad/s` is not taken for
+/// Exponents of kg, m, s, A and rad. The radian is kept apart from pure numbers so that `rad/s` is not taken for
 /// `Hz`.
 #[derive(Clone, Copy, Debug, Default)]
 struct Bases {
@@ -67,11 +66,16 @@ struct Bases {
     m: f64,
     s: f64,
     rad: f64,
+    ampere: f64,
 }
 
 impl Bases {
     const fn new(kg: f64, m: f64, s: f64, rad: f64) -> Self {
-        Self { kg, m, s, rad }
+        Self { kg, m, s, rad, ampere: 0.0 }
+    }
+
+    const fn electric(kg: f64, m: f64, s: f64, ampere: f64) -> Self {
+        Self { kg, m, s, rad: 0.0, ampere }
     }
 
     fn add(&mut self, other: Self, times: f64) {
@@ -79,19 +83,22 @@ impl Bases {
         self.m += times * other.m;
         self.s += times * other.s;
         self.rad += times * other.rad;
+        self.ampere += times * other.ampere;
     }
 
     /// Whether these bases are a way to write `dim` on the given axis.
-    fn fit(self, dim: Dim, rotational: bool) -> bool {
+    fn fit(self, dim: Dimension, rotational: bool) -> bool {
         if dim.unknown {
             return true;
         }
-        if !same_exponent(self.kg, dim.mass) || !same_exponent(self.s, dim.time) {
+        let alike = [(self.kg, dim.mass), (self.s, dim.time), (self.ampere, dim.current)];
+        if !alike.iter().all(|(own, other)| same_exponent(*own, *other)) {
             return false;
         }
         let number = same_exponent(dim.mass, 0.0)
             && same_exponent(dim.length, 0.0)
             && same_exponent(dim.time, 0.0)
+            && same_exponent(dim.current, 0.0)
             && !dim.any_length;
         if number {
             return same_exponent(self.m, 0.0);
@@ -100,16 +107,18 @@ impl Bases {
             return same_exponent(self.rad, 0.0) && (dim.any_length || same_exponent(self.m, dim.length));
         }
         // kg m² for each kg; the radian of N m/rad may be left out, that of an angle may not.
-        let angle = same_exponent(self.rad, dim.length - dim.mass);
+        // An electric unit says the same with and without radians: V s/rad is N m/A.
+        let angle = same_exponent(self.rad, dim.length - dim.mass) || !same_exponent(dim.current, 0.0);
         let dropped = !same_exponent(dim.mass, 0.0) && same_exponent(self.rad, 0.0);
         same_exponent(self.m, 2.0 * dim.mass) && (dim.any_length || angle || dropped)
     }
 
     /// The dimension on the given axis, as far as there is one.
-    fn dim(self, rotational: bool) -> Option<Dim> {
+    fn dim(self, rotational: bool) -> Option<Dimension> {
         let length = if rotational { self.rad + self.kg } else { self.m };
-        let dim = Dim { mass: self.kg, length, time: self.s, any_length: false, unknown: false };
-        let moment = Dim { length: 0.0, ..dim };
+        let mechanical = Dimension::new(self.kg, length, self.s);
+        let dim = Dimension { current: self.ampere, ..mechanical };
+        let moment = Dimension { length: 0.0, ..dim };
         [dim, moment].into_iter().find(|dim| self.fit(*dim, rotational))
     }
 }
@@ -126,6 +135,11 @@ const SYMBOLS: &[(&str, f64, Bases, bool)] = &[
     ("N", 1.0, Bases::new(1.0, 1.0, -2.0, 0.0), true),
     ("J", 1.0, Bases::new(1.0, 2.0, -2.0, 0.0), true),
     ("W", 1.0, Bases::new(1.0, 2.0, -3.0, 0.0), true),
+    ("A", 1.0, Bases::electric(0.0, 0.0, 0.0, 1.0), true),
+    ("V", 1.0, Bases::electric(1.0, 2.0, -3.0, -1.0), true),
+    ("ohm", 1.0, Bases::electric(1.0, 2.0, -3.0, -2.0), true),
+    ("Ω", 1.0, Bases::electric(1.0, 2.0, -3.0, -2.0), true),
+    ("H", 1.0, Bases::electric(1.0, 2.0, -2.0, -2.0), true),
     ("rad", 1.0, Bases::new(0.0, 0.0, 0.0, 1.0), true),
     ("deg", PI / 180.0, Bases::new(0.0, 0.0, 0.0, 1.0), false),
     ("°", PI / 180.0, Bases::new(0.0, 0.0, 0.0, 1.0), false),
@@ -148,11 +162,14 @@ const PREFIXES: &[(&str, f64)] = &[
 ///
 /// # Errors
 /// [`UnitError`] where the text is no quantity, or one of another dimension.
-pub(crate) fn parse(text: &str, dim: Dim, rotational: bool) -> Result<f64, UnitError> {
+pub(crate) fn parse(text: &str, dim: Dimension, rotational: bool) -> Result<f64, UnitError> {
     let (number, unit) = number_and_unit(text)?;
-    let none = Dim::from(Dimension::NONE);
     if unit.is_empty() {
-        return if dim.is(none) { Ok(number) } else { Err(UnitError::NoUnit { text: text.into() }) };
+        return if dim.is(Dimension::NONE) {
+            Ok(number)
+        } else {
+            Err(UnitError::NoUnit { text: text.into() })
+        };
     }
     let (factor, bases) = unit_bases(unit)?;
     if bases.fit(dim, rotational) {
@@ -174,7 +191,7 @@ fn scaled(number: f64, factor: f64) -> f64 {
 }
 
 /// Number and unit of a text.
-fn number_and_unit(text: &str) -> Result<(f64, &str), UnitError> {
+pub(crate) fn number_and_unit(text: &str) -> Result<(f64, &str), UnitError> {
     let (number, unit) = split(text).ok_or_else(|| UnitError::NoNumber { text: text.into() })?;
     if unit.strip_prefix(',').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit())) {
         return Err(UnitError::DecimalComma { text: text.into(), meant: text.replacen(',', ".", 1) });
@@ -332,7 +349,9 @@ fn nearest(symbol: &str) -> Option<String> {
 /// Bases in words, for units that no quantity of the axis has.
 fn describe(bases: Bases) -> String {
     let mut text = String::from("in");
-    for (unit, exponent) in [("kg", bases.kg), ("m", bases.m), ("s", bases.s), ("rad", bases.rad)] {
+    let exponents =
+        [("kg", bases.kg), ("m", bases.m), ("s", bases.s), ("A", bases.ampere), ("rad", bases.rad)];
+    for (unit, exponent) in exponents {
         if same_exponent(exponent, 1.0) {
             let _ = write!(text, " {unit}");
         } else if !same_exponent(exponent, 0.0) {
@@ -359,8 +378,8 @@ pub(crate) fn are_alike(one: &str, other: &str) -> bool {
         (_, unit) => unit_bases(unit).ok().map(|(_, bases)| bases),
     };
     bases(one).zip(bases(other)).is_none_or(|(one, other)| {
-        let pairs = [(one.kg, other.kg), (one.m, other.m), (one.s, other.s), (one.rad, other.rad)];
-        pairs.into_iter().all(|(one, other)| same_exponent(one, other))
+        let exponents = |of: Bases| [of.kg, of.m, of.s, of.rad, of.ampere];
+        exponents(one).into_iter().zip(exponents(other)).all(|(one, other)| same_exponent(one, other))
     })
 }
 
@@ -372,7 +391,7 @@ mod tests {
     const ROUNDING: f64 = 1e-15;
 
     fn si(text: &str, dimension: Dimension, rotational: bool) -> Result<f64, UnitError> {
-        parse(text, dimension.into(), rotational)
+        parse(text, dimension, rotational)
     }
 
     #[test]
@@ -406,6 +425,12 @@ mod tests {
             ("1 N m", Dimension::FORCE, true, 1.0),
             ("0.1 kg m2", Dimension::MASS, true, 0.1),
             ("1 mN m s/rad", Dimension::DAMPING, true, 1e-3),
+            ("12 V", Dimension::VOLTAGE, false, 12.0),
+            ("500 mohm", Dimension::RESISTANCE, true, 0.5),
+            ("2 mH", Dimension::INDUCTANCE, true, 2e-3),
+            ("30 mN m/A", Dimension::FORCE_PER_CURRENT, true, 0.03),
+            ("0.03 V s/rad", Dimension::FORCE_PER_CURRENT, true, 0.03),
+            ("5 N/A", Dimension::FORCE_PER_CURRENT, false, 5.0),
         ];
         for (text, dimension, rotational, expected) in cases {
             match si(text, dimension, rotational) {

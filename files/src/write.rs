@@ -1,18 +1,21 @@
 //! From a scenario back to a file: plain numbers in SI, and only what differs from the defaults.
 
 mod controllers;
+mod driven;
 mod machine;
 
 use std::fmt::Write as _;
 
-use feeler_catalogue::{Content, Record};
-use feeler_engine::{Integrator, RunSettings, Scenario};
+use feeler_catalogue::{Content, Contents, Record, Shape};
+use feeler_engine::{RunSettings, Scenario};
 use feeler_plant::description::{Axis, Machine};
 use feeler_plant::effects::EffectUse;
 use indexmap::IndexMap;
 
 use super::document::Document;
-use super::keys::{EFFECTS, Element, RAPIER, TOLERANCE};
+use super::keys::{ABOUT, AXIS_KIND, EFFECTS, Element, NAME, TOLERANCE};
+
+pub use driven::{Commands, driven_to_toml, samples_csv};
 
 /// The file of a scenario: reading it gives the scenario back, to the bit.
 ///
@@ -77,18 +80,23 @@ fn inline(content: &Content) -> String {
         Content::Pair(pair) => list(pair.iter().map(|text| quoted(text)).collect()),
         Content::Range(range) => list(range.iter().copied().map(number).collect()),
         Content::Numbers(numbers) => list(numbers.iter().copied().map(number).collect()),
-        Content::Points(pairs) => points(pairs.iter().copied()),
-        Content::Table(table) => {
-            let lines = table.iter().map(|(name, content)| format!("{name} = {}", inline(content)));
-            format!("{{ {} }}", lines.collect::<Vec<_>>().join(", "))
-        }
+        Content::Points(pairs) => list(
+            pairs.iter().map(|(time, value)| format!("[{}, {}]", number(*time), number(*value))).collect(),
+        ),
+        Content::Table(table) => inline_table(None, table),
     }
 }
 
-fn points(points: impl IntoIterator<Item = (f64, f64)>) -> String {
-    let pairs: Vec<String> =
-        points.into_iter().map(|(time, value)| format!("[{}, {}]", number(time), number(value))).collect();
-    format!("[{}]", pairs.join(", "))
+/// A table of a shape on one line: the key that tells its form comes first.
+fn inline_of(shape: &Shape, table: &Contents) -> String {
+    let form = shape.choice.as_ref().map(|choice| choice.key).zip(table.variant);
+    inline_table(form, table)
+}
+
+fn inline_table(form: Option<(&str, &str)>, table: &Contents) -> String {
+    let form = form.map(|(key, form)| format!("{key} = {}", quoted(form)));
+    let lines = table.iter().map(|(name, content)| format!("{name} = {}", inline(content)));
+    format!("{{ {} }}", form.into_iter().chain(lines).collect::<Vec<_>>().join(", "))
 }
 
 impl Writer {
@@ -110,12 +118,6 @@ impl Writer {
 
     fn words(&mut self, key: &str, value: &str) {
         self.line(key, quoted(value));
-    }
-
-    fn optional(&mut self, key: &str, value: Option<f64>) {
-        if let Some(value) = value {
-            self.number(key, value);
-        }
     }
 
     /// The keys of a record, but for the one that tells its form.
@@ -142,31 +144,23 @@ impl Writer {
     }
 
     fn machine(&mut self, machine: &Machine) {
-        self.words("name", &machine.name);
+        self.words(NAME.name, &machine.name);
         if !machine.about.is_empty() {
-            self.words("about", &machine.about);
+            self.words(ABOUT.name, &machine.about);
         }
         if machine.axis == Axis::Rotational {
-            self.words("axis", "rotational");
+            self.words(AXIS_KIND.name, machine.axis.name());
         }
         self.elements(machine);
     }
 
+    /// All that a run says, so that it stays what it is wherever defaults follow from the machine.
     fn run(&mut self, run: &RunSettings) {
         self.header(&["run"]);
-        self.number("duration", run.duration_s);
-        self.number("step", run.step_s);
-        if run.integrator == Integrator::External {
-            self.words("engine", RAPIER);
-        } else {
-            self.words("integrator", run.integrator.name());
-        }
-        self.line("seed", run.seed.to_string());
-        let signals: Vec<String> = run.record.iter().map(|signal| quoted(&signal.to_string())).collect();
-        self.line("record", format!("[{}]", signals.join(", ")));
-        self.optional("record_rate", run.record_rate_hz);
-        if run.energy {
-            self.line("energy", "true");
+        for field in RunSettings::FIELDS {
+            if let Some(content) = (field.get)(run) {
+                self.line(field.key.name, inline(&content));
+            }
         }
     }
 

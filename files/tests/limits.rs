@@ -104,7 +104,7 @@ fn regress_many_mistakes_make_a_bounded_report() {
     let start = Instant::now();
     let error = Document::parse(&text, "many.toml").unwrap_err();
     assert_eq!((error.problems.len(), error.problems.len() + error.omitted), (1000, 20_001));
-    // Each mass, and that there are so many bodies.
+    // Each mass, and the number of bodies.
     let report = error.report(false);
     assert!(report.len() < 20_000, "a report shows the first problems and counts the rest");
     assert!(report.contains("and 19951 more") && report.ends_with("20001 mistakes"), "{report}");

@@ -92,8 +92,10 @@ fn truth_practice_machines_are_read() {
 
 #[test]
 fn truth_a_rotational_axis_has_its_own_units() {
-    let text = "axis = \"rotational\"\n[bodies.arm]\nmass = \"0.5 kg m2\"\nposition = \"90 deg\"\nvelocity = \"60 rpm\"\n\
-                [springs.drive]\nbetween = [\"ground\", \"arm\"]\nstiffness = \"2 kN m/rad\"\ndamping = \"3 N m s/rad\"\n";
+    let text = "axis = \"rotational\"\n[bodies.arm]\nmass = \"0.5 kg m2\"\nposition = \"90 deg\"\nvelocity \
+                = \"60 rpm\"\n\
+                [springs.drive]\nbetween = [\"ground\", \"arm\"]\nstiffness = \"2 kN m/rad\"\ndamping = \"3 \
+                N m s/rad\"\n";
     let machine =
         Document::parse(text, "arm.toml").unwrap_or_else(|error| panic!("{error}")).scenario.machine;
     assert!(close(machine.bodies["arm"].position_m, std::f64::consts::FRAC_PI_2));
@@ -154,7 +156,7 @@ fn truth_wiring_must_fit() {
         (
             "[controllers.force.effects.timing-jitter]\nsigma = -1.0\n",
             "controllers.force.effects.timing-jitter.sigma",
-            "makes no sense",
+            "is out of range",
         ),
     ];
     for (added, key, expected) in cases {

@@ -34,7 +34,7 @@ fn of_type(name: &str, value: &Value) -> bool {
     }
 }
 
-/// Whether a value meets a schema, by the keywords of JSON Schema 2020-12 that the schemas use.
+/// Whether a value meets a schema, by the keywords of JSON Schema draft 07 that the schemas use.
 fn admits(schema: &Value, value: &Value) -> bool {
     let Some(rules) = schema.as_object() else { return schema.as_bool().unwrap() };
     let list = |rule: &Value| rule.as_array().unwrap().clone();
@@ -45,7 +45,6 @@ fn admits(schema: &Value, value: &Value) -> bool {
         value.as_array().is_none_or(|v| compare(v.len() as u64, rule.as_u64().unwrap()))
     };
     let properties = rules.get("properties").and_then(Value::as_object);
-    let prefix = rules.get("prefixItems").map(list).unwrap_or_default();
     rules.iter().all(|(keyword, rule)| match keyword.as_str() {
         "$schema" | "title" | "description" | "default" | "then" | "else" => true,
         "type" => match rule {
@@ -74,11 +73,13 @@ fn admits(schema: &Value, value: &Value) -> bool {
                 .filter(|(key, _)| properties.is_none_or(|known| !known.contains_key(*key)))
                 .all(|(_, inner)| admits(rule, inner))
         }),
-        "prefixItems" => value
-            .as_array()
-            .is_none_or(|v| v.iter().zip(&prefix).all(|(inner, schema)| admits(schema, inner))),
-        "items" => {
-            value.as_array().is_none_or(|v| v.iter().skip(prefix.len()).all(|inner| admits(rule, inner)))
+        "items" => value.as_array().is_none_or(|v| match rule {
+            Value::Array(schemas) => v.iter().zip(schemas).all(|(inner, schema)| admits(schema, inner)),
+            schema => v.iter().all(|inner| admits(schema, inner)),
+        }),
+        "additionalItems" => {
+            let named = rules.get("items").and_then(Value::as_array).map_or(0, Vec::len);
+            value.as_array().is_none_or(|v| v.iter().skip(named).all(|inner| admits(rule, inner)))
         }
         "if" => rules
             .get(if admits(rule, value) { "then" } else { "else" })

@@ -46,6 +46,7 @@ pub use feeler_engine as engine;
 pub use feeler_files as files;
 pub use feeler_geometry as geometry;
 pub use feeler_lanes as lanes;
+pub use feeler_logs as logs;
 pub use feeler_lti as lti;
 pub use feeler_manipulator as manipulator;
 pub use feeler_multibody as multibody;

@@ -41,7 +41,7 @@ fn compared(line: &str) -> Option<Compared> {
 /// Runs an example, and holds what it prints to what a hand computes, relatively.
 fn holds(name: &str, lines: usize, tolerance: f64) {
     let all = run(name);
-    assert_eq!(all.len(), lines, "{name} compares so many numbers");
+    assert_eq!(all.len(), lines, "{name}: another number of comparisons");
     for Compared { line, found, by_hand } in all {
         assert!((found - by_hand).abs() <= tolerance * by_hand.abs(), "{name}: {line}");
     }

@@ -3,6 +3,7 @@
 
 pub mod arm;
 pub mod frf;
+pub mod glimpse;
 pub mod numbers;
 pub mod operating_point;
 pub mod run;
@@ -10,11 +11,13 @@ pub mod signals;
 pub mod sweep;
 pub mod why;
 
+mod doubts;
 mod refusal;
 mod threads;
 mod unwritable;
 mod whole_file;
 
+pub use doubts::doubts;
 pub use refusal::Refusal;
 pub use threads::ALL_PROCESSORS;
 pub use unwritable::unwritable;

@@ -59,7 +59,7 @@ pub fn plain(value: f64) -> String {
 const ALL_DIGITS: i32 = 15;
 const BELOW_TOLERANCE: i32 = 2;
 
-/// A number with so many digits that a difference of a hundredth of the tolerance shows; all of them where
+/// A number with enough digits that a difference of a hundredth of the tolerance shows; all of them where
 /// there is no tolerance.
 pub fn to_tolerance(value: f64, tolerance: f64) -> String {
     if value == 0.0 || !value.is_finite() {
@@ -77,7 +77,7 @@ pub fn to_tolerance(value: f64, tolerance: f64) -> String {
     }
 }
 
-/// Percentages beyond this are no shares of anything and are not told as numbers.
+/// Percentages beyond this are no shares of anything and are not reported as numbers.
 const MOST_PERCENT: f64 = 10_000.0;
 
 /// A share as a percentage.

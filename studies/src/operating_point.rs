@@ -42,7 +42,7 @@ pub fn force_dependence(scenario: &Scenario, clamped: bool) -> Option<Dependence
     (hardens && !touching.is_empty()).then_some(Dependence::Spring)
 }
 
-/// The force above zero that a scenario wants for good, N: of its force loop, else of the first controller
+/// The force above zero that a scenario wants at the end, N: of its force loop, else of the first controller
 /// whose reference is a force. What its reference comes to in the end; on average, where that never ends.
 pub fn wanted_force_n(scenario: &Scenario) -> Option<f64> {
     let of_force = |law: &Law| matches!(law, Law::ExplicitForce(_) | Law::Admittance(_));
@@ -58,7 +58,7 @@ pub fn wanted_force_n(scenario: &Scenario) -> Option<f64> {
     Some(force_n).filter(|force_n| *force_n > 0.0)
 }
 
-/// How linear theory sees a scenario's contact: absent where it never touches, attached, or pressed with
+/// How linear theory sees a scenario's contact: absent if it never touches, attached, or pressed with
 /// [`wanted_force_n`] where something depends on the force.
 pub fn contact_view(scenario: &Scenario) -> View {
     if nothing_can_touch(scenario) {
@@ -79,8 +79,10 @@ mod tests {
 
     fn scenario(contact: &str, reference: &str, duration: &str) -> Scenario {
         let text = format!(
-            "[bodies.tip]\nmass = 2.0\n[contacts.tool]\nbetween = [\"tip\", \"ground\"]\ndamping = 0.0\n{contact}\n[actuators.drive]\non = \"tip\"\n\
-             kind = \"force\"\n[sensors.force]\nreads = \"tool.force\"\n[controllers.force]\nlaw = \"explicit-force\"\nreads = \"force\"\n\
+            "[bodies.tip]\nmass = 2.0\n[contacts.tool]\nbetween = [\"tip\", \"ground\"]\ndamping = \
+             0.0\n{contact}\n[actuators.drive]\non = \"tip\"\n\
+             kind = \"force\"\n[sensors.force]\nreads = \"tool.force\"\n[controllers.force]\nlaw \
+             = \"explicit-force\"\nreads = \"force\"\n\
              drives = \"drive\"\nperiod = \"1 ms\"\nreference = {reference}\n[run]\nduration = {duration}\n"
         );
         Document::parse(&text, "it.toml").unwrap_or_else(|error| panic!("{error}")).scenario

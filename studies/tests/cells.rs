@@ -146,7 +146,8 @@ fn truth_impedance_presses_as_springs_in_series_do_and_admittance_reaches_its_fo
         CellFile::build(draft).unwrap_or_else(|error| panic!("{error}"))
     };
     let impedance = with(
-        "law = \"impedance\"\nstiffness = \"2 kN/m\"\ndamping = \"300 N s/m\"\nperiod = \"1 ms\"\nreference = \"12 mm\"",
+        "law = \"impedance\"\nstiffness = \"2 kN/m\"\ndamping = \"300 N s/m\"\nperiod = \"1 ms\"\nreference \
+         = \"12 mm\"",
     );
     let found = go(&impedance).summary;
     let axis = impedance.cell.reduction().unwrap();
@@ -158,7 +159,8 @@ fn truth_impedance_presses_as_springs_in_series_do_and_admittance_reaches_its_fo
     );
     assert!((found.final_force_n / expected - 1.0).abs() < AT_REST, "{} {expected}", found.final_force_n);
     let admittance = with(
-        "law = \"admittance\"\nreads = \"force\"\nmass = \"4 kg\"\ndamping = \"1500 N s/m\"\nkp = \"20 kN/m\"\nkd = \"600 N s/m\"\nperiod = \"1 ms\"\nreference = 20",
+        "law = \"admittance\"\nreads = \"force\"\nmass = \"4 kg\"\ndamping = \"1500 N s/m\"\nkp = \"20 \
+         kN/m\"\nkd = \"600 N s/m\"\nperiod = \"1 ms\"\nreference = 20",
     );
     let found = go(&admittance).summary;
     println!("admittance: {:.3} N, {:?}", found.final_force_n, found.figures.outcome);
@@ -219,21 +221,24 @@ fn truth_a_lever_from_a_urdf_is_two_masses() {
     let (_folder, path) = lever(LEVER, LEVER_SCENARIO);
     let file = CellFile::load(&path).unwrap_or_else(|error| panic!("{error}"));
     let whole = go(&file).summary.figures.peak_force_n;
-    let text = "bodies.motor = { mass = 1.71875, velocity = 0.05 }\nbodies.tip = { mass = 1.09375, velocity = 0.05 }
+    let text = "bodies.motor = { mass = 1.71875, velocity = 0.05 }\nbodies.tip = { mass = 1.09375, velocity \
+                = 0.05 }
         springs.gear = { between = [\"motor\", \"tip\"], stiffness = 46875.0, damping = 39.0625 }
-        contacts.tool = { between = [\"tip\", \"ground\"], stiffness = 2e4, damping = 40.0, gap = 1e-4 }\nrun.duration = 0.05";
+        contacts.tool = { between = [\"tip\", \"ground\"], stiffness = 2e4, damping = 40.0, gap = 1e-4 \
+        }\nrun.duration = 0.05";
     let axis =
         run(&Document::parse(text, "axis.toml").unwrap().scenario, &mut |_| {}).unwrap().summary.peak_force_n;
     println!("lever: {whole:.5} N, two masses: {axis:.5} N");
     assert!((whole / axis - 1.0).abs() < LEVER_IS_AN_AXIS, "{whole} {axis}");
 }
 
-/// What a file is told, in one line for each mistake.
+/// The mistakes of a file, one line each.
 fn told(path: &Path) -> Vec<String> {
     CellFile::load(path).map(|_| ()).unwrap_err().problems.iter().map(ToString::to_string).collect()
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a list of mistakes")]
 fn truth_every_mistake_is_one_error_with_file_key_and_remedy() {
     let changed = |from: &str, to: &str| {
         assert!(LEVER_SCENARIO.contains(from), "{from}");

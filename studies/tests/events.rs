@@ -1,4 +1,4 @@
-//! Events that happen once are told once, whatever rounding makes of the instant.
+//! Events that happen once are reported once, whatever rounding makes of the instant.
 
 mod common;
 

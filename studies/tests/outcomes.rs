@@ -1,6 +1,8 @@
 //! Outcomes of machines whose answer is known by construction, as a sweep judges them: extended until they
 //! are decided.
 
+use std::path::Path;
+
 use feeler_files::Document;
 use feeler_studies::run::{Candidate, Outcome, Summary};
 
@@ -159,4 +161,106 @@ fn regress_few_bounces_that_grow_are_unstable() {
             summary.bounces
         );
     }
+}
+
+/// Loops that touch nothing: a drive at its limit behind an integrator without anti-windup, and a load read
+/// behind free play.
+#[test]
+fn truth_loops_without_contact_are_judged_by_what_they_control() {
+    let windup = r#"
+[bodies.m]
+mass = 4.0
+position = 0.5
+[springs.g]
+between = ["ground", "m"]
+damping = 0.5
+[actuators.drive]
+on = "m"
+limit = 20.0
+[sensors.enc]
+reads = "m.position"
+[controllers.c]
+law = "position"
+reads = "enc"
+drives = "drive"
+period = 0.002
+kp = 1500.0
+ki = 9000.0
+kd = 60.0
+derivative_filter = 0.002
+reference = 0.0
+anti_windup = "off"
+[run]
+duration = 10.0
+"#;
+    let play = r#"
+[bodies.m]
+mass = 2.0
+[bodies.t]
+mass = 2.0
+[springs.g]
+between = ["ground", "m"]
+damping = 30.0
+[springs.gt]
+between = ["ground", "t"]
+damping = 5.0
+[springs.s]
+between = ["m", "t"]
+stiffness = 200000.0
+damping = 40.0
+[springs.s.effects.backlash]
+width = 0.001
+[actuators.drive]
+on = "m"
+[sensors.p]
+reads = "t.position"
+[sensors.vm]
+reads = "m.velocity"
+[controllers.c]
+law = "position"
+reads = "p"
+motion = "vm"
+drives = "drive"
+period = 0.001
+kp = 1500.0
+ki = 3000.0
+damping = 60.0
+reference = 0.01
+[run]
+duration = 8.0
+"#;
+    let outcome = |text: &str| {
+        let document = Document::parse(text, "loop.toml").unwrap();
+        let summary = feeler_studies::run::run(&document.scenario, &mut |_| {}).unwrap().summary;
+        assert!(summary.controlled.is_some());
+        summary.outcome
+    };
+    assert_eq!(outcome(windup), Outcome::Unstable);
+    assert_eq!(outcome(play), Outcome::LimitCycle);
+    // Without play it settles.
+    assert_eq!(outcome(&play.replace("[springs.s.effects.backlash]\nwidth = 0.001\n", "")), Outcome::Settled);
+}
+
+/// Every file of an axis tells what becomes of it, in its own duration.
+#[test]
+fn prop_no_scenario_of_the_project_ends_undecided() {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios"));
+    let mut undecided = Vec::new();
+    for folder in
+        ["chatter", "contact", "control", "effects", "limits", "paper", "reference", "surface", "why"]
+    {
+        for entry in std::fs::read_dir(root.join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            if path.extension().is_none_or(|extension| extension != "toml") {
+                continue;
+            }
+            let document = Document::load(&path).unwrap();
+            let result = feeler_studies::run::run(&document.scenario, &mut |_| {}).unwrap();
+            let summary = result.summary;
+            if summary.outcome == Outcome::Undecided {
+                undecided.push(format!("{}: {:?}", path.display(), summary.verdict));
+            }
+        }
+    }
+    assert!(undecided.is_empty(), "{}", undecided.join("\n"));
 }

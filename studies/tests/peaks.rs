@@ -10,7 +10,7 @@ use common::{file, result_of};
 
 const MASS_KG: f64 = 2.0;
 const SPEED_M_PER_S: f64 = 0.3;
-/// The engine finds a crest where the slope is zero to rounding; what is left is the rounding of speed,
+/// The engine finds a maximum where the slope is zero to rounding; what is left is the rounding of speed,
 /// stiffness and the instant of the touch.
 const LOCATED: f64 = 1e-11;
 /// Of a half sine met by a thousand rows a parabola finds the peak within `(pi / 1000)^4 / 128 = 1e-12`; laws
@@ -19,7 +19,8 @@ const FINE_ROWS: f64 = 1e-7;
 
 fn impact(law: &str, gap_m: f64, run: &str) -> Document {
     let text = format!(
-        "[bodies.tip]\nmass = {MASS_KG}\nvelocity = {SPEED_M_PER_S}\n[contacts.tool]\nbetween = [\"tip\", \"ground\"]\n{law}\n\
+        "[bodies.tip]\nmass = {MASS_KG}\nvelocity = {SPEED_M_PER_S}\n[contacts.tool]\nbetween = \
+         [\"tip\", \"ground\"]\n{law}\n\
          gap = {gap_m}\n[run]\nrecord = [\"tool.force\"]\n{run}\n"
     );
     Document::parse(&text, "impact.toml").unwrap_or_else(|mistakes| panic!("{mistakes}"))
@@ -97,8 +98,8 @@ fn regress_the_hardest_contact_is_found_however_short() {
     assert!(found >= expected && found < 1.001 * expected, "{found} N, not {expected} N");
 }
 
-/// Variants of a sweep find the same peaks as single runs do, though they travel in company between rows at a
-/// fifth of the rate.
+/// Variants of a sweep find the same peaks as single runs do, though they travel beside others between rows
+/// at a fifth of the rate.
 #[test]
 fn prop_a_variant_of_a_sweep_has_the_peaks_of_a_run() {
     for (name, key, from, step) in [
@@ -125,7 +126,7 @@ fn prop_a_variant_of_a_sweep_has_the_peaks_of_a_run() {
             };
             let (alone, abreast) = (run(&scenario, &mut |_| {}).unwrap().summary, measured.unwrap().summary);
             for (a, b) in alone.contacts.iter().zip(&abreast.contacts) {
-                // Alone and in company times are summed in another order: a difference of rounding that
+                // Alone and beside others times are summed in another order: a difference of rounding that
                 // impacts may amplify.
                 assert!(
                     (a.peak_force_n / b.peak_force_n - 1.0).abs() < 1e-6,

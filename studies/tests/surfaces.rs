@@ -23,7 +23,8 @@ damping = 50.0
 
 fn parse(folder: &Path, surface: &str) -> Result<Document, String> {
     let text = format!(
-        "{AXIS}\n[contacts.tool.surface]\n{surface}\n[run]\nduration = 4.0\nrecord = [\"tool.force\"]\nrecord_rate = 1000.0\n"
+        "{AXIS}\n[contacts.tool.surface]\n{surface}\n[run]\nduration = 4.0\nrecord = \
+         [\"tool.force\"]\nrecord_rate = 1000.0\n"
     );
     Document::parse(&text, &folder.join("axis.toml").to_string_lossy()).map_err(|error| error.to_string())
 }
@@ -68,7 +69,8 @@ fn truth_travel_over_a_sine_is_the_analytic_disturbance_response() {
     std::fs::write(folder.path().join("sine.csv"), format!("{0}\n{0}\n", line.join(","))).unwrap();
     let surface = format!(
         "tip = {{ shape = \"ball\", radius = {r} }}\n\
-         workpiece = {{ shape = \"height-field\", file = \"sine.csv\", extent_y = {extent}, extent_z = 0.04, x = 0.0102 }}\n\
+         workpiece = {{ shape = \"height-field\", file = \"sine.csv\", extent_y = {extent}, extent_z = \
+         0.04, x = 0.0102 }}\n\
          feed = {{ y = -0.12, velocity_y = {speed}, duration = 4.0 }}"
     );
     let document = parse(folder.path(), &surface).unwrap();
@@ -96,8 +98,10 @@ fn truth_hertz_follows_from_materials_and_radii() {
     let material = "material = { youngs_modulus = 210e9, poisson_ratio = 0.3 }";
     let text = |law: &str, workpiece: &str| {
         format!(
-            "[bodies.tip]\nmass = 8.0\n[contacts.tool]\nbetween = [\"tip\", \"ground\"]\nlaw = \"{law}\"\n[contacts.tool.surface]\n\
-             tip = {{ shape = \"ball\", radius = 5e-3, {material} }}\nworkpiece = {{ {workpiece}, x = 1.0, {material} }}\nfeed = {{ duration = 1.0 }}\n"
+            "[bodies.tip]\nmass = 8.0\n[contacts.tool]\nbetween = [\"tip\", \"ground\"]\nlaw \
+             = \"{law}\"\n[contacts.tool.surface]\n\
+             tip = {{ shape = \"ball\", radius = 5e-3, {material} }}\nworkpiece = {{ {workpiece}, x = 1.0, \
+             {material} }}\nfeed = {{ duration = 1.0 }}\n"
         )
     };
     let parse = |law: &str, workpiece: &str| {
@@ -179,12 +183,14 @@ fn truth_gap_rate_point_and_normal_are_recorded() {
     let record: Vec<String> = signals.iter().map(|signal| format!("\"tool.{signal}\"")).collect();
     let text = |surface: &str, record: &str| {
         format!(
-            "[bodies.tip]\nmass = 1.0\n[springs.guide]\nbetween = [\"ground\", \"tip\"]\nstiffness = 1.0\n[contacts.tool]\nbetween = [\"tip\", \"ground\"]\n\
+            "[bodies.tip]\nmass = 1.0\n[springs.guide]\nbetween = [\"ground\", \"tip\"]\nstiffness = \
+             1.0\n[contacts.tool]\nbetween = [\"tip\", \"ground\"]\n\
              stiffness = 1e4\n{surface}\n[run]\nduration = 1.0\nrecord = [{record}]\nrecord_rate = 1000.0\n"
         )
     };
     let surface = format!(
-        "[contacts.tool.surface]\ntip = {{ shape = \"ball\", radius = {r} }}\nworkpiece = {{ shape = \"ball\", radius = {radius}, x = {ahead} }}\n\
+        "[contacts.tool.surface]\ntip = {{ shape = \"ball\", radius = {r} }}\nworkpiece = {{ shape \
+         = \"ball\", radius = {radius}, x = {ahead} }}\n\
          feed = {{ y = {back}, velocity_y = {speed}, duration = 1.0 }}"
     );
     let document = Document::parse(&text(&surface, &record.join(", ")), "axis.toml")

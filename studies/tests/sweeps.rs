@@ -105,7 +105,8 @@ fn regress_values_that_only_some_combinations_allow_are_rows_with_errors() {
     let parse = |coulomb: &str| {
         let text = format!(
             "scenario = \"../chatter/stiction.toml\"\n[axes]\n\"springs.guide.effects.stribeck-friction.static\" = [\"50 N\", \"20 N\"]\n\
-             \"springs.guide.effects.stribeck-friction.coulomb\" = [{coulomb}]\n\"run.duration\" = [\"20 ms\"]\n"
+             \"springs.guide.effects.stribeck-friction.coulomb\" = [{coulomb}]\n\"run.duration\" = [\"20 \
+             ms\"]\n"
         );
         Sweep::parse(&text, &file("levels.toml").display().to_string())
     };
@@ -124,7 +125,8 @@ fn regress_values_that_only_some_combinations_allow_are_rows_with_errors() {
 
 #[test]
 fn truth_refinement_finds_the_edge_of_the_fine_grid_for_a_part_of_its_runs() {
-    let text = "scenario = \"../paper/flexible.toml\"\n[axes]\n\"contacts.tool.stiffness\" = { log = [5e4, 2e6], points = 5 }\n\
+    let text = "scenario = \"../paper/flexible.toml\"\n[axes]\n\"contacts.tool.stiffness\" = { log = [5e4, \
+                2e6], points = 5 }\n\
         \"controllers.force.kp\" = { log = [0.1, 8.0], points = 5 }\n[refine]\nlevels = 2\n";
     let name = file("refined.toml").display().to_string();
     let refined = Sweep::parse(text, &name).unwrap();
@@ -160,7 +162,8 @@ fn truth_refinement_finds_the_edge_of_the_fine_grid_for_a_part_of_its_runs() {
 /// as soon as they can be.
 #[test]
 fn prop_parts_runs_and_merges_at_once_in_one_folder_all_end_with_the_same_bytes() {
-    let text = "scenario = \"../paper/rigid.toml\"\n[axes]\n\"controllers.force.kp\" = { linear = [0.1, 1.0], points = 64 }\n\
+    let text = "scenario = \"../paper/rigid.toml\"\n[axes]\n\"controllers.force.kp\" = { linear = [0.1, \
+                1.0], points = 64 }\n\
         \"run.duration\" = [\"20 ms\"]\n[keep]\ntail = 0\n";
     let sweep = Sweep::parse(text, &file("shards.toml").display().to_string()).unwrap();
     let alone = tempfile::tempdir().unwrap();
@@ -199,7 +202,8 @@ fn prop_parts_runs_and_merges_at_once_in_one_folder_all_end_with_the_same_bytes(
 #[test]
 fn truth_a_variant_that_fails_is_a_row() {
     let text = "scenario = \"../paper/rigid.toml\"\nsampling = \"latin-hypercube\"\nsamples = 20\n[axes]\n\
-        \"bodies.motor.mass\" = { uniform = [1.0, 12.0] }\n\"controllers.force.low_pass\" = { uniform = [1.0, 499.0] }\n";
+        \"bodies.motor.mass\" = { uniform = [1.0, 12.0] }\n\"controllers.force.low_pass\" = { uniform = \
+        [1.0, 499.0] }\n";
     let sweep = Sweep::parse(text, &file("failing.toml").display().to_string()).unwrap();
     let mut failing = sweep.clone();
     failing.file.axes["bodies.motor.mass"] = feeler_files::Axis::Uniform { from: -12.0, to: 12.0 };
@@ -217,7 +221,8 @@ fn truth_a_variant_that_fails_is_a_row() {
 /// halving.
 #[test]
 fn regress_an_axis_at_its_tolerance_is_not_made_finer() {
-    let text = "scenario = \"../paper/flexible.toml\"\n[axes]\n\"contacts.tool.stiffness\" = { log = [1e5, 4e5], points = 3, tolerance = 2.0 }\n\
+    let text = "scenario = \"../paper/flexible.toml\"\n[axes]\n\"contacts.tool.stiffness\" = { log = [1e5, \
+                4e5], points = 3, tolerance = 2.0 }\n\
         \"controllers.force.kp\" = { linear = [0.5, 4.5], points = 5, tolerance = 0.004 }\n[refine]\n";
     let sweep = Sweep::parse(text, &file("refined.toml").display().to_string()).unwrap();
     let table = results(&sweep);

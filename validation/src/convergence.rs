@@ -55,7 +55,7 @@ pub struct Convergence {
     pub integrator: String,
     /// Coarsest step first.
     pub points: Vec<Point>,
-    /// Slope of log error over log step, by regression; none where all errors are rounding.
+    /// Slope of log error over log step, by regression; `None` if all errors are rounding.
     pub order: Option<f64>,
 }
 
@@ -182,13 +182,17 @@ pub fn default_steps_s() -> Vec<f64> {
 /// The study as the page `docs/convergence.md`.
 pub fn markdown(study: &Study) -> String {
     let mut text = String::from(
-        "# Convergence through an impact\n\n\
-         The reference machines M1, M2 and M4 (`scenarios/reference/`) meet a wall or a workpiece under sampled force control. Shown is the relative error\n\
-         of the largest contact force, by integrator and step; the order is the slope of log error over log step, by regression.\n\
-         `feeler validate convergence` makes this page.\n\n\
-         Each number is the root mean square over sixteen steps within 9 % of the nominal one. They are incommensurate with the controller's period of\n\
-         1 ms, so that events fall anywhere in a step. Steps of 0.1 ms are too coarse to tell an order: semi-implicit Euler then meets the workpiece of M4\n\
-         so late that its controller sees the contact one sample later, and the largest force is another one, by 3 %.\n",
+        "# Convergence through an impact\n\
+         \n\
+         The reference machines M1, M2 and M4 (`scenarios/reference/`) meet a wall or a workpiece under\n\
+         sampled force control. The tables show the relative error of the largest contact force, by\n\
+         integrator and step. The order is the slope of log error over log step, by regression. The\n\
+         command `feeler validate convergence` makes this page.\n\
+         \n\
+         Each number is the root mean square over sixteen steps within 9 % of the nominal one. These steps\n\
+         are incommensurate with the controller's period of 1 ms, so events fall anywhere in a step. Steps\n\
+         of 0.1 ms are too coarse to show an order. Semi-implicit Euler then meets the workpiece of M4 so\n\
+         late that its controller sees the contact one sample later. The largest force differs by 3 %.\n",
     );
     for truth in &study.truths {
         let columns: Vec<&Convergence> =
@@ -218,11 +222,18 @@ pub fn markdown(study: &Study) -> String {
         text.push('\n');
     }
     text.push_str(
-        "\n## How to read it\n\n\
-         The fixed-step methods take an event at the end of the step in which it happens, so they are of first order through an impact; on smooth motion\n\
-         semi-implicit Euler is of order 1 and RK4 of order 4 (`cargo test -p feeler-engine order_`). The exact integrator locates the event, and its motion\n\
-         does not depend on the step: its peak is the truth here, the same at steps of 1 ms and 10 us to rounding. On a grid of 0.1 ms it meets numbers\n\
-         computed outside this project within 1e-6 N (`feeler validate` checks both).\n",
+        "\n\
+         ## How to read it\n\
+         \n\
+         The exact integrator locates events, and its motion does not depend on the step. Its peak is the\n\
+         reference here: the same at steps of 1 ms and 10 us, to rounding. On a grid of 0.1 ms it agrees\n\
+         with numbers computed outside this project within 1e-6 N (`feeler validate` checks both).\n\
+         \n\
+         The fixed-step methods place an event at the end of its step, so they are of first order through\n\
+         an impact. On smooth motion semi-implicit Euler is of order 1 and RK4 of order 4\n\
+         (`cargo test -p feeler-engine order_`).\n\
+         \n\
+         Words: [glossary](glossary.md).\n",
     );
     text
 }

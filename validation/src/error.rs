@@ -51,10 +51,14 @@ impl Remedy for ValidationError {
             Self::Lti(error) => error.remedy(),
             Self::Engine(error) => error.remedy(),
             Self::Chain { .. } => {
-                "start from a file that `feeler fit-landmarks --out FILE` wrote, its numbers changed, or without --start".into()
+                "start from a file that `feeler fit-landmarks --out FILE` wrote, its numbers changed, or \
+                 without --start"
+                    .into()
             }
             Self::Reference { .. } => {
-                "name a file of the shape of reference/critical-gains.json with --critical-gains, or leave it out".into()
+                "name a file of the shape of reference/critical-gains.json with --critical-gains, or leave \
+                 it out"
+                    .into()
             }
         }
     }

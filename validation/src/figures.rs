@@ -73,7 +73,8 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
         all.push(locus_figure(
             locus,
             &format!(
-                "Fig. {}. Root locus of the {name} under explicit force control, {how}; poles at gain zero are crosses, zeros circles.{gap}",
+                "Fig. {}. Root locus of the {name} under explicit force control, {how}; poles at gain zero \
+                 are crosses, zeros circles.{gap}",
                 number(locus)
             ),
             &axis,
@@ -84,8 +85,10 @@ pub fn figures() -> Result<Vec<Figure>, ValidationError> {
         (paper::Axis::reference(Model::AllThree, SOURCE), paper::Axis::reference(Model::Rigid, SOURCE));
     let mut last = bode_figure(
         "fig18",
-        "Fig. 18. Three dynamic problems: open-loop phase of the machine with base, transmission and workpiece flexibility, driven by the velocity \
-         source, and of its rigid body (dashed). The base's dip near 11 Hz is colocated, the drop at the transmission's mode near 104 Hz noncolocated.",
+        "Fig. 18. Three dynamic problems: open-loop phase of the machine with base, transmission and \
+         workpiece flexibility, driven by the velocity \
+         source, and of its rigid body (dashed). The base's dip near 11 Hz is colocated, the drop at the \
+         transmission's mode near 104 Hz noncolocated.",
         &[("all three".into(), three), ("rigid body and actuator".into(), rigid)],
     )?;
     last.panels.remove(0);
@@ -259,7 +262,8 @@ fn apart(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 }
 
 fn measured_figures() -> Result<Vec<Figure>, ValidationError> {
-    let stand_in = "the machine fitted to the paper's landmarks (not the robot's own parameters, which were never published): white noise in, dots \
+    let stand_in = "the machine fitted to the paper's landmarks (not the robot's own parameters, which were \
+                    never published): white noise in, dots \
                     estimated from the records, line linear theory.";
     let cases = [
         (

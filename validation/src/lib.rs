@@ -14,6 +14,7 @@ pub mod error;
 pub mod experiments;
 pub mod figures;
 pub mod files;
+pub mod fuzz;
 pub mod landmarks;
 pub mod models;
 pub mod paper;

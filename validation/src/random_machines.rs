@@ -170,7 +170,7 @@ fn singularity(mut matrix: DMatrix<C64>) -> f64 {
     matrix.singular_values().min()
 }
 
-/// Rows for so many machines.
+/// Rows for this many machines.
 ///
 /// # Errors
 /// [`ValidationError`] where a computation fails.

@@ -40,7 +40,7 @@ pub enum Mark {
 /// Points and how they are drawn; what lies outside the axes is cut off.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// Name in the legend; none where empty.
+    /// Name in the legend; `None` if empty.
     pub name: String,
     /// Points.
     pub points: Vec<(f64, f64)>,
@@ -159,8 +159,10 @@ impl Figure {
         let lines = wrapped(&self.caption, CAPTION_CHARACTERS);
         let height = TOP + self.panels.len() as f64 * (PANEL + GAP) + lines.len() as f64 * 17.0 + 10.0;
         let mut out = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" height=\"{height}\" \
-             font-family=\"Helvetica, Arial, sans-serif\" font-size=\"13\">\n<title>{}</title>\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" \
+             height=\"{height}\" \
+             font-family=\"Helvetica, Arial, sans-serif\" font-size=\"13\">\n<title>{}</title>\n<rect \
+             width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
             escaped(&self.caption)
         );
         // One legend above all panels, which show the same curves, so that it hides none of them.
@@ -219,7 +221,8 @@ impl Panel {
         let y = |v: f64| top + PANEL * (1.0 - self.y.place(v));
         let _ = writeln!(
             out,
-            "<clipPath id=\"{id}\"><rect x=\"{LEFT}\" y=\"{top}\" width=\"{width}\" height=\"{PANEL}\"/></clipPath>"
+            "<clipPath id=\"{id}\"><rect x=\"{LEFT}\" y=\"{top}\" width=\"{width}\" \
+             height=\"{PANEL}\"/></clipPath>"
         );
         for (v, numbered) in self.x.ticks() {
             let grey = if numbered { "#bbb" } else { "#eee" };
@@ -250,7 +253,8 @@ impl Panel {
         }
         let _ = writeln!(
             out,
-            "<rect x=\"{LEFT}\" y=\"{top}\" width=\"{width}\" height=\"{PANEL}\" fill=\"none\" stroke=\"#333\"/>"
+            "<rect x=\"{LEFT}\" y=\"{top}\" width=\"{width}\" height=\"{PANEL}\" fill=\"none\" \
+             stroke=\"#333\"/>"
         );
         let (middle_x, middle_y) = (LEFT + 0.5 * width, top + 0.5 * PANEL);
         let label = top + PANEL + 37.0;
@@ -279,15 +283,28 @@ impl Curve {
             Mark::Line | Mark::Dashed => {
                 let path: Vec<String> = points.map(|(a, b)| format!("{a:.1},{b:.1}")).collect();
                 let dash = if self.mark == Mark::Dashed { " stroke-dasharray=\"6 4\"" } else { "" };
-                let _ =
-                    writeln!(out, "<polyline fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.7\"{dash} points=\"{}\"/>", path.join(" "));
+                let _ = writeln!(
+                    out,
+                    "<polyline fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.7\"{dash} \
+                                   points=\"{}\"/>",
+                    path.join(" ")
+                );
             }
             Mark::Cross => points.for_each(|(a, b)| {
-                let _ =
-                    writeln!(out, "<path d=\"M{:.1} {:.1}l10 10m0 -10l-10 10\" stroke=\"{colour}\" stroke-width=\"2\"/>", a - 5.0, b - 5.0);
+                let _ = writeln!(
+                    out,
+                    "<path d=\"M{:.1} {:.1}l10 10m0 -10l-10 10\" stroke=\"{colour}\" \
+                                   stroke-width=\"2\"/>",
+                    a - 5.0,
+                    b - 5.0
+                );
             }),
             Mark::Circle => points.for_each(|(a, b)| {
-                let _ = writeln!(out, "<circle cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"5\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>");
+                let _ = writeln!(
+                    out,
+                    "<circle cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"5\" fill=\"none\" \
+                                       stroke=\"{colour}\" stroke-width=\"2\"/>"
+                );
             }),
             Mark::Dot => points.for_each(|(a, b)| {
                 let _ = writeln!(out, "<circle cx=\"{a:.1}\" cy=\"{b:.1}\" r=\"2.2\" fill=\"{colour}\"/>");

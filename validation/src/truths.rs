@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use feeler_lti::C64;
-use feeler_plant::description::ActuatorKind;
+use feeler_plant::description::{ActuatorKind, MotorInput};
 use nalgebra::{Matrix4, Vector4};
 
 use crate::paper::Axis;
@@ -105,6 +105,23 @@ pub fn axis_response(axis: &Axis, s: C64) -> C64 {
             let force = (s * tau + 1.0 + s * stroke * ba).inv() * ba;
             compression * ks * force
         }
+        ActuatorKind::PositionServo(servo) => {
+            let forward = s.inv() * servo.ki + servo.kp;
+            compression * ks * forward / (stroke * (forward + s * servo.kd) + 1.0)
+        }
+        ActuatorKind::DcMotor(motor) => {
+            let per_current = motor.gear_ratio * motor.torque_constant;
+            let ba = per_current * motor.gear_ratio * motor.back_emf() / motor.resistance_ohm;
+            let tau = motor.inductance_h / motor.resistance_ohm;
+            let per_volt = (s * tau + 1.0 + s * stroke * ba).inv() * (per_current / motor.resistance_ohm);
+            let force = match motor.input {
+                MotorInput::Voltage => per_volt,
+                MotorInput::Duty => per_volt * motor.supply_voltage_v.unwrap_or(1.0),
+                MotorInput::Current => C64::new(per_current, 0.0),
+            };
+            compression * ks * force
+        }
+        ActuatorKind::Imposed => compression * ks / stroke,
     }
 }
 

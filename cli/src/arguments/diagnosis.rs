@@ -8,10 +8,12 @@ use clap::{Args, Subcommand, ValueHint};
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
     feeler diagnose scenarios/datasets/bench-axis            results in out/<name of the dataset>\n  \
-    feeler diagnose bench --out bench-answer --apply         and what to change in the machine file\n  \
+    feeler diagnose bench --out bench-answer --changes       with the lines to change in the file\n  \
+    feeler diagnose bench --apply                            and change the file\n  \
     feeler diagnose bench --json | jq .verdict\n\n\
-    Writes into the output folder: diagnosis.json, report.html (a page that needs no network), machine.toml (the repaired\n\
-    machine with the commands of one experiment, which `feeler run` takes), and next-experiment.csv where one would tell more.")]
+    Writes diagnosis.json, report.html (a page that needs no network) and machine.toml (the repaired machine \
+    with the commands of one experiment, ready for `feeler run`). If another experiment would separate \
+    remaining causes, it also writes next-experiment.csv.")]
 pub(crate) struct Diagnose {
     /// Dataset: a folder with dataset.toml, or that file
     #[arg(value_hint = ValueHint::AnyPath)]
@@ -19,10 +21,13 @@ pub(crate) struct Diagnose {
     /// Folder for the results, made if absent [default: out/ and the name of the dataset]
     #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) out: Option<PathBuf>,
-    /// Wall time that it may take: `90 s`, `3 min`, or `unlimited`. What was not tried by then is named
+    /// Largest wall time: `90 s`, `3 min`, or `unlimited`. The report lists what was not tried
     #[arg(long, value_name = "TIME", default_value = "120 s", value_parser = budget)]
     pub(crate) budget: BudgetTime,
-    /// List what to change in the believed machine, as lines of its file
+    /// Print the changes to the believed machine, as lines of its file
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) changes: bool,
+    /// Change the dataset's machine file, and keep a copy beside it as .bak; comments stay
     #[arg(long, conflicts_with = "json")]
     pub(crate) apply: bool,
     /// Print the diagnosis as JSON
@@ -30,7 +35,7 @@ pub(crate) struct Diagnose {
     pub(crate) json: bool,
 }
 
-/// How long a diagnosis may take; none for as long as it takes.
+/// How long a diagnosis may take; `None` if it may take any time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BudgetTime(pub(crate) Option<Duration>);
 
@@ -63,18 +68,19 @@ pub(crate) enum Blind {
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  \
     feeler blind make --cases 240 --seed 7 --out blind\n  \
-    feeler blind make --wild --cases 200 --seed 3 --out wild      slow motion, much friction, a measured command\n\n\
-    About four of twelve cases are no single effect of the library: nothing, two effects, or one of no library;\n\
-    of wild cases eleven of twenty.")]
+    feeler blind make --wild --cases 200 --seed 3 --out wild    recorded like real machines\n\n\
+    In about four of twelve cases not exactly one effect of the library is hidden: nothing, two effects, or \
+    an \
+    effect outside the library. Of wild cases it is eleven of twenty.")]
 pub(crate) struct BlindMake {
-    /// How many
+    /// Number of cases
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub(crate) cases: u32,
     /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// Record them as real machines are recorded: slow motion, friction up to most of the command, noise on
-    /// the command, coarse encoders, lost rows
+    /// Record like real machines: slow motion, much friction, noise on the command, coarse encoders, lost
+    /// rows
     #[arg(long)]
     pub(crate) wild: bool,
     /// Folder for the cases, made if absent
@@ -84,9 +90,11 @@ pub(crate) struct BlindMake {
 
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  \
-    feeler blind run blind                           stopped and started again it goes on where it was\n  \
-    feeler blind run others --answers answers        datasets from elsewhere: any folder of dataset folders\n\n\
-    Every case leaves answer.json, which is scored, and diagnosis.json; a case that has an answer.json is not run again.")]
+    feeler blind run blind                           can be stopped and started again\n  \
+    feeler blind run others --answers answers        datasets from elsewhere: any folder of dataset \
+    folders\n\n\
+    Every case leaves diagnosis.json and answer.json, which is scored. A case with an answer.json is not run \
+    again.")]
 pub(crate) struct BlindRun {
     /// Folder that `feeler blind make` has filled, or any folder of dataset folders
     #[arg(value_hint = ValueHint::DirPath)]
@@ -94,7 +102,7 @@ pub(crate) struct BlindRun {
     /// Folder for the answers, made if absent [default: answers in FOLDER]
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     pub(crate) answers: Option<PathBuf>,
-    /// Keep the last check experiment of each dataset from the diagnosis, where no others were held back
+    /// Hide the last check experiment of each dataset from the diagnosis, if no others were held back
     #[arg(long)]
     pub(crate) hold_back: bool,
 }
@@ -122,8 +130,8 @@ pub(crate) struct BlindScore {
 #[derive(Args, Debug)]
 #[command(after_help = "Example:\n  \
     feeler replay out/bench/machine.toml other-records --out replayed\n\n\
-    Writes into the output folder: one CSV per experiment with the predicted columns under their own names (started from the\n\
-    first row, then never corrected), and replay.json with the errors.")]
+    Writes one CSV per experiment with the predicted columns under their own names, and replay.json with the \
+    errors. A prediction starts from the first row and is never corrected.")]
 pub(crate) struct Replay {
     /// Machine file (TOML)
     #[arg(value_hint = ValueHint::FilePath)]

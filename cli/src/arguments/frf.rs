@@ -10,12 +10,14 @@ use feeler_studies::frf::{self, NoiseEstimator, Request};
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:\n  \
-    feeler frf scenario.toml --clamped                                   white noise, as in the paper\n  \
-    feeler frf scenario.toml --excitation multisine --realisations 6     noise and nonlinear distortion told apart\n  \
-    feeler frf scenario.toml --estimator hv --segment 4 --out out/frf    report.html, frf.csv and frf.json\n  \
-    feeler frf measured/ --experiment clamped-1.csv --output force_n     from the records of a dataset\n\n\
-    Of a dataset, --from, --to, --estimator, --segment, --period and --confidence apply; what makes an excitation applies to a machine alone.\n\
-    The linear response that is laid over the measured one has the hold and the sampling of the experiment in it.")]
+    feeler frf scenario.toml --clamped                          white noise, as in the paper\n  \
+    feeler frf scenario.toml --excitation multisine             separates noise and distortion\n  \
+    feeler frf scenario.toml --estimator hv --segment 4 --out out/frf\n  \
+    feeler frf measured/ --experiment clamped-1.csv --output force_n     records of a dataset\n\n\
+    For a dataset, --from, --to, --estimator, --segment, --period and --confidence apply. Options that make \
+    an \
+    excitation apply to a machine only. The linear response includes the hold and the sampling of the \
+    experiment.")]
 pub(crate) struct Frf {
     /// Scenario file (TOML), or a dataset's folder or dataset.toml
     #[arg(value_name = "FILE|DATASET", value_hint = ValueHint::AnyPath)]
@@ -31,8 +33,7 @@ pub(crate) struct Frf {
     /// and noise included]
     #[arg(long, value_name = "SIGNAL")]
     pub(crate) output: Option<String>,
-    /// Excitation; of a dataset, what it was excited with [default: white-noise; of a dataset, recognised
-    /// from its command]
+    /// Excitation, or that of a dataset [default: white-noise; for a dataset, recognised from its command]
     #[arg(long, value_enum)]
     pub(crate) excitation: Option<ExcitationKind>,
     /// Estimator, for noise and for a dataset's chirp [default: local-polynomial; of a dataset, by how its
@@ -77,10 +78,10 @@ pub(crate) struct Frf {
     /// Seed of excitation and noise [default: that of the file]
     #[arg(long, value_name = "N")]
     pub(crate) seed: Option<u64>,
-    /// Take every contact as attached
+    /// Attach every contact
     #[arg(long, conflicts_with = "free")]
     pub(crate) clamped: bool,
-    /// Take every contact as absent
+    /// Remove every contact
     #[arg(long)]
     pub(crate) free: bool,
     /// Confidence of the bands
@@ -102,7 +103,7 @@ pub(crate) struct Frf {
 pub(crate) enum ExcitationKind {
     /// Band-limited Gaussian noise, as in the paper
     WhiteNoise,
-    /// Multisines of random phase: noise and nonlinear distortion are told apart
+    /// Multisines of random phase, which separate noise and nonlinear distortion
     Multisine,
     /// A linear chirp and silence after it
     Chirp,
@@ -113,7 +114,7 @@ pub(crate) enum ExcitationKind {
 /// How records of noise become a response.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum EstimatorKind {
-    /// Polynomials through neighbouring lines of the whole record: leakage is taken away
+    /// Polynomials through neighbouring lines of the whole record: removes leakage
     LocalPolynomial,
     /// Averaged: unbiased by noise on the output
     H1,

@@ -9,35 +9,37 @@ use clap::{ArgGroup, Args, ValueHint};
     group(ArgGroup::new("place").required(true).args(["pose", "at"])),
     after_help = "Examples:\n  \
     feeler reduce scenarios/arms/six-joint.toml --at 0.6,0.1,0.1 --normal 0,0,-1 --out axis.toml\n  \
-    feeler analyze axis.toml --out out/axis        what linear theory says of the arm along that normal\n  \
+    feeler analyze axis.toml --out out/axis        linear theory of the arm along that normal\n  \
     feeler reduce arm.toml --pose '0,-40 deg,95 deg,35 deg,0,0' --normal 0,0,-1 --hold\n  \
     feeler reduce arm.toml --at 0.6,0,0.1 --normal 0,0,-1 --map 0.4,0.9,6,-0.4,0.4,5 --map-out map.html\n\n\
-    The axis has two masses with a spring between them, and agrees with the arm in mass and in how slow forces bend it. Where its mode or\n\
-    phase crossover in contact is more than 1 % off the whole arm's, as where several modes share the bending, further bodies on springs\n\
-    stand beside the motor, or between motor and tool, as few as do. What is printed with it holds it against the whole arm in contact,\n\
-    and warns where either is more than 5 % off.\n\
-    Gravity is taken as compensated. The force bandwidth is the arm's: of\n\
-    integral control of the contact's spring force with a gain margin of 2, sampled at 1 kHz, with motor damping of 2 * 0.7 * omega * M,\n\
-    omega the contact mode and M the mass when nothing bends."
+    The axis has two masses and a spring. It agrees with the arm in mass and in bending under slow forces. \
+    If its \
+    contact mode or phase crossover is too far from the arm's, further bodies stand beside the motor, or \
+    between \
+    motor and tool. The printed table compares axis and arm, with a warning beyond 5 %. Gravity counts as \
+    compensated.\n\n\
+    The force bandwidth is that of the arm under integral control of the contact's spring force, with a gain \
+    margin of 2, sampled at 1 kHz. The motor damping is 2 * 0.7 * omega * M, with omega the contact mode \
+    and M \
+    the mass when nothing bends."
 )]
 pub(crate) struct Reduce {
     /// Arm file (TOML): a URDF and the drives of its joints
     #[arg(value_name = "ARM", value_hint = ValueHint::FilePath)]
     pub(crate) arm: PathBuf,
-    /// Joint positions from the base on, in rad or as in '35 deg' (m for joints that slide)
+    /// Joint positions from the base on, in rad or as '35 deg' (in m for sliding joints)
     #[arg(long, value_name = "Q1,Q2,...", value_delimiter = ',', value_parser = angle, allow_negative_numbers = true, allow_hyphen_values = true)]
     pub(crate) pose: Vec<f64>,
-    /// Place of the tool in the base's frame, m; its x axis is turned along the normal
+    /// Position of the tool in the base's frame, m; its x axis points along the normal
     #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
     pub(crate) at: Vec<f64>,
     /// Contact normal in the base's frame, from the tool into the workpiece
     #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', required = true, allow_hyphen_values = true)]
     pub(crate) normal: Vec<f64>,
-    /// Position control holds the tool's other directions (else nothing does)
+    /// Hold the tool's other directions by position control [default: they are free]
     #[arg(long)]
     pub(crate) hold: bool,
-    /// Measure the whole arm as well: simulate it with a multisine on the drive, and hold the axis against
-    /// what is found
+    /// Also simulate the whole arm with a multisine on the drive, and compare the axis with the result
     #[arg(long)]
     pub(crate) measure: bool,
     /// Stiffness of force sensor and workpiece, N/m
@@ -49,11 +51,10 @@ pub(crate) struct Reduce {
     /// Machine file to write (TOML), which analyze, run, sweep and why take
     #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(crate) out: Option<PathBuf>,
-    /// Map of the force bandwidth over places of the tool at the height of this one: x from, to, how many, y
-    /// from, to, how many
+    /// Map of the force bandwidth over tool positions at this height: x from, to, count, y from, to, count
     #[arg(long, value_name = "X0,X1,NX,Y0,Y1,NY", value_delimiter = ',', allow_hyphen_values = true)]
     pub(crate) map: Vec<f64>,
-    /// Map to write: a table where the name ends in .csv, a page with drawings where it ends in .html
+    /// Map to write: a table (.csv) or a page with drawings (.html)
     #[arg(long, value_name = "FILE", requires = "map", value_hint = ValueHint::FilePath)]
     pub(crate) map_out: Option<PathBuf>,
     /// Print as JSON

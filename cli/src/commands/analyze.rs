@@ -39,6 +39,7 @@ pub(crate) fn run(arguments: &Analyze) -> crate::Result<()> {
         view: View { contact, ..View::default() },
         sensitivities: true,
         workers: ALL_PROCESSORS,
+        ..Request::default()
     };
     let busy = Busy::new("analysing, with every mass, stiffness and damping a little more and less");
     let report =
@@ -73,7 +74,7 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> cr
         ),
         AnalysisError::Lti(LtiError::AtPole { .. }) => BadInput::error(
             format!("{}: {error}", arguments.file.display()),
-            "nothing holds the machine about this operating point: try --clamped, or --preload with a force",
+            "nothing holds the machine at this operating point: try --clamped, or --preload with a force",
         ),
         AnalysisError::Rates { .. } => {
             let periods = document.scenario.controllers.iter().map(|(name, used)| {
@@ -86,7 +87,8 @@ fn refused(arguments: &Analyze, document: &Document, error: AnalysisError) -> cr
         }
         AnalysisError::LongDelay { .. } => BadInput::error(
             format!("{}: {error}{}", arguments.file.display(), delays(&document.scenario)),
-            "each is a state of the loop: shorten the delay, or lengthen the period; up to 2000 samples are taken where they are those of a controller of one \
+            "each is a state of the loop: shorten the delay, or lengthen the period; up to 2000 samples are \
+             taken where they are those of a controller of one \
              rate, of its drive, or of the only sensor that it reads",
         ),
         AnalysisError::Engine(EngineError::Problems { problems }) => {
@@ -115,7 +117,12 @@ fn delays(scenario: &Scenario) -> String {
 }
 
 fn text(report: &Report) -> String {
-    let mut parts = vec![pages::analyze::subject(report), roots(report)];
+    let mut parts: Vec<String> = pages::analyze::as_set(report).into_iter().collect();
+    parts.extend([
+        pages::analyze::sentences(report).join("\n"),
+        pages::analyze::subject(report),
+        roots(report),
+    ]);
     if !report.modes.is_empty() {
         let rows = report.modes.iter().map(|mode| {
             let class = if mode.rigid_body { "rigid body" } else { pages::analyze::class_name(mode.class) }
@@ -150,10 +157,10 @@ fn text(report: &Report) -> String {
         let header = [
             "loop",
             "from",
-            "swings there (Hz)",
+            "oscillates there (Hz)",
             "like the mode (Hz)",
             "to",
-            "swings there (Hz)",
+            "oscillates there (Hz)",
             "like the mode (Hz)",
         ];
         let of = report
@@ -197,7 +204,6 @@ fn text(report: &Report) -> String {
     if let Some(limit) = report.limit().and_then(|limit| serde_json::to_value(limit).ok()) {
         parts.push(format!("limited by: {}", limit.as_str().unwrap_or_default()));
     }
-    parts.push(pages::analyze::sentences(report).join("\n"));
     parts.join("\n\n")
 }
 

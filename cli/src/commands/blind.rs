@@ -10,10 +10,9 @@ use feeler_diagnosis::blind::{
     unseal,
 };
 use feeler_diagnosis::dataset::Dataset;
-use feeler_diagnosis::replay::replay;
+use feeler_diagnosis::replay::free_runs;
 use feeler_diagnosis::report::Diagnosis;
 use feeler_diagnosis::{DiagnosisError, closing, diagnose};
-use feeler_plant::description::Machine;
 use feeler_plant::effects::find;
 use rayon::prelude::*;
 
@@ -28,8 +27,6 @@ use crate::{pages, terminal};
 const ANSWERS: &str = "answers";
 /// What is scored of an answer.
 const ANSWER: &str = "answer.json";
-/// Relative error that stands for all larger ones, and for runs that diverge.
-const MOST_ERROR: f64 = 1e6;
 
 pub(crate) fn run(arguments: &Blind) -> crate::Result<()> {
     match arguments {
@@ -136,7 +133,7 @@ fn answer(arguments: &BlindRun, case: &Path, name: &str) -> Result<(Answered, Di
     let wall_s = begun.elapsed().as_secs_f64();
     let closed_held_back = (held.as_ref())
         .and_then(|held| closing(held, &diagnosis.calibrated, &diagnosis.machine, &diagnosis.noise));
-    let free_run = free_run(held.as_ref().unwrap_or(&dataset), &diagnosis.machine);
+    let free_run = free_runs(held.as_ref().unwrap_or(&dataset), &diagnosis.machine);
     let effects = diagnosis.effects.iter().map(|effect| AnsweredEffect {
         kind: effect.kind.to_string(),
         accepted: effect.accepted,
@@ -167,19 +164,6 @@ fn answer(arguments: &BlindRun, case: &Path, name: &str) -> Result<(Answered, Di
         wall_s,
     };
     Ok((answered, diagnosis))
-}
-
-/// Error of free runs from the first row over the scale of each column, by the machine as believed and as
-/// repaired: root mean square over the check experiments; `None` where the believed machine does not run.
-fn free_run(dataset: &Dataset, repaired: &Machine) -> Option<[f64; 2]> {
-    let error = |machine: &Machine| {
-        let runs = replay(machine, dataset).ok()?;
-        let errors = runs.iter().filter(|run| run.is_check).flat_map(|run| &run.errors);
-        let finite: Vec<f64> = errors.map(|error| error.relative.min(MOST_ERROR)).collect();
-        let mean_square = finite.iter().map(|error| error * error).sum::<f64>() / finite.len() as f64;
-        (!finite.is_empty()).then(|| mean_square.sqrt())
-    };
-    Some([error(&dataset.machine)?, error(repaired).unwrap_or(MOST_ERROR)])
 }
 
 fn score_cases(arguments: &BlindScore) -> crate::Result<()> {

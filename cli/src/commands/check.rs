@@ -7,6 +7,7 @@ use feeler_diagnosis::dataset::{Dataset, Fault, in_words};
 use feeler_engine::{EngineError, Program};
 use feeler_files::{ArmFile, CellFile, DatasetFile, Draft, FormatError, SweepFile, read_text};
 use feeler_problem::{Problem, Remedy};
+use feeler_studies::doubts;
 use serde_json::{Value, json};
 
 use crate::arguments::Check;
@@ -39,11 +40,13 @@ struct Sound {
     about: String,
     /// What of its records needs an assumption.
     warnings: Vec<Fault>,
+    /// What of its numbers is doubtful.
+    doubts: Vec<Problem>,
 }
 
 impl From<String> for Sound {
     fn from(about: String) -> Self {
-        Self { about, warnings: Vec::new() }
+        Self { about, warnings: Vec::new(), doubts: Vec::new() }
     }
 }
 
@@ -63,6 +66,12 @@ pub(crate) fn run(arguments: &Check) -> crate::Result<()> {
                 in_words(&sound.warnings)
                     .iter()
                     .try_for_each(|warning| terminal::print(&format!("    warning: {warning}")))?;
+                sound.doubts.iter().try_for_each(|doubt| {
+                    terminal::print(&format!(
+                        "    warning: {}: {}; {}",
+                        doubt.key, doubt.message, doubt.remedy
+                    ))
+                })?;
             }
             Err(mistakes) => terminal::complain(&mistakes.error().report(terminal::has_colours())),
         }
@@ -82,7 +91,7 @@ fn check(path: &Path) -> Result<Sound, Mistakes> {
         let experiments = count(dataset.experiments.len(), "experiment", "experiments");
         let about =
             format!("dataset of {experiments}, {}", count(dataset.columns.len(), "column", "columns"));
-        return Ok(Sound { about, warnings });
+        return Ok(Sound { about, warnings, doubts: Vec::new() });
     }
     let text = read_text(path).map_err(Mistakes::Format)?;
     if has_line(&text, "urdf") {
@@ -117,7 +126,8 @@ fn check(path: &Path) -> Result<Sound, Mistakes> {
         count(machine.contacts.len(), "contact", "contacts"),
         count(document.scenario.controllers.len(), "controller", "controllers"),
     ];
-    Ok(format!("scenario `{}` with {}", machine.name, parts.join(", ")).into())
+    let about = format!("scenario `{}` with {}", machine.name, parts.join(", "));
+    Ok(Sound { about, warnings: Vec::new(), doubts: doubts(&document.scenario) })
 }
 
 /// The series of a dataset: what no assumption can repair is a mistake, what a diagnosis would assume a
@@ -138,8 +148,9 @@ fn has_line(text: &str, beginning: &str) -> bool {
 fn as_json(path: &Path, result: &Result<Sound, Mistakes>) -> Value {
     let file = path.display().to_string();
     match result {
-        Ok(Sound { about, warnings }) => {
-            let warnings: Vec<Value> = warnings.iter().map(problem).collect();
+        Ok(Sound { about, warnings, doubts }) => {
+            let doubt = |found: &Problem| json!({ "key": found.key, "message": found.message, "remedy": found.remedy });
+            let warnings: Vec<Value> = warnings.iter().map(problem).chain(doubts.iter().map(doubt)).collect();
             json!({ "file": file, "ok": true, "about": about, "problems": [], "warnings": warnings })
         }
         Err(Mistakes::Format(error)) => {

@@ -1,11 +1,12 @@
 //! `feeler diagnose`.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use feeler_diagnosis::dataset::{Dataset, Record};
-use feeler_diagnosis::report::NextExperiment;
+use feeler_diagnosis::difference::Difference;
 use feeler_diagnosis::{Budget, Examination};
-use feeler_files::machine_to_toml;
+use feeler_files::{Commands, DatasetFile, Document, Edit, driven_to_toml, machine_to_toml, samples_csv};
 
 use crate::arguments::Diagnose;
 use crate::numbers::{fine_percent, percent};
@@ -29,23 +30,26 @@ pub(crate) fn run(arguments: &Diagnose) -> crate::Result<()> {
     steps.done();
     let answer = answer?;
     let json = terminal::json(&answer.diagnosis)? + "\n";
-    let machine = machine_file(&answer);
+    let (machine, commands) = machine_file(&answer);
     let mut files = vec![
         ("diagnosis.json", json.clone()),
         ("report.html", diagnosis::page(&answer)),
-        ("machine.toml", machine.text),
+        ("machine.toml", machine),
     ];
-    files.extend(machine.commands.iter().map(|(name, text)| (name.as_str(), text.clone())));
+    files.extend(commands.iter().map(|(name, text)| (name.as_str(), text.clone())));
     if let Some(next) = &answer.diagnosis.next_experiment {
-        files.push(("next-experiment.csv", excitation(next)));
+        files.push(("next-experiment.csv", samples_csv(next.spacing_s, &next.command)));
     }
     let written = terminal::write_all(&folder, &files)?;
     if arguments.json {
         return terminal::print(&json);
     }
     let mut said = summary(&answer);
-    if arguments.apply {
+    if arguments.changes {
         let _ = write!(said, "\n\n{}", change(&answer));
+    }
+    if arguments.apply {
+        let _ = write!(said, "\n\n{}", apply(&arguments.dataset, &answer.difference)?);
     }
     terminal::print(&format!("{said}{written}"))
 }
@@ -109,57 +113,47 @@ fn change(answer: &Examination) -> String {
     format!("# what to change in the believed machine\n{}", answer.difference.to_string().trim_end())
 }
 
-/// A machine file with what it reads.
-struct MachineFile {
-    text: String,
-    /// Names and contents of the command files.
-    commands: Vec<(String, String)>,
+/// Changes the machine file of a dataset, and says where what it was is kept.
+fn apply(dataset: &Path, difference: &Difference) -> crate::Result<String> {
+    let path = DatasetFile::load(dataset)?.machine_path;
+    if difference.is_empty() {
+        return Ok(format!("nothing to change in {}", path.display()));
+    }
+    let changed =
+        difference.changed.iter().map(|changed| Edit { key: changed.key.clone(), value: changed.new });
+    let added = difference.added.iter().flat_map(|added| {
+        let key = &added.key;
+        added
+            .parameters
+            .iter()
+            .map(move |(name, value, _)| Edit { key: format!("{key}.{name}"), value: *value })
+    });
+    let text = Document::load(&path)?.edited(&changed.chain(added).collect::<Vec<_>>())?;
+    let backup = terminal::rewrite(&path, &text).map_err(|error| BadInput::unwritable(&path, &error))?;
+    Ok(format!("changed {}; what it was is in {}", path.display(), backup.display()))
 }
 
-/// The repaired machine, driven with the commands of a check experiment, so that it runs as it is.
-fn machine_file(answer: &Examination) -> MachineFile {
+/// The repaired machine, driven with the commands of a check experiment, so that it runs as it is: the text
+/// of its file, and names and texts of the files that it reads.
+fn machine_file(answer: &Examination) -> (String, Vec<(String, String)>) {
     let (dataset, machine) = (&answer.dataset, &answer.diagnosis.machine);
-    let mut file = MachineFile { text: machine_to_toml(machine), commands: Vec::new() };
     let own = machine.contacts.values().next().map(|contact| contact.engagement);
     let is_own = |record: &&Record| {
         record.is_check && record.engagement.is_none_or(|engagement| Some(engagement) == own)
     };
     let shown = dataset.records.iter().find(is_own).or(dataset.records.iter().find(|record| record.is_check));
-    let Some(record) = shown.or(dataset.records.first()) else { return file };
-    let _ = write!(
-        file.text,
-        "\n# The commands of {}; replace these tables by a controller of your own.\n",
-        record.name
-    );
-    for ((drive, column), command) in dataset.drives.iter().zip(&record.commands) {
-        let Some((drive, _)) = machine.actuators.get_index(*drive) else { continue };
-        let (name, period) = (format!("{column}.csv"), record.spacing_s);
-        let _ = write!(
-            file.text,
-            "[controllers.recorded-{drive}]\nlaw = \"open-loop\"\ndrives = \"{drive}\"\nperiod = {period:?}\nreference = {{ kind = \"file\", file = \"{name}\" }}\n\n"
-        );
-        file.commands.push((name, series(record.spacing_s, command)));
-    }
-    let duration = record.spacing_s * record.len() as f64;
-    let rate = 1.0 / record.spacing_s;
-    let _ = write!(file.text, "[run]\nduration = {duration:?}\nrecord_rate = {rate:?}\n");
-    file
-}
-
-fn excitation(next: &NextExperiment) -> String {
-    series(next.spacing_s, &next.command)
-}
-
-/// An excitation file: `t_s,value`.
-fn series(spacing_s: f64, values: &[f64]) -> String {
-    let mut text = String::from("t_s,value\n");
-    for (k, value) in values.iter().enumerate() {
-        let _ = writeln!(text, "{},{value}", plain_time(k as f64 * spacing_s));
-    }
-    text
-}
-
-/// A time stamp to the nanosecond.
-fn plain_time(t_s: f64) -> f64 {
-    (t_s * 1e9).round() * 1e-9
+    let Some(record) = shown.or(dataset.records.first()) else {
+        return (machine_to_toml(machine), Vec::new());
+    };
+    let columns = dataset.drives.iter().zip(&record.commands);
+    driven_to_toml(
+        machine,
+        &Commands {
+            experiment: &record.name,
+            spacing_s: record.spacing_s,
+            columns: columns
+                .map(|((drive, column), values)| (*drive, column.as_str(), &values[..]))
+                .collect(),
+        },
+    )
 }

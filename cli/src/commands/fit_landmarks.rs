@@ -15,10 +15,12 @@ use crate::terminal::failure::BadInput;
 use crate::terminal::table;
 
 /// What a written machine says of itself first.
-const NOT_THE_ROBOT: &str = "# A chain with the landmarks of the measured robot (Eppinger and Seering 1992, Figs. 15 to 17), made by `feeler fit-landmarks`.\n\
+const NOT_THE_ROBOT: &str = "# A chain with the landmarks of the measured robot (Eppinger and Seering 1992, \
+                             Figs. 15 to 17), made by `feeler fit-landmarks`.\n\
                              # These are not the robot's parameters, which were never published.\n";
 /// What the shares mean.
-const FREE: &str = "A share above zero says that the landmarks do not tell the parameter by itself. None of the masses, stiffnesses and dampings is told in \
+const FREE: &str = "A share above zero means that the landmarks do not determine the parameter by itself. \
+                    No mass, stiffness or damping is determined in \
                     its size: all of them together, times any factor, have the same landmarks.";
 /// Length of the simulated experiments that look for the landmarks, s.
 const EXPERIMENT_S: f64 = 60.0;
@@ -60,7 +62,8 @@ pub(crate) fn run(arguments: &FitLandmarks) -> crate::Result<()> {
     let written =
         arguments.out.as_ref().map_or_else(String::new, |path| format!("\n\nwrote\n  {}", path.display()));
     terminal::print(&format!(
-        "A chain of masses with the paper's measured landmarks. These are not the robot's parameters, which were never published.\n\n\
+        "A chain of masses with the paper's measured landmarks. These are not the robot's parameters, which \
+         were never published.\n\n\
          {}\n\n{landmarks}{missed}\n\n{}\n\n{FREE}{written}",
         attempts(&search, arguments.start.as_deref()),
         parameters(&search),
@@ -103,7 +106,8 @@ fn attempts(search: &StartSearch, file: Option<&Path>) -> String {
     let what = if file.is_some() {
         String::new()
     } else {
-        "Each start has the paper's four flexible resonances, its base at 12 Hz and a source that turns the phase at 28 Hz; what the landmarks do not say is guessed \
+        "Each start has the paper's four flexible resonances, its base at 12 Hz and a source that turns the \
+         phase at 28 Hz; what the landmarks do not say is guessed \
          (start 0: the middle of every range; the others draw). None knows of an earlier fit.\n"
             .to_owned()
     };

@@ -146,8 +146,8 @@ fn refuse_experiment(arguments: &Frf) -> crate::Result<()> {
     ];
     let Some((name, _)) = given.into_iter().find(|(_, given)| *given) else { return Ok(()) };
     Err(BadInput::error(
-        format!("{name} belongs to an experiment on the simulated machine, and this is a dataset"),
-        "leave it out, or name a machine file: of records that exist it can change nothing",
+        format!("{name} applies to a simulated experiment, and this is a dataset"),
+        "leave it out, or name a machine file",
     ))
 }
 

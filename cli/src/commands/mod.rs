@@ -3,12 +3,15 @@
 pub(crate) mod analyze;
 pub(crate) mod blind;
 pub(crate) mod check;
+pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod diagnose;
 pub(crate) mod effects;
 pub(crate) mod figures;
 pub(crate) mod fit_landmarks;
 pub(crate) mod frf;
+pub(crate) mod import;
+pub(crate) mod live;
 pub(crate) mod merge;
 pub(crate) mod new;
 mod operating_point;

@@ -31,7 +31,7 @@ pub(super) fn contact_view(
     if let Some(preload_n) = wanted_force_n(scenario) {
         let force = with_unit(preload_n, Units::of(&scenario.machine).force);
         let note = format!(
-            "{}; linearised at the last reference, {force} (--preload chooses another)",
+            "{}; linearised at the final reference, {force} (--preload chooses another)",
             words(dependence)
         );
         return Ok((ContactView::Pressed { preload_n }, Some(note)));
@@ -39,10 +39,11 @@ pub(super) fn contact_view(
     match dependence {
         Dependence::Vanishing => Err(BadInput::error(
             format!(
-                "{}: the contact has no stiffness without force, and no reference of the file is a force above zero",
+                "{}: the contact has no stiffness without force, and no reference of the file is a force \
+                 above zero",
                 arguments.file.display()
             ),
-            "name the force at which to look at it, as in --preload 30, or look at the machine without contact with --free",
+            "give the force with --preload, as in --preload 30, or analyse without contact with --free",
         )),
         Dependence::Contact => {
             let note = format!(

@@ -80,7 +80,8 @@ pub(crate) fn run(arguments: &Reduce) -> crate::Result<()> {
     if let Some(map) = &map {
         let _ = write!(
             text,
-            "\n\nForce bandwidth (Hz) of the arm under integral control with a gain margin of 2, by x (rows) and y of the tool in m:\n{}",
+            "\n\nForce bandwidth (Hz) of the arm under integral control with a gain margin of 2, by x \
+             (rows) and y of the tool in m:\n{}",
             chart(map)
         );
         text.push_str(&remarks(map));
@@ -164,7 +165,8 @@ fn contact(arguments: &Reduce) -> crate::Result<ToolContact> {
     let [k, c] = [arguments.contact_stiffness, arguments.contact_damping];
     if k > STIFFEST || c > MOST_DAMPED {
         let what = format!(
-            "a contact of {k} N/m and {c} N s/m is beyond what feeler reduces an arm on, {STIFFEST:.0e} N/m and {MOST_DAMPED:.0e} N s/m"
+            "a contact of {k} N/m and {c} N s/m exceeds the limits of {STIFFEST:.0e} N/m and \
+             {MOST_DAMPED:.0e} N s/m"
         );
         return Err(BadInput::error(
             what,
@@ -175,7 +177,7 @@ fn contact(arguments: &Reduce) -> crate::Result<ToolContact> {
         return Ok(ToolContact { stiffness_n_per_m: k, damping_n_s_per_m: c });
     }
     let remedy = "the stiffness must be above zero, the damping zero or above";
-    Err(BadInput::error(format!("a contact of {k} N/m and {c} N s/m makes no sense"), remedy))
+    Err(BadInput::error(format!("the contact has {k} N/m and {c} N s/m"), remedy))
 }
 
 fn grid(numbers: &[f64], z_m: f64) -> crate::Result<Grid> {
@@ -238,7 +240,7 @@ fn figures(axis: &AxisFile, pose: &[f64], contact: ToolContact) -> String {
     let bodies = if one.branches.is_empty() {
         ""
     } else {
-        "\nfurther bodies stand for modes that load the drive as well: with two masses alone these would be farther off"
+        "\nfurther bodies represent modes that also load the drive; two masses alone would be farther off"
     };
     let modes = one.modes.iter().map(|mode| {
         vec![
@@ -257,13 +259,15 @@ fn figures(axis: &AxisFile, pose: &[f64], contact: ToolContact) -> String {
     ];
     let meaning = format!(
         "\nphase crossover: of the whole contact force, its damper's too, without the drives' bandwidths\n\
-         stable kp and ki: of loops on the contact's spring force; ki with {} N s/m of motor damping (2 * 0.7 * contact mode * mass) from differenced encoder positions",
+         stable kp and ki: of loops on the contact's spring force; ki with {} N s/m of motor damping (2 * \
+         0.7 * contact mode * mass) from differenced encoder positions",
         plain(agreement.motor_damping_n_s_per_m)
     );
     let pose: Vec<String> = pose.iter().map(|x| format!("{x:.4}")).collect();
     let warning = distrust(one, &axis.agreement).map_or_else(String::new, |why| format!("\nwarning: {why}"));
     format!(
-        "pose {}\n\n{}\n\nmodes that bend joints, the tool free:\n{}\n\nwhole arm and this axis on {} N/m:\n{}{meaning}{bodies}{warning}",
+        "pose {}\n\n{}\n\nmodes that bend joints, the tool free:\n{}\n\nwhole arm and this axis on {} \
+         N/m:\n{}{meaning}{bodies}{warning}",
         pose.join(", "),
         table(&["along the normal", ""], &[1], rows),
         table(
@@ -388,7 +392,9 @@ fn page(arguments: &Reduce, name: &str, map: &[MapPoint]) -> String {
         "--contact-stiffness {} --contact-damping {}",
         arguments.contact_stiffness, arguments.contact_damping
     );
-    let command = |[x, y, z]: [f64; 3]| {
+    let command = |at: [f64; 3]| {
+        // A picometre says all but rounding.
+        let [x, y, z] = at.map(|v| (v * 1e12).round() / 1e12);
         format!("feeler reduce {arm} --at {x},{y},{z} --normal {normal} {contact}{hold} --out axis.toml")
     };
     pages::reduce::page(name, map, &command)

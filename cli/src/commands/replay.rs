@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 
 use feeler_diagnosis::dataset::{Dataset, in_words};
-use feeler_diagnosis::replay::{Replay, replay};
+use feeler_diagnosis::replay::replay;
 use feeler_files::Document;
 use serde_json::json;
 
@@ -29,7 +29,7 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
     let json = json!({ "dataset": dataset.name, "machine": machine.name, "warnings": warnings, "experiments": replays });
     let json = terminal::json(&json)? + "\n";
     let mut files: Vec<(String, String)> = vec![("replay.json".into(), json.clone())];
-    files.extend(replays.iter().map(|replay| (csv_name(&replay.experiment), series(&dataset, replay))));
+    files.extend(replays.iter().map(|replay| (replay.csv_name(), replay.csv(&dataset))));
     let files: Vec<(&str, String)> = files.iter().map(|(name, text)| (name.as_str(), text.clone())).collect();
     let written = terminal::write_all(&arguments.out, &files)?;
     if arguments.json {
@@ -59,35 +59,4 @@ pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
         let _ = write!(said, "\nwarning: {warning}");
     }
     terminal::print(&format!("{said}{written}"))
-}
-
-/// Predictions are CSV, whatever the experiment was.
-fn csv_name(experiment: &str) -> String {
-    let stem = experiment.rsplit_once('.').map_or(experiment, |(stem, _)| stem);
-    format!("{stem}.csv")
-}
-
-/// The predicted columns under their own names and time stamps; commands as they were.
-fn series(dataset: &Dataset, replay: &Replay) -> String {
-    let record = &dataset.records[replay.record];
-    let names = dataset
-        .drives
-        .iter()
-        .map(|(_, name)| name)
-        .chain(dataset.channels.iter().map(|channel| &channel.column));
-    let mut text = String::from("t_s");
-    for name in names {
-        text.push(',');
-        text.push_str(name);
-    }
-    text.push('\n');
-    for (k, t_s) in record.times_s.iter().enumerate() {
-        text.push_str(&t_s.to_string());
-        for column in record.commands.iter().chain(&replay.free) {
-            text.push(',');
-            text.push_str(&column[k].to_string());
-        }
-        text.push('\n');
-    }
-    text
 }

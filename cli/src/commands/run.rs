@@ -2,10 +2,11 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use feeler_engine::{EngineError, Integrator};
 use feeler_files::{Document, Draft, EXACT_PAYS_UP_TO_BODIES, longest_step_s};
-use feeler_studies::run::{self, RunError, RunResult, Summary, write_csv, write_parquet};
+use feeler_studies::run::{self, Outcome, RunError, RunResult, Summary, write_csv, write_parquet};
 
 use super::run_arm;
 use crate::arguments::Run;
@@ -16,16 +17,36 @@ use crate::terminal::table;
 use crate::units::Units;
 use crate::{pages, terminal, words};
 
+/// How often a watched file is looked at.
+const LOOK: Duration = Duration::from_millis(300);
+
 pub(crate) fn run(arguments: &Run) -> crate::Result<()> {
+    if !arguments.watch {
+        return once(arguments);
+    }
+    let changed = || fs::metadata(&arguments.file).and_then(|file| file.modified()).ok();
+    loop {
+        let before = changed();
+        // A mistake is told, and may be mended in the file.
+        if let Err(failure) = once(arguments) {
+            let _ = failure.report();
+        }
+        terminal::complain(&format!("watching {}; Ctrl-C ends it", arguments.file.display()));
+        while changed() == before {
+            std::thread::sleep(LOOK);
+        }
+    }
+}
+
+fn once(arguments: &Run) -> crate::Result<()> {
     let draft = read(arguments)?;
     if draft.has_arm() {
         return run_arm::run(arguments, draft);
     }
     let document = draft.build()?;
-    let folder = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| terminal::results::folder(&document.scenario.machine.name, "run"));
+    let folder = arguments.out.clone().unwrap_or_else(|| {
+        terminal::results::variant(&document.scenario.machine.name, &arguments.settings, "run")
+    });
     // Before the run, so that nobody waits for results that cannot be kept.
     fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
     let mut progress = Progress::new(document.scenario.machine.name.clone());
@@ -47,11 +68,22 @@ pub(crate) fn run(arguments: &Run) -> crate::Result<()> {
     let units = Units::of(&document.scenario.machine);
     let cost = word_on_cost(&document).unwrap_or_default();
     terminal::print(&format!(
-        "{}: {}\n\n{}\n{cost}\nwrote\n{files}",
+        "{}: {}\n\n{}\n{cost}\nwrote\n{files}\n\nnext: {}",
         summary.name,
         words::outcome(summary, units),
-        figures(summary, units)
+        figures(summary, units),
+        next(arguments, summary.outcome)
     ))
+}
+
+/// The command that tells more of what became of the run.
+fn next(arguments: &Run, outcome: Outcome) -> String {
+    let settings = arguments.settings.iter().map(|setting| format!(" --set {}", terminal::quoted(setting)));
+    let of_file = format!("{}{}", terminal::quoted_path(&arguments.file), settings.collect::<String>());
+    if outcome.is_sustained() || outcome == Outcome::Unstable {
+        return format!("feeler why {of_file}");
+    }
+    format!("feeler live {of_file}")
 }
 
 /// Which integrator was taken, and why, where the file names none and the exact one no longer pays.
@@ -121,12 +153,16 @@ fn write(
     Ok([Some(trace), csv, Some(summary), Some(report)].into_iter().flatten().collect())
 }
 
+/// Under which a trace holds its scenario with all that was set on the command line, on no other file.
+pub(super) const RESOLVED: &str = "feeler.resolved";
+
 /// What a trace says of where it comes from.
 fn about(document: &Document) -> Vec<(&'static str, String)> {
     let run = &document.scenario.run;
     vec![
         ("feeler.version", env!("CARGO_PKG_VERSION").to_owned()),
         ("feeler.scenario", document.text().to_owned()),
+        (RESOLVED, document.to_toml()),
         ("feeler.seed", run.seed.to_string()),
         ("feeler.integrator", moved_by(run.integrator).to_owned()),
     ]
@@ -162,7 +198,7 @@ fn figures(summary: &Summary, units: Units) -> String {
             response.overshoot.map_or_else(none, |share| (percent(share), "%".into())),
             reference,
         );
-        let within = || format!("to within {} for good", with_unit(response.band_n, units.force));
+        let within = || format!("to within {} until the end", with_unit(response.band_n, units.force));
         let band = words::rests_outside(summary, units).unwrap_or_else(within);
         row("settling time", response.settling_time_s.map_or_else(none, |time| split(time, "s")), band);
     }
@@ -178,7 +214,11 @@ fn figures(summary: &Summary, units: Units) -> String {
             split(oscillation.frequency_hz, "Hz"),
             format!("{} impacts per second", plain(oscillation.impacts_per_s)),
         );
-        row("chatter amplitude", split(oscillation.amplitude_n, units.force), "half of peak to peak".into());
+        row(
+            "chatter amplitude",
+            split(oscillation.amplitude_n, words::judged_unit(summary, units)),
+            "half of peak to peak".into(),
+        );
     }
     row("saturation", (percent(summary.saturation_share), "%".into()), "of the controller samples".into());
     if let Some(energy) = &summary.energy {

@@ -17,12 +17,15 @@ use crate::{pages, terminal, words};
 pub(crate) fn run(arguments: &Run, draft: Draft) -> crate::Result<()> {
     if arguments.as_sweep {
         return Err(BadInput::error(
-            "a whole arm is no variant of a sweep",
-            "run it without --as-sweep, or sweep the axis that `feeler reduce` makes of it",
+            "a whole arm cannot run as a variant of a sweep",
+            "run it without --as-sweep, or sweep the axis from `feeler reduce`",
         ));
     }
     let file = CellFile::build(draft)?;
-    let folder = arguments.out.clone().unwrap_or_else(|| terminal::results::folder(&file.name, "run"));
+    let folder = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| terminal::results::variant(&file.name, &arguments.settings, "run"));
     // Before the run, so that nobody waits for results that cannot be kept.
     fs::create_dir_all(&folder).map_err(|error| BadInput::unwritable(&folder, &error))?;
     let mut progress = Progress::new(file.name.clone());
@@ -91,7 +94,7 @@ fn figures(result: &CellRun, units: Units) -> String {
             response.overshoot.map_or_else(none, |share| (percent(share), "%".into())),
             reference,
         );
-        let within = || format!("to within {} for good", with_unit(response.band_n, "N"));
+        let within = || format!("to within {} until the end", with_unit(response.band_n, "N"));
         let band = words::rests_outside(figures, units).unwrap_or_else(within);
         row("settling time", response.settling_time_s.map_or_else(none, |time| split(time, "s")), band);
     }
@@ -114,11 +117,11 @@ fn figures(result: &CellRun, units: Units) -> String {
         (percent(figures.saturation_share), "%".into()),
         "of the time, some joint or the controller".into(),
     );
-    row("sideways", split(summary.sideways_m, "m"), "farthest that the tool was off its line".into());
+    row("sideways", split(summary.sideways_m, "m"), "largest sideways error of the tool".into());
     row(
         "joint events",
         (summary.joint_events.to_string(), String::new()),
-        "joints that stuck or broke loose, flanks that met or parted".into(),
+        "sticking, sliding and flank contact of joints".into(),
     );
     row(
         "simulated",

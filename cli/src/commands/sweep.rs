@@ -28,7 +28,8 @@ pub(crate) fn run(arguments: &Sweep) -> crate::Result<()> {
     let Some(path) = &result.table else {
         let shard = arguments.shard.map_or_else(String::new, |shard| format!(" of shard {shard}"));
         return terminal::print(&format!(
-            "{}{shard} done in {}\nwhen the other shards are done: feeler merge {folder}\nor, where each wrote into a folder of its own: feeler merge {folder} \
+            "{}{shard} done in {}\nwhen the other shards are done: feeler merge {folder}\nor, where each \
+             wrote into a folder of its own: feeler merge {folder} \
              OTHERS... --out FOLDER",
             count(result.progress.total as usize, "variant", "variants"),
             with_unit(wall_s, "s"),
@@ -63,14 +64,14 @@ fn told(sweep: &sweep::Sweep, result: &SweepResult, wall_s: f64) -> String {
     let progress = result.progress;
     let variants = count(progress.total as usize, "variant", "variants");
     let text = match (progress.done, progress.found) {
-        (0, _) => format!("{variants}, all found from an earlier call"),
+        (0, _) => format!("{variants}, all from an earlier call"),
         (done, 0) => {
             format!("{variants} in {}: {} per second", with_unit(wall_s, "s"), plain(done as f64 / wall_s))
         }
         (done, found) => {
             let rate = plain(done as f64 / wall_s);
             format!(
-                "{variants}: {found} found from an earlier call, {done} run in {} ({rate} per second)",
+                "{variants}: {found} from an earlier call, {done} run in {} ({rate} per second)",
                 with_unit(wall_s, "s")
             )
         }
@@ -82,7 +83,8 @@ fn told(sweep: &sweep::Sweep, result: &SweepResult, wall_s: f64) -> String {
             .passes
             .map_or_else(String::new, |passes| format!(" in {}", count(passes, "pass", "passes")));
         return format!(
-            "{text}\nedges located to {edges}{passes}; a grid as fine takes {grid} runs, of which this is {share} %{noise}"
+            "{text}\nedges located to {edges}{passes}; a grid as fine takes {grid} runs, of which this is \
+             {share} %{noise}"
         );
     }
     text

@@ -31,7 +31,7 @@ fn scenarios(arguments: &Validate) -> crate::Result<Option<PathBuf>> {
             let message = format!("no paper/machines in {}", arguments.scenarios.display());
             return Err(BadInput::error(message, "name the folder of the scenario files with --scenarios"));
         }
-        let what = "the checks from scenario files are left out";
+        let what = "checks of scenario files are skipped";
         terminal::complain(&format!("note: no paper/machines in {}; {what}", arguments.scenarios.display()));
     }
     Ok(folder)

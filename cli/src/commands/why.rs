@@ -1,12 +1,14 @@
 //! `feeler why`.
 
+use std::path::Path;
 use std::sync::Mutex;
 
-use feeler_files::Draft;
+use feeler_files::{Document, Draft, with_settings};
 use feeler_studies::why::{Change, Explanation, explain};
 
 use crate::arguments::Why;
-use crate::pages::why::{others, remedy_rows, trial_rows};
+use crate::pages::why::{others, remedy_rows, setting_rows, trial_rows};
+use crate::terminal::failure::BadInput;
 use crate::terminal::progress::Progress;
 use crate::terminal::table;
 use crate::units::Units;
@@ -14,8 +16,8 @@ use crate::{pages, terminal};
 
 /// What the last column of the table of runs is.
 const ABOUT_LIMIT: &str =
-    " limit/gain: the sampled loop in contact is stable up to so many times its gain, by linear theory";
-const ABOUT_NO_LIMIT: &str = " -: up to 50 times it at least, or linear theory has no answer";
+    " limit/gain: stability limit of the sampled loop in contact over its gain, by linear theory";
+const ABOUT_NO_LIMIT: &str = " -: 50 or more, or linear theory has no answer";
 
 pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
     let document = Draft::load_with(&arguments.file, &arguments.settings)?.build()?;
@@ -30,6 +32,9 @@ pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
     if let Ok(progress) = progress.into_inner() {
         progress.done();
     }
+    if let Some(number) = arguments.remedy {
+        return apply(arguments, &document, &found, number);
+    }
     let json = terminal::json(&found)?;
     let mut written = String::new();
     if let Some(folder) = &arguments.out {
@@ -43,6 +48,32 @@ pub(crate) fn run(arguments: &Why) -> crate::Result<()> {
     terminal::print(&format!("{}{}{written}", found.verdict, details(&found, units)))
 }
 
+/// Writes the file with a remedy, and with what was set on the command line.
+fn apply(arguments: &Why, document: &Document, found: &Explanation, number: usize) -> crate::Result<()> {
+    let Some(out) = &arguments.out else { return Ok(()) };
+    let settings = number.checked_sub(1).and_then(|i| found.remedies.get(i)).map(|remedy| &remedy.settings);
+    let Some(settings) = settings.filter(|settings| !settings.is_empty()) else {
+        let known: Vec<String> = setting_rows(found).into_iter().map(|mut row| row.swap_remove(0)).collect();
+        return Err(BadInput::error(
+            format!("{} has no remedy {number} that settings apply", arguments.file.display()),
+            if known.is_empty() {
+                "see `feeler why FILE`".into()
+            } else {
+                format!("try one of {}", known.join(", "))
+            },
+        ));
+    };
+    let folder =
+        |path: &Path| std::path::absolute(path).ok().and_then(|path| Some(path.parent()?.to_owned()));
+    let from = folder(&arguments.file).filter(|from| folder(out).as_ref() != Some(from));
+    let all: Vec<String> = arguments.settings.iter().chain(settings).cloned().collect();
+    let text = with_settings(document.text(), &all, from.as_deref())
+        .ok_or_else(|| crate::Failure::internal("the settings of a remedy do not fit the file"))?;
+    terminal::write(out, text.as_bytes())?;
+    Draft::load(out)?.build()?;
+    terminal::print(&format!("{}: {}", out.display(), settings.join("; ")))
+}
+
 fn details(found: &Explanation, units: Units) -> String {
     if !found.chatters {
         return String::new();
@@ -54,7 +85,7 @@ fn details(found: &Explanation, units: Units) -> String {
     );
     let others = match others(found) {
         rows if rows.is_empty() => String::new(),
-        rows => format!("\n\n{}", table(&["as small, and removes it too", "takes away"], &[], rows)),
+        rows => format!("\n\n{}", table(&["as small, also removes it", "takes away"], &[], rows)),
     };
     let all = std::iter::once(&found.baseline).chain(&found.singles);
     let unlimited = if all.clone().any(|trial| trial.applies && trial.gain_margin.is_none()) {
@@ -66,7 +97,11 @@ fn details(found: &Explanation, units: Units) -> String {
     let remedies = if remedies.is_empty() {
         "no remedy tried settles".into()
     } else {
-        table(&["remedies, cheapest first", "gain kept", "bandwidth", "cost"], &[1, 2, 3], remedies)
+        let settings = table(&["remedy", "what applies it"], &[], setting_rows(found));
+        let about = "feeler why FILE --try N --out FILE writes the file with remedy N";
+        let costs =
+            table(&["remedies, cheapest first", "gain kept", "bandwidth", "cost"], &[1, 2, 3], remedies);
+        format!("{costs}\n\n{settings}\n {about}")
     };
     format!("\n\n{trials}\n{ABOUT_LIMIT}{unlimited}{others}\n\n{remedies}")
 }

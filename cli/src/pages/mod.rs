@@ -3,8 +3,10 @@
 pub(crate) mod analyze;
 pub(crate) mod arm_run;
 pub(crate) mod blind;
+pub(crate) mod compare;
 pub(crate) mod diagnosis;
 pub(crate) mod frf;
+pub(crate) mod live;
 pub(crate) mod parts;
 pub(crate) mod reduce;
 pub(crate) mod run;

@@ -34,13 +34,15 @@ struct Field {
 const FIELDS: [Field; 4] = [
     Field {
         title: "Force bandwidth.",
-        caption: "The arm's: crossover of integral control of the contact's spring force, sampled at 1 kHz, at half the arm's largest stable gain, with motor damping of 2 * 0.7 * contact mode * mass. The axis's own is told under the pointer.",
+        caption: "The arm's: crossover of integral control of the contact's spring force, sampled at 1 kHz, \
+                  at half the arm's largest stable gain, with motor damping of 2 * 0.7 * contact mode * \
+                  mass. Point at a place to see the axis's own.",
         unit: "Hz",
         of: |found| found.agreement.force_bandwidth_hz[0],
     },
     Field {
         title: "Effective mass.",
-        caption: "What moves along the normal, motors included.",
+        caption: "Moving mass along the normal, motors included.",
         unit: "kg",
         of: |found| found.mass_kg,
     },
@@ -51,8 +53,9 @@ const FIELDS: [Field; 4] = [
         of: |found| found.stiffness_n_per_m,
     },
     Field {
-        title: "How far the axis is off the arm.",
-        caption: "The largest misfit of contact mode, phase crossover, stable kp and stable ki; places beyond 5 % are crossed out in every map.",
+        title: "Error of the axis.",
+        caption: "The largest misfit of contact mode, phase crossover, stable kp and stable ki; places \
+                  beyond 5 % are crossed out in every map.",
         unit: "%",
         of: |found| 100.0 * found.agreement.worst(),
     },
@@ -116,9 +119,12 @@ fn sentence(map: &[MapPoint], reached: &[(&MapPoint, &MapValues)]) -> String {
     };
     let doubtful = reached.iter().filter(|(_, found)| !found.agreement.is_trusted()).count();
     let doubts = match doubtful {
-        0 => " Everywhere the axis is within 5 % of the whole arm in contact mode, phase crossover, stable kp and stable ki.".to_owned(),
+        0 => " Everywhere the axis is within 5 % of the whole arm in contact mode, phase crossover, stable \
+              kp and stable ki."
+            .to_owned(),
         count => format!(
-            " At {count} of them the axis is more than 5 % off the whole arm in contact mode, phase crossover, stable kp or stable ki."
+            " At {count} of them the axis is more than 5 % off the whole arm in contact mode, phase \
+             crossover, stable kp or stable ki."
         ),
     };
     format!(
@@ -150,7 +156,8 @@ fn lacking(map: &[MapPoint]) -> String {
         .collect();
     if unstable > 0 {
         said.push(format!(
-            " At {unstable} of the places no ki is stable, as the damping of the motors alone is unstable at 1 kHz: there is no force bandwidth."
+            " At {unstable} of the places no ki is stable, as the damping of the motors alone is unstable \
+             at 1 kHz: there is no force bandwidth."
         ));
     }
     said.concat()
@@ -228,7 +235,8 @@ impl Grid {
             let (width, height) = (width + 0.15, height + 0.15);
             let _ = write!(
                 body,
-                "<rect x=\"{x}\" y=\"{y}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"{colour}\" shape-rendering=\"crispEdges\"/>"
+                "<rect x=\"{x}\" y=\"{y}\" width=\"{width:.2}\" height=\"{height:.2}\" fill=\"{colour}\" \
+                 shape-rendering=\"crispEdges\"/>"
             );
             if point.found.as_ref().is_ok_and(|found| !found.agreement.is_trusted()) {
                 let (right, bottom) = (x + width, y + height);

@@ -20,7 +20,7 @@ pub(crate) const BAD_INPUT: u8 = 2;
 pub(crate) const INTERNAL: u8 = 3;
 
 /// What is said of a mistake of the program.
-const REPORT_IT: &str = "this is a mistake of feeler itself; please report it with the file";
+const REPORT_IT: &str = "this is a bug in feeler; please report it with the file";
 
 /// What a command gives, or why it has nothing.
 pub(crate) type Result<T> = std::result::Result<T, Failure>;

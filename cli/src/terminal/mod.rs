@@ -73,6 +73,31 @@ pub(crate) fn write(path: &Path, content: &[u8]) -> crate::Result<()> {
     })
 }
 
+/// Replaces a file by a text, after a copy of it has been put beside it under the name that is given back.
+pub(crate) fn rewrite(path: &Path, text: &str) -> io::Result<PathBuf> {
+    let name = |number: usize| {
+        let mut name = path.file_name().unwrap_or_default().to_owned();
+        name.push(if number == 0 { ".bak".to_owned() } else { format!(".bak{number}") });
+        path.with_file_name(name)
+    };
+    let mut number = 0;
+    // A copy that is there already may be the only one of something.
+    let mut copy = loop {
+        match fs::OpenOptions::new().write(true).create_new(true).open(name(number)) {
+            Ok(copy) => break copy,
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => number += 1,
+            Err(error) => return Err(error),
+        }
+    };
+    copy.write_all(&fs::read(path)?)?;
+    copy.sync_all()?;
+    write_whole(path, &|error| error, |mut file| {
+        file.write_all(text.as_bytes())?;
+        Ok(file)
+    })?;
+    Ok(name(number))
+}
+
 /// A word of a command as a shell takes it.
 pub(crate) fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=+:@%".contains(c);

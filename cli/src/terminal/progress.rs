@@ -71,7 +71,7 @@ impl Drop for Busy {
 const LOG_EVERY: Duration = Duration::from_secs(30);
 
 /// Shows how far many runs have come, with their rate and an estimate: a bar on a terminal, a line now and
-/// then in a log. Told by any thread.
+/// then in a log. Any thread may report.
 pub(crate) struct Rate {
     label: String,
     started: Instant,
@@ -92,7 +92,7 @@ impl Rate {
     /// Notes that `done` runs were done, `found` were there before, and how many there are in all.
     pub(crate) fn at(&self, done: u64, found: u64, total: u64) {
         let elapsed = self.started.elapsed();
-        // Whoever finds it locked leaves the news to the next.
+        // Whoever finds it locked leaves the update to the next.
         let Ok(mut shown) = self.shown.try_lock() else { return };
         if done == 0 || elapsed < PATIENCE {
             return;

@@ -5,9 +5,26 @@ use std::path::{Path, PathBuf};
 /// Results go under this folder unless another is named.
 const RESULTS: &str = "out";
 
+/// Letters of a folder's name at most.
+const LONGEST: usize = 120;
+
 /// `out/NAME` for what is called `name`.
 pub(crate) fn folder(name: &str, otherwise: &str) -> PathBuf {
     Path::new(RESULTS).join(safe_name(name, otherwise))
+}
+
+/// `out/NAME,kp=0.4` for what is called `name` with some keys set on the command line. What was run without
+/// them stays.
+pub(crate) fn variant(name: &str, settings: &[String], otherwise: &str) -> PathBuf {
+    let short = |setting: &String| {
+        let (key, value) = setting.split_once('=').unwrap_or((setting, ""));
+        format!("{}={}", key.trim().rsplit('.').next().unwrap_or(key), value.trim())
+    };
+    let words: Vec<String> = std::iter::once(name.to_owned()).chain(settings.iter().map(short)).collect();
+    let safe = |c: char| if c.is_alphanumeric() || "-_.,=".contains(c) { c } else { '-' };
+    let folder: String = words.join(",").chars().map(safe).take(LONGEST).collect();
+    let folder = folder.trim_matches('.');
+    Path::new(RESULTS).join(if folder.is_empty() { otherwise } else { folder })
 }
 
 /// A name that every file system takes and that leads nowhere else; `otherwise` where nothing of it is left.
@@ -33,5 +50,19 @@ mod tests {
         ] {
             assert_eq!(folder(name, "run"), Path::new(RESULTS).join(expected));
         }
+    }
+
+    #[test]
+    fn truth_a_variant_has_a_folder_of_its_own() {
+        let of = |settings: &[&str]| {
+            let settings: Vec<String> = settings.iter().map(|s| (*s).to_owned()).collect();
+            variant("press", &settings, "run")
+        };
+        assert_eq!(of(&[]), folder("press", "run"));
+        assert_eq!(
+            of(&["controllers.force.kp=0.4", "contacts.tool.gap=5 mm"]),
+            Path::new("out/press,kp=0.4,gap=5-mm")
+        );
+        assert_eq!(of(&["a=../../b"]), Path::new("out/press,a=..-..-b"));
     }
 }

@@ -68,7 +68,7 @@ fn records() -> Bench {
 #[test]
 fn truth_what_sticks_is_found_and_the_answer_is_used_at_once() {
     let bench = records();
-    let said = bench.feeler(&["diagnose", "cases/records", "--out", "answer", "--apply"]);
+    let said = bench.feeler(&["diagnose", "cases/records", "--out", "answer", "--changes"]);
     assert_eq!(said.code, DONE, "{}", said.err);
     assert!(
         said.out.starts_with("records: ")

@@ -33,7 +33,20 @@ fn truth_every_template_passes_the_check_and_none_is_overwritten() {
     let list = bench.feeler(&["new", "--list"]).out;
     let names: Vec<&str> = list.lines().skip(1).filter_map(|line| line.split_whitespace().next()).collect();
     assert!(names.contains(&"chatter"));
-    for name in names {
+    let (folders, files): (Vec<_>, Vec<_>) = names
+        .into_iter()
+        .filter(|name| *name != "arm")
+        .partition(|name| bench.feeler(&["new", name]).code != DONE);
+    for name in folders {
+        assert_eq!(bench.feeler(&["new", name, "--out", name]).code, DONE);
+        let said = bench.feeler(&["check", &format!("{name}/{name}.toml")]);
+        assert_eq!(said.code, DONE, "{}", said.err);
+    }
+    let arm = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/arms/six-joint.urdf");
+    assert_eq!(bench.feeler(&["new", "arm", "--urdf", arm, "--out", "arm.toml"]).code, DONE);
+    let said = bench.feeler(&["check", "arm.toml"]);
+    assert_eq!(said.code, DONE, "{}", said.err);
+    for name in files {
         let file = format!("{name}.toml");
         assert_eq!(bench.feeler(&["new", name, "--out", &file]).code, DONE);
         let said = bench.feeler(&["check", &file]);

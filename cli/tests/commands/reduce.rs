@@ -71,7 +71,7 @@ fn truth_an_arm_becomes_a_machine_that_other_commands_take() {
         (vec!["--at", "0.65,0.1,0.1", "--normal", "0,0,nan"], "--normal has a number that is not finite"),
         (
             vec!["--at", "0.65,0.1,0.1", "--normal", "0,0,-1", "--contact-stiffness", "1e15"],
-            "beyond what feeler reduces an arm on",
+            "exceeds the limits of",
         ),
         (vec!["--at", "3,0,0", "--normal", "0,0,-1"], "no pose within the joint limits brings the tool to"),
     ] {

@@ -146,7 +146,7 @@ fn truth_chatter_is_told_in_words() {
         "controllers.force.ki=0",
     ]);
     assert!(said.out.starts_with("chatter: The tool chatters at "), "{}", said.out);
-    let summary = summary(&bench, "out/chatter");
+    let summary = summary(&bench, "out/chatter,kp=1.0,ki=0");
     assert_eq!(summary["outcome"], "chatter");
     let oscillation = &summary["oscillation"];
     assert!(oscillation["frequency_hz"].as_f64().unwrap() > 1.0);
@@ -205,7 +205,8 @@ fn truth_a_folder_that_cannot_be_made_is_one_clear_error() {
     assert_eq!(said.code, BAD_INPUT);
     assert_eq!(
         said.err,
-        "error: cannot write taken/inside: taken is a file, not a folder\n  help: name another folder with --out\n"
+        "error: cannot write taken/inside: taken is a file, not a folder\n  help: name another folder with \
+         --out\n"
     );
     let said = bench.feeler(&["run", "press.toml", "--out", "taken"]);
     assert!(
@@ -252,8 +253,10 @@ fn truth_another_engine_moves_the_bodies_and_agrees() {
 #[test]
 fn regress_a_body_that_becomes_too_fast_for_rapier_is_no_instability() {
     let bench = Bench::new();
-    let turning = "axis = \"rotational\"\n[bodies.tip]\nmass = \"0.001 kg m2\"\n[springs.guide]\nbetween = [\"ground\", \"tip\"]\n\
-        damping = \"0.005 N m s/rad\"\n[actuators.drive]\non = \"tip\"\n[controllers.torque]\nlaw = \"open-loop\"\ndrives = \"drive\"\n\
+    let turning = "axis = \"rotational\"\n[bodies.tip]\nmass = \"0.001 kg m2\"\n[springs.guide]\nbetween = \
+                   [\"ground\", \"tip\"]\n\
+        damping = \"0.005 N m s/rad\"\n[actuators.drive]\non = \"tip\"\n[controllers.torque]\nlaw \
+        = \"open-loop\"\ndrives = \"drive\"\n\
         period = \"1 ms\"\nreference = 5\n[run]\nduration = \"0.5 s\"\nstep = \"1 ms\"\n";
     bench.write("turning.toml", turning);
     let said = bench.feeler(&["run", "turning.toml", "--engine", "rapier"]);

@@ -94,7 +94,8 @@ impl Slurm {
                  SlurmdPidFile={place}/slurmd.pid\nProctrackType=proctrack/pgid\nTaskPlugin=task/none\n\
                  JobAcctGatherType=jobacct_gather/none\nSwitchType=switch/none\nMpiDefault=none\nReturnToService=2\n\
                  SelectType=select/cons_tres\nSelectTypeParameters=CR_CPU\nSlurmdParameters=config_overrides\n\
-                 NodeName={host} NodeAddr=127.0.0.1 CPUs=3 State=UNKNOWN\nPartitionName=all Nodes={host} Default=YES State=UP\n"
+                 NodeName={host} NodeAddr=127.0.0.1 CPUs=3 State=UNKNOWN\nPartitionName=all Nodes={host} \
+                 Default=YES State=UP\n"
             ),
         )
     }

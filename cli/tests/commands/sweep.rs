@@ -159,7 +159,8 @@ fn truth_the_verdict_is_printed_and_written() {
 fn truth_the_command_under_the_pointer_is_the_same_however_paths_are_typed_and_gives_the_row() {
     let bench = Bench::new();
     bench.write("chatter.toml", SCENARIO);
-    let axes = "[axes]\n\"controllers.force.kp\" = { linear = [2.4, 2.5], points = 2 }\n\"run.duration\" = [\"0.5 s\"]\n";
+    let axes = "[axes]\n\"controllers.force.kp\" = { linear = [2.4, 2.5], points = 2 }\n\"run.duration\" = \
+                [\"0.5 s\"]\n";
     bench.write("sweep.toml", &format!("scenario = \"chatter.toml\"\n{axes}"));
     for (typed, out) in [("sweep.toml", "one"), ("./sweep.toml", "two")] {
         assert_eq!(bench.feeler(&["sweep", typed, "--out", out]).code, DONE);
@@ -186,7 +187,11 @@ fn truth_limit_cycles_through_saturation_stand_beside_theory_and_nothing_empty_i
     let saturation = include_str!("../../../scenarios/chatter/saturation.toml");
     let machines = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/paper/machines");
     bench.write("saturation.toml", &saturation.replace("../paper/machines", machines));
-    bench.write("sweep.toml", "scenario = \"saturation.toml\"\n[axes]\n\"controllers.force.kp\" = { linear = [0.7, 0.8], points = 2 }\n");
+    bench.write(
+        "sweep.toml",
+        "scenario = \"saturation.toml\"\n[axes]\n\"controllers.force.kp\" = { linear \
+                               = [0.7, 0.8], points = 2 }\n",
+    );
     let said = bench.feeler(&["sweep", "sweep.toml", "--out", "out"]);
     assert_eq!(said.code, DONE, "{}", said.err);
     let page = bench.read("out/report.html");
@@ -205,7 +210,10 @@ fn regress_what_is_not_drawn_is_said() {
     let sweep = |axes: &str| format!("scenario = \"chatter.toml\"\n[axes]\n{axes}\n");
     bench.write(
         "lists.toml",
-        &sweep("\"controllers.force.kp\" = [0.3, 1.2]\n\"contacts.tool.gap\" = { linear = [\"3 mm\", \"4 mm\"], points = 2 }"),
+        &sweep(
+            "\"controllers.force.kp\" = [0.3, 1.2]\n\"contacts.tool.gap\" = { linear = [\"3 mm\", \"4 \
+                mm\"], points = 2 }",
+        ),
     );
     assert_eq!(bench.feeler(&["sweep", "lists.toml", "--out", "lists"]).code, DONE);
     let page = bench.read("lists/report.html");
@@ -213,10 +221,16 @@ fn regress_what_is_not_drawn_is_said() {
     assert!(exists(bench.path("lists/impacts-2.svg")), "a list beside the axis takes no diagram away");
     assert!(page.contains("Size of the oscillation, controllers.force.kp = 0.3. No variant here has any"));
     let two = "\"controllers.force.kp\" = { linear = [0.3, 1.2], points = 2, tolerance = 0.5 }\n\
-        \"contacts.tool.gap\" = { linear = [\"3 mm\", \"4 mm\"], points = 2, tolerance = \"1 mm\" }\n[refine]";
+        \"contacts.tool.gap\" = { linear = [\"3 mm\", \"4 mm\"], points = 2, tolerance = \"1 mm\" \
+        }\n[refine]";
     bench.write("two.toml", &sweep(two));
     let said = bench.feeler(&["sweep", "two.toml", "--out", "two"]);
-    assert!(said.code == DONE && said.out.contains("as this seed puts it"), "{} {}", said.out, said.err);
+    assert!(
+        said.code == DONE && said.out.contains("The edge is that of this seed"),
+        "{} {}",
+        said.out,
+        said.err
+    );
     let page = bench.read("two/report.html");
     assert!(
         page.contains("Bifurcation diagrams")

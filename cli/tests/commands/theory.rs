@@ -65,7 +65,7 @@ fn reference_analysis_of_the_flexible_axis_as_programs_read_it() {
 fn truth_the_tables_of_an_analysis_have_both_edges_the_count_and_the_peaks() {
     let text = printed(&["analyze", "paper/flexible.toml"]);
     for part in [
-        "swings there (Hz)",
+        "oscillates there (Hz)",
         "-1 ",
         "clockwise turns about -1",
         "|S|",
@@ -127,7 +127,7 @@ fn truth_a_contact_that_depends_on_force_is_taken_at_the_last_reference() {
         hertz["poles"]
     );
     let note = feeler().args(["analyze", "effects/hardening-stiffness.toml"]).output().unwrap().stderr;
-    assert!(String::from_utf8(note).unwrap().contains("linearised at the last reference, 30 N"));
+    assert!(String::from_utf8(note).unwrap().contains("linearised at the final reference, 30 N"));
 }
 
 #[test]
@@ -354,15 +354,15 @@ fn truth_bad_requests_are_refused_with_what_to_do() {
         (&["frf", "paper/rigid.toml", "--segment", "4", "--excitation", "chirp"], "nothing is averaged here"),
         (
             &["frf", "datasets/bench-axis", "--set", "bodies.tip.mass=6"],
-            "--set belongs to an experiment on the simulated machine",
+            "--set applies to a simulated experiment",
         ),
+        (&["frf", "datasets/bench-axis", "--offset", "1"], "--offset applies to a simulated experiment"),
+        (&["frf", "datasets/bench-axis", "--periods", "3"], "--periods applies to a simulated experiment"),
         (
-            &["frf", "datasets/bench-axis", "--offset", "1"],
-            "--offset belongs to an experiment on the simulated machine",
+            &["frf", "datasets/bench-axis", "--realisations", "3"],
+            "--realisations applies to a simulated experiment",
         ),
-        (&["frf", "datasets/bench-axis", "--periods", "3"], "--periods belongs"),
-        (&["frf", "datasets/bench-axis", "--realisations", "3"], "--realisations belongs"),
-        (&["frf", "datasets/bench-axis", "--points", "3"], "--points belongs"),
+        (&["frf", "datasets/bench-axis", "--points", "3"], "--points applies to a simulated experiment"),
         (
             &["frf", "paper/rigid.toml", "--points", "3"],
             "--points has no meaning for --excitation white-noise",
@@ -570,7 +570,7 @@ fn regress_an_edge_of_two_rates_has_the_frequency_at_which_the_bodies_move() {
         "--set",
         "controllers.damper.period=0.5 ms",
     ];
-    let swings = |hz: &str| format!("where it begins to swing at {hz} Hz");
+    let swings = |hz: &str| format!("where it begins to oscillate at {hz} Hz");
     let text = printed(&asked);
     assert!(text.contains(&swings("502.9")), "{text}");
     let text = printed(&[&asked[..], &["--set", "controllers.force.period=0.5 ms"]].concat());

@@ -4,16 +4,19 @@
 //! left, at every horizon, whether it still goes with anything, whether every value can be meant, and whether
 //! another place would do as well.
 
+mod balance;
 mod criteria;
 mod horizons;
 mod plausible;
 mod residual;
 mod rivals;
 
+pub(crate) use balance::{as_good, further};
 pub use criteria::Criteria;
 pub use horizons::Horizon;
 pub use residual::Trace;
 
+use feeler_plant::effects::Place;
 use serde::Serialize;
 
 use crate::diagnose::Judge;
@@ -66,6 +69,12 @@ pub struct Adequacy {
     pub residual: Vec<Trace>,
     /// Why the answer is not better; empty where all conditions hold.
     pub shortfalls: Vec<Shortfall>,
+    /// Where a smooth force that no cause makes acts, if one would balance clearly more.
+    #[serde(skip)]
+    pub(crate) smooth: Option<Place>,
+    /// Whether a balance of forces leaves next to nothing.
+    #[serde(skip)]
+    pub(crate) is_balanced: bool,
 }
 
 impl Adequacy {
@@ -77,6 +86,23 @@ impl Adequacy {
     /// Whether something else may do as well.
     pub(crate) fn has_rival(&self) -> bool {
         self.shortfalls.iter().any(|shortfall| shortfall.condition.is_of_others())
+    }
+
+    /// Tells what else may be there.
+    pub(crate) fn add_further(&mut self, further: Vec<String>) {
+        let short = |what| Shortfall { condition: Condition::Rivals, what };
+        self.shortfalls.extend(further.into_iter().map(short));
+    }
+
+    /// Tells that the repaired machine runs freely farther off than the believed one, where it does.
+    pub(crate) fn add_free_run(&mut self, worse: Option<[f64; 2]>) {
+        let Some([own, believed]) = worse else { return };
+        let [own, believed] = [own, believed].map(horizons::share);
+        let what = format!(
+            "run freely over the check experiments the repaired machine is off by {own}, the believed one by \
+             {believed}: the change is not proposed"
+        );
+        self.shortfalls.push(Shortfall { condition: Condition::Horizons, what });
     }
 
     /// Tells that the time did not suffice for some causes, any of which may do as well.
@@ -93,13 +119,20 @@ impl Adequacy {
 pub(crate) struct Sizes {
     /// What noise alone leaves of short predictions, over each channel's variation.
     pub(crate) floor: f64,
-    /// Force missing on the check experiments after calibration and with what was accepted, N.
+    /// Force missing on the check experiments after calibration and with what was accepted, beyond what noise
+    /// makes, N.
     pub(crate) missing_force_n: [f64; 2],
 }
 
 /// Holds an answer against all conditions. `rivals` are the causes that were weighed against the accepted
-/// ones.
-pub(crate) fn assess(judge: &Judge<'_>, accepted: &Scored, rivals: &[Scored], sizes: Sizes) -> Adequacy {
+/// ones, `balanced` those that balance the forces as well.
+pub(crate) fn assess(
+    judge: &Judge<'_>,
+    accepted: &Scored,
+    rivals: &[Scored],
+    balanced: &[&Scored],
+    sizes: Sizes,
+) -> Adequacy {
     let criteria = Criteria::default();
     let task = &judge.search.task;
     let calibrated = &judge.search.calibrated;
@@ -112,8 +145,18 @@ pub(crate) fn assess(judge: &Judge<'_>, accepted: &Scored, rivals: &[Scored], si
     };
     let missing = sizes.missing_force_n;
     let is_found = !accepted.causes.is_empty();
-    short(Condition::Left, horizons::left(&horizons, missing, residual.drive_force_n, is_found, &criteria));
+    // A balance, where it weighs, leaves the noise of the command out.
+    let shares = balance::missing(judge, accepted);
+    let is_balanced = balance::is_small(shares, &criteria);
+    let missing = shares.map_or(missing, |shares| shares.map(|share| share * residual.drive_force_n));
+    short(
+        Condition::Left,
+        horizons::left(&horizons, missing, residual.drive_force_n, [is_found, is_balanced], &criteria),
+    );
     short(Condition::Residual, residual.shortfalls(missing[0], &criteria));
+    let smooth = balance::beyond(judge, accepted, &criteria);
+    short(Condition::Residual, smooth.map(balance::told).into_iter().collect());
+    short(Condition::Rivals, balance::named(balanced));
     if is_found {
         short(Condition::Horizons, horizons::worsened(&horizons, &criteria));
         short(Condition::Plausible, plausible::doubts(judge, accepted, &criteria));
@@ -125,5 +168,7 @@ pub(crate) fn assess(judge: &Judge<'_>, accepted: &Scored, rivals: &[Scored], si
         drive_force_n: residual.drive_force_n,
         residual: residual.traces,
         shortfalls,
+        smooth: smooth.map(|smooth| smooth.place),
+        is_balanced,
     }
 }

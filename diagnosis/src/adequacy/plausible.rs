@@ -6,6 +6,7 @@ use feeler_plant::effects::{Parameter, Place, Scale};
 use feeler_plant::units::Dimension;
 
 use super::Criteria;
+use super::horizons::share;
 use crate::diagnose::Judge;
 use crate::fit::search::{Scored, moving_mass};
 
@@ -47,6 +48,13 @@ pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
     found
 }
 
+impl Judge<'_> {
+    /// Whether every value of a set of causes can be meant.
+    pub(crate) fn is_meant(&self, scored: &Scored) -> bool {
+        doubts(self, scored, &Criteria::default()).is_empty()
+    }
+}
+
 /// Why a value is beyond what its dimension allows beside the believed machine and its records. What a base
 /// or a workpiece weighs, and what a sensor reads, the drive's body and command do not bound.
 fn beyond(
@@ -63,11 +71,20 @@ fn beyond(
     };
     match parameter.dimension {
         Dimension::FORCE if is_along_drive && is_pushed(judge) => {
-            over(value, judge.search.seen.command_n, most.most_force, "the largest command")
+            let command = judge.search.seen.command_n;
+            let is_nothing = value.abs() < most.least_force * command;
+            let nothing =
+                is_nothing.then(|| format!("is below {} of the largest command", share(most.least_force)));
+            nothing.or_else(|| over(value, command, most.most_force, "the largest command"))
         }
         Dimension::MASS if is_along_drive => {
             let moved = moving_mass(judge.dataset, &judge.search.calibrated);
             over(value, moved, most.most_ratio, "the mass that moves")
+        }
+        Dimension::TIME if is_along_drive => {
+            let row_s =
+                judge.dataset.records.iter().map(|record| record.spacing_s).fold(f64::INFINITY, f64::min);
+            (value.abs() < most.least_rows * row_s).then(|| format!("is {:.3} of a row", value.abs() / row_s))
         }
         Dimension::NONE if parameter.name == "gain" => {
             let ratio = value.abs().max(1.0 / value.abs().max(f64::MIN_POSITIVE));

@@ -15,8 +15,10 @@ use crate::fit::least_squares::Task;
 use crate::fit::search::{Scored, missing_acceleration, moving_mass};
 use crate::gap::unknown::explained;
 
-/// Span over which the missing force is averaged, s: it lasts longer than noise.
+/// Span over which the missing force is averaged, s: it lasts longer than noise. Where the anchor is slow a
+/// force shows no faster than this many radians of it.
 const AVERAGE_S: f64 = 0.02;
+const AVERAGE_RADIANS: f64 = 0.8;
 /// Time constants of the anchor after which a prediction has forgotten how it began.
 const SETTLED: f64 = 6.0;
 /// Share of the top speed over which direction turns from one to the other.
@@ -102,7 +104,8 @@ fn points(task: &Task<'_>, scored: &Scored, r: usize) -> Option<Vec<Point>> {
     let prediction = task.predict(&scored.fitted.model, &scored.fitted.theta, r)?;
     let mass = moving_mass(task.dataset, scored);
     let missing = missing_acceleration(task.dataset, r, &prediction);
-    let rows = ((AVERAGE_S / record.spacing_s).round() as usize).max(1);
+    let average_s = AVERAGE_S.max(AVERAGE_RADIANS / prediction.omega.max(1.0));
+    let rows = ((average_s / record.spacing_s).round() as usize).max(1);
     let settled = (SETTLED / (prediction.omega.max(1.0) * record.spacing_s)).ceil() as usize;
     let average = |(stroke, missing): (&[[f64; 3]], &[f64])| {
         let n = missing.len() as f64;

@@ -1,9 +1,10 @@
 //! What the search found, as an answer.
 
+use feeler_plant::description::Machine;
 use feeler_plant::effects::{Kind, Place};
 use indexmap::IndexMap;
 
-use crate::adequacy::{Sizes, assess};
+use crate::adequacy::{Criteria, Sizes, as_good, assess, further};
 use crate::answer::intervals;
 use crate::answer::next::next_experiment;
 use crate::budget::Stage;
@@ -12,9 +13,11 @@ use crate::diagnose::{ACCEPT, Attempts, Judge, LOOK_ALIKE, PARSIMONY};
 use crate::fit::candidates::Candidate;
 use crate::fit::least_squares::Fitted;
 use crate::fit::odds::probabilities;
+use crate::fit::sandwich;
 use crate::fit::search::Scored;
-use crate::gap::ladder::{ladder, missing_force, what_is_left};
+use crate::gap::ladder::{ladder, missing_force, noise_force, what_is_left};
 use crate::gap::locate::{heart, table};
+use crate::gap::replay::free_run;
 use crate::gap::size;
 use crate::gap::unknown;
 use crate::kinds::dossier;
@@ -24,6 +27,8 @@ use crate::report::{Attempt, AttemptOutcome, Cause, Cell, Diagnosis, Estimate, V
 const SURE: f64 = 0.9;
 /// Softening of the odds.
 const TEMPERATURE: f64 = 4.0;
+/// The same where nothing but positions tells of the motion: errors of a model are told less well from noise.
+const SLOW_TEMPERATURE: f64 = 12.0;
 /// Probability that the set of rivals listed holds.
 const CREDIBLE: f64 = 0.99;
 /// 90 % of a normal distribution, in standard deviations.
@@ -32,6 +37,8 @@ const NINETY_PERCENT: f64 = 1.645;
 const PORTRAIT_POINTS: usize = 4000;
 /// Places among causes that look alike from which on the records cannot tell where.
 const PLACES_TO_TELL: usize = 3;
+/// Kinds that are declared alike.
+const MOST_ALIKE: usize = 2;
 /// Variation over noise that the best experiment of a channel must show.
 const ENOUGH_EXCITATION: f64 = 5.0;
 /// The same where other channels do not: an encoder alone tells of a machine if it resolves its motion well.
@@ -64,8 +71,11 @@ impl Judge<'_> {
 
         // Odds among models that differ in their last cause; those of earlier causes are settled by
         // acceptance. A rival that needs more parameters must bring more, as in the choice itself.
-        let rivals: Vec<Scored> =
+        let mut rivals: Vec<Scored> =
             rivals.iter().filter(|rival| !is_the_same_elsewhere(accepted, rival)).cloned().collect();
+        if !rivals.is_empty() && !rivals.iter().any(|rival| same(rival, accepted)) {
+            rivals.push(accepted.clone());
+        }
         let simple = accepted.fitted.model.effect_parameters();
         let evidence: Vec<f64> = rivals.iter().map(|rival| self.all(rival)).collect();
         let weighed: Vec<f64> = (rivals.iter().zip(&evidence))
@@ -73,12 +83,23 @@ impl Judge<'_> {
                 |(rival, e)| if rival.fitted.model.effect_parameters() > simple { e - PARSIMONY } else { *e },
             )
             .collect();
-        let odds = probabilities(&weighed, TEMPERATURE);
+        let odds = probabilities(&weighed, if self.weight > 0.0 { SLOW_TEMPERATURE } else { TEMPERATURE });
         let missing_force_n = [calibrated, accepted].map(|scored| missing_force(task, scored, &checks));
-        let sizes = Sizes { floor: figures.floor, missing_force_n };
-        let mut adequacy = assess(self, accepted, &rivals, sizes);
+        let noise_n = noise_force(task, accepted, &checks);
+        let beyond_noise_n = missing_force_n.map(|force| (force * force - noise_n * noise_n).max(0.0).sqrt());
+        let sizes = Sizes { floor: figures.floor, missing_force_n: beyond_noise_n };
+        let criteria = Criteria::default();
+        let tried = [attempts.fitted.as_slice(), &attempts.screened];
+        let balanced: Vec<&Scored> =
+            tried.iter().flat_map(|tried| as_good(self, accepted, tried, &criteria)).collect();
+        let mut adequacy = assess(self, accepted, &rivals, &balanced, sizes);
+        let all: Vec<&Scored> = tried.iter().flat_map(|tried| tried.iter()).collect();
+        adequacy.add_further(further(self, accepted, &all, &criteria));
         adequacy.add_untried(self.search.untried.len());
-        let adequate = unknown::explains(calibrated, accepted) && !adequacy.is_short();
+        let (machine, worse) = self.proposed(accepted);
+        adequacy.add_free_run(worse);
+        let is_explained = unknown::explains(calibrated, accepted) || adequacy.is_balanced;
+        let adequate = is_explained && !adequacy.is_short();
         let own = rivals.iter().zip(&odds).find(|(rival, _)| same(rival, accepted)).map_or(1.0, |(_, p)| *p);
         let known = if adequate { 1.0 } else { 0.5 };
         let mut effects: Vec<Cause> = (0..accepted.causes.len())
@@ -93,13 +114,38 @@ impl Judge<'_> {
                 continue;
             };
             let best = evidence.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let alike = best - self.all(rival) < LOOK_ALIKE || is_split_of(accepted, rival);
-            if let Some(mine) = accepted.causes.last().filter(|_| alike && look_alikes.len() < 2) {
-                look_alikes.push([mine.definition.kind, rival.causes[last].definition.kind]);
+            let alike = best - self.all(rival) < LOOK_ALIKE;
+            if is_split_of(accepted, rival) {
+                // Either half is part of what the whole does.
+                let whole = rival.causes[last].definition.kind;
+                look_alikes = accepted.causes.iter().map(|cause| [cause.definition.kind, whole]).collect();
+            }
+            if let Some(mine) = accepted.causes.last().filter(|_| alike && look_alikes.len() < MOST_ALIKE) {
+                let pair = [mine.definition.kind, rival.causes[last].definition.kind];
+                if pair[0] != pair[1] && !look_alikes.contains(&pair) {
+                    look_alikes.push(pair);
+                }
             }
             if sum < CREDIBLE && p > 0.005 {
                 sum += p;
                 effects.push(self.cause(rival, last, known * p, false));
+            }
+        }
+        // What balances the forces as well looks alike, however much better its prediction.
+        for rival in balanced {
+            let theirs = rival.causes.iter().map(|cause| cause.definition.kind);
+            let Some(other) =
+                theirs.clone().find(|kind| !accepted.causes.iter().any(|c| c.definition.kind == *kind))
+            else {
+                continue;
+            };
+            let own = accepted.causes.iter().map(|cause| cause.definition.kind);
+            let mine = own.clone().find(|kind| !theirs.clone().any(|other| other == *kind));
+            if let Some(pair) = mine.map(|mine| [mine, other])
+                && look_alikes.len() < MOST_ALIKE
+                && !look_alikes.contains(&pair)
+            {
+                look_alikes.push(pair);
             }
         }
         let removed: Vec<Scored> = match accepted.causes.len() {
@@ -118,7 +164,7 @@ impl Judge<'_> {
             [(&refitted.0, &believed), (&refitted.0, &refitted.1), (&repaired.0, &repaired.1)],
             &noise,
         );
-        let places = self.places(accepted, &removed, &effects, verdict, &cells);
+        let places = self.places(accepted, &removed, &effects, (verdict, adequacy.smooth), &cells);
         let tried = self.tried(attempts, accepted);
         let mut portrait = unknown::portrait(task, calibrated, &task.fitted, 8, None);
         let thin = portrait.len().div_ceil(PORTRAIT_POINTS).max(1);
@@ -146,8 +192,28 @@ impl Judge<'_> {
             left: what_is_left(task, accepted),
             noise: self.dataset.channels.iter().map(|channel| channel.column.clone()).zip(noise).collect(),
             portrait,
-            machine: accepted.fitted.model.machine(&accepted.fitted.theta),
+            machine,
             calibrated: calibrated.fitted.model.machine(&calibrated.fitted.theta),
+        }
+    }
+
+    /// The machine that is proposed: with what was accepted, or the calibrated or the believed one where it
+    /// runs freely over the check experiments farther off than the believed one, by so much.
+    fn proposed(&self, accepted: &Scored) -> (Machine, Option<[f64; 2]>) {
+        let of = |scored: &Scored| scored.fitted.model.machine(&scored.fitted.theta);
+        let error = |machine: &Machine| free_run(self.dataset, machine);
+        let (repaired, believed) = (of(accepted), &self.dataset.machine);
+        // Where impacts have lost the motion, by how far is chance.
+        let is_chance = |error: f64| error > Criteria::default().lost && !believed.contacts.is_empty();
+        let Some(given) = error(believed).filter(|given| !is_chance(*given)) else { return (repaired, None) };
+        match error(&repaired) {
+            Some(own) if own <= given => (repaired, None),
+            own => {
+                let calibrated = of(&self.search.calibrated);
+                let is_better = error(&calibrated).is_some_and(|error| error <= given);
+                let instead = if is_better { calibrated } else { believed.clone() };
+                (instead, Some([own.unwrap_or(f64::INFINITY), given]))
+            }
         }
     }
 
@@ -222,6 +288,7 @@ impl Judge<'_> {
             causes: self.named(causes),
             gain_check: None,
             gain_all: None,
+            gain_balance: None,
             why: AttemptOutcome::NotFitted,
         };
         tried.extend(attempts.silent.iter().map(silent));
@@ -250,6 +317,7 @@ impl Judge<'_> {
             causes: self.named(&scored.causes),
             gain_check: Some(gain_check),
             gain_all: Some(gain_all),
+            gain_balance: scored.balanced.as_ref().map(|balanced| balanced.nats),
             why,
         }
     }
@@ -266,6 +334,13 @@ impl Judge<'_> {
         let fitted = &scored.fitted;
         let rotational = self.dataset.machine.axis == feeler_plant::description::Axis::Rotational;
         let values = fitted.model.parameters(i, &fitted.theta);
+        // Residuals of slow motion under friction last: what the fit says is the least.
+        let lasting =
+            (accepted && self.weight > 0.0).then(|| sandwich::deviations(&self.search.task, fitted));
+        let sigma = |u: usize| match &lasting {
+            Some(Some(lasting)) => fitted.sigma[u].max(lasting[u]),
+            _ => fitted.sigma[u],
+        };
         let mut parameters = IndexMap::new();
         for (k, parameter) in candidate.definition.parameters.iter().enumerate() {
             let spread = fitted
@@ -273,11 +348,11 @@ impl Judge<'_> {
                 .unknowns
                 .iter()
                 .position(|unknown| unknown.parameter_of(i) == Some(k))
-                .map_or(0.0, |u| fitted.model.unknowns[u].spread(fitted.theta[u], fitted.sigma[u]));
+                .map_or(0.0, |u| fitted.model.unknowns[u].spread(fitted.theta[u], sigma(u)));
             let spacing_s = self.dataset.records[0].spacing_s;
             let spread =
                 NINETY_PERCENT * intervals::widened(&scored.causes, i, k, values[k], spread, spacing_s);
-            let unit = parameter.dimension.si_unit(rotational).to_owned();
+            let unit = parameter.dimension.si_unit(rotational).into_owned();
             parameters.insert(
                 parameter.name,
                 Estimate { value: values[k], ci90: [values[k] - spread, values[k] + spread], unit },
@@ -347,10 +422,10 @@ impl Judge<'_> {
         accepted: &Scored,
         removed: &[Scored],
         effects: &[Cause],
-        verdict: Verdict,
+        (verdict, smooth): (Verdict, Option<Place>),
         cells: &[Cell],
     ) -> Vec<Where> {
-        let pointer = unknown::point(
+        let mut pointer = unknown::point(
             &self.search.task,
             if accepted.causes.is_empty() || verdict == Verdict::UnknownCause {
                 accepted
@@ -358,6 +433,12 @@ impl Judge<'_> {
                 &self.search.calibrated
             },
         );
+        let smooth = smooth.filter(|_| verdict == Verdict::UnknownCause);
+        if let Some(place) = smooth {
+            pointer.place = place;
+            pointer.evidence =
+                format!("{}; a smooth force there would balance clearly more", pointer.evidence);
+        }
         let mut chances: IndexMap<&'static str, f64> = IndexMap::new();
         for effect in effects {
             let chance = chances.entry(effect.place).or_insert(0.0);
@@ -366,7 +447,7 @@ impl Judge<'_> {
                     .min(1.0);
         }
         if verdict == Verdict::UnknownCause {
-            let rest = if accepted.causes.is_empty() { 0.7 } else { 0.4 };
+            let rest = if accepted.causes.is_empty() || smooth.is_some() { 0.7 } else { 0.4 };
             let chance = chances.entry(pointer.place.name()).or_insert(0.0);
             *chance = chance.max(rest);
         }

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use feeler_plant::description::{Axis, Element, Machine};
+use feeler_plant::effects::{EffectUse, Kind};
 use feeler_plant::units::Dimension;
 use indexmap::IndexMap;
 use serde::Serialize;
@@ -47,13 +48,15 @@ pub struct Difference {
     pub changed: Vec<Changed>,
     /// Effects that are added.
     pub added: Vec<Added>,
+    /// Tables of believed effects that others take the place of.
+    pub removed: Vec<String>,
 }
 
 impl Difference {
     /// What turns `old` into `new`, a machine of the same elements.
     pub fn between(old: &Machine, new: &Machine) -> Self {
         let rotational = old.axis == Axis::Rotational;
-        let unit = |dimension: Dimension| dimension.si_unit(rotational).to_owned();
+        let unit = |dimension: Dimension| dimension.si_unit(rotational).into_owned();
         let mut found = Self::default();
         for (key, a, b) in pairs(old, new) {
             for (a, b) in a.believed().iter().zip(&b.believed()) {
@@ -63,14 +66,28 @@ impl Difference {
                     found.changed.push(Changed { key, old, new, unit, is_at_end: false });
                 }
             }
-            for effect in b.effects().iter().filter(|effect| !a.effects().contains(effect)) {
+            let of_kind = |effects: &'_ [EffectUse], kind: Kind| {
+                effects.iter().find(|effect| effect.definition.kind == kind).cloned()
+            };
+            for effect in b.effects() {
                 let kind = effect.definition.kind;
                 let parameters = effect.definition.parameters.iter().zip(&effect.values);
-                found.added.push(Added {
-                    key: format!("{key}.effects.{kind}"),
-                    parameters: parameters.map(|(p, value)| (p.name, *value, unit(p.dimension))).collect(),
-                });
+                let key = format!("{key}.effects.{kind}");
+                let Some(believed) = of_kind(a.effects(), kind) else {
+                    let parameters = parameters.map(|(p, value)| (p.name, *value, unit(p.dimension)));
+                    found.added.push(Added { key, parameters: parameters.collect() });
+                    continue;
+                };
+                for ((p, &new), &old) in parameters.zip(&believed.values) {
+                    if (new - old).abs() > ROUNDING * old.abs().max(new.abs()) {
+                        let (key, unit) = (format!("{key}.{}", p.name), unit(p.dimension));
+                        found.changed.push(Changed { key, old, new, unit, is_at_end: false });
+                    }
+                }
             }
+            let gone = a.effects().iter().map(|effect| effect.definition.kind);
+            let gone = gone.filter(|kind| of_kind(b.effects(), *kind).is_none());
+            found.removed.extend(gone.map(|kind| format!("{key}.effects.{kind}")));
         }
         found
     }
@@ -89,7 +106,7 @@ impl Difference {
 
     /// Whether the machines are the same.
     pub fn is_empty(&self) -> bool {
-        self.changed.is_empty() && self.added.is_empty()
+        self.changed.is_empty() && self.added.is_empty() && self.removed.is_empty()
     }
 }
 
@@ -130,6 +147,9 @@ impl fmt::Display for Difference {
             let end = if *is_at_end { " (at the end of its tolerance)" } else { "" };
             writeln!(f, "{key} = {}  # was {}{unit}{share}{end}", short(*new), short(*old))?;
         }
+        for key in &self.removed {
+            writeln!(f, "# take out [{key}]: another effect stands in its place")?;
+        }
         for Added { key, parameters } in &self.added {
             writeln!(f, "\n[{key}]")?;
             for (name, value, unit) in parameters {
@@ -161,6 +181,25 @@ mod tests {
             "bodies.tip.mass = 5.5  # was 5 kg, +10.0 %\n\n[springs.guide.effects.coulomb-friction]\nlevel = 12  # N\n"
         );
         assert!(Difference::between(&old, &old).is_empty());
+    }
+
+    #[test]
+    fn truth_a_believed_effect_is_changed_or_gives_way_to_another() {
+        let parse = |effect: &str| {
+            let text = format!("{BELIEVED}[springs.guide.effects.{effect}\n");
+            Document::parse(&text, "machine.toml").unwrap().scenario.machine
+        };
+        let old = parse("coulomb-friction]\nlevel = 10.0");
+        let said = |effect: &str| Difference::between(&old, &parse(effect)).to_string();
+        assert_eq!(
+            said("coulomb-friction]\nlevel = 12.0"),
+            "springs.guide.effects.coulomb-friction.level = 12  # was 10 N, +20.0 %\n"
+        );
+        assert_eq!(
+            said("asymmetric-friction]\nlevel = 12.0\nasymmetry = 0.2"),
+            "# take out [springs.guide.effects.coulomb-friction]: another effect stands in its place\n\n\
+             [springs.guide.effects.asymmetric-friction]\nlevel = 12  # N\nasymmetry = 0.2\n"
+        );
     }
 
     /// A mass may be off by a tenth where its file states nothing, in ratio: up to `5 exp(0.1) = 5.526`.

@@ -170,12 +170,13 @@ fn expected(
         weights: crate::fit::least_squares::Weights::new(&imagined, &[reference]),
         fitted: vec![0],
         budget: Budget::unlimited(),
+        inverse: None,
     };
     let own = score(&task, truth.causes.clone(), truth.fitted.clone());
     let fitted = task.fit(&other.fitted.model, &other.fitted.theta, STEPS);
     let others = score(&task, other.causes.clone(), fitted);
     // What noise alone leaves is one; the imagined record has none.
-    let looks = crate::fit::odds::looks(&imagined.records[0]);
+    let looks = task.weights.looks[0];
     Some(
         own.misfits[0]
             .iter()

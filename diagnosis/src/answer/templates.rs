@@ -133,7 +133,8 @@ impl Template {
             format!("{} {prefix}{speed}", three_digits(reach.top_speed_m_per_s * factor))
         };
         format!(
-            "{what} with peaks of {} {force}{mean}, {place}: from where the records started it travels {} at up to {}, within what they did \
+            "{what} with peaks of {} {force}{mean}, {place}: from where the records started it travels {} \
+             at up to {}, within what they did \
              ({}, up to {})",
             three_digits(self.peak_n),
             moves(reach),

@@ -237,7 +237,7 @@ fn late(series: &[f64], rows: f64) -> f64 {
 const MACHINE: &str = include_str!("believed.toml");
 const COLUMNS: &str = include_str!("columns.toml");
 
-/// Writes `cases` cases: datasets, experiments held back, and the sealed truth. `progress` is told how many
+/// Writes `cases` cases: datasets, experiments held back, and the sealed truth. `progress` receives how many
 /// are done.
 ///
 /// # Errors
@@ -295,7 +295,8 @@ pub fn write_case(folder: &Path, index: usize, seed: u64) -> io::Result<Case> {
             let (name, role) = (&experiment.name, experiment.role);
             let _ = write!(
                 dataset,
-                "\n[[experiments]]\nfile = \"{name}.csv\"\nengagement = \"{engagement}\"\nrole = \"{role}\"\n{repeat}"
+                "\n[[experiments]]\nfile = \"{name}.csv\"\nengagement = \"{engagement}\"\nrole \
+                 = \"{role}\"\n{repeat}"
             );
         }
         fs::write(folder.join("dataset.toml"), dataset)?;

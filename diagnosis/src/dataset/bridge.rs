@@ -5,6 +5,12 @@ const MOST_TOGETHER: usize = 20;
 /// Largest share of missing rows that is bridged.
 const MOST_SHARE: f64 = 0.05;
 
+/// Whether so many rows, up to `longest` one after the other, are few enough among all for interpolation to
+/// stand for them.
+pub(super) fn are_few(longest: usize, missing: usize, rows: usize) -> bool {
+    longest <= MOST_TOGETHER && missing as f64 <= MOST_SHARE * rows as f64
+}
+
 /// Rows this many times their usual distance apart have lost one between them.
 pub(super) const FIRST_LOST: f64 = 1.5;
 

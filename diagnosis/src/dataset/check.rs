@@ -4,12 +4,10 @@ use feeler_files::Experiment;
 use feeler_plant::description::{Engagement, Quantity};
 use feeler_plant::names::nearest;
 
-use super::bridge::{FIRST_LOST, Lost};
+use super::bridge::{FIRST_LOST, Lost, are_few};
 use super::fault::{Fault, FaultKind};
 use super::{Channel, Dataset, Record, Table, file_name, role_is_check};
 
-/// The column of time stamps.
-const TIME: &str = "t_s";
 /// Rows that a prediction needs.
 const FEWEST_ROWS: usize = 50;
 /// A spacing this many times the median is a gap, where the rows that are missing are too many to be bridged.
@@ -30,8 +28,6 @@ const OTHER_CLOCK: std::ops::Range<f64> = 1e-3..0.1;
 const WEAK_RATIO: f64 = 3.0;
 /// The same below which not even the stated noise is in it.
 const BELOW_NOISE: f64 = 0.8;
-/// First row of data in a file with a header.
-const FIRST_ROW: usize = 2;
 
 /// Turns tables into records and gives every fault found on the way.
 pub(super) fn assemble(
@@ -104,8 +100,8 @@ impl Reader<'_> {
                 // A converter that writes -0 means 0.
                 columns.push(table.columns[i].iter().map(|x| x + 0.0).collect::<Vec<f64>>());
             } else {
-                let is_free = |header: &&String| *header != TIME && !names.contains(&header.as_str());
-                let known: Vec<String> = table.header.iter().filter(is_free).cloned().collect();
+                let is_free = |header: &&String| !names.contains(&header.as_str());
+                let known: Vec<String> = table.header.iter().skip(1).filter(is_free).cloned().collect();
                 let within = known.iter().find(|header| header.contains(name)).map(String::as_str);
                 let near = within.or_else(|| nearest(name, known.iter().map(String::as_str)));
                 let near = near.map(str::to_owned);
@@ -113,11 +109,6 @@ impl Reader<'_> {
             }
         }
         let times_s = table.columns.first().cloned().unwrap_or_default();
-        let has_time_later = |first: &&String| *first != TIME && table.header.iter().any(|name| name == TIME);
-        if let Some(first) = table.header.first().filter(has_time_later) {
-            note(None, None, FaultKind::TimeNotFirst { first: first.clone() });
-            return None;
-        }
         if times_s.len() < FEWEST_ROWS {
             note(None, None, FaultKind::TooShort { rows: times_s.len() });
             return None;
@@ -125,15 +116,23 @@ impl Reader<'_> {
         if columns.len() < names.len() {
             return None;
         }
-        for (name, column) in
-            std::iter::once((&table.header[0].as_str(), &times_s)).chain(names.iter().zip(&columns))
-        {
-            if let Some(row) = column.iter().position(|x| !x.is_finite()) {
-                let cells = column.iter().filter(|x| !x.is_finite()).count();
-                note(Some(name), Some(row + FIRST_ROW), FaultKind::NotANumber { cells });
+        for text in &table.notes {
+            note(None, None, FaultKind::OtherRate { note: text.clone() });
+        }
+        let first_row = table.rows_before + 1;
+        if let Some(row) = times_s.iter().position(|t| !t.is_finite()) {
+            let cells = times_s.iter().filter(|t| !t.is_finite()).count();
+            note(Some(&table.header[0]), Some(row + first_row), FaultKind::NotANumber { cells });
+        }
+        for (i, (name, column)) in names.iter().zip(&mut columns).enumerate() {
+            let at = table.header.iter().position(|header| header == name);
+            let unreadable = at.and_then(|at| table.unreadable[at]);
+            let is_held = self.holds.get(i).is_some_and(Option::is_some);
+            if let Some((row, kind)) = empty_cells(column, unreadable, is_held) {
+                note(Some(name), Some(row + first_row), kind);
             }
         }
-        time_faults(&times_s, &mut |row, kind| note(None, row, kind));
+        time_faults(&times_s, first_row, &mut |row, kind| note(None, row, kind));
         let lost = Lost::bridged(&times_s).map_or(0, |lost| lost.rows);
         let rows = times_s.len() + lost;
         let spacing_s = (times_s[times_s.len() - 1] - times_s[0]) / (rows - 1) as f64;
@@ -141,13 +140,19 @@ impl Reader<'_> {
         if let Some(hold_s) = holds.find(|hold_s| spacing_s > MOST_HOLDS * hold_s) {
             note(None, None, FaultKind::SlowRows { spacing_s, hold_s });
         }
-        let silent = self.column_faults(&names, &columns, note)?;
+        let silent = self.column_faults(&names, &columns, first_row, note)?;
         Some(Series { times_s, rows, spacing_s, columns, silent })
     }
 
     /// Looks through every column. Gives the channels that do not count; none where nothing tells where the
     /// machine was.
-    fn column_faults(&self, names: &[&str], columns: &[Vec<f64>], note: &mut Note<'_>) -> Option<Vec<bool>> {
+    fn column_faults(
+        &self,
+        names: &[&str],
+        columns: &[Vec<f64>],
+        first_row: usize,
+        note: &mut Note<'_>,
+    ) -> Option<Vec<bool>> {
         let drives = self.dataset.drives.len();
         for (name, column) in names.iter().zip(columns).take(drives) {
             if is_constant(column) {
@@ -157,7 +162,7 @@ impl Reader<'_> {
         let mut silent = vec![false; names.len() - drives];
         let mut is_lost = false;
         for (i, (name, column)) in names.iter().zip(columns).skip(drives).enumerate() {
-            let (is_silent, loses_place) = self.channel_faults(i, name, column, note);
+            let (is_silent, loses_place) = self.channel_faults(i, name, column, first_row, note);
             silent[i] = is_silent;
             is_lost |= loses_place;
         }
@@ -166,7 +171,14 @@ impl Reader<'_> {
 
     /// Looks through one channel. Gives whether it does not count, and whether with it goes where the machine
     /// was.
-    fn channel_faults(&self, i: usize, name: &str, column: &[f64], note: &mut Note<'_>) -> (bool, bool) {
+    fn channel_faults(
+        &self,
+        i: usize,
+        name: &str,
+        column: &[f64],
+        first_row: usize,
+        note: &mut Note<'_>,
+    ) -> (bool, bool) {
         // Noise and motion alike were rounded away: the step, which other experiments show, is the finding.
         if self.grains[i] > 0.0 && range(column) <= 2.0 * self.grains[i] {
             return (false, false);
@@ -184,7 +196,7 @@ impl Reader<'_> {
         let is_idle = self.experiment.engagement == Some(Engagement::Free)
             && channel.is_of_contact(&self.dataset.machine);
         let mut is_clipped = false;
-        series_faults(column, channel, tells_place, &mut |row, kind| {
+        series_faults(column, channel, tells_place, first_row, &mut |row, kind| {
             is_clipped |= matches!(kind, FaultKind::Clipped { .. });
             if !(is_idle && matches!(kind, FaultKind::WeakExcitation { .. })) {
                 note(Some(name), row, kind);
@@ -219,6 +231,39 @@ impl Reader<'_> {
     }
 }
 
+/// Interpolates over empty cells where they are few, or gives them as a fault that nothing mends; with the
+/// index of the first.
+fn empty_cells(
+    column: &mut [f64],
+    unreadable: Option<(usize, usize)>,
+    is_held: bool,
+) -> Option<(usize, FaultKind)> {
+    if let Some((row, cells)) = unreadable {
+        return Some((row, FaultKind::NotANumber { cells }));
+    }
+    let first = column.iter().position(|x| !x.is_finite())?;
+    let cells = column.iter().filter(|x| !x.is_finite()).count();
+    let stretches = column.chunk_by(|a, b| a.is_finite() == b.is_finite());
+    let longest = stretches.filter(|run| !run[0].is_finite()).map(<[f64]>::len).max().unwrap_or(0);
+    if !are_few(longest, cells, column.len()) {
+        return Some((first, FaultKind::NotANumber { cells }));
+    }
+    let known: Vec<usize> = (0..column.len()).filter(|k| column[*k].is_finite()).collect();
+    for k in (0..column.len()).filter(|k| !column[*k].is_finite()).collect::<Vec<usize>>() {
+        let after = known.partition_point(|other| *other < k);
+        let before = after.checked_sub(1).map(|i| known[i]);
+        column[k] = match (before, known.get(after)) {
+            (Some(a), Some(&b)) if !is_held => {
+                column[a] + (column[b] - column[a]) * (k - a) as f64 / (b - a) as f64
+            }
+            (Some(a), _) => column[a],
+            (None, Some(&b)) => column[b],
+            (None, None) => f64::NAN,
+        };
+    }
+    Some((first, FaultKind::EmptyCells { cells, longest }))
+}
+
 fn is_constant(column: &[f64]) -> bool {
     column.iter().all(|x| x.to_bits() == column[0].to_bits())
 }
@@ -243,10 +288,10 @@ fn other_clocks(dataset: &Dataset, faults: &mut Vec<Fault>) {
     }
 }
 
-fn time_faults(time: &[f64], note: &mut impl FnMut(Option<usize>, FaultKind)) {
+fn time_faults(time: &[f64], first_row: usize, note: &mut impl FnMut(Option<usize>, FaultKind)) {
     let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
     if let Some(row) = steps.iter().position(|step| *step <= 0.0) {
-        note(Some(row + 1 + FIRST_ROW), FaultKind::TimeGoesBack);
+        note(Some(row + 1 + first_row), FaultKind::TimeGoesBack);
         return;
     }
     let ordered = steps.clone();
@@ -254,9 +299,9 @@ fn time_faults(time: &[f64], note: &mut impl FnMut(Option<usize>, FaultKind)) {
     let median = steps[steps.len() / 2];
     let lost = Lost::bridged(time);
     if let Some(Lost { rows, stretches, longest_s, longest_at }) = lost {
-        note(Some(longest_at + FIRST_ROW), FaultKind::LostRows { rows, stretches, longest_s });
+        note(Some(longest_at + first_row), FaultKind::LostRows { rows, stretches, longest_s });
     } else if let Some(row) = ordered.iter().position(|step| *step > GAP_FACTOR * median) {
-        note(Some(row + 1 + FIRST_ROW), FaultKind::Gap { seconds: ordered[row] - median });
+        note(Some(row + 1 + first_row), FaultKind::Gap { seconds: ordered[row] - median });
     }
     let departures = ordered.iter().map(|step| (step / median - 1.0).abs()).enumerate();
     let most = if lost.is_some() { FIRST_LOST } else { GAP_FACTOR } - 1.0;
@@ -265,7 +310,7 @@ fn time_faults(time: &[f64], note: &mut impl FnMut(Option<usize>, FaultKind)) {
         && share > UNEVEN_SHARE
         && share <= most
     {
-        note(Some(row + 1 + FIRST_ROW), FaultKind::Uneven { share });
+        note(Some(row + 1 + first_row), FaultKind::Uneven { share });
     }
 }
 
@@ -293,6 +338,7 @@ fn series_faults(
     column: &[f64],
     channel: &Channel,
     tells_place: bool,
+    first_row: usize,
     note: &mut impl FnMut(Option<usize>, FaultKind),
 ) {
     let noise = channel.noise;
@@ -317,7 +363,7 @@ fn series_faults(
             && step.is_none()
         {
             let row = column.iter().position(|&x| at(x)).unwrap_or(0);
-            note(Some(row + FIRST_ROW), FaultKind::Clipped { value: extreme, share, tells_place });
+            note(Some(row + first_row), FaultKind::Clipped { value: extreme, share, tells_place });
         }
     }
     if let Some(step) = step.filter(|step| channel.is_coarse(*step)) {
@@ -408,10 +454,10 @@ mod tests {
     #[test]
     fn truth_time_that_goes_back_and_gaps_are_placed() {
         let mut faults = Vec::new();
-        time_faults(&[0.0, 0.1, 0.2, 0.15, 0.4], &mut |row, kind| faults.push((row, kind)));
+        time_faults(&[0.0, 0.1, 0.2, 0.15, 0.4], 2, &mut |row, kind| faults.push((row, kind)));
         assert_eq!(faults, [(Some(5), FaultKind::TimeGoesBack)]);
         faults.clear();
-        time_faults(&[0.0, 0.1, 0.2, 0.3, 0.4, 1.4, 1.5], &mut |row, kind| faults.push((row, kind)));
+        time_faults(&[0.0, 0.1, 0.2, 0.3, 0.4, 1.4, 1.5], 2, &mut |row, kind| faults.push((row, kind)));
         assert!(
             matches!(faults.as_slice(), [(Some(7), FaultKind::Gap { seconds })] if (seconds - 0.9).abs() < 1e-12)
         );

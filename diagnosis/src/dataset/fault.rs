@@ -17,11 +17,6 @@ pub enum FaultKind {
         /// Every header that is no other column.
         known: Vec<String>,
     },
-    /// The first column is another than the time.
-    TimeNotFirst {
-        /// What it is.
-        first: String,
-    },
     /// The dataset names no command of any drive.
     NoCommand,
     /// There are fewer rows than a prediction needs.
@@ -33,6 +28,18 @@ pub enum FaultKind {
     NotANumber {
         /// How many such cells the column has.
         cells: usize,
+    },
+    /// A few cells are empty, and interpolation stands for them.
+    EmptyCells {
+        /// How many.
+        cells: usize,
+        /// The longest stretch of them, rows.
+        longest: usize,
+    },
+    /// Columns were recorded at several rates.
+    OtherRate {
+        /// The column, its rate, and how it was brought to the others.
+        note: String,
     },
     /// The time stamp is not after the one before.
     TimeGoesBack,
@@ -155,8 +162,6 @@ pub enum Yardstick {
     },
 }
 
-/// What to do where a file cannot be opened.
-pub(crate) const NOT_THERE: &str = "check the file's name in dataset.toml, and that it may be read";
 /// Remedy where an encoder is lost.
 const NOT_PLACED: &str = "nothing tells where the machine was, so that the experiment does not count; check the encoder, and record again";
 
@@ -166,7 +171,6 @@ impl FaultKind {
         matches!(
             self,
             Self::MissingColumn { .. }
-                | Self::TimeNotFirst { .. }
                 | Self::NoCommand
                 | Self::TooShort { .. }
                 | Self::NotANumber { .. }
@@ -201,9 +205,6 @@ impl FaultKind {
                 );
                 return (format!("the column is missing{there}"), remedy.into());
             }
-            Self::TimeNotFirst { first } => {
-                (format!("the first column is `{first}`, and the time `t_s` comes later"), "put the time into the first column")
-            }
             Self::NoCommand => (
                 "no column is the command of a drive".into(),
                 "add one with `signal = \"<actuator>.command\"`: without it nothing drives the prediction",
@@ -215,6 +216,18 @@ impl FaultKind {
             Self::NotANumber { cells } => {
                 (format!("no number here ({cells} such cells in the column)"), "cut the file there, or record again")
             }
+            Self::EmptyCells { cells: 1, .. } => (
+                "one cell is empty".into(),
+                "its value was interpolated; look at the recorder if there are more",
+            ),
+            Self::EmptyCells { cells, longest } => (
+                format!("{cells} cells are empty, the first here, up to {longest} together"),
+                "their values were interpolated; look at the recorder if they become more",
+            ),
+            Self::OtherRate { note } => (
+                note.clone(),
+                "record it at the rate of the others where its band matters",
+            ),
             Self::TimeGoesBack => ("the time stamp does not advance".into(), "sort the rows, or repair the clock of the recorder"),
             Self::Gap { seconds } => (format!("{seconds:.4} s are missing before this row"), "split the file here into two experiments"),
             Self::LostRows { rows, stretches, longest_s } => (

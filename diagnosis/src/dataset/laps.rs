@@ -11,7 +11,7 @@ const SAME: f64 = 0.05;
 /// The same from which on the first lap has left its beginning.
 const APART: f64 = 0.5;
 
-/// Rows of a lap, where all that was measured and commanded repeats itself at least once; none where it does
+/// Rows of a lap, where all that was measured and commanded repeats itself at least once; `None` if it does
 /// not.
 pub(crate) fn lap(record: &Record) -> Option<usize> {
     let all = || record.series.iter().chain(&record.commands);

@@ -6,7 +6,6 @@ mod compare;
 mod consistency;
 pub(crate) mod fault;
 pub(crate) mod laps;
-mod mcap;
 mod pieces;
 pub(crate) mod rattle;
 mod read;
@@ -15,6 +14,7 @@ mod units;
 
 pub(crate) use check::quantum;
 pub use fault::{Fault, FaultKind, Yardstick, in_words, problems};
+pub(crate) use scatter::of_series as scatter;
 
 use std::path::{Path, PathBuf};
 
@@ -177,7 +177,7 @@ impl Dataset {
         let tables = file
             .experiments
             .iter()
-            .map(|experiment| read::table(&experiment.file, &held))
+            .map(|experiment| read::table(file, &experiment.file, &held))
             .collect::<Result<Vec<_>, _>>()?;
         let holds: Vec<Option<f64>> = drives.iter().map(|(_, name)| file.columns[name].hold_s).collect();
         let mut dataset = Self {
@@ -290,8 +290,16 @@ fn file_name(path: &Path) -> String {
 #[derive(Clone, Debug)]
 pub(crate) struct Table {
     pub(crate) file: PathBuf,
+    /// The clock, the columns of the dataset, then those that it does not use.
     pub(crate) header: Vec<String>,
+    /// Empty for columns that are not used.
     pub(crate) columns: Vec<Vec<f64>>,
+    /// For each column, the first cell that holds something other than a number, and how many do.
+    pub(crate) unreadable: Vec<Option<(usize, usize)>>,
+    /// Rows of the file before the first one with data.
+    pub(crate) rows_before: usize,
+    /// Columns that were brought from another rate, a sentence each.
+    pub(crate) notes: Vec<String>,
 }
 
 pub(crate) fn role_is_check(role: Option<Role>) -> bool {

@@ -15,7 +15,7 @@ const IMPACTS: f64 = 7.0;
 /// Deviation of the difference, over that of its noise, below which it shows nothing.
 const OVER_NOISE: f64 = 5.0;
 
-/// What says that two bodies with accelerometers hit each other; none where they do not, or where nothing
+/// What says that two bodies with accelerometers hit each other; `None` if they do not, or where nothing
 /// tells. Records in which a tool touches and leaves have impacts anyway, and are left aside.
 pub(crate) fn rattles(dataset: &Dataset) -> Option<String> {
     let accelerations: Vec<usize> = (0..dataset.channels.len())
@@ -43,7 +43,8 @@ pub(crate) fn rattles(dataset: &Dataset) -> Option<String> {
     let middle = found.get(found.len() / 2).copied().filter(|middle| *middle > IMPACTS)?;
     let [a, b] = [first, last].map(|c| &dataset.channels[c].column);
     Some(format!(
-        "`{a}` and `{b}` differ in impacts (kurtosis {middle:.0}, 3 for a joint that bends): the bodies hit each other across a free play"
+        "`{a}` and `{b}` differ in impacts (kurtosis {middle:.0}, 3 for a joint that bends): the bodies hit \
+         each other across a free play"
     ))
 }
 

@@ -16,7 +16,7 @@ const GAIN: f64 = 12870.0;
 const SIGMA_OVER_MEDIAN: f64 = 1.4826;
 
 /// One sigma of white noise in a series.
-fn of_series(series: &[f64]) -> f64 {
+pub(crate) fn of_series(series: &[f64]) -> f64 {
     let mut differences = series.to_vec();
     for _ in 0..ORDER {
         differences = differences.windows(2).map(|pair| pair[1] - pair[0]).collect();

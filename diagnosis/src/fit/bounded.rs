@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// The `x` between `low` and `high` that minimises `x^T a x / 2 - b^T x`, `a` positive definite; none where
+/// The `x` between `low` and `high` that minimises `x^T a x / 2 - b^T x`, `a` positive definite; `None` if
 /// it is not. Zero must be within the bounds.
 pub(crate) fn minimise(
     a: &DMatrix<f64>,

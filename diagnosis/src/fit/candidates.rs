@@ -1,10 +1,10 @@
 //! Every effect of the library under every element of the believed machine where it makes sense.
 
 use feeler_plant::assembly::{Assembly, GROUND_NODE, assemble};
-use feeler_plant::description::{Element, Machine, Quantity, Site, Table};
+use feeler_plant::description::{Axis, Element, Machine, Quantity, Site, Table};
 use feeler_plant::effects::{Change, Definition, EffectError, EffectUse, HostKind, LIBRARY, Place};
 
-use crate::kinds::host_of;
+use crate::kinds::{dossier, host_of, overlaps};
 
 /// An effect that may be the cause.
 #[derive(Clone, Copy, Debug)]
@@ -25,9 +25,12 @@ impl Candidate {
 pub(crate) fn candidates(machine: &Machine) -> Vec<Candidate> {
     let Ok(assembly) = assemble(machine) else { return Vec::new() };
     let mut found = Vec::new();
-    for definition in
-        LIBRARY.iter().copied().filter(|definition| matches!(definition.change, Change::Plant(_)))
-    {
+    let can_act = |definition: &&Definition| {
+        matches!(definition.change, Change::Plant(_))
+            && (!machine.contacts.is_empty() || !dossier(definition.kind).needs_contact)
+            && (machine.axis == Axis::Rotational || !dossier(definition.kind).only_turning)
+    };
+    for definition in LIBRARY.iter().copied().filter(can_act) {
         for site in machine.sites() {
             let host = assembly.host_kind(host_of(site));
             if definition.hosts.contains(&host)
@@ -46,9 +49,8 @@ fn applies(machine: &Machine, assembly: &Assembly, definition: &'static Definiti
     let mut probe = machine.clone();
     let values: Vec<f64> = definition.parameters.iter().map(|p| p.default.unwrap_or(p.typical)).collect();
     let Some(effects) = probe.element_mut(site).map(Element::effects_mut) else { return false };
-    if effects.iter().any(|effect| effect.definition.kind == definition.kind) {
-        return false;
-    }
+    // One that is believed is replaced.
+    effects.retain(|effect| !overlaps(definition.kind, effect.definition.kind));
     // A split of masses may ask for less than the typical one; the fit will.
     let refused = definition.apply(&mut assembly.clone(), host_of(site), &values);
     effects.push(EffectUse { definition, values });

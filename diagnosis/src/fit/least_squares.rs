@@ -4,10 +4,12 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::budget::{Budget, Stage};
-use crate::dataset::Dataset;
+use crate::dataset::{Dataset, Record};
 use crate::fit::bounded::minimise;
 use crate::fit::curvature::{add_curvature, add_gradient, times};
 use crate::fit::model::{Model, Unknown};
+use crate::fit::wander::{commanded_acceleration, wander};
+use crate::inverse::Inverse;
 use crate::predict::{Prediction, Predictor};
 
 /// Independent pieces of evidence in one channel of one experiment. Samples are many, but a model's errors
@@ -27,6 +29,14 @@ const CONVERGED: f64 = 0.02;
 /// The same as a share of the cost: models are told apart by far larger differences.
 const CONVERGED_SHARE: f64 = 1e-5;
 
+/// Independent looks per channel and second of motion: errors of a model last a tenth of a second.
+const LOOKS_PER_S: f64 = 8.0;
+/// Looks per radian where nothing but positions keeps a prediction on the motion: errors last as long as the
+/// anchor remembers.
+const LOOKS_PER_RADIAN: f64 = 0.2;
+/// Looks of a short experiment, and rows that a look takes at least.
+const FEWEST_LOOKS: f64 = 4.0;
+const ROWS_PER_LOOK: f64 = 10.0;
 /// Per record and channel, what the residuals are compared with.
 #[derive(Clone, Debug)]
 pub(crate) struct Weights {
@@ -36,6 +46,8 @@ pub(crate) struct Weights {
     pub(crate) scale: Vec<Vec<f64>>,
     /// What a residual is divided by.
     pub(crate) sigma: Vec<Vec<f64>>,
+    /// Per record, independent looks at one of its channels.
+    pub(crate) looks: Vec<f64>,
 }
 
 impl Weights {
@@ -83,9 +95,17 @@ impl Weights {
                 channel.quantity(&dataset.machine) == feeler_plant::description::Quantity::Position
             })
             .collect();
+        let is_read = |c: &crate::dataset::Channel| {
+            c.quantity(&dataset.machine) == feeler_plant::description::Quantity::Acceleration
+        };
+        let is_blind = !dataset.channels.iter().any(is_read);
         let sigma = (0..dataset.records.len())
             .map(|r| {
-                let accelerations = acceleration_scale(dataset, &scale[r], r, reference[r].omega);
+                // Accelerometers keep a prediction on its way whatever the command's noise.
+                let wander = if is_blind { wander(dataset, r, reference[r].omega) } else { 0.0 };
+                let commanded = if is_blind { commanded_acceleration(dataset, r) } else { 0.0 };
+                let accelerations =
+                    acceleration_scale(dataset, &scale[r], r, reference[r].omega).max(commanded);
                 (0..channels)
                     .map(|c| {
                         let expected = if is_position[c] && reference[r].omega > 0.0 {
@@ -93,13 +113,27 @@ impl Weights {
                         } else {
                             scale[r][c]
                         };
-                        noise[r][c].hypot(DISCREPANCY * expected).max(f64::MIN_POSITIVE)
+                        let wander = if is_position[c] { wander } else { 0.0 };
+                        noise[r][c].hypot(DISCREPANCY * expected).hypot(wander).max(f64::MIN_POSITIVE)
                     })
                     .collect()
             })
             .collect();
-        Self { noise, scale, sigma }
+        let looks = (dataset.records.iter().zip(reference))
+            .map(|(record, reference)| {
+                looks(record, is_blind.then_some(reference.omega).filter(|o| *o > 0.0))
+            })
+            .collect();
+        Self { noise, scale, sigma, looks }
     }
+}
+
+/// Independent looks at one channel of a record; `omega` is the natural frequency of the anchoring (rad/s)
+/// where nothing but positions keeps a prediction on the motion.
+fn looks(record: &Record, omega: Option<f64>) -> f64 {
+    let rows = record.len() as f64;
+    let per_s = omega.map_or(LOOKS_PER_S, |omega| (LOOKS_PER_RADIAN * omega).min(LOOKS_PER_S));
+    (per_s * rows * record.spacing_s).min(rows / ROWS_PER_LOOK).max(FEWEST_LOOKS)
 }
 
 /// Root mean square acceleration of a record: measured, or from the position's own variation at the anchor's
@@ -131,6 +165,8 @@ pub(crate) struct Task<'a> {
     pub(crate) weights: Weights,
     pub(crate) fitted: Vec<usize>,
     pub(crate) budget: Budget,
+    /// The same records as balances of forces, where they are ones that a balance shows.
+    pub(crate) inverse: Option<Inverse>,
 }
 
 /// A fitted model.

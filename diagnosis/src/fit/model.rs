@@ -1,14 +1,15 @@
 //! A machine with unknowns: believed values free within their tolerance, and effects that are being tried.
 
 use feeler_plant::assembly::{Assembly, assemble};
-use feeler_plant::description::{Believed, Engagement, Machine, Site, Table};
-use feeler_plant::effects::{Definition, EffectUse, Parameter, Scale, Trait};
+use feeler_plant::description::{Believed, Element, Engagement, Machine, Site, Table};
+use feeler_plant::effects::{Change, Definition, EffectUse, Kind, Parameter, Scale, Trait};
 use feeler_plant::problem::Problem;
 use feeler_plant::units::Dimension;
 use indexmap::IndexMap;
 
 use crate::error::DiagnosisError;
-use crate::kinds::dossier;
+use crate::inverse::Part;
+use crate::kinds::{dossier, overlaps};
 use crate::predict::Presliding;
 use crate::tolerance;
 
@@ -22,11 +23,17 @@ const AT_END: f64 = 5e-3;
 /// A tolerance is taken as this many standard deviations.
 const SIGMAS: f64 = 2.0;
 
+/// Damping may be this many times smaller than believed and still be calibration.
+const LESS_DAMPING: f64 = 8.0;
+
 /// What one unknown stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Target {
     /// A believed number: its place among the keys of the element.
     Value(Site, usize),
+    /// A parameter of a believed effect: its element, the effect's place there, the parameter's among its
+    /// own.
+    Belief(Site, usize, usize),
     /// Parameter of an effect: index of the effect in the model, of the parameter in its definition.
     Effect(usize, usize),
     /// How sticking guides give way: frequency.
@@ -100,7 +107,7 @@ impl Model {
         stated: &IndexMap<String, f64>,
     ) -> Result<Self, DiagnosisError> {
         let assembly = assemble(machine).map_err(|problems| DiagnosisError::Machine { problems })?;
-        let mut model = Self { believed: machine.clone(), tried: Vec::new(), unknowns: Vec::new() };
+        let mut unknowns = Vec::new();
         let mut add = |site: Site, believed: &Believed| {
             let key = format!("{}.{}", site.key(machine), believed.key.name);
             let value = believed.value;
@@ -112,6 +119,8 @@ impl Model {
             let (log, unit, sigma) = match believed.dimension() {
                 Dimension::DAMPING => (true, 1.0, stated.unwrap_or(tolerance::DAMPING).ln_1p()),
                 _ if is_gap => (false, value.abs(), stated.unwrap_or(tolerance::GAP)),
+                // An angle may be negative.
+                _ if value < 0.0 => (false, value.abs(), stated.unwrap_or(tolerance::FRACTION)),
                 _ => (true, 1.0, stated.unwrap_or(tolerance::FRACTION)),
             };
             let difference = if is_gap { GAP_DIFFERENCE_M / unit } else { DIFFERENCE };
@@ -120,9 +129,12 @@ impl Model {
             let mut unknown = Unknown { target, log, unit, prior: None, bounds, difference };
             let centre = unknown.theta(value);
             unknown.prior = Some((centre, sigma / SIGMAS));
-            // Beyond its tolerance a value is no calibration any more, but an effect to be found.
-            unknown.bounds = (centre - sigma, centre + sigma);
-            model.unknowns.push(unknown);
+            // Beyond its tolerance a value is no calibration any more, but an effect to be found. Less damping
+            // than believed is none: no effect takes damping away.
+            let down =
+                if believed.dimension() == Dimension::DAMPING { sigma.max(LESS_DAMPING.ln()) } else { sigma };
+            unknown.bounds = (centre - down, centre + sigma);
+            unknowns.push(unknown);
         };
         let takes_part = |site: &Site| match site.table {
             Table::Bodies => assembly.rigid_mass_kg(site.index + 1).is_finite(),
@@ -134,7 +146,39 @@ impl Model {
             let believed = machine.element(site).map(|(_, element)| element.believed());
             believed.iter().flatten().for_each(|believed| add(site, believed));
         }
+        for site in machine.sites() {
+            let effects = machine.element(site).map_or(&[][..], |(_, element)| element.effects());
+            for (e, effect) in effects.iter().enumerate() {
+                let key = format!("{}.effects.{}", site.key(machine), effect.definition.kind);
+                unknowns.extend(beliefs(site, e, effect, &key, stated));
+            }
+        }
+        let mut model = Self { believed: machine.clone(), tried: Vec::new(), unknowns };
+        if model.has_dry_friction() {
+            model.free_presliding();
+        }
         Ok(model)
+    }
+
+    /// Lets how sticking guides give way be fitted.
+    fn free_presliding(&mut self) {
+        let usual = Presliding::default();
+        for (target, value, sigma) in [
+            (Target::PreslidingFrequency, usual.frequency_hz, PRESLIDING_SPREAD[0]),
+            (Target::PreslidingDamping, usual.damping_ratio, PRESLIDING_SPREAD[1]),
+        ] {
+            let centre = value.ln();
+            let bounds = (centre - 2.0 * sigma, centre + 2.0 * sigma);
+            let prior = Some((centre, sigma));
+            self.unknowns.push(Unknown {
+                target,
+                log: true,
+                unit: 1.0,
+                prior,
+                bounds,
+                difference: DIFFERENCE,
+            });
+        }
     }
 
     /// The same with an effect more.
@@ -161,23 +205,7 @@ impl Model {
             model.unknowns.push(unknown);
         }
         if definition.has(Trait::DryFriction) && !model.has_dry_friction() {
-            let usual = Presliding::default();
-            for (target, value, sigma) in [
-                (Target::PreslidingFrequency, usual.frequency_hz, PRESLIDING_SPREAD[0]),
-                (Target::PreslidingDamping, usual.damping_ratio, PRESLIDING_SPREAD[1]),
-            ] {
-                let centre = value.ln();
-                let bounds = (centre - 2.0 * sigma, centre + 2.0 * sigma);
-                let prior = Some((centre, sigma));
-                model.unknowns.push(Unknown {
-                    target,
-                    log: true,
-                    unit: 1.0,
-                    prior,
-                    bounds,
-                    difference: DIFFERENCE,
-                });
-            }
+            model.free_presliding();
         }
         model.tried.push(Tried { site, effect: EffectUse { definition, values: values.to_vec() } });
         model
@@ -216,8 +244,86 @@ impl Model {
             .collect()
     }
 
+    /// The start with some parts of the believed machine this many times as large as believed.
+    pub(crate) fn start_at(&self, factors: &[(Part, f64)]) -> Vec<f64> {
+        let part_of = |target: Target| match target {
+            Target::Value(site, index) => {
+                let believed = self.believed.element(site)?.1.believed();
+                let dimension = believed.into_iter().find(|believed| believed.index == index)?.dimension();
+                match dimension {
+                    Dimension::MASS => Some(Part::Mass),
+                    Dimension::DAMPING => Some(Part::Damping),
+                    _ => None,
+                }
+            }
+            Target::Belief(site, e, p) => {
+                let definition = self.believed.element(site)?.1.effects().get(e)?.definition;
+                (definition.parameters.get(p)?.dimension == Dimension::FORCE)
+                    .then_some(Part::Effect(site, definition.kind))
+            }
+            _ => None,
+        };
+        let moved = |(unknown, start): (&Unknown, f64)| {
+            let part = part_of(unknown.target);
+            let factor = factors.iter().find(|(other, _)| Some(*other) == part).map_or(1.0, |(_, f)| *f);
+            unknown.theta(factor * unknown.value(start)).clamp(unknown.bounds.0, unknown.bounds.1)
+        };
+        self.unknowns.iter().zip(self.start()).map(moved).collect()
+    }
+
+    /// A start, and the same with guides that give way at lower and higher frequencies, where any sticks.
+    pub(crate) fn stiffer(&self, start: &[f64]) -> Vec<Vec<f64>> {
+        let Some(i) = self.unknowns.iter().position(|unknown| unknown.target == Target::PreslidingFrequency)
+        else {
+            return vec![start.to_vec()];
+        };
+        let at = |shift: f64| {
+            let mut start = start.to_vec();
+            start[i] = (start[i] + shift).clamp(self.unknowns[i].bounds.0, self.unknowns[i].bounds.1);
+            start
+        };
+        [-STIFFER, 0.0, STIFFER].map(at).to_vec()
+    }
+
     fn has_dry_friction(&self) -> bool {
-        self.tried.iter().any(|tried| tried.effect.definition.has(Trait::DryFriction))
+        let is_dry = |effect: &EffectUse| effect.definition.has(Trait::DryFriction);
+        let machine = &self.believed;
+        let believed = machine.sites().filter_map(|site| Some(machine.element(site)?.1.effects()));
+        believed.flatten().chain(self.tried.iter().map(|tried| &tried.effect)).any(is_dry)
+    }
+
+    /// Whether an effect that is tried stands in the place of a believed one: it says the same, contains it
+    /// or is contained in it.
+    fn replaces(&self, site: Site, kind: Kind) -> bool {
+        self.tried.iter().any(|tried| tried.site == site && overlaps(tried.effect.definition.kind, kind))
+    }
+
+    /// Whether nothing depends on an unknown any more: its effect has been replaced.
+    pub(crate) fn is_idle(&self, unknown: usize) -> bool {
+        let Target::Belief(site, e, _) = self.unknowns[unknown].target else { return false };
+        let effects = self.believed.element(site).map_or(&[][..], |(_, element)| element.effects());
+        effects.get(e).is_some_and(|effect| self.replaces(site, effect.definition.kind))
+    }
+
+    /// Whether effect `effect` at `theta` is one that is believed, within its tolerance.
+    pub(crate) fn is_believed(&self, effect: usize, theta: &[f64]) -> bool {
+        let Tried { site, effect: tried } = &self.tried[effect];
+        let values = self.parameters(effect, theta);
+        let mut own = self.unknowns.iter().filter_map(|unknown| match unknown.target {
+            Target::Belief(s, e, p) if s == *site => {
+                let kind = self.believed.element(s)?.1.effects().get(e)?.definition.kind;
+                (kind == tried.definition.kind).then_some((unknown, p))
+            }
+            _ => None,
+        });
+        let is_within = |(unknown, p): (&Unknown, usize)| {
+            (unknown.bounds.0..=unknown.bounds.1).contains(&unknown.theta(values[p]))
+        };
+        let mut any = false;
+        own.all(|pair| {
+            any = true;
+            is_within(pair)
+        }) && any
     }
 
     /// Parameters of effects among the unknowns: what a cause costs in simplicity.
@@ -237,6 +343,21 @@ impl Model {
         }
     }
 
+    /// Believes what another model found at `theta` for effects that it tried in the place of believed ones of
+    /// the same kind.
+    pub(crate) fn take_back(&self, start: &mut [f64], other: &Self, theta: &[f64]) {
+        for (unknown, start) in self.unknowns.iter().zip(start) {
+            let Target::Belief(site, e, p) = unknown.target else { continue };
+            let effects = self.believed.element(site).map_or(&[][..], |(_, element)| element.effects());
+            let kind = effects.get(e).map(|effect| effect.definition.kind);
+            let is_it = |tried: &Tried| tried.site == site && Some(tried.effect.definition.kind) == kind;
+            if let Some(i) = other.tried.iter().position(is_it) {
+                let value = other.parameters(i, theta)[p];
+                *start = unknown.theta(value).clamp(unknown.bounds.0, unknown.bounds.1);
+            }
+        }
+    }
+
     /// How sticking guides give way at `theta`.
     pub(crate) fn presliding(&self, theta: &[f64]) -> Presliding {
         let mut found = Presliding::default();
@@ -252,12 +373,20 @@ impl Model {
 
     /// Whether a believed value, by its dotted key, would sit at an end of its tolerance if it were `value`.
     pub(crate) fn is_at_end(&self, key: &str, value: f64) -> bool {
-        let key_of = |site: Site, index: usize| {
-            let believed = self.believed.element(site)?.1.believed().into_iter();
-            let found = believed.into_iter().find(|believed| believed.index == index)?;
-            Some(format!("{}.{}", site.key(&self.believed), found.key.name))
+        let key_of = |target: Target| match target {
+            Target::Value(site, index) => {
+                let believed = self.believed.element(site)?.1.believed();
+                let found = believed.into_iter().find(|believed| believed.index == index)?;
+                Some(format!("{}.{}", site.key(&self.believed), found.key.name))
+            }
+            Target::Belief(site, e, p) => {
+                let definition = self.believed.element(site)?.1.effects().get(e)?.definition;
+                let name = definition.parameters.get(p)?.name;
+                Some(format!("{}.effects.{}.{name}", site.key(&self.believed), definition.kind))
+            }
+            _ => None,
         };
-        let is_of = |unknown: &&Unknown| matches!(unknown.target, Target::Value(site, index) if key_of(site, index).as_deref() == Some(key));
+        let is_of = |unknown: &&Unknown| key_of(unknown.target).as_deref() == Some(key);
         self.unknowns.iter().find(is_of).is_some_and(|unknown| {
             let (low, high) = unknown.bounds;
             let theta = unknown.theta(value);
@@ -281,10 +410,24 @@ impl Model {
         let mut machine = self.believed.clone();
         for (unknown, &theta) in self.unknowns.iter().zip(theta) {
             let value = unknown.value(theta);
-            if let Target::Value(site, index) = unknown.target
-                && let Some(element) = machine.element_mut(site)
-            {
-                element.believe(index, value);
+            match unknown.target {
+                Target::Value(site, index) => {
+                    if let Some(element) = machine.element_mut(site) {
+                        element.believe(index, value);
+                    }
+                }
+                Target::Belief(site, e, p) => {
+                    let effects = machine.element_mut(site).map(Element::effects_mut);
+                    if let Some(effect) = effects.and_then(|effects| effects.get_mut(e)) {
+                        effect.values[p] = value;
+                    }
+                }
+                _ => {}
+            }
+        }
+        for tried in &self.tried {
+            if let Some(element) = machine.element_mut(tried.site) {
+                element.effects_mut().retain(|effect| !self.replaces(tried.site, effect.definition.kind));
             }
         }
         for (i, tried) in self.tried.iter().enumerate() {
@@ -306,6 +449,42 @@ impl Model {
     }
 }
 
+/// The parameters of a believed effect, free within their tolerances.
+fn beliefs(
+    site: Site,
+    e: usize,
+    effect: &EffectUse,
+    key: &str,
+    stated: &IndexMap<String, f64>,
+) -> Vec<Unknown> {
+    let definition = effect.definition;
+    // A step of the readings is read off them, and stays.
+    let is_fitted =
+        matches!(definition.change, Change::Plant(_)) && dossier(definition.kind).read_off.is_none();
+    let parameters = definition.parameters.iter().zip(&effect.values).enumerate();
+    let unknown = |(p, (parameter, &value)): (usize, (&Parameter, &f64))| {
+        let log = parameter.scale == Scale::Log;
+        let unit = if parameter.dimension == Dimension::NONE { parameter.typical.abs() } else { value.abs() };
+        if !value.is_finite() || unit == 0.0 || (log && value <= 0.0) {
+            return None;
+        }
+        let is_loose = definition.has(Trait::DryFriction) || parameter.dimension == Dimension::DAMPING;
+        let usual = if is_loose && log { tolerance::DAMPING } else { tolerance::FRACTION };
+        let tolerance = stated.get(&format!("{key}.{}", parameter.name)).copied().unwrap_or(usual);
+        let sigma = if log { tolerance.ln_1p() } else { tolerance };
+        let target = Target::Belief(site, e, p);
+        let unit = if log { 1.0 } else { unit };
+        let mut unknown =
+            Unknown { target, log, unit, prior: None, bounds: (0.0, 0.0), difference: DIFFERENCE };
+        let centre = unknown.theta(value);
+        let [low, high] = [parameter.bounds.0, parameter.bounds.1].map(|bound| unknown.theta(bound));
+        unknown.prior = Some((centre, (sigma / SIGMAS).max(f64::MIN_POSITIVE)));
+        unknown.bounds = ((centre - sigma).max(low).min(centre), (centre + sigma).min(high).max(centre));
+        (tolerance > 0.0).then_some(unknown)
+    };
+    if is_fitted { parameters.filter_map(unknown).collect() } else { Vec::new() }
+}
+
 /// A machine as an experiment with this engagement sees it.
 pub(crate) fn assemble_for(
     mut machine: Machine,
@@ -318,6 +497,9 @@ pub(crate) fn assemble_for(
     }
     assemble(&machine)
 }
+
+/// How much stiffer a guide is tried, as a logarithm of its frequency.
+const STIFFER: f64 = 1.4;
 
 /// One sigma of what is known of pre-sliding, frequency and damping ratio, as logarithms.
 const PRESLIDING_SPREAD: [f64; 2] = [1.2, 1.0];

@@ -5,36 +5,25 @@
 //! size of what no model explains cancels. A white-noise likelihood of all samples would make every
 //! comparison certain, also the wrong ones.
 
-use crate::dataset::{Dataset, Record};
+use crate::fit::least_squares::Weights;
 use crate::fit::search::Scored;
 
-/// Independent looks per channel and second of motion: errors of a model last a tenth of a second.
-const LOOKS_PER_S: f64 = 8.0;
-/// Looks of a short experiment, and rows that a look takes at least.
-const FEWEST_LOOKS: f64 = 4.0;
-const ROWS_PER_LOOK: f64 = 10.0;
 /// Evidence that an unknown more must bring, nats.
 const PER_UNKNOWN: f64 = 1.5;
 /// Mean squares below this are noise; differences there tell nothing.
 const QUIET: f64 = 0.05;
 
 /// Evidence for `new` against `old` over `records`, nats.
-pub(crate) fn gain(dataset: &Dataset, old: &Scored, new: &Scored, records: &[usize]) -> f64 {
+pub(crate) fn gain(weights: &Weights, old: &Scored, new: &Scored, records: &[usize]) -> f64 {
     let mut sum = 0.0;
     for &r in records {
-        let looks = looks(&dataset.records[r]);
+        let looks = weights.looks[r];
         for (a, b) in old.misfits[r].iter().zip(&new.misfits[r]) {
             sum += 0.5 * looks * ((a + QUIET) / (b + QUIET)).ln();
         }
     }
     let unknowns = new.fitted.theta.len() as f64 - old.fitted.theta.len() as f64;
     sum - PER_UNKNOWN * unknowns
-}
-
-/// Independent looks at one channel of a record.
-pub(crate) fn looks(record: &Record) -> f64 {
-    let rows = record.len() as f64;
-    (LOOKS_PER_S * rows * record.spacing_s).min(rows / ROWS_PER_LOOK).max(FEWEST_LOOKS)
 }
 
 /// Probabilities from evidence in nats, softened by `temperature`.

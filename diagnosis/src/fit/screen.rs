@@ -150,7 +150,10 @@ impl<'a> Linearised<'a> {
         let predictions: Option<Vec<Prediction>> =
             self.task.fitted.par_iter().map(|&r| self.task.predict(model, theta, r)).collect();
         let predictions = predictions?;
-        let (low, high) = reach(&self.base.model.unknowns, &self.base.theta);
+        let (mut low, mut high) = reach(&self.base.model.unknowns, &self.base.theta);
+        for i in (0..n).filter(|&i| model.is_idle(i)) {
+            (low[i], high[i]) = (0.0, 0.0);
+        }
         // Far from where the others belong the robust loss hardly feels how far: they are first brought near
         // by plain least squares.
         let still = DVector::zeros(n);

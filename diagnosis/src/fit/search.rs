@@ -1,7 +1,8 @@
 //! From calibration to single effects to compounds.
 
 use feeler_plant::assembly::Source;
-use feeler_plant::description::{Engagement, Quantity};
+use feeler_plant::description::{ActuatorKind, Engagement, Quantity};
+use feeler_plant::effects::Parameter;
 use feeler_problem::Problem;
 use rayon::prelude::*;
 
@@ -14,6 +15,7 @@ use crate::fit::model::Model;
 use crate::fit::nested;
 use crate::fit::screen::Linearised;
 use crate::gap::locate::low_pass;
+use crate::inverse::{Balanced, Inverse};
 use crate::kinds::{Element, Glance, Seen, dossier};
 use crate::predict::{Prediction, Predictor};
 
@@ -38,6 +40,8 @@ pub(crate) struct Scored {
     pub(crate) fitted: Fitted,
     /// Mean robust squared residual per record and channel.
     pub(crate) misfits: Vec<Vec<f64>>,
+    /// The same causes in a balance of forces; `None` where none shows them.
+    pub(crate) balanced: Option<Balanced>,
 }
 
 /// All that a search has tried.
@@ -71,17 +75,60 @@ pub(crate) fn search(dataset: &Dataset, budget: Budget) -> Result<Search<'_>, Di
         .collect::<Result<Vec<Prediction>, _>>()?;
     let weights = Weights::new(dataset, &reference);
     let fitted = (0..dataset.records.len()).filter(|&r| !dataset.records[r].is_check).collect();
-    let task = Task { dataset, weights, fitted, budget };
-    let calibrated = score(&task, Vec::new(), task.fit(&model, &start, STEPS));
-    let glance = glance(&task, &calibrated);
+    let task = Task { dataset, weights, fitted, budget, inverse: Inverse::new(dataset) };
+    let mut calibrated = score(&task, Vec::new(), calibrate(&task, &model));
+    let mut glance = glance(&task, &calibrated);
     let all = candidates(&dataset.machine);
-    let Extended { fits: singles, others, silent, untried } = extensions(&task, &calibrated, &all, &glance);
-    let (low, high) = glance
-        .missing
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
-    let seen = Seen { stroke_m: high - low, command_n: glance.command };
+    let mut extended = extensions(&task, &calibrated, &all, &glance);
+    // Every cause contains calibration: where one of next to nothing fits better, calibration had stopped.
+    if let Some(better) = recalibrated(&task, &calibrated, &extended.fits) {
+        calibrated = better;
+        glance = self::glance(&task, &calibrated);
+        extended = extensions(&task, &calibrated, &all, &glance);
+    }
+    let Extended { fits: singles, others, silent, untried } = extended;
+    let seen = Seen { stroke_m: glance.stroke(), command_n: glance.command, step_m: finest_step(dataset) };
     Ok(Search { task, calibrated, singles, others, silent, untried, seen })
+}
+
+/// The finest step of an encoder, m, where no accelerometer tells of what is smaller.
+fn finest_step(dataset: &Dataset) -> f64 {
+    let of =
+        |wanted: Quantity| dataset.channels.iter().filter(move |c| c.quantity(&dataset.machine) == wanted);
+    if of(Quantity::Acceleration).next().is_some() {
+        return 0.0;
+    }
+    let finest = of(Quantity::Position).map(|channel| channel.resolution).fold(f64::INFINITY, f64::min);
+    if finest.is_finite() { finest } else { 0.0 }
+}
+
+/// Values of the believed machine: fitted from where they are believed, from where forces balance, and both
+/// with guides that give way less and more; dry friction leaves valleys between these.
+fn calibrate(task: &Task<'_>, model: &Model) -> Fitted {
+    let believed = model.start();
+    let balanced = task.inverse.as_ref().map(|inverse| model.start_at(&inverse.believed()));
+    let starts: Vec<Vec<f64>> =
+        std::iter::once(believed).chain(balanced).flat_map(|start| model.stiffer(&start)).collect();
+    let fits = starts.into_par_iter().map(|start| task.fit(model, &start, SCREENING_STEPS));
+    let best = fits.min_by(|a, b| a.cost.total_cmp(&b.cost));
+    best.map_or_else(
+        || task.fit(model, &model.start(), STEPS),
+        |best| task.fit(model, &best.theta, 2 * STEPS),
+    )
+}
+
+/// Calibration from where causes beside it ended, where that costs clearly less.
+fn recalibrated(task: &Task<'_>, calibrated: &Scored, fits: &[Scored]) -> Option<Scored> {
+    let begin = |scored: &Scored| {
+        let mut start = calibrated.fitted.theta.clone();
+        let (model, theta) = (&scored.fitted.model, &scored.fitted.theta);
+        calibrated.fitted.model.take_over(&mut start, model, theta, 0);
+        calibrated.fitted.model.take_back(&mut start, model, theta);
+        (task.cost(&calibrated.fitted.model, &start), start)
+    };
+    let (cost, start) = fits.iter().map(begin).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let is_worth = cost < calibrated.fitted.cost - WORTH_FITTING;
+    is_worth.then(|| score(task, Vec::new(), task.fit(&calibrated.fitted.model, &start, STEPS)))
 }
 
 /// One more effect, for every candidate.
@@ -102,7 +149,9 @@ pub(crate) fn score(task: &Task<'_>, causes: Vec<Candidate>, fitted: Fitted) -> 
     let misfits = task
         .misfits(&fitted.model, &fitted.theta, &records)
         .unwrap_or_else(|| vec![vec![f64::INFINITY; channels]; records.len()]);
-    Scored { causes, fitted, misfits }
+    // What a balance does not show adds nothing to it.
+    let balanced = task.inverse.as_ref().and_then(|inverse| inverse.weigh(&Inverse::shown_of(&causes)));
+    Scored { causes, fitted, misfits, balanced }
 }
 
 /// `base` with one more effect, for every candidate: all after a few steps, then the best and the best of
@@ -175,7 +224,8 @@ fn screen(
     glance: &Glance,
 ) -> Option<Fitted> {
     let element = Element::at(candidate.site, &task.dataset.machine, &task.dataset.tolerance);
-    let starts = (dossier(candidate.definition.kind).starts)(&element, glance);
+    let mut starts = (dossier(candidate.definition.kind).starts)(&element, glance);
+    starts.extend(balanced_start(task, base, candidate));
     let mut begun: Vec<(f64, Model, Vec<f64>)> = starts
         .into_iter()
         .take_while(|_| !task.budget.is_over(Stage::Screen))
@@ -200,6 +250,18 @@ fn screen(
         .min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
+/// The values of a candidate beside those of `base` that a balance of forces gives.
+fn balanced_start(task: &Task<'_>, base: &Scored, candidate: Candidate) -> Option<Vec<f64>> {
+    let causes: Vec<Candidate> = base.causes.iter().copied().chain([candidate]).collect();
+    let values = task.inverse.as_ref()?.weigh(&causes)?.values.pop()?;
+    let parameters = candidate.definition.parameters;
+    let is_within = |(value, parameter): (&f64, &Parameter)| {
+        let (low, high) = parameter.bounds;
+        value.is_finite() && (low..=high).contains(value) && Some(*value) != parameter.null
+    };
+    values.iter().zip(parameters).all(is_within).then_some(values)
+}
+
 /// Whether two starts of one candidate are so near that a fit from either ends at the same place.
 fn are_neighbours(a: &Model, b: &Model) -> bool {
     let values =
@@ -215,8 +277,12 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
     let mut depths: Vec<Vec<f64>> = vec![Vec::new(); dataset.machine.contacts.len()];
     for (r, record) in dataset.records.iter().enumerate() {
         glance.spacing_s = record.spacing_s;
-        for command in &record.commands {
-            glance.command = glance.command.max(largest(command));
+        let mut is_pushed = true;
+        for ((drive, _), command) in dataset.drives.iter().zip(&record.commands) {
+            let is_force = matches!(dataset.machine.actuators[*drive].kind, ActuatorKind::Force { .. });
+            is_pushed &= is_force;
+            glance.asked = glance.asked.max(largest(command));
+            glance.command = if is_force { glance.command.max(largest(command)) } else { glance.command };
             let changes: Vec<f64> = command.windows(2).map(|w| w[1] - w[0]).collect();
             glance.command_change = glance.command_change.max(largest(&changes));
         }
@@ -228,6 +294,10 @@ pub(crate) fn glance(task: &Task<'_>, calibrated: &Scored) -> Glance {
         let Some(prediction) = task.predict(&calibrated.fitted.model, &calibrated.fitted.theta, r) else {
             continue;
         };
+        if !is_pushed {
+            let forces: Vec<f64> = prediction.stroke.iter().map(|stroke| stroke[2]).collect();
+            glance.command = glance.command.max(largest(&forces));
+        }
         glance.speed = prediction.stroke.iter().map(|s| s[1].abs()).fold(glance.speed, f64::max);
         if !record.is_check {
             let mass = moving_mass(dataset, calibrated);
@@ -318,13 +388,45 @@ pub(crate) fn missing_acceleration(dataset: &Dataset, record: usize, prediction:
         .collect()
 }
 
-/// Corner of the smoothing before a position's residual is differentiated, Hz.
-const SMOOTH_HZ: f64 = 30.0;
+/// Root mean square of the acceleration that noise alone makes seem to be missing: of the sensors, steps of
+/// an encoder included.
+pub(crate) fn noise_acceleration(task: &Task<'_>, record: usize, omega: f64) -> f64 {
+    let dataset = task.dataset;
+    let of = |wanted: Quantity| -> Vec<f64> {
+        let is_heard = |c: &usize| {
+            dataset.channels[*c].quantity(&dataset.machine) == wanted && !dataset.records[record].silent[*c]
+        };
+        (0..dataset.channels.len()).filter(is_heard).map(|c| task.weights.noise[record][c]).collect()
+    };
+    let accelerations = of(Quantity::Acceleration);
+    if !accelerations.is_empty() {
+        let sum: f64 = accelerations.iter().map(|noise| noise * noise).sum();
+        return sum.sqrt() / accelerations.len() as f64;
+    }
+    let Some(noise) = of(Quantity::Position).first().copied() else { return 0.0 };
+    // A small generator is enough, and makes it repeatable.
+    let mut seed: u64 = 0x9E37_79B9_7F4A_7C15;
+    let mut draw = || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
+    };
+    let rows = dataset.records[record].len().min(NOISE_ROWS);
+    let readings: Vec<f64> = (0..rows).map(|_| noise * draw()).collect();
+    let forced = forcing(&readings, omega, dataset.records[record].spacing_s);
+    (forced.iter().map(|a| a * a).sum::<f64>() / rows.max(1) as f64).sqrt()
+}
+
+/// Rows of noise that tell what it makes.
+const NOISE_ROWS: usize = 4000;
+
+/// Corner of the smoothing before a position's residual is differentiated, over the anchor's natural
+/// frequency (cycles per radian): 30 Hz at the fastest.
+const SMOOTH: f64 = 0.75;
 
 /// The acceleration that forces an anchored position's residual `r`: `r'' + sqrt(2) omega r' + omega^2 r`,
 /// the anchor's own error dynamics.
 fn forcing(residual: &[f64], omega: f64, dt: f64) -> Vec<f64> {
-    let r = low_pass(residual, SMOOTH_HZ, dt);
+    let r = low_pass(residual, SMOOTH * omega, dt);
     let last = r.len() - 1;
     (0..r.len())
         .map(|k| {

@@ -9,8 +9,7 @@ use feeler_plant::effects::{ForceRipple, Place};
 use feeler_plant::units::Dimension;
 
 use crate::fit::least_squares::Task;
-use crate::fit::odds::looks;
-use crate::fit::search::{Scored, missing_acceleration, moving_mass};
+use crate::fit::search::{Scored, missing_acceleration, moving_mass, noise_acceleration};
 use crate::gap::unknown::{explained, portrait};
 use crate::kinds::ripples;
 use crate::predict::Prediction;
@@ -117,7 +116,8 @@ fn rung(
             let after: f64 = left(r, &prediction, c).iter().map(|x| x * x).sum();
             let misfit = scored.misfits[r][c];
             let rest = misfit * (after / before.max(f64::MIN_POSITIVE)).min(1.0);
-            evidence += 0.5 * share * looks(record) * ((misfit + QUIET) / (rest.max(QUIET) + QUIET)).ln();
+            evidence +=
+                0.5 * share * task.weights.looks[r] * ((misfit + QUIET) / (rest.max(QUIET) + QUIET)).ln();
         }
         if record.is_check {
             continue;
@@ -157,6 +157,19 @@ pub(crate) fn missing_force(task: &Task<'_>, scored: &Scored, records: &[usize])
     if rows > 0.0 { (sum / rows).sqrt() } else { 0.0 }
 }
 
+/// The part of it that noise alone makes.
+pub(crate) fn noise_force(task: &Task<'_>, scored: &Scored, records: &[usize]) -> f64 {
+    let mass = moving_mass(task.dataset, scored);
+    let (mut sum, mut rows) = (0.0, 0.0);
+    for &r in records {
+        let Some(prediction) = task.predict(&scored.fitted.model, &scored.fitted.theta, r) else { continue };
+        let own = task.dataset.records[r].len() as f64;
+        sum += own * (mass * noise_acceleration(task, r, prediction.omega)).powi(2);
+        rows += own;
+    }
+    if rows > 0.0 { (sum / rows).sqrt() } else { 0.0 }
+}
+
 /// Shapes in the force that is missing even with the accepted effects, said in words: drag that differs by
 /// direction, and waves over position of which the travel shows two periods. Both must take as much out of
 /// the check experiments, where they were not looked for.
@@ -186,7 +199,7 @@ pub(crate) fn what_is_left(task: &Task<'_>, scored: &Scored) -> Vec<String> {
     let (low, high) = over_position
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), (x, _)| (l.min(*x), h.max(*x)));
-    for ForceRipple { amplitude, pitch, phase } in ripples(&over_position) {
+    for ForceRipple { amplitude, pitch, phase, .. } in ripples(&over_position) {
         let at = |p: &Missing| amplitude * (TAU * p.position / pitch + phase).sin();
         // Where a drive is homed anew the wave begins elsewhere.
         let share = taken_out(&seen, at).min(share_at(&unseen, pitch));

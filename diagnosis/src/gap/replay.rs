@@ -50,6 +50,29 @@ pub struct Replay {
     pub windows: Vec<Vec<f64>>,
 }
 
+impl Replay {
+    /// Name of the file of its predictions: CSV, whatever the experiment was.
+    pub fn csv_name(&self) -> String {
+        let stem = self.experiment.rsplit_once('.').map_or(self.experiment.as_str(), |(stem, _)| stem);
+        format!("{stem}.csv")
+    }
+
+    /// The predicted columns under their own names and time stamps; commands as they were.
+    pub fn csv(&self, dataset: &Dataset) -> String {
+        let record = &dataset.records[self.record];
+        let commands = dataset.drives.iter().map(|(_, name)| name);
+        let names = commands.chain(dataset.channels.iter().map(|channel| &channel.column));
+        let mut text = std::iter::once("t_s").chain(names.map(String::as_str)).collect::<Vec<_>>().join(",");
+        text.push('\n');
+        for (k, t_s) in record.times_s.iter().enumerate() {
+            let cells = record.commands.iter().chain(&self.free).map(|column| column[k].to_string());
+            text += &std::iter::once(t_s.to_string()).chain(cells).collect::<Vec<_>>().join(",");
+            text.push('\n');
+        }
+        text
+    }
+}
+
 /// Drives a machine with a dataset's recorded commands: freely from the first row, and in short windows from
 /// the measured motion.
 ///
@@ -84,6 +107,31 @@ pub fn replay_record(machine: &Machine, dataset: &Dataset, index: usize) -> Resu
         free,
         windows,
     })
+}
+
+/// Relative error that stands for all larger ones, and for runs that diverge.
+const MOST_ERROR: f64 = 1e6;
+
+/// Error of free runs from the first row over the scale of each column, by the machine as believed and as
+/// repaired: root mean square over the check experiments; `None` where the believed machine does not run.
+pub fn free_runs(dataset: &Dataset, repaired: &Machine) -> Option<[f64; 2]> {
+    Some([free_run(dataset, &dataset.machine)?, free_run(dataset, repaired).unwrap_or(MOST_ERROR)])
+}
+
+/// The same of one machine; `None` where it does not run.
+pub(crate) fn free_run(dataset: &Dataset, machine: &Machine) -> Option<f64> {
+    let checks: Vec<usize> = (0..dataset.records.len()).filter(|&r| dataset.records[r].is_check).collect();
+    let of = |r: usize| -> Option<Vec<f64>> {
+        let record = &dataset.records[r];
+        let assembly = assemble_for(machine.clone(), record.engagement).ok()?;
+        let free = Predictor::new(assembly, dataset, record).ok()?.free().ok()?.series;
+        let error = |c: usize| column_error(dataset, record, c, &free[c], &free[c]).relative.min(MOST_ERROR);
+        Some((0..free.len()).map(error).filter(|error| !error.is_nan()).collect())
+    };
+    let errors: Vec<Vec<f64>> = checks.into_par_iter().map(of).collect::<Option<_>>()?;
+    let errors: Vec<f64> = errors.into_iter().flatten().collect();
+    let mean_square = errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64;
+    (!errors.is_empty()).then(|| mean_square.sqrt())
 }
 
 fn column_error(dataset: &Dataset, record: &Record, c: usize, free: &[f64], windows: &[f64]) -> ColumnError {

@@ -174,6 +174,7 @@ pub fn closing(
             weights: Weights::new(dataset, &reference?),
             fitted: Vec::new(),
             budget: Budget::unlimited(),
+            inverse: None,
         };
         let errors = square_errors(&task, &model, &start, &records)?;
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len().max(1) as f64;

@@ -120,6 +120,9 @@ pub(crate) fn portrait(
     points
 }
 
+/// Mean square residuals of two encoders along one chain that are this far apart say that it is not rigid.
+const APART: f64 = 3.0;
+
 /// Where the residuals of a model point.
 pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
     let dataset = task.dataset;
@@ -137,7 +140,10 @@ pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
         sums.map(|(sum, n)| if n > 0.0 { sum / n } else { 0.0 })
     };
     let [free, contact] = phase(worst);
-    let is_contact = contact > 2.0 * free;
+    let is_contact = !dataset.machine.contacts.is_empty() && contact > 2.0 * free;
+    let positions: Vec<f64> =
+        (0..misfits.len()).filter(|&c| quantity(c) == Quantity::Position).map(|c| misfits[c]).collect();
+    let least = positions.iter().copied().fold(f64::INFINITY, f64::min);
     let name = &dataset.channels[worst].column;
     let says = |what: &str| format!("`{name}` departs {:.1} sigma: {what}", misfits[worst].sqrt());
     let is_read = (0..misfits.len()).any(|c| quantity(c) == Quantity::Acceleration);
@@ -146,6 +152,9 @@ pub(crate) fn point(task: &Task<'_>, scored: &Scored) -> Pointer {
             Place::Base,
             says("encoder and accelerometers disagree smoothly, as when what the encoder rides on moves"),
         ),
+        Quantity::Position if misfits[worst] > APART * least.max(1.0) => {
+            (Place::Transmission, says("encoders along the chain disagree"))
+        }
         Quantity::Position | Quantity::Acceleration => {
             let accelerations: Vec<usize> =
                 (0..misfits.len()).filter(|&c| quantity(c) == Quantity::Acceleration).collect();

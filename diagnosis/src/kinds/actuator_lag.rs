@@ -3,9 +3,15 @@
 use feeler_plant::effects::{ActuatorLag, Kind};
 
 use super::start::times;
-use super::{Element, Glance, Known};
+use super::{Balance, Element, Form, Glance, Known, spread};
 
 impl Known for ActuatorLag {
+    const BALANCE: Option<Balance<Self>> = Some(Balance::shaped(
+        Form::Lag,
+        |extent| spread(0.03 * extent.resolved_s, 3.0 * extent.resolved_s, 30),
+        |_, time_constant| Self { time_constant },
+        |own| (Vec::new(), own.time_constant),
+    ));
     const APART: &'static [(Kind, &'static str)] = &[(
         Kind::CommandDelay,
         "excite the drive at higher frequencies: a lag takes the amplitude down there, a delay does not",

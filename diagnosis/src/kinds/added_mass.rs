@@ -2,10 +2,16 @@
 
 use feeler_plant::effects::{AddedMass, Host, Kind};
 
-use super::{Element, Glance, Known, Seen};
+use super::{Balance, Element, Form, Glance, Known, Seen};
 use crate::tolerance::FRACTION;
 
 impl Known for AddedMass {
+    const BALANCE: Option<Balance<Self>> = Some(Balance::shaped(
+        Form::Mass,
+        |_| vec![0.0],
+        |of, _| Self { mass: of[0] },
+        |own| (vec![own.mass], 0.0),
+    ));
     const APART: &'static [(Kind, &'static str)] = &[(
         Kind::DriveGain,
         "weigh what moves, or read the drive's force with a spring scale against a stop",

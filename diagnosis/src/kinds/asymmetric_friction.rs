@@ -3,12 +3,20 @@
 use feeler_plant::effects::{AsymmetricFriction, CoulombFriction, Kind, Parameters};
 
 use super::start::levels;
-use super::{Element, Glance, Inner, Known, Seen};
+use super::{Balance, Element, Force, Glance, Inner, Known, Seen};
 
 /// Asymmetries below this are none.
 const LEAST_ASYMMETRY: f64 = 0.02;
 
 impl Known for AsymmetricFriction {
+    const BALANCE: Option<Balance<Self>> = Some(Balance::forces(
+        &[Force::positive(|at| at.direction.max(0.0)), Force::positive(|at| at.direction.min(0.0))],
+        |of, _| {
+            let level = 0.5 * (of[0] + of[1]);
+            Self { level, asymmetry: if level > 0.0 { 0.5 * (of[0] - of[1]) / level } else { 0.0 } }
+        },
+        |own| (vec![own.level * (1.0 + own.asymmetry), own.level * (1.0 - own.asymmetry)], 0.0),
+    ));
     const CONTAINS: &'static [Inner<Self>] = &[Inner {
         kind: Kind::CoulombFriction,
         embed: |values| Self { level: CoulombFriction::of(values).level, asymmetry: 0.0 },

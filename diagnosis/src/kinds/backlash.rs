@@ -7,6 +7,8 @@ use super::{Element, Glance, Known, Seen};
 
 /// Frequencies of two bodies on their flanks that are tried.
 const FLANKS_HZ: [f64; 3] = [100.0, 250.0, 600.0];
+/// Largest command over the play and the stiffness of its flanks, at a start.
+const STIFF: f64 = 10.0;
 /// Free play that this share of the largest command would take up in a spring of the flanks' stiffness is
 /// none.
 const LEAST_PLAY: f64 = 0.01;
@@ -15,16 +17,24 @@ impl Known for Backlash {
     const APART: &'static [(Kind, &'static str)] =
         &[(Kind::SurfaceOffset, "reverse the force while the tool stays in contact: only free play shows")];
 
-    fn starts(element: &Element<'_>, _: &Glance) -> Vec<Self> {
+    fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {
         let (Some(assembly), Host::Spring(i)) = (element.assembly(), element.host) else { return Vec::new() };
         let link = &assembly.links[i];
         let [a, b] = [link.a, link.b].map(|node| assembly.nodes[node].mass_kg);
         let flanks = FLANKS_HZ.map(|frequency_hz| mode(a * b / (a + b), frequency_hz, 0.05));
         let at = |width: f64| flanks.map(|(stiffness, damping)| Self { width, stiffness, damping });
-        [1.0, 4.0, 15.0].into_iter().flat_map(|factor| at(factor * Self::typical().width)).collect()
+        // Of an axis that moves far, in the records' own scale: flanks that the largest command takes up within a
+        // tenth of the play.
+        let reduced = a * b / (a + b);
+        let coarse = [0.003, 0.01, 0.03].map(|share| share * glance.stroke()).into_iter().map(|width| {
+            let stiffness = STIFF * glance.command / width.max(f64::MIN_POSITIVE);
+            Self { width, stiffness, damping: 0.2 * (stiffness * reduced).sqrt() }
+        });
+        let fine = [1.0, 4.0, 15.0].into_iter().flat_map(|factor| at(factor * Self::typical().width));
+        fine.chain(coarse.filter(|own| own.width > 0.0 && own.stiffness.is_finite())).collect()
     }
 
     fn is_trivial(self, _: &Element<'_>, seen: Seen) -> bool {
-        self.width * self.stiffness < LEAST_PLAY * seen.command_n
+        seen.is_lost(self.width) || self.width * self.stiffness < LEAST_PLAY * seen.command_n
     }
 }

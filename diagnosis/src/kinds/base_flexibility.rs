@@ -26,7 +26,8 @@ impl Known for BaseFlexibility {
         every(RANGE_HZ).map(at).collect()
     }
 
-    fn is_trivial(self, _: &Element<'_>, _: Seen) -> bool {
-        is_overdamped(self.mass, self.stiffness, self.damping)
+    fn is_trivial(self, _: &Element<'_>, seen: Seen) -> bool {
+        seen.is_lost(seen.command_n / self.stiffness)
+            || is_overdamped(self.mass, self.stiffness, self.damping)
     }
 }

@@ -2,13 +2,19 @@
 
 use feeler_plant::effects::CommandDelay;
 
-use super::{DELAY_ROWS, Element, Glance, Known};
+use super::{Balance, DELAY_ROWS, Element, Form, Glance, Known, spread};
 
 /// Readings between two rows cannot see where between them a held command arrives, and jump where the arrival
 /// passes a row: every row is a valley of its own.
 const ROWS: [f64; 12] = [0.3, 0.5, 0.8, 1.2, 1.5, 1.8, 2.5, 3.5, 4.5, 5.5, 7.5, 10.5];
 
 impl Known for CommandDelay {
+    const BALANCE: Option<Balance<Self>> = Some(Balance::shaped(
+        Form::Delay,
+        |extent| spread(0.03 * extent.resolved_s, 3.0 * extent.resolved_s, 30),
+        |_, delay| Self { delay },
+        |own| (Vec::new(), own.delay),
+    ));
     const OFF_ROWS: f64 = DELAY_ROWS;
 
     fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {

@@ -3,9 +3,14 @@
 use feeler_plant::effects::{CoulombFriction, Kind};
 
 use super::start::levels;
-use super::{Element, Glance, Known};
+use super::{Balance, Element, Force, Glance, Known};
 
 impl Known for CoulombFriction {
+    const BALANCE: Option<Balance<Self>> = Some(Balance::forces(
+        &[Force::positive(|at| at.direction)],
+        |of, _| Self { level: of[0] },
+        |own| (vec![own.level], 0.0),
+    ));
     const APART: &'static [(Kind, &'static str)] = &[
         (
             Kind::StribeckFriction,

@@ -3,10 +3,17 @@
 use feeler_plant::effects::DriveDeadband;
 
 use super::start::levels;
-use super::{Element, Glance, Known};
+use super::{Balance, Element, Form, Glance, Known};
 
 impl Known for DriveDeadband {
+    const BALANCE: Option<Balance<Self>> = Some(Balance::shaped(
+        Form::Deadband,
+        |_| vec![0.0],
+        |of, _| Self { width: of[0] },
+        |own| (vec![own.width], 0.0),
+    ));
+
     fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {
-        levels(glance.command).map(|width| Self { width }).to_vec()
+        levels(glance.asked).map(|width| Self { width }).to_vec()
     }
 }

@@ -3,10 +3,17 @@
 use feeler_plant::effects::DriveGain;
 
 use super::start::{GAINS, off};
-use super::{Element, Glance, Known, Seen};
+use super::{Balance, Element, Form, Glance, Known, Seen, spread};
 use crate::tolerance::FRACTION;
 
 impl Known for DriveGain {
+    const BALANCE: Option<Balance<Self>> = Some(Balance::shaped(
+        Form::Gain,
+        |_| spread(0.4, 2.5, 41),
+        |_, gain| Self { gain },
+        |own| (Vec::new(), own.gain),
+    ));
+
     fn starts(_: &Element<'_>, _: &Glance) -> Vec<Self> {
         GAINS.map(|gain| Self { gain }).to_vec()
     }

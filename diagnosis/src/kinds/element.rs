@@ -69,14 +69,25 @@ pub(crate) struct Seen {
     pub(crate) stroke_m: f64,
     /// The largest command, N.
     pub(crate) command_n: f64,
+    /// The finest step of an encoder where nothing but encoders tells of the motion, m; zero elsewhere.
+    pub(crate) step_m: f64,
+}
+
+impl Seen {
+    /// Whether a motion of this size is lost in the steps of the encoders.
+    pub(crate) fn is_lost(&self, size_m: f64) -> bool {
+        size_m < self.step_m
+    }
 }
 
 /// What the records show at a glance.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Glance {
-    /// Largest command, N.
+    /// Largest command that is a force, or force that the first drive makes of another, N.
     pub(crate) command: f64,
-    /// Largest change of a command between rows, N.
+    /// Largest command, in its unit.
+    pub(crate) asked: f64,
+    /// Largest change of a command between rows, in its unit.
     pub(crate) command_change: f64,
     /// Row spacing, s.
     pub(crate) spacing_s: f64,
@@ -91,4 +102,13 @@ pub(crate) struct Glance {
     /// How much farther away surfaces seem to be, by contact: from where the bodies stand when a force is
     /// measured.
     pub(crate) surfaces: Vec<(usize, f64)>,
+}
+
+impl Glance {
+    /// From the least to the largest position that the fitted records cover, m.
+    pub(crate) fn stroke(&self) -> f64 {
+        let ends = (self.missing.iter())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (x, _)| (low.min(*x), high.max(*x)));
+        (ends.1 - ends.0).max(0.0)
+    }
 }

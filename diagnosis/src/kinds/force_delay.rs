@@ -9,7 +9,8 @@ impl Known for ForceDelay {
     const OFF_ROWS: f64 = DELAY_ROWS;
     const APART: &'static [(Kind, &'static str)] = &[(
         Kind::ForceLag,
-        "tap the tool with the drive off and record force and acceleration: a lag rounds the blow, a delay only shifts it",
+        "tap the tool with the drive off and record force and acceleration: a lag rounds the blow, a delay \
+         only shifts it",
     )];
 
     fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {

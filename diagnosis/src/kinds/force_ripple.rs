@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use feeler_plant::effects::ForceRipple;
 
-use super::{Element, Glance, Known, Seen};
+use super::{Balance, Element, Force, Form, Glance, Known, Seen, spread};
 
 /// Waves per stroke tried for a ripple: from half a wave on in quarters, so that the phase over the stroke
 /// moves by less than half a turn from one to the next.
@@ -13,12 +13,31 @@ const WAVES_STEP: f64 = 0.25;
 const PITCHES: usize = 400;
 /// Pitches handed on to the fit.
 const BEST_PITCHES: usize = 4;
+/// Pitches that are tried in a balance of forces.
+const BALANCED_PITCHES: usize = 120;
 /// Points of the missing force that are looked at per record.
 const POINTS: usize = 1500;
 /// Periods of a ripple within the stroke that make it one.
 const PERIODS: f64 = 1.6;
 
 impl Known for ForceRipple {
+    const BALANCE: Option<Balance<Self>> = Some(Balance {
+        form: Form::Forces(&[
+            Force::signed(|at| -(TAU * at.position / at.shape).sin()),
+            Force::signed(|at| -(TAU * at.position / at.shape).cos()),
+        ]),
+        shapes: |extent| spread(0.02 * extent.stroke, 0.6 * extent.stroke, BALANCED_PITCHES),
+        values: |of, pitch| Self {
+            amplitude: of[0].hypot(of[1]),
+            pitch,
+            phase: of[1].atan2(of[0]),
+            harmonic: 1.0,
+        },
+        coefficients: |own| {
+            (vec![own.amplitude * own.phase.cos(), own.amplitude * own.phase.sin()], own.pitch / own.harmonic)
+        },
+    });
+
     fn starts(_: &Element<'_>, glance: &Glance) -> Vec<Self> {
         ripples(&glance.missing)
     }
@@ -44,25 +63,13 @@ pub(crate) fn ripples(missing: &[(f64, f64)]) -> Vec<ForceRipple> {
     let thin = (missing.len() / (8 * POINTS)).max(1);
     let points: Vec<(f64, f64)> = missing.iter().step_by(thin).copied().collect();
     let mean = points.iter().map(|(_, f)| f).sum::<f64>() / points.len() as f64;
+    let points: Vec<(f64, f64)> = points.iter().map(|(x, f)| (*x, f - mean)).collect();
     let mut found: Vec<(f64, ForceRipple)> = (0..PITCHES)
-        .map(|k| {
+        .filter_map(|k| {
             let pitch = stroke / (WAVES_STEP * (k + 2) as f64);
-            let (mut ss, mut cc, mut sc, mut sf, mut cf) = (0.0, 0.0, 0.0, 0.0, 0.0);
-            for (x, f) in &points {
-                let (s, c) = (TAU * x / pitch).sin_cos();
-                let f = f - mean;
-                ss += s * s;
-                cc += c * c;
-                sc += s * c;
-                sf += s * f;
-                cf += c * f;
-            }
-            let det = ss * cc - sc * sc;
-            let (a, b) = ((cc * sf - sc * cf) / det, (ss * cf - sc * sf) / det);
-            let gain = a * sf + b * cf;
-            (gain, ForceRipple { amplitude: a.hypot(b), pitch, phase: b.atan2(a) })
+            let (gain, [a, b]) = wave(&points, pitch)?;
+            Some((gain, ForceRipple { amplitude: a.hypot(b), pitch, phase: b.atan2(a), harmonic: 1.0 }))
         })
-        .filter(|(gain, _)| gain.is_finite())
         .collect();
     found.sort_by(|x, y| y.0.total_cmp(&x.0));
     let mut best: Vec<ForceRipple> = Vec::new();
@@ -74,4 +81,21 @@ pub(crate) fn ripples(missing: &[(f64, f64)]) -> Vec<ForceRipple> {
         }
     }
     best
+}
+
+/// The sine and cosine of a period that take most out of a force over position, and how much they take;
+/// `None` where the positions do not tell them.
+pub(super) fn wave(points: &[(f64, f64)], period: f64) -> Option<(f64, [f64; 2])> {
+    let (mut ss, mut cc, mut sc, mut sf, mut cf) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (x, f) in points {
+        let (s, c) = (TAU * x / period).sin_cos();
+        ss += s * s;
+        cc += c * c;
+        sc += s * c;
+        sf += s * f;
+        cf += c * f;
+    }
+    let det = ss * cc - sc * sc;
+    let (a, b) = ((cc * sf - sc * cf) / det, (ss * cf - sc * sf) / det);
+    Some((a * sf + b * cf, [a, b])).filter(|(gain, _)| gain.is_finite())
 }

@@ -10,6 +10,8 @@ const SELF_LOCKING: f64 = 1.0;
 const LOAD: f64 = 0.06;
 
 impl Known for LoadFriction {
+    const NEEDS_CONTACT: bool = true;
+
     fn starts(_: &Element<'_>, _: &Glance) -> Vec<Self> {
         [0.02, 0.08, 0.25].map(|ratio| Self { ratio }).to_vec()
     }

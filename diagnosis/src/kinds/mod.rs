@@ -3,11 +3,13 @@
 //!
 //! A file whose kind needs nothing of this says no more than that: the defaults of [`Known`] serve.
 
+mod balance;
 mod element;
 mod start;
 
 use feeler_plant::effects::{Kind, Parameters, Trait};
 
+pub(crate) use balance::{At, Balance, Extent, Force, Form, spread};
 pub(crate) use element::{Element, Glance, Seen, host_of};
 pub(crate) use force_ripple::ripples;
 
@@ -28,12 +30,20 @@ pub(crate) trait Known: Parameters + 'static {
     const OFF_ROWS: f64 = 0.0;
     /// Laws that it contains.
     const CONTAINS: &'static [Inner<Self>] = &[];
+    /// Whether it does nothing on a machine without contacts.
+    const NEEDS_CONTACT: bool = false;
+    /// Whether only an axis that turns can have it.
+    const ONLY_TURNING: bool = false;
     /// Two kinds under one element that together do the same.
     const SAME_AS: Option<[Kind; 2]> = None;
     /// What it is where bodies hit each other.
     const WHERE_IT_RATTLES: Option<Kind> = None;
     /// Kinds that may look like it, with what tells them apart where no command does.
     const APART: &'static [(Kind, &'static str)] = &[];
+
+    /// What it adds to the balance of forces of an axis that moves as one; `None` where such a balance does
+    /// not show it.
+    const BALANCE: Option<Balance<Self>> = None;
 
     /// Where its fit starts: its cost is often far from quadratic, so that it is started from several places,
     /// spread over what the records can show.
@@ -74,16 +84,44 @@ pub(crate) struct Inner<Outer> {
 pub(crate) struct Dossier {
     pub(crate) read_off: Option<f64>,
     pub(crate) off_rows: f64,
+    pub(crate) needs_contact: bool,
+    pub(crate) only_turning: bool,
     pub(crate) same_as: Option<[Kind; 2]>,
     pub(crate) where_it_rattles: Option<Kind>,
     pub(crate) starts: fn(&Element<'_>, &Glance) -> Vec<Vec<f64>>,
     pub(crate) is_trivial: fn(&[f64], &Element<'_>, Seen) -> bool,
     pub(crate) fractions_off: fn() -> Option<Vec<f64>>,
     pub(crate) force_over_position: fn(&[f64]) -> Option<f64>,
+    pub(crate) balance: Option<Shown>,
     embed: fn(Kind, &[f64]) -> Option<Vec<f64>>,
     nearest: fn(Kind, &[f64]) -> Vec<Vec<f64>>,
     contains: fn(Kind) -> bool,
     apart: &'static [(Kind, &'static str)],
+}
+
+/// [`Balance`] for values in the order of the definition.
+#[derive(Clone, Copy)]
+pub(crate) struct Shown {
+    pub(crate) form: Form,
+    pub(crate) shapes: fn(&Extent) -> Vec<f64>,
+    pub(crate) values: fn(&[f64], f64) -> Vec<f64>,
+    pub(crate) coefficients: fn(&[f64]) -> (Vec<f64>, f64),
+}
+
+/// The balance of a kind that has one.
+fn shown<K: Known>() -> Option<Shown> {
+    let of = |balance: &Balance<K>| (balance.form, balance.shapes);
+    let (form, shapes) = K::BALANCE.as_ref().map(of)?;
+    Some(Shown {
+        form,
+        shapes,
+        values: |coefficients, shape| {
+            K::BALANCE.map_or_else(Vec::new, |balance| (balance.values)(coefficients, shape).values())
+        },
+        coefficients: |values| {
+            K::BALANCE.map_or_else(|| (Vec::new(), 0.0), |balance| (balance.coefficients)(K::of(values)))
+        },
+    })
 }
 
 impl Dossier {
@@ -91,12 +129,15 @@ impl Dossier {
         Self {
             read_off: K::READ_OFF,
             off_rows: K::OFF_ROWS,
+            needs_contact: K::NEEDS_CONTACT,
+            only_turning: K::ONLY_TURNING,
             same_as: K::SAME_AS,
             where_it_rattles: K::WHERE_IT_RATTLES,
             starts: |element, glance| K::starts(element, glance).into_iter().map(K::values).collect(),
             is_trivial: |values, element, seen| K::of(values).is_trivial(element, seen),
             fractions_off: || K::fractions_off().map(K::values),
             force_over_position: |values| K::of(values).force_over_position(),
+            balance: shown::<K>(),
             embed: |inner, values| Some((contained::<K>(inner)?.embed)(values).values()),
             nearest: |inner, values| {
                 contained::<K>(inner).map_or_else(Vec::new, |inner| (inner.nearest)(K::of(values)))
@@ -141,6 +182,11 @@ pub(crate) fn nearest(outer: Kind, inner: Kind, values: &[f64]) -> Vec<Vec<f64>>
 /// Whether the law `outer` contains the law `inner`.
 pub(crate) fn contains(outer: Kind, inner: Kind) -> bool {
     (dossier(outer).contains)(inner)
+}
+
+/// Whether two laws under one element say the same thing, or one contains the other.
+pub(crate) fn overlaps(a: Kind, b: Kind) -> bool {
+    a == b || contains(a, b) || contains(b, a)
 }
 
 /// What tells two kinds apart that look alike, in words, where it is not a command that does it; none where

@@ -3,7 +3,7 @@
 use feeler_plant::effects::{CoulombFriction, Kind, Parameters, StribeckFriction};
 
 use super::start::levels;
-use super::{Element, Glance, Inner, Known, LEVEL};
+use super::{Balance, Element, Force, Form, Glance, Inner, Known, LEVEL, spread};
 
 /// Speed over which it falls when it starts as Coulomb's, m/s.
 const SPEED_M_PER_S: f64 = 0.01;
@@ -13,6 +13,15 @@ const FALLEN: f64 = 0.18;
 const FALL_SPEED: f64 = 0.06;
 
 impl Known for StribeckFriction {
+    const BALANCE: Option<Balance<Self>> = Some(Balance {
+        form: Form::Forces(&[
+            Force::positive(|at| at.direction),
+            Force::positive(|at| at.direction * (-(at.speed / at.shape).powi(2)).exp()),
+        ]),
+        shapes: |extent| spread(0.02 * extent.speed, 0.6 * extent.speed, 12),
+        values: |of, velocity| Self { coulomb: of[0], static_level: of[0] + of[1], velocity },
+        coefficients: |own| (vec![own.coulomb, (own.static_level - own.coulomb).max(0.0)], own.velocity),
+    });
     const CONTAINS: &'static [Inner<Self>] = &[Inner {
         kind: Kind::CoulombFriction,
         embed: |values| {

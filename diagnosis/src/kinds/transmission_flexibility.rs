@@ -32,7 +32,8 @@ impl Known for TransmissionFlexibility {
         split.into_iter().flat_map(of).collect()
     }
 
-    fn is_trivial(self, _: &Element<'_>, _: Seen) -> bool {
-        is_overdamped(self.tip_mass, self.stiffness, self.damping)
+    fn is_trivial(self, _: &Element<'_>, seen: Seen) -> bool {
+        seen.is_lost(seen.command_n / self.stiffness)
+            || is_overdamped(self.tip_mass, self.stiffness, self.damping)
     }
 }

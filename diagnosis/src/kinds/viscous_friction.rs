@@ -2,10 +2,15 @@
 
 use feeler_plant::effects::ViscousFriction;
 
-use super::{Element, Glance, Known, Seen};
+use super::{Balance, Element, Force, Glance, Known, Seen};
 use crate::tolerance::DAMPING;
 
 impl Known for ViscousFriction {
+    const BALANCE: Option<Balance<Self>> = Some(Balance::forces(
+        &[Force::positive(|at| at.speed)],
+        |of, _| Self { damping: of[0] },
+        |own| (vec![own.damping], 0.0),
+    ));
     fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {
         let believed = element.spring().map_or(0.0, |spring| spring.damping_n_s_per_m);
         let own = believed.max(0.1 * glance.command / glance.speed.max(1e-9));

@@ -12,14 +12,23 @@ use feeler_plant::assembly::{Assembly, GROUND_NODE, Source};
 use feeler_plant::description::Quantity;
 use feeler_plant::motion::Motion;
 
+use super::begin::{beginning, pace};
 use super::machine::{Moving, State};
-use crate::dataset::Channel;
+use crate::dataset::{Channel, Record};
 
 /// Slowest and fastest anchoring, rad/s.
 const OMEGA_RANGE: (f64, f64) = (6.0, 320.0);
-/// Anchoring without accelerometers, rad/s: slow against the motion, so that the model's forces show, and
-/// fast against drift.
+/// Fastest anchoring without accelerometers, rad/s: slow against vibration, so that the model's forces show,
+/// and fast against drift.
 const OMEGA_WITHOUT_ACCELEROMETERS: f64 = 40.0;
+/// Acceleration that noise and steps of an encoder may seem to be, over that of the motion. An anchored
+/// position shows an acceleration by the square of the anchoring time: anchored fast, a slow motion hides its
+/// forces in the steps of the encoder; anchored slowly, friction turns at other instants than the motion.
+const NOISE_SHARE: f64 = 0.05;
+/// Anchoring without accelerometers is at least so many times faster than the motion.
+const ABOVE_MOTION: f64 = 6.0;
+/// Slowest anchoring without accelerometers, rad/s.
+const SLOWEST: f64 = 2.0;
 /// A step this many times the noise rules the error of a reading.
 const COARSE: f64 = 4.0;
 
@@ -86,12 +95,35 @@ fn chain(assembly: &Assembly, node: usize, stop: usize) -> Vec<usize> {
     members
 }
 
-/// Puts the bodies of every measured chain where the encoder's first row says.
-pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], first_row: &[f64]) {
-    for (channel, &value) in channels.iter().zip(first_row) {
+/// Natural frequency of the correction where no accelerometer tells more, rad/s: by the motion of the first
+/// position that is measured.
+pub(super) fn pace_of(assembly: &Assembly, channels: &[Channel], record: &Record) -> f64 {
+    let is_position = |c: &usize| {
+        let nodes = nodes_of(assembly, channels[*c].source);
+        nodes.is_some_and(|(_, _, quantity)| quantity == Quantity::Position) && !record.silent[*c]
+    };
+    let of = |c: usize| {
+        let [motion, excursion] = pace(&record.series[c], record.spacing_s)?;
+        let noise = channels[c].noise.hypot(channels[c].resolution / 12.0_f64.sqrt());
+        let as_noise_allows = (NOISE_SHARE * excursion / noise.max(f64::MIN_POSITIVE)).sqrt();
+        Some(as_noise_allows.max(ABOVE_MOTION) * motion)
+    };
+    (0..channels.len())
+        .find(is_position)
+        .and_then(of)
+        .map_or(OMEGA_WITHOUT_ACCELEROMETERS, |omega| omega.clamp(SLOWEST, OMEGA_WITHOUT_ACCELEROMETERS))
+}
+
+/// Puts the bodies of the first measured chain where the encoder's first rows say, with the speed that they
+/// say, where the record begins in motion. `omega` is the natural frequency of the correction.
+pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Record, omega: f64) {
+    for (channel, series) in channels.iter().zip(&record.series) {
         let Some((node, relative_to, Quantity::Position)) = nodes_of(assembly, channel.source) else {
             continue;
         };
+        let step = channel.resolution.max(channel.noise);
+        let [value, speed] =
+            beginning(series, record.spacing_s, 1.0 / omega, step).unwrap_or([series[0], 0.0]);
         let (gain, bias) = match channel.source {
             Source::Sensor(i) => (assembly.sensors[i].gain, assembly.sensors[i].bias),
             _ => (1.0, 0.0),
@@ -100,6 +132,10 @@ pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], first_row: &[
             (value - bias) / gain + assembly.nodes[relative_to].position_m - assembly.nodes[node].position_m;
         for member in chain(assembly, node, relative_to) {
             assembly.nodes[member].position_m += shift;
+            if speed != 0.0 {
+                assembly.nodes[member].velocity_m_per_s =
+                    assembly.nodes[relative_to].velocity_m_per_s + speed / gain;
+            }
         }
         return;
     }
@@ -107,13 +143,14 @@ pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], first_row: &[
 
 impl Anchor {
     /// The anchor of the first chain that a position is measured of, if there is one, by what is not silent.
-    /// Sliding surfaces are left where friction holds them.
+    /// Sliding surfaces are left where friction holds them. Without accelerometers it corrects at `pace`.
     pub(super) fn new(
         motion: &Motion,
         channels: &[Channel],
         silent: &[bool],
         surfaces: &[usize],
         spacing_s: f64,
+        pace: f64,
     ) -> Option<Self> {
         let assembly = motion.assembly();
         let of_kind = |wanted: Quantity| {
@@ -176,7 +213,7 @@ impl Anchor {
             density += (weight * channel.noise).powi(2);
         }
         let omega = if accelerations.is_empty() || variance <= 0.0 || density <= 0.0 {
-            OMEGA_WITHOUT_ACCELEROMETERS
+            pace
         } else {
             (density / variance).powf(0.25).clamp(OMEGA_RANGE.0, OMEGA_RANGE.1).min(0.2 / spacing_s)
         };

@@ -209,7 +209,7 @@ struct Along<'a> {
 }
 
 impl Course for Along<'_> {
-    fn look(&mut self, s: f64) -> Option<Instant> {
+    fn at(&mut self, s: f64) -> Option<Instant> {
         let mut xi = Vec::new();
         self.moving.carry_closely(self.state, s, false, &mut xi).ok()?;
         Some(self.moving.guard_at(self.guard, self.state, &xi, s, s))

@@ -27,6 +27,11 @@ const PARTS: i32 = 16;
 /// that a guard has at most one minimum in between and its slopes at both ends betray it.
 const CHECK_ANGLE: f64 = 1.2;
 
+/// Largest angle by which a body swings on its bristles over one average, rad.
+const BRISTLE_ANGLE: f64 = 0.5;
+/// Parts into which one span is cut at most.
+const MOST_PARTS: usize = 64;
+
 /// The flows of the modes that a machine has met.
 #[derive(Debug)]
 pub(super) struct Flows {
@@ -96,6 +101,8 @@ pub(super) struct Flow {
     moved: Vec<f64>,
     /// How fast the mode moves, 1/s.
     norm: f64,
+    /// How fast bodies swing on bristles that slide, 1/s; zero without any.
+    bristles_per_s: f64,
     /// What is looked at in every row: the channels, then position, speed and force of the first drive, then
     /// the contacts' forces and compressions.
     looks: Blocks<f64>,
@@ -130,6 +137,11 @@ impl Flow {
             i => row[i].abs(),
         };
         let norm = derivative.chunks_exact(width).enumerate().map(rate).fold(0.0, f64::max);
+        let bent = (0..motion.assembly().links.len()).filter_map(|i| layout.bristle(i));
+        let stiffest =
+            |z: usize| (0..n).map(|g| equations.derivative[layout.v(g)][z].abs()).fold(0.0, f64::max);
+        let slides = equations.arguments.iter().any(Option::is_some);
+        let bristles_per_s = bent.filter(|_| slides).map(stiffest).fold(0.0, f64::max).sqrt();
         let none = Row::new();
         let mut rows: Vec<Row> =
             channels.iter().map(|&source| motion.signal(&equations, source).unwrap_or_default()).collect();
@@ -151,6 +163,7 @@ impl Flow {
             scratch,
             moved,
             norm,
+            bristles_per_s,
             looks,
             spans,
             longest_s,
@@ -246,6 +259,11 @@ impl Flow {
             self.carry_once(span_s, xi, out)?;
         }
         Ok(())
+    }
+
+    /// Parts of a span over which nonlinear terms are averaged one by one: bristles that slide are stiff.
+    pub(super) fn parts(&self, span_s: f64) -> usize {
+        ((self.bristles_per_s * span_s / BRISTLE_ANGLE).ceil() as usize).clamp(1, MOST_PARTS)
     }
 
     /// Number of states.

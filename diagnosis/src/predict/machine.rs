@@ -1,9 +1,10 @@
 //! A machine in motion: modes, events and inputs, one record at a time.
 
 use feeler_plant::assembly::{Assembly, Source};
-use feeler_plant::motion::{Mode, Motion, dot};
+use feeler_plant::motion::{Mode, Motion, Row, dot};
 
 use super::flow::Flows;
+use super::loops::LoopState;
 use crate::error::DiagnosisError;
 
 /// Events within one row after which the row is finished without looking at guards: a modelled clatter faster
@@ -19,6 +20,8 @@ const SLIVER: f64 = 1e-9;
 pub(super) struct State {
     pub(super) xi: Vec<f64>,
     pub(super) flow: usize,
+    /// The loops of sampled servos.
+    pub(super) loops: Vec<LoopState>,
 }
 
 /// How closely a motion is followed.
@@ -36,7 +39,7 @@ pub(crate) enum Precision {
 pub(super) struct Moving {
     pub(super) motion: Motion,
     pub(super) flows: Flows,
-    precision: Precision,
+    pub(super) precision: Precision,
     next: Vec<f64>,
     probe: Vec<f64>,
 }
@@ -59,13 +62,21 @@ impl Moving {
 
     /// The state at the start, filters at rest.
     pub(super) fn start(&mut self) -> State {
-        let layout = self.motion.layout();
-        let mut xi = self.motion.initial_state();
-        xi.resize(layout.width(), 0.0);
-        xi[layout.one()] = 1.0;
+        let mut xi = self.motion.initial_vector();
         let Ok(beginning) = self.motion.begin(&mut self.flows, Mode::default(), &mut xi);
         self.motion.settle_filters(&self.flows[beginning.index].equations, &mut xi);
-        State { xi, flow: beginning.index }
+        State { xi, flow: beginning.index, loops: Vec::new() }
+    }
+
+    /// Puts bodies whose motion is imposed where they are from `t_s` on.
+    pub(super) fn impose(&self, state: &mut State, t_s: f64) {
+        self.motion.set_gaps(t_s, &mut state.xi);
+        self.motion.join(&self.flows[state.flow].equations, &mut state.xi);
+    }
+
+    /// The row of a signal that every mode has.
+    pub(super) fn signal(&self, state: &State, source: Source) -> Row {
+        self.motion.signal(&self.flows[state.flow].equations, source).unwrap_or_default()
     }
 
     /// Brings the nonlinear terms up to date.
@@ -139,7 +150,7 @@ impl Moving {
         Ok(())
     }
 
-    /// One span in one mode. Nonlinear terms are averaged over it (trapezoidal, second order).
+    /// One span in one mode, in as many parts as its bristles ask for.
     pub(super) fn move_by(
         &mut self,
         state: &mut State,
@@ -148,23 +159,33 @@ impl Moving {
         out: &mut Vec<f64>,
     ) -> Result<(), DiagnosisError> {
         let i = state.flow;
-        self.flows[i].move_by(span_s, recurring, &state.xi, out)?;
         if self.flows[i].linear {
-            return Ok(());
+            return self.flows[i].move_by(span_s, recurring, &state.xi, out);
         }
-        let first = self.motion.layout().term(0);
-        let start = state.xi[first..].to_vec();
-        let mut end = State { xi: std::mem::take(out), flow: i };
-        self.fill(&mut end);
-        for (j, value) in start.iter().enumerate() {
-            state.xi[first + j] = 0.5 * (value + end.xi[first + j]);
+        let parts = self.flows[i].parts(span_s);
+        let part_s = span_s / parts as f64;
+        for part in 0..parts {
+            let from = if part == 0 { state.xi.clone() } else { std::mem::take(out) };
+            self.average(i, part_s, recurring, from, out)?;
         }
-        *out = end.xi;
-        self.flows[i].move_by(span_s, recurring, &state.xi, out)?;
-        let mut end = State { xi: std::mem::take(out), flow: i };
-        self.fill(&mut end);
-        *out = end.xi;
-        state.xi[first..].copy_from_slice(&start);
+        Ok(())
+    }
+
+    /// One span in mode `i`, nonlinear terms averaged over it (second order).
+    fn average(
+        &mut self,
+        i: usize,
+        span_s: f64,
+        recurring: bool,
+        mut from: Vec<f64>,
+        out: &mut Vec<f64>,
+    ) -> Result<(), DiagnosisError> {
+        let flow = &mut self.flows[i];
+        flow.move_by(span_s, recurring, &from, out)?;
+        self.motion.fill_terms(&flow.equations, out);
+        self.motion.average_terms(&flow.equations, &mut from, out, span_s);
+        flow.move_by(span_s, recurring, &from, out)?;
+        self.motion.fill_terms(&flow.equations, out);
         Ok(())
     }
 

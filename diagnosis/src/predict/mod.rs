@@ -7,14 +7,17 @@
 //! the machine lacks, not its consequences.
 
 mod anchor;
+mod begin;
 mod close;
 mod flow;
+mod loops;
 mod machine;
 mod presliding;
 mod run;
 mod sensor;
 
 pub(crate) use anchor::Anchoring;
+pub(crate) use begin::pace;
 pub(crate) use presliding::Presliding;
 pub(crate) use run::Start;
 pub use run::{Prediction, Predictor};

@@ -54,16 +54,10 @@ impl Presliding {
             let friction = std::mem::replace(&mut assembly.links[i].friction, Friction::NONE);
             let (from, to) = if on_b { (other, surface) } else { (surface, other) };
             let bare = |a, b, stiffness, damping, friction: Friction| Link {
-                name: assembly.links[i].name.clone(),
-                a,
-                b,
-                rigid: false,
                 stiffness,
                 damping,
-                cubic: 0.0,
-                play: 0.0,
-                load: 0.0,
                 friction,
+                ..Link::between(assembly.links[i].name.clone(), a, b)
             };
             let added = [
                 bare(from, to, 0.0, 0.0, friction),

@@ -1,9 +1,14 @@
 //! Along a whole record.
 
-use feeler_lanes::dispatch;
-use feeler_plant::assembly::{Assembly, Drive, Source};
+use std::sync::Arc;
 
-use super::anchor::{Anchor, Anchoring, place};
+use feeler_engine::knots;
+use feeler_lanes::dispatch;
+use feeler_plant::assembly::{Assembly, Source};
+use feeler_plant::description::Profile;
+
+use super::anchor::{Anchor, Anchoring, pace_of, place};
+use super::loops::{Row, ServoLoop, at_start, loops, next_s, serve};
 use super::machine::{Moving, Precision, State};
 use super::presliding::Presliding;
 use super::sensor::readings;
@@ -51,7 +56,10 @@ pub struct Predictor<'a> {
     channels: &'a [Channel],
     drives: &'a [(usize, String)],
     machine: Moving,
+    servos: Vec<ServoLoop>,
     surfaces: Vec<usize>,
+    /// Natural frequency of the anchoring without accelerometers, rad/s.
+    pace: f64,
 }
 
 impl<'a> Predictor<'a> {
@@ -85,15 +93,19 @@ impl<'a> Predictor<'a> {
         if let Some(engagement) = record.engagement {
             assembly.contacts.iter_mut().for_each(|contact| contact.engagement = engagement);
         }
-        let first: Vec<f64> = record.series.iter().map(|series| series[0]).collect();
-        place(&mut assembly, &dataset.channels, &first);
+        let pace = pace_of(&assembly, &dataset.channels, record);
+        place(&mut assembly, &dataset.channels, record, pace);
+        impose(&mut assembly, dataset, record);
+        let servos = loops(&assembly)?;
         let sources = dataset.channels.iter().map(|channel| channel.source).collect();
         Ok(Self {
             record,
             channels: &dataset.channels,
             drives: &dataset.drives,
             machine: Moving::new(assembly, sources, record.spacing_s, precision)?,
+            servos,
             surfaces,
+            pace,
         })
     }
 
@@ -126,12 +138,13 @@ impl<'a> Predictor<'a> {
         let rows = self.record.len();
         let anchor = match anchoring {
             Anchoring::Continuous => {
-                Anchor::new(&self.machine.motion, self.channels, &self.record.silent, &self.surfaces, dt)
+                let (motion, silent) = (&self.machine.motion, &self.record.silent);
+                Anchor::new(motion, self.channels, silent, &self.surfaces, dt, self.pace)
             }
             Anchoring::Never => None,
         };
         let commands = self.effective_commands();
-        let mut state = self.machine.start();
+        let mut state = State { loops: at_start(&self.servos), ..self.machine.start() };
         let mut window: Option<State> = None;
         let mut signals = vec![Vec::with_capacity(rows); self.channels.len()];
         let mut prediction =
@@ -194,19 +207,14 @@ impl<'a> Predictor<'a> {
         Ok(prediction)
     }
 
-    /// Commands after the static part of each drive's chain: deadband, gain, limit.
+    /// Commands after the static part of each drive's chain: deadband, gain, limit; of a servo its targets.
     fn effective_commands(&self) -> Vec<Vec<f64>> {
-        let chain = |drive: &Drive, command: f64| {
-            let beyond = command - command.clamp(-drive.deadband, drive.deadband);
-            let limit = if drive.velocity_source.is_some() { f64::INFINITY } else { drive.limit };
-            (beyond * drive.gain).clamp(-limit, limit)
-        };
         let drives = &self.machine.motion.assembly().drives;
         self.drives
             .iter()
             .zip(&self.record.commands)
             .map(|((drive, _), commands)| {
-                commands.iter().map(|&command| chain(&drives[*drive], command)).collect()
+                commands.iter().map(|&command| drives[*drive].received(command)).collect()
             })
             .collect()
     }
@@ -221,6 +229,10 @@ impl<'a> Predictor<'a> {
         k: usize,
         dt: f64,
     ) -> Result<(), DiagnosisError> {
+        self.machine.impose(state, k as f64 * dt);
+        if !self.servos.is_empty() {
+            return self.drive_on_sampled(state, commands, k, dt);
+        }
         let mut is_delayed = false;
         for ((drive, _), commands) in self.drives.iter().zip(commands) {
             let delay = self.machine.motion.assembly().drives[*drive].delay / dt;
@@ -229,13 +241,65 @@ impl<'a> Predictor<'a> {
             let is_part = delay - whole as f64 > NEGLIGIBLE_PART;
             is_delayed |= is_part;
             let back = whole + usize::from(is_part);
-            self.machine.set_input(state, *drive, if k >= back { commands[k - back] } else { 0.0 });
+            self.machine.set_input(state, *drive, self.command_at(*drive, commands, k.checked_sub(back)));
         }
         if is_delayed {
             self.drive_on_delayed(state, commands, k, dt)
         } else {
             self.machine.advance(state, dt)
         }
+    }
+
+    /// The command of a row; before the first, that of a servo is its first target, and that of others nothing.
+    fn command_at(&self, drive: usize, commands: &[f64], row: Option<usize>) -> f64 {
+        let is_servo = self.machine.motion.assembly().drives[drive].servo.is_some();
+        let before = if is_servo { commands[0] } else { 0.0 };
+        row.map_or(before, |row| commands[row])
+    }
+
+    /// From row `k` to the next where servos sample: through their samples and outputs, and the commands that
+    /// arrive on the way.
+    fn drive_on_sampled(
+        &mut self,
+        state: &mut State,
+        commands: &[Vec<f64>],
+        k: usize,
+        dt: f64,
+    ) -> Result<(), DiagnosisError> {
+        let row =
+            Row { start_s: k as f64 * dt, span_s: dt, rounds: self.machine.precision == Precision::Rows };
+        let mut arrivals: Vec<(f64, usize, f64)> = Vec::new();
+        for ((drive, _), commands) in self.drives.iter().zip(commands) {
+            let late = self.machine.motion.assembly().drives[*drive].received_late() / dt;
+            let whole = late.floor();
+            let part_s = row.part_s(row.start_s + (late - whole) * dt);
+            let back = whole as usize + usize::from(part_s.is_none_or(|part_s| part_s > 0.0));
+            arrivals.push((0.0, *drive, self.command_at(*drive, commands, k.checked_sub(back))));
+            if let Some(part_s) = part_s.filter(|part_s| *part_s > 0.0) {
+                arrivals.push((
+                    part_s,
+                    *drive,
+                    self.command_at(*drive, commands, k.checked_sub(whole as usize)),
+                ));
+            }
+        }
+        let mut now_s = 0.0;
+        loop {
+            for &(_, drive, value) in arrivals.iter().filter(|(at_s, ..)| *at_s <= now_s) {
+                match self.servos.iter().position(|servo| servo.drive == drive) {
+                    Some(i) => state.loops[i].aim(value),
+                    None => self.machine.set_input(state, drive, value),
+                }
+            }
+            arrivals.retain(|(at_s, ..)| *at_s > now_s);
+            serve(&self.servos, &mut self.machine, state, &row, now_s);
+            let arrival_s = arrivals.iter().map(|(at_s, ..)| *at_s).min_by(f64::total_cmp);
+            let next = [next_s(&self.servos, state, &row), arrival_s];
+            let Some(next_s) = next.into_iter().flatten().min_by(f64::total_cmp) else { break };
+            self.machine.advance(state, next_s - now_s)?;
+            now_s = next_s;
+        }
+        self.machine.advance(state, dt - now_s)
     }
 
     fn drive_on_delayed(
@@ -251,7 +315,7 @@ impl<'a> Predictor<'a> {
             let whole = delay.floor() as usize;
             let part = delay - whole as f64;
             if part > NEGLIGIBLE_PART {
-                arrivals.push((part * dt, *drive, if k >= whole { commands[k - whole] } else { 0.0 }));
+                arrivals.push((part * dt, *drive, self.command_at(*drive, commands, k.checked_sub(whole))));
             }
         }
         arrivals.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -264,5 +328,20 @@ impl<'a> Predictor<'a> {
             self.machine.set_input(state, drive, value);
         }
         self.machine.advance(state, dt - now)
+    }
+}
+
+/// Gives every imposed motion of an assembly the positions of a record, at the rates from row to row.
+fn impose(assembly: &mut Assembly, dataset: &Dataset, record: &Record) {
+    for ((drive, _), commands) in dataset.drives.iter().zip(&record.commands) {
+        let part = &mut assembly.drives[*drive];
+        if part.imposed.is_none() {
+            continue;
+        }
+        let at = |row: usize| (row as f64 * record.spacing_s + part.delay, part.held(commands[row]));
+        let points: Vec<(f64, f64)> = (0..commands.len()).map(at).collect();
+        if let Ok(profile) = Profile::new(&knots(&points)) {
+            part.imposed = Some(Arc::new(profile));
+        }
     }
 }

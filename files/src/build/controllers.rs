@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use feeler_catalogue::{Dim, Record};
+use feeler_catalogue::{Dimension, Record};
 use feeler_control::{ControllerSpec, Law, READS, Reference};
 use feeler_engine::ControllerUse;
 use feeler_plant::description::{ActuatorKind, Elements, GROUND, Machine};
@@ -19,24 +19,21 @@ impl Builder<'_> {
         self.each(&CONTROLLERS, |builder, item| builder.controller(item, machine))
     }
 
-    fn controller(&mut self, item: Item<'_>, machine: &Machine) -> ControllerUse {
+    fn controller(&mut self, item: Item<'_>, machine: &Machine) -> Option<ControllerUse> {
         let word = |key: &str| item.table.get(key).and_then(|entry| entry.node.as_text()).unwrap_or_default();
         let output = self.command_dim(word("drives"));
         let scope = Scope { output, ..self.scope() };
-        let reference = Law::named(word("law")).map_or(Dim::UNKNOWN, |law| scope.dim(law.follows()));
+        let reference = Law::named(word("law")).map_or(Dimension::UNKNOWN, |law| scope.dim(law.follows()));
         let before = self.problems.count();
         let fields = self.fields(item, Scope { reference, ..scope });
         let effects = self.effects(item, HostKind::Controller);
-        let mut found = ControllerUse {
-            spec: ControllerSpec {
-                law: Law::read(&fields),
-                reference: self.reference(item, &fields),
-                ..ControllerSpec::read(&fields)
-            },
-            reads: fields.text(READS.name).map(str::to_owned),
-            effects,
-            ..ControllerUse::read(&fields)
-        };
+        let reference = self.reference(item, &fields);
+        let mut spec = ControllerSpec::new(Law::read(&fields)?, 1.0);
+        spec.take(&fields);
+        spec.reference = reference.unwrap_or(spec.reference);
+        let reads = fields.value(&READS);
+        let mut found = ControllerUse { spec, reads, motion: None, drives: String::new(), effects };
+        found.take(&fields);
         if let Some(approach) = &mut found.spec.approach {
             approach.velocity_drive = machine
                 .actuators
@@ -44,14 +41,11 @@ impl Builder<'_> {
                 .is_some_and(|actuator| matches!(actuator.kind, ActuatorKind::VelocitySource { .. }));
             approach.effective_mass = effective_mass_kg(machine, &found.drives);
         }
-        // A law that was not understood says nothing of what it needs.
-        if fields.variant.is_some() {
-            self.wiring(item, &found, machine);
-        }
+        self.wiring(item, &found, machine);
         if self.problems.count() == before {
             self.check(item, &found);
         }
-        found
+        Some(found)
     }
 
     /// What only the control crate knows to be wrong.
@@ -85,8 +79,8 @@ impl Builder<'_> {
         );
     }
 
-    /// What a controller reads and drives. A key that has a mistake of its own, and a sensor whose own signal is
-    /// wrong, have been noted already.
+    /// What a controller reads and drives. A key that has a mistake of its own, and a sensor whose own signal
+    /// is wrong, have been noted already.
     fn wiring(&mut self, item: Item<'_>, found: &ControllerUse, machine: &Machine) {
         for problem in found.wiring_problems(machine) {
             let sensor = match problem.key.as_str() {

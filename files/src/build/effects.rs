@@ -101,7 +101,7 @@ impl Builder<'_> {
         let scope = self.scope();
         Reader { problems: self.problems, scope }.quantity_of(
             &entry.node,
-            parameter.dimension.into(),
+            parameter.dimension,
             bound_of(parameter),
             &path,
         )

@@ -2,17 +2,17 @@
 
 use std::sync::Arc;
 
-use feeler_catalogue::{Bound, Dim, Record, Role};
+use feeler_catalogue::{Bound, Dimension, Record, Role};
 use feeler_plant::description::{
-    Actuator, Body, Contact, ContactLaw, Machine, Profile, Quantity, Sensor, SignalName, Spring,
+    Actuator, ActuatorKind, Body, Contact, ContactLaw, Machine, MotorInput, Profile, Quantity, Sensor,
+    SignalName, Spring,
 };
 use feeler_plant::effects::HostKind;
-use feeler_plant::units::Dimension;
 
 use super::{Builder, Item};
-use crate::document::node_at;
 use crate::keys::{ACTUATORS, BODIES, CONTACTS, SENSORS, SPRINGS};
 use crate::read::{Reader, Scope};
+use crate::tree::node_at;
 
 impl Builder<'_> {
     /// The machine, unnamed.
@@ -34,14 +34,14 @@ impl Builder<'_> {
         machine
     }
 
-    fn body(&mut self, item: Item<'_>) -> Body {
+    fn body(&mut self, item: Item<'_>) -> Option<Body> {
         let fields = self.fields(item, self.scope());
-        Body { effects: self.effects(item, HostKind::Body), ..Body::read(&fields) }
+        Some(Body { effects: self.effects(item, HostKind::Body), ..Body::read(&fields)? })
     }
 
-    fn spring(&mut self, item: Item<'_>) -> Spring {
+    fn spring(&mut self, item: Item<'_>) -> Option<Spring> {
         let fields = self.fields(item, self.scope());
-        let mut spring = Spring::read(&fields);
+        let mut spring = Spring::read(&fields)?;
         let host = if spring.rigid { HostKind::RigidSpring } else { HostKind::Spring };
         if spring.rigid {
             // What another file gives or a setting leaves behind is put out of force by `rigid`; written
@@ -59,10 +59,10 @@ impl Builder<'_> {
             }
         }
         spring.effects = self.effects(item, host);
-        spring
+        Some(spring)
     }
 
-    fn contact(&mut self, item: Item<'_>) -> (Contact, Option<Arc<Profile>>) {
+    fn contact(&mut self, item: Item<'_>) -> Option<(Contact, Option<Arc<Profile>>)> {
         let exponent = match item.table.get("law").and_then(|entry| entry.node.as_text()) {
             Some("hertz") => 1.5,
             Some("hunt-crossley") => {
@@ -73,7 +73,7 @@ impl Builder<'_> {
         let before = self.problems.count();
         let fields = self.fields(item, Scope { exponent, ..self.scope() });
         let sound = self.problems.count() == before;
-        let mut contact = Contact::read(&fields);
+        let mut contact = Contact::read(&fields)?;
         if matches!(contact.law, ContactLaw::HuntCrossley { .. })
             && item.table.contains_key("damping")
             && contact.damping_n_s_per_m != 0.0
@@ -81,37 +81,39 @@ impl Builder<'_> {
             let message = "the Hunt-Crossley law has no linear damping: its damping is alpha";
             self.problems.add(item.place("damping"), item.key("damping"), message, "remove it");
         }
-        if fields.optional("stiffness").is_none() {
-            contact.stiffness = self.stiffness_of_materials(item, &fields, contact.law).unwrap_or(1.0);
+        if let Some(stiffness) = self.stiffness_of_materials(item, &fields, contact.law) {
+            contact.stiffness = stiffness;
         }
         contact.effects = self.effects(item, HostKind::Contact);
-        (contact, self.gap(item, &fields, sound))
+        Some((contact, self.gap(item, &fields, sound)))
     }
 
     /// A pure number whose mistakes are noted elsewhere.
     fn quietly(&self, node: &crate::tree::Node) -> f64 {
         let mut unheard = crate::problem::Problems::default();
         let mut reader = Reader { problems: &mut unheard, scope: self.scope() };
-        reader.quantity_of(node, Dimension::NONE.into(), Bound::Any, "").unwrap_or(1.0)
+        reader.quantity_of(node, Dimension::NONE, Bound::Any, "").unwrap_or(1.0)
     }
 
-    fn actuator(&mut self, item: Item<'_>) -> Actuator {
+    fn actuator(&mut self, item: Item<'_>) -> Option<Actuator> {
         let fields = self.fields(item, self.scope());
-        if let Some(body) = fields.text("on").filter(|body| fields.text("reacts_on") == Some(body)) {
+        let actuator = Actuator::read(&fields)?;
+        if actuator.on == actuator.reacts_on {
+            let body = &actuator.on;
             let message =
                 format!("it pushes `{body}` and carries its reaction there too: it can move nothing");
             let key = if item.table.contains_key("reacts_on") { "reacts_on" } else { "on" };
             self.problems.add(item.place(key), item.key(key), message, "name two different bodies");
         }
-        Actuator { effects: self.effects(item, HostKind::Actuator), ..Actuator::read(&fields) }
+        Some(Actuator { effects: self.effects(item, HostKind::Actuator), ..actuator })
     }
 
-    fn sensor(&mut self, item: Item<'_>) -> Sensor {
+    fn sensor(&mut self, item: Item<'_>) -> Option<Sensor> {
         let signal =
             item.table.get("reads").and_then(|entry| entry.node.as_text()).and_then(|text| text.parse().ok());
-        let dim = signal.as_ref().map_or(Dim::UNKNOWN, |signal| self.signal_dim(signal));
+        let dim = signal.as_ref().map_or(Dimension::UNKNOWN, |signal| self.signal_dim(signal));
         let fields = self.fields(item, Scope { signal: dim, ..self.scope() });
-        let sensor = Sensor::read(&fields);
+        let sensor = Sensor::read(&fields)?;
         let reads = &sensor.reads;
         let motion =
             matches!(reads.quantity, Quantity::Position | Quantity::Velocity | Quantity::Acceleration);
@@ -129,19 +131,19 @@ impl Builder<'_> {
             | Quantity::GapRate => HostKind::MotionSensor,
             _ => HostKind::OtherSensor,
         };
-        Sensor { effects: self.effects(item, host), ..sensor }
+        Some(Sensor { effects: self.effects(item, host), ..sensor })
     }
 
     /// Dimension of a signal of the plant.
-    pub(super) fn signal_dim(&self, signal: &SignalName) -> Dim {
+    pub(super) fn signal_dim(&self, signal: &SignalName) -> Dimension {
         match signal.quantity {
             Quantity::Command => self.command_dim(&signal.element),
-            quantity => quantity.dimension().unwrap_or(Dimension::NONE).into(),
+            quantity => quantity.dimension().unwrap_or(Dimension::NONE),
         }
     }
 
     /// Dimension of a signal; that of a reading is that of what the sensor reads.
-    pub(crate) fn measured_dim(&self, signal: &SignalName) -> Dim {
+    pub(crate) fn measured_dim(&self, signal: &SignalName) -> Dimension {
         let read = node_at(&self.draft.root, &[SENSORS.table, &signal.element, "reads"])
             .and_then(|node| node.as_text());
         match read.and_then(|text| text.parse().ok()) {
@@ -151,10 +153,17 @@ impl Builder<'_> {
     }
 
     /// Dimension of an actuator's command.
-    pub(super) fn command_dim(&self, actuator: &str) -> Dim {
+    pub(super) fn command_dim(&self, actuator: &str) -> Dimension {
         let kind =
             node_at(&self.draft.root, &[ACTUATORS.table, actuator, "kind"]).and_then(|node| node.as_text());
         let form = Actuator::FORMS.iter().find(|form| Some(form.name) == kind);
-        form.map_or_else(Actuator::blank, |form| (form.start)()).kind.command().into()
+        let mut found = (form.unwrap_or(&Actuator::FORMS[0]).start)();
+        let input = node_at(&self.draft.root, &[ACTUATORS.table, actuator, "input"]);
+        if let ActuatorKind::DcMotor(motor) = &mut found.kind
+            && let Some(word) = input.and_then(|node| node.as_text())
+        {
+            motor.input = MotorInput::named(word).unwrap_or_default();
+        }
+        found.kind.command()
     }
 }

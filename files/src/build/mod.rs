@@ -68,12 +68,11 @@ impl<'a> Builder<'a> {
         Scope::new(self.rotational())
     }
 
-    /// Every element of a table through `read`. What is no table is noted, and read as an empty one into
-    /// which no key falls.
+    /// Every element of a table through `read`. What is no table is noted, and left out.
     fn each<T>(
         &mut self,
         element: &'static Element,
-        mut read: impl FnMut(&mut Self, Item<'_>) -> T,
+        mut read: impl FnMut(&mut Self, Item<'_>) -> Option<T>,
     ) -> Elements<T> {
         let mut found = Elements::new();
         let draft = self.draft;
@@ -95,7 +94,9 @@ impl<'a> Builder<'a> {
                 self.problems.add(&entry.node.origin, &path, message, format!("write [{path}]"));
                 continue;
             };
-            found.insert(name.clone(), read(self, Item { element, name, table, at: &entry.node.origin }));
+            if let Some(one) = read(self, Item { element, name, table, at: &entry.node.origin }) {
+                found.insert(name.clone(), one);
+            }
         }
         found
     }

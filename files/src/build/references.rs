@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use feeler_catalogue::{Content, Contents};
+use feeler_catalogue::{Content, Contents, Record};
 use feeler_control::ReferenceSpec;
-use feeler_control::reference::{Between, Lines, Sweep};
+use feeler_control::reference::{FOLLOWED, SAMPLES_FILE, SAMPLES_PATH};
 
 use super::{Builder, Item};
 use crate::file::read_bytes;
@@ -17,71 +17,22 @@ const LARGEST_SAMPLES: u64 = 50 * MOST_SAMPLES as u64;
 
 impl Builder<'_> {
     /// The reference of a controller.
-    pub(super) fn reference(&mut self, item: Item<'_>, fields: &Contents) -> ReferenceSpec {
-        let table = match fields.get("reference") {
-            Some(Content::Number(value)) => return ReferenceSpec::Constant(*value),
-            Some(Content::Points(points)) => return ReferenceSpec::Steps(points.clone()),
-            Some(Content::Table(table)) => table,
-            _ => return ReferenceSpec::Constant(0.0),
-        };
-        let offset = table.optional("offset").unwrap_or(0.0);
-        let [low_hz, high_hz] = table.range("band").unwrap_or([0.0, 1.0]);
-        match table.variant {
-            Some("steps") => ReferenceSpec::Steps(table.points("points")),
-            Some("ramp") => ReferenceSpec::PiecewiseLinear(table.points("points")),
-            Some("chirp") => {
-                let logarithmic = table.text("sweep") == Some("logarithmic");
-                ReferenceSpec::Chirp {
-                    sweep: if logarithmic { Sweep::Logarithmic } else { Sweep::Linear },
-                    amplitude: table.number("amplitude"),
-                    start_hz: table.number("start"),
-                    end_hz: table.number("end"),
-                    duration_s: table.number("duration"),
-                    offset,
-                }
-            }
-            Some("multisine") => {
-                let lines = match table.text("lines") {
-                    Some("odd") => Lines::Odd,
-                    Some("odd-sparse") => Lines::OddSparse,
-                    _ => Lines::All,
-                };
-                ReferenceSpec::Multisine {
-                    lines,
-                    low_hz,
-                    high_hz,
-                    period_s: table.number("period"),
-                    rms: table.number("rms"),
-                    offset,
-                }
-            }
-            Some("white-noise") => {
-                ReferenceSpec::WhiteNoise { low_hz, high_hz, rms: table.number("rms"), offset }
-            }
-            Some("prbs") => ReferenceSpec::Prbs {
-                order: table.count("order").and_then(|order| u32::try_from(order).ok()).unwrap_or(2),
-                clock_period_s: table.number("clock_period"),
-                amplitude: table.number("amplitude"),
-                offset,
-            },
-            Some("samples") => {
-                let (times_s, values) = table.points("points").into_iter().unzip();
-                ReferenceSpec::Table { times_s, values, between: between(table), offset }
-            }
-            Some("file") => self.samples(item, table, offset),
-            _ => ReferenceSpec::Constant(table.number("value")),
+    pub(super) fn reference(&mut self, item: Item<'_>, fields: &Contents) -> Option<ReferenceSpec> {
+        match fields.get(FOLLOWED.name)? {
+            Content::Table(table) if table.variant == Some(SAMPLES_FILE.name) => self.samples(item, table),
+            content => ReferenceSpec::of_content(content),
         }
     }
 
-    fn samples(&mut self, item: Item<'_>, table: &Contents, offset: f64) -> ReferenceSpec {
-        let between = between(table);
-        let mut spec = ReferenceSpec::Table { times_s: vec![0.0], values: vec![0.0], between, offset };
-        let Some(name) = table.text("file") else { return spec };
+    fn samples(&mut self, item: Item<'_>, table: &Contents) -> Option<ReferenceSpec> {
+        let name: String = table.value(&SAMPLES_PATH)?;
         let origin = file_origin(item);
         let path = self.draft.sources.0[origin.source].directory.join(name);
         match read_samples(&path) {
-            Ok((times, numbers)) => {
-                spec = ReferenceSpec::Table { times_s: times, values: numbers, between, offset }
+            Ok((times_s, values)) => {
+                let mut spec = ReferenceSpec::samples(times_s, values);
+                spec.take(table);
+                Some(spec)
             }
             Err(message) => {
                 let remedy = "name a CSV file with the header `t_s,value`, relative to this file";
@@ -91,14 +42,10 @@ impl Builder<'_> {
                     format!("{}: {message}", path.display()),
                     remedy,
                 );
+                None
             }
         }
-        spec
     }
-}
-
-fn between(table: &Contents) -> Between {
-    if table.text("between") == Some("linear") { Between::Linear } else { Between::Hold }
 }
 
 /// Place of the file's name, against whose file it is relative.

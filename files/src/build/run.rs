@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 
-use feeler_catalogue::{Content, Contents, short};
+use feeler_catalogue::{Record, short};
 use feeler_engine::{ControllerUse, Integrator, RunSettings};
 use feeler_multibody::LARGEST_TURN;
 use feeler_plant::assembly::resolve;
@@ -11,11 +11,10 @@ use feeler_plant::description::{Axis, Contact, ContactLaw, Elements, Machine, Qu
 use feeler_plant::names::did_you_mean;
 
 use super::{Builder, integrator};
-use crate::document::locate;
-use crate::keys::{RAPIER, RUN};
+use crate::keys::{CONTROLLERS, RUN};
 use crate::read::Reader;
 use crate::source::Origin;
-use crate::tree::{Table, Value};
+use crate::tree::{Table, Value, locate, node_at};
 
 /// Most steps of a fixed-step integrator.
 const MOST_STEPS: f64 = 1e8;
@@ -53,43 +52,25 @@ impl Builder<'_> {
         let before = self.problems.count();
         let fields = Reader { problems: self.problems, scope }.fields(&RUN, &[], table, at, "run");
         let sound = self.problems.count() == before;
-        let named =
-            Integrator::ALL.iter().find(|(_, name)| fields.text("integrator") == Some(name)).map(|(i, _)| *i);
-        let step_s = fields.number("step");
-        let integrator = if fields.text("engine") == Some(RAPIER) {
-            Integrator::External
-        } else {
-            named
-                .filter(|_| table.contains_key("integrator"))
-                .unwrap_or_else(|| integrator::by_default(machine, step_s))
-        };
-        if let (Integrator::External, Some(entry)) = (integrator, table.get("integrator")) {
+        let mut run = RunSettings::default();
+        run.take(&fields);
+        if run.integrator != Integrator::External && !table.contains_key("integrator") {
+            run.integrator = integrator::by_default(machine, run.step_s);
+        }
+        if let (Integrator::External, Some(entry)) = (run.integrator, table.get("integrator")) {
             let message =
                 "with `run.engine = \"rapier\"` Rapier steps the bodies, and no integrator is chosen";
             self.problems.add(&entry.node.origin, "run.integrator", message, "leave one of them out");
         }
-        if integrator == Integrator::External && machine.axis == Axis::Rotational {
-            self.turns(machine, step_s);
+        if run.integrator == Integrator::External && machine.axis == Axis::Rotational {
+            self.turns(machine, run.step_s);
         }
-        let record = match fields.get("record") {
-            Some(Content::Texts(signals)) => {
-                signals.iter().filter_map(|signal| signal.parse().ok()).collect()
-            }
-            _ => default_record(machine),
-        };
+        if !table.contains_key("record") {
+            run.record = default_record(machine);
+        }
         self.signals(table, machine, controllers);
-        let run = RunSettings {
-            duration_s: fields.number("duration"),
-            step_s,
-            integrator,
-            seed: fields.count("seed").unwrap_or(1),
-            record,
-            record_rate_hz: fields.optional("record_rate"),
-            energy: fields.flag("energy"),
-            peaks: false,
-        };
         if sound {
-            self.size(&run, &fields, table, at);
+            self.size(&run, table, at);
             self.work(
                 &run,
                 machine,
@@ -125,7 +106,7 @@ impl Builder<'_> {
                 );
             }
             if matches!(signal.quantity, Quantity::Output | Quantity::Reference) {
-                if !controllers.contains_key(&signal.element) {
+                if node_at(&self.draft.root, &[CONTROLLERS.table, &signal.element]).is_none() {
                     let remedy = did_you_mean(&signal.element, controllers.keys().map(String::as_str));
                     self.problems.add(
                         &item.origin,
@@ -148,7 +129,7 @@ impl Builder<'_> {
         signal.quantity.of_touch().is_some() && written && !machine.profiles.contains_key(&signal.element)
     }
 
-    fn size(&mut self, run: &RunSettings, fields: &Contents, table: &Table, at: &Origin) {
+    fn size(&mut self, run: &RunSettings, table: &Table, at: &Origin) {
         let place = |key: &str| table.get(key).map_or(at, |entry| &entry.node.origin);
         let duration = run.duration_s;
         let steps = duration / run.step_s;
@@ -165,14 +146,15 @@ impl Builder<'_> {
                 "lengthen the step, shorten the run, or use the exact integrator",
             );
         }
-        let rate = fields.optional("record_rate").unwrap_or(1.0 / run.step_s);
+        let rate = run.record_rate_hz.unwrap_or(1.0 / run.step_s);
         let rows = duration * rate;
         let signals = run.record.len();
         let values = rows * signals as f64;
         let key = if table.contains_key("record_rate") { "record_rate" } else { "duration" };
         if rows > MOST_ROWS || values > MOST_VALUES {
             let message = format!(
-                "{} s * {rate} Hz = {rows:.3e} rows of {signals} signals = {values:.3e} numbers ({:.1} GB), and at most {MOST_ROWS:.0e} rows and {MOST_VALUES:.0e} numbers are recorded",
+                "{} s * {rate} Hz = {rows:.3e} rows of {signals} signals = {values:.3e} numbers ({:.1} GB), \
+                 and at most {MOST_ROWS:.0e} rows and {MOST_VALUES:.0e} numbers are recorded",
                 short(duration),
                 values * 8e-9
             );
@@ -203,7 +185,8 @@ impl Builder<'_> {
             if turn > LARGEST_TURN {
                 let key = format!("bodies.{name}.velocity");
                 let message = format!(
-                    "{} rad/s turn this body by {turn:.3} rad in a step of {} s, and Rapier follows a turn of at most {LARGEST_TURN:.3} rad per step",
+                    "{} rad/s turn this body by {turn:.3} rad in a step of {} s, and Rapier follows a turn \
+                     of at most {LARGEST_TURN:.3} rad per step",
                     short(body.velocity_m_per_s),
                     short(step_s),
                 );
@@ -236,7 +219,8 @@ impl Builder<'_> {
             let (name, period) =
                 fastest.map_or(("", 1.0), |(name, used)| (name.as_str(), used.spec.period_s));
             let message = format!(
-                "{} s / {} s (and all other controllers) = {samples:.3e} samples, and at most {MOST_SAMPLES:.0e} are taken",
+                "{} s / {} s (and all other controllers) = {samples:.3e} samples, and at most \
+                 {MOST_SAMPLES:.0e} are taken",
                 short(duration),
                 short(period)
             );
@@ -251,7 +235,8 @@ impl Builder<'_> {
             let cycles = duration * frequency_hz;
             if cycles > MOST_CYCLES {
                 let message = format!(
-                    "{why} = {} Hz, and {} s of it are {cycles:.3e} cycles; at most {MOST_CYCLES:.0e} are followed",
+                    "{why} = {} Hz, and {} s of it are {cycles:.3e} cycles; at most {MOST_CYCLES:.0e} are \
+                     followed",
                     rounded(frequency_hz),
                     short(duration)
                 );

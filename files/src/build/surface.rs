@@ -3,19 +3,24 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use feeler_catalogue::Contents;
+use feeler_catalogue::{Contents, Key, Record};
 use feeler_geometry::{Feed, GeometryError, Material, Place, Shape, Touching, hertz_stiffness};
 use feeler_plant::description::{Contact, ContactLaw, Elements, Engagement, Knot, Machine, Profile};
 use feeler_problem::{Problem, Remedy};
 
-use super::shapes::{self, FileError, text_of};
+use super::shapes::{FileError, text_of};
 use super::{Builder, Item};
+use crate::keys::CONTACTS;
+use crate::keys::surface::{
+    ERROR, FEED, FeedKeys, MATERIAL, OFFSET, PROFILE, RATE, SURFACE, ShapeFile, TIP, WORKPIECE,
+};
+use crate::tree::{locate, node_at};
 
 impl Builder<'_> {
-    /// The gap of a contact over time; none where it has no such keys, or mistakes in them.
+    /// The gap of a contact over time; `None` if it has no such keys, or mistakes in them.
     pub(super) fn gap(&mut self, item: Item<'_>, fields: &Contents, sound: bool) -> Option<Arc<Profile>> {
-        let surface = fields.table("surface");
-        let profile = fields.table("profile");
+        let surface = fields.table(&SURFACE);
+        let profile = fields.table(&PROFILE);
         if let (Some(_), Some(_)) = (surface, profile) {
             let message = "a surface and a profile both say how the gap moves";
             self.problems.add(item.place("profile"), item.key("profile"), message, "remove one of them");
@@ -55,34 +60,28 @@ impl Builder<'_> {
         if item.table.contains_key("stiffness") {
             return None;
         }
-        let surface = fields.table("surface");
-        let part = |name: &str| surface.and_then(|surface| surface.table(name));
-        let material = |name: &str| {
-            let material = part(name)?.table("material")?;
-            Some(Material {
-                youngs_modulus_pa: material.number("youngs_modulus"),
-                poisson_ratio: material.number("poisson_ratio"),
-            })
-        };
-        let (Some(tip), Some(workpiece), ContactLaw::Hertz) = (material("tip"), material("workpiece"), law)
-        else {
-            let remedy = "add `stiffness = \"... N/m\"`: k; or `law = \"hertz\"` and a `material` of tip and workpiece in `surface`";
+        let parts =
+            [TIP, WORKPIECE].map(|key| fields.table(&SURFACE).and_then(|surface| surface.table(&key)));
+        let materials = parts.map(|part| part.and_then(|part| part.value::<Material>(&MATERIAL)));
+        let ([Some(tip), Some(workpiece)], ContactLaw::Hertz) = (materials, law) else {
+            let remedy = "add `stiffness = \"... N/m\"`: k; or `law = \"hertz\"` and a `material` of tip \
+                          and workpiece in `surface`";
             self.problems.add(item.at, item.key("stiffness"), "`stiffness` is missing", remedy);
             return None;
         };
-        let radii = [part("tip"), part("workpiece")].map(|part| {
-            part.and_then(|part| match part.variant {
-                Some("ball") => Some(part.number("radius")),
-                Some("cuboid" | "mesh" | "hull" | "height-field") => Some(f64::INFINITY),
-                _ => None,
-            })
+        let radii = parts.map(|part| match Shape::read(part?) {
+            Some(Shape::Ball { radius_m }) => Some(radius_m),
+            Some(Shape::Cuboid { .. }) => Some(f64::INFINITY),
+            Some(_) => None,
+            None => ShapeFile::read(part?).map(|_| f64::INFINITY),
         });
         match radii {
             [Some(a), Some(b)] if a.is_finite() || b.is_finite() => {
                 Some(hertz_stiffness((a, tip), (b, workpiece)))
             }
             _ => {
-                let message = "these two shapes do not touch in a point of one curvature, so that Hertz's law for balls does not hold";
+                let message = "these two shapes do not touch in a point of one curvature, so that Hertz's \
+                               law for balls does not hold";
                 self.problems.add(
                     item.at,
                     item.key("stiffness"),
@@ -95,67 +94,56 @@ impl Builder<'_> {
     }
 
     fn surface(&mut self, item: Item<'_>, fields: &Contents) -> Option<Result<Arc<Profile>, Problem>> {
-        let tip = self.shape(item, "tip", fields.table("tip")?);
-        let workpiece = self.shape(item, "workpiece", fields.table("workpiece")?);
-        let feed = self.feed(item, fields.table("feed")?);
+        let tip = self.shape(item, &TIP, fields.table(&TIP)?);
+        let workpiece = self.shape(item, &WORKPIECE, fields.table(&WORKPIECE)?);
+        let feed = self.feed(item, fields.value(&FEED)?);
+        let error_m = fields.value(&ERROR)?;
         let ((tip, tip_place), (workpiece, workpiece_place), (feed, duration_s)) = (tip?, workpiece?, feed?);
         let compiled = Touching::new(&tip, &tip_place, &workpiece, &workpiece_place)
-            .and_then(|touching| touching.profile(&feed, duration_s, fields.number("error")));
+            .and_then(|touching| touching.profile(&feed, duration_s, error_m));
         let problem = |error: GeometryError| Problem::new("", error.to_string(), error.remedy());
         Some(compiled.map(|compiled| Arc::new(compiled.profile)).map_err(problem))
     }
 
-    fn shape(&mut self, item: Item<'_>, part: &str, fields: &Contents) -> Option<(Shape, Place)> {
-        let what = shapes::file_of(fields);
-        let shape = if what.is_empty() {
-            shapes::plain(fields)?
-        } else {
-            self.file(item, part, fields, what, |path| shapes::from_file(fields, path))?
+    fn shape(&mut self, item: Item<'_>, part: &Key, fields: &Contents) -> Option<(Shape, Place)> {
+        let shape = match ShapeFile::read(fields) {
+            Some(written) => self.file(item, part, written.file(), |path| written.load(path))?,
+            None => Shape::read(fields)?,
         };
-        Some((shape, shapes::place(fields)))
+        Some((shape, Place::read(fields)?))
     }
 
-    fn feed(&mut self, item: Item<'_>, fields: &Contents) -> Option<(Feed, f64)> {
-        if fields.variant == Some("path") {
-            let feed =
-                self.file(item, "feed", fields, "a CSV file with the header `t_s,y_m,z_m`", |path| {
-                    Ok(Feed::read_path(&text_of(path)?)?)
-                })?;
-            let end_s = feed.end_s();
-            return Some((feed, end_s));
+    fn feed(&mut self, item: Item<'_>, written: FeedKeys) -> Option<(Feed, f64)> {
+        match written {
+            FeedKeys::Line { start_m, velocity_m_per_s, duration_s } => {
+                Some((Feed::line(start_m, velocity_m_per_s), duration_s))
+            }
+            FeedKeys::Path { file } => {
+                let wanted = "a CSV file with the header `t_s,y_m,z_m`";
+                let feed =
+                    self.file(item, &FEED, &file, |path| Ok(Feed::read_path(&text_of(path, wanted)?)?))?;
+                let end_s = feed.end_s();
+                Some((feed, end_s))
+            }
         }
-        let [y, z, vy, vz] = ["y", "z", "velocity_y", "velocity_z"].map(|key| fields.number(key));
-        Some((Feed::line([y, z], [vy, vz]), fields.number("duration")))
     }
 
     /// Reads the file that a part of a surface names.
     fn file<T>(
         &mut self,
         item: Item<'_>,
-        part: &str,
-        fields: &Contents,
-        what: &str,
+        part: &Key,
+        name: &str,
         read: impl Fn(&Path) -> Result<T, FileError>,
     ) -> Option<T> {
-        let inner = |key: &str| {
-            item.table
-                .get("surface")?
-                .node
-                .as_table()?
-                .get(part)?
-                .node
-                .as_table()?
-                .get(key)
-                .map(|entry| &entry.node.origin)
-        };
-        let origin = inner("file").unwrap_or(item.at).clone();
-        let path: PathBuf = self.draft.sources.0[origin.source].directory.join(fields.text("file")?);
+        let key = item.key(&format!("{}.{}.file", SURFACE.name, part.name));
+        let origin = locate(&self.draft.root, &key).0.unwrap_or_else(|| item.at.clone());
+        let path: PathBuf = self.draft.sources.0[origin.source].directory.join(name);
         match read(&path) {
             Ok(found) => Some(found),
             Err(error) => {
                 let message = format!("{}: {error}", path.display());
-                let key = item.key(&format!("surface.{part}.file"));
-                self.problems.add(&origin, key, message, error.remedy(what));
+                self.problems.add(&origin, key, message, error.remedy());
                 None
             }
         }
@@ -168,19 +156,12 @@ impl Builder<'_> {
                 let position = |name: &String| machine.bodies.get(name).map_or(0.0, |body| body.position_m);
                 let [tip, workpiece] = &contact.between;
                 let depth_m = position(tip) - position(workpiece) - contact.gap_m - profile.at(0.0).0;
-                let root = self
-                    .draft
-                    .root
-                    .get("contacts")
-                    .and_then(|entry| entry.node.as_table())
-                    .and_then(|table| table.get(&name));
-                let surface =
-                    root.and_then(|entry| entry.node.as_table()).and_then(|table| table.get("surface"));
+                let surface = node_at(&self.draft.root, &[CONTACTS.table, &name, SURFACE.name]);
                 if let Some(at) =
                     surface.filter(|_| depth_m > 0.0 && contact.engagement == Engagement::Unilateral)
                 {
                     let error = GeometryError::Overlap { depth_m };
-                    self.problems.add_error(&at.node.origin, format!("contacts.{name}.surface"), &error);
+                    self.problems.add_error(&at.origin, format!("contacts.{name}.surface"), &error);
                 }
                 machine.profiles.insert(name.clone(), profile);
             }
@@ -191,7 +172,7 @@ impl Builder<'_> {
 
 /// A profile that is written out.
 fn written(fields: &Contents) -> Result<Arc<Profile>, Problem> {
-    let (offset, rate) = (fields.points("offset"), fields.points("rate"));
+    let [offset, rate] = [OFFSET, RATE].map(|key| fields.value::<Vec<(f64, f64)>>(&key).unwrap_or_default());
     let profile = if rate.is_empty() {
         Profile::smooth(&offset)
     } else {

@@ -13,13 +13,13 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::arm::{self, ReadArm, mesh_path};
 use crate::build::{Builder, shapes};
-use crate::document::{locate, node_at};
 use crate::draft::{Draft, lay_over, parse_toml, read_text};
 use crate::keys::EFFECTS;
+use crate::keys::cell::ARM_FILE;
 use crate::problem::Problems;
 use crate::read::join;
 use crate::source::Origin;
-use crate::tree::{Entry, Table};
+use crate::tree::{Entry, Table, locate, node_at};
 
 /// An arm with its joints' drives, effects applied, and the space that it takes up.
 pub(super) struct ArmParts {
@@ -28,9 +28,9 @@ pub(super) struct ArmParts {
     pub(super) bodies: Vec<BodyShapes>,
 }
 
-/// Reads the arm that a scenario names; none where there are mistakes.
+/// Reads the arm that a scenario names; `None` if there are mistakes.
 pub(super) fn read(draft: &mut Draft, fields: &Contents, problems: &mut Problems) -> Option<ArmParts> {
-    let name = fields.text("arm")?;
+    let name: String = fields.value(&ARM_FILE)?;
     let entry = draft.root.get("arm")?.clone();
     let path = draft.sources.0[entry.node.origin.source].directory.join(name);
     let tool = draft.root.get("tool").cloned();

@@ -42,7 +42,7 @@ const NOT_HERE: [(&str, &str, &str); 10] = [
     ("run", "energy", "no energy ledger is kept of an arm"),
 ];
 
-/// A scenario of the axis, as a draft; none where there are mistakes, or no axis is known.
+/// A scenario of the axis, as a draft; `None` if there are mistakes, or no axis is known.
 pub(super) fn draft(draft: &Draft, reduction: Option<&Reduction>, problems: &mut Problems) -> Option<Draft> {
     let before = problems.count();
     let top = Origin { source: draft.main, span: 0..0 };

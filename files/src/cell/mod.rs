@@ -6,7 +6,7 @@ mod axis;
 use std::path::{Path, PathBuf};
 
 use feeler_arm::{ArmError, Target, inverse_kinematics, usual_starts};
-use feeler_catalogue::Contents;
+use feeler_catalogue::{Contents, Record};
 use feeler_geometry::{Place, Shape};
 use feeler_manipulator::{Cell, Hold, ManipulatorError, Part, Simulation, Start};
 use feeler_problem::Remedy;
@@ -17,11 +17,13 @@ pub(crate) use axis::{NOT_OF_SENSORS, OF_CONTACTS};
 use super::build::shapes;
 use super::document::Document;
 use super::draft::Draft;
-use super::keys::{CELL, CELL_TABLES, HOLD, PLACED, SHARED, START};
+use super::keys::cell::{NORMAL, PLACE, POSE, SPEED};
+use super::keys::surface::ShapeFile;
+use super::keys::{ABOUT, CELL, CELL_TABLES, HOLD, NAME, PLACED, SHARED, START};
 use super::problem::{FormatError, Problems};
 use super::read::{Reader, Scope, join};
 use super::source::Origin;
-use super::tree::{Table, Value};
+use super::tree::{Table, Value, locate};
 use arm_parts::ArmParts;
 use feeler_catalogue::Shape as Keys;
 
@@ -29,7 +31,7 @@ use feeler_catalogue::Shape as Keys;
 const RECORD_RATE_HZ: f64 = 1e3;
 /// Longest run: an arm takes about as long as it simulates.
 const LONGEST_S: f64 = 1e3;
-/// From so many joints on the tool's x axis can be turned along the normal.
+/// From this number of joints on, the tool's x axis can be turned along the normal.
 const POINTING: usize = 5;
 
 /// A scenario of a whole arm that has been checked.
@@ -79,7 +81,7 @@ impl CellFile {
     }
 }
 
-/// The scenario, or none where there are problems; an error where the axis along the normal has mistakes.
+/// The scenario, or `None` if there are problems; an error where the axis along the normal has mistakes.
 fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>, FormatError> {
     let top = Origin { source: draft.main, span: 0..0 };
     let tables: Vec<&str> =
@@ -91,7 +93,8 @@ fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>,
     let workpiece = part(draft, "workpiece", problems);
     let hold = table(draft, "hold", &HOLD, problems);
     let start = start.zip(arm.as_ref()).and_then(|(start, arm)| start_of(&start, arm, draft, problems));
-    let held = hold.as_ref().map_or(0.0, |hold| hold.number("bandwidth"));
+    let hold = hold.as_ref().and_then(Hold::read);
+    let held = hold.map_or(0.0, |hold| hold.bandwidth_hz);
     let others = if held > 0.0 { feeler_arm::Others::Held } else { feeler_arm::Others::Free };
     let reduction = start.as_ref().zip(arm.as_ref()).and_then(|(start, arm)| {
         let found = arm.arm.reduce(&start.pose, start.normal, others);
@@ -129,7 +132,7 @@ fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>,
         start,
         tip,
         workpiece,
-        hold: Hold { bandwidth_hz: hold.number("bandwidth"), damping_ratio: hold.number("damping_ratio") },
+        hold,
         step_s: given("step").then_some(scenario.run.step_s),
         scenario,
     };
@@ -140,8 +143,8 @@ fn build(draft: &mut Draft, problems: &mut Problems) -> Result<Option<CellFile>,
         .file_stem()
         .map(|stem| stem.to_string_lossy().into_owned());
     Ok(Some(CellFile {
-        name: fields.text("name").map(str::to_owned).or(stem).unwrap_or_default(),
-        about: fields.text("about").unwrap_or_default().into(),
+        name: fields.value(&NAME).or(stem).unwrap_or_default(),
+        about: fields.value(&ABOUT).unwrap_or_default(),
         record_rate_hz: cell.scenario.run.record_rate_hz.unwrap_or(RECORD_RATE_HZ),
         text: draft.sources.0[draft.main].text.to_string(),
         cell,
@@ -157,7 +160,7 @@ fn refuse(
     remedy: impl Into<String>,
 ) {
     let top = Origin { source: draft.main, span: 0..0 };
-    let at = super::document::locate(&draft.root, key).0.unwrap_or(top);
+    let at = locate(&draft.root, key).0.unwrap_or(top);
     problems.add(&at, key, message, remedy);
 }
 
@@ -170,8 +173,7 @@ fn refuse_error(draft: &Draft, problems: &mut Problems, key: &str, error: &dyn R
 fn check(cell: &Cell, draft: &Draft, problems: &mut Problems) {
     let found = cell.check_start().and_then(|()| Simulation::new(cell, RECORD_RATE_HZ, 1).map(drop));
     let Err(error) = found else { return };
-    let start =
-        if super::document::locate(&draft.root, "start.pose").1 { "start.pose" } else { "start.place" };
+    let start = if locate(&draft.root, "start.pose").1 { "start.pose" } else { "start.place" };
     let key = match &error {
         ManipulatorError::Penetrates { .. } | ManipulatorError::SelfIntersects { .. } => start.into(),
         _ => Some(error.place()).filter(|place| !place.is_empty()).unwrap_or_else(|| "start".into()),
@@ -206,12 +208,10 @@ fn table(draft: &Draft, name: &str, keys: &'static Keys, problems: &mut Problems
 /// A shape where it stands.
 fn part(draft: &Draft, name: &str, problems: &mut Problems) -> Option<Part> {
     let fields = table(draft, name, &PLACED, problems)?;
-    let place = shapes::place(&fields);
-    let what = shapes::file_of(&fields);
-    let shape = if what.is_empty() {
-        shapes::plain(&fields)?
-    } else {
-        shape_of_file(draft, name, &fields, what, problems)?
+    let place = Place::read(&fields)?;
+    let shape = match ShapeFile::read(&fields) {
+        Some(written) => shape_of_file(draft, name, &written, problems)?,
+        None => Shape::read(&fields)?,
     };
     Some(Part { shape, place }).filter(|part| sound(draft, part, name, problems))
 }
@@ -222,43 +222,35 @@ fn sound(draft: &Draft, part: &Part, name: &str, problems: &mut Problems) -> boo
     found.map_err(|error| refuse_error(draft, problems, name, &error)).is_ok()
 }
 
-fn shape_of_file(
-    draft: &Draft,
-    name: &str,
-    fields: &Contents,
-    what: &str,
-    problems: &mut Problems,
-) -> Option<Shape> {
+fn shape_of_file(draft: &Draft, name: &str, written: &ShapeFile, problems: &mut Problems) -> Option<Shape> {
     let key = join(name, "file");
-    let origin = super::document::locate(&draft.root, &key).0?;
-    let path: PathBuf = draft.sources.0[origin.source].directory.join(fields.text("file")?);
-    let found = shapes::from_file(fields, &path);
+    let origin = locate(&draft.root, &key).0?;
+    let path: PathBuf = draft.sources.0[origin.source].directory.join(written.file());
+    let found = written.load(&path);
     let said = |error: shapes::FileError| {
-        problems.add(&origin, key, format!("{}: {error}", path.display()), error.remedy(what));
+        problems.add(&origin, key, format!("{}: {error}", path.display()), error.remedy());
     };
     found.map_err(said).ok()
 }
 
 /// Pose and normal.
 fn start_of(fields: &Contents, parts: &ArmParts, draft: &Draft, problems: &mut Problems) -> Option<Start> {
-    let normal: [f64; 3] = fields.numbers("normal")?.try_into().ok()?;
+    let normal: [f64; 3] = fields.value(&NORMAL)?;
     let chain = parts.arm.chain();
     let Some(along) = Vector3::from(normal).try_normalize(1e-12) else {
         refuse_error(draft, problems, "start.normal", &ArmError::Normal { normal });
         return None;
     };
-    let pose = match (fields.numbers("pose"), fields.numbers("place")) {
-        (Some(pose), None) => {
-            chain.check_pose(pose).map(|()| pose.to_vec()).map_err(|error| ("start.pose", error))
-        }
+    let pose = match (fields.value::<Vec<f64>>(&POSE), fields.value::<[f64; 3]>(&PLACE)) {
+        (Some(pose), None) => chain.check_pose(&pose).map(|()| pose).map_err(|error| ("start.pose", error)),
         (None, Some(place)) => {
-            let place_m = Vector3::from_column_slice(place);
+            let place_m = Vector3::from(place);
             let target = if chain.joints() >= POINTING {
                 Target::Pointing(place_m, along)
             } else {
                 Target::Position(place_m)
             };
-            inverse_kinematics(chain, &target, &usual_starts(chain, place_m.into()))
+            inverse_kinematics(chain, &target, &usual_starts(chain, place))
                 .map_err(|error| ("start.place", error))
         }
         _ => {
@@ -272,7 +264,7 @@ fn start_of(fields: &Contents, parts: &ArmParts, draft: &Draft, problems: &mut P
             return None;
         }
     };
-    let speed_m_per_s = fields.number("speed");
+    let speed_m_per_s = fields.value(&SPEED)?;
     match pose {
         Ok(pose) => Some(Start { pose, normal: along.into(), speed_m_per_s }),
         Err((key, error)) => {

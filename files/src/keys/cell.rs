@@ -1,86 +1,59 @@
 //! Scenarios of a whole arm.
 
-use feeler_catalogue::{Bound, Key, Kind, Shape, Unit, number, optional, required};
-use feeler_plant::units::Dimension;
+use feeler_catalogue::{Bound, Dimension, Key, Kind, Record, Shape, Unit, keys, number, optional, required};
+use feeler_geometry::Place;
+use feeler_manipulator::Hold;
 
 use super::surface::SHAPES;
+use super::{ABOUT, BASE, NAME};
 
-const LENGTH: Unit = Unit::Of(Dimension::LENGTH);
-// Pure numbers of rad; a text may say `deg`.
-const ANGLE: Unit = Unit::Of(Dimension::NONE);
+pub(crate) const ARM_FILE: Key = required(
+    "arm",
+    Kind::Text,
+    "an arm file, or a URDF (`.urdf`), relative to this one; keys of `[joints]` here replace those of the \
+     arm file",
+);
+const TOOL: Key = optional(
+    "tool",
+    Kind::Text,
+    "with a URDF: link whose frame is the tool's; where absent, the last one that nothing hangs on",
+);
+const BUILDS_ON: Key = Key {
+    text: "a file of this kind, relative to this one, on which this one builds: keys here replace its keys",
+    ..BASE
+};
 
 /// The top of such a file.
-pub(crate) static CELL: Shape = Shape {
-    keys: &[
-        optional("name", Kind::Text, "short name; the file's own where absent"),
-        optional("about", Kind::Text, "what it is for, in one or two sentences"),
-        required(
-            "arm",
-            Kind::Text,
-            "an arm file, or a URDF (`.urdf`), relative to this one; `[joints]` of this file are laid over those of the arm file, key by key, and a URDF has none",
-        ),
-        optional(
-            "tool",
-            Kind::Text,
-            "with a URDF: link whose frame is the tool's; where absent, the last one that nothing hangs on",
-        ),
-        optional(
-            "machine",
-            Kind::Text,
-            "a file of this kind, relative to this one, on which this one builds: what is given here replaces what it says, key by key",
-        ),
-    ],
-    choice: None,
-};
+pub(crate) static CELL: Shape = Shape { keys: &[NAME, ABOUT, ARM_FILE, TOOL, BUILDS_ON], choice: None };
+
+pub(crate) const POSE: Key = optional(
+    "pose",
+    // Pure numbers of rad; a text may say `deg`.
+    Kind::Numbers(Unit::Of(Dimension::NONE), 0),
+    "positions of the joints in their order, rad (m of one that slides); or `place`",
+);
+pub(crate) const PLACE: Key = optional(
+    "place",
+    Kind::Numbers(Unit::Of(Dimension::LENGTH), 3),
+    "tool position in the base's frame, its x axis along the normal; with fewer than five joints the \
+     position alone",
+);
+pub(crate) const NORMAL: Key = required(
+    "normal",
+    Kind::Numbers(Unit::Of(Dimension::NONE), 3),
+    "from the tool into the workpiece, in the base's frame: the direction of force control",
+);
+pub(crate) const SPEED: Key =
+    number("speed", Unit::Of(Dimension::VELOCITY), Bound::Any, 0.0, "of the tool along the normal");
 
 /// `[start]`
-pub(crate) static START: Shape = Shape {
-    keys: &[
-        optional(
-            "pose",
-            Kind::Numbers(ANGLE, 0),
-            "positions of the joints in their order, rad (m of one that slides); or `place`",
-        ),
-        optional(
-            "place",
-            Kind::Numbers(LENGTH, 3),
-            "where the tool is in the base's frame, its x axis along the normal; of an arm with fewer than five joints the place alone",
-        ),
-        required(
-            "normal",
-            Kind::Numbers(Unit::Of(Dimension::NONE), 3),
-            "from the tool into the workpiece, in the base's frame: the direction in which force is controlled",
-        ),
-        number("speed", Unit::Of(Dimension::VELOCITY), Bound::Any, 0.0, "of the tool along the normal"),
-    ],
-    choice: None,
-};
+pub(crate) static START: Shape = Shape { keys: &[POSE, PLACE, NORMAL, SPEED], choice: None };
 
 /// `[hold]`
-pub(crate) static HOLD: Shape = Shape {
-    keys: &[
-        number(
-            "bandwidth",
-            Unit::Of(Dimension::FREQUENCY),
-            Bound::NotNegative,
-            5.0,
-            "natural frequency; 0 for no position control",
-        ),
-        number("damping_ratio", Unit::Of(Dimension::NONE), Bound::Positive, 1.0, "damping ratio"),
-    ],
-    choice: None,
-};
-
-const X: Key = number("x", LENGTH, Bound::Any, 0.0, "position");
-const Y: Key = number("y", LENGTH, Bound::Any, 0.0, "position");
-const Z: Key = number("z", LENGTH, Bound::Any, 0.0, "position");
-const TURN_X: Key =
-    number("turn_x", ANGLE, Bound::Any, 0.0, "part along x of the axis of rotation times its angle");
-const TURN_Y: Key = number("turn_y", ANGLE, Bound::Any, 0.0, "part along y");
-const TURN_Z: Key = number("turn_z", ANGLE, Bound::Any, 0.0, "part along z");
+pub(crate) static HOLD: Shape = Shape { keys: keys!(Hold::FIELDS), choice: None };
 
 /// `[tip]`, `[workpiece]`
-pub(crate) static PLACED: Shape = Shape { keys: &[X, Y, Z, TURN_X, TURN_Y, TURN_Z], choice: Some(SHAPES) };
+pub(crate) static PLACED: Shape = Shape { keys: keys!(Place::FIELDS), choice: Some(SHAPES) };
 
 /// Tables of such a file beside those of an axis, and what they are.
 pub(crate) static CELL_TABLES: [(&str, &Shape, &str); 4] = [
@@ -88,17 +61,19 @@ pub(crate) static CELL_TABLES: [(&str, &Shape, &str); 4] = [
     (
         "tip",
         &PLACED,
-        "What touches, in the frame of the tool. A ball is measured exactly, other shapes as closely as Parry iterates.",
+        "What touches, in the frame of the tool. A ball is exact, other shapes follow Parry's iterations.",
     ),
     (
         "workpiece",
         &PLACED,
-        "What is touched, in the base's frame; it stands still. A mesh or height field is a surface: the centre of a ball must stay outside.",
+        "What is touched, at rest in the base's frame. A ball's centre must stay outside a mesh or height \
+         field.",
     ),
     (
         "hold",
         &HOLD,
-        "Position control of the tool's other directions, sampled with the controller: of an arm with six joints or more all five, of one with fewer the two of position.",
+        "Position control of the tool's other directions, sampled with the controller: all five with six \
+         joints, else two.",
     ),
 ];
 

@@ -1,25 +1,21 @@
 //! Controllers: the keys of their wiring, of what every one has, and of each law.
 
-use feeler_catalogue::{Absent, Choice, Key, Kind, Record, Shape, Variant, joined, keys, variants};
+use feeler_catalogue::{Choice, Record, Shape, Variant, joined, keys, variants};
+use feeler_control::reference::FOLLOWED;
 use feeler_control::{ControllerSpec, Law};
 use feeler_engine::ControllerUse;
 use feeler_plant::effects::HostKind;
 
-use super::{Element, REFERENCE};
+use super::Element;
 
-const FOLLOWED: Key = Key {
-    name: "reference",
-    kind: Kind::Reference(&REFERENCE),
-    absent: Absent::Number(0.0),
-    text: "what to follow: a value, [[time, value], ...] for steps, or a table with `kind`",
-};
 const LAWS: [Variant; Law::FORMS.len()] = variants(Law::FORMS);
 
 /// `[controllers.*]`
 pub(crate) static CONTROLLERS: Element = Element {
     table: "controllers",
     singular: "controller",
-    text: "Sampled-data controllers. Every `period` one reads its sensors, computes, and after `delay` its output is applied and held. \
+    text: "Sampled-data controllers. Every `period` one reads its sensors, computes, and after `delay` its \
+           output is applied and held. \
            Several on one actuator add.",
     shape: Shape {
         keys: joined!(joined!(keys!(ControllerUse::FIELDS), keys!(ControllerSpec::FIELDS)), &[FOLLOWED]),

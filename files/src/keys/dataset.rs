@@ -1,52 +1,191 @@
 //! Dataset files.
 
-use feeler_catalogue::{Bound, Kind, Shape, Unit, Word, optional, required, word};
-use feeler_plant::units::Dimension;
+use std::path::PathBuf;
 
-use feeler_plant::description::ENGAGEMENTS;
+use feeler_catalogue::{
+    Bound, Dimension, Field, Key, Kind, Record, Shape, Unit, field, joined, keys, number, optional, required,
+    words,
+};
+use feeler_plant::description::{Engagement, SignalName};
 
-const ROLES: &[Word] = &[word("fit", "fitted"), word("check", "scored, never fitted")];
+pub(crate) const NAME: Key = optional("name", Kind::Text, "short name; the folder's where absent");
+pub(crate) const ABOUT: Key = optional("about", Kind::Text, "what was measured");
+pub(crate) const MACHINE: Key =
+    required("machine", Kind::Text, "the machine file, relative to this one: what is believed");
 
 /// The top of a dataset file; `[columns.*]` and `[[experiments]]` are tables of their own.
-pub(crate) static DATASET: Shape = Shape {
-    keys: &[
-        optional("name", Kind::Text, "short name; the folder's where absent"),
-        optional("about", Kind::Text, "what was measured"),
-        required("machine", Kind::Text, "the machine file, relative to this one: what is believed"),
-    ],
-    choice: None,
-};
+pub(crate) static DATASET: Shape = Shape { keys: &[NAME, ABOUT, MACHINE, CLOCK, RATE], choice: None };
+
+/// The key of the unit of all clocks.
+pub(crate) const CLOCK: Key = optional(
+    "clock",
+    Kind::Word(LogClock::WORDS),
+    "unit of the clock of all files, if it is not that of their headers",
+);
+
+/// The key of the rate of rows without a clock.
+pub(crate) const RATE: Key = optional(
+    "rate",
+    Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
+    "rate of the rows of files in which no column is a clock",
+);
+
+/// Unit of the clock of a log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum LogClock {
+    /// Seconds.
+    Seconds,
+    /// Milliseconds.
+    Milliseconds,
+    /// Microseconds.
+    Microseconds,
+    /// Nanoseconds.
+    Nanoseconds,
+}
+
+words!(LogClock {
+    Seconds = "s", "seconds";
+    Milliseconds = "ms", "milliseconds";
+    Microseconds = "us", "microseconds";
+    Nanoseconds = "ns", "nanoseconds";
+});
+
+/// A column of every file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// What it is in the machine.
+    pub signal: SignalName,
+    /// Time for which a command is held between controller samples.
+    pub hold_s: Option<f64>,
+    /// One sigma in the signal's own unit, where known.
+    pub noise: Option<f64>,
+    /// Smallest step of its values in the signal's own unit, where known.
+    pub resolution: Option<f64>,
+    /// Its number in the files, from one, in place of its name.
+    pub number: Option<usize>,
+    /// By what numbers of the files are multiplied, unit and all.
+    pub scale: f64,
+    /// What is added after that, in the signal's own unit.
+    pub offset: f64,
+}
+
+impl Column {
+    /// A column under its own name whose numbers are those of the signal in SI.
+    pub fn plain(signal: SignalName) -> Self {
+        Self { signal, hold_s: None, noise: None, resolution: None, number: None, scale: 1.0, offset: 0.0 }
+    }
+
+    /// Whether the numbers of the files are those of the signal.
+    pub fn is_si(&self) -> bool {
+        self.scale.to_bits() == 1.0_f64.to_bits() && self.offset.to_bits() == 0
+    }
+}
+
+/// One experiment.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Experiment {
+    /// The log, as found from the dataset.
+    pub file: PathBuf,
+    /// Overrides the engagement of the machine's contacts.
+    pub engagement: Option<Engagement>,
+    /// What it is used for; where absent, the tool splits.
+    pub role: Option<Role>,
+    /// Experiments with the same name repeat each other.
+    pub repeat: Option<String>,
+}
+
+/// What an experiment is used for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Role {
+    /// It is fitted.
+    Fit,
+    /// It is scored, never fitted.
+    Check,
+}
+
+words!(Role {
+    Fit = "fit", "fitted";
+    Check = "check", "scored, never fitted";
+});
+
+/// The key of a column's signal.
+pub(crate) const SIGNAL: Key = required("signal", Kind::Signal, "what it is in the machine");
+
+/// The key of the unit of a column's numbers.
+pub(crate) const UNIT: Key =
+    optional("unit", Kind::Text, "unit of the numbers in the file; that of the signal in SI if absent");
+
+/// All but the signal and the unit, on which the others depend.
+impl Record for Column {
+    const FIELDS: &'static [Field<Self>] = &[
+        field!(
+            Column: hold_s,
+            optional(
+                "hold",
+                Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Positive),
+                "time for which a command is held between controller samples",
+            )
+        ),
+        field!(
+            Column: noise,
+            optional("noise", Kind::Quantity(Unit::Signal, Bound::NotNegative), "one sigma, where known")
+        ),
+        field!(
+            Column: resolution,
+            optional(
+                "resolution",
+                Kind::Quantity(Unit::Signal, Bound::Positive),
+                "smallest step of its values, where known",
+            )
+        ),
+        field!(
+            Column: number,
+            optional(
+                "column",
+                Kind::Count(1, 1_000_000),
+                "its number in the file, from 1, in place of its name",
+            )
+        ),
+        field!(
+            Column: scale,
+            number(
+                "scale",
+                Unit::Of(Dimension::NONE),
+                Bound::Any,
+                1.0,
+                "factor on the numbers in the file, as for counts or a sign",
+            )
+        ),
+        field!(
+            Column: offset,
+            number("offset", Unit::Signal, Bound::Any, 0.0, "added to them after the factor")
+        ),
+    ];
+}
 
 /// `[columns.*]`
-pub(crate) static COLUMN: Shape = Shape {
-    keys: &[
-        required("signal", Kind::Signal, "what it is in the machine"),
-        optional(
-            "hold",
-            Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Positive),
-            "time for which a command is held between controller samples",
+pub(crate) static COLUMN: Shape =
+    Shape { keys: joined!(&[SIGNAL, UNIT] as &[Key], keys!(Column::FIELDS)), choice: None };
+
+/// The key of an experiment's file.
+pub(crate) const FILE: Key =
+    required("file", Kind::Text, "a log, relative to this file: CSV, MCAP, ROS 2 bag, Parquet, npz or npy");
+
+/// All but the file, whose path is relative to the dataset.
+impl Record for Experiment {
+    const FIELDS: &'static [Field<Self>] = &[
+        field!(
+            Experiment: engagement,
+            optional("engagement", Kind::Word(Engagement::WORDS), "overrides that of the machine's contacts")
         ),
-        optional("noise", Kind::Quantity(Unit::Signal, Bound::NotNegative), "one sigma, where known"),
-        optional(
-            "resolution",
-            Kind::Quantity(Unit::Signal, Bound::Positive),
-            "smallest step of its values, where known",
+        field!(Experiment: role, optional("role", Kind::Word(Role::WORDS), "where absent, the tool splits")),
+        field!(
+            Experiment: repeat,
+            optional("repeat", Kind::Text, "experiments that share this name repeat each other")
         ),
-    ],
-    choice: None,
-};
+    ];
+}
 
 /// `[[experiments]]`
-pub(crate) static EXPERIMENT: Shape = Shape {
-    keys: &[
-        required(
-            "file",
-            Kind::Text,
-            "a CSV (commas, a header row), Parquet or MCAP file (JSON messages), relative to this one: `t_s` first, evenly sampled",
-        ),
-        optional("engagement", Kind::Word(ENGAGEMENTS), "overrides that of the machine's contacts"),
-        optional("role", Kind::Word(ROLES), "where absent, the tool splits"),
-        optional("repeat", Kind::Text, "experiments that share this name repeat each other"),
-    ],
-    choice: None,
-};
+pub(crate) static EXPERIMENT: Shape =
+    Shape { keys: joined!(&[FILE] as &[Key], keys!(Experiment::FIELDS)), choice: None };

@@ -1,6 +1,6 @@
 //! Bodies, springs, contacts, actuators, sensors: their texts, and what is read into no struct.
 
-use feeler_catalogue::{Choice, Key, Kind, Record, Shape, Variant, joined, keys, optional, variants};
+use feeler_catalogue::{Choice, Record, Shape, Variant, joined, keys, variants};
 use feeler_plant::description::{Actuator, Body, Contact, Sensor, Spring};
 use feeler_plant::effects::HostKind;
 
@@ -11,7 +11,8 @@ use super::surface::{PROFILE, SURFACE};
 pub(crate) static BODIES: Element = Element {
     table: "bodies",
     singular: "body",
-    text: "Lumped masses. `ground` is the fixed body and needs no entry. All springs are relaxed where every position is zero.",
+    text: "Lumped masses. `ground` is the fixed body and needs no entry. All springs are relaxed where \
+           every position is zero.",
     shape: Shape { keys: keys!(Body::FIELDS), choice: None },
     hosts: &[HostKind::Body],
 };
@@ -25,23 +26,16 @@ pub(crate) static SPRINGS: Element = Element {
     hosts: &[HostKind::Spring, HostKind::RigidSpring],
 };
 
-const GAPS: &[Key] = &[
-    optional(
-        "surface",
-        Kind::Table(&SURFACE),
-        "shapes whose distance is added to the gap while the tip travels sideways",
-    ),
-    optional("profile", Kind::Table(&PROFILE), "what is added to the gap over time, written out"),
-];
 const CONTACT_LAWS: [Variant; Contact::FORMS.len()] = variants(Contact::FORMS);
 
 /// `[contacts.*]`
 pub(crate) static CONTACTS: Element = Element {
     table: "contacts",
     singular: "contact",
-    text: "Where the tool meets the workpiece: the force sensor is this spring, compressed by d = x_tip - x_work - gap.",
+    text: "Where the tool meets the workpiece: the force sensor is this spring, compressed by d = x_tip - \
+           x_work - gap.",
     shape: Shape {
-        keys: joined!(keys!(Contact::FIELDS), GAPS),
+        keys: joined!(keys!(Contact::FIELDS), &[SURFACE, PROFILE]),
         choice: Some(Choice {
             key: "law",
             default: Some(Contact::FORMS[0].name),
@@ -75,7 +69,8 @@ pub(crate) static ACTUATORS: Element = Element {
 pub(crate) static SENSORS: Element = Element {
     table: "sensors",
     singular: "sensor",
-    text: "What is measured: `gain` times the filtered, delayed signal, plus `bias` and noise, rounded to `resolution`.",
+    text: "What is measured: `gain` times the filtered, delayed signal, plus `bias` and noise, rounded to \
+           `resolution`.",
     shape: Shape { keys: keys!(Sensor::FIELDS), choice: None },
     hosts: &[HostKind::ForceSensor, HostKind::MotionSensor],
 };

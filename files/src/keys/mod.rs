@@ -1,24 +1,22 @@
 //! Every key of every file, one line each.
-use feeler_catalogue::{Absent, Key, Kind, Shape, Word, optional, word};
+use feeler_catalogue::{Absent, Key, Kind, Record, Shape, keys, optional};
+use feeler_engine::RunSettings;
+use feeler_plant::description::Axis;
 use feeler_plant::effects::HostKind;
 
-mod arm;
-mod cell;
+pub(crate) mod arm;
+pub(crate) mod cell;
 mod controllers;
-mod dataset;
+pub(crate) mod dataset;
 mod machine;
-mod references;
-mod run;
-mod surface;
-mod sweep;
+pub(crate) mod surface;
+pub(crate) mod sweep;
 
 pub(crate) use arm::{ARM, JOINT};
 pub(crate) use cell::{CELL, CELL_TABLES, HOLD, PLACED, SHARED, START};
 pub(crate) use controllers::CONTROLLERS;
 pub(crate) use dataset::{COLUMN, DATASET, EXPERIMENT};
 pub(crate) use machine::{ACTUATORS, BODIES, CONTACTS, SENSORS, SPRINGS};
-pub(crate) use references::REFERENCE;
-pub(crate) use run::{RAPIER, RUN};
 pub(crate) use sweep::{AXIS, KEEP, REFINE, SWEEP};
 
 /// A table of named elements, as `[bodies.NAME]`.
@@ -34,33 +32,35 @@ pub(crate) struct Element {
     pub(crate) hosts: &'static [HostKind],
 }
 
+/// `[run]`
+pub(crate) static RUN: Shape = Shape { keys: keys!(RunSettings::FIELDS), choice: None };
+
 /// Tables of named elements, in the order of the manual.
 pub(crate) static ELEMENTS: [&Element; 6] =
     [&BODIES, &SPRINGS, &CONTACTS, &ACTUATORS, &SENSORS, &CONTROLLERS];
 
-/// Keys at the top of a machine or scenario.
-pub(crate) static TOP: &[Key] = &[
-    optional("name", Kind::Text, "short name; the file's own where absent"),
-    optional("about", Kind::Text, "what it is for, in one or two sentences"),
-    Key {
-        name: "axis",
-        kind: Kind::Word(AXES),
-        absent: Absent::Word("translational"),
-        text: "what its coordinate is",
-    },
-    optional(
-        "machine",
-        Kind::Text,
-        "a file, relative to this one, on which this one builds: what is given here replaces what it says, key by key",
-    ),
-];
+pub(crate) const NAME: Key = optional("name", Kind::Text, "short name; the file's own where absent");
+pub(crate) const ABOUT: Key = optional("about", Kind::Text, "what it is for, in one or two sentences");
+pub(crate) const AXIS_KIND: Key = Key {
+    name: "axis",
+    kind: Kind::Word(Axis::WORDS),
+    absent: Absent::Word(Axis::Translational.name()),
+    text: "what its coordinate is",
+};
+pub(crate) const BASE: Key = optional(
+    "machine",
+    Kind::Text,
+    "a file, relative to this one, on which this one builds: keys here replace its keys",
+);
 
-const AXES: &[Word] = &[word("translational", "kg, N, m"), word("rotational", "kg m2, N m, rad")];
+/// Keys at the top of a machine or scenario.
+pub(crate) static TOP: &[Key] = &[NAME, ABOUT, AXIS_KIND, BASE];
 
 /// The table of tolerances.
 pub(crate) const TOLERANCE: &str = "tolerance";
 /// What `[tolerance]` is.
-pub(crate) const TOLERANCE_TEXT: &str = "how far a believed value may be off, as a fraction, before that counts as a finding: \
+pub(crate) const TOLERANCE_TEXT: &str = "how far a believed value may be off, as a fraction, before that \
+                                         counts as a finding: \
     dotted keys in quotes, as in \"bodies.motor.mass\" = 0.05";
 /// The table of effects under an element.
 pub(crate) const EFFECTS: &str = "effects";

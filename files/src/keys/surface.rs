@@ -1,156 +1,202 @@
 //! `surface` and `profile` of a contact.
 
-use feeler_catalogue::{Bound, Choice, Key, Kind, Shape, Unit, Variant, number, optional, required};
-use feeler_plant::units::Dimension;
+use feeler_catalogue::{
+    Bound, Choice, Dimension, Field, Form, Key, Kind, Record, Shape, Unit, Variant, chained, field, form,
+    keys, number, optional, required, variants,
+};
+use feeler_geometry::{Material, Place, Shape as Solid};
 
 const LENGTH: Unit = Unit::Of(Dimension::LENGTH);
 const VELOCITY: Unit = Unit::Of(Dimension::VELOCITY);
-// Pure numbers of rad; a text may say `deg`.
-const ANGLE: Unit = Unit::Of(Dimension::NONE);
 
-const FILE: Key =
+/// A shape that a file holds.
+#[derive(Debug)]
+pub(crate) enum ShapeFile {
+    Hull { file: String, scale_m: f64 },
+    Mesh { file: String, scale_m: f64 },
+    HeightField { file: String, extents_m: [f64; 2] },
+}
+
+const MESH_FILE: Key =
     required("file", Kind::Text, "the file, relative to this one: `.stl` (text or binary) or `.obj`");
-const SCALE: Key = number("scale", LENGTH, Bound::Positive, 1e-3, "length of the file's unit");
-const RADIUS: Key = required("radius", Kind::Quantity(LENGTH, Bound::Positive), "radius");
-const HALF_LENGTH: Key = required(
-    "half_length",
-    Kind::Quantity(LENGTH, Bound::Positive),
-    "half the length of its axis, which lies along y",
-);
-
-/// An elastic material.
-static MATERIAL: Shape = Shape {
-    keys: &[
+const MESH: &[Field<ShapeFile>] = &[
+    field!(ShapeFile: ShapeFile::Hull { file, .. } | ShapeFile::Mesh { file, .. } => *file, MESH_FILE),
+    field!(
+        ShapeFile: ShapeFile::Hull { scale_m, .. } | ShapeFile::Mesh { scale_m, .. } => *scale_m,
+        number("scale", LENGTH, Bound::Positive, 1e-3, "length of the file's unit")
+    ),
+];
+const HEIGHT_FIELD: &[Field<ShapeFile>] = &[
+    field!(
+        ShapeFile: ShapeFile::HeightField { file, .. } => *file,
         required(
-            "youngs_modulus",
-            Kind::Quantity(Unit::Of(Dimension::PRESSURE), Bound::Positive),
-            "Young's modulus",
+            "file",
+            Kind::Text,
+            "a CSV file, relative to this one, without a header: one line per z, one height in m per y",
+        )
+    ),
+    field!(
+        ShapeFile: ShapeFile::HeightField { extents_m, .. } => extents_m[0],
+        required("extent_y", Kind::Quantity(LENGTH, Bound::Positive), "length of a line")
+    ),
+    field!(
+        ShapeFile: ShapeFile::HeightField { extents_m, .. } => extents_m[1],
+        required("extent_z", Kind::Quantity(LENGTH, Bound::Positive), "from the first line to the last")
+    ),
+];
+
+impl Record for ShapeFile {
+    const FIELDS: &'static [Field<Self>] = &[];
+    const FORMS: &'static [Form<Self>] = &[
+        form!(
+            "hull",
+            "the convex hull of the corners of a mesh file",
+            ShapeFile: ShapeFile::Hull { .. },
+            ShapeFile::Hull { file: String::new(), scale_m: 1.0 },
+            MESH
         ),
-        number("poisson_ratio", Unit::Of(Dimension::NONE), Bound::Within(0.0, 0.5), 0.3, "Poisson's ratio"),
-    ],
-    choice: None,
-};
+        form!(
+            "mesh",
+            "the triangles of a mesh file",
+            ShapeFile: ShapeFile::Mesh { .. },
+            ShapeFile::Mesh { file: String::new(), scale_m: 1.0 },
+            MESH
+        ),
+        form!(
+            "height-field",
+            "heights above the y-z plane towards the tip, flat in two triangles between its samples",
+            ShapeFile: ShapeFile::HeightField { .. },
+            ShapeFile::HeightField { file: String::new(), extents_m: [1.0; 2] },
+            HEIGHT_FIELD
+        ),
+    ];
+}
+
+impl ShapeFile {
+    /// Its name.
+    pub(crate) fn file(&self) -> &str {
+        let (Self::Hull { file, .. } | Self::Mesh { file, .. } | Self::HeightField { file, .. }) = self;
+        file
+    }
+}
+
+const NUMBERED: [Variant; Solid::FORMS.len()] = variants(Solid::FORMS);
+const FILED: [Variant; ShapeFile::FORMS.len()] = variants(ShapeFile::FORMS);
+const ALL: [Variant; NUMBERED.len() + FILED.len()] = chained(&NUMBERED, &FILED);
 
 /// The shapes that there are.
-pub(crate) const SHAPES: Choice = Choice {
-    key: "shape",
-    default: None,
-    text: "the shape, centred on its position",
-    variants: &[
-        Variant { name: "ball", text: "a ball", keys: &[RADIUS] },
-        Variant { name: "capsule", text: "a cylinder with round ends", keys: &[HALF_LENGTH, RADIUS] },
-        Variant {
-            name: "cuboid",
-            text: "a box",
-            keys: &[
-                required("half_x", Kind::Quantity(LENGTH, Bound::Positive), "half its extent in x"),
-                required("half_y", Kind::Quantity(LENGTH, Bound::Positive), "half its extent in y"),
-                required("half_z", Kind::Quantity(LENGTH, Bound::Positive), "half its extent in z"),
-            ],
-        },
-        Variant { name: "cylinder", text: "a cylinder with flat ends", keys: &[HALF_LENGTH, RADIUS] },
-        Variant { name: "hull", text: "the convex hull of the corners of a mesh file", keys: &[FILE, SCALE] },
-        Variant { name: "mesh", text: "the triangles of a mesh file", keys: &[FILE, SCALE] },
-        Variant {
-            name: "height-field",
-            text: "heights above the y-z plane towards the tip, flat in two triangles between its samples",
-            keys: &[
-                required(
-                    "file",
-                    Kind::Text,
-                    "a CSV file, relative to this one, without a header: one line per z, one height in m per y",
-                ),
-                required("extent_y", Kind::Quantity(LENGTH, Bound::Positive), "length of a line"),
-                required(
-                    "extent_z",
-                    Kind::Quantity(LENGTH, Bound::Positive),
-                    "from the first line to the last",
-                ),
-            ],
-        },
-    ],
-};
+pub(crate) const SHAPES: Choice =
+    Choice { key: "shape", default: None, text: "the shape, centred on its position", variants: &ALL };
+
+static MATERIAL_KEYS: Shape = Shape { keys: keys!(Material::FIELDS), choice: None };
+pub(crate) const MATERIAL: Key = optional(
+    "material",
+    Kind::Table(&MATERIAL_KEYS),
+    "what it is made of, for the stiffness of a `hertz` law",
+);
+
+const PLACE: &[Key] = keys!(Place::FIELDS);
+const SIDEWAYS: &str = "position sideways";
 
 /// Position and orientation, and a shape.
 static BODY: Shape = Shape {
     keys: &[
-        number(
-            "x",
-            LENGTH,
-            Bound::Any,
-            0.0,
-            "position along the axis of motion; of a tip, ahead of its body",
-        ),
-        number("y", LENGTH, Bound::Any, 0.0, "position sideways"),
-        number("z", LENGTH, Bound::Any, 0.0, "position sideways"),
-        number("turn_x", ANGLE, Bound::Any, 0.0, "part along x of the axis of rotation times its angle"),
-        number("turn_y", ANGLE, Bound::Any, 0.0, "part along y"),
-        number("turn_z", ANGLE, Bound::Any, 0.0, "part along z"),
-        optional(
-            "material",
-            Kind::Table(&MATERIAL),
-            "what it is made of, for the stiffness of a `hertz` law",
-        ),
+        Key { text: "position along the axis of motion; of a tip, ahead of its body", ..PLACE[0] },
+        Key { text: SIDEWAYS, ..PLACE[1] },
+        Key { text: SIDEWAYS, ..PLACE[2] },
+        PLACE[3],
+        PLACE[4],
+        PLACE[5],
+        MATERIAL,
     ],
     choice: Some(SHAPES),
 };
 
 /// How the tip travels.
-static FEED: Shape = Shape {
+#[derive(Debug)]
+pub(crate) enum FeedKeys {
+    Line { start_m: [f64; 2], velocity_m_per_s: [f64; 2], duration_s: f64 },
+    Path { file: String },
+}
+
+const LINE: &[Field<FeedKeys>] = &[
+    field!(
+        FeedKeys: FeedKeys::Line { start_m, .. } => start_m[0],
+        number("y", LENGTH, Bound::Any, 0.0, "start")
+    ),
+    field!(
+        FeedKeys: FeedKeys::Line { start_m, .. } => start_m[1],
+        number("z", LENGTH, Bound::Any, 0.0, "start")
+    ),
+    field!(
+        FeedKeys: FeedKeys::Line { velocity_m_per_s, .. } => velocity_m_per_s[0],
+        number("velocity_y", VELOCITY, Bound::Any, 0.0, "velocity")
+    ),
+    field!(
+        FeedKeys: FeedKeys::Line { velocity_m_per_s, .. } => velocity_m_per_s[1],
+        number("velocity_z", VELOCITY, Bound::Any, 0.0, "velocity")
+    ),
+    field!(
+        FeedKeys: FeedKeys::Line { duration_s, .. } => *duration_s,
+        required("duration", Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Above(0.0, 1e5)), "how long")
+    ),
+];
+const PATH: &[Field<FeedKeys>] = &[field!(
+    FeedKeys: FeedKeys::Path { file } => *file,
+    required("file", Kind::Text, "a CSV file with the header `t_s,y_m,z_m`, relative to this one")
+)];
+
+impl Record for FeedKeys {
+    const FIELDS: &'static [Field<Self>] = &[];
+    const FORMS: &'static [Form<Self>] = &[
+        form!(
+            "line",
+            "at a constant velocity",
+            FeedKeys: FeedKeys::Line { .. },
+            FeedKeys::Line { start_m: [0.0; 2], velocity_m_per_s: [0.0; 2], duration_s: 1.0 },
+            LINE
+        ),
+        form!(
+            "path",
+            "smoothly through the points of a file, at rest at both ends",
+            FeedKeys: FeedKeys::Path { .. },
+            FeedKeys::Path { file: String::new() },
+            PATH
+        ),
+    ];
+}
+
+const FEEDS: [Variant; FeedKeys::FORMS.len()] = variants(FeedKeys::FORMS);
+static FEED_KEYS: Shape = Shape {
     keys: &[],
     choice: Some(Choice {
         key: "kind",
-        default: Some("line"),
+        default: Some(FeedKeys::FORMS[0].name),
         text: "how the tip travels sideways; before and after, it rests",
-        variants: &[
-            Variant {
-                name: "line",
-                text: "at a constant velocity",
-                keys: &[
-                    number("y", LENGTH, Bound::Any, 0.0, "start"),
-                    number("z", LENGTH, Bound::Any, 0.0, "start"),
-                    number("velocity_y", VELOCITY, Bound::Any, 0.0, "velocity"),
-                    number("velocity_z", VELOCITY, Bound::Any, 0.0, "velocity"),
-                    required(
-                        "duration",
-                        Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Above(0.0, 1e5)),
-                        "how long",
-                    ),
-                ],
-            },
-            Variant {
-                name: "path",
-                text: "smoothly through the points of a file, at rest at both ends",
-                keys: &[required(
-                    "file",
-                    Kind::Text,
-                    "a CSV file with the header `t_s,y_m,z_m`, relative to this one",
-                )],
-            },
-        ],
+        variants: &FEEDS,
     }),
 };
 
-/// `surface`
-pub(crate) static SURFACE: Shape = Shape {
-    keys: &[
-        required("tip", Kind::Table(&BODY), "shape of the tip, about its body"),
-        required("workpiece", Kind::Table(&BODY), "shape of the workpiece where its body is at zero"),
-        required("feed", Kind::Table(&FEED), "how the tip travels sideways"),
-        number("error", LENGTH, Bound::Above(0.0, 1.0), 1e-8, "largest error of the gap along the feed"),
-    ],
-    choice: None,
-};
+pub(crate) const TIP: Key = required("tip", Kind::Table(&BODY), "shape of the tip, about its body");
+pub(crate) const WORKPIECE: Key =
+    required("workpiece", Kind::Table(&BODY), "shape of the workpiece where its body is at zero");
+pub(crate) const FEED: Key = required("feed", Kind::Table(&FEED_KEYS), "how the tip travels sideways");
+pub(crate) const ERROR: Key =
+    number("error", LENGTH, Bound::Above(0.0, 1.0), 1e-8, "largest error of the gap along the feed");
+static SURFACE_KEYS: Shape = Shape { keys: &[TIP, WORKPIECE, FEED, ERROR], choice: None };
 
-/// `profile`
-pub(crate) static PROFILE: Shape = Shape {
-    keys: &[
-        required("offset", Kind::Points(LENGTH), "[[time, offset], ...]"),
-        optional(
-            "rate",
-            Kind::Points(VELOCITY),
-            "[[time, rate], ...] at the same times; where absent that of a smooth curve, at rest at both ends",
-        ),
-    ],
-    choice: None,
-};
+pub(crate) const OFFSET: Key = required("offset", Kind::Points(LENGTH), "[[time, offset], ...]");
+pub(crate) const RATE: Key = optional(
+    "rate",
+    Kind::Points(VELOCITY),
+    "[[time, rate], ...] at the same times; if absent, that of a smooth curve at rest at both ends",
+);
+static PROFILE_KEYS: Shape = Shape { keys: &[OFFSET, RATE], choice: None };
+
+pub(crate) const SURFACE: Key = optional(
+    "surface",
+    Kind::Table(&SURFACE_KEYS),
+    "shapes whose distance is added to the gap while the tip travels sideways",
+);
+pub(crate) const PROFILE: Key =
+    optional("profile", Kind::Table(&PROFILE_KEYS), "what is added to the gap over time, written out");

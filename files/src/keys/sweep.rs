@@ -1,51 +1,75 @@
 //! Sweep files.
 
 use feeler_catalogue::{
-    Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word, optional, required, word,
+    Absent, Bound, Choice, Dimension, Field, Key, Kind, Record, Shape, Unit, Variant, field, keys, optional,
+    required, word, words,
 };
-use feeler_plant::units::Dimension;
 
 /// Most points of an axis and samples of a sweep; more is refused.
 pub(crate) const MOST_POINTS: u64 = 10_000_000;
 
-const SAMPLINGS: &[Word] = &[
-    word("grid", "every combination of the axes"),
-    word("random", "independent draws"),
-    word("latin-hypercube", "each axis cut into `samples` slices, each slice drawn from once"),
-    word("sobol", "a low-discrepancy sequence"),
-];
+pub(crate) const SCENARIO: Key = required("scenario", Kind::Text, "the scenario file, relative to this one");
+pub(crate) const NAME: Key = optional("name", Kind::Text, "short name");
+pub(crate) const ABOUT: Key = optional("about", Kind::Text, "what it is for");
+pub(crate) const SAMPLING: Key = optional(
+    "sampling",
+    Kind::Word(Sampling::WORDS),
+    "how points are chosen; where absent, a grid, or random draws where an axis is a distribution",
+);
+pub(crate) const SAMPLES: Key =
+    optional("samples", Kind::Count(1, MOST_POINTS), "how many points to draw, except on a grid");
+pub(crate) const SEED: Key =
+    Key { name: "seed", kind: Kind::Count(0, u64::MAX), absent: Absent::Count(1), text: "seed of the draws" };
 
 /// The top of a sweep file; `[axes]` and `[keep]` are tables of their own.
-pub(crate) static SWEEP: Shape = Shape {
-    keys: &[
-        required("scenario", Kind::Text, "the scenario file, relative to this one"),
-        optional("name", Kind::Text, "short name"),
-        optional("about", Kind::Text, "what it is for"),
-        optional(
-            "sampling",
-            Kind::Word(SAMPLINGS),
-            "how points are chosen; where absent, a grid, or random draws where an axis is a distribution",
-        ),
-        optional("samples", Kind::Count(1, MOST_POINTS), "how many points to draw, except on a grid"),
-        Key {
-            name: "seed",
-            kind: Kind::Count(0, u64::MAX),
-            absent: Absent::Count(1),
-            text: "seed of the draws",
-        },
-    ],
-    choice: None,
-};
+pub(crate) static SWEEP: Shape =
+    Shape { keys: &[SCENARIO, NAME, ABOUT, SAMPLING, SAMPLES, SEED], choice: None };
 
-const fn points(least: u64) -> Key {
-    required(
-        "points",
-        Kind::Count(least, MOST_POINTS),
-        "how many values, both ends included; one only where these are equal",
-    )
+/// How the points of a sweep are chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Sampling {
+    /// Every combination of the axes.
+    #[default]
+    Grid,
+    /// Independent draws.
+    Random,
+    /// Each axis cut into slices, each of which is drawn from once.
+    LatinHypercube,
+    /// A low-discrepancy sequence.
+    Sobol,
 }
 
-/// The table form of an axis; the variant is told by which of these keys is there.
+/// What is kept of each run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Keep {
+    /// The outcome with its measures.
+    pub outcome: bool,
+    /// The recorded signals.
+    pub traces: bool,
+    /// How many of the last impacts and strobes.
+    pub tail: usize,
+}
+
+words!(Sampling {
+    Grid = "grid", "every combination of the axes";
+    Random = "random", "independent draws";
+    LatinHypercube = "latin-hypercube", "each axis cut into `samples` slices, each slice drawn from once";
+    Sobol = "sobol", "a low-discrepancy sequence";
+});
+
+pub(crate) const POINTS: Key = required(
+    "points",
+    Kind::Count(1, MOST_POINTS),
+    "how many values, both ends included; one only where these are equal",
+);
+pub(crate) const AXIS_TOLERANCE: Key = optional(
+    "tolerance",
+    Kind::Quantity(Unit::Swept, Bound::Positive),
+    "with [refine], how closely an edge is located, in the unit of the key",
+);
+
+/// The table form of an axis; the key that is present decides the variant.
 pub(crate) static AXIS: Shape = Shape {
     keys: &[],
     choice: Some(Choice {
@@ -58,12 +82,8 @@ pub(crate) static AXIS: Shape = Shape {
                 text: "evenly spaced values",
                 keys: &[
                     required("linear", Kind::Range(Unit::Swept), "first and last value"),
-                    points(1),
-                    optional(
-                        "tolerance",
-                        Kind::Quantity(Unit::Swept, Bound::Positive),
-                        "with [refine], how closely an edge is located, in the unit of the key",
-                    ),
+                    POINTS,
+                    AXIS_TOLERANCE,
                 ],
             },
             Variant {
@@ -71,12 +91,11 @@ pub(crate) static AXIS: Shape = Shape {
                 text: "values of equal ratio",
                 keys: &[
                     required("log", Kind::Range(Unit::Swept), "first and last value, of the same sign"),
-                    points(1),
-                    optional(
-                        "tolerance",
-                        Kind::Quantity(Unit::Swept, Bound::Positive),
-                        "with [refine], how closely an edge is located, as a ratio: \"2 %\"",
-                    ),
+                    POINTS,
+                    Key {
+                        text: "with [refine], how closely an edge is located, as a ratio: \"2 %\"",
+                        ..AXIS_TOLERANCE
+                    },
                 ],
             },
             Variant {
@@ -97,52 +116,63 @@ pub(crate) static AXIS: Shape = Shape {
     }),
 };
 
-/// `[keep]`
-pub(crate) static KEEP: Shape = Shape {
-    keys: &[
-        Key {
-            name: "outcome",
-            kind: Kind::Flag,
-            absent: Absent::Flag(true),
-            text: "settled, chatter, unstable or no-contact, with its measures",
-        },
-        optional(
-            "tail",
-            Kind::Count(0, 1000),
-            "how many of the last impacts and strobes of each run, for bifurcation diagrams; where absent, 64 with one axis of numbers and none with more",
+impl Record for Keep {
+    const FIELDS: &'static [Field<Self>] = &[
+        field!(
+            Keep: outcome,
+            Key {
+                name: "outcome",
+                kind: Kind::Flag,
+                absent: Absent::Flag(true),
+                text: "settled, chatter, unstable or no-contact, with its measures",
+            }
         ),
-        Key {
-            name: "traces",
-            kind: Kind::Flag,
-            absent: Absent::Flag(false),
-            text: "the recorded signals of every run",
-        },
-    ],
-    choice: None,
+        field!(
+            Keep: tail,
+            optional(
+                "tail",
+                Kind::Count(0, 1000),
+                "last impacts and strobes of each run, for bifurcation diagrams; default 64 with one \
+                 numeric axis, else none",
+            )
+        ),
+        field!(
+            Keep: traces,
+            Key {
+                name: "traces",
+                kind: Kind::Flag,
+                absent: Absent::Flag(false),
+                text: "the recorded signals of every run",
+            }
+        ),
+    ];
+}
+
+/// `[keep]`
+pub(crate) static KEEP: Shape = Shape { keys: keys!(Keep::FIELDS), choice: None };
+
+pub(crate) const TOLERANCE: Key = optional(
+    "tolerance",
+    Kind::Quantity(Unit::Of(Dimension::NONE), Bound::Above(0.0, 1.0)),
+    "how closely an edge is located, as a share of each axis without its own; without any, four halvings",
+);
+pub(crate) const LEVELS: Key = optional(
+    "levels",
+    Kind::Count(1, 12),
+    "instead of tolerances, how often the grid is halved along boundaries; default 4",
+);
+/// Boundaries of the outcome itself.
+pub(crate) const BY_OUTCOME: &str = "outcome";
+const BY_STABILITY: &str = "stability";
+pub(crate) const BY: Key = Key {
+    name: "by",
+    kind: Kind::Word(&[
+        word(BY_STABILITY, "whether the force settles"),
+        word(BY_OUTCOME, "the outcome itself, so that chatter and limit cycles part too"),
+    ]),
+    absent: Absent::Word(BY_STABILITY),
+    text: "what changes across a boundary",
 };
 
 /// `[refine]`
-pub(crate) static REFINE: Shape = Shape {
-    keys: &[
-        optional(
-            "tolerance",
-            Kind::Quantity(Unit::Of(Dimension::NONE), Bound::Above(0.0, 1.0)),
-            "how closely an edge is located, as a share of each axis that has no tolerance of its own; an axis without any is halved four times",
-        ),
-        optional(
-            "levels",
-            Kind::Count(1, 12),
-            "instead of tolerances, how often the spacing of the grid is halved along boundaries; 4 where nothing is said",
-        ),
-        Key {
-            name: "by",
-            kind: Kind::Word(&[
-                word("stability", "whether the force settles"),
-                word("outcome", "the outcome itself, so that chatter and limit cycles part too"),
-            ]),
-            absent: Absent::Word("stability"),
-            text: "what changes across a boundary",
-        },
-    ],
-    choice: None,
-};
+pub(crate) static REFINE: Shape = Shape { keys: &[TOLERANCE, LEVELS, BY], choice: None };

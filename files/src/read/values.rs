@@ -1,9 +1,11 @@
 //! Single values: quantities with their units, counts, words, signals, lists.
 
-use feeler_catalogue::{Bound, Dim, Unit, Word, short};
+use std::borrow::Cow;
+
+use feeler_catalogue::{Bound, Dimension, Unit, Word, short};
 use feeler_plant::description::SignalName;
 use feeler_plant::names::{did_you_mean, list};
-use feeler_plant::units::Dimension;
+use feeler_problem::Remedy;
 
 use super::Reader;
 use crate::tree::{Node, Value};
@@ -33,20 +35,35 @@ impl Reader<'_> {
         {
             return match units::parse_any(text) {
                 Ok(value) => self.bounded(node, value, dim, bound, path),
-                Err(error) => self.wrong_unit(node, &error, dim, path),
+                Err(error) => self.wrong_unit(node, error, dim, path),
             };
         }
         self.quantity_of(node, dim, bound, path)
     }
 
+    /// A unit of the scope's signal: what one of it is in SI.
+    pub(crate) fn unit(&mut self, node: &Node, path: &str) -> Option<f64> {
+        let dim = self.scope.dim(Unit::Signal);
+        match units::parse(&format!("1 {}", node.as_text()?), dim, self.scope.rotational) {
+            Ok(value) => Some(value),
+            Err(error) => self.wrong_unit(node, error, dim, path),
+        }
+    }
+
     /// A quantity of a given dimension.
-    pub(crate) fn quantity_of(&mut self, node: &Node, dim: Dim, bound: Bound, path: &str) -> Option<f64> {
+    pub(crate) fn quantity_of(
+        &mut self,
+        node: &Node,
+        dim: Dimension,
+        bound: Bound,
+        path: &str,
+    ) -> Option<f64> {
         let value = match &node.value {
             Value::Float(value) => *value,
             Value::Integer(value) => *value as f64,
             Value::Text(text) => match units::parse(text, dim, self.scope.rotational) {
                 Ok(value) => value,
-                Err(error) => return self.wrong_unit(node, &error, dim, path),
+                Err(error) => return self.wrong_unit(node, error, dim, path),
             },
             _ => {
                 let unit = dim.si_unit(self.scope.rotational);
@@ -61,7 +78,7 @@ impl Reader<'_> {
         self.bounded(node, value, dim, bound, path)
     }
 
-    fn bounded(&mut self, node: &Node, value: f64, dim: Dim, bound: Bound, path: &str) -> Option<f64> {
+    fn bounded(&mut self, node: &Node, value: f64, dim: Dimension, bound: Bound, path: &str) -> Option<f64> {
         let unit = dim.si_unit(self.scope.rotational);
         let shown = if unit.is_empty() { short(value) } else { format!("{} {unit}", short(value)) };
         if !bound.admits(value) {
@@ -70,7 +87,7 @@ impl Reader<'_> {
             } else {
                 "write a finite number".into()
             };
-            self.problems.add(&node.origin, path, format!("{shown} makes no sense"), remedy);
+            self.problems.add(&node.origin, path, format!("{shown} is out of range"), remedy);
             return None;
         }
         if value.abs() > LARGEST {
@@ -81,19 +98,9 @@ impl Reader<'_> {
         Some(value)
     }
 
-    fn wrong_unit(&mut self, node: &Node, error: &UnitError, dim: Dim, path: &str) -> Option<f64> {
-        let phrase = dim.phrase(self.scope.rotational);
-        let unit = dim.si_unit(self.scope.rotational);
-        let remedy = match error {
-            UnitError::DecimalComma { meant, .. } => format!("write a decimal point: \"{meant}\""),
-            UnitError::UnknownUnit { nearest: Some(nearest), .. } => format!("did you mean `{nearest}`?"),
-            UnitError::NoUnit { text } => {
-                format!("write {text} without quotes for SI, or \"{} {unit}\"", text.trim())
-            }
-            _ if unit.is_empty() => "write a number".into(),
-            _ => format!("write a number in {unit}, or a text such as \"1 {unit}\""),
-        };
-        self.problems.add(&node.origin, path, format!("{error}, and this must be {phrase}"), remedy);
+    fn wrong_unit(&mut self, node: &Node, error: UnitError, dim: Dimension, path: &str) -> Option<f64> {
+        let wrong = WrongQuantity { error, dim, rotational: self.scope.rotational };
+        self.problems.add_error(&node.origin, path, &wrong);
         None
     }
 
@@ -105,7 +112,7 @@ impl Reader<'_> {
                 self.problems.add(
                     &node.origin,
                     path,
-                    format!("{value} makes no sense"),
+                    format!("{value} is out of range"),
                     format!("this must lie from {least} to {most}"),
                 );
                 None
@@ -156,12 +163,7 @@ impl Reader<'_> {
         // A sweep may run downwards; a band may not, and has no negative frequencies.
         if unit != Unit::Swept && (low >= high || low < 0.0) {
             let remedy = "write the lower frequency first, from zero on";
-            self.problems.add(
-                &node.origin,
-                path,
-                format!("a band from {low} to {high} makes no sense"),
-                remedy,
-            );
+            self.problems.add(&node.origin, path, format!("a band from {low} to {high} is empty"), remedy);
             return None;
         }
         Some([low, high])
@@ -216,5 +218,31 @@ impl Reader<'_> {
             points.push((time_s, value));
         }
         complete.then_some(points)
+    }
+}
+
+/// A text that is no quantity of the dimension that a key has.
+#[derive(Debug, thiserror::Error)]
+#[error("{error}, and this must be {}", dim.phrase(*rotational))]
+struct WrongQuantity {
+    error: UnitError,
+    dim: Dimension,
+    rotational: bool,
+}
+
+impl Remedy for WrongQuantity {
+    fn remedy(&self) -> Cow<'_, str> {
+        let unit = self.dim.si_unit(self.rotational);
+        match &self.error {
+            UnitError::DecimalComma { meant, .. } => format!("write a decimal point: \"{meant}\"").into(),
+            UnitError::UnknownUnit { nearest: Some(nearest), .. } => {
+                format!("did you mean `{nearest}`?").into()
+            }
+            UnitError::NoUnit { text } => {
+                format!("write {text} without quotes for SI, or \"{} {unit}\"", text.trim()).into()
+            }
+            _ if unit.is_empty() => "write a number".into(),
+            _ => format!("write a number in {unit}, or a text such as \"1 {unit}\"").into(),
+        }
     }
 }

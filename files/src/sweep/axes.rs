@@ -1,14 +1,15 @@
 //! The axes of a sweep: the values that a key takes.
 
+use feeler_catalogue::{Contents, Slot};
 use indexmap::IndexMap;
 
 use super::super::draft::Setting;
 use super::super::keys::AXIS;
+use super::super::keys::sweep::{AXIS_TOLERANCE, POINTS};
 use super::super::read::{Reader, join};
 use super::super::source::Origin;
 use super::super::tree::{Entry, Node, Table, Value};
 use super::super::units;
-use super::refuse;
 
 /// Values that an axis takes, in SI.
 #[derive(Clone, Debug, PartialEq)]
@@ -156,49 +157,10 @@ fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAx
     }
     let fields = reader.fields(&AXIS, &[], table, &node.origin, &path);
     let variant = fields.variant?;
-    let [from, to] = fields.range(variant)?;
-    let ratio = variant.starts_with("log");
-    if ratio && from * to <= 0.0 {
-        let remedy = "give two numbers of the same sign, or a linear axis";
-        reader.problems.add(&node.origin, path, format!("from {from} to {to} there is no ratio"), remedy);
-        return None;
-    }
-    if variant.ends_with("uniform") && from >= to {
-        let remedy = if from > to {
-            format!("write [{to}, {from}]")
-        } else {
-            format!("write a list of the value that is meant, as in [{from}]")
-        };
-        reader.problems.add(
-            &node.origin,
-            join(&path, variant),
-            format!("from {from} to {to} there is nothing to draw from"),
-            remedy,
-        );
-        return None;
-    }
-    let tolerance = table.get("tolerance").map(|entry| &entry.node).zip(fields.optional("tolerance"));
-    let tolerance = tolerance.and_then(|(written, tolerance)| {
-        if !alike(written, if ratio { None } else { first_end(table, variant) }) {
-            let [message, remedy] = if ratio {
-                [
-                    "on an axis of equal ratios a tolerance is a ratio",
-                    "write a plain number or per cent, as in \"2 %\"",
-                ]
-            } else {
-                [
-                    "this is of another kind than the ends of the axis",
-                    "write the tolerance with a unit such as the ends have",
-                ]
-            };
-            reader.problems.add(&written.origin, join(&path, "tolerance"), message, remedy);
-            return None;
-        }
-        let share =
-            if ratio { tolerance.ln_1p() / (to / from).ln().abs() } else { tolerance / (to - from).abs() };
-        Some((share, written.origin.clone()))
-    });
-    if let Some((written, 1)) = table.get("points").zip(fields.count("points"))
+    let [from, to] = fields.get(variant).and_then(<[f64; 2]>::of)?;
+    check_ends(reader, node, &path, variant, [from, to])?;
+    let tolerance = axis_tolerance(reader, table, &path, &fields, [from, to]);
+    if let Some((written, 1)) = table.get(POINTS.name).zip(fields.value::<u64>(&POINTS))
         && (to - from).abs() > 0.0
     {
         let remedy =
@@ -211,7 +173,7 @@ fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAx
         );
     }
     // Where they are missing or wrong, that has been noted, and the ends are tried all the same.
-    let points = fields.count("points").unwrap_or(1);
+    let points = fields.value(&POINTS).unwrap_or(1);
     let axis = match variant {
         "linear" => Axis::Linear { from, to, points },
         "log" => Axis::Log { from, to, points },
@@ -219,6 +181,73 @@ fn read_axis(reader: &mut Reader<'_>, key: &str, entry: &Entry) -> Option<ReadAx
         _ => Axis::LogUniform { from, to },
     };
     Some(ReadAxis { axis, tolerance })
+}
+
+/// Whether a spacing or distribution is possible between two ends; otherwise notes why not.
+fn check_ends(
+    reader: &mut Reader<'_>,
+    node: &Node,
+    path: &str,
+    variant: &str,
+    [from, to]: [f64; 2],
+) -> Option<()> {
+    if is_ratio(variant) && from * to <= 0.0 {
+        let remedy = "give two numbers of the same sign, or a linear axis";
+        reader.problems.add(&node.origin, path, format!("from {from} to {to} there is no ratio"), remedy);
+        return None;
+    }
+    if variant.ends_with("uniform") && from >= to {
+        let remedy = if from > to {
+            format!("write [{to}, {from}]")
+        } else {
+            format!("write a list of the value that is meant, as in [{from}]")
+        };
+        reader.problems.add(
+            &node.origin,
+            join(path, variant),
+            format!("from {from} to {to} there is nothing to draw from"),
+            remedy,
+        );
+        return None;
+    }
+    Some(())
+}
+
+/// Whether values of a kind of axis have equal ratios.
+fn is_ratio(variant: &str) -> bool {
+    variant.starts_with("log")
+}
+
+/// How closely edges are located on an axis, as a share of it, and where that is written.
+fn axis_tolerance(
+    reader: &mut Reader<'_>,
+    table: &Table,
+    path: &str,
+    fields: &Contents,
+    [from, to]: [f64; 2],
+) -> Option<(f64, Origin)> {
+    let variant = fields.variant?;
+    let ratio = is_ratio(variant);
+    let written = &table.get(AXIS_TOLERANCE.name)?.node;
+    let tolerance: f64 = fields.value(&AXIS_TOLERANCE)?;
+    if !alike(written, if ratio { None } else { first_end(table, variant) }) {
+        let [message, remedy] = if ratio {
+            [
+                "on an axis of equal ratios a tolerance is a ratio",
+                "write a plain number or per cent, as in \"2 %\"",
+            ]
+        } else {
+            [
+                "this is of another kind than the ends of the axis",
+                "write the tolerance with a unit such as the ends have",
+            ]
+        };
+        reader.problems.add(&written.origin, join(path, AXIS_TOLERANCE.name), message, remedy);
+        return None;
+    }
+    let share =
+        if ratio { tolerance.ln_1p() / (to / from).ln().abs() } else { tolerance / (to - from).abs() };
+    Some((share, written.origin.clone()))
 }
 
 fn first_end<'a>(table: &'a Table, variant: &str) -> Option<&'a Node> {
@@ -236,7 +265,7 @@ fn read_list(reader: &mut Reader<'_>, items: &[Node], node: &Node, path: &str) -
         reader.problems.add(&node.origin, path, "the list is empty", "give at least one value");
         return None;
     }
-    // All are looked at, and those that are values are tried, so that every mistake is told.
+    // All are looked at, and those that are values are tried, so that every mistake is reported.
     let values = items.iter().filter_map(|item| {
         let value = setting(item);
         if value.is_none() {
@@ -247,6 +276,17 @@ fn read_list(reader: &mut Reader<'_>, items: &[Node], node: &Node, path: &str) -
     });
     let values: Vec<Setting> = values.collect();
     (!values.is_empty()).then_some(Axis::List(values))
+}
+
+/// Notes that a node must be a table.
+pub(super) fn refuse(reader: &mut Reader<'_>, node: &Node, path: &str) -> Contents {
+    reader.problems.add(
+        &node.origin,
+        path,
+        format!("this must be a table, not {}", node.value.kind()),
+        format!("write [{path}]"),
+    );
+    Contents::default()
 }
 
 /// A value as it was written.

@@ -13,7 +13,8 @@ use indexmap::IndexMap;
 
 use super::super::document::Document;
 use super::super::draft::{Draft, Setting};
-use super::super::problem::{Located, Problems};
+use super::super::located::Located;
+use super::super::problem::Problems;
 use super::super::read::join;
 use super::super::source::Origin;
 use super::super::tree::{Entry, Node, Table, Value};
@@ -24,7 +25,7 @@ use super::unit::unit_of_key;
 const MOST_COMBINATIONS: usize = 1024;
 
 /// Builds the scenario with the ends of each axis, as they were written, and notes what is wrong. Gives the
-/// unit of each key; none where it cannot be read.
+/// unit of each key; `None` if it cannot be read.
 pub(super) fn try_ends(
     axes: &IndexMap<String, ReadAxis>,
     scenario: &Path,
@@ -109,7 +110,7 @@ struct Doubtful {
     mistake: Mistake,
 }
 
-/// The scenario with some values set; none where a value cannot even be set.
+/// The scenario with some values set; `None` if a value cannot even be set.
 struct Set(Option<Draft>);
 
 impl Set {
@@ -185,7 +186,7 @@ impl Trial<'_> {
         Some(if of_own.is_empty() { Wrong::BesideOthers(beside_others) } else { Wrong::Own(of_own) })
     }
 
-    /// Notes the mistakes of an axis, and gives those that are none where other values beside it are right.
+    /// Notes the mistakes of an axis, and gives those that are `None` if other values beside it are right.
     fn axis(&self, own: usize, problems: &mut Problems) -> Vec<Doubtful> {
         let Tried { key, entry, ends } = &self.axes[own];
         let path = join("axes", &format!("\"{key}\""));
@@ -215,7 +216,7 @@ impl Trial<'_> {
             };
             tried.push((setting, origin, found));
         }
-        // What is wrong with every value is wrong with the key, and said once.
+        // What is wrong with every value is wrong with the key, and reported once.
         let always =
             |mistake: &Said| tried.len() > 1 && tried.iter().all(|(_, _, found)| found.contains(mistake));
         let of_key = tried

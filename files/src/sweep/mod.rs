@@ -7,7 +7,7 @@ mod unit;
 
 use std::path::{Path, PathBuf};
 
-use feeler_catalogue::Contents;
+use feeler_catalogue::{Contents, Record};
 use indexmap::IndexMap;
 
 pub use axes::Axis;
@@ -15,13 +15,14 @@ pub use refine::Refine;
 pub use unit::unit_of_key;
 
 use super::draft::{Sheet, load};
+use super::keys::sweep::{ABOUT, Keep, NAME, SAMPLES, SAMPLING, SCENARIO, SEED, Sampling};
 use super::keys::{KEEP, REFINE, SWEEP};
 use super::problem::{FormatError, Problems};
 use super::read::{Reader, Scope};
 use super::source::{self, Origin, Sources};
 use super::tree::{Node, Table, Value};
 use crate::kind::FileKind;
-use axes::read_axes;
+use axes::{read_axes, refuse};
 use ends::try_ends;
 
 /// Most axes of a Sobol sequence: one more than the published polynomials that the sequence is built of.
@@ -56,32 +57,6 @@ pub struct SweepFile {
     pub keep: Keep,
     /// Whether a grid is made finer along boundaries.
     pub refine: Option<Refine>,
-}
-
-/// How the points of a sweep are chosen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Sampling {
-    /// Every combination of the axes.
-    #[default]
-    Grid,
-    /// Independent draws.
-    Random,
-    /// Each axis cut into slices, each of which is drawn from once.
-    LatinHypercube,
-    /// A low-discrepancy sequence.
-    Sobol,
-}
-
-/// What is kept of each run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Keep {
-    /// The outcome with its measures.
-    pub outcome: bool,
-    /// The recorded signals.
-    pub traces: bool,
-    /// How many of the last impacts and strobes.
-    pub tail: usize,
 }
 
 impl SweepFile {
@@ -122,30 +97,25 @@ impl SweepFile {
         let (keep, refine) = (table("keep", &KEEP), table("refine", &REFINE));
         let read = read_axes(&mut reader, root, &top);
         let refine = Refine::read(&refine, root, &read, problems);
-        let scenario = fields.text("scenario").map(|name| source::beside(&sources.0[0].directory, name));
+        let scenario =
+            fields.value(&SCENARIO).map(|name: String| source::beside(&sources.0[0].directory, &name));
         let units = scenario
             .as_ref()
             .and_then(|scenario| try_ends(&read, scenario, root, problems))
             .unwrap_or_default();
         let axes: IndexMap<String, Axis> = read.into_iter().map(|(key, read)| (key, read.axis)).collect();
         let drawn = axes.values().any(|axis| axis.count().is_none());
-        let sampling = match fields.text("sampling") {
-            Some("grid") => Sampling::Grid,
-            Some("random") => Sampling::Random,
-            Some("latin-hypercube") => Sampling::LatinHypercube,
-            Some("sobol") => Sampling::Sobol,
-            _ if drawn => Sampling::Random,
-            _ => Sampling::Grid,
-        };
+        let by_axes = if drawn { Sampling::Random } else { Sampling::Grid };
+        let sampling = fields.value(&SAMPLING).unwrap_or(by_axes);
         let runs: f64 = axes.values().filter_map(Axis::count).map(|count| count as f64).product();
         // A diagram for each value of a list.
         let drawn_over_one = axes.values().filter(|axis| !matches!(axis, Axis::List(_))).count() == 1;
-        let tail = keep
-            .count("tail")
-            .map_or(if drawn_over_one { TAIL_OF_ONE_AXIS } else { 0 }, |tail| tail as usize);
+        let tail = if drawn_over_one { TAIL_OF_ONE_AXIS } else { 0 };
+        let mut kept = Keep { outcome: true, traces: false, tail };
+        kept.take(&keep);
         let file = Self {
-            name: fields.text("name").unwrap_or_default().into(),
-            about: fields.text("about").unwrap_or_default().into(),
+            name: fields.value(&NAME).unwrap_or_default(),
+            about: fields.value(&ABOUT).unwrap_or_default(),
             scenario: scenario.unwrap_or_default(),
             axes,
             units,
@@ -153,14 +123,10 @@ impl SweepFile {
             samples: if sampling == Sampling::Grid {
                 runs as u64
             } else {
-                fields.count("samples").unwrap_or(1)
+                fields.value(&SAMPLES).unwrap_or(1)
             },
-            seed: fields.count("seed").unwrap_or(1),
-            keep: Keep {
-                outcome: keep.get("outcome").is_none() || keep.flag("outcome"),
-                traces: keep.flag("traces"),
-                tail,
-            },
+            seed: fields.value(&SEED).unwrap_or(1),
+            keep: kept,
             refine,
         };
         file.check_sampling(root, runs, problems);
@@ -185,7 +151,8 @@ impl SweepFile {
                     "axes",
                     &message,
                     &format!(
-                        "write {{ {way} = [from, to] }} without `points`, or `sampling = \"grid\"` without `samples`"
+                        "write {{ {way} = [from, to] }} without `points`, or `sampling = \"grid\"` without \
+                         `samples`"
                     ),
                 );
             }
@@ -227,7 +194,8 @@ impl SweepFile {
         }
         let divides = |axis: &Axis| matches!(axis, Axis::Linear { points, .. } | Axis::Log { points, .. } if *points >= 2);
         if self.axes.len() > 2 || self.sampling != Sampling::Grid || !self.axes.values().all(divides) {
-            let message = "only a grid of one or two axes, each `linear` or `log` with 2 points or more, can be refined";
+            let message = "only a grid of one or two axes, each `linear` or `log` with 2 points or more, \
+                           can be refined";
             problems.add(&place(root, "refine"), "refine", message, "remove [refine], or the other axes");
         }
         if !self.keep.outcome {
@@ -240,14 +208,4 @@ impl SweepFile {
 /// Where a key of the file stands; the start where it is absent.
 fn place(root: &Table, key: &str) -> Origin {
     root.get(key).map_or_else(Origin::default, |entry| entry.node.origin.clone())
-}
-
-fn refuse(reader: &mut Reader<'_>, node: &Node, path: &str) -> Contents {
-    reader.problems.add(
-        &node.origin,
-        path,
-        format!("this must be a table, not {}", node.value.kind()),
-        format!("write [{path}]"),
-    );
-    Contents::default()
 }

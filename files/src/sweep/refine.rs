@@ -1,14 +1,15 @@
 //! How a grid is made finer along boundaries.
 
-use feeler_catalogue::Contents;
+use feeler_catalogue::{Content, Contents};
 use indexmap::IndexMap;
 
+use super::super::keys::sweep::{BY, BY_OUTCOME, LEVELS, TOLERANCE};
 use super::super::problem::Problems;
 use super::super::tree::Table;
 use super::axes::{Axis, ReadAxis};
 
 /// How often the spacing is halved where neither that nor a tolerance is given.
-const LEVELS: u32 = 4;
+const USUAL_LEVELS: u32 = 4;
 /// How often it is halved at most.
 const MOST_LEVELS: u32 = 12;
 
@@ -48,7 +49,7 @@ impl Refine {
         let origin = |key: &str| {
             table.and_then(|table| table.get(key)).map_or(&entry.node.origin, |entry| &entry.node.origin)
         };
-        let of_all = fields.optional("tolerance").map(|share| (share, origin("tolerance")));
+        let of_all = fields.value::<f64>(&TOLERANCE).map(|share| (share, origin(TOLERANCE.name)));
         let of_each =
             |read: &ReadAxis| read.tolerance.as_ref().map(|(share, origin)| (*share, origin.clone()));
         let wanted = axes.iter().filter_map(|(key, read)| {
@@ -56,12 +57,12 @@ impl Refine {
             let spacings = read.axis.count()?.saturating_sub(1).max(1);
             Some((key, at, halvings(share * spacings as f64)))
         });
-        let given = fields.count("levels").map(|levels| levels as u32);
-        let mut levels = [given.unwrap_or(LEVELS); 2];
+        let given = fields.value::<u32>(&LEVELS);
+        let mut levels = [given.unwrap_or(USUAL_LEVELS); 2];
         for (key, at, needed) in wanted {
             if given.is_some() {
                 problems.add(
-                    origin("levels"),
+                    origin(LEVELS.name),
                     "refine.levels",
                     "`levels` and a tolerance say the same thing",
                     "remove one of them",
@@ -70,7 +71,8 @@ impl Refine {
             }
             if needed > MOST_LEVELS {
                 let message = format!(
-                    "this takes {needed} halvings of the spacing of `{key}`, and at most {MOST_LEVELS} are done"
+                    "this takes {needed} halvings of the spacing of `{key}`, and at most {MOST_LEVELS} are \
+                     done"
                 );
                 problems.add(
                     &at,
@@ -83,7 +85,7 @@ impl Refine {
                 *levels = needed.min(MOST_LEVELS);
             }
         }
-        Some(Self { levels, by_outcome: fields.text("by") == Some("outcome") })
+        Some(Self { levels, by_outcome: fields.get(BY.name) == Some(&Content::Word(BY_OUTCOME)) })
     }
 
     /// Spacings of the finest grid within one of the axis at an index.

@@ -1,10 +1,9 @@
 //! The unit of a key, as axes of drawings name it.
 
-use feeler_catalogue::{Dim, Kind, Shape, Unit};
+use feeler_catalogue::{Dimension, Kind, Shape, Unit};
 use feeler_engine::Scenario;
 use feeler_plant::description::Axis;
 use feeler_plant::effects;
-use feeler_plant::units::Dimension;
 
 use super::super::keys::{EFFECTS, ELEMENTS, RUN};
 
@@ -14,7 +13,7 @@ pub fn unit_of_key(path: &str, scenario: &Scenario) -> String {
     let parts: Vec<&str> = path.split('.').collect();
     let found = match parts.as_slice() {
         [_, _, EFFECTS, kind, parameter] => {
-            return unit_of_effect(kind, parameter, turns).unwrap_or_default().to_owned();
+            return unit_of_effect(kind, parameter, turns).unwrap_or_default();
         }
         ["run", rest @ ..] => unit(&RUN, None, rest).map(|unit| (unit, "")),
         [table, name, rest @ ..] => {
@@ -34,17 +33,17 @@ pub fn unit_of_key(path: &str, scenario: &Scenario) -> String {
         return String::new();
     };
     match unit {
-        _ if dimension.is(Dimension::NONE.into()) => String::new(),
+        _ if dimension.is(Dimension::NONE) => String::new(),
         // A gain over time is no frequency.
-        Unit::OutputPer(_) if dimension.is(Dimension::FREQUENCY.into()) => "1/s".into(),
-        _ => dimension.si_unit(turns),
+        Unit::OutputPer(_) if dimension.is(Dimension::FREQUENCY) => "1/s".into(),
+        _ => dimension.si_unit(turns).into_owned(),
     }
 }
 
 /// The unit of an effect's parameter by its key path.
-fn unit_of_effect(kind: &str, parameter: &str, turns: bool) -> Option<&'static str> {
+fn unit_of_effect(kind: &str, parameter: &str, turns: bool) -> Option<String> {
     let parameter = effects::find(kind)?.parameters.iter().find(|known| known.name == parameter)?;
-    Some(parameter.dimension.si_unit(turns))
+    Some(parameter.dimension.si_unit(turns).into_owned())
 }
 
 /// The unit that a shape gives to a key of it, or of a table within it; of several variants the one of this
@@ -70,19 +69,20 @@ fn unit(shape: &'static Shape, variant: Option<&str>, path: &[&str]) -> Option<U
 }
 
 /// The dimension of a unit of the element of this name.
-fn dimension(unit: Unit, name: &str, scenario: &Scenario) -> Option<Dim> {
+fn dimension(unit: Unit, name: &str, scenario: &Scenario) -> Option<Dimension> {
     let machine = &scenario.machine;
     let output = || {
         let actuator = machine.actuators.get(&scenario.controllers.get(name)?.drives)?;
-        Some(Dim::from(actuator.kind.command()))
+        Some(actuator.kind.command())
     };
     match unit {
-        Unit::Of(dimension) => Some(dimension.into()),
-        Unit::PowerStiffness => Some(Dimension::STIFFNESS.into()),
+        Unit::Of(dimension) => Some(dimension),
+        Unit::Pressure => Some(Dimension::power_stiffness(2.0)),
+        Unit::PowerStiffness => Some(Dimension::STIFFNESS),
         Unit::Output => output(),
-        Unit::OutputPer(dimension) => Some(output()? / dimension.into()),
+        Unit::OutputPer(dimension) => Some(output()? / dimension),
         Unit::Reference => dimension(scenario.controllers.get(name)?.spec.law.follows(), name, scenario),
-        Unit::Signal => Some(machine.sensors.get(name)?.reads.quantity.dimension()?.into()),
+        Unit::Signal => machine.sensors.get(name)?.reads.quantity.dimension(),
         Unit::Swept => None,
     }
 }

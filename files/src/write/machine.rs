@@ -1,10 +1,10 @@
 //! Bodies, springs, contacts, actuators, sensors.
 
-use feeler_catalogue::Record;
+use feeler_catalogue::{Content, Record};
 use feeler_plant::description::{Contact, Elements, Knot, Machine, Profile};
 use feeler_plant::effects::EffectUse;
 
-use super::{Writer, number};
+use super::{Writer, inline};
 use crate::keys::{ACTUATORS, BODIES, CONTACTS, Element, SENSORS, SPRINGS};
 
 impl Writer {
@@ -39,11 +39,7 @@ impl Writer {
         self.record(contact);
         if let Some(profile) = profile {
             let points = |value: fn(&Knot) -> f64| {
-                let pairs = profile
-                    .knots()
-                    .iter()
-                    .map(|knot| format!("[{}, {}]", number(knot.t_s), number(value(knot))));
-                format!("[{}]", pairs.collect::<Vec<_>>().join(", "))
+                inline(&Content::Points(profile.knots().iter().map(|knot| (knot.t_s, value(knot))).collect()))
             };
             let (offset, rate) = (points(|knot| knot.offset_m), points(|knot| knot.rate_m_per_s));
             self.header(&[table, name, "profile"]);

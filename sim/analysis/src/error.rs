@@ -53,6 +53,14 @@ pub enum AnalysisError {
         /// What there is.
         known: Vec<String>,
     },
+    /// A loop around the loop of a sampled servo.
+    #[error("`{name}` closes a loop around the sampled servo `{servo}`, which linear theory does not follow")]
+    Cascade {
+        /// The outer controller.
+        name: String,
+        /// The servo.
+        servo: String,
+    },
     /// A gain that the control law does not have.
     #[error("a controller of law `{law}` has no gain `{key}`")]
     NoGain {
@@ -140,6 +148,9 @@ impl Remedy for AnalysisError {
                 "add a controller: the file has none".into()
             }
             Self::NoController { known, .. } => format!("name the controller {}", known.join(" or ")).into(),
+            Self::Cascade { servo, .. } => {
+                format!("leave out `actuators.{servo}.period`: its loop is then continuous").into()
+            }
             Self::NoGain { known, .. } => format!("name one of {known}").into(),
             Self::Rates { .. } => "make the period of one a multiple of the other's".into(),
             Self::LongDelay { .. } => "shorten the delay, or lengthen the period of the controller".into(),
@@ -179,6 +190,7 @@ mod tests {
             AnalysisError::NoController { name: name(), known: Vec::new() },
             AnalysisError::NoController { name: name(), known: vec!["press".into()] },
             AnalysisError::NoGain { law: "position", key: "kx".into(), known: "kp, kd".into() },
+            AnalysisError::Cascade { name: name(), servo: "joint".into() },
             AnalysisError::Rates { limit: 1000 },
             AnalysisError::LongDelay { stored: 3000, most: 2000, common_s: 1e-3 },
             AnalysisError::SlowerThanLoop { name: name(), period_s: 1e-3, common_s: 2e-3 },

@@ -38,6 +38,7 @@ pub use loops::gain_key::{gain, gain_names, leading_gain, with_gain};
 pub use loops::late::LateResponse;
 pub use loops::loop_pair::LoopPair;
 pub use loops::sampled_loop::SampledLoop;
+pub use loops::step_response::StepResponse;
 pub use machine::assumptions::Assumption;
 pub use machine::channel::Channel;
 pub use machine::equilibrium::OperatingPoint;

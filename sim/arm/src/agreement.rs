@@ -13,7 +13,7 @@ use crate::sampled::{Edge, Lag, Law, SampledPlant};
 /// Damping ratio that the motors' damping would give the contact mode if nothing bent, where integral force
 /// control is looked at.
 const DAMPING_RATIO: f64 = 0.7;
-/// Share of the largest stable integral gain at which the force bandwidth is told: a gain margin of two.
+/// Share of the largest stable integral gain at which the force bandwidth is reported: a gain margin of two.
 const GAIN_SHARE: f64 = 0.5;
 /// How far each landmark of an axis may be from the whole arm's before further bodies are asked for.
 const CLOSE: [f64; 4] = [0.002, 0.01, 0.02, 0.02];

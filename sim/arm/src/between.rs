@@ -15,7 +15,7 @@ use crate::reduce::Reduction;
 /// Where a body begins that the tool has no spring to yet: that spring over its own.
 const FIRST_LINK: f64 = 0.2;
 
-/// Motor, tool and so many bodies: those that trail most. Springs that come out negative are left out.
+/// Motor, tool and this number of bodies: those that trail most. Springs that come out negative are left out.
 pub(crate) fn between(linear: &LinearArm, pair: &Reduction, count: usize) -> Option<Reduction> {
     let system = &linear.system;
     let ends = DMatrix::from_columns(&[system.drive.clone(), system.tip.clone()]);

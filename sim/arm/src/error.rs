@@ -37,7 +37,8 @@ pub enum ArmError {
     },
     /// A moving link that can turn about an axis around which nothing resists.
     #[error(
-        "joint `{joint}` moves nothing that has mass or inertia: all from link `{link}` to the tip is massless about its axis"
+        "joint `{joint}` moves nothing that has mass or inertia: all from link `{link}` to the tip is \
+         massless about its axis"
     )]
     Massless {
         /// The joint.
@@ -81,7 +82,8 @@ pub enum ArmError {
     },
     /// The arm cannot move along the normal at a pose.
     #[error(
-        "at this pose the arm cannot move along the normal{held}: the best it can do is {share} of a unit per unit of joint motion"
+        "at this pose the arm cannot move along the normal{held}: the best it can do is {share} of a unit \
+         per unit of joint motion"
     )]
     Singular {
         /// A remark on the other directions.
@@ -108,7 +110,8 @@ pub enum ArmError {
         t_s: f64,
     },
     /// No pose was found that brings the tool there.
-    #[error("no pose within the joint limits brings the tool to [{}, {}, {}] m: {} m are left", .target_m[0], .target_m[1], .target_m[2], short(*.left_m))]
+    #[error("no pose within the joint limits brings the tool to [{}, {}, {}] m: {} m are \
+             left", .target_m[0], .target_m[1], .target_m[2], short(*.left_m))]
     Unreachable {
         /// Where it should go.
         target_m: [f64; 3],

@@ -24,7 +24,7 @@ const SPAN: [f64; 2] = [0.2, 1.6];
 const BEYOND: u32 = 24;
 const OF_MOTOR: f64 = 0.5;
 /// Least mass of motor, tool or body over the whole: a lighter one is a damper between two springs that
-/// nothing can be told of, and stiff to simulate.
+/// nothing can be determined, and stiff to simulate.
 const LEAST: f64 = 1e-3;
 /// Width of the neighbourhood of a landmark, as a logarithm of frequencies, and its weight over that of all
 /// else.

@@ -1,5 +1,6 @@
 //! Joints with gears and springs, and the linear model of an arm at a pose.
 
+use feeler_catalogue::{Bound, Dimension, Field, Kind, Record, Unit, field, number, optional, required};
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::chain::Chain;
@@ -27,6 +28,75 @@ pub struct JointDrive {
     /// First-order bandwidth of the torque loop, Hz.
     pub bandwidth_hz: Option<f64>,
 }
+
+/// A drive has what its URDF says of friction and effort where a file leaves it out.
+impl Record for JointDrive {
+    const FIELDS: &'static [Field<Self>] = &[
+        field!(
+            JointDrive: gear_ratio,
+            required(
+                "gear_ratio",
+                Kind::Quantity(Unit::Of(Dimension::NONE), Bound::Positive),
+                "turns of the rotor per turn of the joint",
+            )
+        ),
+        field!(
+            JointDrive: rotor_inertia_kg_m2,
+            required(
+                "rotor_inertia",
+                Kind::Quantity(Unit::Of(Dimension::MASS), Bound::Positive),
+                "of the rotor about its own axis, before the gear",
+            )
+        ),
+        field!(
+            JointDrive: stiffness_n_m_per_rad,
+            required(
+                "stiffness",
+                Kind::Quantity(Unit::Of(Dimension::STIFFNESS), Bound::Positive),
+                "of gear and shaft, at the joint",
+            )
+        ),
+        field!(
+            JointDrive: damping_n_m_s_per_rad,
+            number("damping", DAMPING, Bound::NotNegative, 0.0, "of gear and shaft, at the joint")
+        ),
+        field!(
+            JointDrive: viscous_friction_n_m_s_per_rad,
+            optional(
+                "viscous_friction",
+                Kind::Quantity(DAMPING, Bound::NotNegative),
+                "of the motor, at the joint; the URDF's `dynamics damping` where absent",
+            )
+        ),
+        field!(
+            JointDrive: dry_friction_n_m,
+            optional(
+                "dry_friction",
+                Kind::Quantity(TORQUE, Bound::NotNegative),
+                "of the motor, at the joint; the URDF's `dynamics friction` where absent",
+            )
+        ),
+        field!(
+            JointDrive: effort_limit_n_m,
+            optional(
+                "limit",
+                Kind::Quantity(TORQUE, Bound::Positive),
+                "largest torque, at the joint; the URDF's `limit effort` where absent",
+            )
+        ),
+        field!(
+            JointDrive: bandwidth_hz,
+            optional(
+                "bandwidth",
+                Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
+                "first-order bandwidth of the torque loop",
+            )
+        ),
+    ];
+}
+
+const DAMPING: Unit = Unit::Of(Dimension::DAMPING);
+const TORQUE: Unit = Unit::Of(Dimension::FORCE);
 
 /// A chain with its drives.
 #[derive(Clone, Debug, PartialEq)]

@@ -51,8 +51,8 @@ pub(crate) fn eigen(mass: &DMatrix<f64>, stiffness: &DMatrix<f64>) -> Option<(DV
 }
 
 impl LinearSystem {
-    /// The largest squared angular frequency in the air, beside which modes that bend nothing are told: one
-    /// on a contact may be as large as the contact is stiff.
+    /// The largest squared angular frequency in the air, beside which modes that bend nothing are recognised:
+    /// one on a contact may be as large as the contact is stiff.
     fn largest_square(&self) -> f64 {
         eigen(&self.mass, &self.stiffness).map_or(0.0, |(squares, _)| squares.amax())
     }

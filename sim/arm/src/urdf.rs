@@ -27,10 +27,21 @@ pub struct Urdf {
 }
 
 #[derive(Clone, Debug)]
-struct Link {
+pub(crate) struct Link {
     inertial: Inertial,
     collisions: Vec<Collision>,
     meshes: Vec<MeshFile>,
+}
+
+impl Link {
+    /// A link without geometry.
+    pub(crate) fn of(inertial: Inertial) -> Self {
+        Self { inertial, collisions: Vec::new(), meshes: Vec::new() }
+    }
+
+    pub(crate) fn massless() -> Self {
+        Self::of(Inertial::none())
+    }
 }
 
 /// A mesh that a link names.
@@ -45,13 +56,13 @@ pub struct MeshFile {
 }
 
 #[derive(Clone, Debug)]
-struct Described {
-    line: u32,
-    parent: String,
-    child: String,
+pub(crate) struct Described {
+    pub(crate) line: u32,
+    pub(crate) parent: String,
+    pub(crate) child: String,
     /// None for a joint that does not move.
-    kind: Option<JointKind>,
-    joint: Joint,
+    pub(crate) kind: Option<JointKind>,
+    pub(crate) joint: Joint,
 }
 
 fn inertial(link: Node<'_, '_>, name: &str) -> Result<Inertial, ArmError> {
@@ -189,6 +200,25 @@ fn joint(node: Node<'_, '_>) -> Result<Described, ArmError> {
 }
 
 impl Urdf {
+    pub(crate) fn empty(name: &str) -> Self {
+        Self { name: name.into(), links: HashMap::new(), link_names: Vec::new(), joints: Vec::new() }
+    }
+
+    pub(crate) fn add_link(&mut self, name: &str, link: Link) {
+        if self.links.insert(name.into(), link).is_none() {
+            self.link_names.push(name.into());
+        }
+    }
+
+    pub(crate) fn add_joint(&mut self, described: Described) {
+        self.joints.push(described);
+    }
+
+    /// The joints that move, in the order of the file.
+    pub fn moving_joints(&self) -> impl Iterator<Item = &Joint> {
+        self.joints.iter().filter(|described| described.kind.is_some()).map(|described| &described.joint)
+    }
+
     /// Reads the text of a URDF file.
     ///
     /// # Errors
@@ -203,12 +233,7 @@ impl Urdf {
                 "name a URDF file",
             );
         }
-        let mut urdf = Self {
-            name: root.attribute("name").unwrap_or_default().into(),
-            links: HashMap::new(),
-            link_names: Vec::new(),
-            joints: Vec::new(),
-        };
+        let mut urdf = Self::empty(root.attribute("name").unwrap_or_default());
         for node in root.children().filter(|node| node.has_tag_name("link")) {
             let name = attribute(node, "name")?;
             let link = Link {

@@ -141,7 +141,8 @@ fn reference_contact_mode_and_phase_crossover_are_the_whole_arm_s_at_twenty_pose
                 crossover = crossover.max(off(found.phase_crossover_hz));
             }
             println!(
-                "{contact:?}, {others:?}: contact mode off by up to {mode:.1e}, phase crossover by up to {crossover:.1e} (two masses {of_pair:.1e}), \
+                "{contact:?}, {others:?}: contact mode off by up to {mode:.1e}, phase crossover by up to \
+                 {crossover:.1e} (two masses {of_pair:.1e}), \
                  branches {branches:?}"
             );
             assert!(crossover < CROSSOVER && mode < most, "{others:?}: {mode} {crossover}");
@@ -173,7 +174,7 @@ fn workspace() -> Vec<Touch> {
     all
 }
 
-/// How far the axis of a touch is off the arm, the other directions held; none where the arm does not reach,
+/// How far the axis of a touch is off the arm, the other directions held; `None` if the arm does not reach,
 /// or cannot move along the normal.
 fn misfit(arm: &Arm, (place, normal, contact): Touch) -> Option<Agreement> {
     let target = Target::Pointing(place.into(), Vector3::from(normal).normalize());
@@ -265,7 +266,8 @@ fn reference_the_axis_is_the_arm_s_all_over_the_workspace() {
     let kp = all.iter().map(|found| found.misfits()[2]).fold(0.0, f64::max);
     let doubted = all.iter().filter(|found| !found.is_trusted()).count();
     println!(
-        "{} poses, worst {worst:.4}, stable kp {kp:.4}, {doubted} not trusted; {} are out of reach or do not let the tool move along the normal",
+        "{} poses, worst {worst:.4}, stable kp {kp:.4}, {doubted} not trusted; {} are out of reach or do \
+         not let the tool move along the normal",
         all.len(),
         touches.len() - all.len()
     );
@@ -360,7 +362,8 @@ fn measured_misfit(poses: &[Vec<f64>], others: Others) -> f64 {
         let apart = found.response.iter().zip(&linear).map(|(a, b)| (a / b - 1.0).norm()).fold(0.0, f64::max);
         let [mode, crossover] = found.misfits();
         println!(
-            "{others:?}: contact mode {:.3?} Hz, phase crossover {:.3?} Hz; response off the linear arm by {apart:.1e}; {:.1} s",
+            "{others:?}: contact mode {:.3?} Hz, phase crossover {:.3?} Hz; response off the linear arm by \
+             {apart:.1e}; {:.1} s",
             found.contact_mode_hz, found.phase_crossover_hz, found.simulated_s
         );
         assert!(apart < SIMULATED_LINES, "{others:?}: {apart}");

@@ -1,4 +1,4 @@
-//! Robot descriptions with mistakes: each is told with its line and remedy.
+//! Robot descriptions with mistakes: each is reported with its line and remedy.
 
 use feeler_arm::{ArmError, CollisionShape, Target, Urdf, inverse_kinematics};
 use feeler_problem::Remedy;
@@ -89,7 +89,8 @@ fn truth_mistakes_are_told_with_line_and_remedy() {
     assert!(unknown.contains("no link `hand`") && unknown.contains("base, one, two"), "{unknown}");
     assert!(matches!(urdf.chain("base"), Err(ArmError::NoJoints { .. })));
     let hollow = GOOD.replacen(
-        "<inertial><origin xyz=\"0.1 0 0\"/><mass value=\"1\"/><inertia ixx=\"0.01\" iyy=\"0.02\" izz=\"0.02\"/></inertial>",
+        "<inertial><origin xyz=\"0.1 0 0\"/><mass value=\"1\"/><inertia ixx=\"0.01\" iyy=\"0.02\" \
+         izz=\"0.02\"/></inertial>",
         "",
         1,
     );

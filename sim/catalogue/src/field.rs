@@ -1,7 +1,7 @@
 //! A key together with the part of a struct that it fills.
 
 use crate::content::{Content, Contents};
-use crate::shape::{Absent, Bound, Key, Kind, Unit};
+use crate::shape::{Absent, Bound, Key, Kind, Unit, Variant};
 
 /// A key of the struct `T`: how it is declared, and how its content is read from and put into a `T`.
 #[derive(Debug)]
@@ -49,66 +49,6 @@ impl<T> Field<T> {
     }
 }
 
-/// A type that one key fills.
-pub trait Slot {
-    /// Its content; `None` for what is absent.
-    fn content(&self) -> Option<Content>;
-    /// Takes what was read.
-    fn take(&mut self, content: &Content);
-}
-
-macro_rules! slots {
-    ($($slot:ty: $content:pat => $value:expr, $of:expr;)*) => { $(
-        impl Slot for $slot {
-            fn content(&self) -> Option<Content> {
-                $of(Clone::clone(self))
-            }
-
-            fn take(&mut self, content: &Content) {
-                if let $content = content {
-                    *self = $value;
-                }
-            }
-        }
-    )* };
-}
-
-slots! {
-    f64: Content::Number(value) => *value, |value| Some(Content::Number(value));
-    Option<f64>: Content::Number(value) => Some(*value), |value: Self| value.map(Content::Number);
-    bool: Content::Flag(flag) => *flag, |flag| Some(Content::Flag(flag));
-    Option<String>: Content::Text(text) => Some(text.clone()), |text: Self| text.map(Content::Text);
-    [String; 2]: Content::Pair(pair) => pair.clone(), |pair| Some(Content::Pair(pair));
-}
-
-/// A name, whose default is one of the key's words.
-impl Slot for String {
-    fn content(&self) -> Option<Content> {
-        Some(Content::Text(self.clone()))
-    }
-
-    fn take(&mut self, content: &Content) {
-        match content {
-            Content::Text(text) => self.clone_from(text),
-            Content::Word(word) => (*word).clone_into(self),
-            _ => {}
-        }
-    }
-}
-
-/// A table within a table.
-impl<T: Record> Slot for Option<T> {
-    fn content(&self) -> Option<Content> {
-        self.as_ref().map(|record| Content::Table(record.contents()))
-    }
-
-    fn take(&mut self, content: &Content) {
-        if let Content::Table(contents) = content {
-            *self = Some(T::read(contents));
-        }
-    }
-}
-
 /// A struct, or an enum of structs, that a table fills.
 pub trait Record: Sized + 'static {
     /// Keys that it has in every form.
@@ -116,17 +56,29 @@ pub trait Record: Sized + 'static {
     /// Its forms, where the word of a key decides which other keys there are.
     const FORMS: &'static [Form<Self>] = &[];
 
-    /// What it is before any key is read; of an enum, what stands in for a form that was not understood.
-    fn blank() -> Self;
+    /// What it is before any key is read; `None` of an enum whose form has to be named. A number whose key
+    /// was wrong stays as it is here: it is one that no check refuses, and nothing sees it but further
+    /// checks, since the file as a whole is refused.
+    fn blank() -> Option<Self> {
+        None
+    }
 
-    /// What a table says, after mistakes have been noted. A required or defaulted quantity that was wrong is
-    /// 1, which no check refuses: the file as a whole is refused, and nothing sees it.
-    fn read(contents: &Contents) -> Self {
+    /// What a table says, after mistakes have been noted; `None` where its form is not known.
+    fn read(contents: &Contents) -> Option<Self> {
         let form = Self::FORMS.iter().find(|form| Some(form.name) == contents.variant);
-        let mut record = form.map_or_else(Self::blank, |form| (form.start)());
-        fill(&mut record, Self::FIELDS, contents);
-        fill(&mut record, form.map_or(&[], |form| form.fields), contents);
-        record
+        let mut record = form.map(|form| (form.start)()).or_else(Self::blank)?;
+        record.take(contents);
+        Some(record)
+    }
+
+    /// Takes what a table says; all else stays as it is.
+    fn take(&mut self, contents: &Contents) {
+        let form = self.form().map_or(&[] as &[Field<Self>], |form| form.fields);
+        for field in Self::FIELDS.iter().chain(form) {
+            if let Some(content) = contents.get(field.key.name) {
+                (field.set)(self, content);
+            }
+        }
     }
 
     /// All that differs from what its absence means.
@@ -140,7 +92,7 @@ pub trait Record: Sized + 'static {
         contents
     }
 
-    /// The first quantity that makes no sense: its key, its value and what it must obey.
+    /// The first quantity out of range: its key, its value and its rule.
     fn out_of_range(&self) -> Option<(String, f64, Bound)> {
         self.fields().find_map(|field| out_of_range(&field.key, &(field.get)(self)?))
     }
@@ -170,18 +122,6 @@ fn out_of_range(key: &Key, content: &Content) -> Option<(String, f64, Bound)> {
             Some((format!("{}.{inner}", key.name), value, bound))
         }
         _ => None,
-    }
-}
-
-fn fill<T>(record: &mut T, fields: &[Field<T>], contents: &Contents) {
-    for field in fields {
-        match contents.get(field.key.name) {
-            Some(content) => (field.set)(record, content),
-            None if field.key.absent != Absent::Nothing && field.quantity().is_some() => {
-                field.set_number(record, 1.0);
-            }
-            None => {}
-        }
     }
 }
 
@@ -226,19 +166,46 @@ pub const fn joined<const N: usize>(first: &[Key], second: &[Key]) -> [Key; N] {
     keys
 }
 
-/// A [`Field`]: `field!(Struct: member, key)`, `field!(Enum: Enum::Form(inner) => inner.member, key)`, each
-/// with a [`Role`] behind the key where it has one.
+/// The variants that the forms of a record are.
+pub const fn variants<T, const N: usize>(forms: &[Form<T>]) -> [Variant; N] {
+    let mut variants = [const { Variant { name: "", text: "", keys: &[] } }; N];
+    let mut i = 0;
+    while i < N {
+        variants[i] = Variant { name: forms[i].name, text: forms[i].text, keys: forms[i].keys };
+        i += 1;
+    }
+    variants
+}
+
+/// The variants of two lists, one after the other.
+pub const fn chained<const N: usize>(first: &[Variant], second: &[Variant]) -> [Variant; N] {
+    let mut variants = [first[0]; N];
+    let mut i = 0;
+    while i < N {
+        variants[i] = if i < first.len() { first[i] } else { second[i - first.len()] };
+        i += 1;
+    }
+    variants
+}
+
+/// A [`Field`]: `field!(Struct: member, key)`, `field!(Struct: member[0], key)`,
+/// `field!(Enum: Enum::Form(inner) => inner.member, key)`, each with a [`Role`] behind the key where it has
+/// one.
 #[macro_export]
 macro_rules! field {
-    ($owner:ty: $member:ident, $key:expr) => {
-        $crate::field!($owner: $member, $key, $crate::Role::Structure)
+    ($owner:ty: $member:ident $([$index:literal])?, $key:expr) => {
+        $crate::field!($owner: $member $([$index])?, $key, $crate::Role::Structure)
     };
-    ($owner:ty: $member:ident, $key:expr, $role:expr) => {
+    ($owner:ty: $member:ident $([$index:literal])?, $key:expr, $role:expr) => {
         $crate::Field {
             key: $key,
             role: $role,
-            get: |owner: &$owner| $crate::Slot::content(&owner.$member),
-            set: |owner: &mut $owner, content| $crate::Slot::take(&mut owner.$member, content),
+            get: |owner: &$owner| $crate::Slot::content(&owner.$member $([$index])?),
+            set: |owner: &mut $owner, content| {
+                if let Some(value) = $crate::Slot::of(content) {
+                    owner.$member $([$index])? = value;
+                }
+            },
         }
     };
     ($owner:ty: $form:pat => $place:expr, $key:expr) => {
@@ -250,8 +217,8 @@ macro_rules! field {
             role: $role,
             get: |owner: &$owner| if let $form = owner { $crate::Slot::content(&$place) } else { None },
             set: |owner: &mut $owner, content| {
-                if let $form = owner {
-                    $crate::Slot::take(&mut $place, content);
+                if let ($form, Some(value)) = (owner, $crate::Slot::of(content)) {
+                    $place = value;
                 }
             },
         }

@@ -17,12 +17,12 @@
 //!         number("damping", Unit::Of(Dimension::DAMPING), Bound::NotNegative, 0.0, "viscous damping")
 //!     )];
 //!
-//!     fn blank() -> Self {
-//!         Self { damping_n_s_per_m: 0.0 }
+//!     fn blank() -> Option<Self> {
+//!         Some(Self { damping_n_s_per_m: 0.0 })
 //!     }
 //! }
 //!
-//! let mut damper = Damper::blank();
+//! let mut damper = Damper { damping_n_s_per_m: 0.0 };
 //! let damping = &Damper::FIELDS[0];
 //! damping.set_number(&mut damper, 3.0);
 //! assert_eq!(damping.number(&damper), Some(3.0));
@@ -30,17 +30,16 @@
 
 mod common;
 mod content;
-mod dim;
 mod dimension;
 mod field;
 mod shape;
+mod slot;
 
 pub use common::{CORNER, DAMPING_RATIO, LONGEST_DELAY, low_pass};
 pub use content::{Content, Contents};
-pub use dim::{Dim, same_exponent};
-pub use dimension::Dimension;
-pub use field::{Field, Form, Record, Role, Slot, joined, keys};
+pub use dimension::{Dimension, same_exponent};
+pub use field::{Field, Form, Record, Role, chained, joined, keys, variants};
 pub use shape::{
-    Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word, number, optional, required, short,
-    variants, word,
+    Absent, Bound, Choice, Key, Kind, Shape, Unit, Variant, Word, number, optional, required, short, word,
 };
+pub use slot::Slot;

@@ -2,9 +2,7 @@
 //! reference are made.
 
 use crate::content::Content;
-use crate::dim::Dim;
 use crate::dimension::Dimension;
-use crate::field::Form;
 
 /// A key of a table.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +46,7 @@ pub enum Kind {
     WordOrTable(&'static [Word], &'static Shape),
     /// Two quantities, low and high.
     Range(Unit),
-    /// A list of so many quantities; of any number where that is zero.
+    /// A list of this many quantities; of any number if that is zero.
     Numbers(Unit, usize),
     /// `[[time, value], ...]`.
     Points(Unit),
@@ -74,6 +72,8 @@ pub enum Unit {
     Signal,
     /// N/m^n, `n` being the exponent of the contact's law.
     PowerStiffness,
+    /// N/m², of a material, whatever the axis.
+    Pressure,
     /// Of the drive's command.
     Output,
     /// Of the drive's command over this.
@@ -143,15 +143,14 @@ impl Unit {
         match self {
             Self::Of(dimension) => {
                 let [straight, rotary] = [false, true].map(|rotational| dimension.si_unit(rotational));
-                if straight == rotary { straight.to_owned() } else { format!("{straight} ({rotary})") }
+                if straight == rotary { straight.into() } else { format!("{straight} ({rotary})") }
             }
             Self::Signal => "unit of the signal".into(),
             Self::PowerStiffness => Self::Of(Dimension::POWER_STIFFNESS).words(),
+            Self::Pressure => "N/m2".into(),
             Self::Output => "unit of the command".into(),
             Self::OutputPer(dimension) => {
-                let dim = Dim::from(dimension);
-                // Seen as a quotient: of the inverse only the denominator is written.
-                let unit = dim.si_unit(false);
+                let unit = dimension.si_unit(false);
                 if unit.contains(['/', ' ']) {
                     format!("unit of the command per ({unit})")
                 } else {
@@ -210,7 +209,7 @@ pub struct Shape {
 pub struct Choice {
     /// Its name; empty where the variant is known by which key is there.
     pub key: &'static str,
-    /// The word where the key is absent; none where it must be given.
+    /// The word where the key is absent; `None` if it must be given.
     pub default: Option<&'static str>,
     /// What it chooses.
     pub text: &'static str,
@@ -227,17 +226,6 @@ pub struct Variant {
     pub text: &'static str,
     /// The keys that only it has.
     pub keys: &'static [Key],
-}
-
-/// The variants that the forms of a record are.
-pub const fn variants<T, const N: usize>(forms: &[Form<T>]) -> [Variant; N] {
-    let mut variants = [const { Variant { name: "", text: "", keys: &[] } }; N];
-    let mut i = 0;
-    while i < N {
-        variants[i] = Variant { name: forms[i].name, text: forms[i].text, keys: forms[i].keys };
-        i += 1;
-    }
-    variants
 }
 
 impl Shape {

@@ -17,7 +17,7 @@ pub enum ControlError {
         /// Specs given.
         given: usize,
     },
-    /// A number that makes no sense.
+    /// A number out of range.
     #[error("`{key}` {}, not {value}", bound.words())]
     OutOfRange {
         /// Key in the machine file.

@@ -82,7 +82,7 @@ impl Section<f64> {
 }
 
 impl<L: Lane> Section<L> {
-    /// The section `of(i)` in lane `i`; none where every lane passes its input unchanged.
+    /// The section `of(i)` in lane `i`; `None` if every lane passes its input unchanged.
     pub(crate) fn of_lanes(of: impl Fn(usize) -> Option<Section<f64>>) -> Option<Self> {
         (0..L::WIDTH)
             .any(|i| of(i).is_some())

@@ -167,15 +167,11 @@ pub enum AntiWindup {
 const TIME: Unit = Unit::Of(Dimension::TIME);
 const FREQUENCY: Unit = Unit::Of(Dimension::FREQUENCY);
 
-const fn per(mass: i8, length: i8, time: i8) -> Unit {
-    Unit::OutputPer(Dimension { mass, length, time, any_length: false })
-}
-
 const PER_FORCE: Unit = Unit::OutputPer(Dimension::FORCE);
-const PER_FORCE_TIME: Unit = per(1, 1, -1);
+const PER_FORCE_TIME: Unit = Unit::OutputPer(Dimension::new(1.0, 1.0, -1.0));
 const PER_FORCE_RATE: Unit = Unit::OutputPer(Dimension::FORCE_RATE);
 const PER_LENGTH: Unit = Unit::OutputPer(Dimension::LENGTH);
-const PER_LENGTH_TIME: Unit = per(0, 1, 1);
+const PER_LENGTH_TIME: Unit = Unit::OutputPer(Dimension::new(0.0, 1.0, 1.0));
 const PER_VELOCITY: Unit = Unit::OutputPer(Dimension::VELOCITY);
 
 /// A gain of a law under its own name; its rank is its place among the law's gains, the most telling one first.
@@ -315,10 +311,6 @@ impl Record for Law {
             &[] as &[Field<Law>]
         ),
     ];
-
-    fn blank() -> Self {
-        Self::OpenLoop
-    }
 }
 
 static LEAD: Shape = Shape { keys: keys!(LeadSpec::FIELDS), choice: None };
@@ -339,8 +331,8 @@ impl Record for LeadSpec {
         ),
     ];
 
-    fn blank() -> Self {
-        Self { zero_hz: 1.0, pole_hz: 1.0 }
+    fn blank() -> Option<Self> {
+        Some(Self { zero_hz: 1.0, pole_hz: 1.0 })
     }
 }
 
@@ -374,11 +366,15 @@ impl Slot for AntiWindup {
         })
     }
 
-    fn take(&mut self, content: &Content) {
-        *self = match content {
-            Content::Table(table) => Self::BackCalculation { tracking_time_s: table.number(TRACKING_TIME) },
-            Content::Word(OFF) => Self::Off,
-            _ => Self::Conditional,
-        };
+    fn of(content: &Content) -> Option<Self> {
+        match content {
+            Content::Table(table) => {
+                let tracking_time_s = f64::of(table.get(TRACKING_TIME)?)?;
+                Some(Self::BackCalculation { tracking_time_s })
+            }
+            Content::Word(OFF) => Some(Self::Off),
+            Content::Word(CONDITIONAL) => Some(Self::Conditional),
+            _ => None,
+        }
     }
 }

@@ -7,19 +7,20 @@
 //! randomness from a [`Stream`] of their own, so that no element's draws depend on which others are present.
 //!
 //! ```
-//! use feeler_control::{Controller, ControllerSpec, ForceGains, Inputs, Law, Reference, ReferenceSpec, SampleClock};
+//! use feeler_control::{Controller, ControllerSpec, ForceGains, Inputs, Law, Reference, ReferenceSpec,
+//! SampleClock};
 //!
 //! // Proportional-integral force control of 20 N, sampled at 1 kHz.
 //! let gains = ForceGains { kp: 0.6, ki: 25.0, ..ForceGains::default() };
-//! let spec = ControllerSpec { reference: ReferenceSpec::Constant(20.0), ..ControllerSpec::new(Law::ExplicitForce(gains), 1e-3) };
-//! let (seed, name) = (1, "controllers.force");
+//! let spec = ControllerSpec { reference: ReferenceSpec::Constant(20.0),
+//! ..ControllerSpec::new(Law::ExplicitForce(gains), 1e-3) }; let (seed, name) = (1, "controllers.force");
 //! let clock = SampleClock::new(&spec, seed, name)?;
 //! let reference = Reference::new(&spec.reference, seed, name)?;
 //! let mut controller = Controller::<f64>::new(&[spec])?;
 //!
 //! let t_s = clock.sample_time_s(0);
-//! let command_n = controller.sample(t_s, &Inputs { reading: 15.0, ..Inputs::default() }, reference.value(t_s));
-//! assert!((command_n - (0.6 * 5.0 + 25.0 * 1e-3 * 5.0)).abs() < 1e-12);
+//! let command_n = controller.sample(t_s, &Inputs { reading: 15.0, ..Inputs::default() },
+//! reference.value(t_s)); assert!((command_n - (0.6 * 5.0 + 25.0 * 1e-3 * 5.0)).abs() < 1e-12);
 //! # Ok::<(), feeler_control::ControlError>(())
 //! ```
 //!

@@ -24,7 +24,7 @@ pub(crate) struct PidConfig<L: Lane> {
     damping: L,
     derivative_pole: L,
     derivative_gain: L,
-    /// None where no lane has one.
+    /// `None` if no lane has one.
     lead: Option<Section<L>>,
     /// Lanes whose integrator stops at the limit.
     conditional: L::Mask,

@@ -155,6 +155,18 @@ const FORCE: Unit = Unit::Of(Dimension::FORCE);
 /// No controller is sampled a billion times a second.
 const SHORTEST_PERIOD: Bound = Bound::Within(1e-9, 1e6);
 
+impl ControllerSpec {
+    /// Its largest output.
+    pub const OUTPUT_LIMIT: Field<Self> = field!(
+        ControllerSpec: output_limit,
+        optional(
+            "output_limit",
+            Kind::Quantity(Unit::Output, Bound::Positive),
+            "largest output, against which the anti-windup works",
+        )
+    );
+}
+
 /// All but the law and the reference, which have keys of their own.
 impl Record for ControllerSpec {
     const FIELDS: &'static [Field<Self>] = &[
@@ -198,14 +210,7 @@ impl Record for ControllerSpec {
                 "step of the output",
             )
         ),
-        field!(
-            ControllerSpec: output_limit,
-            optional(
-                "output_limit",
-                Kind::Quantity(Unit::Output, Bound::Positive),
-                "largest output, against which the anti-windup works",
-            )
-        ),
+        ControllerSpec::OUTPUT_LIMIT,
         field!(
             ControllerSpec: reading_low_pass,
             low_pass("discrete filter on the reading: a corner frequency, or a table")
@@ -229,18 +234,14 @@ impl Record for ControllerSpec {
             )
         ),
     ];
-
-    fn blank() -> Self {
-        Self::new(Law::OpenLoop, 1.0)
-    }
 }
 
 impl Record for LowPassSpec {
     const FIELDS: &'static [Field<Self>] =
         &[field!(LowPassSpec: cutoff_hz, CORNER), field!(LowPassSpec: damping_ratio, DAMPING_RATIO)];
 
-    fn blank() -> Self {
-        Self { cutoff_hz: 1.0, damping_ratio: None }
+    fn blank() -> Option<Self> {
+        Some(Self { cutoff_hz: 1.0, damping_ratio: None })
     }
 }
 
@@ -285,7 +286,7 @@ impl Record for Approach {
         ),
     ];
 
-    fn blank() -> Self {
-        Self::new(1.0, 1.0, 1.0)
+    fn blank() -> Option<Self> {
+        Some(Self::new(1.0, 1.0, 1.0))
     }
 }

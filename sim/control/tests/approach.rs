@@ -59,7 +59,7 @@ fn truth_the_law_starts_fresh_at_the_threshold_and_latches() {
     let u = controller.sample(0.1, &at(4.0, 0.0), 20.0);
     assert!((u - (2.0 * 16.0 + 10.0 * PERIOD_S * 16.0)).abs() < ROUNDING);
     controller.sample(0.101, &at(0.0, 0.0), 20.0);
-    assert!(controller.in_contact_phase(), "without a release threshold contact is for good");
+    assert!(controller.in_contact_phase(), "without a release threshold contact lasts");
 }
 
 #[test]

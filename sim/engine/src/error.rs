@@ -28,6 +28,17 @@ pub enum EngineError {
     /// The matrix exponential of a mode failed.
     #[error("the equations of motion have no usable exponential: {0}")]
     Exponential(#[from] LtiError),
+    /// Something swings faster than can be followed.
+    #[error(
+        "a part of the machine swings at {frequency_hz:.3e} Hz: \
+         one second takes {looks_per_s:.1e} guard evaluations"
+    )]
+    TooFast {
+        /// At which frequency.
+        frequency_hz: f64,
+        /// Looks that a second takes.
+        looks_per_s: f64,
+    },
     /// Variants that shall run side by side differ in more than numbers.
     #[error("variant {variant} differs from variant 0 in {what}")]
     Structure {
@@ -69,6 +80,9 @@ impl Remedy for EngineError {
             }
             Self::Control { source, .. } => source.remedy(),
             Self::Exponential(error) => error.remedy(),
+            Self::TooFast { .. } => {
+                "find the body that is too light or the spring that is too stiff, and make it rigid".into()
+            }
             Self::Structure { .. } => "run it in a batch of its own".into(),
             Self::BodyEngines { needed, .. } => format!("give {needed} such engines").into(),
             Self::Lanes { lanes, .. } => format!("give {lanes} scenarios").into(),
@@ -90,7 +104,7 @@ impl Remedy for EngineError {
             Self::Control { source, .. } => source.is_of_caller(),
             Self::Exponential(error) => error.is_of_caller(),
             Self::Structure { .. } | Self::BodyEngines { .. } | Self::Lanes { .. } => true,
-            Self::Problems { .. } => false,
+            Self::Problems { .. } | Self::TooFast { .. } => false,
         }
     }
 
@@ -116,7 +130,8 @@ pub enum RunEnd {
         /// When.
         t_s: f64,
     },
-    /// More events than the limit at practically one instant: the machine as described has no motion past it.
+    /// More events than the limit at practically one instant, or endlessly short steps: the machine
+    /// as described has no motion past it that can be followed.
     EventStorm {
         /// When.
         t_s: f64,
@@ -126,6 +141,13 @@ pub enum RunEnd {
         /// When.
         t_s: f64,
     },
+}
+
+impl RunEnd {
+    /// Whether the run cannot go on: one that stands at its duration can be extended.
+    pub fn is_final(self) -> bool {
+        self != Self::Completed
+    }
 }
 
 #[cfg(test)]
@@ -145,6 +167,7 @@ mod tests {
                 source: ControlError::OutOfRange { key: "period".into(), value: 0.0, bound: Bound::Positive },
             },
             EngineError::Exponential(LtiError::NotFinite { quantity: "A" }),
+            EngineError::TooFast { frequency_hz: 1e10, looks_per_s: 5e10 },
             EngineError::Structure { variant: 1, what: "its law" },
             EngineError::BodyEngines { given: 0, needed: 4 },
             EngineError::Lanes { given: 3, lanes: 4 },

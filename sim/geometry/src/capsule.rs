@@ -59,7 +59,7 @@ pub(crate) fn nearest(
 pub(crate) struct Crosses;
 
 /// The nearest points of a line from `a` to `b` and a triangle: an end of the line over the face, or the line
-/// over an edge; none where it goes through the face.
+/// over an edge; `None` if it goes through the face.
 fn near(a: Vector, b: Vector, triangle: &Triangle) -> Option<Near> {
     let square = (triangle.b - triangle.a).cross(triangle.c - triangle.a);
     let heights = [a, b].map(|end| square.dot(end - triangle.a));

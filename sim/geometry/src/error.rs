@@ -61,7 +61,8 @@ pub enum GeometryError {
         workpiece: &'static str,
     },
     /// The tip never meets the workpiece on its way along the axis.
-    #[error("with the tip at y = {y_m} m, z = {z_m} m{} the way along the axis does not meet the workpiece", at(*.t_s))]
+    #[error("with the tip at y = {y_m} m, z = {z_m} m{} the way along the axis does not meet the \
+             workpiece", at(*.t_s))]
     Unreachable {
         /// Where, m.
         y_m: f64,
@@ -72,7 +73,8 @@ pub enum GeometryError {
     },
     /// The tip's way along the axis grazes a wall that is parallel to it, so that the gap jumps.
     #[error(
-        "at {} s the gap jumps by {} m: the tip travels against a wall, or begins just where it could touch", short(*.t_s), short(*.jump_m)
+        "at {} s the gap jumps by {} m: the tip travels against a wall, or begins just where it could \
+         touch", short(*.t_s), short(*.jump_m)
     )]
     Jump {
         /// When, s.
@@ -82,7 +84,8 @@ pub enum GeometryError {
     },
     /// An edge of the gap at which the error asked for is missed even within 0.1 us.
     #[error(
-        "an `error` of {error_m:e} m cannot be kept: at {} s, where the gap bends sharply, it is known to {} m",
+        "an `error` of {error_m:e} m cannot be kept: at {} s, where the gap bends sharply, it is known to \
+         {} m",
         short(*.t_s), short(*.apart_m)
     )]
     Unresolved {

@@ -25,6 +25,7 @@ mod error;
 mod feed;
 mod field;
 mod hertz;
+mod keys;
 mod mesh;
 mod outline;
 mod pair;

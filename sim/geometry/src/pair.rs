@@ -82,7 +82,7 @@ impl Pair {
     }
 
     /// Where the two are nearest with the tool at a position, m, and orientation, a unit quaternion
-    /// `[x, y, z, w]`; none where they are far apart.
+    /// `[x, y, z, w]`; `None` if they are far apart.
     ///
     /// Of a ball it is the projection of its centre, and of a capsule on triangles that of its axis, exact to
     /// rounding as long as centre or axis is outside; of other tips what Parry iterates to. Of shapes that
@@ -138,7 +138,7 @@ impl Pair {
         })
     }
 
-    /// How deep the middle of the tip is inside a workpiece that is a closed mesh, m; none where it is not
+    /// How deep the middle of the tip is inside a workpiece that is a closed mesh, m; `None` if it is not
     /// inside, or the workpiece is no mesh. A mesh is a surface to [`Self::nearest`], which does not know its
     /// inside from its outside.
     pub fn buried_m(&self, position_m: [f64; 3], quaternion: [f64; 4]) -> Option<f64> {
@@ -165,7 +165,7 @@ impl Pair {
         })
     }
 
-    /// How far the tip can go along a direction, m, until it touches; none where it never does within
+    /// How far the tip can go along a direction, m, until it touches; `None` if it never does within
     /// `reach_m`.
     ///
     /// # Errors

@@ -233,7 +233,8 @@ fn truth_a_flat_tip_against_a_step_is_a_jump() {
 
 #[test]
 fn truth_stl_and_obj_give_the_same_mesh() {
-    let obj = "# a triangle and a square\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 2\nf 1 2 5\nf 1/1/1 2/2/2 3/3/3 -2\n";
+    let obj = "# a triangle and a square\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 2\nf 1 2 5\nf 1/1/1 \
+               2/2/2 3/3/3 -2\n";
     let mesh = read_obj(obj, 1e-3).unwrap();
     assert_eq!(mesh.triangles, [[0, 1, 4], [0, 1, 2], [0, 2, 3]]);
     let mut text = String::from("solid part\n");

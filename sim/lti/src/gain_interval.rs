@@ -196,14 +196,19 @@ impl StableGains {
 }
 
 /// Growth rates at one gain.
-struct Sample {
+pub(crate) struct Sample {
     gain: f64,
     /// Excess over the limit, falling; those within rounding are exactly zero.
     excess: Vec<f64>,
 }
 
 impl Sample {
-    fn is_stable(&self) -> bool {
+    /// Motions that grow.
+    pub(crate) fn unstable(&self) -> usize {
+        self.excess.iter().filter(|excess| **excess > 0.0).count()
+    }
+
+    pub(crate) fn is_stable(&self) -> bool {
         self.excess.first().is_none_or(|&e| e < 0.0)
     }
 
@@ -294,7 +299,7 @@ pub fn stable_gains<T: TimeDomain>(
     Ok(StableGains { intervals })
 }
 
-fn sample_growth<T: TimeDomain>(
+pub(crate) fn sample_growth<T: TimeDomain>(
     domain: T,
     a: &DMatrix<f64>,
     gain: f64,

@@ -49,6 +49,7 @@ mod gain_interval;
 mod interconnect;
 mod loop_transfer;
 mod margins;
+mod rank_one;
 mod response;
 mod root_locus;
 mod search;
@@ -67,6 +68,7 @@ pub use expm::{ExponentialIntegrals, expm, expm_action, expm_integrals, taylor_c
 pub use gain_interval::{AffineLoop, GainEdge, GainSearch, StableGains, StableInterval, stable_gains};
 pub use loop_transfer::{LoopPoint, LoopTransfer};
 pub use margins::{DiskMargin, GainMargin, LoopGainInterval, Margins, Peak, PhaseMargin};
+pub use rank_one::RankOneLoop;
 pub use response::{TransferEvaluator, unwrapped_phase_rad};
 pub use root_locus::{RootLocus, root_locus};
 pub use state_space::{DiscreteStateSpace, StateSpace};

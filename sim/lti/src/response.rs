@@ -208,22 +208,23 @@ mod tests {
         StateSpace::new(a, b, output, DMatrix::zeros(1, 1)).unwrap()
     }
 
-    /// Between walls on springs the chain is `U`-shaped: with `2 cos t = 2 + s^2 / (k + c s)` (masses of 1 kg)
-    /// the transfer from the first force to the last position is `sin t / (sin((n + 1) t) (k + c s))`.
+    /// Between walls on springs the chain is `U`-shaped: with `2 cos t = 2 + s^2 / (k + c s)` (masses of 1
+    /// kg) the transfer from the first force to the last position is `sin t / (sin((n + 1) t) (k + c s))`.
     #[test]
     fn truth_a_long_chain_answers_as_its_closed_form() {
         for bodies in [4, 12, 40, 90] {
             let evaluator = TransferEvaluator::new(&chain(bodies));
             assert_eq!(evaluator.is_hessenberg, 2 * bodies >= MANY_STATES);
-            // Poles crowd at the upper edge of the band, 632 rad/s; there rounding of A is seen a million times
-            // larger.
+            // Poles crowd at the upper edge of the band, 632 rad/s; there rounding of A is seen a million
+            // times larger.
             for w in [0.1, 3.0, 20.0, 150.0, 500.0] {
                 let s = C64::new(0.0, w);
                 let spring = s * 10.0 + 1e5;
                 let t = (s * s / spring / 2.0 + 1.0).acos();
                 let truth = t.sin() / ((t * (bodies + 1) as f64).sin() * spring) * 1e5;
                 let found = evaluator.at(s).unwrap()[(0, 0)];
-                // Rounding of A is seen through the sharpest of modes, damped by 1e-4 and more of its frequency.
+                // Rounding of A is seen through the sharpest of modes, damped by 1e-4 and more of its
+                // frequency.
                 assert!((found - truth).norm() <= 1e-9 * truth.norm(), "{bodies} {w}: {found} {truth}");
             }
         }

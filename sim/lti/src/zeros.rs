@@ -51,8 +51,8 @@ impl<T: TimeDomain> StateSpace<T> {
     /// use feeler_lti::StateSpace;
     /// use nalgebra::dmatrix;
     /// // (s + 3) / (s + 1)(s + 2)
-    /// let system = StateSpace::new(dmatrix![-3.0, -2.0; 1.0, 0.0], dmatrix![1.0; 0.0], dmatrix![1.0, 3.0], dmatrix![0.0])?;
-    /// let zeros = system.zeros()?;
+    /// let system = StateSpace::new(dmatrix![-3.0, -2.0; 1.0, 0.0], dmatrix![1.0; 0.0], dmatrix![1.0, 3.0],
+    /// dmatrix![0.0])?; let zeros = system.zeros()?;
     /// assert_eq!(zeros.len(), 1);
     /// assert!((zeros[0].re + 3.0).abs() < 1e-14);
     /// # Ok::<(), feeler_lti::LtiError>(())
@@ -102,7 +102,7 @@ fn balanced_system<T: TimeDomain>(system: &StateSpace<T>) -> Reduced {
 /// Removes the infinite zeros of a system with one input and one output. `None` where its transfer function
 /// vanishes.
 ///
-/// Their number r is that of the first nonzero Markov parameter D, C B, C A B, ..., which is told from
+/// Their number r is that of the first nonzero Markov parameter D, C B, C A B, ..., which follows from
 /// rounding by the same product of moduli
 /// |C| |A|^k |B|. That bound is element by element, so it stays sharp for machines whose masses and springs differ by many decades, and it
 /// vanishes where no path leads from input to output. The same number makes the feed-through of the reduced

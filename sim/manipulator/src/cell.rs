@@ -1,6 +1,7 @@
 //! What is to be simulated.
 
 use feeler_arm::{Arm, Chain, Others, Reduction, Target, inverse_kinematics};
+use feeler_catalogue::{Bound, Dimension, Field, Record, Unit, field, number};
 use feeler_engine::Scenario;
 use feeler_geometry::{Pair, Place, Shape};
 use nalgebra::Vector3;
@@ -46,6 +47,29 @@ pub struct Hold {
     pub bandwidth_hz: f64,
     /// Damping ratio.
     pub damping_ratio: f64,
+}
+
+impl Record for Hold {
+    const FIELDS: &'static [Field<Self>] = &[
+        field!(
+            Hold: bandwidth_hz,
+            number(
+                "bandwidth",
+                Unit::Of(Dimension::FREQUENCY),
+                Bound::NotNegative,
+                5.0,
+                "natural frequency; 0 for no position control",
+            )
+        ),
+        field!(
+            Hold: damping_ratio,
+            number("damping_ratio", Unit::Of(Dimension::NONE), Bound::Positive, 1.0, "damping ratio")
+        ),
+    ];
+
+    fn blank() -> Option<Self> {
+        Some(Self { bandwidth_hz: 5.0, damping_ratio: 1.0 })
+    }
 }
 
 /// An arm, a tool, a workpiece and a controller.

@@ -44,7 +44,8 @@ pub enum ManipulatorError {
     NeverMeets,
     /// The place of contact is beyond the arm's reach.
     #[error(
-        "the tip would touch after {} m along the normal, at [{}, {}, {}] m, where the arm does not reach ({} m are left)",
+        "the tip would touch after {} m along the normal, at [{}, {}, {}] m, where the arm does not reach \
+         ({} m are left)",
         short(*.travel_m), short(.place_m[0]), short(.place_m[1]), short(.place_m[2]), short(*.left_m)
     )]
     OutOfReach {
@@ -77,7 +78,8 @@ pub enum ManipulatorError {
     },
     /// A run of more steps than anybody waits for.
     #[error(
-        "{what} asks for steps of {step_s:.3e} s, and {duration_s} s are {steps:.3e} of them, while at most {most:.0e} are taken"
+        "{what} asks for steps of {step_s:.3e} s, and {duration_s} s are {steps:.3e} of them, while at most \
+         {most:.0e} are taken"
     )]
     Work {
         /// What is fastest.

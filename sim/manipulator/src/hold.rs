@@ -7,7 +7,7 @@ use crate::cell::Hold;
 
 /// Singular values below this share of the largest count as directions in which the arm cannot move.
 const SINGULAR: f64 = 1e-6;
-/// From so many joints on the tool's orientation is held, too.
+/// From this number of joints on, the tool's orientation is held, too.
 const ALL_DIRECTIONS: usize = 6;
 
 /// Holds the tool at a place in all directions but one: with `T` the Jacobian of the held directions and `M`

@@ -105,30 +105,29 @@ impl JointPart {
         }
     }
 
-    /// Torque of the gear on the link for a twist (motor before link) and its rate, by the states of its lower
-    /// and upper flank where it has play.
+    /// Torque of the gear on the link for a twist (motor before link) and its rate, by the states of its
+    /// lower and upper flank where it has play.
     pub(crate) fn gear_torque(&self, twist: [f64; 2], flanks: [ContactState; 2]) -> f64 {
         if self.gear.play <= 0.0 {
-            return self.law(twist, 0)[1];
+            return self.law(twist, None)[1];
         }
-        [-1, 1]
+        [StopSide::Lower, StopSide::Upper]
             .into_iter()
             .zip(flanks)
             .filter(|(_, flank)| *flank == ContactState::Pushing)
-            .map(|(side, _)| self.law(twist, side)[1])
+            .map(|(side, _)| self.law(twist, Some(side))[1])
             .sum()
     }
 
     /// How far a flank is pressed, as the torque of its linear spring alone, and the whole torque of its law:
     /// positive where it is compressed and where it pushes.
     pub(crate) fn pressed(&self, twist: [f64; 2], side: StopSide) -> [f64; 2] {
-        let sign = if side == StopSide::Upper { 1 } else { -1 };
-        self.law(twist, sign).map(|torque| f64::from(sign) * torque)
+        self.law(twist, Some(side)).map(|torque| side.sign() * torque)
     }
 
-    /// Torque of the linear spring, and of the whole law, of the gear (`side` 0) or of one of its flanks.
-    fn law(&self, [twist, rate]: [f64; 2], side: i8) -> [f64; 2] {
-        let depth = twist - 0.5 * self.gear.play * f64::from(side);
+    /// Torque of the linear spring, and of the whole law, of the gear or of one of its flanks.
+    fn law(&self, [twist, rate]: [f64; 2], side: Option<StopSide>) -> [f64; 2] {
+        let depth = twist - 0.5 * self.gear.play * side.map_or(0.0, StopSide::sign);
         let hardening = NonlinearTerm { law: NonlinearLaw::Cubic { link: 0, side, cubic: self.gear.cubic } };
         let linear = self.gear.stiffness * depth;
         [linear, linear + hardening.value(depth, 0.0) + self.gear.damping * rate]

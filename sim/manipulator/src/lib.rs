@@ -15,9 +15,9 @@
 mod bodies;
 mod cell;
 mod error;
+mod evaluation;
 mod hold;
 mod joint;
-mod look;
 mod mode;
 mod record;
 mod sampling;

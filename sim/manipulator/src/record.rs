@@ -83,7 +83,7 @@ pub(crate) fn note_limits(record: &mut Record, t_s: f64, before: &[i8], now: &[i
 
 /// Notes a change from one state to another as the event that it is, if it is one.
 pub(crate) fn note(record: &mut Record, t_s: f64, change: Change, [from, to]: [SwitchState; 2]) {
-    let Some(kind) = EventKind::of(from, to) else { return };
+    let Some(kind) = EventKind::of(Switch::Contact(0), from, to) else { return };
     match change {
         Change::Contact(_) => {
             record.measures.events.push(Event { t_s, kind, switch: Switch::Contact(0) });

@@ -139,10 +139,10 @@ pub(crate) struct Drives {
 }
 
 impl Drives {
-    pub(crate) fn new(cell: &Cell) -> Self {
+    pub(crate) fn new(cell: &Cell, seed: u64) -> Self {
         let drives = || cell.joints.iter().map(|joint| &joint.drive);
         Self {
-            chains: drives().map(|drive| DriveChain::new(&[drive])).collect(),
+            chains: drives().map(|drive| DriveChain::new(&[drive], seed)).collect(),
             limits: drives().map(|drive| drive.limit / drive.gain.abs()).collect(),
         }
     }

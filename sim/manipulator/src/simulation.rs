@@ -10,7 +10,7 @@ use nalgebra::{DVector, Vector3};
 use crate::bodies::numbers;
 use crate::cell::{Cell, farthest_m};
 use crate::error::ManipulatorError;
-use crate::look::Plant;
+use crate::evaluation::Plant;
 use crate::mode::Mode;
 use crate::record::{Record, names, note, note_limits, put};
 use crate::sampling::{Control, Drives};
@@ -112,7 +112,7 @@ impl Simulation {
         };
         Ok(Self {
             control: Control::new(cell, &program)?,
-            drives: Drives::new(cell),
+            drives: Drives::new(cell, seed),
             encoders: sensing(&cell.joints.iter().map(|joint| &joint.encoder).collect::<Vec<_>>(), seed),
             sensors: sensing(&assembly.sensors.iter().collect::<Vec<_>>(), seed),
             record_taps: assembly
@@ -183,7 +183,7 @@ impl Simulation {
     }
 
     /// How deep tip and workpiece are in one another at the present time, m (negative across a gap), how fast
-    /// that grows, m/s, and how fast this does, m/s2 (but for the turning of the normal); none where they are
+    /// that grows, m/s, and how fast this does, m/s2 (but for the turning of the normal); `None` if they are
     /// far apart.
     pub fn compression(&self) -> Option<[f64; 3]> {
         self.plant.compression(&self.x, &self.mode, &self.inputs)
@@ -290,7 +290,7 @@ impl Simulation {
     /// What each sensor gets: after its filters, before its delay.
     fn signals(&self, motors: &[f64]) -> Vec<f64> {
         let plant = &self.plant;
-        let look = plant.look(&self.x, &self.mode, &self.inputs);
+        let now = plant.evaluate(&self.x, &self.mode, &self.inputs);
         let way =
             || plant.normal.dot(&(plant.arm.chain().tool_place(motors).translation.vector - self.home_m));
         let speed = || {
@@ -302,17 +302,17 @@ impl Simulation {
             .map(|(sensor, &first)| match sensor.source {
                 Source::Node(_, Quantity::Velocity) => speed(),
                 Source::Node(..) => way(),
-                _ => filtered(&sensor.filters, first, &self.x, plant.source(sensor, &look), None),
+                _ => filtered(&sensor.filters, first, &self.x, plant.source(sensor, &now), None),
             })
             .collect()
     }
 
     fn put_row(&mut self) {
-        let look = self.plant.look(&self.x, &self.mode, &self.inputs);
-        let touch = look.touch.as_ref();
+        let now = self.plant.evaluate(&self.x, &self.mode, &self.inputs);
+        let touch = now.touch.as_ref();
         let mut row = vec![
-            look.force_n,
-            look.spring_n,
+            now.force_n,
+            now.spring_n,
             touch.map_or(f64::NAN, |touch| touch.depth),
             f64::from(u8::from(self.mode.touches())),
             self.control.output,
@@ -326,7 +326,7 @@ impl Simulation {
         put(&mut self.record.measures, self.t_s, &row);
         if self.rows.is_multiple_of(self.every) {
             let layout = &self.plant.layout;
-            for (i, torque) in look.drive.iter().enumerate() {
+            for (i, torque) in now.drive.iter().enumerate() {
                 let of = |values: &[f64]| values[i];
                 row.extend([
                     of(layout.links(&self.x)),
@@ -335,7 +335,7 @@ impl Simulation {
                     *torque,
                 ]);
             }
-            let tool = look.posture.tool();
+            let tool = now.posture.tool();
             let (place, turn) = (tool.translation.vector, tool.rotation.scaled_axis());
             let point = touch.map_or([f64::NAN; 3], |touch| touch.point_m);
             let normal = touch.map_or([f64::NAN; 3], |touch| touch.normal.into());
@@ -389,7 +389,7 @@ fn fastest(cell: &Cell, [of_modes, of_drives, of_contact]: [f64; 3]) -> (String,
         return ("the damping of the contact".into(), "contacts".into());
     }
     let reflected = cell.arm.reflected_inertia_kg_m2();
-    // The rate of a rotor on its gear, by which a joint's own motion is told.
+    // The rate of a rotor on its gear, by which a joint's own motion is recognised.
     let rate = |i: usize| {
         let drive = &cell.arm.drives()[i];
         (drive.stiffness_n_m_per_rad / reflected[i]).sqrt().max(drive.damping_n_m_s_per_rad / reflected[i])

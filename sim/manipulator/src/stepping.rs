@@ -3,7 +3,7 @@
 use feeler_plant::motion::SwitchState;
 use nalgebra::DVector;
 
-use crate::look::Plant;
+use crate::evaluation::Plant;
 use crate::mode::{Change, Mode};
 
 /// Changes within one step after which the rest of it is taken as it is, and the changes at its end.
@@ -26,8 +26,8 @@ fn step(plant: &Plant, x: &DVector<f64>, h: f64, mode: &Mode, inputs: &[f64]) ->
 }
 
 fn least(plant: &Plant, x: &DVector<f64>, mode: &Mode, inputs: &[f64]) -> f64 {
-    let look = plant.look(x, mode, inputs);
-    plant.margins(x, mode, &look).into_iter().map(|(_, margin)| margin).fold(f64::INFINITY, f64::min)
+    let now = plant.evaluate(x, mode, inputs);
+    plant.margins(x, mode, &now).into_iter().map(|(_, margin)| margin).fold(f64::INFINITY, f64::min)
 }
 
 /// Changes the mode until the state is within it, at one instant; a change is taken once. `changed` gets it
@@ -41,14 +41,14 @@ pub(crate) fn settle(
 ) {
     let mut taken: Vec<Change> = Vec::new();
     loop {
-        let look = plant.look(x, mode, inputs);
+        let now = plant.evaluate(x, mode, inputs);
         let left = plant
-            .margins(x, mode, &look)
+            .margins(x, mode, &now)
             .into_iter()
             .find(|(change, margin)| *margin < 0.0 && !taken.contains(change));
         let Some((change, _)) = left else { return };
-        let net = look.net().to_vec();
-        drop(look);
+        let net = now.net().to_vec();
+        drop(now);
         let states = plant.change(change, x, mode, &net);
         taken.push(change);
         changed(change, states);

@@ -293,7 +293,7 @@ fn truth_a_delayed_sensor_reads_the_force_as_it_was() {
     }
 }
 
-/// The time is told at the end of a step, of at most 0.2 ms here; on the way the joint's speed changes by
+/// The time is reported at the end of a step, of at most 0.2 ms here; on the way the joint's speed changes by
 /// some percent.
 const MET_S: f64 = 0.1;
 

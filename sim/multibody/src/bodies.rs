@@ -115,11 +115,13 @@ impl Tracked {
 /// Why a turning body is not followed any further.
 fn too_fast(speed: f64, step_s: f64) -> EngineError {
     let message = format!(
-        "a body has come to turn at {speed:.4} rad/s, {:.3} rad in a step of {step_s:e} s, and Rapier follows a turn of at most {LARGEST_TURN:.3} rad per step",
+        "a body has come to turn at {speed:.4} rad/s, {:.3} rad in a step of {step_s:e} s, and Rapier \
+         follows a turn of at most {LARGEST_TURN:.3} rad per step",
         (speed * step_s).abs()
     );
     let remedy = format!(
-        "shorten `run.step`, to {:.3e} s or less for this speed, or leave `run.engine` out: Feeler's own engine also tells whether the motion is unstable",
+        "shorten `run.step`, to {:.3e} s or less for this speed, or leave `run.engine` out: Feeler's own \
+         engine also tells whether the motion is unstable",
         LARGEST_TURN / speed.abs()
     );
     EngineError::Problems { problems: vec![Problem::new("run.step", message, remedy)] }

@@ -123,12 +123,23 @@ fn kinds_named(text: &str) -> impl Iterator<Item = &str> {
     text.split('`').skip(1).step_by(2).filter(is_kind)
 }
 
+/// Sections of an effect's page.
+const SECTIONS: [&str; 7] = [
+    "Example",
+    "Model",
+    "Where it comes from",
+    "How it shows",
+    "How it is recognised",
+    "Numerical treatment",
+    "Source",
+];
+
 #[test]
-fn prop_documentation_has_its_four_sections_in_order() {
+fn prop_documentation_has_its_sections_in_order() {
     for definition in LIBRARY {
         let titles: Vec<&str> =
             definition.documentation.lines().filter_map(|line| line.strip_prefix("## ")).collect();
-        assert_eq!(titles, ["Model", "Where it comes from", "How it shows", "Source"], "{}", definition.kind);
+        assert_eq!(titles, SECTIONS, "{}", definition.kind);
         for title in titles {
             assert!(section(definition, title).ends_with('.'), "{}: {title} is no sentence", definition.kind);
         }
@@ -243,7 +254,7 @@ fn row_of(definition: &Definition) -> Row {
     // A parameter with a default is a choice of the model, beyond the table.
     let required = definition.parameters.iter().filter(|parameter| parameter.default.is_none());
     let with_unit =
-        |parameter: &Parameter| (parameter.name.to_owned(), parameter.dimension.si_unit(false).to_owned());
+        |parameter: &Parameter| (parameter.name.to_owned(), parameter.dimension.si_unit(false).into_owned());
     (definition.name.into(), places, required.map(with_unit).collect())
 }
 
@@ -255,8 +266,12 @@ fn reference_kinds_places_parameters_and_units_are_those_of_the_design() {
         eprintln!("skipped: {} is not here", path.display());
         return;
     };
+    let designed = rows_of_the_table(&text);
+    // The library has grown beyond that table since.
     let library: Vec<Row> = LIBRARY.iter().map(|definition| row_of(definition)).collect();
-    assert_eq!(library, rows_of_the_table(&text));
+    let kept: Vec<Row> =
+        library.into_iter().filter(|row| designed.iter().any(|other| other.0 == row.0)).collect();
+    assert_eq!(kept, designed);
 }
 
 #[test]
@@ -348,10 +363,14 @@ fn prop_a_wrong_host_is_told_which_elements_take_the_effect() {
     assert_eq!(
         problems,
         [
-            "springs.flange.effects.hardening-stiffness: `hardening-stiffness` does not sit under a rigid spring; \
-             it goes under a spring that is not rigid or a contact (move it under a spring that is not rigid or a contact)",
-            "actuators.drive.effects.timing-jitter: this effect disturbs a controller, not the plant (move it under a controller)",
-            "sensors.encoder.effects.force-bias: `force-bias` does not sit under a sensor that reads a motion; \
+            "springs.flange.effects.hardening-stiffness: `hardening-stiffness` does not sit under a rigid \
+             spring; \
+             it goes under a spring that is not rigid or a contact (move it under a spring that is not \
+             rigid or a contact)",
+            "actuators.drive.effects.timing-jitter: this effect disturbs a controller, not the plant (move \
+             it under a controller)",
+            "sensors.encoder.effects.force-bias: `force-bias` does not sit under a sensor that reads a \
+             motion; \
              it goes under a sensor that reads a force (move it under a sensor that reads a force)",
         ]
     );

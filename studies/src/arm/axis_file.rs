@@ -119,7 +119,8 @@ pub fn distrust(axis: &Reduction, agreement: &Agreement) -> Option<String> {
         .map(|mode| format!("{:.1}", mode.frequency_hz))
         .collect();
     Some(format!(
-        "this axis is off the arm by {}, more than {:.0} %: modes of the arm at {} Hz share the way from drive to tool, which no few masses on springs show; choose \
+        "this axis is off the arm by {}, more than {:.0} %: modes of the arm at {} Hz share the way from \
+         drive to tool, which no few masses on springs show; choose \
          another pose, or do not rely on what the axis says of that",
         off.join(" and "),
         100.0 * Agreement::TRUSTED,
@@ -178,9 +179,12 @@ fn header(
         .map(|((name, pair), misfit)| said(name, pair, misfit))
         .collect();
     format!(
-        "# The axis that {} is at the pose {} (rad) along [{nx}, {ny}, {nz}], the tool's other directions {}; made by `feeler reduce`.\n\
-         # Whole arm and this axis on a contact of {stiffness:.4e} N/m (phase crossover of the whole contact force, the drives' bandwidths left out; stable gains\n\
-         # of loops on its spring's force at 1 kHz behind them, ki with {:.4} N s/m of motor damping from differenced encoder positions):\n{landmarks}",
+        "# The axis that {} is at the pose {} (rad) along [{nx}, {ny}, {nz}], the tool's other directions \
+         {}; made by `feeler reduce`.\n\
+         # Whole arm and this axis on a contact of {stiffness:.4e} N/m (phase crossover of the whole \
+         contact force, the drives' bandwidths left out; stable gains\n\
+         # of loops on its spring's force at 1 kHz behind them, ki with {:.4} N s/m of motor damping from \
+         differenced encoder positions):\n{landmarks}",
         file.name,
         pose.join(", "),
         if others == Others::Held { "held" } else { "free" },
@@ -207,7 +211,8 @@ fn bodies_note(axis: &Reduction) -> String {
         return String::new();
     }
     format!(
-        "# Two masses alone miss these: {bodies} {place} {verb} for modes at {} Hz ({held} held) that load the drive as well.\n",
+        "# Two masses alone miss these: {bodies} {place} {verb} for modes at {} Hz ({held} held) that load \
+         the drive as well.\n",
         frequencies.join(", ")
     )
 }
@@ -241,18 +246,21 @@ fn axis_text(axis: &Reduction, contact: ToolContact, gain: f64) -> String {
     for (number, branch) in (1..).zip(&axis.branches) {
         line(format!("[bodies.branch-{number}]\nmass = {:?}\n", branch.mass_kg));
         line(format!(
-            "[springs.branch-{number}]\nbetween = [\"motor\", \"branch-{number}\"]\nstiffness = {:?}\ndamping = {:?}\n",
+            "[springs.branch-{number}]\nbetween = [\"motor\", \"branch-{number}\"]\nstiffness = \
+             {:?}\ndamping = {:?}\n",
             branch.stiffness_n_per_m, branch.damping_n_s_per_m
         ));
         if branch.is_linked() {
             line(format!(
-                "[springs.branch-{number}-tool]\nbetween = [\"branch-{number}\", \"tip\"]\nstiffness = {:?}\ndamping = {:?}\n",
+                "[springs.branch-{number}-tool]\nbetween = [\"branch-{number}\", \"tip\"]\nstiffness = \
+                 {:?}\ndamping = {:?}\n",
                 branch.to_tool_n_per_m, branch.to_tool_n_s_per_m
             ));
         }
     }
     line(format!(
-        "[contacts.tool]\nbetween = [\"tip\", \"ground\"]\nstiffness = {:?}\ndamping = {:?}\ngap = \"1 mm\"\n",
+        "[contacts.tool]\nbetween = [\"tip\", \"ground\"]\nstiffness = {:?}\ndamping = {:?}\ngap = \"1 \
+         mm\"\n",
         contact.stiffness_n_per_m, contact.damping_n_s_per_m
     ));
     line("[actuators.drive]\non = \"motor\"".into());
@@ -267,9 +275,11 @@ fn axis_text(axis: &Reduction, contact: ToolContact, gain: f64) -> String {
             .into(),
     );
     line(format!(
-        "[controllers.force]\nlaw = \"explicit-force\"\nreads = \"force\"\nmotion = \"encoder\"\ndrives = \"drive\"\nperiod = \"1 ms\"\nfeed_forward = 1.0\n\
+        "[controllers.force]\nlaw = \"explicit-force\"\nreads = \"force\"\nmotion = \"encoder\"\ndrives \
+         = \"drive\"\nperiod = \"1 ms\"\nfeed_forward = 1.0\n\
          kp = {gain:?}\napproach = {{ speed = \"10 mm/s\", until = \"3 N\" }}\nreference = 20.0\n"
     ));
-    line("[run]\nduration = \"2 s\"\nrecord = [\"tool.force\", \"motor.position\", \"tip.position\", \"drive.command\", \"force.reading\"]\nrecord_rate = \"2 kHz\"".into());
+    line("[run]\nduration = \"2 s\"\nrecord = \
+          [\"tool.force\", \"motor.position\", \"tip.position\", \"drive.command\", \"force.reading\"]\nrecord_rate = \"2 kHz\"".into());
     text
 }

@@ -6,7 +6,7 @@ use super::response::Response;
 /// Frequencies at which the coherence is at least this count when responses are compared: the first of these
 /// with enough of them.
 pub const COHERENT: [f64; 3] = [0.99, 0.9, 0.5];
-/// Where an estimate has no coherence, a frequency counts whose phase is known to so many degrees: half of
+/// Where an estimate has no coherence, a frequency counts whose phase is known to this many degrees: half of
 /// the response's size.
 pub const KNOWN_DEG: f64 = 30.0;
 /// Enough frequencies, as a share of all.
@@ -17,7 +17,7 @@ pub const INCOHERENT: f64 = 0.8;
 /// How the estimate compares with the linear response.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
-    /// Coherence from which a frequency counts; absent where the estimate has none.
+    /// Coherence from which a frequency counts; absent if the estimate has none.
     pub coherence: Option<f64>,
     /// Frequencies that count.
     pub compared: usize,
@@ -27,6 +27,8 @@ pub struct Agreement {
     pub degrees: f64,
     /// Share of all frequencies at which the linear response lies within the confidence band.
     pub within: f64,
+    /// Largest difference of size over all frequencies, known well or not, dB, and where it is, Hz.
+    pub widest: [f64; 2],
 }
 
 /// Where the coherence is below [`INCOHERENT`].
@@ -52,6 +54,8 @@ impl Response {
         let least = COHERENT.into_iter().find(enough).unwrap_or(COHERENT[2]);
         let counts = from(least);
         let ratio = |i: usize| self.estimate.response[i] / self.linear[i];
+        let apart = |i: usize| (20.0 * ratio(i).norm().log10()).abs();
+        let widest = all().filter(|&i| apart(i).is_finite()).max_by(|&i, &j| apart(i).total_cmp(&apart(j)));
         let inside = (0..self.linear.len()).filter(|&i| {
             let radius = bands[i].magnitude_high - self.estimate.response[i].norm();
             (self.estimate.response[i] - self.linear[i]).norm() <= radius
@@ -59,13 +63,25 @@ impl Response {
         Agreement {
             coherence: known.map(|_| least),
             compared: counts.len(),
-            decibels: counts.iter().map(|&i| (20.0 * ratio(i).norm().log10()).abs()).fold(0.0, f64::max),
+            decibels: counts.iter().map(|&i| apart(i)).fold(0.0, f64::max),
             degrees: counts.iter().map(|&i| ratio(i).arg().to_degrees().abs()).fold(0.0, f64::max),
             within: inside.count() as f64 / self.linear.len().max(1) as f64,
+            widest: widest.map_or([0.0; 2], |i| [apart(i), self.estimate.frequencies_hz[i]]),
         }
     }
 
-    /// Where the output has little to do with the input; absent where nothing is known of it.
+    /// Whether each frequency counts in [`Self::agreement`]: its response is known well.
+    pub fn is_known(&self) -> Vec<bool> {
+        let least = self.agreement().coherence;
+        if let (Some(coherence), Some(least)) = (&self.estimate.coherence, least) {
+            coherence.iter().map(|value| *value >= least).collect()
+        } else {
+            let bands = self.estimate.confidence(self.confidence);
+            bands.iter().map(|band| band.phase_half_width_rad.to_degrees() <= KNOWN_DEG).collect()
+        }
+    }
+
+    /// Where the output has little to do with the input; absent if nothing is known of it.
     pub fn incoherent(&self) -> Option<Incoherent> {
         let (coherence, f) = (self.estimate.coherence.as_ref()?, &self.estimate.frequencies_hz);
         let mut spans: Vec<[f64; 2]> = Vec::new();

@@ -48,7 +48,8 @@ pub fn require_path(
                 experiment.output
             )
         },
-        "name another --output, as the acceleration of a body; a contact that is absent feels nothing, and one of force k d^1.5 has no stiffness without \
+        "name another --output, as the acceleration of a body; a contact that is absent feels nothing, and \
+         one of force k d^1.5 has no stiffness without \
          a mean force, which --offset gives",
     )?;
     Ok(())

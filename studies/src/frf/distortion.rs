@@ -1,14 +1,24 @@
 //! In which bands nonlinear distortion exceeds the noise, and how large it is there.
 
 use feeler_lti::C64;
-
-use super::response::Separated;
+use feeler_lti::spectral::Evidence;
 
 /// Standard deviations by which a band's distortion must exceed what the noise makes of it.
 const DEVIATIONS: f64 = 5.0;
 /// Fewest lines of a band, and the ratio of its ends at least: halves of an octave.
 const FEWEST: usize = 4;
 const RATIO: f64 = std::f64::consts::SQRT_2;
+
+/// Noise and nonlinear distortion, which periodic excitations separate.
+#[derive(Clone, Debug)]
+pub struct Separated {
+    /// Variance of one realisation by noise, per frequency.
+    pub noise: Vec<f64>,
+    /// And by nonlinear distortion, below zero by chance where there is none.
+    pub distortion: Vec<f64>,
+    /// Whether there is distortion at all.
+    pub evidence: Evidence,
+}
 
 /// A band in which there is distortion.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]

@@ -8,8 +8,8 @@ use feeler_lti::spectral::{
     response_at_sines, smoothed_spectra,
 };
 
+use super::distortion::Separated;
 use super::recognise::{Choice, Method, Pair};
-use super::response::Separated;
 use crate::numbers::with_unit;
 
 /// Lines on each side over which the spectra of a chirp are averaged.

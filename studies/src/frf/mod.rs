@@ -17,11 +17,11 @@ mod simulated;
 
 pub use agreement::{Agreement, COHERENT, INCOHERENT, Incoherent, KNOWN_DEG};
 pub use between::{between, require_path, sensed};
-pub use distortion::DistortionBand;
+pub use distortion::{DistortionBand, Separated};
 pub use error::{FrfError, require};
 pub use evaluate::{Evaluated, evaluate};
 pub use recognise::{Choice, Method, Pair, SEGMENTS, choose};
 pub use request::{ExcitationKind, NoiseEstimator, Request};
-pub use response::{Levels, Response, Separated};
+pub use response::{Levels, Response};
 pub use rows::{Row, csv, json, row};
 pub use simulated::simulate;

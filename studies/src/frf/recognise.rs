@@ -33,7 +33,7 @@ pub enum Method {
     Sines(Vec<f64>),
     /// Polynomials through neighbouring lines.
     LocalPolynomial,
-    /// Averages over segments of so many seconds.
+    /// Averages over segments of this many seconds.
     Averaged {
         /// H1, H2 or Hv.
         kind: Estimator,
@@ -92,8 +92,10 @@ pub fn choose(request: &Request, pairs: &[Pair], spacing_s: f64, length_s: f64) 
             let Some(period_s) = request.period_s else {
                 return Err(Refusal::new(
                     "the period of a measured multisine must be known",
-                    "give it with --period, in s, or leave --excitation out: a period is sought in the command",
-                ).into());
+                    "give it with --period, in s, or leave --excitation out: a period is sought in the \
+                     command",
+                )
+                .into());
             };
             let samples_per_period = (period_s / spacing_s).round() as usize;
             let shortest = pairs.iter().map(|(u, _)| u.len()).min().unwrap_or(0);
@@ -146,7 +148,8 @@ fn recognise(pairs: &[Pair], spacing_s: f64, length_s: f64) -> Result<Choice, Lt
             if all.iter().all(alike) {
                 let period = with_unit(*samples_per_period as f64 * spacing_s, "s");
                 let why = format!(
-                    "the command repeats every {period}, {periods} times: its lines are evaluated over whole periods"
+                    "the command repeats every {period}, {periods} times: its lines are evaluated over \
+                     whole periods"
                 );
                 return chosen(Method::Periodic { samples_per_period: *samples_per_period }, why);
             }
@@ -165,12 +168,14 @@ fn recognise(pairs: &[Pair], spacing_s: f64, length_s: f64) -> Result<Choice, Lt
                     String::new()
                 } else {
                     format!(
-                        "; {} weak overtones of the strongest are not, since a controller that answers friction makes such",
+                        "; {} weak overtones of the strongest are not, since a controller that answers \
+                         friction makes such",
                         overtones.len()
                     )
                 };
                 let why = format!(
-                    "sines of which no common period is seen twice make up {} % of the command's power: they are fitted together, and only their \
+                    "sines of which no common period is seen twice make up {} % of the command's power: \
+                     they are fitted together, and only their \
                      frequencies are evaluated{but}",
                     plain((1e3 * sines.explained).floor() / 10.0)
                 );
@@ -179,19 +184,23 @@ fn recognise(pairs: &[Pair], spacing_s: f64, length_s: f64) -> Result<Choice, Lt
         }
         RecordedExcitation::Noise { evenness } if pairs.len() == 1 => {
             let why = format!(
-                "the command is noise with power all over its band (evenness {}): leakage is estimated along with the response",
+                "the command is noise with power all over its band (evenness {}): leakage is estimated \
+                 along with the response",
                 plain(*evenness)
             );
             return chosen(Method::LocalPolynomial, why);
         }
         RecordedExcitation::Sweep if all.iter().all(|other| *other == RecordedExcitation::Sweep) => {
             let why =
-                "the command's spectrum is even and smooth, as that of a chirp: spectra are averaged over neighbouring lines".to_owned();
+                "the command's spectrum is even and smooth, as that of a chirp: spectra are averaged over \
+                 neighbouring lines"
+                    .to_owned();
             return chosen(Method::Smoothed(Estimator::H1), why);
         }
         RecordedExcitation::Uneven { evenness } => {
             let why = format!(
-                "the command is neither sines nor even noise (evenness {}): windowed segments are averaged, so that its strong frequencies do not leak \
+                "the command is neither sines nor even noise (evenness {}): windowed segments are averaged, \
+                 so that its strong frequencies do not leak \
                  into the weak ones",
                 plain(*evenness)
             );

@@ -1,9 +1,9 @@
 //! A response estimated from records, with the linear one at the same frequencies.
 
 use feeler_lti::C64;
-use feeler_lti::spectral::{Evidence, ResponseEstimate};
+use feeler_lti::spectral::ResponseEstimate;
 
-use super::distortion::{DistortionBand, bands};
+use super::distortion::{DistortionBand, Separated, bands};
 
 /// A response estimated from records, with the linear one at the same frequencies.
 #[derive(Clone, Debug)]
@@ -38,17 +38,6 @@ pub struct Response {
     pub confidence: f64,
 }
 
-/// Noise and nonlinear distortion, which periodic excitations separate.
-#[derive(Clone, Debug)]
-pub struct Separated {
-    /// Variance of one realisation by noise, per frequency.
-    pub noise: Vec<f64>,
-    /// And by nonlinear distortion, below zero by chance where there is none.
-    pub distortion: Vec<f64>,
-    /// Whether there is distortion at all.
-    pub evidence: Evidence,
-}
-
 /// How large noise and distortion are beside the response; powers over its power.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Levels {
@@ -63,7 +52,7 @@ pub struct Levels {
 }
 
 impl Response {
-    /// The bands in which there is distortion; none where all of it may be noise.
+    /// The bands in which there is distortion; `None` if all of it may be noise.
     pub fn distortion_bands(&self) -> Vec<DistortionBand> {
         let beyond = self.separated.as_ref().filter(|separated| separated.evidence.is_beyond_noise);
         beyond.map_or_else(Vec::new, |separated| {
@@ -71,7 +60,7 @@ impl Response {
         })
     }
 
-    /// How large noise and distortion are; absent where the excitation does not separate them.
+    /// How large noise and distortion are; absent if the excitation does not separate them.
     pub fn levels(&self) -> Option<Levels> {
         let Separated { noise, evidence, .. } = self.separated.as_ref()?;
         let mut shares: Vec<f64> =

@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::response::{Response, Separated};
+use super::distortion::Separated;
+use super::response::Response;
 
 /// One frequency; what is not known is not a number.
 #[derive(Clone, Copy, Debug, PartialEq)]

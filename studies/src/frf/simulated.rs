@@ -2,15 +2,16 @@
 
 use feeler_analysis::LinearMachine;
 use feeler_analysis::frf::{Excitation, Experiment, NoiseMethod};
-use feeler_engine::Scenario;
+use feeler_engine::{ControllerUse, Scenario};
 use feeler_lti::spectral::LocalPolynomialSettings;
 use feeler_plant::assembly::assemble;
-use feeler_plant::description::{ActuatorKind, Engagement, Machine, Quantity, SignalName};
+use feeler_plant::description::{ActuatorKind, Engagement, Machine, MotorInput, Quantity, SignalName};
 
 use super::between::{between, require_path, sensed};
+use super::distortion::Separated;
 use super::error::{FrfError, require};
 use super::request::{ExcitationKind, NoiseEstimator, Request};
-use super::response::{Response, Separated};
+use super::response::Response;
 use crate::numbers::{plain, with_unit};
 use crate::refusal::Refusal;
 use crate::signals;
@@ -21,6 +22,10 @@ const HOLD_S: f64 = 1e-3;
 /// source.
 const RMS_FORCE: f64 = 1.0;
 const RMS_VELOCITY: f64 = 0.01;
+/// 2 mm, or a tenth of a degree.
+const RMS_POSITION: f64 = 2e-3;
+const RMS_VOLTAGE: f64 = 1.0;
+const RMS_CURRENT: f64 = 0.1;
 /// And as a multiple of dry friction, so that what slides keeps sliding.
 const TIMES_FRICTION: f64 = 5.0;
 /// And as a share of the drive's limit, which noise reaches at three to four times its root mean square.
@@ -153,28 +158,7 @@ fn experiment(
             }
         }
     };
-    // What the controller gets: the sensor's reading, with its filter, delay, resolution and noise.
-    let read = controller.and_then(|c| c.reads.as_ref()).and_then(|name| machine.sensors.get_key_value(name));
-    // What is absent feels nothing: then the body that would touch is looked at.
-    let pressed = machine.contacts.iter().next().map(|(name, contact)| match contact.engagement {
-        Engagement::Free => SignalName::new(&contact.between[0], Quantity::Acceleration),
-        _ => SignalName::new(name, Quantity::SpringForce),
-    });
-    let feels = |signal: &SignalName| {
-        machine.contacts.get(&signal.element).is_none_or(|contact| contact.engagement != Engagement::Free)
-    };
-    let read = read
-        .filter(|(_, sensor)| feels(&sensor.reads))
-        .map(|(name, _)| SignalName::new(name, Quantity::Reading));
-    let any_sensor = || machine.sensors.keys().next().map(|name| SignalName::new(name, Quantity::Reading));
-    let wanted = request.output.as_deref().map(|name| signals::named(&machine, name)).transpose()?;
-    let Some(output) = wanted.or(read).or(pressed).or_else(any_sensor) else {
-        return Err(Refusal::new(
-            "no sensor and no contact to look at",
-            "name a signal with --output, as in --output motor.acceleration",
-        )
-        .into());
-    };
+    let output = output(request, controller, &machine)?;
     let hold_s = request
         .hold_s
         .or_else(|| scenario.controllers.values().find(|c| c.drives == actuator).map(|c| c.spec.period_s))
@@ -203,6 +187,36 @@ fn experiment(
     })
 }
 
+/// The signal whose response is wanted; else what the controller reads, what the contact feels, any reading.
+fn output(
+    request: &Request,
+    controller: Option<&ControllerUse>,
+    machine: &Machine,
+) -> Result<SignalName, FrfError> {
+    // What the controller gets: the sensor's reading, with its filter, delay, resolution and noise.
+    let read = controller.and_then(|c| c.reads.as_ref()).and_then(|name| machine.sensors.get_key_value(name));
+    // What is absent feels nothing: then the body that would touch is looked at.
+    let pressed = machine.contacts.iter().next().map(|(name, contact)| match contact.engagement {
+        Engagement::Free => SignalName::new(&contact.between[0], Quantity::Acceleration),
+        _ => SignalName::new(name, Quantity::SpringForce),
+    });
+    let feels = |signal: &SignalName| {
+        machine.contacts.get(&signal.element).is_none_or(|contact| contact.engagement != Engagement::Free)
+    };
+    let read = read
+        .filter(|(_, sensor)| feels(&sensor.reads))
+        .map(|(name, _)| SignalName::new(name, Quantity::Reading));
+    let any_sensor = || machine.sensors.keys().next().map(|name| SignalName::new(name, Quantity::Reading));
+    let wanted = request.output.as_deref().map(|name| signals::named(machine, name)).transpose()?;
+    wanted.or(read).or(pressed).or_else(any_sensor).ok_or_else(|| {
+        Refusal::new(
+            "no sensor and no contact to look at",
+            "name a signal with --output, as in --output motor.acceleration",
+        )
+        .into()
+    })
+}
+
 /// Whether a contact that acts has a law that is not linear, effects included.
 fn touches_nonlinearly(machine: &Machine) -> bool {
     let contacts = assemble(machine).map(|assembly| assembly.contacts).unwrap_or_default();
@@ -213,6 +227,12 @@ fn usual_rms(machine: &Machine, actuator: &str) -> f64 {
     let Some(actuator) = machine.actuators.get(actuator) else { return RMS_FORCE };
     match actuator.kind {
         ActuatorKind::VelocitySource { .. } => RMS_VELOCITY,
+        ActuatorKind::PositionServo(_) | ActuatorKind::Imposed => RMS_POSITION,
+        ActuatorKind::DcMotor(motor) => match motor.input {
+            MotorInput::Voltage => motor.supply_voltage_v.map_or(RMS_VOLTAGE, |most| SHARE_OF_LIMIT * most),
+            MotorInput::Duty => SHARE_OF_LIMIT,
+            MotorInput::Current => motor.current_limit_a.map_or(RMS_CURRENT, |most| SHARE_OF_LIMIT * most),
+        },
         ActuatorKind::Force { .. } => {
             let links = assemble(machine).map(|assembly| assembly.links).unwrap_or_default();
             let friction: f64 =

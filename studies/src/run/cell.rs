@@ -125,6 +125,7 @@ pub fn run_cell(file: &CellFile, progress: &mut dyn FnMut(Progress)) -> Result<C
         end: finished.end,
         end_s: finished.end_s,
         is_longest: false,
+        is_last: true,
         standing: &standing,
         steps: finished.steps,
         energy: None,

@@ -65,7 +65,7 @@ pub use measure::force_loop::ForceLoop;
 pub use measure::settling::Response;
 pub(crate) use measure::standing::nothing_can_touch;
 pub use record::event::EventRecord;
-pub use record::trace_file::{write_csv, write_parquet};
+pub use record::trace_file::{about_parquet, write_csv, write_parquet};
 pub use summary::{ContactSummary, Summary};
 pub use variants::{Candidate, LANES, Measured, measure};
 pub use verdict::{MOST_EXTENSION, Outcome, Undecided, Verdict};
@@ -139,6 +139,16 @@ pub fn run(scenario: &Scenario, progress: &mut dyn FnMut(Progress)) -> Result<Ru
     recorded(scenario, &Recording::new(scenario), Manner { energy: true, extends: false }, progress)
 }
 
+/// Runs a scenario once for as long as its file asks, without the energy ledger, with rows at the instants of
+/// a sweep.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_once(scenario: &Scenario) -> Result<RunResult, RunError> {
+    let manner = Manner { energy: false, extends: false };
+    recorded(scenario, &Recording::as_swept(scenario), manner, &mut |_| {})
+}
+
 /// How a run goes.
 #[derive(Clone, Copy, Debug)]
 struct Manner {
@@ -167,7 +177,7 @@ fn recorded(
         until_s *= 2.0;
         let is_longest = extends && until_s > MOST_EXTENSION * duration_s;
         recording::drop_undefined_rows(&mut record);
-        let ended = Ended { is_longest, ..Ended::of(&simulation, 0) };
+        let ended = Ended { is_longest, is_last: !extends, ..Ended::of(&simulation, 0) };
         let Judged { contacts, force_loop, limits, mut summary } =
             Judged::new(scenario, &assembly, &record, &ended, simulation.energy(0));
         if is_longest || !extends || !summary.verdict.may_be_decided() {
@@ -193,6 +203,8 @@ struct Ended {
     end_s: f64,
     /// Whether it may go on no longer.
     is_longest: bool,
+    /// Whether no longer run follows.
+    is_last: bool,
     standing: Standing,
     /// Largest force of every stretch of contact, per contact; none where the engine looks for none.
     peaks: Vec<Vec<Peak>>,
@@ -211,6 +223,7 @@ impl Ended {
             end,
             end_s,
             is_longest: false,
+            is_last: false,
             standing: Standing::of(simulation, lane),
             peaks: simulation.peaks(lane),
             steps: if L::WIDTH == 1 { simulation.steps() } else { 0 },
@@ -248,6 +261,7 @@ impl Judged {
             end: ended.end,
             end_s: ended.end_s,
             is_longest: ended.is_longest,
+            is_last: ended.is_last,
             standing: &ended.standing,
             steps: ended.steps,
             energy,
@@ -273,8 +287,7 @@ fn advance(
             simulation.run_to(until_s, observer)?;
             progress(Progress { t_s: simulation.time_s(), duration_s });
         }
-        // A run that is extended stands at its duration, and goes on.
-        if simulation.end(0).is_some_and(|end| end != RunEnd::Completed) {
+        if simulation.end(0).is_some_and(RunEnd::is_final) {
             return Ok(());
         }
     }

@@ -1,16 +1,19 @@
 //! The figures of a run, as programs read them.
 
+use feeler_control::Law;
 use feeler_engine::{EnergyBalance, Event, EventKind, RunEnd, Scenario, Trace};
 use feeler_plant::assembly::{Assembly, Drive};
 use feeler_plant::description::{Quantity, SignalName};
+use feeler_plant::motion::Switch;
 use serde::Serialize;
 
 use crate::run::measure::chatter::{Oscillation, oscillation};
 use crate::run::measure::contact::ContactRun;
+use crate::run::measure::controlled::Controlled;
 use crate::run::measure::energy::EnergyTable;
 use crate::run::measure::force_loop::{ForceLoop, sensor_noise_n};
 use crate::run::measure::saturation::{self, Limits};
-use crate::run::measure::settling::{Answer, Ending, Response};
+use crate::run::measure::settling::{Answer, Ending, RESTS_OVER, Response, SETTLING_BAND, last_change_s};
 use crate::run::measure::standing::{self, Standing};
 use crate::run::measure::winding::Command;
 use crate::run::record::event::EventRecord;
@@ -54,6 +57,9 @@ pub struct Summary {
     pub main_contact: Option<usize>,
     /// How the outcome was judged.
     pub verdict: Verdict,
+    /// The motion by which the outcome was judged; none where it was a force.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub controlled: Option<String>,
     /// Everything that happened, in order.
     pub events: Vec<EventRecord>,
     /// Where the energy came from and went, J; none where it is not kept.
@@ -66,6 +72,9 @@ pub struct Summary {
     /// Time that preparing, running and measuring took, s.
     pub wall_s: f64,
 }
+
+/// Looks at a surface over the last fifth of a run that tell whether it moves.
+const LOOKS: u32 = 16;
 
 /// A contact in the summary.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -102,6 +111,8 @@ pub(super) struct Finished<'a> {
     pub(super) end_s: f64,
     /// Whether it may go on no longer.
     pub(super) is_longest: bool,
+    /// Whether no longer run follows.
+    pub(super) is_last: bool,
     /// What was under way at the end.
     pub(super) standing: &'a Standing,
     pub(super) steps: u64,
@@ -137,6 +148,7 @@ impl<'a> Finished<'a> {
             contacts: self.contacts.iter().map(|contact| self.contact(contact)).collect(),
             main_contact,
             verdict,
+            controlled: self.controlled().map(|(found, ..)| found.signal.to_string()),
             events: self.events(),
             energy: self.energy.as_ref().map(EnergyTable::new),
             simulated_s: self.end_s,
@@ -215,6 +227,7 @@ impl<'a> Finished<'a> {
 
     fn verdict(&self, contact: Option<&ContactRun>, response: Option<&Response>) -> Verdict {
         let still = vec![0.0; self.record.t_s.len()];
+        let (controlled, wanted) = self.controlled().map(|(found, _, wanted)| (found, wanted)).unzip();
         let force_n = self.judged_force_n(contact);
         let moves = response.is_some_and(|response| response.final_reference_n.is_none());
         let sticks = self
@@ -223,11 +236,15 @@ impl<'a> Finished<'a> {
             .iter()
             .filter(|event| matches!(event.kind, EventKind::Stick | EventKind::Slip));
         let sticks_s: Vec<f64> = sticks.map(|event| event.t_s).collect();
+        let plays = self.record.events.iter().filter(|event| matches!(event.switch, Switch::Stop(..)));
+        let plays_s: Vec<f64> = plays.map(|event| event.t_s).collect();
         let horizon_s = MOST_EXTENSION * self.scenario.run.duration_s - self.end_s;
         let commands = self.commands();
         let endings = self.endings();
-        let starts_at_s =
-            response.map(|response| response.starts_at_s).or(contact.and_then(ContactRun::first_contact_s));
+        let moved_s = wanted.as_deref().map(|wanted| last_change_s(&self.record.t_s, wanted));
+        let starts_at_s = moved_s
+            .or(response.map(|response| response.starts_at_s))
+            .or(contact.and_then(ContactRun::first_contact_s));
         let impacts: Vec<(f64, f64)> = contact.map_or_else(Vec::new, |contact| {
             let peaks = contact
                 .intervals
@@ -240,9 +257,12 @@ impl<'a> Finished<'a> {
         let evidence = Evidence {
             end: self.end,
             is_longest: self.is_longest,
+            is_last: self.is_last,
             is_approaching: self.standing.is_approaching,
             is_on_its_way: self.standing.is_on_its_way(self.contacts, horizon_s),
             is_rendered: self.is_rendered(),
+            wanted: wanted.as_deref(),
+            surface_moves: self.surface_moves(contact),
             t_s: &self.record.t_s,
             force_n: force_n.unwrap_or(&still),
             driven: moves || (response.is_none() && endings.contains(&Ending::Moves)),
@@ -257,9 +277,13 @@ impl<'a> Finished<'a> {
             lifts_s: contact.map_or(&[], |contact| &contact.lifts_s),
             saturated: &self.limits.saturated,
             sticks_s: &sticks_s,
+            plays_s: &plays_s,
             commands: &commands,
-            band_n: response.and_then(|response| self.rest_n(response)),
-            noise_n: sensor_noise_n(self.scenario),
+            band_n: match &wanted {
+                Some(wanted) => Self::rest_of_motion(wanted, force_n),
+                None => response.and_then(|response| self.rest_n(response)),
+            },
+            noise_n: controlled.map_or_else(|| sensor_noise_n(self.scenario), |found| found.noise),
         };
         evidence.verdict()
     }
@@ -274,18 +298,60 @@ impl<'a> Finished<'a> {
                 .all(|contact| !standing::can_touch(contact) && contact.intervals.is_empty())
     }
 
-    /// The force that the outcome is judged by: that of the contact, or of the first drive where nothing can
-    /// touch.
+    /// Where nothing can touch: the motion that a controller wants, what it is, and what it should be.
+    fn controlled(&self) -> Option<(Controlled, &'a [f64], Vec<f64>)> {
+        let found = self.is_rendered().then(|| Controlled::find(self.scenario)).flatten()?;
+        let values = self.record.column(&found.signal.to_string())?;
+        let wanted = found.wanted(self.reference_n(&found.controller)?);
+        Some((found, values, wanted))
+    }
+
+    /// Amplitude of a motion that counts as rest: a share of what it should be, else of the farthest that it
+    /// was.
+    fn rest_of_motion(wanted: &[f64], motion: Option<&[f64]>) -> Option<f64> {
+        let size = |values: &[f64]| values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+        let last = wanted.last().map_or(0.0, |last| last.abs());
+        let scale = [last, size(wanted), motion.map_or(0.0, size)].into_iter().find(|scale| *scale > 0.0);
+        scale.map(|scale| SETTLING_BAND * scale)
+    }
+
+    /// Whether the surface moves to the end: a profile that travels, or a body under the tool that a series of
+    /// commands drives.
+    fn surface_moves(&self, contact: Option<&ContactRun>) -> bool {
+        let Some(contact) = contact else { return false };
+        let profile = self.scenario.machine.profiles.get(&contact.name);
+        let (from_s, to_s) = ((1.0 - RESTS_OVER) * self.end_s, self.end_s);
+        let travels = profile.is_some_and(|profile| {
+            let at = |share: f64| profile.at(from_s + share * (to_s - from_s)).0;
+            (1..=LOOKS).any(|i| (at(f64::from(i) / f64::from(LOOKS)) - at(0.0)).abs() > 0.0)
+        });
+        let Some(touched) = self.scenario.machine.contacts.get(&contact.name) else { return travels };
+        let driven = self.scenario.controllers.iter().any(|(name, used)| {
+            let drive = self.scenario.machine.actuators.get(&used.drives);
+            matches!(used.spec.law, Law::OpenLoop)
+                && drive.is_some_and(|drive| drive.on == touched.between[1])
+                && self
+                    .reference_n(name)
+                    .is_some_and(|values| Ending::of(&self.record.t_s, values) == Ending::Moves)
+        });
+        travels || driven
+    }
+
+    /// The force that the outcome is judged by: that of the contact, or, where nothing can touch, the motion
+    /// that is controlled, else the force of the first drive.
     fn judged_force_n(&self, contact: Option<&ContactRun>) -> Option<&'a [f64]> {
+        if let Some((_, values, _)) = self.controlled() {
+            return Some(values);
+        }
         if self.is_rendered() {
             return self.assembly.drives.iter().find_map(|drive| self.driven_n(drive));
         }
         self.record.column(&contact?.force_signal())
     }
 
-    /// What is recorded of a drive: the command of a force drive, the force of a velocity source.
+    /// What is recorded of a drive: the command of a force drive, the force of any other.
     fn driven_n(&self, drive: &Drive) -> Option<&'a [f64]> {
-        let quantity = if drive.velocity_source.is_some() { Quantity::Force } else { Quantity::Command };
+        let quantity = if drive.commands_force() { Quantity::Command } else { Quantity::Force };
         self.record.column(&SignalName::new(&drive.name, quantity).to_string())
     }
 

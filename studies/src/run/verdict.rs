@@ -8,7 +8,7 @@
 //! | outcome | when |
 //! |---|---|
 //! | unstable | the motion left all bounds; or it grows ([`growth`]) and never left the workpiece, or still grows at the end of the longest extension |
-//! | no-contact | the tool never touched, or left for good before the tail, and is not on its way: no controller approaches, and no gap would close at its present rate and acceleration within the longest extension |
+//! | no-contact | the tool never touched, or left before the tail without return, and is not on its way: no controller approaches, and no gap would close at its present rate and acceleration within the longest extension |
 //! | chatter | at least 3 lift-offs in the tail, 2 of them in its last part, and `A3 >= 0.7 A1` with no fall by 3 % that goes on to the end, and impacts of which the last ones do not each fall short of the one before by 1 % |
 //! | driven | a reference moves to the end, in even steps too, so that there is nothing to settle at |
 //! | settled, bounces-then-settles | `A3` within the settling band (2 % of the force wanted, or four sigma of the sensor's noise where that is more; steps of the sensor do not widen it), no lift-off in the last part, no controller in its approach, no command that moves on while the force rests, and no growth from part to part that goes on; by whether the tool had left the workpiece |

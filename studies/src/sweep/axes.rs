@@ -11,7 +11,7 @@ pub struct DrawnAxis {
     pub unit: String,
     /// Ends.
     pub range: [f64; 2],
-    /// Values of a grid; none where they are drawn at random.
+    /// Values of a grid; `None` if they are drawn at random.
     pub points: Option<u64>,
     /// By ratio.
     pub log: bool,
@@ -51,7 +51,7 @@ impl DrawnAxis {
         if self.log { from * (to / from).powf(share) } else { from + share * (to - from) }
     }
 
-    /// Index of the last value of a grid, counted in the finest steps of an adaptive sweep; absent where the
+    /// Index of the last value of a grid, counted in the finest steps of an adaptive sweep; absent if the
     /// values are drawn at random.
     pub fn last_index(&self, sweep: &SweepFile) -> Option<u64> {
         self.points.map(|points| (points - 1) * self.stride(sweep))
@@ -63,7 +63,7 @@ impl DrawnAxis {
         sweep.refine.map_or(1, |refine| refine.stride(index))
     }
 
-    /// So many values at even distances, ends included.
+    /// This many values at even distances, ends included.
     pub fn values(&self, count: usize) -> Vec<f64> {
         (0..count).map(|i| self.value(i as f64 / count.saturating_sub(1).max(1) as f64)).collect()
     }
@@ -143,8 +143,10 @@ mod tests {
 
     #[test]
     fn truth_a_grid_has_a_panel_for_each_value_beyond_two_axes() {
-        let three = "[axes]\n\"run.seed\" = [1, 2]\n\"controllers.force.kp\" = { linear = [0.1, 1.0], points = 4 }\n\
-            \"contacts.tool.stiffness\" = { log = [1e4, 1e6], points = 5 }\n\"bodies.motor.mass\" = { linear = [10.0, 12.0], points = 3 }\n";
+        let three = "[axes]\n\"run.seed\" = [1, 2]\n\"controllers.force.kp\" = { linear = [0.1, 1.0], \
+                     points = 4 }\n\
+            \"contacts.tool.stiffness\" = { log = [1e4, 1e6], points = 5 }\n\"bodies.motor.mass\" = { \
+            linear = [10.0, 12.0], points = 3 }\n";
         let file = sweep(three);
         let panels = Panels::of(&file);
         let found: Vec<Vec<(String, Setting)>> = panels.settings().collect();
@@ -152,7 +154,8 @@ mod tests {
         let number = |key: &str, value| (key.to_owned(), Setting::Number(value));
         assert_eq!(found[1], [number("run.seed", 1.0), number("bodies.motor.mass", 11.0)]);
         let drawn = sweep(
-            "samples = 9\n[axes]\n\"controllers.force.kp\" = { uniform = [0.1, 1.0] }\n\"run.seed\" = [1, 2]\n",
+            "samples = 9\n[axes]\n\"controllers.force.kp\" = { uniform = [0.1, 1.0] }\n\"run.seed\" = [1, \
+             2]\n",
         );
         assert!(Panels::of(&drawn).has("run.seed") && !Panels::of(&drawn).has("controllers.force.kp"));
     }

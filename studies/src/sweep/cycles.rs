@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::axes::DrawnAxis;
 use feeler_files::{Document, Setting};
 
-/// Predicted cycles at each value of an axis, those of the largest peak first; none where there are none, or
+/// Predicted cycles at each value of an axis, those of the largest peak first; `None` if there are none, or
 /// where the theory does not apply.
 pub(super) fn predicted_cycles(
     document: &Document,

@@ -78,11 +78,11 @@ pub struct SweepProgress {
 /// What a sweep has done.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SweepResult {
-    /// The table of results; none where this was one of several shards, until [`merge`] puts them together.
+    /// The table of results; `None` if this was one of several shards, until [`merge`] puts them together.
     pub table: Option<PathBuf>,
     /// Variants run by this call, found from an earlier one, and in all.
     pub progress: SweepProgress,
-    /// Passes of an adaptive sweep, 1 of any other; none where an earlier call did them all.
+    /// Passes of an adaptive sweep, 1 of any other; `None` if an earlier call did them all.
     pub passes: Option<usize>,
 }
 
@@ -106,11 +106,6 @@ impl Sweep {
         let scenario: Vec<&str> = document.texts().collect();
         let plan = json!({ "version": RESULTS_VERSION, "variants": file.samples, "feeler": env!("CARGO_PKG_VERSION"), "sweep": text, "scenario": scenario });
         Ok(Self { file, document, plan: plan.to_string() + "\n" })
-    }
-
-    /// Runs that a grid of the same fineness would take; none where the sweep is not adaptive.
-    pub fn runs_of_the_grid(&self) -> Option<u64> {
-        self.file.refine.map(|refine| refine::runs_of_the_grid(&self.file, refine))
     }
 
     /// Runs the sweep, or goes on with it, in `folder`.
@@ -147,7 +142,7 @@ impl Sweep {
             tell: progress,
         };
         let ran = pool.install(|| match self.file.refine {
-            Some(refine) => refine::run(self, refine, folder, &store, &counters),
+            Some(refine) => self.run_refined(refine, folder, &store, &counters),
             None => self
                 .pass(&Points::Plan(&self.file), 0, 0, options.shard, folder, &store, &counters)
                 .map(|chunks| vec![chunks]),
@@ -179,7 +174,7 @@ fn planned_variants(plan: &str) -> Option<u64> {
     serde_json::from_str::<serde_json::Value>(plan).ok()?.get("variants")?.as_u64()
 }
 
-/// The chunks of so many variants: the first variant of each, and how many.
+/// The chunks of this many variants: the first variant of each, and how many.
 fn chunks(variants: u64) -> impl ExactSizeIterator<Item = (u64, u64)> {
     let size = (variants / CHUNKS).clamp(CHUNK[0], CHUNK[1]).next_multiple_of(CHUNK[0]);
     let count = variants.div_ceil(size) as usize;

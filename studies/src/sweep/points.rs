@@ -14,7 +14,7 @@ pub(super) type Node = Vec<u64>;
 pub(super) enum Points<'a> {
     /// All that the file asks for.
     Plan(&'a SweepFile),
-    /// These places of a lattice, which has so many values for each axis.
+    /// These places of a lattice, which has this many values for each axis.
     Nodes(&'a SweepFile, Vec<Node>, Vec<u64>),
 }
 

@@ -1,6 +1,6 @@
 //! Makes a grid finer along boundaries, and only there.
 //!
-//! The grid is the coarsest level of a lattice whose spacing is halved so many times, along each axis as
+//! The grid is the coarsest level of a lattice whose spacing is halved repeatedly, along each axis as
 //! often as its tolerance takes. A cell in which two known places differ in class that lie beside one another
 //! along an axis not yet at its finest is split along all such axes, until there is none. A boundary is then
 //! known to one spacing of the finest grid for a number of runs that grows with its length, not with the
@@ -16,7 +16,7 @@ use super::store::{ChunkId, Store};
 use super::table::Table;
 use super::{Counters, Sweep};
 use crate::run::{Outcome, nothing_can_touch};
-use feeler_files::{Refine, SweepFile};
+use feeler_files::Refine;
 
 /// A rectangle (or, with one axis, a section) of the lattice.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -77,59 +77,6 @@ impl GridCell {
     }
 }
 
-/// Runs pass after pass until no cell is to be split, and gives the chunks of each.
-pub(super) fn run(
-    sweep: &Sweep,
-    refine: Refine,
-    folder: &Path,
-    store: &Store,
-    counters: &Counters<'_>,
-) -> Result<Vec<Vec<ChunkId>>, SweepError> {
-    let file = &sweep.file;
-    let strides: Vec<u64> = (0..file.axes.len()).map(|axis| refine.stride(axis)).collect();
-    let counts: Vec<u64> = file
-        .axes
-        .values()
-        .zip(&strides)
-        .map(|(axis, stride)| (axis.count().unwrap_or(2) - 1) * stride + 1)
-        .collect();
-    let mut leaves: Vec<GridCell> = coarse(&counts, &strides)
-        .into_iter()
-        .map(|corner| GridCell { corner, sizes: strides.clone() })
-        .collect();
-    let mut classes: BTreeMap<Node, Option<String>> = BTreeMap::new();
-    let mut wanted: BTreeSet<Node> = leaves.iter().flat_map(GridCell::corners).collect();
-    let at_rest_away = nothing_can_touch(&sweep.document.scenario);
-    let mut passes = Vec::new();
-    while !wanted.is_empty() {
-        let nodes: Vec<Node> = std::mem::take(&mut wanted).into_iter().collect();
-        let points = Points::Nodes(file, nodes.clone(), counts.clone());
-        let ids = sweep.pass(&points, passes.len(), classes.len() as u64, None, folder, store, counters)?;
-        let mut found = nodes.into_iter();
-        for id in &ids {
-            classes.extend(found.by_ref().zip(classes_of(&store.read(*id)?, refine, at_rest_away)));
-        }
-        passes.push(ids);
-        let class = |node: &Node| classes.get(node)?.as_deref();
-        // A cell may come to differ only after its neighbours were split, and cells whose places are all
-        // known are split again at once.
-        while wanted.is_empty() {
-            let (split, whole): (Vec<GridCell>, Vec<GridCell>) =
-                leaves.into_iter().partition(|cell| cell.is_crossed(&class));
-            leaves = whole;
-            if split.is_empty() {
-                break;
-            }
-            let children: Vec<GridCell> = split.iter().flat_map(GridCell::children).collect();
-            wanted.extend(
-                children.iter().flat_map(GridCell::corners).filter(|node| !classes.contains_key(node)),
-            );
-            leaves.extend(children);
-        }
-    }
-    Ok(passes)
-}
-
 /// Corners of the coarsest cells.
 fn coarse(counts: &[u64], strides: &[u64]) -> Vec<Node> {
     let mut corners = vec![Node::new()];
@@ -165,13 +112,67 @@ fn classes_of(table: &Table, refine: Refine, at_rest_away: bool) -> Vec<Option<S
     (0..table.rows).map(class).collect()
 }
 
-/// Runs of a grid as fine as the finest level.
-pub(super) fn runs_of_the_grid(file: &SweepFile, refine: Refine) -> u64 {
-    file.axes
-        .values()
-        .enumerate()
-        .map(|(i, axis)| (axis.count().unwrap_or(2) - 1) * refine.stride(i) + 1)
-        .product()
+impl Sweep {
+    /// Runs pass after pass until no cell is to be split, and gives the chunks of each.
+    pub(super) fn run_refined(
+        &self,
+        refine: Refine,
+        folder: &Path,
+        store: &Store,
+        counters: &Counters<'_>,
+    ) -> Result<Vec<Vec<ChunkId>>, SweepError> {
+        let file = &self.file;
+        let strides: Vec<u64> = (0..file.axes.len()).map(|axis| refine.stride(axis)).collect();
+        let counts: Vec<u64> = file
+            .axes
+            .values()
+            .zip(&strides)
+            .map(|(axis, stride)| (axis.count().unwrap_or(2) - 1) * stride + 1)
+            .collect();
+        let mut leaves: Vec<GridCell> = coarse(&counts, &strides)
+            .into_iter()
+            .map(|corner| GridCell { corner, sizes: strides.clone() })
+            .collect();
+        let mut classes: BTreeMap<Node, Option<String>> = BTreeMap::new();
+        let mut wanted: BTreeSet<Node> = leaves.iter().flat_map(GridCell::corners).collect();
+        let at_rest_away = nothing_can_touch(&self.document.scenario);
+        let mut passes = Vec::new();
+        while !wanted.is_empty() {
+            let nodes: Vec<Node> = std::mem::take(&mut wanted).into_iter().collect();
+            let points = Points::Nodes(file, nodes.clone(), counts.clone());
+            let ids =
+                self.pass(&points, passes.len(), classes.len() as u64, None, folder, store, counters)?;
+            let mut found = nodes.into_iter();
+            for id in &ids {
+                classes.extend(found.by_ref().zip(classes_of(&store.read(*id)?, refine, at_rest_away)));
+            }
+            passes.push(ids);
+            let class = |node: &Node| classes.get(node)?.as_deref();
+            // A cell may come to differ only after its neighbours were split, and cells whose places are all
+            // known are split again at once.
+            while wanted.is_empty() {
+                let (split, whole): (Vec<GridCell>, Vec<GridCell>) =
+                    leaves.into_iter().partition(|cell| cell.is_crossed(&class));
+                leaves = whole;
+                if split.is_empty() {
+                    break;
+                }
+                let children: Vec<GridCell> = split.iter().flat_map(GridCell::children).collect();
+                wanted.extend(
+                    children.iter().flat_map(GridCell::corners).filter(|node| !classes.contains_key(node)),
+                );
+                leaves.extend(children);
+            }
+        }
+        Ok(passes)
+    }
+
+    /// Runs that a grid of the same fineness would take; `None` if the sweep is not adaptive.
+    pub fn runs_of_the_grid(&self) -> Option<u64> {
+        let refine = self.file.refine?;
+        let axes = self.file.axes.values().enumerate();
+        Some(axes.map(|(i, axis)| (axis.count().unwrap_or(2) - 1) * refine.stride(i) + 1).product())
+    }
 }
 
 #[cfg(test)]

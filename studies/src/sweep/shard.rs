@@ -1,5 +1,6 @@
 //! A sweep over several machines: each takes a part of the chunks, and the parts are put together.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -7,6 +8,8 @@ use std::str::FromStr;
 use thiserror::Error;
 
 use super::chunk_ids;
+use feeler_problem::Remedy;
+
 use super::error::SweepError;
 use super::store::{ChunkId, Store};
 
@@ -23,6 +26,12 @@ pub struct Shard {
 pub struct ParseShardError {
     /// The text.
     pub text: String,
+}
+
+impl Remedy for ParseShardError {
+    fn remedy(&self) -> Cow<'_, str> {
+        "write which part of how many, as in 2/8".into()
+    }
 }
 
 impl Shard {

@@ -99,7 +99,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// The numbers of a column; none where there is no such column of numbers.
+    /// The numbers of a column; `None` if there is no such column of numbers.
     pub fn reals(&self, name: &str) -> Option<Vec<Option<f64>>> {
         match self.columns.get(name)? {
             Column::Real(values) => Some(values.clone()),
@@ -108,12 +108,12 @@ impl Table {
         }
     }
 
-    /// The texts of a column; none where there is no such column of texts.
+    /// The texts of a column; `None` if there is no such column of texts.
     pub fn texts(&self, name: &str) -> Option<&[Option<String>]> {
         if let Column::Text(values) = self.columns.get(name)? { Some(values) } else { None }
     }
 
-    /// The lists of a column; none where there is no such column of lists.
+    /// The lists of a column; `None` if there is no such column of lists.
     pub fn lists(&self, name: &str) -> Option<&[Vec<f64>]> {
         if let Column::List(values) = self.columns.get(name)? { Some(values) } else { None }
     }

@@ -26,7 +26,7 @@ pub enum Theory {
 /// Limits of linear theory on a map.
 #[derive(Clone, Debug, Default)]
 pub struct MapTheory {
-    /// The lines; none where cells differ in more than the two axes.
+    /// The lines; `None` if cells differ in more than the two axes.
     pub limits: LinearLimits,
     /// Keys besides the two axes that differ from cell to cell, and with them the limit.
     pub varied: Vec<String>,
@@ -89,7 +89,7 @@ fn beyond(sweep: &Sweep, axis: &DrawnAxis, margin: f64) -> DrawnAxis {
     DrawnAxis { range: [end(-margin, axis.range[0]), end(1.0 + margin, axis.range[1])], ..axis.clone() }
 }
 
-/// Cycles at the variants of a panel, by rising value; every so many of many.
+/// Cycles at the variants of a panel, by rising value; every n-th of many.
 fn cycles(sweep: &Sweep, table: &Table, axis: &DrawnAxis, panel: &[(String, Setting)]) -> Vec<CyclesAt> {
     let values = table.reals(&axis.key).unwrap_or_default();
     let mut rows: Vec<(f64, usize)> =

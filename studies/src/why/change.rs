@@ -2,7 +2,7 @@
 
 use feeler_engine::{Integrator, Scenario};
 use feeler_plant::description::{ActuatorKind, Engagement, Quantity};
-use feeler_plant::effects::{Change as EffectChange, Definition, EffectUse, Place, Trait};
+use feeler_plant::effects::{Change as EffectChange, Definition, EffectUse, Kind, Place, Trait};
 use serde::Serialize;
 
 use super::roles::Roles;
@@ -11,8 +11,9 @@ use super::roles::Roles;
 const CONTINUOUS: f64 = 20.0;
 /// A step this much shorter is as good as any.
 const FINE_STEP: f64 = 32.0;
-/// How much slower a slow approach is.
-const SLOWER: f64 = 4.0;
+/// How much slower a slow approach is, and how much slower it may be where that does not do.
+pub(super) const SLOWER: f64 = 4.0;
+pub(super) const SLOWER_STILL: [f64; 2] = [16.0, 64.0];
 /// The time constant left to a drive that has to have one, as a share of the controller's period.
 const QUICK_DRIVE: f64 = 1e-3;
 
@@ -45,7 +46,7 @@ pub enum Change {
     NoQuantiser,
     /// No dry friction.
     NoFriction,
-    /// A quarter of the speed before contact.
+    /// A quarter of the speed before contact, or less where it takes that.
     SlowerApproach,
     /// Sensors without noise.
     NoNoise,
@@ -191,18 +192,25 @@ impl Change {
                 drop_effects(&mut changed, |effect| effect.has(Trait::Quantisation));
             }
             Self::NoFriction => drop_effects(&mut changed, |effect| effect.has(Trait::DryFriction)),
-            // A surface passes by at its own time: a tool that came later would meet another part of it.
-            Self::SlowerApproach if !scenario.machine.profiles.is_empty() => {}
-            Self::SlowerApproach => {
-                let approaches =
-                    changed.controllers.values_mut().filter_map(|used| used.spec.approach.as_mut());
-                approaches.for_each(|approach| approach.speed /= SLOWER);
-                changed.machine.bodies.values_mut().for_each(|body| body.velocity_m_per_s /= SLOWER);
+            Self::SlowerApproach => slow_down(&mut changed, SLOWER),
+            Self::NoNoise => {
+                changed.machine.sensors.values_mut().for_each(|sensor| sensor.noise = 0.0);
+                drop_effects(&mut changed, |effect| effect.kind == Kind::CommandNoise);
             }
-            Self::NoNoise => changed.machine.sensors.values_mut().for_each(|sensor| sensor.noise = 0.0),
         }
         changed
     }
+}
+
+/// Slows the tool down before it touches.
+pub(super) fn slow_down(scenario: &mut Scenario, times: f64) {
+    // A surface passes by at its own time: a tool that came later would meet another part of it.
+    if !scenario.machine.profiles.is_empty() {
+        return;
+    }
+    let approaches = scenario.controllers.values_mut().filter_map(|used| used.spec.approach.as_mut());
+    approaches.for_each(|approach| approach.speed /= times);
+    scenario.machine.bodies.values_mut().for_each(|body| body.velocity_m_per_s /= times);
 }
 
 /// The scenario with its controllers at so many times their rate.
@@ -249,6 +257,9 @@ fn ideal_actuators(scenario: &mut Scenario) {
             ActuatorKind::VelocitySource { time_constant_s, .. } => {
                 *time_constant_s = time_constant_s.min(QUICK_DRIVE * period_s);
             }
+            ActuatorKind::PositionServo(servo) => (servo.delay_s, servo.error_deadband_m) = (0.0, 0.0),
+            ActuatorKind::DcMotor(motor) => motor.inductance_h = 0.0,
+            ActuatorKind::Imposed => {}
         }
     }
     drop_effects(scenario, |effect| effect.has(Trait::DriveFlaw));

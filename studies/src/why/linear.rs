@@ -1,6 +1,6 @@
 //! What linear theory adds: how far the loop is from its limit, and how fast it is.
 
-use feeler_analysis::{ControlLoop, SampledLoop, modes};
+use feeler_analysis::{Band, ControlLoop, SampledLoop, modes};
 use feeler_engine::Scenario;
 use feeler_lti::TimeDomain;
 
@@ -8,12 +8,8 @@ use super::change::sampled_faster;
 use crate::operating_point::contact_view;
 use crate::sweep::sampled_growth_per_s;
 
-/// Factors of the loop's gain that are tried: from here to its inverse.
+/// Factors of the loop's gain that matter: from here to its inverse.
 const SMALLEST_FACTOR: f64 = 0.02;
-/// Factors tried, evenly by ratio.
-const FACTORS: u32 = 48;
-/// A margin is located to this.
-const MARGIN_ACCURACY: f64 = 1e-3;
 
 /// The loop in contact with the drives' gain scaled.
 fn scaled(whole: &ControlLoop, factor: f64) -> Option<ControlLoop> {
@@ -34,25 +30,14 @@ pub(super) fn is_stable_in_contact(scenario: &Scenario) -> Option<bool> {
 /// as it is, infinite where none within reason destabilises it, zero where no smaller gain helps.
 pub(super) fn gain_margin(scenario: &Scenario) -> Option<f64> {
     let whole = ControlLoop::new(scenario, &contact_view(scenario)).ok()?;
-    let factor = |i: u32| SMALLEST_FACTOR * SMALLEST_FACTOR.powf(-2.0 * f64::from(i) / f64::from(FACTORS));
-    let mut stable: Option<f64> = None;
-    for i in 0..=FACTORS {
-        let here = factor(i);
-        match (is_stable(&whole, here)?, stable) {
-            (true, _) => stable = Some(here),
-            // Gains below the first stable one do not count: an open loop may be unstable.
-            (false, None) => {}
-            (false, Some(below)) => {
-                let (mut low, mut high) = (below, here);
-                while high / low > 1.0 + MARGIN_ACCURACY {
-                    let middle = (low * high).sqrt();
-                    if is_stable(&whole, middle)? { low = middle } else { high = middle }
-                }
-                return Some(low);
-            }
-        }
-    }
-    Some(if stable.is_some() { f64::INFINITY } else { 0.0 })
+    let bands = whole.stable_factors().ok()?;
+    let upper = |band: &Band| band.upper.as_ref().map_or(f64::INFINITY, |edge| edge.gain);
+    let lower = |band: &Band| band.lower.as_ref().map_or(0.0, |edge| edge.gain);
+    // Gains below the first stable one do not count: an open loop may be unstable.
+    let first = bands.bands.iter().find(|band| upper(band) > SMALLEST_FACTOR);
+    let first = first.filter(|band| lower(band) < SMALLEST_FACTOR.recip());
+    let within = |factor: f64| if factor > SMALLEST_FACTOR.recip() { f64::INFINITY } else { factor };
+    Some(first.map_or(0.0, |band| within(upper(band))))
 }
 
 /// Growth within a period that rounding makes of none.

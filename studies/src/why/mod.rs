@@ -22,51 +22,20 @@
 //!    those that cure.
 
 mod change;
+mod explanation;
 mod linear;
 mod remedy;
 mod roles;
 mod search;
+mod size;
 
 use feeler_engine::Scenario;
-use serde::Serialize;
 
 pub use change::{Cause, Change};
-pub use remedy::Remedy;
-pub use search::Trial;
+pub use explanation::{Explanation, Lift, Remedy, Trial};
+pub use size::Size;
 
-use crate::run::{Measured, Outcome, RunError, nothing_can_touch};
-
-/// What was found.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Explanation {
-    /// What becomes of the scenario as it is.
-    pub baseline: Trial,
-    /// Whether there is anything to explain: the force does not come to rest.
-    pub chatters: bool,
-    /// Largest factor on the loop's gain up to which the sampled loop is stable in contact; infinite values
-    /// and failures of linear theory are absent.
-    pub gain_margin: Option<f64>,
-    /// Whether linear theory calls the loop stable in contact.
-    pub linear_stable: Option<bool>,
-    /// Whether the force is fed back with the wrong sign: the loop in contact pushes itself away without
-    /// swinging, and reversed it would not.
-    pub wrong_sign: bool,
-    /// Whether a mode of the machine in contact has no damping.
-    pub undamped: bool,
-    /// Each change by itself.
-    pub singles: Vec<Trial>,
-    /// Every smallest set of changes that removes the chatter, the chosen one first.
-    pub smallest: Vec<Vec<Change>>,
-    /// What becomes of the scenario without the chosen set, and with each member of it left out: what each
-    /// contributes.
-    pub contributions: Vec<Trial>,
-    /// The causes, in order of weight; two or more act together.
-    pub causes: Vec<Cause>,
-    /// The verdict in one sentence.
-    pub verdict: String,
-    /// What to do, cheapest in bandwidth first.
-    pub remedies: Vec<Remedy>,
-}
+use crate::run::RunError;
 
 /// Explains a scenario. `progress` is told how many runs have been made.
 ///
@@ -74,21 +43,4 @@ pub struct Explanation {
 /// A scenario that cannot be run as it is.
 pub fn explain(scenario: &Scenario, progress: &(dyn Fn(usize) + Sync)) -> Result<Explanation, RunError> {
     Ok(search::Search::new(scenario, progress)?.explain())
-}
-
-/// Whether a run of a scenario has come to rest, or is on its way there.
-fn is_cured(scenario: &Scenario, measured: &Measured) -> bool {
-    let verdict = &measured.summary.verdict;
-    let rests_away = verdict.outcome == Outcome::NoContact && nothing_can_touch(scenario);
-    rests_away
-        || verdict.outcome.is_stable()
-        || verdict.undecided == Some(crate::run::Undecided::StillDecaying)
-}
-
-/// Whether a run leaves something to explain.
-fn is_troubled(measured: &Measured) -> bool {
-    let verdict = &measured.summary.verdict;
-    verdict.outcome.is_sustained()
-        || verdict.outcome == Outcome::Unstable
-        || verdict.undecided == Some(crate::run::Undecided::StillGrowing)
 }

@@ -1,61 +1,114 @@
-//! What to do about it, and what it costs in bandwidth.
+//! What to do about it, with its numbers, and what it costs in bandwidth.
 
 use feeler_control::{AdmittanceGains, Law, LeadSpec};
 use feeler_engine::Scenario;
-use feeler_plant::description::ActuatorKind;
-use feeler_plant::effects::{ActuatorLag, EffectUse};
-use serde::Serialize;
+use feeler_plant::description::{ActuatorKind, LowPass};
+use feeler_plant::effects::{ActuatorLag, Definition, EffectUse, Trait};
 
-use super::change::Cause;
+use super::change::{Cause, Change, slow_down};
+use super::explanation::{Explanation, Remedy, is_cured};
 use super::linear::{bandwidth_hz, gain_margin};
 use super::roles::Roles;
-use super::{Explanation, is_cured};
-use crate::run::Candidate;
+use super::search::arriving_later;
+use super::size::{Changed, Size, Written, mildest};
+use crate::run::{Candidate, Measured};
 
 /// The share of the largest stable gain at which a loop is used.
 const GAIN_SHARE: f64 = 0.5;
-/// How much more stiffness or damping, or speed of a drive, a remedy takes.
+/// How much more stiffness or damping, or speed of a drive, a remedy takes that goes with a lower gain.
 const MORE: f64 = 4.0;
+/// Sizes that a change is tried in with the gain kept, from mild to strong.
+const TIMES: [f64; 3] = [2.0, 4.0, 16.0];
+/// The same of what may well be made smaller by far.
+const MANY_TIMES: [f64; 4] = [2.0, 4.0, 16.0, 64.0];
+/// Shares of critical that joint damping is tried at.
+const SHARES: [f64; 4] = [0.03, 0.1, 0.25, 0.5];
 
-/// A way out, checked by simulation.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Remedy {
-    /// What to do.
-    pub what: String,
-    /// Factor on the loop's gain that goes with it: 1 where the gain can stay.
-    pub gain_factor: f64,
-    /// Frequency up to which the force then follows its reference, to 3 dB, Hz; absent where linear theory
-    /// has no answer.
-    pub bandwidth_hz: Option<f64>,
-    /// What that costs, as a share of the bandwidth of the loop as it is; below zero where something is
-    /// gained.
-    pub cost: Option<f64>,
-    /// Whether the force then settles in simulation.
-    pub settles: bool,
+/// Changes a scenario by a size.
+type Apply<'a> = Box<dyn Fn(&mut Scenario, f64) + Sync + 'a>;
+
+/// A family of changes: by how many times, or which share.
+struct Way<'a> {
+    /// In words, for a size.
+    what: Box<dyn Fn(f64) -> String + 'a>,
+    apply: Apply<'a>,
+    sizes: &'static [f64],
+    /// The change of which it tells the size.
+    of: Option<Change>,
 }
 
-/// Remedies against these causes that settle in simulation, cheapest in bandwidth first.
-pub(super) fn remedies(scenario: &Scenario, found: &Explanation) -> Vec<Remedy> {
+/// Remedies against these causes that settle in simulation, cheapest in bandwidth first, and the sizes of
+/// changes that are enough.
+pub(super) fn remedies(
+    scenario: &Scenario,
+    found: &Explanation,
+    baseline: &Measured,
+) -> (Vec<Remedy>, Vec<Size>) {
     let wanted_hz = bandwidth_hz(scenario);
-    let mut remedies: Vec<Remedy> = candidates(scenario, found)
-        .into_iter()
-        .map(|(what, changed)| remedy(what, &changed, wanted_hz))
-        .filter(|remedy| remedy.settles)
-        .collect();
+    let written = Written::new(scenario);
+    let (mut remedies, mut sizes) = (Vec::new(), Vec::new());
+    for way in ways(scenario, found, baseline) {
+        let enough = mildest(&written, way.sizes, &way.apply);
+        if let (Some(of), Some((times, changed))) = (way.of, &enough) {
+            sizes.push(Size { of, what: (way.what)(*times), times: *times, settings: changed.words() });
+        }
+        if let Some((times, changed)) = enough {
+            remedies.push(kept(&(way.what)(times), &changed, wanted_hz));
+        } else {
+            let size = way.sizes.iter().copied().find(|size| *size >= MORE);
+            let size = size.unwrap_or(way.sizes[way.sizes.len() - 1]);
+            remedies.extend(lowered(&written, &(way.what)(size), &|s| (way.apply)(s, size), wanted_hz));
+        }
+    }
+    remedies.extend(lowered(&written, "a lower gain", &|_| {}, wanted_hz));
+    remedies.retain(|remedy| remedy.settles);
     remedies.sort_by(|a, b| a.cost.unwrap_or(f64::INFINITY).total_cmp(&b.cost.unwrap_or(f64::INFINITY)));
-    remedies
+    (remedies, sizes)
 }
 
-/// The remedy with as much of the gain as linear theory leaves.
-fn remedy(what: String, changed: &Scenario, wanted_hz: Option<f64>) -> Remedy {
-    let gain_factor = gain_margin(changed).map_or(1.0, |margin| (GAIN_SHARE * margin).min(1.0)).max(1e-3);
-    let scaled = with_gain(changed, gain_factor);
-    let settles = Candidate::new(scaled.clone())
+fn cost(wanted_hz: Option<f64>, bandwidth_hz: Option<f64>) -> Option<f64> {
+    wanted_hz.zip(bandwidth_hz).map(|(wanted, found)| 1.0 - found / wanted)
+}
+
+/// A change that settles with the gain as it is.
+fn kept(what: &str, changed: &Changed, wanted_hz: Option<f64>) -> Remedy {
+    let bandwidth_hz = bandwidth_hz(&changed.scenario);
+    Remedy {
+        what: what.into(),
+        settings: changed.words(),
+        gain_factor: 1.0,
+        bandwidth_hz,
+        cost: cost(wanted_hz, bandwidth_hz),
+        settles: true,
+    }
+}
+
+/// A change with as much of the gain as linear theory leaves; `None` where nothing changes.
+fn lowered(
+    written: &Written,
+    what: &str,
+    change: &dyn Fn(&mut Scenario),
+    wanted_hz: Option<f64>,
+) -> Option<Remedy> {
+    let mut changed = written.scenario.clone();
+    change(&mut changed);
+    let gain_factor = gain_margin(&changed).map_or(1.0, |margin| (GAIN_SHARE * margin).min(1.0)).max(1e-3);
+    let scaled = written.with(|scenario| {
+        change(scenario);
+        *scenario = with_gain(scenario, gain_factor);
+    })?;
+    let settles = Candidate::new(scaled.scenario.clone())
         .and_then(|candidate| candidate.measure(0))
-        .is_ok_and(|measured| is_cured(&scaled, &measured));
-    let bandwidth_hz = bandwidth_hz(&scaled);
-    let cost = wanted_hz.zip(bandwidth_hz).map(|(wanted, found)| 1.0 - found / wanted);
-    Remedy { what, gain_factor, bandwidth_hz, cost, settles }
+        .is_ok_and(|measured| is_cured(&scaled.scenario, &measured));
+    let bandwidth_hz = bandwidth_hz(&scaled.scenario);
+    Some(Remedy {
+        what: what.into(),
+        settings: scaled.words(),
+        gain_factor,
+        bandwidth_hz,
+        cost: cost(wanted_hz, bandwidth_hz),
+        settles,
+    })
 }
 
 /// The scenario with the gains on errors scaled; damping stays.
@@ -91,89 +144,221 @@ fn with_gain(scenario: &Scenario, factor: f64) -> Scenario {
 }
 
 /// What can be done about each cause, and about any.
-fn candidates(scenario: &Scenario, found: &Explanation) -> Vec<(String, Scenario)> {
-    let roles = Roles::of(&scenario.machine);
-    let mut all: Vec<(String, Scenario)> = Vec::new();
-    let mut add = |what: &str, change: &dyn Fn(&mut Scenario)| {
-        let mut changed = scenario.clone();
-        change(&mut changed);
-        if changed != *scenario {
-            all.push((what.to_owned(), changed));
-        }
-    };
+#[expect(clippy::too_many_lines, reason = "a list of causes, each with its remedies")]
+fn ways<'a>(scenario: &'a Scenario, found: &Explanation, baseline: &'a Measured) -> Vec<Way<'a>> {
     let has = |cause| found.causes.contains(&cause);
+    let mut ways: Vec<Way<'a>> = Vec::new();
+    let mut add = |of: Option<Change>, sizes: &'static [f64], what: fn(f64) -> String, apply: Apply<'a>| {
+        ways.push(Way { what: Box::new(what), apply, sizes, of });
+    };
     if found.wrong_sign {
-        add("the gains with the other sign", &|s| *s = with_gain(s, -1.0));
+        add(
+            None,
+            &[1.0],
+            |_| "the gains with the other sign".into(),
+            Box::new(|s, _| *s = with_gain(s, -1.0)),
+        );
     }
     if has(Cause::NumericalArtefact) {
-        add("integrate exactly (run.integrator = \"exact\")", &|s| {
-            s.run.integrator = feeler_engine::Integrator::Exact;
-        });
+        add(
+            None,
+            &[1.0],
+            |_| "integrate exactly".into(),
+            Box::new(|s, _| s.run.integrator = feeler_engine::Integrator::Exact),
+        );
     }
-    if has(Cause::SamplingAndDelay) {
-        add("halve every delay", &|s| {
-            s.controllers.values_mut().for_each(|used| used.spec.delay_s /= 2.0);
-            s.machine.sensors.values_mut().for_each(|sensor| sensor.delay_s /= 2.0);
-        });
-        add("sample twice as fast", &|s| {
-            s.controllers.values_mut().for_each(|used| used.spec.period_s /= 2.0);
-        });
+    let lifts_by = |change| found.lift.as_ref().is_some_and(|lift| lift.change == change);
+    if has(Cause::SamplingAndDelay) || lifts_by(Change::NoDelay) || lifts_by(Change::ContinuousController) {
+        add(
+            Some(Change::NoDelay),
+            &MANY_TIMES,
+            |times| format!("delays {times:.3} times as short, filters as many times as fast"),
+            Box::new(shorten_delays),
+        );
+        add(
+            Some(Change::ContinuousController),
+            &TIMES,
+            |times| format!("sampling {times:.3} times as fast"),
+            Box::new(|s, times| s.controllers.values_mut().for_each(|used| used.spec.period_s /= times)),
+        );
     }
+    let roles = Roles::of(&scenario.machine);
     if has(Cause::NoncolocatedMode) {
-        add("a transmission four times as stiff", &|s| scale_springs(s, &roles.transmissions, MORE, 1.0));
-        add("a transmission with four times the damping", &|s| {
-            scale_springs(s, &roles.transmissions, 1.0, MORE);
-        });
+        let springs = roles.transmissions.clone();
+        let same = springs.clone();
+        add(
+            Some(Change::RigidTransmission),
+            &TIMES,
+            |times| format!("a transmission {times:.3} times as stiff"),
+            Box::new(move |s, times| scale_springs(s, &springs, times, 1.0)),
+        );
+        add(
+            None,
+            &TIMES,
+            |times| format!("a transmission with {times:.3} times the damping"),
+            Box::new(move |s, times| scale_springs(s, &same, 1.0, times)),
+        );
     }
     if has(Cause::ColocatedMode) {
-        add("four times the damping of base and fixture", &|s| {
-            scale_springs(s, &roles.mounts, 1.0, MORE);
-            scale_springs(s, &roles.fixtures, 1.0, MORE);
-        });
-        add("base and fixture four times as stiff", &|s| {
-            scale_springs(s, &roles.mounts, MORE, 1.0);
-            scale_springs(s, &roles.fixtures, MORE, 1.0);
-        });
+        let springs = [roles.mounts.clone(), roles.fixtures.clone()].concat();
+        let same = springs.clone();
+        add(
+            None,
+            &TIMES,
+            |times| format!("{times:.3} times the damping of base and fixture"),
+            Box::new(move |s, times| scale_springs(s, &springs, 1.0, times)),
+        );
+        add(
+            None,
+            &TIMES,
+            |times| format!("base and fixture {times:.3} times as stiff"),
+            Box::new(move |s, times| scale_springs(s, &same, times, 1.0)),
+        );
     }
-    if has(Cause::ActuatorLag) {
-        add("a drive four times as fast", &|s| {
-            for actuator in s.machine.actuators.values_mut() {
-                match &mut actuator.kind {
-                    ActuatorKind::Force { bandwidth_hz } => {
-                        *bandwidth_hz = bandwidth_hz.map(|bandwidth| bandwidth * MORE);
-                    }
-                    ActuatorKind::VelocitySource { time_constant_s, .. } => *time_constant_s /= MORE,
-                }
-                for effect in &mut actuator.effects {
-                    if let Some(ActuatorLag { time_constant }) = effect.parameters() {
-                        *effect = EffectUse::of(ActuatorLag { time_constant: time_constant / MORE });
-                    }
-                }
-            }
-        });
+    if has(Cause::ActuatorLag) || lifts_by(Change::IdealActuator) {
+        add(
+            Some(Change::IdealActuator),
+            &TIMES,
+            |times| format!("a drive {times:.3} times as fast"),
+            Box::new(quicken_drives),
+        );
     }
     if has(Cause::Saturation) {
-        add("a drive without the limit", &|s| *s = super::Change::NoSaturation.applied(s));
+        let what = |times: f64| format!("limits {times:.3} times as high");
+        add(Some(Change::NoSaturation), &TIMES, what, Box::new(raise_limits));
     }
     if has(Cause::StictionOrQuantiser) {
-        add("friction compensated, or a guide without it", &|s| *s = super::Change::NoFriction.applied(s));
-        add("sensors and outputs with a fine resolution", &|s| *s = super::Change::NoQuantiser.applied(s));
+        add(
+            Some(Change::NoFriction),
+            &MANY_TIMES,
+            |times| format!("friction {times:.3} times as small, by compensation or another guide"),
+            Box::new(|s, times| fade(s, times, |effect| effect.has(Trait::DryFriction))),
+        );
+        add(
+            Some(Change::NoQuantiser),
+            &MANY_TIMES,
+            |times| format!("sensors and outputs {times:.3} times as fine"),
+            Box::new(refine_steps),
+        );
     }
     if has(Cause::SensorNoise) {
-        add("sensors with a quarter of the noise", &|s| {
-            s.machine.sensors.values_mut().for_each(|sensor| sensor.noise /= MORE);
-        });
+        add(
+            Some(Change::NoNoise),
+            &TIMES,
+            |times| format!("sensors with {times:.3} times less noise"),
+            Box::new(|s, times| s.machine.sensors.values_mut().for_each(|sensor| sensor.noise /= times)),
+        );
     }
     if has(Cause::LossOfContact) {
-        add("approach at a quarter of the speed", &|s| *s = super::Change::SlowerApproach.applied(s));
+        add(
+            Some(Change::SlowerApproach),
+            &MANY_TIMES,
+            |times| format!("an approach {times:.3} times as slow"),
+            Box::new(move |s, times| {
+                slow_down(s, times);
+                *s = arriving_later(s, baseline, times);
+            }),
+        );
     }
-    add("joint damping for half of critical", &|s| add_damping(s));
-    add("a lead from the loop's own bandwidth on", &|s| add_lead(s));
-    add("a pad on the tool, a quarter of the stiffness", &|s| {
-        s.machine.contacts.values_mut().for_each(|contact| contact.stiffness /= MORE);
-    });
-    all.push(("a lower gain".into(), scenario.clone()));
-    all
+    add(
+        None,
+        &SHARES,
+        |share| format!("joint damping of {:.0} % of critical", 100.0 * share),
+        Box::new(add_damping),
+    );
+    if let Some(bandwidth) = bandwidth_hz(scenario) {
+        add(
+            None,
+            &[MORE],
+            |_| "a lead from the loop's own bandwidth on".into(),
+            Box::new(move |s, times| add_lead(s, bandwidth, times)),
+        );
+    }
+    add(
+        None,
+        &TIMES,
+        |times| format!("a pad on the tool, {times:.3} times as soft"),
+        Box::new(|s, times| s.machine.contacts.values_mut().for_each(|contact| contact.stiffness /= times)),
+    );
+    ways
+}
+
+fn shorten_delays(scenario: &mut Scenario, times: f64) {
+    for used in scenario.controllers.values_mut() {
+        used.spec.delay_s /= times;
+        used.spec.velocity_filter_s /= times;
+        if let Some(filter) = &mut used.spec.reading_low_pass {
+            filter.cutoff_hz *= times;
+        }
+    }
+    for sensor in scenario.machine.sensors.values_mut() {
+        sensor.delay_s /= times;
+        if let Some(LowPass::FirstOrder { corner_hz } | LowPass::SecondOrder { corner_hz, .. }) =
+            &mut sensor.low_pass
+        {
+            *corner_hz *= times;
+        }
+    }
+    fade(scenario, times, |effect| effect.has(Trait::Delay));
+}
+
+fn quicken_drives(scenario: &mut Scenario, times: f64) {
+    for actuator in scenario.machine.actuators.values_mut() {
+        match &mut actuator.kind {
+            ActuatorKind::Force { bandwidth_hz } => {
+                *bandwidth_hz = bandwidth_hz.map(|bandwidth| bandwidth * times);
+            }
+            ActuatorKind::VelocitySource { time_constant_s, .. } => *time_constant_s /= times,
+            ActuatorKind::DcMotor(motor) => motor.inductance_h /= times,
+            ActuatorKind::PositionServo(_) | ActuatorKind::Imposed => {}
+        }
+        for effect in &mut actuator.effects {
+            if let Some(ActuatorLag { time_constant }) = effect.parameters() {
+                *effect = EffectUse::of(ActuatorLag { time_constant: time_constant / times });
+            }
+        }
+    }
+}
+
+fn raise_limits(scenario: &mut Scenario, times: f64) {
+    for actuator in scenario.machine.actuators.values_mut() {
+        let limits = [&mut actuator.limit_n, &mut actuator.rate_limit_per_s];
+        limits.into_iter().flatten().for_each(|limit| *limit *= times);
+    }
+    for used in scenario.controllers.values_mut() {
+        used.spec.output_limit = used.spec.output_limit.map(|limit| limit * times);
+    }
+    fade(scenario, times, |effect| effect.has(Trait::Saturation));
+}
+
+fn refine_steps(scenario: &mut Scenario, times: f64) {
+    for sensor in scenario.machine.sensors.values_mut() {
+        sensor.resolution = sensor.resolution.map(|step| step / times);
+    }
+    for used in scenario.controllers.values_mut() {
+        used.spec.output_resolution = used.spec.output_resolution.map(|step| step / times);
+    }
+    fade(scenario, times, |effect| effect.has(Trait::Quantisation));
+}
+
+/// Brings the effects of a kind a given number of times nearer to nothing.
+fn fade(scenario: &mut Scenario, times: f64, is_meant: impl Fn(&Definition) -> bool) {
+    let machine = &mut scenario.machine;
+    let hosts = (machine.bodies.values_mut().map(|body| &mut body.effects))
+        .chain(machine.springs.values_mut().map(|spring| &mut spring.effects))
+        .chain(machine.contacts.values_mut().map(|contact| &mut contact.effects))
+        .chain(machine.actuators.values_mut().map(|actuator| &mut actuator.effects))
+        .chain(machine.sensors.values_mut().map(|sensor| &mut sensor.effects))
+        .chain(scenario.controllers.values_mut().map(|used| &mut used.effects));
+    for effect in hosts.flatten().filter(|effect| is_meant(effect.definition)) {
+        for (parameter, value) in effect.definition.parameters.iter().zip(&mut effect.values) {
+            match parameter.null {
+                Some(null) if null.is_finite() => *value = null + (*value - null) / times,
+                Some(_) => *value *= times,
+                None => {}
+            }
+        }
+    }
 }
 
 fn scale_springs(scenario: &mut Scenario, names: &[String], stiffness: f64, damping: f64) {
@@ -185,8 +370,8 @@ fn scale_springs(scenario: &mut Scenario, names: &[String], stiffness: f64, damp
     }
 }
 
-/// Damping of `m w`, half of critical, where the loop reads the motion of its own drive.
-fn add_damping(scenario: &mut Scenario) {
+/// Damping of `2 m w` times a share, where the loop reads the motion of its own drive.
+fn add_damping(scenario: &mut Scenario, share: f64) {
     let stiffness = scenario.machine.contacts.values().map(|contact| contact.stiffness).fold(0.0, f64::max);
     let mass: f64 = scenario
         .machine
@@ -204,16 +389,15 @@ fn add_damping(scenario: &mut Scenario) {
         if let Law::ExplicitForce(gains) = &mut used.spec.law
             && sensed
         {
-            gains.damping += (mass * stiffness).sqrt();
+            gains.damping += 2.0 * share * (mass * stiffness).sqrt();
         }
     }
 }
 
-fn add_lead(scenario: &mut Scenario) {
-    let Some(bandwidth) = bandwidth_hz(scenario) else { return };
+fn add_lead(scenario: &mut Scenario, zero_hz: f64, times: f64) {
     for used in scenario.controllers.values_mut() {
         if let Law::ExplicitForce(gains) = &mut used.spec.law {
-            gains.lead.get_or_insert(LeadSpec { zero_hz: bandwidth, pole_hz: MORE * bandwidth });
+            gains.lead.get_or_insert(LeadSpec { zero_hz, pole_hz: times * zero_hz });
         }
     }
 }

@@ -4,44 +4,23 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use feeler_engine::Scenario;
 use rayon::prelude::*;
-use serde::Serialize;
 
-use super::change::{Cause, Change};
-use super::{Explanation, is_cured, is_troubled, linear, remedy};
+use super::change::{Cause, Change, SLOWER, SLOWER_STILL, slow_down};
+use super::explanation::{Explanation, Lift, Trial, is_cured, is_troubled};
+use super::{linear, remedy};
 use crate::run::{Candidate, Measured, Outcome, RunError};
 
 /// Sets larger than this are not tried.
 const LARGEST_SET: usize = 3;
 
+/// A run with a slower approach is longer by no more than so many times the duration of the scenario.
+const MOST_LONGER: f64 = 8.0;
+/// A change that lifts the limit by less is not named beside the verdict.
+const LIFTS: f64 = 2.0;
+
 /// With noise, the largest part of the amplitude that a cure leaves: from one part of a run to another the
 /// swing of a loop near its limit changes by less.
 const LEFT_BY_CURE: f64 = 0.5;
-
-/// A run with some changes.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Trial {
-    /// What was changed.
-    pub changes: Vec<Change>,
-    /// Whether the scenario has what the changes take away; where not, they were not run, and the figures are
-    /// those of the scenario as it is.
-    pub applies: bool,
-    /// What became of it; absent where it could not be run.
-    pub outcome: Option<Outcome>,
-    /// Whether the force comes to rest.
-    pub cured: bool,
-    /// Whether it counts as cured though it grows, since by linear theory it grows only by the period, short
-    /// as that is, of a controller that stands for a continuous one.
-    pub only_by_period: bool,
-    /// Amplitude of what lasts, N.
-    pub amplitude_n: Option<f64>,
-    /// Its frequency, Hz.
-    pub frequency_hz: Option<f64>,
-    /// Largest factor on the loop's gain up to which the sampled loop is stable in contact; absent where
-    /// unbounded or unknown.
-    pub gain_margin: Option<f64>,
-    /// Why it could not be run.
-    pub error: Option<String>,
-}
 
 pub(super) struct Search<'a> {
     scenario: Scenario,
@@ -85,40 +64,16 @@ impl<'a> Search<'a> {
             contributions: Vec::new(),
             causes: Vec::new(),
             verdict: String::new(),
+            lift: None,
+            sizes: Vec::new(),
             remedies: Vec::new(),
         };
         if !chatters {
-            let verdict = &self.baseline.summary.verdict;
-            explanation.verdict = match verdict.undecided {
-                Some(why) => {
-                    format!(
-                        "Whether there is chatter to explain is undecided ({}): a longer `run.duration` may tell.",
-                        why.name()
-                    )
-                }
-                None => {
-                    format!("There is no chatter to explain: the run ends as `{}`.", verdict.outcome.name())
-                }
-            };
+            explanation.verdict = nothing_to_explain(&self.baseline);
             return explanation;
         }
         explanation.singles = Change::ALL.par_iter().map(|change| self.trial(&[*change], true)).collect();
-        let useful: Vec<Change> =
-            explanation.singles.iter().filter(|trial| trial.applies).map(|trial| trial.changes[0]).collect();
-        let mut smallest: Vec<Vec<Change>> = explanation
-            .singles
-            .iter()
-            .filter(|trial| trial.applies && trial.cured)
-            .map(|trial| trial.changes.clone())
-            .collect();
-        for size in 2..=LARGEST_SET {
-            if !smallest.is_empty() {
-                break;
-            }
-            let sets = combinations(&useful, size);
-            let trials: Vec<Trial> = sets.par_iter().map(|set| self.trial(set, false)).collect();
-            smallest = trials.into_iter().filter(|trial| trial.cured).map(|trial| trial.changes).collect();
-        }
+        let mut smallest = self.smallest(&explanation.singles);
         let weights: Vec<f64> = Change::ALL.iter().map(|change| weight(*change, &explanation)).collect();
         let weigh = |change: &Change| {
             Change::ALL.iter().position(|known| known == change).map_or(0.0, |i| weights[i])
@@ -129,18 +84,7 @@ impl<'a> Search<'a> {
             set.sort_by(|a, b| weigh(b).total_cmp(&weigh(a)));
         }
         if let Some(chosen) = smallest.first() {
-            let mut sets = vec![chosen.clone()];
-            if chosen.len() > 1 {
-                sets.extend((0..chosen.len()).map(|left_out| {
-                    chosen
-                        .iter()
-                        .enumerate()
-                        .filter(|(i, _)| *i != left_out)
-                        .map(|(_, change)| *change)
-                        .collect()
-                }));
-            }
-            explanation.contributions = sets.par_iter().map(|set| self.trial(set, true)).collect();
+            explanation.contributions = self.contributions(chosen);
             for change in chosen {
                 if !explanation.causes.contains(&change.cause()) {
                     explanation.causes.push(change.cause());
@@ -148,32 +92,73 @@ impl<'a> Search<'a> {
             }
         }
         explanation.smallest = smallest;
-        explanation.verdict = sentence(&explanation);
-        explanation.remedies = remedy::remedies(&self.scenario, &explanation);
+        explanation.lift = lift(&explanation);
+        let (remedies, sizes) = remedy::remedies(&self.scenario, &explanation, &self.baseline);
+        (explanation.remedies, explanation.sizes) = (remedies, sizes);
+        explanation.verdict = sentence(&explanation) + &beside(&explanation);
         explanation
     }
 
+    /// Every smallest set of changes that cures, where `singles` are the trials of each by itself.
+    fn smallest(&self, singles: &[Trial]) -> Vec<Vec<Change>> {
+        let cures = |trials: Vec<Trial>| -> Vec<Vec<Change>> {
+            trials.into_iter().filter(|trial| trial.cured).map(|trial| trial.changes).collect()
+        };
+        let applied: Vec<Trial> = singles.iter().filter(|trial| trial.applies).cloned().collect();
+        let useful: Vec<Change> = applied.iter().map(|trial| trial.changes[0]).collect();
+        let mut smallest = cures(applied);
+        for size in 2..=LARGEST_SET {
+            if !smallest.is_empty() {
+                break;
+            }
+            let sets = combinations(&useful, size);
+            smallest = cures(sets.par_iter().map(|set| self.trial(set, false)).collect());
+        }
+        smallest
+    }
+
+    /// The trial of a set, and of several changes those with each of them left out.
+    fn contributions(&self, chosen: &[Change]) -> Vec<Trial> {
+        let mut sets = vec![chosen.to_vec()];
+        if chosen.len() > 1 {
+            sets.extend((0..chosen.len()).map(|left_out| {
+                let mut set = chosen.to_vec();
+                set.remove(left_out);
+                set
+            }));
+        }
+        sets.par_iter().map(|set| self.trial(set, true)).collect()
+    }
+
     fn trial(&self, changes: &[Change], with_theory: bool) -> Trial {
-        let mut changed =
+        let changed =
             changes.iter().fold(self.scenario.clone(), |scenario, change| change.applied(&scenario));
-        let applies = changed != self.scenario;
-        if !applies {
+        if changed == self.scenario {
             return trial_of(&self.scenario, changes, false, &Ok(self.baseline.clone()), None);
         }
-        if changes.contains(&Change::SlowerApproach) {
-            // As much later as the tool arrives: a quarter of the speed takes four times as long.
-            let contact = self
-                .baseline
-                .summary
-                .contacts
-                .iter()
-                .filter_map(|contact| contact.first_contact_s)
-                .fold(0.0, f64::max);
-            changed.run.duration_s += 3.0 * contact;
+        if !changes.contains(&Change::SlowerApproach) {
+            return self.trial_with(changes, &changed, with_theory);
         }
+        let first = self.trial_with(changes, &arriving_later(&changed, &self.baseline, SLOWER), with_theory);
+        if changes.len() > 1 || first.cured {
+            return first;
+        }
+        let affordable = |times: &&f64| {
+            let extra_s = (**times - 1.0) * first_contact_s(&self.baseline);
+            extra_s < MOST_LONGER * self.scenario.run.duration_s
+        };
+        let mut slower = SLOWER_STILL.iter().filter(affordable).map(|&times| {
+            let mut slower = self.scenario.clone();
+            slow_down(&mut slower, times);
+            self.trial_with(changes, &arriving_later(&slower, &self.baseline, times), with_theory)
+        });
+        slower.find(|trial| trial.cured).unwrap_or(first)
+    }
+
+    fn trial_with(&self, changes: &[Change], changed: &Scenario, with_theory: bool) -> Trial {
         let set_off_otherwise =
             changes.contains(&Change::SlowerApproach) || changes.contains(&Change::NoNoise);
-        let margin = if with_theory || set_off_otherwise { linear::gain_margin(&changed) } else { None };
+        let margin = if with_theory || set_off_otherwise { linear::gain_margin(changed) } else { None };
         let result = Candidate::new(changed.clone()).and_then(|candidate| candidate.measure(0));
         (self.progress)(self.runs.fetch_add(1, Ordering::Relaxed) + 1);
         let trial = trial_of(&self.scenario, changes, true, &result, margin);
@@ -185,8 +170,8 @@ impl<'a> Search<'a> {
         let grows = trial.outcome.is_some_and(lasts) && lasts(self.baseline.summary.outcome);
         let only_by_period = grows
             && changes.contains(&Change::ContinuousController)
-            && linear::grows_only_by_period(&self.scenario, &changed);
-        let by_chance = is_noisy(&changed) && self.swings_in_noise() && self.is_as_large(&result);
+            && linear::grows_only_by_period(&self.scenario, changed);
+        let by_chance = is_noisy(changed) && self.swings_in_noise() && self.is_as_large(&result);
         let cured = trial.cured && !only_later && !by_chance;
         Trial { cured: cured || only_by_period, only_by_period, ..trial }
     }
@@ -204,8 +189,33 @@ impl<'a> Search<'a> {
     }
 }
 
+/// When the tool first touched, s.
+fn first_contact_s(baseline: &Measured) -> f64 {
+    let contacts = baseline.summary.contacts.iter().filter_map(|contact| contact.first_contact_s);
+    contacts.fold(0.0, f64::max)
+}
+
+/// A scenario whose tool arrives so many times later, run for as much longer.
+pub(super) fn arriving_later(slower: &Scenario, baseline: &Measured, times: f64) -> Scenario {
+    let mut longer = slower.clone();
+    longer.run.duration_s += (times - 1.0) * first_contact_s(baseline);
+    longer
+}
+
 fn is_noisy(scenario: &Scenario) -> bool {
     scenario.machine.sensors.values().any(|sensor| sensor.noise > 0.0)
+}
+
+/// The verdict on a run without chatter.
+fn nothing_to_explain(baseline: &Measured) -> String {
+    let verdict = &baseline.summary.verdict;
+    match verdict.undecided {
+        Some(why) => format!(
+            "Whether there is chatter to explain is undecided ({}): a longer `run.duration` may tell.",
+            why.name()
+        ),
+        None => format!("There is no chatter to explain: the run ends as `{}`.", verdict.outcome.name()),
+    }
 }
 
 fn trial_of(
@@ -277,6 +287,38 @@ fn weight(change: Change, found: &Explanation) -> f64 {
     let gain = if before > 0.0 { (after / before).clamp(1e-3, 1e3).log10() } else { 0.0 };
     // Linear causes weigh by what their absence gains; in a loop that is stable anyway they come last.
     gain + if linear_stable { 0.0 } else { 30.0 }
+}
+
+/// The change that lifts the limit of the loop's gain most, where that is by much.
+fn lift(found: &Explanation) -> Option<Lift> {
+    let from = found.gain_margin.filter(|margin| *margin > 0.0)?;
+    // Where the limit is unbounded or unknown, only a cure tells which.
+    let to = |trial: &Trial| trial.gain_margin.or(trial.cured.then_some(f64::INFINITY)).unwrap_or(0.0);
+    let of_loop = |trial: &&Trial| trial.applies && trial.changes != [Change::BilateralContact];
+    let best = found.singles.iter().filter(of_loop).max_by(|a, b| to(a).total_cmp(&to(b)))?;
+    let is_chosen = found.smallest.first().is_some_and(|chosen| *chosen == best.changes);
+    let to = best.gain_margin;
+    (to.is_none_or(|to| to > LIFTS * from) && best.cured && !is_chosen).then(|| Lift {
+        change: best.changes[0],
+        from,
+        to,
+    })
+}
+
+/// What stands beside the verdict: what lifts the limit most, and the size of the change that is enough.
+fn beside(found: &Explanation) -> String {
+    let lifts = found.lift.as_ref().map_or_else(String::new, |lift| {
+        let to = lift.to.map_or_else(|| "beyond 50".to_owned(), |to| format!("to {to:.3}"));
+        format!(
+            " With {} it is gone too, and the limit rises most: from {:.3} {to} times the gain.",
+            lift.change.words(),
+            lift.from
+        )
+    });
+    let chosen = found.smallest.first().map_or(&[][..], Vec::as_slice);
+    let size = found.sizes.iter().find(|size| chosen.contains(&size.of));
+    let enough = size.map_or_else(String::new, |size| format!(" It takes {}.", size.what));
+    lifts + &enough
 }
 
 fn sentence(found: &Explanation) -> String {

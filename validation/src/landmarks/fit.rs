@@ -49,7 +49,7 @@ const CURVATURE: f64 = 60.0;
 /// Degrees that make a residual of one.
 const DEGREES: f64 = 4.0;
 /// Phases at other frequencies that must stay on one side, in degrees: frequency, bound. That of the motor
-/// stays below zero beyond its landmark: it falls there for good.
+/// stays below zero beyond its landmark: it falls there permanently.
 const END_BELOW: [(f64, f64); 1] = [(12.6, -2.0)];
 const END_ABOVE: [(f64, f64); 2] = [(9.0, 8.0), (20.0, 8.0)];
 const MOTOR_ABOVE: [(f64, f64); 5] = [(15.0, 5.0), (20.0, 5.0), (30.0, 5.0), (38.0, 5.0), (44.0, 5.0)];

@@ -4,7 +4,8 @@
 //! The paper publishes landmarks of three measured responses and no parameters. The chain here is a stand-in
 //! that shows the same landmarks; its masses, springs and dampers are **not** those of the robot, and many
 //! other machines would fit as well. [`fit`] says in which directions of parameter space the landmarks leave
-//! it free, and [`StartSearch`] how many of several starts that know the landmarks' frequencies alone find it.
+//! it free, and [`StartSearch`] how many of several starts that know the landmarks' frequencies alone find
+//! it.
 
 mod chain;
 mod fit;
@@ -52,13 +53,13 @@ pub struct Landmarks {
     pub resonances_hz: [f64; 5],
     /// Peaks of the end-point's acceleration nearest to them, each counted once.
     pub peaks_hz: [f64; 5],
-    /// Acceleration of the motor: phase falls below 0 degrees for good. (In the fitted chain it falls below 0
-    /// by some 30 degrees at the base mode as well, and returns: a base that turns the end-point's phase
-    /// turns the motor's too.)
+    /// Acceleration of the motor: phase falls below 0 degrees permanently. (In the fitted chain it falls
+    /// below 0 by some 30 degrees at the base mode as well, and returns: a base that turns the end-point's
+    /// phase turns the motor's too.)
     pub motor_hz: f64,
     /// Acceleration of the end-point: phase dips below 0 degrees, and returns.
     pub end_dip_hz: [f64; 2],
-    /// And falls below 0 for good.
+    /// And falls below 0 permanently.
     pub end_hz: f64,
     /// Contact force, clamped: phase falls through -180 degrees.
     pub force_hz: f64,
@@ -111,7 +112,7 @@ impl Landmarks {
             PAPER.end_dip_hz[0],
         ));
         all.push(("end-point acceleration returns above".into(), self.end_dip_hz[1], PAPER.end_dip_hz[1]));
-        all.push(("end-point acceleration below 0 for good".into(), self.end_hz, PAPER.end_hz));
+        all.push(("end-point acceleration below 0 permanently".into(), self.end_hz, PAPER.end_hz));
         all.push(("clamped force through -180 degrees".into(), self.force_hz, PAPER.force_hz));
         all
     }

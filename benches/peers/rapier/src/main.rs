@@ -69,7 +69,8 @@ fn main() {
             }
             walls.sort_by(f64::total_cmp);
             let step_s = 1e-3 / steps as f64;
-            println!("Rapier,\"semi-implicit Euler\",{},{step_s},{:.6e},{peak_n:.12}", machine.name, walls[ROUNDS / 2]);
+            println!("Rapier,\"semi-implicit \
+                      Euler\",{},{step_s},{:.6e},{peak_n:.12}", machine.name, walls[ROUNDS / 2]);
         }
     }
 }

@@ -15,7 +15,8 @@ pub(super) fn run(arguments: &Validate) -> crate::Result<()> {
         terminal::print(&terminal::json(&found)?)?;
     } else {
         terminal::print(&format!(
-            "Largest difference of the tip's position between Rapier and the exact engine over the tip's travel, by Rapier's step; order by regression.\n\n{}",
+            "Largest difference of the tip's position between Rapier and the exact engine over the tip's \
+             travel, by Rapier's step; order by regression.\n\n{}",
             lines(&found, &steps_s)
         ))?;
     }

@@ -3,31 +3,32 @@
 use feeler_analysis::{Curves, Report};
 use feeler_lti::C64;
 
-use crate::pages::parts::{Chart, ChartKind, Line, Mark, Series};
+use crate::numbers::plain;
+use crate::pages::parts::{Chart, ChartKind, Gauge, Line, Mark, Series};
 
 /// Charts of frequency that zoom together.
 const TOGETHER: &str = "frequency";
 
 type Response = (&'static str, Option<Vec<C64>>, bool);
 
-/// Magnitude and phase of the open loop, the closed loop and the plant.
-pub(super) fn charts(report: &Report, curves: &Curves) -> Vec<Chart> {
-    let closed =
-        |open: &Option<Vec<C64>>| open.as_ref().map(|l| l.iter().map(|l| l / (l + 1.0)).collect::<Vec<_>>());
-    let mut charts = Vec::new();
+/// Magnitude and phase of the open loop, with its margins.
+pub(crate) fn open(report: &Report, curves: &Curves) -> Vec<Chart> {
     let open = [("continuous", curves.open.clone(), true), ("sampled", curves.open_sampled.clone(), false)];
     let mut loops = pair(curves, "Open loop,", "broken at the controller, gains as in the file.", &open);
     if let [magnitude, phase] = loops.as_mut_slice() {
-        magnitude.lines.push(Line { y: 0.0, label: "modulus 1".into() });
+        magnitude.lines.push(Line { y: 0.0, label: "0 dB".into() });
         phase.lines.push(Line { y: -180.0, label: "−180°".into() });
-        let crossover = report.margins().and_then(|m| m.crossover_hz);
-        if let Some(f) = crossover.filter(|f| curves.frequencies_hz.last().is_some_and(|last| f <= last)) {
-            magnitude.marks.push(Mark { x: f, y: 0.0, label: "crossover".into() });
-        }
+        margins(report, magnitude, phase);
     }
-    charts.append(&mut loops);
+    loops
+}
+
+/// Magnitude and phase of the closed loop and the plant.
+pub(super) fn charts(report: &Report, curves: &Curves) -> Vec<Chart> {
+    let closed =
+        |open: &Option<Vec<C64>>| open.as_ref().map(|l| l.iter().map(|l| l / (l + 1.0)).collect::<Vec<_>>());
     let both = [("continuous", closed(&curves.open), true), ("sampled", closed(&curves.open_sampled), false)];
-    charts.append(&mut pair(curves, "Closed loop,", "complementary sensitivity, L / (1 + L).", &both));
+    let mut charts = pair(curves, "Closed loop,", "complementary sensitivity, L / (1 + L).", &both);
     let plant = [
         ("continuous, delays exact", Some(curves.plant.clone()), true),
         ("held and sampled", curves.plant_sampled.clone(), false),
@@ -39,6 +40,43 @@ pub(super) fn charts(report: &Report, curves: &Curves) -> Vec<Chart> {
         &plant,
     ));
     charts
+}
+
+/// The margins where they are read: the gain margin below 0 dB, the phase margin above -180°.
+fn margins(report: &Report, magnitude: &mut Chart, phase: &mut Chart) {
+    let Some(margins) = report.margins() else { return };
+    let within = |f: &f64| magnitude.x.last().is_some_and(|last| f <= last);
+    let crossover = margins.crossover_hz.filter(within);
+    if let Some((factor, f)) = margins.gain.zip(margins.gain_hz.filter(within)) {
+        let label = format!("gain margin {}", plain(factor));
+        magnitude.gauges.push(Gauge { x: f, y: [-20.0 * factor.log10(), 0.0], label });
+    }
+    if let Some(f) = crossover {
+        magnitude.marks.push(Mark { x: f, y: 0.0, label: "crossover".into() });
+    }
+    let sampled = phase.series.iter().find(|series| !series.dashed);
+    let at =
+        |f: f64| sampled.and_then(|series| series.values.get(phase.x.partition_point(|x| *x < f)).copied());
+    if let Some((margin, f)) = margins.phase_deg.zip(crossover)
+        && let Some(there) = at(f).filter(|there| there.is_finite())
+    {
+        // The nearest of -180°, 180°, ...
+        let half_turn = 360.0 * ((there - 180.0) / 360.0).round() + 180.0;
+        let label = format!("phase margin {}°", plain(margin));
+        phase.gauges.push(Gauge { x: f, y: [there, half_turn], label });
+    }
+}
+
+/// The answer to a step of the reference.
+pub(crate) fn step(curves: &Curves) -> Option<Chart> {
+    let step = curves.step.as_ref()?;
+    let mut chart = Chart::new(ChartKind::Line, "Step response,", "time (s)", "reading over reference");
+    chart.caption =
+        "the reading after a step of the reference by one, as the loop is set: linear, sampled.".into();
+    chart.x = (0..step.values.len()).map(|k| k as f64 * step.period_s).collect();
+    chart.series = vec![Series::new("reading", "", step.values.clone())];
+    chart.lines.push(Line { y: 1.0, label: "reference".into() });
+    Some(chart)
 }
 
 fn pair(curves: &Curves, title: &str, caption: &str, responses: &[Response]) -> Vec<Chart> {

@@ -11,10 +11,11 @@ use feeler_analysis::{Curves, ModeReport, RankedBy, Relief, Report};
 use feeler_files::Document;
 
 use crate::numbers::{plain, with_unit};
-use crate::pages::parts::{Page, Tile};
+use crate::pages::parts::{Page, Tile, Tone};
 
-pub(crate) use bode::degrees;
-pub(crate) use verdict::{achieved_name, class_name, sentences, subject};
+pub(crate) use bode::{degrees, open as open_loop, step};
+pub(crate) use planes::{loci, nyquist};
+pub(crate) use verdict::{achieved_name, as_set, class_name, sentences, subject};
 
 /// The page of an analysis, sensitivities included; notes say how the machine was taken.
 pub(crate) fn page(
@@ -26,7 +27,7 @@ pub(crate) fn page(
 ) -> String {
     let machine = &document.scenario.machine;
     let mut page = Page::new(&format!("{}: linear theory", machine.name), &machine.about);
-    let said = sentences(report);
+    let said: Vec<String> = as_set(report).into_iter().chain(sentences(report)).collect();
     let (lead, rest) = said.split_first().map_or(("", &[][..]), |(first, rest)| (first.as_str(), rest));
     page.lead(lead);
     for sentence in rest {
@@ -39,21 +40,26 @@ pub(crate) fn page(
         page.paragraph(&format!("Note: {note}."));
     }
     page.tiles(&tiles(report));
+    page.heading("The loop as set");
+    for chart in bode::step(curves).into_iter().chain(bode::open(report, curves)) {
+        page.chart(&chart);
+    }
+    if let Some(plane) = planes::nyquist(report, curves) {
+        page.plane(&plane);
+    }
     limits(&mut page, report);
     sensitivities(&mut page, report);
     modes(&mut page, report);
     assumptions(&mut page, report);
     page.heading("Frequency responses");
     page.paragraph(&format!(
-        "From {} to {}. Continuous curves drop sampling, hold, delays of the controller and filters; sampled curves have all of them, exactly, and end \
+        "From {} to {}. Continuous curves drop sampling, hold, delays of the controller and filters; \
+         sampled curves have all of them, exactly, and end \
          at half of the sampling rate.",
         report.input, report.output
     ));
     for chart in bode::charts(report, curves) {
         page.chart(&chart);
-    }
-    if let Some(plane) = planes::nyquist(report, curves) {
-        page.plane(&plane);
     }
     limit_cycles(&mut page, report);
     page.heading("Poles and zeros");
@@ -61,7 +67,10 @@ pub(crate) fn page(
         page.plane(&plane);
     }
     if curves.open_sampled.is_some() && curves.locus_sampled.is_none() {
-        page.paragraph("The sampled loop has a branch for each of the many samples of its delay: a root locus would show nothing.");
+        page.paragraph(
+            "The sampled loop has a branch for each of the many samples of its delay: a root \
+                        locus would show nothing.",
+        );
     }
     page.plane(&planes::map(report));
     page.heading("Scenario");
@@ -72,8 +81,12 @@ pub(crate) fn page(
     page.render()
 }
 
-fn tiles(report: &Report) -> Vec<Tile> {
-    let tile = |name, value: String, remark: String| Tile { name, value, remark };
+/// Margins below the first are fragile, from the second on they are sound.
+const PHASE_DEG: [f64; 2] = [30.0, 45.0];
+const SENSITIVITY: [f64; 2] = [2.0, 3.0];
+
+/// The figures of the loop as set, and of its limits.
+pub(crate) fn tiles(report: &Report) -> Vec<Tile> {
     let mut tiles = Vec::new();
     if let Some(gain) = report.gain() {
         let top = |range: &feeler_analysis::StableRange| match (range.all.bands.is_empty(), range.stable[1]) {
@@ -84,31 +97,45 @@ fn tiles(report: &Report) -> Vec<Tile> {
         let edge = |range: &feeler_analysis::StableRange| {
             range.edge_hz.map_or_else(String::new, |f| format!("swings at {}", with_unit(f, "Hz")))
         };
-        tiles.push(tile("largest stable gain, sampled", top(&gain.sampled), edge(&gain.sampled)));
+        let set = if gain.is_unstable_as_set() {
+            Tile::new("gain as set", plain(gain.present), "unstable").toned(Tone::Bad)
+        } else {
+            Tile::new("gain as set", plain(gain.present), "stable")
+        };
+        tiles.push(set);
+        tiles.push(Tile::new("largest stable gain, sampled", top(&gain.sampled), edge(&gain.sampled)));
         if let Some(continuous) = &gain.continuous {
-            tiles.push(tile("and continuous", top(continuous), edge(continuous)));
+            tiles.push(Tile::new("and continuous", top(continuous), edge(continuous)).toned(Tone::Quiet));
         }
+    }
+    if let Some(hz) = report.looped.as_ref().and_then(|looped| looped.bandwidth_hz) {
+        tiles.push(Tile::new("bandwidth as set", with_unit(hz, "Hz"), "3 dB below low frequency"));
     }
     if let Some(margins) = report.margins().filter(|margins| margins.unstable_poles == 0) {
         let number = |value: Option<f64>, unit: &str| {
             value.map_or_else(|| "unlimited".to_owned(), |v| with_unit(v, unit))
         };
-        tiles.push(tile(
+        tiles.push(Tile::new(
             "gain margin",
             margins.gain.map_or_else(|| "unlimited".to_owned(), plain),
-            "factor".into(),
+            "factor",
         ));
         let crossover = margins
             .crossover_hz
             .map_or_else(|| "no crossover".to_owned(), |f| format!("at {}", with_unit(f, "Hz")));
-        tiles.push(tile(
-            "phase margin",
-            margins.phase_deg.map_or_else(|| "unlimited".to_owned(), |v| format!("{}°", plain(v))),
-            crossover,
-        ));
-        tiles.push(tile("delay margin", number(margins.delay_s, "s"), "in addition".into()));
-        tiles.push(tile("disk margin", plain(margins.disk), "0 to 2".into()));
-        tiles.push(tile("largest sensitivity", plain(margins.sensitivity_peak), "|S|".into()));
+        let phase = margins.phase_deg.map_or_else(|| "unlimited".to_owned(), |v| format!("{}°", plain(v)));
+        let tone = |is_bad: bool, is_good: bool| match (is_bad, is_good) {
+            (true, _) => Tone::Bad,
+            (_, true) => Tone::Good,
+            _ => Tone::Plain,
+        };
+        let of_phase = margins.phase_deg.map_or(Tone::Plain, |v| tone(v < PHASE_DEG[0], v >= PHASE_DEG[1]));
+        tiles.push(Tile::new("phase margin", phase, crossover).toned(of_phase));
+        tiles.push(Tile::new("delay margin", number(margins.delay_s, "s"), "in addition"));
+        tiles.push(Tile::new("disk margin", plain(margins.disk), "0 to 2"));
+        let peak = margins.sensitivity_peak;
+        let of_peak = tone(peak > SENSITIVITY[1], peak <= SENSITIVITY[0]);
+        tiles.push(Tile::new("largest sensitivity", plain(peak), "|S|").toned(of_peak));
     }
     tiles
 }
@@ -119,8 +146,10 @@ fn limit_cycles(page: &mut Page, report: &Report) {
     }
     page.heading("Chatter by describing functions");
     page.paragraph(
-        "The contact only pushes. Its force in an oscillation, taken as mean and first harmonic, is that of a softer contact that also pulls; these are \
-         the oscillations that the sampled loop then neither damps nor feeds. A first approximation: `feeler run` shows the motion itself.",
+        "The contact only pushes. Its force in an oscillation, taken as mean and first harmonic, is that of \
+         a softer contact that also pulls; these are \
+         the oscillations that the sampled loop then neither damps nor feeds. A first approximation: \
+         `feeler run` shows the motion itself.",
     );
     page.table(&cycles::HEADER, &cycles::NUMBERS, &cycles::rows(report));
 }
@@ -151,8 +180,10 @@ fn limits(page: &mut Page, report: &Report) {
     page.heading("What limits the bandwidth");
     let controlled = report.pair().map_or("the reading", |of| of.controlled.as_str());
     page.paragraph(&format!(
-        "From the rigid body with a perfect drive down to the loop as built, one ingredient after the other: the frequency at which {controlled}, as it \
-         follows the reference, first falls 3 dB below what it is at low frequency, when the gain is half of the largest stable one. \
+        "From the rigid body with a perfect drive down to the loop as built, one ingredient after the \
+         other: the frequency at which {controlled}, as it \
+         follows the reference, first falls 3 dB below what it is at low frequency, when the gain is half \
+         of the largest stable one. \
          Where every gain is stable there is no largest one, and nothing yet limits the bandwidth."
     ));
     let bars: Vec<_> = (waterfall.stages.iter())
@@ -172,7 +203,8 @@ fn limits(page: &mut Page, report: &Report) {
         .collect();
     page.bars(&bars);
     page.paragraph(
-        "At half of the largest gain of the row above, the bandwidth shows what an ingredient does by itself; what is left of the difference is done by the \
+        "At half of the largest gain of the row above, the bandwidth shows what an ingredient does by \
+         itself; what is left of the difference is done by the \
          gain that it allows.",
     );
     page.table(&waterfall::HEADER, &waterfall::NUMBERS, &waterfall::rows(waterfall));
@@ -191,7 +223,8 @@ fn limits(page: &mut Page, report: &Report) {
     page.table(&["without", "largest gain"], &[1], &rows);
     if let Some(f) = waterfall.saturation_hz {
         page.paragraph(&format!(
-            "At half of the largest stable gain, a reference of the size that the file ends with asks more of the drive than its limit allows {}.",
+            "At half of the largest stable gain, a reference of the size that the file ends with asks more \
+             of the drive than its limit allows {}.",
             if f > 0.0 { format!("from {} on", with_unit(f, "Hz")) } else { "even at rest".to_owned() }
         ));
     }
@@ -205,15 +238,18 @@ fn sensitivities(page: &mut Page, report: &Report) {
     let achieved = achieved_name(report);
     let ranked = match report.ranked_by() {
         Some(RankedBy::LargestGain) => {
-            "the most telling for the largest gain first, since the bandwidth lies on the flank of a mode's peak"
+            "the most telling for the largest gain first, since the bandwidth lies on the flank of a mode's \
+             peak"
         }
         Some(RankedBy::Saturation) => {
-            "the most telling first: of the frequency at which the drive saturates, which is what is achieved, and of the largest gain"
+            "the most telling first: of the frequency at which the drive saturates, which is what is \
+             achieved, and of the largest gain"
         }
         _ => "the most telling for both together first, those that raise one and lower the other last",
     };
     page.paragraph(&format!(
-        "Change of {achieved} and of the largest stable gain, in per cent, for one per cent more of each number; {ranked}."
+        "Change of {achieved} and of the largest stable gain, in per cent, for one per cent more of each \
+         number; {ranked}."
     ));
     let percent = |value: f64| if value.is_finite() { plain(value) } else { "-".to_owned() };
     let rows: Vec<Vec<String>> = (report.sensitivities().iter())
@@ -251,9 +287,12 @@ fn modes(page: &mut Page, report: &Report) {
     }
     page.heading("Modes");
     page.paragraph(
-        "Colocated: actuator and sensor move in the phase relation of rigid-body motion. Noncolocated: against it. Uninvolved: one of them does not \
-         take part. Where the class changes from one mode to the next there are no zeros between them, and 180° are lost for good unless a pair of zeros farther up \
-         gives them back; between modes of one class lies a pair of zeros, so that the upper one takes no more than these gave. The table says what each \
+        "Colocated: actuator and sensor move in the phase relation of rigid-body motion. Noncolocated: \
+         against it. Uninvolved: one of them does not \
+         take part. Where the class changes from one mode to the next there are no zeros between them, and \
+         180° are lost unless a pair of zeros farther up \
+         gives them back; between modes of one class lies a pair of zeros, so that the upper one takes no \
+         more than these gave. The table says what each \
          mode takes with the zeros that go with it.",
     );
     let edge = report.gain().and_then(|gain| gain.sampled.edge_mode);
@@ -280,12 +319,15 @@ fn modes(page: &mut Page, report: &Report) {
         "frequency (Hz)",
         "damping ratio",
         "class",
-        "phase lost for good (°)",
+        "phase lost (°)",
         "largest dip (°)",
         "taken at crossover (°)",
         "",
     ];
     page.table(&header, &[0, 1, 3, 4, 5], &rows);
-    page.paragraph("Shapes: displacement of each body towards the workpiece, the largest being 1; an open orange dot shows what lags or leads by a quarter period.");
+    page.paragraph(
+        "Shapes: displacement of each body towards the workpiece, the largest being 1. An open \
+                    orange dot lags or leads by a quarter period.",
+    );
     page.drawings(&report.modes.iter().map(shapes::drawing).collect::<Vec<_>>());
 }

@@ -6,14 +6,18 @@ use feeler_analysis::{Curves, Locus, MarginReport, Report};
 use feeler_lti::C64;
 
 use crate::numbers::{plain, with_unit};
-use crate::pages::parts::{Plane, PlaneKind, PlaneMark, PlanePath, PlaneShape, view_of};
+use crate::pages::parts::{Circle, CircleKind, Plane, PlaneKind, PlaneMark, PlanePath, PlaneShape, view_of};
 
-/// Half of the least and of the largest width of Nyquist's plane; the point -1 decides, and resonances may
-/// reach far.
-const NYQUIST_REACH: [f64; 2] = [1.5, 4.0];
+/// Half of the height of Nyquist's plane: the point -1 decides, and the unit circle is whole. Resonances may
+/// reach far beyond.
+const NYQUIST_REACH: f64 = 1.6;
+/// A plane is so many times as wide as high.
+const ASPECT: f64 = 1.84;
+/// Poles nearer to the origin of the z plane than this die out at once.
+const FAST: f64 = 0.3;
 
 /// The loop as a curve through the complex plane.
-pub(super) fn nyquist(report: &Report, curves: &Curves) -> Option<Plane> {
+pub(crate) fn nyquist(report: &Report, curves: &Curves) -> Option<Plane> {
     let mut paths = Vec::new();
     let loops = [("sampled", &curves.open_sampled, 1), ("continuous", &curves.open, 0)];
     for (name, values, colour) in loops {
@@ -27,15 +31,12 @@ pub(super) fn nyquist(report: &Report, curves: &Curves) -> Option<Plane> {
     if paths.is_empty() {
         return None;
     }
-    let largest = paths
-        .iter()
-        .flat_map(|p| &p.points)
-        .flatten()
-        .filter(|v| v.is_finite())
-        .fold(0.0_f64, |m, v| m.max(v.abs()));
-    let reach = (1.1 * largest).clamp(NYQUIST_REACH[0], NYQUIST_REACH[1]);
-    // The plane is twice as wide as high, and both directions have one scale.
-    let view = [-1.84 * reach, 1.84 * reach, -reach, reach];
+    // Both directions have one scale.
+    let view = [-ASPECT * NYQUIST_REACH, ASPECT * NYQUIST_REACH, -NYQUIST_REACH, NYQUIST_REACH];
+    let mut circles =
+        vec![Circle { centre: 0.0, radius: 1.0, kind: CircleKind::Unit, name: "modulus 1".into() }];
+    let margins = report.margins().filter(|margins| margins.unstable_poles == 0);
+    circles.extend(margins.and_then(|margins| disk(margins.disk)));
     let minus_one = PlaneMark {
         name: "the critical point −1".into(),
         point: [-1.0, 0.0],
@@ -46,7 +47,9 @@ pub(super) fn nyquist(report: &Report, curves: &Curves) -> Option<Plane> {
         kind: PlaneKind::Nyquist,
         title: "Nyquist's curve".into(),
         caption: format!(
-            "of the open loop: sampled in orange, continuous in blue, negative frequencies dashed; the cross is −1.{}",
+            "of the open loop: sampled in orange, continuous in blue, negative frequencies dashed; the \
+             cross is −1, the thin circle modulus 1, the shaded disk what the curve \
+             keeps out of.{}",
             report.margins().map_or_else(String::new, count)
         ),
         x_label: "real part of the loop".into(),
@@ -56,7 +59,19 @@ pub(super) fn nyquist(report: &Report, curves: &Curves) -> Option<Plane> {
         view,
         paths,
         marks: vec![minus_one],
+        circles,
     })
+}
+
+/// The disk about -1 that a loop of this balanced disk margin keeps out of; `None` if it is no disk.
+fn disk(alpha: f64) -> Option<Circle> {
+    let half = 0.5 * alpha;
+    if half <= 0.0 || half >= 1.0 {
+        return None;
+    }
+    let (near, far) = ((1.0 - half) / (1.0 + half), (1.0 + half) / (1.0 - half));
+    let name = format!("disk margin {}", plain(alpha));
+    Some(Circle { centre: -0.5 * (near + far), radius: 0.5 * (far - near), kind: CircleKind::Disk, name })
 }
 
 /// Nyquist's count in words.
@@ -67,12 +82,13 @@ fn count(margins: &MarginReport) -> String {
     let turns = closed.abs_diff(open);
     let (open, closed) = (poles(open), poles(closed));
     format!(
-        " Nyquist's count of the sampled loop: {open} of the open loop and {turns} {sense} turns about −1 make {closed} of the closed one."
+        " Nyquist's count of the sampled loop: {open} of the open loop and {turns} {sense} turns about −1 \
+         make {closed} of the closed one."
     )
 }
 
 /// Root loci: of the continuous loop, and of the sampled one.
-pub(super) fn loci(report: &Report, curves: &Curves) -> Vec<Plane> {
+pub(crate) fn loci(report: &Report, curves: &Curves) -> Vec<Plane> {
     let key = report.gain().map_or("", |gain| gain.key.rsplit('.').next().unwrap_or(&gain.key));
     let continuous = curves.locus.iter().map(|locus| {
         let title = format!("Root locus of the continuous loop over {key}:");
@@ -82,7 +98,7 @@ pub(super) fn loci(report: &Report, curves: &Curves) -> Vec<Plane> {
         let title = format!("Root locus of the sampled loop over {key}:");
         plane(locus, title, key, "real part of z", "imaginary part of z", PlaneKind::Z)
     });
-    continuous.chain(sampled).collect()
+    sampled.chain(continuous).collect()
 }
 
 fn plane(locus: &Locus, title: String, key: &str, x_label: &str, y_label: &str, kind: PlaneKind) -> Plane {
@@ -103,10 +119,11 @@ fn plane(locus: &Locus, title: String, key: &str, x_label: &str, y_label: &str, 
     marks.extend(
         locus.present.iter().map(|p| mark("gain of the file", p, Some(locus.present_gain), PlaneShape::Now)),
     );
-    let view = if kind == PlaneKind::Z { [-2.3, 2.3, -1.25, 1.25] } else { s_view(&marks) };
+    let view = if kind == PlaneKind::Z { z_view(&marks) } else { s_view(&marks) };
     let farther = if kind == PlaneKind::S { beyond(&marks, view) } else { String::new() };
     let caption = format!(
-        "crosses are poles at gain zero, circles zeros, green squares the gain of the file; the grey line is the border of stability. Gains go up to {}. \
+        "crosses are poles at gain zero, circles zeros, green squares the gain of the file; the grey line \
+         is the border of stability. Gains go up to {}. \
          Under the pointer: gain, pole, frequency and damping.{farther}",
         plain(locus.gains.last().copied().unwrap_or_default())
     );
@@ -121,7 +138,22 @@ fn plane(locus: &Locus, title: String, key: &str, x_label: &str, y_label: &str, 
         view,
         paths,
         marks,
+        circles: if kind == PlaneKind::Z { vec![Circle::border()] } else { Vec::new() },
     }
+}
+
+/// The roots that do not die out at once with the border of stability beside them: near z = 1 where the
+/// sampling is fast, the whole circle where it is not.
+fn z_view(marks: &[PlaneMark]) -> [f64; 4] {
+    let whole = [-1.25 * ASPECT, 1.25 * ASPECT, -1.25, 1.25];
+    let lasting = || marks.iter().map(|m| m.point).filter(|[x, y]| (FAST..1.5).contains(&x.hypot(*y)));
+    let [left, right, _, high] = view_of(lasting(), [1.0, 0.0]);
+    let half = high.max(0.5 * (right - left) / ASPECT);
+    if half > 0.6 || left < 0.0 {
+        return whole;
+    }
+    let centre = 0.5 * (left + right);
+    [centre - ASPECT * half, centre + ASPECT * half, -half, half]
 }
 
 /// The poles and zeros that swing, and as much of the rest as lies no farther out.
@@ -176,5 +208,6 @@ pub(super) fn map(report: &Report) -> Plane {
         view,
         paths: Vec::new(),
         marks,
+        circles: Vec::new(),
     }
 }

@@ -36,14 +36,16 @@ pub(super) fn drawing(mode: &ModeReport) -> (String, String) {
         let at = y(value);
         let _ = write!(
             svg,
-            "<path class=\"shape-rest\" d=\"M{LEFT} {at}H{WIDTH}\"/><text x=\"{}\" y=\"{}\" text-anchor=\"end\">{label}</text>",
+            "<path class=\"shape-rest\" d=\"M{LEFT} {at}H{WIDTH}\"/><text x=\"{}\" y=\"{}\" \
+             text-anchor=\"end\">{label}</text>",
             LEFT - 6.0,
             at + 4.0
         );
     }
     let _ = write!(
         svg,
-        "<text x=\"12\" y=\"{MIDDLE}\" text-anchor=\"middle\" transform=\"rotate(-90 12 {MIDDLE})\">displacement</text>"
+        "<text x=\"12\" y=\"{MIDDLE}\" text-anchor=\"middle\" transform=\"rotate(-90 12 \
+         {MIDDLE})\">displacement</text>"
     );
     // Names that would meet stand on two lines in turn.
     let crowded = mode.shape.iter().any(|body| NAME_WIDTH * body.body.chars().count() as f64 > step);
@@ -51,7 +53,8 @@ pub(super) fn drawing(mode: &ModeReport) -> (String, String) {
         let (at, top) = (x(i), y(body.in_phase));
         let _ = write!(
             svg,
-            "<path class=\"shape-stem\" d=\"M{at:.1} {MIDDLE}V{top:.1}\"/><circle class=\"shape-body\" cx=\"{at:.1}\" cy=\"{top:.1}\" r=\"5\"/>"
+            "<path class=\"shape-stem\" d=\"M{at:.1} {MIDDLE}V{top:.1}\"/><circle class=\"shape-body\" \
+             cx=\"{at:.1}\" cy=\"{top:.1}\" r=\"5\"/>"
         );
         if body.quadrature.abs() > LATE {
             let _ = write!(

@@ -18,7 +18,8 @@ pub(crate) fn subject(report: &Report) -> String {
     let asked = format!("from {} to {}", report.input, report.output);
     match report.pair() {
         Some(of) if of.input != report.input || of.output != report.output => format!(
-            "{asked}: poles, zeros, and what modes are and cost between the two\nGains, margins, what modes take at the crossover, bandwidth and advice are of the loop of \
+            "{asked}: poles, zeros, and what modes are and cost between the two\nGains, margins, what modes \
+             take at the crossover, bandwidth and advice are of the loop of \
              controllers.{}, from {} to {}.",
             of.controller, of.input, of.output
         ),
@@ -29,6 +30,45 @@ pub(crate) fn subject(report: &Report) -> String {
 /// Name of the column of what a change does to what is achieved.
 pub(crate) fn achieved_name(report: &Report) -> &'static str {
     if report.ranked_by() == Some(RankedBy::Saturation) { "saturation frequency" } else { "bandwidth" }
+}
+
+/// Phase margins below this, and sensitivities above, make a loop fragile.
+const FRAGILE_DEG: f64 = 30.0;
+const FRAGILE_SENSITIVITY: f64 = 3.0;
+
+/// How the loop stands with the gain of the file; `None` if no loop is closed.
+pub(crate) fn as_set(report: &Report) -> Option<String> {
+    let gain = report.gain()?;
+    let key = gain.key.rsplit('.').next().unwrap_or(&gain.key);
+    let set = format!("{key} = {}", plain(gain.present));
+    let swings = gain
+        .sampled
+        .edge_hz
+        .map_or_else(String::new, |f| format!(", where it swings at {}", with_unit(f, "Hz")));
+    let limit = gain.sampled.stable[1].filter(|limit| *limit > 0.0);
+    if gain.is_unstable_as_set() || report.margins().is_some_and(|margins| margins.unstable_poles > 0) {
+        let beyond = limit.filter(|limit| gain.present > *limit).map_or_else(String::new, |limit| {
+            let over = 100.0 * (gain.present / limit - 1.0);
+            format!(": {} % above the limit of {}{swings}", plain(over), plain(limit))
+        });
+        return Some(format!("{set} is unstable{beyond}."));
+    }
+    let top = limit.map_or_else(
+        || " No larger gain is unstable.".to_owned(),
+        |limit| format!(" The limit is {key} = {}{swings}.", plain(limit)),
+    );
+    let Some(margins) = report.margins() else { return Some(format!("{set} is stable.{top}")) };
+    let phase = margins.phase_deg;
+    let is_fragile =
+        phase.is_some_and(|deg| deg < FRAGILE_DEG) || margins.sensitivity_peak > FRAGILE_SENSITIVITY;
+    let mut figures = Vec::new();
+    figures.extend(phase.map(|deg| format!("phase margin {}°", plain(deg))));
+    figures.extend(margins.gain.map(|factor| format!("gain margin {}", plain(factor))));
+    let bandwidth = report.looped.as_ref().and_then(|looped| looped.bandwidth_hz);
+    figures.extend(bandwidth.map(|hz| format!("bandwidth {}", with_unit(hz, "Hz"))));
+    let figures = if figures.is_empty() { String::new() } else { format!(": {}", figures.join(", ")) };
+    let how = if is_fragile { " but fragile" } else { "" };
+    Some(format!("{set} is stable{how}{figures}.{top}"))
 }
 
 /// Which of the three problems limits the bandwidth, how far the gain may rise, and what to change first.
@@ -57,7 +97,8 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
             } else {
                 let modes = if undamped.len() == 1 { "undamped mode" } else { "undamped modes" };
                 format!(
-                    "Unstable at any gain {} from zero on: {modes} at {}{but}. Nothing takes out what a held output, half a period late at best, puts in: give the \
+                    "Unstable at any gain {} from zero on: {modes} at {}{but}. A held output, half a period \
+                     late at best, feeds energy that nothing dissipates: give the \
                      machine the damping that it has.",
                     gain.key,
                     undamped.join(", ")
@@ -71,10 +112,9 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
     }
     let [low, high] = gain.sampled.stable;
     if let Some(high) = high {
-        let at = gain
-            .sampled
-            .edge_hz
-            .map_or_else(String::new, |f| format!(", where it begins to swing at {}", with_unit(f, "Hz")));
+        let at = gain.sampled.edge_hz.map_or_else(String::new, |f| {
+            format!(", where it begins to oscillate at {}", with_unit(f, "Hz"))
+        });
         let swings = |edge: &Edge| format!(" (where it swings at {})", with_unit(edge.frequency_hz, "Hz"));
         let low_edge = gain.sampled.edges[0]
             .as_ref()
@@ -94,9 +134,6 @@ pub(crate) fn sentences(report: &Report) -> Vec<String> {
             plain(high)
         ));
     }
-    if report.margins().map_or_else(|| gain.is_unstable_as_set(), |margins| margins.unstable_poles > 0) {
-        said.push("As set in the file, the loop is unstable.".to_owned());
-    }
     if let Some(cycle) = report.limit_cycles.iter().find(|cycle| cycle.stable) {
         said.push(format!(
             "In contact that only pushes, describing functions predict chatter at {} with peaks of {}.",
@@ -113,18 +150,25 @@ fn untold(report: &Report) -> String {
     match report.why_no_waterfall() {
         Some(WhyNoWaterfall::SlowerLoop { controller, period_s, common_s, slowest }) => {
             let remedy = slowest.as_ref().map_or_else(
-                || "No controller has that period: make the slowest one's a multiple of all others, and --gain with a gain of it tells all.".to_owned(),
+                || {
+                    "No controller has that period: make the slowest one's a multiple of all others, and \
+                    --gain with a gain of it tells all."
+                        .to_owned()
+                },
                 |slowest| format!("--gain with a gain of controllers.{slowest} tells all."),
             );
             format!(
-                "Which problem limits this loop is not told: controllers.{controller} samples every {}, and all controllers repeat together only every {}. Broken at this \
-                 one, the loop varies in time: it has no frequency response, so that there are no margins and no bandwidth. Its stable gains are exact. {remedy}",
+                "Which problem limits this loop is not told: controllers.{controller} samples every {}, and \
+                 all controllers repeat together only every {}. Broken at this \
+                 one, the loop varies in time: it has no frequency response, so that there are no margins \
+                 and no bandwidth. Its stable gains are exact. {remedy}",
                 with_unit(*period_s, "s"),
                 with_unit(*common_s, "s")
             )
         }
         Some(WhyNoWaterfall::NoContinuousForm { controller }) => format!(
-            "Which problem limits this loop is not told: on paper, controllers.{controller} would differentiate a signal that follows its command at once, so that there is \
+            "Which problem limits this loop is not told: on paper, controllers.{controller} would \
+             differentiate a signal that follows its command at once, so that there is \
              no continuous loop to begin from. Stable gains and margins are those of the sampled loop."
         ),
         None => "Which problem limits this loop is not told.".to_owned(),
@@ -142,7 +186,8 @@ fn advice(report: &Report) -> Vec<String> {
     let mut said = Vec::new();
     if let Some(mode) = report.waterfall().and_then(|w| w.rides_mode).and_then(|i| report.modes.get(i)) {
         said.push(format!(
-            "The bandwidth lies on the flank of the mode at {}: it moves with that peak, and what softens the mode, or damps it less, may seem to raise it. So what \
+            "The bandwidth lies on the flank of the mode at {}: it moves with that peak, and what softens \
+             the mode, or damps it less, may seem to raise it. So what \
              to change is ranked by the largest stable gain.",
             with_unit(mode.frequency_hz, "Hz")
         ));
@@ -150,7 +195,11 @@ fn advice(report: &Report) -> Vec<String> {
     if by == RankedBy::Saturation
         && report.waterfall().and_then(|w| w.saturation_hz).is_some_and(|f| f <= 0.0)
     {
-        said.push("The reference asks for more than the drive's limit even at rest: no stiffness, mass or damping changes that, only a higher limit.".to_owned());
+        said.push(
+            "The reference asks for more than the drive's limit even at rest: no stiffness, mass or \
+                   damping changes that, only a higher limit."
+                .to_owned(),
+        );
         return said;
     }
     let telling = |s: &&Sensitivity| s.worth(by).is_finite() && s.worth(by).abs() > TELLING;
@@ -187,7 +236,8 @@ fn advice(report: &Report) -> Vec<String> {
         said.push(format!("{aim}, first: {}.", first.join("; ")));
     } else if let Some(most) = most() {
         said.push(format!(
-            "No single mass, stiffness or damping helps much: the most telling is {} {}, of which 1 % gives {}.",
+            "No single mass, stiffness or damping helps much: the most telling is {} {}, of which 1 % gives \
+             {}.",
             way(most),
             most.key,
             gives(most)
@@ -242,7 +292,8 @@ fn limited(report: &Report, limit: Limit) -> String {
         Limit::ColocatedMode => format!("A colocated mode{} limits", modes(ModeClass::Colocated)),
         Limit::Sampling => "Sampling, that is hold, delay and filters of the controller, limits".to_owned(),
         Limit::Saturation if achieved.is_some_and(|f| f <= 0.0) => {
-            return "The limit of the drive's force or command is below what the reference asks for at rest: it is never reached."
+            return "The limit of the drive's force or command is below what the reference asks for at rest: \
+                    it is never reached."
                 .to_owned();
         }
         Limit::Nothing => return unlimited(report),

@@ -6,10 +6,8 @@ use feeler_engine::Trace;
 use feeler_files::CellFile;
 use feeler_studies::run::CellRun;
 
-use crate::pages::parts::{Chart, ChartKind, Page, Series, by_extremes};
+use crate::pages::parts::{Chart, ChartKind, MOST_VALUES, Page, Series, by_extremes};
 
-/// Rows of a chart.
-const MOST_ROWS: usize = 6_000;
 /// Contact spans that are shaded; beyond this they are narrower than a pixel.
 const MOST_BANDS: usize = 4_000;
 /// Cycles in the close-up.
@@ -67,7 +65,7 @@ pub(super) fn whole_run(page: &mut Page, file: &CellFile, result: &CellRun) {
             if any_slides { "torque (N m; N where it slides)" } else { "torque (N m)" },
             torques.collect(),
         ),
-        ("Tool,", "its way since the start in the base's frame.", "way (mm)", way.into()),
+        ("Tool,", "displacement since the start, base frame.", "displacement (mm)", way.into()),
     ];
     for (title, caption, label, curves) in charts {
         let Some(mut chart) = over_time(&result.motion, title, label, &rows, curves) else { continue };
@@ -112,7 +110,8 @@ fn forces(page: &mut Page, file: &CellFile, result: &CellRun, rows: &Range<usize
     let charts = [
         (
             "Contact force.",
-            "What the tool feels along the normal of the contact, what the wrist reads of it, and what the controller wants.",
+            "What the tool feels along the normal of the contact, what the wrist reads of it, and what the \
+             controller wants.",
             "force (N)",
             force,
         ),
@@ -158,7 +157,7 @@ fn over_time(
         .map(|(c, curve)| (curve, c))
         .collect();
     let columns: Vec<&[f64]> = found.iter().map(|(_, column)| *column).collect();
-    let kept = by_extremes(&columns, rows.len(), MOST_ROWS);
+    let kept = by_extremes(&columns, rows.len(), MOST_VALUES / trace.names.len().max(1));
     let mut chart = Chart::new(ChartKind::Line, title, TIME, label);
     chart.x = kept.iter().map(|&row| trace.t_s[rows.start + row]).collect();
     chart.series = (found.into_iter())

@@ -8,6 +8,7 @@ use feeler_studies::run::{CellRun, CellSummary};
 
 use crate::numbers::{count, percent, plain, with_unit};
 use crate::pages::parts::{Page, Tile};
+use crate::pages::run::{EVENTS, event_rows, tone};
 use crate::units::Units;
 use crate::words;
 
@@ -23,11 +24,15 @@ pub(crate) fn page(file: &CellFile, settings: &[String], result: &CellRun) -> cr
     page.heading("The arm");
     page.scene(
         "The arm as it moves.",
-        "Drag to turn it, turn the wheel to come closer. Links are drawn from joint to joint, as thick as their inertia says; the arrow is the force on the tool.",
+        "Drag to turn it, turn the wheel to come closer. Links are drawn from joint to joint, as thick as \
+         their inertia says; the arrow is the force on the tool.",
         scene::scene(file, result)?,
     );
     page.heading("The run");
-    page.paragraph("Drag across a chart to zoom, all charts follow; double-click to see the whole again. Shaded: in contact.");
+    page.paragraph(
+        "Drag across a chart to zoom, all charts follow; double-click to see the whole again. \
+                    Shaded: in contact.",
+    );
     charts::whole_run(&mut page, file, result);
     charts::close_up(&mut page, file, result);
     events(&mut page, result);
@@ -36,7 +41,8 @@ pub(crate) fn page(file: &CellFile, settings: &[String], result: &CellRun) -> cr
         page.paragraph(&format!("Set on the command line: {}", settings.join("; ")));
     }
     page.paragraph(
-        "Gravity is taken as compensated, links as rigid, the workpiece as fixed; tip and workpiece slide on each other without friction.",
+        "Gravity is taken as compensated, links as rigid, the workpiece as fixed; tip and workpiece slide \
+         on each other without friction.",
     );
     page.verbatim("the file as it was run", file.text());
     Ok(page.render())
@@ -57,11 +63,11 @@ pub(crate) fn limits(summary: &CellSummary) -> String {
 }
 
 fn tiles(result: &CellRun) -> Vec<Tile> {
-    let tile = |name, value: String, remark: String| Tile { name, value, remark };
+    let tile = |name, value: String, remark: String| Tile::new(name, value, remark);
     let summary = &result.summary;
     let figures = &summary.figures;
     let mut tiles = vec![
-        tile("outcome", words::label(figures).into(), String::new()),
+        Tile::new("outcome", words::label(figures), "").toned(tone(figures.outcome)),
         tile(
             "peak force",
             with_unit(figures.peak_force_n, "N"),
@@ -109,13 +115,8 @@ fn events(page: &mut Page, result: &CellRun) {
         return;
     }
     page.heading("Events");
-    let shown = events.len().min(MOST_EVENTS);
-    if shown < events.len() {
-        page.paragraph(&format!("The first {shown} of {}.", count(events.len(), "event", "events")));
-    }
-    let rows: Vec<Vec<String>> = events[..shown]
-        .iter()
-        .map(|event| vec![format!("{:.6}", event.t_s), event.what.to_owned(), event.on.clone()])
-        .collect();
-    page.table(&["time (s)", "event", "at"], &[0], &rows);
+    let rows = event_rows(&events[..events.len().min(MOST_EVENTS)]);
+    let all = count(events.len(), "event", "events");
+    let title = if rows.len() < events.len() { format!("the first {} of {all}", rows.len()) } else { all };
+    page.folded_table(&title, &EVENTS, &[0], &rows);
 }

@@ -62,7 +62,7 @@ pub(super) fn scene(file: &CellFile, result: &CellRun) -> crate::Result<Value> {
     }))
 }
 
-/// A number with so many decimals; null where it is none.
+/// A number with this many decimals; null if it is not finite.
 fn digits(value: f64, decimals: i32) -> Value {
     let scale = 10_f64.powi(decimals);
     Value::from((value * scale).round() / scale)

@@ -30,7 +30,8 @@ pub(super) fn drawing(confusion: &[(String, String, usize)]) -> String {
     let width = left + CELL * columns.len() as f64 + longest(&columns) * reach + GAP;
     let height = top + CELL * rows.len() as f64 + 8.0;
     let mut svg = format!(
-        "<svg viewBox=\"0 0 {width} {height}\" style=\"max-width:{width}px\" role=\"img\" aria-label=\"Confusion matrix\" font-size=\"12\">\
+        "<svg viewBox=\"0 0 {width} {height}\" style=\"max-width:{width}px\" role=\"img\" \
+         aria-label=\"Confusion matrix\" font-size=\"12\">\
          <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" fill=\"#5a646c\">hidden ↓ answered →</text>",
         left - 8.0,
         top - 8.0
@@ -47,7 +48,8 @@ pub(super) fn drawing(confusion: &[(String, String, usize)]) -> String {
         let y = top + CELL * j as f64;
         let _ = write!(
             svg,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text><path d=\"M{left:.1} {y:.1}H{:.1}\" stroke=\"#e6eaed\"/>",
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text><path d=\"M{left:.1} {y:.1}H{:.1}\" \
+             stroke=\"#e6eaed\"/>",
             left - 8.0,
             y + 15.0,
             escape(name),
@@ -64,8 +66,10 @@ pub(super) fn drawing(confusion: &[(String, String, usize)]) -> String {
         let share = 0.35 + 0.65 * *n as f64 / times(hidden);
         let _ = write!(
             svg,
-            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{}\" height=\"{}\" rx=\"2\" fill=\"{colour}\" fill-opacity=\"{share:.2}\"/>\
-             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" style=\"fill:#ffffff;font-weight:600\">{n}</text>",
+            "<rect x=\"{:.1}\" y=\"{:.1}\" width=\"{}\" height=\"{}\" rx=\"2\" fill=\"{colour}\" \
+             fill-opacity=\"{share:.2}\"/>\
+             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" \
+             style=\"fill:#ffffff;font-weight:600\">{n}</text>",
             x + 1.0,
             y + 1.0,
             CELL - 2.0,

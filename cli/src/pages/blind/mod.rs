@@ -23,14 +23,21 @@ pub(crate) fn page(score: &Score) -> String {
     page.lead(&format!("{answered}; {missed} of {} missed.", count(wanted, "goal is", "goals are")));
     page.table(&["measure", "value", "cases", "to reach", ""], &[1, 2], &measure_rows(score));
     page.heading("What was hidden, what was answered");
-    page.paragraph("Single effects, effects of no library, and cases where nothing is hidden; how often each answer was given.");
+    page.paragraph(
+        "Single effects, effects of no library, and cases where nothing is hidden; how often \
+                    each answer was given.",
+    );
     page.picture(
         "Confusion,",
-        "what was hidden down the side, the first cause named along the top; blue: right, or rightly refused; orange: wrong. The number is how often.",
+        "what was hidden down the side, the first cause named along the top; blue: right, or rightly \
+         refused; orange: wrong. The number is how often.",
         &matrix::drawing(&score.confusion),
     );
     page.heading("Stated probability against frequency");
-    page.paragraph("Every cause named in an answer, binned by its stated probability; on the dashed line what is said is what happens.");
+    page.paragraph(
+        "Every cause named in an answer, binned by its stated probability; on the dashed line \
+                    what is said is what happens.",
+    );
     let mut chart = Chart::new(ChartKind::Line, "Reliability,", "stated probability", "how often right");
     chart.caption = "each point with as many causes as its row below says.".into();
     chart.x = std::iter::once(0.0)

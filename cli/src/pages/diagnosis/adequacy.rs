@@ -32,7 +32,8 @@ pub(super) fn add(page: &mut Page, adequacy: &Adequacy) {
         return;
     }
     page.paragraph(
-        "Errors by how far ahead predictions reach, in per cent of every channel's variation on the check experiments:",
+        "Errors by how far ahead predictions reach, in per cent of every channel's variation on the check \
+         experiments:",
     );
     let cell = |error: Option<f64>| error.map_or_else(|| "not finite".into(), fine_percent);
     let rows: Vec<Vec<String>> = adequacy
@@ -54,7 +55,8 @@ pub(super) fn add(page: &mut Page, adequacy: &Adequacy) {
         return;
     }
     page.paragraph(
-        "What the force that is still missing goes with, beyond what chance gives, in per cent of the drive's force:",
+        "What the force that is still missing goes with, beyond what chance gives, in per cent of the \
+         drive's force:",
     );
     let rows: Vec<Vec<String>> = adequacy
         .residual

@@ -26,8 +26,10 @@ pub(super) fn add(page: &mut Page, answer: &Examination, units: Units) {
     }
     page.heading("Measured against predicted");
     page.paragraph(
-        "Experiments that were never fitted. Predictions start from the measured motion every 50 ms and run freely in between. Positions stay so \
-         close that their error is drawn instead. Drag across a chart to zoom, the others of the same experiment follow; double-click to go back.",
+        "Experiments that were never fitted. Predictions start from the measured motion every 50 ms and run \
+         freely in between. Positions stay so \
+         close that their error is drawn instead. Drag across a chart to zoom, the others of the same \
+         experiment follow; double-click to go back.",
     );
     for ([before, after], together) in shown.into_iter().zip(TOGETHER) {
         let record = &answer.dataset.records[before.record];

@@ -17,10 +17,12 @@ const WIDEST: f64 = 90.0;
 /// Width of a letter of a group's name, and room between two names.
 const LETTER: f64 = 8.0;
 const GAP: f64 = 12.0;
-/// Up to this many noise floors the colour is white, and from `FULL` on the darkest; on a logarithmic scale
-/// between.
-pub(super) const LEAST: f64 = 1.5;
-pub(super) const FULL: f64 = 50.0;
+/// Errors of up to this many noise floors stay white: noise alone makes them.
+pub(super) const NOISE: f64 = 1.5;
+/// Shares of the variation at which the colour is palest and darkest; on a logarithmic scale between, so that
+/// the larger of two numbers is never the paler.
+pub(super) const PALEST: f64 = 1e-3;
+pub(super) const DARKEST: f64 = 1.0;
 /// Floors below this share of the variation are none that a model would be held to.
 const LEAST_FLOOR: f64 = 1e-5;
 /// Where letters turn white.
@@ -135,7 +137,7 @@ fn grid(cells: &[Cell], columns: &[Column<'_>], axis: &str, label: &str) -> Stri
         for (i, column) in columns.iter().enumerate() {
             let Some([value, floor]) = value(cells, channel, column) else { continue };
             let floors = value / floor.max(LEAST_FLOOR);
-            let share = ((floors / LEAST).ln() / (FULL / LEAST).ln()).clamp(0.0, 1.0);
+            let share = shade(value, floors);
             let ink = if share > DARK { "#ffffff" } else { "#1d2226" };
             let _ = write!(
                 svg,
@@ -153,6 +155,11 @@ fn grid(cells: &[Cell], columns: &[Column<'_>], axis: &str, label: &str) -> Stri
     }
     svg.push_str("</svg>");
     svg
+}
+
+/// How dark a cell is, 0 to 1.
+fn shade(value: f64, floors: f64) -> f64 {
+    if floors <= NOISE { 0.0 } else { ((value / PALEST).ln() / (DARKEST / PALEST).ln()).clamp(0.0, 1.0) }
 }
 
 /// A share as a percentage of two digits.
@@ -194,4 +201,17 @@ fn colour(share: f64) -> String {
         .map(|k| (STOPS[i][k] + (at - i as f64) * (STOPS[i + 1][k] - STOPS[i][k])).round() as u8)
         .collect();
     format!("#{:02x}{:02x}{:02x}", mixed[0], mixed[1], mixed[2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 22 % was once the darkest cell and 127 % a middle blue, since noise floors gave the colour.
+    #[test]
+    fn regress_a_larger_number_is_never_paler() {
+        let shades: Vec<f64> = [0.005, 0.02, 0.22, 0.5, 1.27].map(|share| shade(share, 10.0)).into();
+        assert!(shades.is_sorted() && shades[4] > shades[2], "{shades:?}");
+        assert!(shade(0.3, 1.0) <= 0.0 && shade(0.3, 300.0) <= shade(0.31, 2.0));
+    }
 }

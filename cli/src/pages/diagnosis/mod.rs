@@ -36,7 +36,8 @@ pub(crate) fn page(answer: &Examination) -> String {
     page.heading("How far the gap shrinks");
     page.picture(
         "Waterfall,",
-        "root mean square prediction error over each channel's own variation, on experiments never fitted. Predictions start from the measured motion every 50 ms.",
+        "root mean square prediction error over each channel's own variation, on experiments never fitted. \
+         Predictions start from the measured motion every 50 ms.",
         &waterfall::drawing(diagnosis),
     );
     adequacy::add(&mut page, &diagnosis.adequacy);
@@ -76,7 +77,7 @@ fn tiles(answer: &Examination, units: Units) -> Vec<Tile> {
     let diagnosis = &answer.diagnosis;
     let gap = &diagnosis.gap;
     let share = |value: f64| format!("{} %", fine_percent(value));
-    let tile = |name, value: String, remark: &str| Tile { name, value, remark: remark.to_owned() };
+    let tile = |name, value: String, remark: &str| Tile::new(name, value, remark);
     let is_stated =
         answer.dataset.channels.iter().all(|channel| answer.dataset.is_noise_stated(&channel.column));
     // A gap that is small against the signal may be large against the noise, where that is known: that is
@@ -151,7 +152,8 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
     }
     page.heading("What causes it");
     page.paragraph(
-        "Probabilities are among the causes of the library, given these records; `feeler effects KIND` explains each. Credit is the \
+        "Probabilities are among the causes of the library, given these records; `feeler effects KIND` \
+         explains each. Credit is the \
          share of the closing that an accepted cause brings. Intervals hold 90 % under the model.",
     );
     let bars: Vec<(String, f64, String)> = diagnosis
@@ -215,9 +217,11 @@ fn places(page: &mut Page, diagnosis: &Diagnosis) {
         return;
     }
     let scale = format!(
-        "percent of the channel's variation; the colour is how far that is above the noise: white up to {} noise floors, dark from {} on.",
-        plain(heat::LEAST),
-        plain(heat::FULL)
+        "as a share of what each channel varies, in per cent, and the darker the larger: palest at {} %, \
+         darkest from {} % on. White: no more than {} times the noise.",
+        plain(100.0 * heat::PALEST),
+        plain(100.0 * heat::DARKEST),
+        plain(heat::NOISE)
     );
     page.picture(
         "Error of the calibrated machine,",
@@ -229,7 +233,8 @@ fn places(page: &mut Page, diagnosis: &Diagnosis) {
         "the same cells; what is still dark is not explained.",
         &heat::by_phase(&diagnosis.cells, |cell| cell.after, "after"),
     );
-    let levels = "over all phases and bands. A linear cause shows alike at every level; dry friction and free play shrink, limits grow with it.";
+    let levels = "over all phases and bands. A linear cause shows alike at every level; dry friction and \
+                  free play shrink, limits grow with it.";
     page.picture("By level of the command,", levels, &heat::by_level(&diagnosis.cells));
 }
 
@@ -245,8 +250,10 @@ fn missing_force(page: &mut Page, diagnosis: &Diagnosis, units: Units) {
     let Some(first) = of_place.or(diagnosis.ladder.first()) else { return };
     page.heading("The force that is missing");
     page.paragraph(
-        "An unknown force (or error) is let in at one place at a time; the evidence says how much of the calibrated machine's misfit it \
-         would take away there. What the force goes with tells its kind: friction follows the sign of velocity, a load is constant, ripple \
+        "An unknown force (or error) is let in at one place at a time; the evidence says how much of the \
+         calibrated machine's misfit it \
+         would take away there. What the force goes with tells its kind: friction follows the sign of \
+         velocity, a load is constant, ripple \
          repeats over position, a lag follows the drive.",
     );
     let rows: Vec<Vec<String>> = diagnosis
@@ -295,7 +302,8 @@ fn tried(page: &mut Page, diagnosis: &Diagnosis) {
     }
     page.heading("What was tried");
     page.paragraph(
-        "Every effect that the machine can take, and the evidence gained over calibration alone, in nats (a nat is a factor of e in odds).",
+        "Every effect that the machine can take, and the evidence gained over calibration alone, in nats (a \
+         nat is a factor of e in odds).",
     );
     let mut groups: Vec<(&str, Vec<Vec<String>>)> = Vec::new();
     for attempt in &diagnosis.attempts {

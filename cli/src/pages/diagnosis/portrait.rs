@@ -63,7 +63,8 @@ fn drawing(dots: &[[f64; 2]], name: &str, unit: &str, force: &str) -> String {
     let x = |value: f64| LEFT + (RIGHT - LEFT) * (value - x_limits[0]) / (x_limits[1] - x_limits[0]);
     let y = |value: f64| BOTTOM - (BOTTOM - TOP) * (value - y_limits[0]) / (y_limits[1] - y_limits[0]);
     let mut svg = format!(
-        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"missing force against {}\" style=\"font-size:15px\">",
+        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"missing force against {}\" \
+         style=\"font-size:15px\">",
         escape(name)
     );
     let (scale, size) = prefix(x_limits[0].abs().max(x_limits[1].abs()));
@@ -71,7 +72,8 @@ fn drawing(dots: &[[f64; 2]], name: &str, unit: &str, force: &str) -> String {
         let at = y(value);
         let _ = write!(
             svg,
-            "<path d=\"M{LEFT} {at:.1}H{RIGHT}\" stroke=\"#d9dfe3\"/><text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+            "<path d=\"M{LEFT} {at:.1}H{RIGHT}\" stroke=\"#d9dfe3\"/><text x=\"{}\" y=\"{:.1}\" \
+             text-anchor=\"end\">{}</text>",
             LEFT - 5.0,
             at + 4.0,
             plain(value)
@@ -81,7 +83,8 @@ fn drawing(dots: &[[f64; 2]], name: &str, unit: &str, force: &str) -> String {
         let at = x(value * scale);
         let _ = write!(
             svg,
-            "<path d=\"M{at:.1} {BOTTOM}V{TOP}\" stroke=\"#d9dfe3\"/><text x=\"{at:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+            "<path d=\"M{at:.1} {BOTTOM}V{TOP}\" stroke=\"#d9dfe3\"/><text x=\"{at:.1}\" y=\"{}\" \
+             text-anchor=\"middle\">{}</text>",
             BOTTOM + 18.0,
             plain(value)
         );
@@ -90,7 +93,10 @@ fn drawing(dots: &[[f64; 2]], name: &str, unit: &str, force: &str) -> String {
         (x_limits[0]..=x_limits[1]).contains(&dot[0]) && (y_limits[0]..=y_limits[1]).contains(&dot[1])
     };
     let thin = dots.len().div_ceil(MOST_DOTS).max(1);
-    svg.push_str("<path fill=\"none\" stroke=\"#0072b2\" stroke-opacity=\"0.35\" stroke-width=\"3\" stroke-linecap=\"round\" d=\"");
+    svg.push_str(
+        "<path fill=\"none\" stroke=\"#0072b2\" stroke-opacity=\"0.35\" stroke-width=\"3\" \
+                  stroke-linecap=\"round\" d=\"",
+    );
     for dot in dots.iter().step_by(thin).filter(inside) {
         let _ = write!(svg, "M{:.0} {:.0}h0", x(dot[0]), y(dot[1]));
     }
@@ -110,7 +116,8 @@ fn drawing(dots: &[[f64; 2]], name: &str, unit: &str, force: &str) -> String {
     let _ = write!(
         svg,
         "<text x=\"{across}\" y=\"{}\" text-anchor=\"middle\">{} ({size}{unit})</text>\
-         <text x=\"15\" y=\"{middle}\" text-anchor=\"middle\" transform=\"rotate(-90 15 {middle})\">missing force ({force})</text></svg>",
+         <text x=\"15\" y=\"{middle}\" text-anchor=\"middle\" transform=\"rotate(-90 15 {middle})\">missing \
+         force ({force})</text></svg>",
         BOTTOM + 40.0,
         escape(name)
     );

@@ -40,13 +40,15 @@ pub(super) fn drawing(diagnosis: &Diagnosis) -> String {
     let y = |value: f64| BOTTOM - (BOTTOM - TOP) * value / top;
     let step = (WIDTH - LEFT - 10.0) / bars.len() as f64;
     let mut svg = format!(
-        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"Gap, step by step\" font-size=\"13\">"
+        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"Gap, step by step\" \
+         font-size=\"13\">"
     );
     for (value, text) in ticks(top) {
         let at = y(value);
         let _ = write!(
             svg,
-            "<path d=\"M{LEFT} {at:.1}H{WIDTH}\" stroke=\"#d9dfe3\"/><text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{} %</text>",
+            "<path d=\"M{LEFT} {at:.1}H{WIDTH}\" stroke=\"#d9dfe3\"/><text x=\"{}\" y=\"{:.1}\" \
+             text-anchor=\"end\">{} %</text>",
             LEFT - 6.0,
             at + 4.0,
             text
@@ -55,7 +57,8 @@ pub(super) fn drawing(diagnosis: &Diagnosis) -> String {
     let middle = f64::midpoint(TOP, BOTTOM);
     let _ = write!(
         svg,
-        "<text x=\"13\" y=\"{middle}\" text-anchor=\"middle\" transform=\"rotate(-90 13 {middle})\">gap, share of signal</text>"
+        "<text x=\"13\" y=\"{middle}\" text-anchor=\"middle\" transform=\"rotate(-90 13 {middle})\">gap, \
+         share of signal</text>"
     );
     for (i, bar) in bars.iter().enumerate() {
         let centre = LEFT + step * (i as f64 + 0.5);

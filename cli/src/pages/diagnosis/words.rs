@@ -16,7 +16,7 @@ pub(crate) fn verdict(diagnosis: &Diagnosis) -> String {
         return format!("{} {left}", cause(diagnosis));
     }
     format!(
-        "these records contradict each other, which must be mended first; taken as they are, {} {left}",
+        "these records contradict each other and must be corrected first; as they are, {} {left}",
         cause(diagnosis)
     )
 }
@@ -37,28 +37,29 @@ fn cause(diagnosis: &Diagnosis) -> String {
         Verdict::Explained => format!("the gap is explained by {found}."),
         Verdict::Ambiguous => match diagnosis.look_alikes.first() {
             Some([mine, other]) => {
-                format!("{found} explain{s} the gap, but these records cannot tell {mine} from {other}.")
+                format!("{found} explain{s} the gap, but these records cannot separate {mine} from {other}.")
             }
             None => format!(
-                "{found} explain{s} the gap, but these records cannot tell what they see from its rivals."
+                "{found} explain{s} the gap, but these records cannot separate the cause from its rivals."
             ),
         },
         Verdict::UnknownCause if found.is_empty() => {
-            format!("something is missing at the {place} that no effect of the library explains.")
+            format!("a cause outside the library acts at the {place}.")
         }
         Verdict::UnknownCause => {
             format!(
-                "{found} {comes} nearest, but {leaves} more than noise at the {place}: the real cause is another, or one more."
+                "{found} {comes} nearest, but {leaves} more than noise at the {place}: the real cause is \
+                 another, or there is a further one."
             )
         }
         Verdict::NoGap => {
             "there is no gap: calibration within the stated tolerances explains the records.".into()
         }
         Verdict::NotIdentifiable if found.is_empty() => {
-            "the records excite the machine too little to tell.".into()
+            "the records excite the machine too little for a diagnosis.".into()
         }
         Verdict::NotIdentifiable => {
-            format!("{found} would do, but so would causes at other places: these records cannot tell.")
+            format!("{found} would explain the gap, but so would causes at other places.")
         }
     }
 }
@@ -96,16 +97,16 @@ pub(crate) fn closed(diagnosis: &Diagnosis, checks: usize) -> String {
     let is_at_floor = gap.refit <= gap.floor * NEAR_FLOOR;
     match (is_at_floor, is_found(diagnosis)) {
         (true, true) => {
-            return "Over all channels the errors after calibration alone are already of the size of the noise; what was found shows in their \
+            return "Over all channels the errors after calibration alone are already of the size of the \
+                    noise; what was found shows in their \
                     pattern."
                 .into();
         }
         (true, false) => {
-            return "Calibration alone comes down to the noise floor: no gap is left to close.".into();
+            return "Calibration alone reaches the noise floor: no gap is left.".into();
         }
         (false, false) => {
-            return "Nothing was accepted that would close the gap which calibration leaves above the floor."
-                .into();
+            return "No accepted effect closes the gap that calibration leaves above the floor.".into();
         }
         (false, true) => {}
     }
@@ -120,7 +121,8 @@ pub(crate) fn closed(diagnosis: &Diagnosis, checks: usize) -> String {
         String::new()
     };
     format!(
-        "Of the gap that calibration leaves above the floor, {closed} % closes{interval}, on what was never fitted."
+        "On the check experiments, the effects remove {closed} % of the error that calibration leaves above \
+         the floor{interval}."
     )
 }
 
@@ -151,33 +153,36 @@ pub(crate) fn parameters(cause: &Cause) -> String {
 
 /// What follows from the answer, a sentence each.
 pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
-    let mut said: Vec<String> = diagnosis
-        .contradictions
-        .iter()
-        .map(|fault| format!("Do first: mend the records. {fault}."))
-        .collect();
-    let head = if said.is_empty() { "Do" } else { "Do then, if the mended records say the same" };
+    let mut said: Vec<String> =
+        diagnosis.contradictions.iter().map(|fault| format!("First correct the records: {fault}.")).collect();
+    let head = if said.is_empty() { "Do" } else { "Then, if the corrected records agree" };
     said.push(format!("{head}: {}.", to_do(diagnosis)));
     said.extend(adequacy::reasons(&diagnosis.adequacy));
     for [a, b] in &diagnosis.look_alikes {
         if diagnosis.verdict == Verdict::UnknownCause {
-            said.push(format!("To these records {a} and {b} look alike; neither explains them, so that telling one from the other would not find the cause."));
+            said.push(format!(
+                "{a} and {b} look alike in these records. Neither explains them, so \
+                               separating them would not find the cause."
+            ));
             continue;
         }
-        said.push(format!("To these records {a} and {b} look alike."));
+        said.push(format!("{a} and {b} look alike in these records."));
         if diagnosis.next_experiment.is_none() {
             said.push(match apart(*a, *b) {
-                Some(what) => format!("To tell {a} from {b}: {what}."),
-                None => format!("No command of those known would separate {a} from {b} within the travel and speed of these records."),
+                Some(what) => format!("To separate {a} from {b}: {what}."),
+                None => format!(
+                    "No known command separates {a} from {b} within the travel and speed of these records."
+                ),
             });
         }
     }
     for left in &diagnosis.left {
-        said.push(format!("Left even so: {left}."));
+        said.push(format!("Still unexplained: {left}."));
     }
     if let Some(next) = &diagnosis.next_experiment {
         said.push(format!(
-            "Next experiment: {} It separates {} from {}, with expected odds of {}; the command is in next-experiment.csv.",
+            "Next experiment: {} It separates {} from {}, with expected odds of {}; the command is in \
+             next-experiment.csv.",
             sentence(&next.what),
             next.separates[0],
             next.separates[1],
@@ -191,26 +196,30 @@ pub(crate) fn advice(diagnosis: &Diagnosis) -> Vec<String> {
 fn to_do(diagnosis: &Diagnosis) -> &'static str {
     match diagnosis.verdict {
         Verdict::Explained => {
-            "simulate with machine.toml from here on, and look at the part named above on the real machine"
+            "simulate with machine.toml from now on, and inspect the part named above on the real machine"
         }
         Verdict::Ambiguous | Verdict::NotIdentifiable => {
             match (&diagnosis.next_experiment, diagnosis.look_alikes.is_empty()) {
                 (Some(_), _) => {
-                    "make the experiment below and diagnose again; until then treat machine.toml as one of several that fit"
+                    "run the experiment below and diagnose again; until then machine.toml is one of several \
+                     that fit"
                 }
                 (None, true) => {
-                    "record with more excitation and diagnose again; until then treat machine.toml as one of several that fit"
+                    "record with more excitation and diagnose again; until then machine.toml is one of \
+                     several that fit"
                 }
                 (None, false) => {
-                    "simulate with machine.toml; it predicts what these records show as well as its rivals would, but do not rely on \
+                    "simulate with machine.toml; it predicts what these records show as well as its rivals \
+                     would, but do not rely on \
                  which of them is the cause before they are told apart"
                 }
             }
         }
         Verdict::UnknownCause => {
-            "look at the place named first and at the shape of the missing force there; no value in machine.toml mends it"
+            "inspect the first place and the shape of the missing force there; no value in machine.toml \
+             removes it"
         }
-        Verdict::NoGap => "take the calibrated values of machine.toml; there is nothing to look for",
+        Verdict::NoGap => "use the calibrated values of machine.toml; there is no further cause to find",
     }
 }
 

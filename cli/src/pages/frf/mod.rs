@@ -17,7 +17,8 @@ const TOGETHER: &str = "frequency";
 /// The page of a response.
 pub(crate) fn page(response: &Response) -> String {
     let mut page = Page::new(&format!("{}: frequency response", response.title), &response.about);
-    page.lead(&format!("{}.", capital(&words::path(response))));
+    page.lead(&words::headline(response));
+    page.paragraph(&format!("{}.", capital(&words::path(response))));
     page.paragraph(&format!("{}.", capital(&response.how)));
     for sentence in &words::sentences(response) {
         page.paragraph(sentence);
@@ -28,7 +29,8 @@ pub(crate) fn page(response: &Response) -> String {
     page.tiles(&tiles(response));
     page.heading("Response");
     page.paragraph(&format!(
-        "The linear response is that of the machine with its command held for {} and its output sampled as often, delays exact.",
+        "The linear response is that of the machine with its command held for {} and its output sampled as \
+         often, delays exact.",
         with_unit(response.hold_s, "s")
     ));
     for chart in charts(response) {
@@ -39,13 +41,18 @@ pub(crate) fn page(response: &Response) -> String {
 
 fn tiles(response: &Response) -> Vec<Tile> {
     let agreement = response.agreement();
-    let tile = |name, value: String, remark: String| Tile { name, value, remark };
+    let tile = |name, value: String, remark: String| Tile::new(name, value, remark);
     vec![
         tile("frequencies", response.linear.len().to_string(), format!("{} compared", agreement.compared)),
         tile(
             "largest difference",
+            format!("{} dB", plain(agreement.widest[0])),
+            format!("at {}, over all frequencies", with_unit(agreement.widest[1], "Hz")),
+        ),
+        tile(
+            "and where well known",
             format!("{} dB", plain(agreement.decibels)),
-            "from the linear response".into(),
+            format!("at the {} compared", agreement.compared),
         ),
         tile("and in phase", format!("{}°", plain(agreement.degrees)), "from the linear response".into()),
         tile(
@@ -110,11 +117,11 @@ fn charts(response: &Response) -> Vec<Chart> {
         measured("measured", "dB", column(&|r| r.magnitude_db)),
         Series::new("linear", "dB", places.iter().map(|place| 20.0 * place.linear.norm().log10()).collect())
             .dashed(),
-        measured(&format!("{band}, low"), "dB", column(&|r| r.low_db)),
-        measured(&format!("{band}, high"), "dB", column(&|r| r.high_db)),
+        measured(&format!("{band}, low"), "dB", column(&|r| r.low_db)).faint().coloured(0),
+        measured(&format!("{band}, high"), "dB", column(&|r| r.high_db)).faint().coloured(0),
     ];
     let linear_deg = degrees(&places.iter().map(|place| place.linear).collect::<Vec<_>>());
-    // Noise turns a phase that is continued from one value to the next for good; the linear response does
+    // Noise turns a phase that is continued from one value to the next permanently; the linear response does
     // not.
     let off: Vec<C64> = places.iter().map(|place| place.measured / place.linear).collect();
     let measured_deg =
@@ -135,16 +142,34 @@ fn charts(response: &Response) -> Vec<Chart> {
             phase,
         ),
     ];
+    if !response.isolated {
+        all[0].between.push([3, 2]);
+    }
+    // What is known well and what is not, apart.
+    let is_known = response.is_known();
+    let known_at: Vec<f64> =
+        estimate.frequencies_hz.iter().zip(&is_known).filter(|(_, k)| **k).map(|(f, _)| *f).collect();
+    let apart = |wanted: bool| {
+        let of = |(place, g): (&Place, &C64)| {
+            let known = known_at.binary_search_by(|f| f.total_cmp(&place.frequency_hz)).is_ok();
+            if known == wanted { 20.0 * g.norm().log10() } else { f64::NAN }
+        };
+        places.iter().zip(&off).map(of).collect::<Vec<f64>>()
+    };
     let mut difference = new(
         "Difference,",
-        "measured over linear, magnitude.",
+        "measured over linear, magnitude; where noise or nonlinearity is large, in a colour of its own.",
         "difference (dB)",
-        vec![measured("measured over linear", "dB", off.iter().map(|g| 20.0 * g.norm().log10()).collect())],
+        vec![
+            measured("where well known", "dB", apart(true)),
+            Series::new("where little coherent", "dB", apart(false)).dots(),
+        ],
     );
     difference.lines.push(Line { y: 0.0, label: "no difference".into() });
     all.push(difference);
     if estimate.coherence.is_some() {
-        let caption = "the share of the output that the input explains linearly; below 1 there is noise, leakage or nonlinearity.";
+        let caption = "the share of the output that the input explains linearly; below 1 there is noise, \
+                       leakage or nonlinearity.";
         all.push(new(
             "Coherence,",
             caption,
@@ -155,9 +180,10 @@ fn charts(response: &Response) -> Vec<Chart> {
     if let Some(levels) = &response.separated {
         let beyond = levels.evidence.is_beyond_noise;
         let caption = if beyond {
-            "what differs from period to period is noise; what differs from realisation to realisation beyond it is nonlinear distortion."
+            "differences between periods are noise; further differences between realisations are nonlinear \
+             distortion."
         } else {
-            "what differs from period to period is noise; nothing beyond it tells of nonlinear distortion."
+            "differences between periods are noise; there is no sign of nonlinear distortion."
         };
         let mut series = vec![
             measured("response", "dB", column(&|r| r.magnitude_db)),

@@ -18,6 +18,18 @@ pub(crate) fn path(response: &Response) -> String {
     format!("from {} to {}{reads}", response.input, response.output)
 }
 
+/// How far measurement and linear theory are apart, over all frequencies.
+pub(crate) fn headline(response: &Response) -> String {
+    let agreement = response.agreement();
+    let [decibels, at_hz] = agreement.widest;
+    format!(
+        "Measured and linear response differ by {} dB at most, at {}, over all {} frequencies.",
+        plain(decibels),
+        with_unit(at_hz, "Hz"),
+        response.linear.len()
+    )
+}
+
 /// The comparison with linear theory, and the noise and distortion that the excitation separates.
 pub(crate) fn sentences(response: &Response) -> Vec<String> {
     let agreement = response.agreement();
@@ -26,17 +38,13 @@ pub(crate) fn sentences(response: &Response) -> Vec<String> {
         |least| format!(" with a coherence of {} or more", plain(least)),
     );
     let mut said = vec![if agreement.compared == 0 && agreement.coherence.is_none() {
-        format!(
-            "No frequency is known to {KNOWN_DEG}° of phase: noise outweighs the excitation, and nothing can be compared."
-        )
+        format!("No frequency is known to {KNOWN_DEG}° of phase: noise outweighs the excitation.")
     } else if agreement.compared == 0 {
-        format!(
-            "No frequency has a coherence of {}: output and input have little to do with each other.",
-            COHERENT[2]
-        )
+        format!("No frequency has a coherence of {}: output and input are hardly related.", COHERENT[2])
     } else {
         format!(
-            "At the {} {}{coherent}, measured and linear response differ by {} dB and {}° at most; the linear response lies within \
+            "At the {} {}{coherent}, measured and linear response differ by {} dB and {}° at most; the \
+             linear response lies within \
              the {} % confidence band at {} % of all frequencies.",
             agreement.compared,
             if agreement.compared == 1 { "frequency" } else { "frequencies" },
@@ -65,7 +73,8 @@ fn levels(levels: Levels) -> String {
         strongest(bands)
     };
     format!(
-        "Relative to the response: noise {} (median over frequency), nonlinear distortion {distortion}, each of one realisation.",
+        "Relative to the response: noise {} (median over frequency), nonlinear distortion {distortion}, \
+         each of one realisation.",
         decibels(noise)
     )
 }
@@ -102,7 +111,8 @@ fn incoherent(Incoherent { count, mut spans }: Incoherent, frequencies: usize) -
     });
     let named = named.collect::<Vec<_>>().join(", ");
     format!(
-        "Coherence is below {INCOHERENT} at {count} of {frequencies} frequencies ({named} Hz{more}): there noise, leakage, nonlinearity or something else that \
+        "Coherence is below {INCOHERENT} at {count} of {frequencies} frequencies ({named} Hz{more}): there \
+         noise, leakage, nonlinearity or something else that \
          acts on the machine makes up a good part of the output."
     )
 }

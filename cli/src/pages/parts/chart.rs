@@ -1,11 +1,15 @@
 //! Charts as data; `assets/page.js` draws them.
 
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 
-/// Significant digits of plotted values: ten times finer than a pixel of a large screen.
-const DIGITS: usize = 6;
-/// Of horizontal axes, which may be zoomed far into.
-const AXIS_DIGITS: usize = 9;
+/// Significant digits of what is written in decimals.
+const DIGITS: usize = 9;
+/// Columns up to this length are written as lists that a person can read.
+const SHORT: usize = 32;
+/// Steps of an axis that differ by less than this share of one are even.
+const EVEN: f64 = 1e-6;
 
 /// What a chart's horizontal axis is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,11 +29,23 @@ pub(crate) struct Series {
     pub(crate) dashed: bool,
     /// Points that no line joins.
     pub(crate) dots: bool,
+    /// Thin and pale: what others are held against.
+    pub(crate) faint: bool,
+    /// Place in the palette, where it is not that in the chart.
+    pub(crate) colour: Option<usize>,
 }
 
 impl Series {
     pub(crate) fn new(name: impl Into<String>, unit: impl Into<String>, values: Vec<f64>) -> Self {
-        Self { name: name.into(), unit: unit.into(), values, dashed: false, dots: false }
+        Self {
+            name: name.into(),
+            unit: unit.into(),
+            values,
+            dashed: false,
+            dots: false,
+            faint: false,
+            colour: None,
+        }
     }
 
     pub(crate) fn dashed(self) -> Self {
@@ -38,6 +54,14 @@ impl Series {
 
     pub(crate) fn dots(self) -> Self {
         Self { dots: true, ..self }
+    }
+
+    pub(crate) fn faint(self) -> Self {
+        Self { faint: true, ..self }
+    }
+
+    pub(crate) fn coloured(self, colour: usize) -> Self {
+        Self { colour: Some(colour), ..self }
     }
 }
 
@@ -51,6 +75,14 @@ pub(crate) struct Line {
 pub(crate) struct Mark {
     pub(crate) x: f64,
     pub(crate) y: f64,
+    pub(crate) label: String,
+}
+
+/// An upright span with its name, such as a margin.
+pub(crate) struct Gauge {
+    pub(crate) x: f64,
+    /// Its two ends.
+    pub(crate) y: [f64; 2],
     pub(crate) label: String,
 }
 
@@ -70,7 +102,10 @@ pub(crate) struct Chart {
     pub(crate) series: Vec<Series>,
     /// Spans of the horizontal axis that are shaded.
     pub(crate) bands: Vec<[f64; 2]>,
+    /// Pairs of series, upper and lower, with the ground between them shaded.
+    pub(crate) between: Vec<[usize; 2]>,
     pub(crate) lines: Vec<Line>,
+    pub(crate) gauges: Vec<Gauge>,
     pub(crate) marks: Vec<Mark>,
 }
 
@@ -93,28 +128,65 @@ impl Chart {
             x: Vec::new(),
             series: Vec::new(),
             bands: Vec::new(),
+            between: Vec::new(),
             lines: Vec::new(),
+            gauges: Vec::new(),
             marks: Vec::new(),
         }
     }
 
-    pub(super) fn to_json(&self) -> Value {
-        let numbers =
-            |values: &[f64], digits| values.iter().map(|&value| rounded(value, digits)).collect::<Vec<_>>();
-        let series = |series: &Series| json!({ "name": series.name, "unit": series.unit, "dashed": series.dashed, "dots": series.dots, "values": numbers(&series.values, DIGITS) });
+    pub(crate) fn to_json(&self) -> Value {
+        let series = |series: &Series| {
+            json!({
+                "name": series.name, "unit": series.unit, "dashed": series.dashed, "dots": series.dots,
+                "faint": series.faint, "colour": series.colour, "values": column(&series.values),
+            })
+        };
+        let band = |band: &[f64; 2]| band.map(|at| rounded(at, DIGITS));
+        let gauge = |gauge: &Gauge| json!({ "x": gauge.x, "from": gauge.y[0], "to": gauge.y[1], "label": gauge.label });
         json!({
             "kind": if self.kind == ChartKind::Line { "line" } else { "path" },
-            "x": { "label": self.x_label, "log": self.x_log, "together": self.together, "values": numbers(&self.x, AXIS_DIGITS) },
+            "x": { "label": self.x_label, "log": self.x_log, "together": self.together, "values": axis(&self.x) },
             "y": { "label": self.y_label, "log": self.y_log },
             "series": self.series.iter().map(series).collect::<Vec<_>>(),
-            "bands": self.bands.iter().map(|band| numbers(band, AXIS_DIGITS)).collect::<Vec<_>>(),
+            "bands": self.bands.iter().map(band).collect::<Vec<_>>(),
+            "between": self.between,
             "lines": self.lines.iter().map(|line| json!({ "y": line.y, "label": line.label })).collect::<Vec<_>>(),
+            "gauges": self.gauges.iter().map(gauge).collect::<Vec<_>>(),
             "marks": self.marks.iter().map(|mark| json!({ "x": mark.x, "y": mark.y, "label": mark.label })).collect::<Vec<_>>(),
         })
     }
 }
 
-/// A number with this many significant digits, which is shorter to write; none where it is no number.
+fn decimals(values: &[f64]) -> Value {
+    values.iter().map(|&value| rounded(value, DIGITS)).collect()
+}
+
+/// Values in single precision, seven digits, which take less room than decimals do.
+fn column(values: &[f64]) -> Value {
+    if values.len() <= SHORT {
+        return decimals(values);
+    }
+    let bytes: Vec<u8> = values.iter().flat_map(|&value| (value as f32).to_le_bytes()).collect();
+    json!({ "f32": BASE64_STANDARD.encode(bytes) })
+}
+
+/// Values of a horizontal axis, which may be zoomed far into: even steps by their rule, others in full.
+fn axis(values: &[f64]) -> Value {
+    if values.len() <= SHORT {
+        return decimals(values);
+    }
+    let (from, last) = (values[0], values[values.len() - 1]);
+    let step = (last - from) / (values.len() - 1) as f64;
+    let even = |(i, value): (usize, &f64)| (from + i as f64 * step - value).abs() <= EVEN * step;
+    if values.iter().enumerate().all(even) {
+        return json!({ "from": from, "step": step, "count": values.len() });
+    }
+    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    json!({ "f64": BASE64_STANDARD.encode(bytes) })
+}
+
+/// A number with this many significant digits, which is shorter to write; `None` if it is no number.
 pub(super) fn rounded(value: f64, digits: usize) -> Value {
     let short: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
     // Whole numbers need no `.0`.
@@ -133,5 +205,21 @@ mod tests {
         assert_eq!(text(f64::NAN), "null");
         assert_eq!(text(f64::INFINITY), "null");
         assert_eq!(text(-3.0), "-3");
+    }
+
+    /// What a page reads back is what was recorded, to single precision, and times to rounding.
+    #[test]
+    fn truth_columns_are_whole_and_even_axes_are_rules() {
+        let values: Vec<f64> = (0..1000).map(|i| (0.1 * f64::from(i)).sin()).collect();
+        let encoded = column(&values);
+        let bytes = BASE64_STANDARD.decode(encoded["f32"].as_str().unwrap()).unwrap();
+        let read: Vec<f32> = bytes.chunks(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
+        assert!(
+            read.len() == 1000 && read.iter().zip(&values).all(|(r, v)| (f64::from(*r) - v).abs() < 1e-7)
+        );
+        let even: Vec<f64> = (0..100_000).map(|i| f64::from(i) * 2.5e-4).collect();
+        assert_eq!(axis(&even), json!({ "from": 0.0, "step": 2.5e-4, "count": 100_000 }));
+        let uneven: Vec<f64> = (0..100).map(|i| f64::from(i * i)).collect();
+        assert!(axis(&uneven)["f64"].is_string());
     }
 }

@@ -1,5 +1,9 @@
 //! Fewer points that look the same.
 
+/// Values of all charts of a page over time: 16 MB as a page writes them. A run that recorded more is
+/// thinned.
+pub(crate) const MOST_VALUES: usize = 3_000_000;
+
 /// Rows to show of columns that share their axis: of each stretch the rows where some column is smallest or
 /// largest, so that no peak is lost. Gives about `most` rows, all of them where there are no more.
 pub(crate) fn by_extremes(columns: &[&[f64]], rows: usize, most: usize) -> Vec<usize> {

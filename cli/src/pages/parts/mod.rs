@@ -15,26 +15,62 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-pub(crate) use chart::{Chart, ChartKind, Line, Mark, Series};
+pub(crate) use chart::{Chart, ChartKind, Gauge, Line, Mark, Series};
 pub(crate) use cividis::of_share;
-pub(crate) use decimate::{by_extremes, by_steps};
+pub(crate) use decimate::{MOST_VALUES, by_extremes, by_steps};
 pub(crate) use html::escape;
-pub(crate) use plane::{Plane, PlaneKind, PlaneMark, PlanePath, PlaneShape, view_of};
+pub(crate) use plane::{Circle, CircleKind, Plane, PlaneKind, PlaneMark, PlanePath, PlaneShape, view_of};
 
 const UPLOT: &str = include_str!("../../../assets/uplot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../../../assets/uplot.min.css");
 const UPLOT_LICENCE: &str = include_str!("../../../assets/uplot.LICENSE");
+const CHARTS_SCRIPT: &str = include_str!("../../../assets/charts.js");
 const SCRIPT: &str = include_str!("../../../assets/page.js");
 const PLANE_SCRIPT: &str = include_str!("../../../assets/plane.js");
 const MAP_SCRIPT: &str = include_str!("../../../assets/map.js");
 const SCENE_SCRIPT: &str = include_str!("../../../assets/scene.js");
 const STYLE: &str = include_str!("../../../assets/page.css");
 
+/// What a figure means for whoever reads it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Tone {
+    #[default]
+    Plain,
+    /// As it should be.
+    Good,
+    /// What to act on.
+    Bad,
+    /// For the record.
+    Quiet,
+}
+
+impl Tone {
+    fn class(self) -> &'static str {
+        match self {
+            Self::Plain => "tile",
+            Self::Good => "tile good",
+            Self::Bad => "tile bad",
+            Self::Quiet => "tile quiet",
+        }
+    }
+}
+
 /// A figure that stands on its own: its name, the number with its unit, and a remark.
 pub(crate) struct Tile {
-    pub(crate) name: &'static str,
-    pub(crate) value: String,
-    pub(crate) remark: String,
+    name: &'static str,
+    value: String,
+    remark: String,
+    tone: Tone,
+}
+
+impl Tile {
+    pub(crate) fn new(name: &'static str, value: impl Into<String>, remark: impl Into<String>) -> Self {
+        Self { name, value: value.into(), remark: remark.into(), tone: Tone::Plain }
+    }
+
+    pub(crate) fn toned(self, tone: Tone) -> Self {
+        Self { tone, ..self }
+    }
 }
 
 /// A page under way.
@@ -78,33 +114,27 @@ impl Page {
     }
 
     pub(crate) fn tiles(&mut self, tiles: &[Tile]) {
-        self.body.push_str("<div class=\"tiles\">");
-        for tile in tiles {
-            let (name, value, remark) = (escape(tile.name), escape(&tile.value), escape(&tile.remark));
-            let _ = write!(
-                self.body,
-                "<div class=\"tile\"><span>{name}</span><strong>{value}</strong><small>{remark}</small></div>"
-            );
-        }
-        self.body.push_str("</div>\n");
+        self.body.push_str(&tiles_html(tiles));
     }
 
     pub(crate) fn chart(&mut self, chart: &Chart) {
-        let caption = escape(&chart.caption);
+        let (title, caption, index) = (escape(&chart.title), escape(&chart.caption), self.charts.len());
+        let label = of_drawing(&chart.title, &chart.y_label);
         let _ = writeln!(
             self.body,
-            "<figure><figcaption><b>{}</b> {caption}</figcaption><div class=\"chart\" data-chart=\"{}\"></div></figure>",
-            escape(&chart.title),
-            self.charts.len()
+            "<figure><figcaption><b>{title}</b> {caption}</figcaption><div class=\"chart\" \
+             data-chart=\"{index}\" {label}></div></figure>"
         );
         self.charts.push(chart.to_json());
     }
 
     pub(crate) fn plane(&mut self, plane: &Plane) {
         let (title, caption, index) = (escape(&plane.title), escape(&plane.caption), self.planes.len());
+        let label = of_drawing(&plane.title, &plane.y_label);
         let _ = writeln!(
             self.body,
-            "<figure><figcaption><b>{title}</b> {caption}</figcaption><div class=\"plane\" data-plane=\"{index}\"></div></figure>"
+            "<figure><figcaption><b>{title}</b> {caption}</figcaption><div class=\"plane\" \
+             data-plane=\"{index}\" {label}></div></figure>"
         );
         self.planes.push(plane.to_json());
     }
@@ -128,11 +158,13 @@ impl Page {
 
     /// A map with the places of another, whose number [`Self::map`] gave.
     pub(crate) fn map_like(&mut self, title: &str, caption: &str, svg: &str, other: usize) {
+        let (label, least) = (of_drawing(title, "map"), legible(svg));
+        let (title, caption) = (escape(title), escape(caption));
         let _ = writeln!(
             self.body,
-            "<figure><figcaption><b>{}</b> {}</figcaption><div class=\"map\" data-map=\"{other}\">{svg}</div><p class=\"told\">&nbsp;</p></figure>",
-            escape(title),
-            escape(caption),
+            "<figure><figcaption><b>{title}</b> {caption}</figcaption><div class=\"map\" \
+             data-map=\"{other}\" {label} {least}>{svg}</div><p class=\"told\" \
+             aria-live=\"polite\">&nbsp;</p></figure>"
         );
     }
 
@@ -141,26 +173,37 @@ impl Page {
         let (title, caption, index) = (escape(title), escape(caption), self.scenes.len());
         let _ = writeln!(
             self.body,
-            "<figure><figcaption><b>{title}</b> {caption}</figcaption><div class=\"scene\" data-scene=\"{index}\"></div></figure>"
+            "<figure><figcaption><b>{title}</b> {caption}</figcaption><div class=\"scene\" \
+             data-scene=\"{index}\"></div></figure>"
         );
         self.scenes.push(scene);
     }
 
-    /// A drawing across the page, on white ground.
+    /// A drawing across the page.
     pub(crate) fn picture(&mut self, title: &str, caption: &str, svg: &str) {
+        let (label, least) = (of_drawing(title, "drawing"), legible(svg));
         let (title, caption) = (escape(title), escape(caption));
         let _ = writeln!(
             self.body,
-            "<figure><figcaption><b>{title}</b> {caption}</figcaption><div class=\"map\">{svg}</div></figure>"
+            "<figure><figcaption><b>{title}</b> {caption}</figcaption><div class=\"map\" {label} \
+             {least}>{svg}</div></figure>"
         );
     }
 
     /// A table; columns named in `right` hold numbers.
     pub(crate) fn table(&mut self, header: &[&str], right: &[usize], rows: &[Vec<String>]) {
         let class = |column: usize| if right.contains(&column) { " class=\"number\"" } else { "" };
-        self.body.push_str("<div class=\"scroll\"><table><thead><tr>");
+        let label = header.iter().filter(|name| !name.is_empty()).copied().collect::<Vec<_>>().join(", ");
+        let label = escape(&label);
+        let _ = write!(
+            self.body,
+            "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"table: \
+             {label}\"><table><thead><tr>"
+        );
         for (i, name) in header.iter().enumerate() {
-            let _ = write!(self.body, "<th{}>{}</th>", class(i), escape(name));
+            // A header cell without a word is none.
+            let cell = if name.is_empty() { "td" } else { "th" };
+            let _ = write!(self.body, "<{cell}{}>{}</{cell}>", class(i), escape(name));
         }
         self.body.push_str("</tr></thead><tbody>");
         for row in rows {
@@ -171,6 +214,15 @@ impl Page {
             self.body.push_str("</tr>");
         }
         self.body.push_str("</tbody></table></div>\n");
+    }
+
+    /// What colours mean.
+    pub(crate) fn swatches(&mut self, entries: &[(&str, String)]) {
+        self.body.push_str("<ul class=\"swatches\">");
+        for (colour, text) in entries {
+            let _ = write!(self.body, "<li><i style=\"background:{colour}\"></i>{}</li>", escape(text));
+        }
+        self.body.push_str("</ul>\n");
     }
 
     /// Bars of lengths relative to the largest finite one, each with its name and number; infinite ones are
@@ -190,17 +242,32 @@ impl Page {
             let (name, text) = (escape(name), escape(text));
             let _ = write!(
                 self.body,
-                "<span>{name}</span><i class=\"{class}\" style=\"--size:{width:.2}%\"></i><span class=\"number\">{text}</span>"
+                "<span>{name}</span><i class=\"{class}\" style=\"--size:{width:.2}%\"></i><span \
+                 class=\"number\">{text}</span>"
             );
         }
         self.body.push_str("</div>\n");
+    }
+
+    /// A table that is folded away: it is long, and most readers do without.
+    pub(crate) fn folded_table(
+        &mut self,
+        title: &str,
+        header: &[&str],
+        right: &[usize],
+        rows: &[Vec<String>],
+    ) {
+        let _ = write!(self.body, "<details><summary>{}</summary>", escape(title));
+        self.table(header, right, rows);
+        self.body.push_str("</details>\n");
     }
 
     /// A text as it was written, folded away on the screen where it is long.
     pub(crate) fn verbatim(&mut self, title: &str, text: &str) {
         let _ = writeln!(
             self.body,
-            "<details open><summary>{}</summary><pre>{}</pre></details>",
+            "<details open><summary>{}</summary><pre tabindex=\"0\" aria-label=\"text\" \
+             role=\"region\">{}</pre></details>",
             escape(title),
             escape(text)
         );
@@ -208,34 +275,96 @@ impl Page {
 
     /// The page as one file.
     pub(crate) fn render(self) -> String {
-        let map_script =
-            if self.maps.is_empty() { String::new() } else { format!("<script>\n{MAP_SCRIPT}</script>\n") };
+        let scripts = [
+            (PLANE_SCRIPT, self.planes.is_empty()),
+            (MAP_SCRIPT, self.maps.is_empty()),
+            (SCENE_SCRIPT, self.scenes.is_empty()),
+        ];
+        let scripts: Vec<&str> =
+            scripts.iter().filter(|(_, is_idle)| !is_idle).map(|(script, _)| *script).collect();
         let data =
-            json!({ "charts": self.charts, "planes": self.planes, "maps": self.maps, "scenes": self.scenes })
-                .to_string()
-                .replace("</", "<\\/");
-        let title = escape(&self.title);
-        let version = env!("CARGO_PKG_VERSION");
-        let licence = UPLOT_LICENCE.trim();
-        let plane_script = if self.planes.is_empty() {
-            String::new()
-        } else {
-            format!("<script>\n{PLANE_SCRIPT}</script>\n")
-        };
-        let scene_script = if self.scenes.is_empty() {
-            String::new()
-        } else {
-            format!("<script>\n{SCENE_SCRIPT}</script>\n")
-        };
-        format!(
-            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
-             <style>{UPLOT_STYLE}\n{STYLE}</style>\n</head>\n<body>\n<main>\n{}\
-             <noscript><p>The charts of this page need JavaScript.</p></noscript>\n\
-             <footer>Made by feeler {version}. Charts: uPlot, MIT licence, copyright 2022 Leon Sorokin.</footer>\n</main>\n\
-             <script type=\"application/json\" id=\"data\">{data}</script>\n\
-             <script>\n/* uPlot\n{licence}\n*/\n{UPLOT}</script>\n<script>\n{SCRIPT}</script>\n{plane_script}{map_script}{scene_script}</body>\n</html>\n",
-            self.body
-        )
+            json!({ "charts": self.charts, "planes": self.planes, "maps": self.maps, "scenes": self.scenes });
+        document(&self.title, "", &self.body, &data, &scripts)
+    }
+}
+
+/// A page of one's own: its body, what its scripts read, and the scripts, which find charts and planes ready.
+pub(crate) fn own_page(title: &str, style: &str, body: &str, data: &Value, scripts: &[&str]) -> String {
+    let scripts: Vec<&str> = std::iter::once(PLANE_SCRIPT).chain(scripts.iter().copied()).collect();
+    // A server is asked for an icon unless the page names one.
+    let head = format!("<link rel=\"icon\" href=\"data:,\">\n<style>{style}</style>\n");
+    document(title, &head, body, data, &scripts)
+}
+
+fn document(title: &str, head: &str, body: &str, data: &Value, scripts: &[&str]) -> String {
+    let data = data.to_string().replace("</", "<\\/");
+    let title = escape(title);
+    let version = env!("CARGO_PKG_VERSION");
+    let licence = UPLOT_LICENCE.trim();
+    let scripts =
+        scripts.iter().fold(String::new(), |all, script| all + "<script>\n" + script + "</script>\n");
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
+         <style>{UPLOT_STYLE}\n{STYLE}</style>\n{head}</head>\n<body>\n<main>\n{body}\
+         <noscript><p>The charts of this page need JavaScript.</p></noscript>\n\
+         <footer>Made by feeler {version}. Charts: uPlot, MIT licence, copyright 2022 Leon \
+         Sorokin.</footer>\n</main>\n\
+         <script type=\"application/json\" id=\"data\">{data}</script>\n\
+         <script>\n/* \
+         uPlot\n{licence}\n*/\n{UPLOT}</script>\n<script>\n{CHARTS_SCRIPT}</script>\n<script>\n{SCRIPT}</script>\n{scripts}</body>\n</html>\n"
+    )
+}
+
+/// Figures side by side.
+pub(crate) fn tiles_html(tiles: &[Tile]) -> String {
+    let mut body = String::from("<div class=\"tiles\">");
+    for tile in tiles {
+        let (name, value, remark) = (escape(tile.name), escape(&tile.value), escape(&tile.remark));
+        let class = tile.tone.class();
+        let _ = write!(
+            body,
+            "<div class=\"{class}\"><span>{name}</span><strong>{value}</strong><small>{remark}</small></div>"
+        );
+    }
+    body + "</div>\n"
+}
+
+/// Attributes by which a drawing is reached by keys and has a name.
+fn of_drawing(title: &str, what: &str) -> String {
+    let name = format!("{} {what}", title.trim_end_matches([',', '.', ':']));
+    let name = escape(name.trim());
+    format!("tabindex=\"0\" role=\"group\" aria-label=\"{name}\"")
+}
+
+/// Least size of letters on a narrow screen, px.
+const LETTERS: f64 = 11.0;
+
+/// A drawing's least width, at which its smallest letters can still be read; narrower screens scroll.
+fn legible(svg: &str) -> String {
+    let number = |after: &str| {
+        let digits =
+            |rest: &str| rest.split(|c: char| !c.is_ascii_digit() && c != '.').next()?.parse::<f64>().ok();
+        svg.match_indices(after).filter_map(|(i, _)| digits(&svg[i + after.len()..])).collect::<Vec<_>>()
+    };
+    let smallest = number("font-size=\"").into_iter().fold(f64::INFINITY, f64::min);
+    let width = number("viewBox=\"0 0 ").first().copied().unwrap_or_default();
+    if smallest.is_finite() {
+        format!("style=\"--least:{:.0}px\"", (width * LETTERS / smallest).ceil())
+    } else {
+        String::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_a_drawing_s_letters_stay_legible() {
+        let svg = "<svg viewBox=\"0 0 900 400\"><text font-size=\"13\">a</text><text \
+                   font-size=\"12\">b</text></svg>";
+        assert_eq!(legible(svg), "style=\"--least:825px\"");
+        assert_eq!(legible("<svg viewBox=\"0 0 900 400\"></svg>"), "");
     }
 }

@@ -46,6 +46,32 @@ pub(crate) struct PlaneMark {
     pub(crate) shape: PlaneShape,
 }
 
+/// What a circle of a plane is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CircleKind {
+    /// The border of stability.
+    Border,
+    /// A circle to measure by.
+    Unit,
+    /// What the curve must keep out of.
+    Disk,
+}
+
+/// A circle about a point of the real axis.
+pub(crate) struct Circle {
+    pub(crate) centre: f64,
+    pub(crate) radius: f64,
+    pub(crate) kind: CircleKind,
+    pub(crate) name: String,
+}
+
+impl Circle {
+    /// The border of stability of samples.
+    pub(crate) fn border() -> Self {
+        Self { centre: 0.0, radius: 1.0, kind: CircleKind::Border, name: "border of stability".into() }
+    }
+}
+
 /// A plane with its curves and points.
 pub(crate) struct Plane {
     pub(crate) kind: PlaneKind,
@@ -61,10 +87,11 @@ pub(crate) struct Plane {
     pub(crate) view: [f64; 4],
     pub(crate) paths: Vec<PlanePath>,
     pub(crate) marks: Vec<PlaneMark>,
+    pub(crate) circles: Vec<Circle>,
 }
 
 impl Plane {
-    pub(super) fn to_json(&self) -> Value {
+    pub(crate) fn to_json(&self) -> Value {
         let short = |value: f64| rounded(value, DIGITS);
         let path = |path: &PlanePath| {
             let along = |axis: usize| path.points.iter().map(|p| short(p[axis])).collect::<Vec<_>>();
@@ -79,15 +106,24 @@ impl Plane {
             };
             json!({ "name": mark.name, "x": mark.point[0], "y": mark.point[1], "at": mark.at, "shape": shape })
         };
+        let circle = |circle: &Circle| {
+            let kind = match circle.kind {
+                CircleKind::Border => "border",
+                CircleKind::Unit => "unit",
+                CircleKind::Disk => "disk",
+            };
+            json!({ "centre": circle.centre, "radius": circle.radius, "kind": kind, "name": circle.name })
+        };
         json!({
             "kind": if self.kind == PlaneKind::Nyquist { "nyquist" } else { "roots" },
-            "circle": self.kind == PlaneKind::Z,
+            "circles": self.circles.iter().map(circle).collect::<Vec<_>>(),
             "x": self.x_label,
             "y": self.y_label,
             "gain": self.gain,
             "period_s": self.period_s,
             "view": self.view,
-            "hint": "Point at a curve to read it; draw a box to zoom, double-click to go back.",
+            "hint": "Point at a curve to read it (or use the arrow keys); draw a box to zoom, double-click \
+                     to go back.",
             "paths": self.paths.iter().map(path).collect::<Vec<_>>(),
             "marks": self.marks.iter().map(mark).collect::<Vec<_>>(),
         })

@@ -128,7 +128,7 @@ impl Scale {
     }
 }
 
-/// A unit that is so many powers of ten of this one: by its prefix where it can have one.
+/// A unit that is this many powers of ten of this one, by its prefix if it can have one.
 fn scaled(power: i32, unit: &str) -> String {
     let prefix = PREFIXES
         .iter()

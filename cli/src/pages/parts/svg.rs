@@ -57,7 +57,8 @@ impl Frame {
         let label = escape(&self.y.title());
         let _ = write!(
             svg,
-            "<text transform=\"translate({side:.1} {middle:.1}) rotate(-90)\" text-anchor=\"middle\" font-size=\"13\" fill=\"{INK}\" {FONT}>{label}</text>"
+            "<text transform=\"translate({side:.1} {middle:.1}) rotate(-90)\" text-anchor=\"middle\" \
+             font-size=\"13\" fill=\"{INK}\" {FONT}>{label}</text>"
         );
         text_at(svg, [x, y - 9.0], "start", 13, INK, title);
     }
@@ -74,7 +75,8 @@ impl Frame {
         for (colour, width) in [("#ffffff", 4.5), ("#000000", 2.0)] {
             let _ = write!(
                 svg,
-                "<path d=\"{path}\" clip-path=\"url(#{clip})\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\"{dash}/>"
+                "<path d=\"{path}\" clip-path=\"url(#{clip})\" fill=\"none\" stroke=\"{colour}\" \
+                 stroke-width=\"{width}\"{dash}/>"
             );
         }
     }
@@ -84,7 +86,8 @@ impl Frame {
         let Place { x, y, width, height } = self.place;
         let _ = write!(
             svg,
-            "<clipPath id=\"{name}\"><rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"/></clipPath>"
+            "<clipPath id=\"{name}\"><rect x=\"{x}\" y=\"{y}\" width=\"{width}\" \
+             height=\"{height}\"/></clipPath>"
         );
     }
 }
@@ -94,7 +97,8 @@ pub(crate) fn text_at(svg: &mut String, [x, y]: [f64; 2], anchor: &str, size: u3
         let text = escape(text);
         let _ = write!(
             svg,
-            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" font-size=\"{size}\" fill=\"{colour}\" {FONT}>{text}</text>"
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\" font-size=\"{size}\" \
+             fill=\"{colour}\" {FONT}>{text}</text>"
         );
     }
 }
@@ -112,7 +116,8 @@ pub(crate) fn legend(svg: &mut String, [x, y]: [f64; 2], entries: &[(String, Str
 /// An image of this size around a drawing.
 pub(crate) fn image(width: f64, height: f64, body: &str) -> String {
     format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" height=\"{height:.0}\">\
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \
+         width=\"{width:.0}\" height=\"{height:.0}\">\
          <rect width=\"{width:.0}\" height=\"{height:.0}\" fill=\"#ffffff\"/>{body}</svg>\n"
     )
 }

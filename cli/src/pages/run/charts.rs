@@ -4,23 +4,23 @@ use std::ops::Range;
 
 use feeler_engine::ControllerUse;
 use feeler_files::Document;
-use feeler_plant::description::{ActuatorKind, Elements, Machine, Quantity, SignalName};
+use feeler_plant::description::{Actuator, ActuatorKind, Elements, Machine, Quantity, SignalName};
 use feeler_studies::run::{ContactRun, RunResult};
 
 use crate::numbers::{prefix, with_unit};
-use crate::pages::parts::{Chart, ChartKind, Line, Mark, Page, Series, by_extremes, by_steps};
+use crate::pages::parts::{Chart, ChartKind, Line, MOST_VALUES, Mark, Page, Series, by_extremes, by_steps};
 use crate::units::Units;
 
-/// Rows of a chart over the whole run; ten charts of two curves are then a page of about 1.5 MB.
-const MOST_ROWS: usize = 6_000;
-/// Where there are more charts than this they have fewer rows each.
-const CHARTS_AT_FULL_ROWS: usize = 10;
+/// Rows of a chart that moves.
+const GLANCE_ROWS: usize = 4_000;
 /// Points of the phase portrait.
 const MOST_PATH_POINTS: usize = 6_000;
 /// Harmonics of the strongest line that the spectrum goes up to at least.
 const HARMONICS: f64 = 30.0;
 /// Lines of this share of the strongest are shown whatever their frequency.
 const TELLING_SHARE: f64 = 1e-3;
+/// Amplitudes below this share of the force are rounding, and so is a spectrum with none above.
+const ROUNDING_SHARE: f64 = 1e-9;
 /// Points of the spectrum.
 const MOST_LINES: usize = 3_000;
 /// Cycles in the close-up.
@@ -56,14 +56,14 @@ pub(super) struct View<'a> {
 
 impl<'a> View<'a> {
     pub(super) fn new(document: &'a Document, result: &'a RunResult, units: Units) -> Self {
-        let charts = result.trace.names.len().max(CHARTS_AT_FULL_ROWS);
+        let curves = result.record.names.len().max(1);
         let scenario = &document.scenario;
         Self {
             machine: &scenario.machine,
             controllers: &scenario.controllers,
             result,
             units,
-            most_rows: MOST_ROWS * CHARTS_AT_FULL_ROWS / charts,
+            most_rows: MOST_VALUES / curves,
         }
     }
 
@@ -82,12 +82,28 @@ impl<'a> View<'a> {
             "Drag across a chart to zoom, all charts over time follow; double-click to see the whole again. Shaded: in contact.",
         );
         let rows = 0..self.t_s().len();
+        if rows.len() > self.most_rows {
+            page.paragraph(&format!(
+                "The page shows about {} of {} recorded rows, with every peak; trace.parquet has all.",
+                self.most_rows,
+                rows.len()
+            ));
+        }
         let bands = self.bands(&rows);
         for mut chart in self.forces(&rows).into_iter().chain(self.drives(&rows)) {
             chart.together = Some("run");
             chart.bands.clone_from(&bands);
             page.chart(&chart);
         }
+    }
+
+    /// Force and drive over the whole run, in no more rows than a screen shows.
+    pub(super) fn glance(mut self) -> Vec<Chart> {
+        self.most_rows = GLANCE_ROWS;
+        let rows = 0..self.t_s().len();
+        let bands = self.bands(&rows);
+        let charts = self.forces(&rows).into_iter().chain(self.drives(&rows));
+        charts.map(|chart| Chart { bands: bands.clone(), together: Some("run"), ..chart }).collect()
     }
 
     /// Where the bodies are over the whole run.
@@ -182,20 +198,17 @@ impl<'a> View<'a> {
             .force_loop
             .as_ref()
             .map(|found| Curve { dashed: true, ..Curve::new(found.reference_signal(), force) });
-        let caption = if reference.is_some() {
-            "What the tool feels, and what the controller wants."
-        } else {
-            "What the tool feels."
-        };
+        let caption =
+            if reference.is_some() { "The contact force and its reference." } else { "What the tool feels." };
         curves.extend(reference);
         let chart = self.over_time("Contact force.", format!("force ({force})"), rows, curves)?;
         Some(Chart { caption: caption.into(), ..chart })
     }
 
-    /// Commands and forces; of velocity sources the commands, which have another unit, apart.
+    /// Commands and forces; commands of another unit apart.
     fn drives(&self, rows: &Range<usize>) -> Vec<Chart> {
         let force = self.units.force;
-        let (mut forces, mut velocities, mut lines) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut forces, mut commands, mut lines) = (Vec::new(), Vec::new(), Vec::new());
         for (name, actuator) in &self.machine.actuators {
             let command = format!("{name}.command");
             forces.push(Curve::new(format!("{name}.force"), force));
@@ -203,7 +216,7 @@ impl<'a> View<'a> {
             if matches!(actuator.kind, ActuatorKind::Force { .. }) {
                 forces.push(Curve { dashed: true, ..Curve::new(command, force) });
             } else {
-                velocities.push(Curve::new(command, self.units.velocity));
+                commands.extend(self.command(name, actuator, rows));
             }
             if let Some(limit) = actuator.limit_n.filter(|_| self.result.saturated.iter().any(|&flag| flag)) {
                 lines.extend(
@@ -211,14 +224,29 @@ impl<'a> View<'a> {
                 );
             }
         }
-        let velocity =
-            self.over_time("Command.", format!("command ({})", self.units.velocity), rows, velocities);
-        let velocity =
-            velocity.map(|chart| Chart { caption: "The velocity asked of the drive.".into(), ..chart });
-        let caption = "The command as the controller issues it, and the force that the drive makes of it.";
+        let caption = "The controller's command and the drive's force.";
         let force = self.over_time("Drive.", format!("command, force ({force})"), rows, forces);
         let force = force.map(|chart| Chart { caption: caption.into(), lines, ..chart });
-        velocity.into_iter().chain(force).collect()
+        commands.into_iter().chain(force).collect()
+    }
+
+    /// The command of a drive that is no force; where it is a position, with the motion that follows it.
+    fn command(&self, name: &str, actuator: &Actuator, rows: &Range<usize>) -> Option<Chart> {
+        let unit = self.units.command(actuator);
+        let is_target = matches!(actuator.kind, ActuatorKind::PositionServo(_) | ActuatorKind::Imposed);
+        let position = SignalName::new(&actuator.on, Quantity::Position).to_string();
+        let moved = Some(Curve::new(position, unit)).filter(|_| is_target);
+        let asked = Curve { dashed: is_target, ..Curve::new(format!("{name}.command"), unit) };
+        let label = if unit.is_empty() { "command".into() } else { format!("command ({unit})") };
+        let chart = self.over_time(
+            &format!("Command of {name}."),
+            label,
+            rows,
+            moved.into_iter().chain([asked]).collect(),
+        );
+        let caption =
+            if is_target { "The position asked for, and the motion." } else { "What is asked of the drive." };
+        chart.map(|chart| Chart { caption: caption.into(), ..chart })
     }
 
     fn positions(&self, rows: &Range<usize>) -> Option<Chart> {
@@ -238,7 +266,8 @@ impl<'a> View<'a> {
     /// One chart for each quantity, and for each sensor.
     fn other_charts(&self, rows: &Range<usize>) -> Vec<Chart> {
         use Quantity::{Acceleration, Output, Reading, SpringForce, Velocity};
-        let names = self.result.trace.names.iter().filter_map(|name| name.parse::<SignalName>().ok());
+        let names = self.result.trace.names.iter().filter(|name| !self.is_drawn(name));
+        let names = names.filter_map(|name| name.parse::<SignalName>().ok());
         let mut groups: Vec<(String, String, Vec<Curve>)> = Vec::new();
         for signal in names.filter(|signal| {
             matches!(signal.quantity, SpringForce | Velocity | Acceleration | Reading | Output)
@@ -264,15 +293,21 @@ impl<'a> View<'a> {
             .collect()
     }
 
+    /// Whether a chart above shows the same numbers under another name: what an ideal sensor reads, what a
+    /// controller puts out.
+    fn is_drawn(&self, signal: &str) -> bool {
+        let record = &self.result.record;
+        let commands = self.machine.actuators.keys().map(|name| format!("{name}.command"));
+        let forces = self.result.contacts.iter().map(ContactRun::force_signal);
+        let same = |other: &[f64]| record.column(signal).is_some_and(|own| own == other);
+        commands.chain(forces).any(|drawn| drawn != signal && record.column(&drawn).is_some_and(same))
+    }
+
     /// Unit of what a controller puts out: that of its drive's command.
     fn output_unit(&self, controller: &str) -> &'static str {
         let drive =
             self.controllers.get(controller).and_then(|used| self.machine.actuators.get(&used.drives));
-        match drive.map(|drive| drive.kind) {
-            Some(ActuatorKind::Force { .. }) => self.units.force,
-            Some(ActuatorKind::VelocitySource { .. }) => self.units.velocity,
-            _ => "",
-        }
+        drive.map_or("", |drive| self.units.command(drive))
     }
 
     /// Compression against its rate.
@@ -332,13 +367,22 @@ impl<'a> View<'a> {
             .filter(positive)
             .max_by(|&i, &j| spectrum.amplitudes[i].total_cmp(&spectrum.amplitudes[j]));
         let Some(largest) = largest else { return };
+        let floor = ROUNDING_SHARE * self.tail_force();
+        if spectrum.amplitudes[largest] <= floor {
+            page.heading("Spectrum");
+            page.paragraph(&format!(
+                "The force rests {}: no spectrum. Its strongest line is less than 1e-9 of the force, which is rounding.",
+                self.tail()
+            ));
+            return;
+        }
         // Beyond both there is the floor alone.
         let least = TELLING_SHARE * spectrum.amplitudes[largest];
         let highest = lines.clone().rev().find(|&i| spectrum.amplitudes[i] >= least).unwrap_or(largest);
         let highest_hz = spectrum.frequencies_hz[highest].max(HARMONICS * spectrum.frequencies_hz[largest]);
         let shown: Vec<usize> =
             lines.filter(positive).filter(|&i| spectrum.frequencies_hz[i] <= highest_hz).collect();
-        let amplitudes: Vec<f64> = shown.iter().map(|&i| spectrum.amplitudes[i]).collect();
+        let amplitudes: Vec<f64> = shown.iter().map(|&i| spectrum.amplitudes[i].max(floor)).collect();
         let strongest = shown.iter().position(|&i| i == largest).unwrap_or(0);
         let kept = by_extremes(&[&amplitudes], amplitudes.len(), MOST_LINES);
         let force = self.units.force;
@@ -364,6 +408,14 @@ impl<'a> View<'a> {
             label: format!("{}, {}", with_unit(frequency_hz, "Hz"), with_unit(amplitude, force)),
         });
         page.chart(&chart);
+    }
+
+    /// Size of the main contact's force over the tail of the run.
+    fn tail_force(&self) -> f64 {
+        let force =
+            self.main_contact().and_then(|contact| self.result.record.column(&contact.force_signal()));
+        let tail = force.and_then(|force| force.get(self.result.tail_rows())).unwrap_or_default();
+        tail.iter().fold(0.0, |largest: f64, f| largest.max(f.abs()))
     }
 
     fn tail(&self) -> String {

@@ -3,17 +3,19 @@
 mod charts;
 
 use feeler_files::Document;
-use feeler_studies::run::{EnergyItem, EnergyTable, Outcome, RunResult, Summary};
+use feeler_studies::run::{EnergyItem, EnergyTable, EventRecord, Outcome, RunResult, Summary};
 
 use charts::View;
 
 use crate::numbers::{count, percent, plain, split, with_unit};
-use crate::pages::parts::{Page, Tile};
+use crate::pages::parts::{Chart, Page, Tile, Tone};
 use crate::units::Units;
 use crate::words;
 
 /// Events listed; more are in the summary.
 const MOST_EVENTS: usize = 400;
+/// An overshoot of this share of the reference asks for a remedy.
+const MUCH_OVERSHOOT: f64 = 0.5;
 
 /// The page of a run.
 pub(crate) fn page(document: &Document, settings: &[String], result: &RunResult) -> String {
@@ -54,9 +56,15 @@ fn strongest_hz(result: &RunResult) -> Option<f64> {
     lines.max_by(|a, b| a.1.total_cmp(b.1)).map(|(frequency, _)| *frequency)
 }
 
-fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) -> Vec<Tile> {
-    let tile = |name, value: String, remark: String| Tile { name, value, remark };
-    let mut tiles = vec![tile("outcome", words::label(summary).into(), String::new())];
+/// The first charts of a run, for a page that moves.
+pub(crate) fn glance(document: &Document, result: &RunResult) -> Vec<Chart> {
+    View::new(document, result, Units::of(&document.scenario.machine)).glance()
+}
+
+pub(crate) fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) -> Vec<Tile> {
+    let tile = |name, value: String, remark: String| Tile::new(name, value, remark);
+    let outcome = Tile::new("outcome", words::label(summary), "").toned(tone(summary.outcome));
+    let mut tiles = vec![outcome];
     let hardest = summary.contacts.iter().max_by(|a, b| a.peak_force_n.total_cmp(&b.peak_force_n));
     if let Some(contact) = hardest {
         tiles.push(tile("peak force", with_unit(contact.peak_force_n, units.force), words::when(contact)));
@@ -65,11 +73,11 @@ fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) -> Vec<Tile
         let of = response
             .final_reference_n
             .map_or_else(String::new, |reference| format!("of {}", with_unit(reference, units.force)));
-        tiles.push(tile(
-            "overshoot",
-            response.overshoot.map_or("-".into(), |share| format!("{} %", percent(share))),
-            of,
-        ));
+        let share = response.overshoot;
+        let much = share.is_some_and(|share| share > MUCH_OVERSHOOT);
+        let overshoot = share.map_or("-".into(), |share| format!("{} %", percent(share)));
+        let tone = if much { Tone::Bad } else { Tone::Plain };
+        tiles.push(Tile::new("overshoot", overshoot, of).toned(tone));
         let outside = words::rests_outside(summary, units);
         let absent = if outside.is_some() { "-" } else { "not settled" };
         let time = response.settling_time_s.map_or(absent.into(), |time| with_unit(time, "s"));
@@ -87,7 +95,7 @@ fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) -> Vec<Tile
         tiles.push(tile("frequency", with_unit(oscillation.frequency_hz, "Hz"), impacts));
         tiles.push(tile(
             "amplitude",
-            with_unit(oscillation.amplitude_n, units.force),
+            with_unit(oscillation.amplitude_n, words::judged_unit(summary, units)),
             "half of peak to peak".into(),
         ));
     }
@@ -100,18 +108,25 @@ fn tiles(summary: &Summary, units: Units, strongest_hz: Option<f64>) -> Vec<Tile
         "of the controller samples".into(),
     ));
     if let Some(energy) = &summary.energy {
-        tiles.push(tile(
-            "energy balance",
-            plain(energy.relative_residual),
-            "residual over energy exchanged".into(),
-        ));
+        let closes =
+            Tile::new("energy balance", plain(energy.relative_residual), "residual over energy exchanged");
+        tiles.push(closes.toned(Tone::Quiet));
     }
     tiles
 }
 
+/// How an outcome is to be taken.
+pub(crate) fn tone(outcome: Outcome) -> Tone {
+    match outcome {
+        Outcome::Settled => Tone::Good,
+        outcome if outcome.is_sustained() || outcome == Outcome::Unstable => Tone::Bad,
+        _ => Tone::Plain,
+    }
+}
+
 fn energy(page: &mut Page, energy: &EnergyTable) {
     page.heading("Energy");
-    page.paragraph("What each element put in (blue) and took out (orange) over the run; what is stored at its end counts as taken out.");
+    page.paragraph("Energy that each element supplied (blue) and removed (orange); energy stored at the end counts as removed.");
     let bar = |sign: f64| {
         move |item: &EnergyItem| {
             (
@@ -137,7 +152,7 @@ fn energy(page: &mut Page, energy: &EnergyTable) {
         page.table(&["part of it", "by", "energy", "unit"], &[2], &controllers);
     }
     page.paragraph(&format!(
-        "The books close to {} of {} exchanged, a share of {}.",
+        "The balance closes to {} of {} exchanged, a share of {}.",
         with_unit(energy.residual.abs(), "J"),
         with_unit(energy.exchanged, "J"),
         plain(energy.relative_residual)
@@ -147,22 +162,25 @@ fn energy(page: &mut Page, energy: &EnergyTable) {
 fn events(page: &mut Page, summary: &Summary) {
     page.heading("Events");
     if summary.events.is_empty() {
-        page.paragraph("Nothing touched, lifted, stuck, slipped or met a limit.");
+        page.paragraph("No touch, lift, stick, slip or limit occurred.");
         return;
     }
-    let shown = summary.events.len().min(MOST_EVENTS);
-    if shown < summary.events.len() {
-        page.paragraph(&format!(
-            "The first {shown} of {}; summary.json has all.",
-            count(summary.events.len(), "event", "events")
-        ));
-    }
-    let row = |event: &feeler_studies::run::EventRecord| {
-        vec![format!("{:.9}", event.t_s), event.what.to_owned(), event.on.clone()]
+    let rows = event_rows(&summary.events[..summary.events.len().min(MOST_EVENTS)]);
+    let all = count(summary.events.len(), "event", "events");
+    let title = if rows.len() < summary.events.len() {
+        format!("the first {} of {all}; summary.json has all", rows.len())
+    } else {
+        all
     };
-    page.table(
-        &["time (s)", "what", "on"],
-        &[0],
-        &summary.events[..shown].iter().map(row).collect::<Vec<_>>(),
-    );
+    page.folded_table(&title, &EVENTS, &[0], &rows);
+}
+
+/// Heads of a list of events.
+pub(crate) const EVENTS: [&str; 3] = ["time (s)", "what", "on"];
+
+/// Events with their times to the microsecond.
+pub(crate) fn event_rows(events: &[EventRecord]) -> Vec<Vec<String>> {
+    let row =
+        |event: &EventRecord| vec![format!("{:.6}", event.t_s), event.what.to_owned(), event.on.clone()];
+    events.iter().map(row).collect()
 }

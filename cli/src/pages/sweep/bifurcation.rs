@@ -104,7 +104,8 @@ impl<'a> Diagram<'a> {
         let diameter = (POINT_SHARE * PLOT.width / self.rows.len().max(1) as f64).clamp(POINT[0], POINT[1]);
         let _ = write!(
             body,
-            "<path d=\"{points}\" stroke=\"#0072b2\" stroke-width=\"{diameter:.1}\" stroke-linecap=\"round\" stroke-opacity=\"0.75\"/>"
+            "<path d=\"{points}\" stroke=\"#0072b2\" stroke-width=\"{diameter:.1}\" \
+             stroke-linecap=\"round\" stroke-opacity=\"0.75\"/>"
         );
         frame.clip(&mut body, "plot");
         for prediction in predictions {
@@ -124,7 +125,7 @@ impl<'a> Diagram<'a> {
             "start",
             12,
             "#5a646c",
-            "outcome (colours as in the table below)",
+            "outcome (colours as listed below)",
         );
         frame.draw(&mut body, "");
         image(WIDTH, PLOT.y + PLOT.height + 56.0, &body)

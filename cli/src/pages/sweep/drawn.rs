@@ -5,7 +5,7 @@ use feeler_studies::sweep::{DrawnAxis, Panels};
 
 /// Panels that are drawn; more are left to the table.
 pub(crate) const MOST_PANELS: usize = 8;
-/// Cells of an axis that are drawn at most; of finer grids every so many.
+/// Cells of an axis that are drawn at most; of finer grids every n-th.
 pub(super) const MOST_CELLS: u64 = 256;
 /// Variants that maps draw, and show under the pointer, at most.
 const MOST_ON_MAPS: usize = 20_000;
@@ -18,10 +18,10 @@ const MOST_ON_DIAGRAMS: usize = 2_000;
 pub(super) enum Drawn {
     /// Every variant.
     All,
-    /// So many from the start: of points that are drawn these are a fair part, and of an adaptive sweep the
-    /// coarse passes.
+    /// This number from the start: of points that are drawn these are a fair part, and of an adaptive sweep
+    /// the coarse passes.
     First(usize),
-    /// Of a grid, these values of each axis in order of the file, and so many panels.
+    /// Of a grid, these values of each axis in order of the file, and this number of panels.
     Grid { axes: Vec<Values>, panels: u64 },
 }
 
@@ -30,7 +30,7 @@ pub(super) enum Drawn {
 pub(super) struct Values {
     key: String,
     count: u64,
-    /// One value in so many is drawn; none where each value has a panel of its own.
+    /// One value in this many is drawn; `None` if each value has a panel of its own.
     every: Option<u64>,
 }
 
@@ -93,7 +93,7 @@ impl Drawn {
         }
     }
 
-    /// Of how many values of an axis one is drawn; none where no values of a grid are left out.
+    /// Of how many values of an axis one is drawn; `None` if no values of a grid are left out.
     pub(super) fn every(&self, key: &str) -> Option<u64> {
         if let Self::Grid { axes, .. } = self {
             axes.iter().find(|axis| axis.key == key)?.every
@@ -116,7 +116,8 @@ impl Drawn {
             }
         };
         format!(
-            " The drawings below hold {drawn} variants ({which}); all figures here, and sweep.parquet, are of all."
+            " The drawings below hold {drawn} variants ({which}); all figures here, and sweep.parquet, are \
+             of all."
         )
     }
 }
@@ -143,7 +144,8 @@ mod tests {
         let grid = |[x, y]: [u64; 2]| {
             sweep(&format!(
                 "[axes]\n\"controllers.force.kp\" = {{ linear = [0.1, 1.0], points = {x} }}\n\
-                 \"contacts.tool.stiffness\" = {{ log = [\"10 kN/m\", \"1 MN/m\"], points = {y} }}\n\"run.seed\" = [1, 2]\n"
+                 \"contacts.tool.stiffness\" = {{ log = [\"10 kN/m\", \"1 MN/m\"], points = {y} \
+                 }}\n\"run.seed\" = [1, 2]\n"
             ))
         };
         assert_eq!(drawn(&grid([100, 100])).len(), 20_000);
@@ -160,7 +162,8 @@ mod tests {
 
     #[test]
     fn prop_drawn_points_and_diagrams_stay_in_bounds() {
-        let drawn_at_random = "sampling = \"sobol\"\nsamples = 50000\n[axes]\n\"controllers.force.kp\" = { uniform = [0.1, 1.0] }\n";
+        let drawn_at_random = "sampling = \"sobol\"\nsamples = 50000\n[axes]\n\"controllers.force.kp\" = { \
+                               uniform = [0.1, 1.0] }\n";
         assert_eq!(drawn(&sweep(drawn_at_random)), (0..MOST_ON_DIAGRAMS).collect::<Vec<_>>());
         let line = sweep("[axes]\n\"controllers.force.kp\" = { linear = [0.1, 1.0], points = 5000 }\n");
         assert_eq!(drawn(&line), (0..5000).step_by(3).collect::<Vec<_>>());

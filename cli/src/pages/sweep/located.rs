@@ -4,18 +4,19 @@ use feeler_studies::sweep::{DrawnAxis, Sweep};
 
 use crate::numbers::{plain, with_unit};
 
-/// What noise makes of the edges that an adaptive sweep locates; none where it is not adaptive, or nothing is
+/// What noise makes of the edges that an adaptive sweep locates; `None` if it is not adaptive, or nothing is
 /// drawn at random.
 pub(crate) fn about_noise(sweep: &Sweep) -> Option<&'static str> {
     sweep.file.refine?;
     let scenario = &sweep.document.scenario;
     let is_noisy = scenario.machine.sensors.values().any(|sensor| sensor.noise > 0.0)
         || scenario.controllers.values().any(|used| used.spec.jitter_s > 0.0);
-    let text = "Sensors or samples are noisy here: near an edge chance decides, and the edge is located as this seed puts it (run.seed draws another).";
+    let text = "Sensors or samples are noisy, so chance decides near an edge. The edge is that of this seed \
+                (run.seed draws another).";
     is_noisy.then_some(text)
 }
 
-/// The finest spacing of each axis in words, in the terms of the axis; none where the sweep is not adaptive.
+/// The finest spacing of each axis in words, in the terms of the axis; `None` if the sweep is not adaptive.
 pub(crate) fn located(sweep: &Sweep) -> Option<String> {
     let refine = sweep.file.refine?;
     let of = |axis: DrawnAxis| {

@@ -106,7 +106,7 @@ impl<'a> Map<'a> {
     /// What a cell is.
     pub(super) fn about_cells(&self) -> &'static str {
         if self.is_refined {
-            "Each place has the colour of the variant that is nearest."
+            "Each place has the colour of the nearest variant."
         } else {
             "Each cell is a variant."
         }
@@ -124,18 +124,21 @@ impl<'a> Map<'a> {
             [&self.theory.limits.sampled, &self.theory.limits.continuous].map(|lines| !lines.is_empty());
         match (sampled, continuous) {
             (true, true) => {
-                "The solid line is where linear theory puts the limit of stability in contact for the loop as it is sampled, the dashed one for \
+                "The solid line is where linear theory puts the limit of stability in contact for the loop \
+                 as it is sampled, the dashed one for \
                  continuous control."
             }
             (true, false) => {
-                "The line is where linear theory puts the limit of stability in contact for the loop as it is sampled; continuous control has none \
+                "The line is where linear theory puts the limit of stability in contact for the loop as it \
+                 is sampled; continuous control has none \
                  on this map."
             }
             (false, true) => {
-                "The dashed line is where linear theory puts the limit of stability in contact for continuous control; the loop as it is sampled has \
+                "The dashed line is where linear theory puts the limit of stability in contact for \
+                 continuous control; the loop as it is sampled has \
                  none on this map."
             }
-            (false, false) => "Linear theory puts no limit of stability in contact on this map.",
+            (false, false) => "Linear theory has no stability limit in contact on this map.",
         }
         .into()
     }
@@ -265,11 +268,11 @@ struct Lattice {
     last: u64,
     /// From one value of the coarsest grid to the next.
     stride: u64,
-    /// Each so many indices a cell is drawn.
+    /// Every n-th index a cell is drawn.
     every: u64,
 }
 
-/// From where, as a share of the plot, and how long a cell's sides are; none where the grid is too fine to
+/// From where, as a share of the plot, and how long a cell's sides are; `None` if the grid is too fine to
 /// show this one.
 fn sides(share: [f64; 2], lattice: [Option<Lattice>; 2]) -> Option<[[f64; 2]; 2]> {
     let [Some(x), Some(y)] = lattice else {

@@ -11,6 +11,7 @@ mod palette;
 mod png;
 mod tally;
 
+pub(crate) use palette::of_outcome;
 use std::cmp::Reverse;
 use std::path::{Path, PathBuf};
 
@@ -26,7 +27,7 @@ pub(crate) use located::{about_noise, located};
 use map::{Colouring, Map};
 pub(crate) use tally::Tally;
 
-use crate::numbers::{percent, plain};
+use crate::numbers::{count, percent, plain};
 use crate::pages::parts::{Page, Tile};
 use crate::units::Units;
 use crate::{terminal, words};
@@ -75,9 +76,7 @@ pub(crate) fn write(
     match (report.axes.as_slice(), theory) {
         ([axis], Theory::Diagrams(cycles)) => report.diagrams(axis, cycles, &mut page, &mut drawings),
         ([x, y, ..], Theory::Maps(limits)) => report.maps([x, y], limits, &mut page, &mut drawings),
-        _ => page.paragraph(
-            "No axis of this sweep runs over a range of numbers, so that there is nothing to draw.",
-        ),
+        _ => page.paragraph("No axis of this sweep is a range of numbers, so there is nothing to draw."),
     }
     report.counts(&mut page);
     page.heading("Scenario");
@@ -139,7 +138,7 @@ impl Report<'_> {
     }
 
     fn tiles(&self) -> Vec<Tile> {
-        let tile = |name, value: String, remark: &str| Tile { name, value, remark: remark.into() };
+        let tile = |name, value: String, remark: &str| Tile::new(name, value, remark);
         let mut tiles = vec![tile("variants", self.tally.rows.to_string(), "")];
         if let Some(largest_n) = self.tally.largest_peak_n {
             tiles.push(tile(
@@ -158,11 +157,8 @@ impl Report<'_> {
         tiles.push(tile("failed", self.tally.count("error").to_string(), "their rows say why"));
         if let Some(grid) = self.sweep.runs_of_the_grid() {
             let share = percent(self.tally.rows as f64 / grid as f64);
-            tiles.push(Tile {
-                name: "runs of a grid",
-                value: grid.to_string(),
-                remark: format!("as fine; this took {share} % of them"),
-            });
+            let remark = format!("as fine; this took {share} % of them");
+            tiles.push(Tile::new("runs of a grid", grid.to_string(), remark));
         }
         tiles
     }
@@ -206,7 +202,7 @@ impl Report<'_> {
                     amplitudes,
                     "Size of the oscillation",
                     "amplitude",
-                    "Half of peak to peak of the force of what lasts to the end.",
+                    "Half of the peak-to-peak force that lasts to the end.",
                 )
             } else {
                 (
@@ -226,7 +222,8 @@ impl Report<'_> {
             && Outcome::ALL.iter().any(|(outcome, name)| outcome.is_sustained() && self.tally.count(name) > 0)
         {
             page.paragraph(
-                "Bifurcation diagrams (the peaks of impacts, and the force once per cycle) are drawn over one axis of numbers: leave the other out, or \
+                "Bifurcation diagrams (the peaks of impacts, and the force once per cycle) are drawn over \
+                 one axis of numbers: leave the other out, or \
                  give it as a list of values, each of which then has diagrams of its own.",
             );
         }
@@ -277,7 +274,8 @@ impl Report<'_> {
                 drawings.push((format!("{name}{suffix}"), svg));
             };
             if let Some(lists) = self.table.lists("impact_peaks_n") {
-                let caption = "The largest force of each of the last contacts: one point where they are alike, two where the period has doubled, \
+                let caption = "The largest force of each of the last contacts: one point where they are \
+                               alike, two where the period has doubled, \
                     many where no two are alike, none where the tool stays in contact.";
                 let leaves = diagram.rows.iter().any(|&row| !lists[row].is_empty());
                 let predictions = if leaves { theory.peaks(|_| true) } else { Vec::new() };
@@ -295,8 +293,10 @@ impl Report<'_> {
                 );
             }
             if let Some(lists) = self.table.lists("strobe_n") {
-                let caption = "The force one sample of the controller after each touch-down, which grows with the speed of impact; where the tool \
-                    stays in contact, the largest of each cycle. One point where every cycle is like the last, two where the period has doubled.";
+                let caption = "The force one sample of the controller after each touch-down, which grows \
+                               with the speed of impact; where the tool \
+                    stays in contact, the largest of each cycle. One point where every cycle is like the \
+                    last, two where the period has doubled.";
                 let predictions = theory.peaks(|cycle| cycle.contact_share >= 1.0);
                 let about = about_predictions(
                     &predictions,
@@ -319,7 +319,7 @@ impl Report<'_> {
                 .map(|value| value.iter().copied().collect())
                 .collect();
             if amplitudes.len() == self.table.rows {
-                let caption = "Half of peak to peak of the force of what lasts.";
+                let caption = "Half of the lasting peak-to-peak force.";
                 draw("amplitude", "Size of the oscillation", caption, "amplitude", &amplitudes, &[]);
             }
             theory.compare(&of_panel, page);
@@ -328,25 +328,17 @@ impl Report<'_> {
 
     fn counts(&self, page: &mut Page) {
         page.heading("Outcomes");
-        let mut rows: Vec<Vec<String>> = Vec::new();
-        for (outcome, name) in Outcome::ALL {
-            let count = self.tally.count(name);
-            if count > 0 {
-                rows.push(vec![
-                    words::outcome_label(outcome).into(),
-                    count.to_string(),
-                    colour_name(name).into(),
-                ]);
-            }
-        }
-        let other = [("error", "failed"), ("done", "outcome not kept")]
-            .map(|(name, words)| (self.tally.count(name), words));
-        for (count, words) in other.into_iter().filter(|(count, _)| *count > 0) {
-            rows.push(vec![words.into(), count.to_string(), "black".into()]);
-        }
-        page.table(&["outcome", "variants", "colour"], &[1], &rows);
+        let known = Outcome::ALL.map(|(outcome, name)| (name, words::outcome_label(outcome)));
+        let others = [("error", "failed"), ("done", "outcome not kept")];
+        let entry = |(name, label): (&str, &str)| {
+            let variants = self.tally.count(name);
+            (variants > 0)
+                .then(|| (of_outcome(name), format!("{label}: {}", count(variants, "variant", "variants"))))
+        };
+        let entries: Vec<_> = known.into_iter().chain(others).filter_map(entry).collect();
+        page.swatches(&entries);
         if let Some((row, error)) = &self.tally.first_error {
-            page.paragraph(&format!("The first to fail is variant {row}: {error}"));
+            page.paragraph(&format!("The first failure is variant {row}: {error}"));
         }
     }
 }
@@ -380,20 +372,4 @@ fn about_predictions(predictions: &[Prediction], what: &str) -> String {
 /// A title, and which panel it is of.
 fn titled(title: &str, panel: &str) -> String {
     if panel.is_empty() { format!("{title}.") } else { format!("{title}, {panel}.") }
-}
-
-fn colour_name(outcome: &str) -> &'static str {
-    match palette::of_outcome(outcome) {
-        "#0072b2" => "dark blue",
-        "#56b4e9" => "sky blue",
-        "#a6d8f5" => "pale blue",
-        "#e69f00" => "orange",
-        "#d55e00" => "vermilion",
-        "#cc79a7" => "pink",
-        "#f0e442" => "yellow",
-        "#009e73" => "green",
-        "#dddddd" => "light grey",
-        "#999999" => "grey",
-        _ => "black",
-    }
 }

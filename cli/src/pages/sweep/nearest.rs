@@ -12,8 +12,8 @@ pub(super) struct Tile {
     pub(super) of: usize,
 }
 
-/// Tiles of a raster of so many columns and rows, for variants at shares of its sides. Distances are counted
-/// in `unit`, columns and rows that are as long as each other.
+/// Tiles of a raster of this many columns and rows, for variants at shares of its sides. Distances are
+/// counted in `unit`, columns and rows that are as long as each other.
 pub(super) fn tiles(shares: &[[f64; 2]], [columns, rows]: [usize; 2], unit: [f64; 2]) -> Vec<Tile> {
     let at = |share: f64, count: usize| ((share * count as f64) as usize).min(count.saturating_sub(1));
     let mut seeds: Vec<Option<usize>> = vec![None; columns * rows];

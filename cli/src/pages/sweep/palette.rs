@@ -3,7 +3,7 @@
 use feeler_studies::run::Outcome;
 
 /// Okabe and Ito's colours for what may go wrong, their blues for what goes well.
-pub(super) fn of_outcome(name: &str) -> &'static str {
+pub(crate) fn of_outcome(name: &str) -> &'static str {
     match Outcome::ALL.iter().find(|(_, known)| *known == name).map(|(outcome, _)| *outcome) {
         Some(Outcome::Settled) => "#0072b2",
         Some(Outcome::BouncesThenSettles) => "#56b4e9",
@@ -13,6 +13,7 @@ pub(super) fn of_outcome(name: &str) -> &'static str {
         Some(Outcome::LimitCycle) => "#cc79a7",
         Some(Outcome::Hunting) => "#f0e442",
         Some(Outcome::Oscillates) => "#009e73",
+        Some(Outcome::FollowsSurface) => "#7fc7a6",
         Some(Outcome::NoContact) => "#dddddd",
         Some(Outcome::Undecided) => "#999999",
         _ => "#000000",

@@ -10,7 +10,7 @@ use crate::pages::parts::Page;
 use crate::units::Units;
 
 use rows::amplitude;
-pub(crate) use rows::{others, remedy_rows, trial_rows};
+pub(crate) use rows::{others, remedy_rows, setting_rows, trial_rows};
 
 /// The page of an explanation.
 pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation) -> String {
@@ -27,12 +27,12 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
         page.table(&["with", "ends as", "amplitude", "limit over gain"], &[2, 3], &trial_rows(found, units));
         let others = others(found);
         if !others.is_empty() {
-            page.paragraph("These sets of changes are as small, and remove the chatter too:");
+            page.paragraph("These sets are as small and also remove the chatter:");
             page.table(&["with", "which takes away"], &[], &others);
         }
         page.heading("What lasts");
         page.paragraph(
-            "Amplitude of the contact force that lasts to the end of each run (bars by logarithm).",
+            "Amplitude of the contact force that lasts to the end of each run (logarithmic bars).",
         );
         let bars = bars(found, units);
         page.bars(&bars);
@@ -42,9 +42,13 @@ pub(crate) fn page(document: &Document, settings: &[String], found: &Explanation
             page.paragraph("None of the remedies tried settles in simulation.");
         } else {
             page.paragraph(
-                "Remedies that settle in simulation, each with as much of the gain as half its largest stable one allows, cheapest in bandwidth first.",
+                "Remedies that settle in simulation, cheapest in bandwidth first. Each keeps as much gain as half of its stability limit allows.",
             );
             page.table(&["remedy", "gain kept", "bandwidth", "cost in bandwidth"], &[1, 2, 3], &rows);
+            page.paragraph(
+                "What applies each: settings of `feeler run`, or `feeler why FILE --try N --out FILE`.",
+            );
+            page.table(&["remedy", "settings"], &[], &setting_rows(found));
         }
     }
     page.heading("Scenario");

@@ -72,13 +72,24 @@ pub(super) fn amplitude(trial: &Trial, units: Units) -> Option<String> {
 
 /// A row per remedy.
 pub(crate) fn remedy_rows(found: &Explanation) -> Vec<Vec<String>> {
-    let row = |remedy: &Remedy| {
+    let row = |(i, remedy): (usize, &Remedy)| {
         vec![
-            remedy.what.clone(),
+            format!("{} {}", i + 1, remedy.what),
             format!("{} %", percent(remedy.gain_factor)),
             remedy.bandwidth_hz.map_or_else(|| "-".into(), |hz| with_unit(hz, "Hz")),
             remedy.cost.map_or_else(|| "-".into(), |cost| format!("{} %", percent(cost))),
         ]
     };
-    found.remedies.iter().map(row).collect()
+    found.remedies.iter().enumerate().map(row).collect()
+}
+
+/// A row per remedy that settings apply: its number, and what a command line takes.
+pub(crate) fn setting_rows(found: &Explanation) -> Vec<Vec<String>> {
+    let settable = found.remedies.iter().enumerate().filter(|(_, remedy)| !remedy.settings.is_empty());
+    settable
+        .map(|(i, remedy)| {
+            let sets: Vec<String> = remedy.settings.iter().map(|set| format!("--set {set}")).collect();
+            vec![(i + 1).to_string(), sets.join(" ")]
+        })
+        .collect()
 }

@@ -59,7 +59,7 @@ impl Believed {
             for effect in &guide.effects {
                 match (effect.definition.name, effect.values.as_slice()) {
                     ("coulomb-friction", [level]) => believed.friction += level,
-                    ("gravity", [amplitude, phase]) => believed.gravity = Some([*amplitude, *phase]),
+                    ("gravity", [amplitude, phase, ..]) => believed.gravity = Some([*amplitude, *phase]),
                     _ => {}
                 }
             }

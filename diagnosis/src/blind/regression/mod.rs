@@ -2,11 +2,10 @@
 //! few times above the motion; mass, damping and the terms of one cause by bounded least squares on the
 //! experiments to be fitted; causes ranked by their likelihood on the others.
 //!
-//! It shares neither code nor ideas with the fits of the diagnosis: nothing is predicted forward.
+//! It shares its low-pass with the diagnosis and nothing else: nothing is predicted forward.
 
 mod believed;
 mod causes;
-mod filter;
 mod rows;
 mod solve;
 

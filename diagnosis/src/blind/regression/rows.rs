@@ -1,6 +1,6 @@
 //! Records made ready: motion and command without what lies far above the motion, a few rows per period.
 
-use super::filter::{low_pass, slope};
+use crate::filter::{low_pass, slope};
 
 /// Corner of the low-pass over the frequency of the motion.
 const ABOVE_MOTION: f64 = 6.0;

@@ -65,7 +65,7 @@ pub struct AnsweredEffect {
 pub struct Measure {
     /// What is measured.
     pub what: &'static str,
-    /// The number; none where no case counts.
+    /// The number; `None` if no case counts.
     pub value: Option<f64>,
     /// What the number is.
     #[serde(skip)]

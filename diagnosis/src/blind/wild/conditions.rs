@@ -48,7 +48,7 @@ pub struct Conditions {
     pub friction_factor: Option<f64>,
 }
 
-/// Share of wrong levels among those that are believed: so many cases hide friction, which is then not
+/// Share of wrong levels among those that are believed: this share of cases hides friction, which is then not
 /// believed at all, that a third of all cases believe a wrong one.
 const WRONG_SHARE: f64 = 0.55;
 

@@ -138,8 +138,9 @@ pub(super) const BEYOND: &[Recipe] = &[
         Vec::new()
     }),
     recipe("directional-damping", "guide", |axis, _, random| {
-        axis.directional = random.sign() * axis.damping * random.between(0.4, 0.8);
-        Vec::new()
+        let asymmetry = random.sign() * random.between(0.4, 0.8);
+        axis.directional = axis.damping * asymmetry;
+        vec![("asymmetry", asymmetry)]
     }),
     recipe("warming-guide", "guide", |axis, sizes, random| {
         let periods = random.between(4.0, 12.0);
@@ -153,7 +154,7 @@ pub(super) const BEYOND: &[Recipe] = &[
     }),
     recipe("quadratic-drag", "guide", |axis, sizes, random| {
         axis.drag = axis.damping * random.between(1.5, 4.0) / sizes.speed();
-        Vec::new()
+        vec![("drag", axis.drag)]
     }),
     recipe("tight-spot", "guide", |axis, sizes, random| {
         let centre = sizes.amplitude * random.between(-0.3, 0.3);
@@ -162,8 +163,9 @@ pub(super) const BEYOND: &[Recipe] = &[
     }),
     recipe("hard-stop", "guide", |axis, sizes, random| {
         let at = sizes.amplitude * random.between(0.45, 0.6);
-        axis.stop = Some([at, 8.0 * sizes.command / sizes.amplitude]);
-        Vec::new()
+        let stiffness = 8.0 * sizes.command / sizes.amplitude;
+        axis.stop = Some([at, stiffness]);
+        vec![("position", at), ("stiffness", stiffness)]
     }),
 ];
 

@@ -110,7 +110,7 @@ struct Balance {
     stiffness_n_per_m: f64,
 }
 
-/// Limit cycles of a scenario with one linear contact, by falling peak force; none where the loop has none.
+/// Limit cycles of a scenario with one linear contact, by falling peak force; `None` if the loop has none.
 ///
 /// # Errors
 /// [`AnalysisError::NoLimitCycle`] for machines that this theory does not cover; the mistakes of the

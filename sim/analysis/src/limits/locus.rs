@@ -5,13 +5,28 @@ use nalgebra::DMatrix;
 
 use crate::error::AnalysisError;
 
-/// Gains of a locus in each decade, before it is refined where poles move fast.
-const GAINS_PER_DECADE: f64 = 50.0;
+/// How finely a locus is followed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Fineness {
+    /// Gains in each decade, before it is refined where poles move fast.
+    per_decade: f64,
+    /// Rounds of refinement.
+    passes: usize,
+    most_gains: usize,
+}
+
+impl Fineness {
+    /// For a picture that is looked at.
+    pub(crate) const WHOLE: Self = Self { per_decade: 50.0, passes: 3, most_gains: 1200 };
+    /// For one of many in a row.
+    pub(crate) const BRIEF: Self = Self { per_decade: 15.0, passes: 1, most_gains: 250 };
+}
+
 /// A locus begins this far below the largest stable gain and reaches at least this many times beyond it...
 const BELOW: f64 = 1e-3;
 const BEYOND: f64 = 20.0;
-/// ...and on, in steps of a decade up to so many, until some branch has come to each zero within this share
-/// of the zero's size.
+/// ...and on, in at most this number of steps of a decade, until some branch has come to each zero within
+/// this share of the zero's size.
 const DECADES: i32 = 4;
 const ARRIVED: f64 = 0.02;
 /// A locus in the z plane ends where a pole is this far out.
@@ -20,8 +35,6 @@ const FAR: f64 = 1e3;
 /// step so finely, so often, helps.
 const STEP: f64 = 0.02;
 const FINEST: f64 = 16.0;
-const PASSES: usize = 3;
-const MOST_GAINS: usize = 1200;
 /// Rounding of matrices, over their largest element, within which they are a straight line, and a slope one
 /// product of a column and a row.
 const AFFINE: f64 = 1e-10;
@@ -65,6 +78,7 @@ pub(crate) fn follow(
     open_zeros: Vec<C64>,
     present_gain: f64,
     largest: Option<f64>,
+    fineness: Fineness,
 ) -> Result<Locus, AnalysisError> {
     let zero = closed(0.0)?;
     let present = eigenvalues(&closed(present_gain)?)?;
@@ -87,7 +101,7 @@ pub(crate) fn follow(
         }
         to *= 10.0;
     }
-    let count = (GAINS_PER_DECADE * (to / from).log10()).ceil();
+    let count = (fineness.per_decade * (to / from).log10()).ceil();
     let mut gains: Vec<f64> =
         (0..=count as u32).map(|i| from * (to / from).powf(f64::from(i) / count)).collect();
     gains.extend([first, present_gain.max(first)].into_iter().chain(largest));
@@ -102,9 +116,9 @@ pub(crate) fn follow(
     }
     let picture = period_s.map_or_else(|| picture_of(poles.iter().chain(&zeros)), |_| [1.0; 2]);
     let mut traced = root_locus(matrix, &gains)?;
-    for _ in 0..PASSES {
+    for _ in 0..fineness.passes {
         let between = long_steps(&traced, picture);
-        if between.is_empty() || traced.gains.len() + between.len() > MOST_GAINS {
+        if between.is_empty() || traced.gains.len() + between.len() > fineness.most_gains {
             break;
         }
         gains.extend(between);
@@ -194,7 +208,7 @@ mod tests {
             let mode = dmatrix![0.0, 1.0; -9.0, -0.6];
             Ok(if k > 0.0 { dmatrix![0.0, 1.0, 0.0; -9.0, -0.6, k; -1.0, 0.0, 0.0] } else { mode })
         };
-        let locus = follow(None, closed, Vec::new(), 1.0, Some(5.4)).unwrap();
+        let locus = follow(None, closed, Vec::new(), 1.0, Some(5.4), Fineness::WHOLE).unwrap();
         assert_eq!(locus.branches.len(), 3);
         for branch in &locus.branches {
             let image = |p: C64| locus.branches.iter().any(|other| (other[0] - p).norm() < 1e-6);
@@ -208,7 +222,7 @@ mod tests {
     fn regress_zeros_are_those_of_the_gain_and_not_of_the_whole_law() {
         let closed = |k: f64| Ok(dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -2.0 * k, -9.0 - k, -4.6]);
         let elsewhere = vec![C64::new(0.0, 13.0), C64::new(0.0, -13.0)];
-        let locus = follow(None, closed, elsewhere, 1.0, None).unwrap();
+        let locus = follow(None, closed, elsewhere, 1.0, None, Fineness::WHOLE).unwrap();
         assert!(locus.zeros.len() == 1 && (locus.zeros[0] + 2.0).norm() < 1e-9, "{:?}", locus.zeros);
     }
 
@@ -219,7 +233,7 @@ mod tests {
         let zero = C64::new(-0.01, (4.0_f64 - 1e-4).sqrt());
         let closed =
             |k: f64| Ok(dmatrix![0.0, 1.0, 0.0; 0.0, 0.0, 1.0; -4.0 * k, -9.0 - 0.02 * k, -0.02 - k]);
-        let locus = follow(None, closed, vec![zero, zero.conj()], 0.1, None).unwrap();
+        let locus = follow(None, closed, vec![zero, zero.conj()], 0.1, None, Fineness::WHOLE).unwrap();
         let ends: Vec<C64> = locus.branches.iter().map(|branch| branch[branch.len() - 1]).collect();
         assert!(ends.iter().any(|p| (p - zero).norm() < ARRIVED * zero.norm()));
         // The picture is 0.15 times as wide as high, and poles at gain zero lie at 3 rad/s.
@@ -241,7 +255,7 @@ mod tests {
         let closed = |k: f64| {
             Ok(&turn * dmatrix![0.0, 1.0, 0.0; -0.5 - 0.01 * k, 1.2, 0.0; 0.0, 0.0, k.powi(10)] * &back)
         };
-        let locus = follow(Some(1e-3), closed, Vec::new(), 0.5, Some(1.0)).unwrap();
+        let locus = follow(Some(1e-3), closed, Vec::new(), 0.5, Some(1.0), Fineness::WHOLE).unwrap();
         let last = locus.gains[locus.gains.len() - 1];
         assert!(last > 1.5 && last.powi(10) <= FAR, "{last}");
         for pair in locus

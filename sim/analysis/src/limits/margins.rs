@@ -16,14 +16,16 @@ const FLAT: f64 = 1e-6;
 /// Margins of the sampled loop broken at its controller.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MarginReport {
-    /// Factor by which the gain may rise; absent where no rise destabilises, and where the loop is unstable.
+    /// Factor by which the gain may rise; absent if no rise destabilises, and where the loop is unstable.
     pub gain: Option<f64>,
-    /// Factor by which the gain may fall, or to which that of an unstable loop must; absent where no fall
+    /// Frequency at which the loop swings with that gain, Hz.
+    pub gain_hz: Option<f64>,
+    /// Factor by which the gain may fall, or to which that of an unstable loop must; absent if no fall
     /// destabilises the one, or stabilises the other.
     pub gain_decrease: Option<f64>,
-    /// Smallest phase margin; absent where the loop is unstable.
+    /// Smallest phase margin; absent if the loop is unstable.
     pub phase_deg: Option<f64>,
-    /// Delay that the loop bears in addition, s; absent where the loop is unstable.
+    /// Delay that the loop bears in addition, s; absent if the loop is unstable.
     pub delay_s: Option<f64>,
     /// Crossover with the smallest phase margin, Hz.
     pub crossover_hz: Option<f64>,
@@ -60,6 +62,7 @@ impl MarginReport {
         let (sensitivity, complementary) = (margins.sensitivity, margins.complementary_sensitivity);
         Ok(Self {
             gain: margins.smallest_increase().filter(|_| stable).map(|m| m.factor),
+            gain_hz: margins.smallest_increase().filter(|_| stable).map(|m| m.frequency_hz),
             gain_decrease: if stable {
                 margins.smallest_decrease().map(|m| m.factor)
             } else {

@@ -1,6 +1,7 @@
 //! How far a loop can go: stable gains, margins, chatter, limits of drives, and what limits the bandwidth.
 
 pub(crate) mod drift;
+pub(crate) mod factor;
 pub(crate) mod limit_cycle;
 pub(crate) mod locus;
 pub(crate) mod margins;

@@ -89,10 +89,17 @@ impl<'a> Demand<'a> {
         let own = &whole.controllers()[controller];
         let size = Reference::new(&own.spec.reference, 0, "")?.value(f64::MAX).abs();
         let around = whole.open_loop(controller)?.evaluator();
-        // A velocity source's limit is on the force that it makes of the command.
+        // The limit of a force that builds up is on what the drive makes of the command.
         let force = whole.plant().output(Source::Drive(own.drive, Quantity::Force))?;
         let made = whole.response_to(controller, force)?.evaluator();
-        Ok(Self { whole, controller, size, around, made, law: law_of_reference(own)? })
+        Ok(Self {
+            whole,
+            controller,
+            size,
+            around,
+            made,
+            law: TransferEvaluator::new(&law_of_reference(own)?),
+        })
     }
 
     /// Sizes of command and drive force at a frequency.
@@ -101,7 +108,7 @@ impl<'a> Demand<'a> {
         let drive = &self.whole.assembly().drives[own.drive];
         let z = C64::cis(TAU * frequency_hz * own.spec.period_s);
         let command = self.law.at(z)?[(0, 0)] / (self.around.at(z)? + 1.0) * self.size;
-        let force = if drive.velocity_source.is_some() {
+        let force = if drive.limits_force() {
             (command * self.made.at(z)?).norm()
         } else {
             command.norm() * drive.gain

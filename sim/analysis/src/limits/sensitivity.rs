@@ -1,11 +1,15 @@
 //! How the bandwidth, and what else is achieved, answers to each number of a machine: what to stiffen,
 //! lighten or damp first.
 
+use feeler_catalogue::Key;
+use feeler_control::ControllerSpec;
 use feeler_plant::assembly::Assembly;
-use feeler_plant::description::Engagement;
+use feeler_plant::description::{Actuator, Body, Contact, Engagement, Spring, Table};
 use serde::Serialize;
 
 use crate::error::AnalysisError;
+use crate::limits::waterfall::Stage;
+use crate::loops::closed_loop::ClosedLoop;
 use crate::loops::control_loop::{ControlLoop, LoopController};
 use crate::workers::Workers;
 
@@ -96,13 +100,10 @@ impl ControlLoop {
             let at = |factor: f64| -> Result<[Option<f64>; 2], AnalysisError> {
                 let altered =
                     self.altered(|assembly, controllers| *slot.of(assembly, controllers) *= factor)?;
-                let stage = altered.sampled_stage("", key, None)?;
-                let achieved = if saturates {
-                    altered.saturation_hz(key, base.largest_gain)?
-                } else {
-                    stage.bandwidth_hz
-                };
-                Ok([stage.largest_gain, achieved])
+                let (largest_gain, bandwidth_hz) = altered.stage_near(key, &base, !saturates)?;
+                let achieved =
+                    if saturates { altered.saturation_hz(key, base.largest_gain)? } else { bandwidth_hz };
+                Ok([largest_gain, achieved])
             };
             let (low, high) = (at(1.0 - DIFFERENCE)?, at(1.0 + DIFFERENCE)?);
             let slope = |which: usize| {
@@ -126,23 +127,54 @@ impl ControlLoop {
         Ok(sensitivities)
     }
 
+    /// Largest gain and bandwidth of a loop that differs from that of `base` by little: of many states from where
+    /// they are there, else anew.
+    fn stage_near(
+        &self,
+        key: &str,
+        base: &Stage,
+        with_bandwidth: bool,
+    ) -> Result<(Option<f64>, Option<f64>), AnalysisError> {
+        let near = base.edge_hz.map(|edge_hz| self.edge_near(key, edge_hz)).transpose()?.flatten();
+        let Some((largest, near_hz)) = near.zip(base.bandwidth_hz) else {
+            let stage = self.sampled_stage("", key, None)?;
+            return Ok((stage.largest_gain, stage.bandwidth_hz));
+        };
+        if !with_bandwidth {
+            return Ok((Some(largest), None));
+        }
+        let (controller, gain) = self.gain_of_key(key)?;
+        let half = self.at_half_of(controller, &gain, largest)?;
+        let nyquist_hz = 0.5 / half.controllers()[controller].spec.period_s;
+        let closed = ClosedLoop::sampled(&half, controller)?;
+        let found = closed.map(|closed| closed.bandwidth_near_hz(near_hz)).transpose()?;
+        Ok((Some(largest), found.map(|found| found.unwrap_or(nyquist_hz))))
+    }
+
     /// Masses, stiffnesses and dampings of what takes part: an absent contact does not.
     fn numbers(&self) -> Vec<(String, Slot)> {
         let assembly = self.assembly();
         let mut numbers: Vec<(String, Slot)> = Vec::new();
         for (i, node) in assembly.nodes.iter().enumerate().skip(1) {
-            numbers.push((format!("bodies.{}.mass", node.name), Slot::Mass(i)));
+            numbers.push((key_of(Table::Bodies, &node.name, &Body::MASS.key), Slot::Mass(i)));
         }
         for (i, link) in assembly.links.iter().enumerate().filter(|(_, link)| !link.rigid) {
-            numbers.push((format!("springs.{}.stiffness", link.name), Slot::LinkStiffness(i)));
-            numbers.push((format!("springs.{}.damping", link.name), Slot::LinkDamping(i)));
+            numbers
+                .push((key_of(Table::Springs, &link.name, &Spring::STIFFNESS.key), Slot::LinkStiffness(i)));
+            numbers.push((key_of(Table::Springs, &link.name, &Spring::DAMPING.key), Slot::LinkDamping(i)));
         }
         let taken = &self.plant().motion().assembly().contacts;
         for (i, contact) in
             taken.iter().enumerate().filter(|(_, contact)| contact.engagement != Engagement::Free)
         {
-            numbers.push((format!("contacts.{}.stiffness", contact.name), Slot::ContactStiffness(i)));
-            numbers.push((format!("contacts.{}.damping", contact.name), Slot::ContactDamping(i)));
+            numbers.push((
+                key_of(Table::Contacts, &contact.name, &Contact::STIFFNESS.key),
+                Slot::ContactStiffness(i),
+            ));
+            numbers.push((
+                key_of(Table::Contacts, &contact.name, &Contact::DAMPING.key),
+                Slot::ContactDamping(i),
+            ));
         }
         numbers
     }
@@ -152,19 +184,29 @@ impl ControlLoop {
         let mut limits = Vec::new();
         for (i, drive) in self.assembly().drives.iter().enumerate() {
             if drive.limit.is_finite() {
-                limits.push((format!("actuators.{}.limit", drive.name), Slot::DriveLimit(i)));
+                limits
+                    .push((key_of(Table::Actuators, &drive.name, &Actuator::LIMIT.key), Slot::DriveLimit(i)));
             }
             if drive.rate_limit.is_finite() {
-                limits.push((format!("actuators.{}.rate_limit", drive.name), Slot::DriveRateLimit(i)));
+                limits.push((
+                    key_of(Table::Actuators, &drive.name, &Actuator::RATE_LIMIT.key),
+                    Slot::DriveRateLimit(i),
+                ));
             }
         }
         for (i, controller) in
             self.controllers().iter().enumerate().filter(|(_, c)| c.spec.output_limit.is_some())
         {
-            limits.push((format!("controllers.{}.output_limit", controller.name), Slot::OutputLimit(i)));
+            let key = ControllerSpec::OUTPUT_LIMIT.key.name;
+            limits.push((format!("controllers.{}.{key}", controller.name), Slot::OutputLimit(i)));
         }
         limits
     }
+}
+
+/// A dotted path as in a file.
+fn key_of(table: Table, element: &str, key: &Key) -> String {
+    format!("{}.{element}.{}", table.name(), key.name)
 }
 
 /// Whether two changes go opposite ways, the loss being no trifle beside the gain.

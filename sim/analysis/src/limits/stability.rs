@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use feeler_lti::{
-    AffineLoop, C64, GainEdge, GainSearch, StableGains, TimeDomain, eigen, eigenvalues, stable_gains,
+    AffineLoop, C64, GainEdge, GainSearch, RankOneLoop, StableGains, TimeDomain, eigen, eigenvalues,
+    stable_gains,
 };
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -22,6 +23,8 @@ const POINTS_PER_DECADE: u32 = 12;
 /// Matrices that depart from a straight line in the gain by no more than this share of their largest element
 /// are on it, up to rounding.
 const AFFINE: f64 = 1e-13;
+/// From this many states on, the edges of a gain that acts in one place are found by its response.
+pub(crate) const MANY_STATES: usize = 32;
 /// Growth rates below this cannot be told from none, 1/s: at gains next to zero an integrator's pole lies
 /// that close to the limit, where eigenvalues of sampled loops are good to 1e-12 per period of 1e-3 s or
 /// less.
@@ -134,6 +137,26 @@ impl ControlLoop {
         self.bands(sampled.domain()?, matrix, sampled.expand(), sampled.alias_s())
     }
 
+    /// The gain to which an edge of the sampled loop at `edge_hz` moves when the machine changes a little; `None`
+    /// for loops of few states, of several rates, or where none is near.
+    pub(crate) fn edge_near(&self, key: &str, edge_hz: f64) -> Result<Option<f64>, AnalysisError> {
+        let (controller, gain) = self.gain_of_key(key)?;
+        let Ok(sampled) = SampledLoop::new(self) else { return Ok(None) };
+        let matrix = |k: f64| sampled.closed_loop_with(controller, &gain, k);
+        let Ok(low) = matrix(2.0) else { return Ok(None) };
+        if low.nrows() < MANY_STATES || sampled.alias_s().is_some() || edge_hz <= 0.0 {
+            return Ok(None);
+        }
+        let (middle, high) = (matrix(4.0)?, matrix(6.0)?);
+        let slope = (&middle - &low) / 2.0;
+        let zero = &low - &slope * 2.0;
+        let affine = (&zero + &slope * 6.0 - &high).amax() <= AFFINE * high.amax();
+        let one_place = affine.then(|| RankOneLoop::new(sampled.domain().ok()?, &zero, &slope)).flatten();
+        Ok(one_place
+            .and_then(|found| found.gain_near(TAU * edge_hz).ok().flatten())
+            .filter(|gain| *gain > 0.0))
+    }
+
     /// The same in the continuous loop.
     ///
     /// # Errors
@@ -231,7 +254,7 @@ impl ControlLoop {
         })
     }
 
-    fn bands<T: TimeDomain>(
+    pub(crate) fn bands<T: TimeDomain>(
         &self,
         domain: T,
         matrix: impl Fn(f64) -> Result<DMatrix<f64>, AnalysisError>,
@@ -259,7 +282,10 @@ impl ControlLoop {
             points_per_decade: POINTS_PER_DECADE,
             ..GainSearch::non_negative(scale)?
         };
-        let stable: StableGains = stable_gains(domain, at, &search)?;
+        let many = affine && zero.nrows() >= MANY_STATES;
+        let one_place = many.then(|| RankOneLoop::new(domain, zero, slope)).flatten();
+        let quick = one_place.and_then(|found| found.stable_gains(&search).ok().flatten());
+        let stable: StableGains = quick.map_or_else(|| stable_gains(domain, at, &search), Ok)?;
         let own = modes(self.plant())?;
         let edge = |edge: GainEdge| {
             let vector = rest.as_ref().map(|rest| rest.whole(edge.gain, edge.eigenvalue, &edge.eigenvector));

@@ -173,7 +173,7 @@ fn idealise_drives(assembly: &mut Assembly) {
         let drive = &mut assembly.drives[i];
         drive.lags.clear();
         if let Some(source) = drive.velocity_source.take() {
-            drive.gain *= source.damping;
+            drive.gain *= source.gain;
             let (name, on, reacts_on) = (drive.name.clone(), drive.on, drive.reacts_on);
             assembly.add_link(name, reacts_on, on, 0.0, source.damping);
         }

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 use feeler_control::{ControllerSpec, Law, LinearLaw};
-use feeler_lti::{C64, Continuous, Discrete, StateSpace, TimeDomain, TransferEvaluator};
+use feeler_lti::{C64, Continuous, Discrete, DiscreteStateSpace, StateSpace, TimeDomain, TransferEvaluator};
 use feeler_plant::assembly::Source;
 use nalgebra::DMatrix;
 use serde::Serialize;
@@ -25,6 +25,8 @@ const STEP: f64 = 1.02;
 const SHELF_AT: [f64; 2] = [5.0, 10.0];
 const SHELF_SHARE: f64 = 0.05;
 const SHELF_FLAT: f64 = 1.25;
+/// Factors on a bandwidth between which that of a loop is looked for that differs by little.
+const NEAR: [f64; 2] = [0.97, 1.03];
 /// Relative accuracy of a bandwidth.
 const ACCURACY: f64 = 1e-12;
 
@@ -75,7 +77,7 @@ impl ClosedLoop<Discrete> {
             domain: around.system.domain(),
             plant: plant.evaluator(),
             around: around.evaluator(),
-            law: ReferencePath::Sampled(law_of_reference(own)?),
+            law: ReferencePath::Sampled(TransferEvaluator::new(&law_of_reference(own)?)),
             highest_hz: 0.5 / own.spec.period_s,
             integrates: integrates(own),
         }))
@@ -139,6 +141,31 @@ impl<T: TimeDomain> ClosedLoop<T> {
         if least == 0.0 { Ok(None) } else { self.falls_below(least, LOWEST_HZ) }
     }
 
+    /// The same of a loop whose bandwidth is known to be near a frequency.
+    ///
+    /// # Errors
+    /// As [`Self::at`].
+    pub(crate) fn bandwidth_near_hz(&self, near_hz: f64) -> Result<Option<f64>, AnalysisError> {
+        let least = FRAC_1_SQRT_2 * self.at(LOWEST_HZ)?.norm();
+        let [low_hz, high_hz] = NEAR.map(|factor| (factor * near_hz).min(self.highest_hz));
+        if least > 0.0 && self.at(low_hz)?.norm() >= least && self.at(high_hz)?.norm() < least {
+            return Ok(Some(self.crossed_hz(least, low_hz, high_hz)?));
+        }
+        self.bandwidth_hz()
+    }
+
+    /// Where between two frequencies the reading falls below this, Hz.
+    fn crossed_hz(&self, least: f64, mut above: f64, mut below: f64) -> Result<f64, AnalysisError> {
+        while below > above * (1.0 + ACCURACY) {
+            let middle = (above * below).sqrt();
+            if middle <= above || middle >= below {
+                break;
+            }
+            if self.at(middle)?.norm() < least { below = middle } else { above = middle }
+        }
+        Ok(below)
+    }
+
     /// What of the reference is still followed beyond the bandwidth of a law with integral action, if it is
     /// about as much over a good part of a decade.
     ///
@@ -164,15 +191,7 @@ impl<T: TimeDomain> ClosedLoop<T> {
         while above < self.highest_hz {
             let next = (above * STEP).min(self.highest_hz);
             if self.at(next)?.norm() < least {
-                let mut below = next;
-                while below > above * (1.0 + ACCURACY) {
-                    let middle = (above * below).sqrt();
-                    if middle <= above || middle >= below {
-                        break;
-                    }
-                    if self.at(middle)?.norm() < least { below = middle } else { above = middle }
-                }
-                return Ok(Some(below));
+                return Ok(Some(self.crossed_hz(least, above, next)?));
             }
             above = next;
         }
@@ -181,26 +200,25 @@ impl<T: TimeDomain> ClosedLoop<T> {
 }
 
 /// Whether a position is wanted and its speed is felt.
-fn integrates(controller: &LoopController) -> bool {
+pub(crate) fn integrates(controller: &LoopController) -> bool {
     controller.motion_is_velocity
         && controller.motion.is_some()
         && controller.controlled() == controller.motion
 }
 
 /// From the reference to the output of a sampled law, in the z plane.
-pub(crate) fn law_of_reference(controller: &LoopController) -> Result<TransferEvaluator, AnalysisError> {
+pub(crate) fn law_of_reference(controller: &LoopController) -> Result<DiscreteStateSpace, AnalysisError> {
     let law: LinearLaw = controller.spec.linear(controller.motion_is_velocity)?;
     let n = law.c.len();
     let a = DMatrix::from_fn(n, n, |i, j| law.a[i][j]);
     let b = DMatrix::from_fn(n, 1, |i, _| law.b[i][0]);
-    let system = StateSpace::discrete(
+    Ok(StateSpace::discrete(
         a,
         b,
         DMatrix::from_row_slice(1, n, &law.c),
         DMatrix::from_element(1, 1, law.d[0]),
         controller.spec.period_s,
-    )?;
-    Ok(TransferEvaluator::new(&system))
+    )?)
 }
 
 /// From the reference to the output of a law on paper: it enters wherever the reading does, with the other

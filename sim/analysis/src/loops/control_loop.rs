@@ -1,7 +1,7 @@
 //! A machine with its controllers, as linear theory sees them.
 
 use feeler_control::{ControllerSpec, Law};
-use feeler_engine::{Program, Scenario};
+use feeler_engine::{LoopWiring, Program, Scenario};
 use feeler_plant::assembly::{Assembly, Source};
 use nalgebra::DMatrix;
 
@@ -16,6 +16,8 @@ use crate::machine::prepare::View;
 pub struct LoopController {
     /// Its name.
     pub name: String,
+    /// Whether it is the loop of a sampled servo, and the name that of its actuator.
+    pub is_servo: bool,
     /// Law, gains and timing.
     pub spec: ControllerSpec,
     /// Sensor that it controls.
@@ -89,17 +91,26 @@ impl ControlLoop {
     /// The mistakes of the scenario; [`AnalysisError::NoEquilibrium`].
     pub fn new(scenario: &Scenario, view: &View) -> Result<Self, AnalysisError> {
         let program = Program::new(scenario)?;
-        let controllers = program.loops().map(|wiring| LoopController {
+        let assembly = program.motion().assembly().clone();
+        // What commands the target of a sampled servo acts on its loop, and not on the drive.
+        let aims =
+            |wiring: &LoopWiring<'_>| !wiring.is_servo && assembly.drives[wiring.drive].sampling().is_some();
+        if let Some(outer) = program.loops().find(|loops| aims(loops) && loops.spec.law != Law::OpenLoop) {
+            let servo = assembly.drives[outer.drive].name.clone();
+            return Err(AnalysisError::Cascade { name: outer.name.into(), servo });
+        }
+        let controllers = program.loops().filter(|wiring| !aims(wiring)).map(|wiring| LoopController {
             name: wiring.name.into(),
+            is_servo: wiring.is_servo,
             spec: wiring.spec.clone(),
             reading: wiring.reading,
             motion: wiring.motion,
             motion_is_velocity: wiring.motion_is_velocity,
             drive: wiring.drive,
         });
-        let assembly = program.motion().assembly().clone();
+        let controllers = controllers.collect();
         let plant = LinearMachine::of_assembly(&scenario.machine, &assembly, view)?;
-        Ok(Self { plant, assembly, view: *view, controllers: controllers.collect() })
+        Ok(Self { plant, assembly, view: *view, controllers })
     }
 
     /// Linearises a scenario for the gain that a key names to be varied: a controller that would need a
@@ -115,8 +126,10 @@ impl ControlLoop {
         let with_one = with_gain(&own.spec, &gain, 1.0)?;
         if own.motion.is_none() && with_one.law.needs_motion() {
             let mut varied = scenario.clone();
-            varied.controllers[controller].spec = with_one;
-            if let Some(wiring) = Program::new(&varied)?.loops().nth(controller) {
+            if let Some(varied) = varied.controllers.get_mut(&own.name) {
+                varied.spec = with_one;
+            }
+            if let Some(wiring) = Program::new(&varied)?.loops().find(|wiring| wiring.name == own.name) {
                 (own.motion, own.motion_is_velocity) = (wiring.motion, wiring.motion_is_velocity);
             }
         }
@@ -173,7 +186,10 @@ impl ControlLoop {
     /// [`AnalysisError::NoController`]; the gain itself is checked where it is set.
     pub fn gain_of_key(&self, key: &str) -> Result<(usize, String), AnalysisError> {
         let (path, gain) = key.rsplit_once('.').unwrap_or(("", key));
-        let name = path.strip_prefix("controllers.").unwrap_or(path);
+        let of_servo = path.strip_prefix("actuators.");
+        let name = of_servo.or(path.strip_prefix("controllers.")).unwrap_or(path);
+        // `kd` of a servo is what a position law calls damping.
+        let gain = if of_servo.is_some() && gain == "kd" { "damping" } else { gain };
         let controller = if name.is_empty() { 0 } else { self.controller(name)? };
         if controller >= self.controllers.len() {
             return Err(self.no_controller(name));
@@ -186,7 +202,8 @@ impl ControlLoop {
     pub fn default_gain_key(&self) -> Option<String> {
         let closes = |c: &&LoopController| !matches!(c.spec.law, Law::OpenLoop);
         let controller = self.controllers.iter().find(closes)?;
-        leading_gain(&controller.spec).map(|gain| format!("controllers.{}.{gain}", controller.name))
+        let table = if controller.is_servo { "actuators" } else { "controllers" };
+        leading_gain(&controller.spec).map(|gain| format!("{table}.{}.{gain}", controller.name))
     }
 
     pub(crate) fn set_spec(&mut self, controller: usize, spec: ControllerSpec) {

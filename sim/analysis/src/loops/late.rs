@@ -1,6 +1,6 @@
 //! Sampled loops with many samples of dead time.
 //!
-//! Lifted, every sample of delay is a state, and the eigenvalues of so many cost too much. A whole number of
+//! Lifted, every sample of delay is a state, and their eigenvalues cost too much. A whole number of
 //! samples is a factor `z^-n` of the loop broken at its controller, exactly, so here it stands beside a
 //! system of few states: responses and margins are those of that system, late. Gains at which a root of
 //! `1 + z^-n (H0 + k H1)` lies on the unit circle are those at which `-(1 + z^-n H0) / (z^-n H1)` is real;

@@ -17,7 +17,7 @@ pub struct LoopPair {
     /// The signal that its sensor reads: that of motion, for a law that makes no use of a force, unless its
     /// gain of force is asked for.
     pub output: String,
-    /// The signal of which the bandwidth is told: that which the reference is of.
+    /// The signal whose bandwidth is reported: that of the reference.
     pub controlled: String,
 }
 

@@ -9,3 +9,4 @@ pub(crate) mod late;
 pub(crate) mod loop_pair;
 pub(crate) mod sampled_loop;
 pub(crate) mod schedule;
+pub(crate) mod step_response;

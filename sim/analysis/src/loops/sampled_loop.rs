@@ -118,6 +118,21 @@ impl<'a> SampledLoop<'a> {
         self.closed_with(&self.specs())
     }
 
+    /// The same with the gain of every drive times a factor.
+    ///
+    /// # Errors
+    /// As [`Self::closed_loop`].
+    pub(crate) fn closed_loop_driven(&self, factor: f64) -> Result<DMatrix<f64>, AnalysisError> {
+        let mut driven = self.clone();
+        for (_, step) in driven.spans.iter_mut().chain([&mut driven.lead_in]) {
+            *step *= factor;
+        }
+        for row in driven.plant.reading.iter_mut().chain(&mut driven.plant.motion).flatten() {
+            row.d *= factor;
+        }
+        driven.closed_loop()
+    }
+
     /// The same with one gain changed.
     ///
     /// # Errors

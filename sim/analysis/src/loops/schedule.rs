@@ -18,7 +18,7 @@ pub(crate) struct Timing {
     pub(crate) offset_s: f64,
     /// From a sample to when its output acts.
     pub(crate) output_delay_s: f64,
-    /// Delays of the two sensors, absent where there is none.
+    /// Delays of the two sensors, absent if there is none.
     pub(crate) sensor_delay_s: [Option<f64>; 2],
 }
 

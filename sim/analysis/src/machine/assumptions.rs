@@ -27,6 +27,11 @@ impl ControlLoop {
         self.of_springs(view, &mut found);
         self.of_contacts(view, &mut found);
         self.assembly().drives.iter().for_each(|drive| of_drive(drive, &mut found));
+        for weight in &self.assembly().weights {
+            let is_of_spring = self.assembly().links.iter().any(|link| link.name == weight.name);
+            let table = if is_of_spring { "springs" } else { "bodies" };
+            found.when(true, &format!("{table}.{}", weight.name), Kind::Gravity.name(), TANGENT);
+        }
         for sensor in &self.assembly().sensors {
             let of = format!("sensors.{}", sensor.name);
             found.when(
@@ -84,6 +89,13 @@ impl ControlLoop {
                 FrictionView::Stuck => "taken as sticking: both bodies move as one",
             };
             found.when(link.friction.acts(), &of, "dry friction", friction);
+            let lugre = "taken as not sliding: a spring and a damper, its bristles at rest";
+            found.when(link.bristle.is_some(), &of, Kind::LugreFriction.name(), lugre);
+            let mean = "taken as the mean of both directions";
+            found.when(link.asymmetry != 0.0, &of, Kind::DirectionalDamping.name(), mean);
+            let no_slope = "left out: at rest it has no slope; about a speed v it damps by 2 drag v";
+            found.when(link.drag != 0.0, &of, Kind::QuadraticDrag.name(), no_slope);
+            found.when(link.stop.is_some(), &of, Kind::HardStop.name(), NOT_REACHED);
             found.when(
                 !link.rigid && link.cubic != 0.0,
                 &of,
@@ -120,6 +132,8 @@ impl ControlLoop {
     }
 }
 
+/// What is said of every force over position.
+const TANGENT: &str = "taken as its tangent where the machine rests: a stiffness";
 /// What is said of every limit.
 const NOT_REACHED: &str =
     "taken as never reached; where a reference of the file's size reaches it is found apart (saturation)";
@@ -127,19 +141,30 @@ const NOT_REACHED: &str =
 fn of_drive(drive: &Drive, found: &mut Found) {
     let of = format!("actuators.{}", drive.name);
     found.when(drive.limit.is_finite(), &of, "force limit", NOT_REACHED);
+    found.when(drive.command_limit.is_finite(), &of, "supply voltage", NOT_REACHED);
+    found.when(drive.line.is_some(), &of, "torque-speed line", NOT_REACHED);
     found.when(drive.rate_limit.is_finite(), &of, "rate limit", NOT_REACHED);
+    let target = drive.sampling().map(|sampling| sampling.target);
+    found.when(
+        target.is_some_and(|target| target.error_deadband > 0.0),
+        &of,
+        "error deadband",
+        "taken as crossed: the loop answers the whole error",
+    );
+    found.when(
+        drive.imposed.is_some(),
+        &of,
+        "imposed motion",
+        "taken as standing still: it disturbs the loop and does not change it",
+    );
     found.when(
         drive.deadband > 0.0,
         &of,
         "deadband",
         "taken as crossed: the drive answers in full; a command inside it moves nothing",
     );
-    found.when(
-        drive.ripples.iter().any(|r| r.amplitude > 0.0),
-        &of,
-        "force ripple",
-        "taken as its tangent where the machine rests: a stiffness",
-    );
+    found.when(drive.ripples.iter().any(|r| r.amplitude > 0.0), &of, "force ripple", TANGENT);
+    found.when(drive.noise > 0.0, &of, "noise", "left out: it disturbs the loop and does not change it");
 }
 
 /// What has been found so far.

@@ -27,7 +27,7 @@ impl Channel {
         self.system.poles()
     }
 
-    /// Zeros, rad/s; none where the output does not depend on the input at all.
+    /// Zeros, rad/s; `None` if the output does not depend on the input at all.
     ///
     /// # Errors
     /// [`LtiError::EigenvaluesNotConverged`].

@@ -2,7 +2,7 @@
 
 use feeler_engine::EngineError;
 use feeler_lti::StateSpace;
-use feeler_plant::assembly::{Assembly, Source, assemble, resolve};
+use feeler_plant::assembly::{Assembly, Drive, Source, assemble, resolve};
 use feeler_plant::description::{Machine, Quantity, SignalName};
 use feeler_plant::motion::{Equations, Mode, Motion, Row};
 
@@ -33,9 +33,9 @@ pub struct LinearMachine {
 /// What keeps the machine at rest; a held command acts as far as deadband and limit let it.
 fn holding(assembly: &Assembly, view: &View) -> Holding {
     let held = view.held.and_then(|held| assembly.drives.get(held.drive).map(|drive| (held, drive)));
-    held.map_or(Holding::Preload(view.preload_n()), |(held, drive)| {
-        let beyond = held.command - held.command.clamp(-drive.deadband, drive.deadband);
-        Holding::Drive { drive: held.drive, effort: (beyond * drive.gain).clamp(-drive.limit, drive.limit) }
+    held.map_or(Holding::Preload(view.preload_n()), |(held, drive)| Holding::Drive {
+        drive: held.drive,
+        effort: drive.held(held.command),
     })
 }
 
@@ -56,7 +56,9 @@ impl LinearMachine {
     /// # Errors
     /// The mistakes of the machine; [`AnalysisError::NoEquilibrium`] where a nonlinear machine cannot rest.
     pub fn new(machine: &Machine, view: &View) -> Result<Self, AnalysisError> {
-        let assembly = assemble(machine).map_err(|problems| EngineError::Problems { problems })?;
+        let mut assembly = assemble(machine).map_err(|problems| EngineError::Problems { problems })?;
+        // A machine without its loops has no samples: its servos are continuous.
+        assembly.drives.iter_mut().for_each(Drive::make_continuous);
         Self::of_assembly(machine, &assembly, view)
     }
 

@@ -103,7 +103,7 @@ pub fn modes(plant: &LinearMachine) -> Result<Vec<VibrationMode>, AnalysisError>
 ///
 /// The class is relative to rigid-body motion, the phase to what lies below: between neighbouring modes of
 /// one class there is a pair of zeros, where the class changes there is none. The first noncolocated mode
-/// thus takes 180 degrees for good; another one above it has the zeros beside it, and takes only what they
+/// thus takes 180 degrees permanently; another one above it has the zeros beside it, and takes only what they
 /// gave (the workpiece's mode above that of the transmission, in the paper's machine with all three).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -127,7 +127,8 @@ pub struct ModeInPair {
     /// The pair of zeros that goes with it, the one with positive imaginary part; none for a mode that only
     /// costs phase.
     pub zero: Option<C64>,
-    /// Phase that is lost for good beyond the mode: -180 for poles alone, 0 with a pair of zeros on the left,
+    /// Phase that is lost permanently beyond the mode: -180 for poles alone, 0 with a pair of zeros on the
+    /// left,
     /// -360 with one on the right.
     pub phase_change_deg: f64,
     /// The largest lag on the way.

@@ -101,15 +101,22 @@ pub(crate) fn without_switches(assembly: &Assembly, view: &View) -> Assembly {
             link.rigid = true;
         }
         link.friction = Friction::NONE;
-        if link.play > 0.0 {
-            link.play = 0.0;
-            if view.play == PlayView::Open {
-                (link.stiffness, link.damping, link.cubic) = (0.0, 0.0, 0.0);
-            }
+        // At rest neither direction acts, drag has no slope, and bristles are a spring and a damper.
+        (link.asymmetry, link.drag) = (0.0, 0.0);
+        if let Some(bristle) = link.bristle.take() {
+            link.stiffness += bristle.stiffness;
+            link.damping += bristle.damping;
+        }
+        let is_open = (link.play > 0.0 && view.play == PlayView::Open) || link.stop.is_some();
+        (link.play, link.stop) = (0.0, None);
+        if is_open {
+            (link.stiffness, link.damping, link.cubic) = (0.0, 0.0, 0.0);
         }
     }
     for drive in &mut frozen.drives {
         drive.limit = f64::INFINITY;
+        drive.command_limit = f64::INFINITY;
+        drive.line = None;
         drive.rate_limit = f64::INFINITY;
         drive.deadband = 0.0;
     }

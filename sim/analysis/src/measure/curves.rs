@@ -9,18 +9,21 @@ use feeler_lti::{C64, StateSpace, TimeDomain, TransferEvaluator};
 use feeler_plant::description::SignalName;
 
 use crate::error::AnalysisError;
-use crate::limits::locus::{Locus, follow};
+use crate::limits::locus::{Fineness, Locus, follow};
 use crate::loops::continuous_loop::ContinuousLoop;
 use crate::loops::control_loop::ControlLoop;
 use crate::loops::gain_key::gain;
 use crate::loops::late::LateResponse;
 use crate::loops::sampled_loop::SampledLoop;
+use crate::loops::step_response::StepResponse;
 use crate::machine::linearise::OutputRow;
 use crate::machine::outer_force::commanded;
 use crate::report::{Report, Request};
 
-/// Points of a response over its whole band, evenly spaced on a logarithmic scale.
-const POINTS: u32 = 500;
+/// Points of a response over its whole band, evenly spaced on a logarithmic scale; fewer where it is one of
+/// many in a row.
+const POINTS: usize = 500;
+const BRIEF_POINTS: usize = 200;
 /// Points on each side of every resonance and antiresonance, spaced by its own width.
 const POINTS_BESIDE: i32 = 12;
 /// Between neighbouring points a response changes by no more than this share of itself, and a loop and its
@@ -28,9 +31,15 @@ const POINTS_BESIDE: i32 = 12;
 /// on a logarithmic scale and in the plane, wherever they are.
 const CHANGE: f64 = 0.12;
 const ARC: f64 = 0.02;
+/// Periods of the crossover that the answer to a step is followed at a phase margin of 60°; more at less,
+/// down to this; and how long it is where nothing crosses.
+const STEP_PERIODS: f64 = 5.0;
+const LITTLE_DEG: f64 = 6.0;
+const STEP_S: f64 = 0.5;
 /// Halvings of a step, and points, at most.
 const HALVINGS: usize = 12;
 const MOST_POINTS: usize = 3000;
+const MOST_BRIEF_POINTS: usize = 600;
 
 /// Responses over frequency, not a number where a response has none: at a pole on the axis, and beyond half
 /// of the sampling rate.
@@ -49,9 +58,11 @@ pub struct Curves {
     pub open_sampled: Option<Vec<C64>>,
     /// Half of the sampling rate, Hz.
     pub nyquist_hz: Option<f64>,
+    /// What is controlled after a step of the reference, sampled, gains as in the file.
+    pub step: Option<StepResponse>,
     /// Root locus of the continuous loop.
     pub locus: Option<Locus>,
-    /// Root locus of the loop as built, in the z plane of [`Locus::period_s`]; absent where a long delay
+    /// Root locus of the loop as built, in the z plane of [`Locus::period_s`]; absent if a long delay
     /// makes its branches countless.
     pub locus_sampled: Option<Locus>,
 }
@@ -73,10 +84,8 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
     let channel = whole.plant().channel(&input, &output)?;
     let drive = whole.plant().drive(&input)?;
     let looped = report.gain().map(|g| whole.gain_of_key(&g.key)).transpose()?;
-    let holder = looped
-        .as_ref()
-        .map(|(controller, _)| *controller)
-        .or_else(|| whole.controllers().iter().position(|c| c.drive == drive));
+    let of_drive = || whole.controllers().iter().position(|c| c.drive == drive);
+    let holder = looped.as_ref().map(|(controller, _)| *controller).or_else(of_drive);
     let nyquist_hz = holder.map(|controller| 0.5 / whole.controllers()[controller].spec.period_s);
     let roots: Vec<C64> = channel.poles()?.into_iter().chain(channel.zeros()?).collect();
 
@@ -88,11 +97,15 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
         .filter(|&controller| whole.controllers()[controller].drive == drive)
         .map(|controller| Ok::<_, AnalysisError>(at_late(&held_plant(&whole, controller, row)?)))
         .transpose()?;
-    let (mut open, mut open_sampled, mut locus, mut locus_sampled) = (None, None, None, None);
+    let fineness = if request.brief { Fineness::BRIEF } else { Fineness::WHOLE };
+    let (mut open, mut open_sampled, mut locus, mut locus_sampled, mut step) = (None, None, None, None, None);
     if let (Some((controller, key)), Some(gains)) = (&looped, report.gain()) {
         let present = gain(&whole.controllers()[*controller].spec, key)?;
         let sampled = SampledLoop::new(&whole)?;
         let broken = whole.open_loop(*controller).ok();
+        if broken.is_some() {
+            step = StepResponse::new(&whole, *controller, step_s(report))?;
+        }
         // Hundreds of branches, one for each sample of a long delay, would show nothing.
         let late = broken.as_ref().is_some_and(|open| open.samples > 0);
         open_sampled = broken.as_ref().map(at_late);
@@ -105,6 +118,7 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
                 zeros,
                 present,
                 gains.sampled.stable[1],
+                fineness,
             )?);
         }
         if let Some(range) = &gains.continuous {
@@ -112,19 +126,43 @@ pub fn curves(scenario: &Scenario, request: &Request, report: &Report) -> Result
             let broken = continuous.open_loop(*controller)?;
             open = Some(at(&broken));
             let closed = |k: f64| continuous.closed_loop_with(*controller, key, k);
-            locus = Some(follow(None, closed, broken.zeros().unwrap_or_default(), present, range.stable[1])?);
+            let zeros = broken.zeros().unwrap_or_default();
+            // The sampled one is shown first.
+            if locus_sampled.is_none() || !request.brief {
+                locus = Some(follow(None, closed, zeros, present, range.stable[1], fineness)?);
+            }
         }
     }
+    let [points, most_points] =
+        if request.brief { [BRIEF_POINTS, MOST_BRIEF_POINTS] } else { [POINTS, MOST_POINTS] };
     let loops = [open, open_sampled];
     let plants = [Some(plant), plant_sampled];
-    let frequencies_hz = refined(grid(&roots, nyquist_hz), &plants, &loops);
+    let frequencies_hz = refined(grid(&roots, nyquist_hz, points), most_points, &plants, &loops);
     let values = |response: &Option<Response>| {
         response.as_ref().map(|at| frequencies_hz.iter().map(|&f| at(f)).collect::<Vec<C64>>())
     };
     let [[plant, plant_sampled], [open, open_sampled]] =
         [&plants, &loops].map(|pair| [values(&pair[0]), values(&pair[1])]);
     let plant = plant.unwrap_or_default();
-    Ok(Curves { frequencies_hz, plant, plant_sampled, open, open_sampled, nyquist_hz, locus, locus_sampled })
+    Ok(Curves {
+        frequencies_hz,
+        plant,
+        plant_sampled,
+        open,
+        open_sampled,
+        nyquist_hz,
+        step,
+        locus,
+        locus_sampled,
+    })
+}
+
+/// How long the answer to a step is worth a look, s: some periods of the crossover, many where it rings.
+fn step_s(report: &Report) -> f64 {
+    let Some(margins) = report.margins() else { return STEP_S };
+    let hz = margins.crossover_hz.or(report.looped.as_ref().and_then(|looped| looped.bandwidth_hz));
+    let damping = margins.phase_deg.unwrap_or(LITTLE_DEG).clamp(LITTLE_DEG, 60.0) / 60.0;
+    hz.filter(|hz| *hz > 0.0).map_or(STEP_S, |hz| STEP_PERIODS / (hz * damping))
 }
 
 /// A response over frequency (Hz).
@@ -133,6 +171,7 @@ type Response = Box<dyn Fn(f64) -> C64>;
 /// Frequencies (Hz) with as many more between as the curves need to look round.
 fn refined(
     mut frequencies_hz: Vec<f64>,
+    most_points: usize,
     plants: &[Option<Response>],
     loops: &[Option<Response>],
 ) -> Vec<f64> {
@@ -144,7 +183,7 @@ fn refined(
     for _ in 0..HALVINGS {
         let coarse: Vec<usize> =
             (1..points.len()).filter(|&i| points[i - 1].is_far_from(&points[i])).collect();
-        if coarse.is_empty() || points.len() + coarse.len() > MOST_POINTS {
+        if coarse.is_empty() || points.len() + coarse.len() > most_points {
             break;
         }
         let middle = |i: &usize| (frequencies_hz[i - 1] * frequencies_hz[*i]).sqrt();
@@ -195,7 +234,7 @@ fn held_plant(whole: &ControlLoop, controller: usize, row: OutputRow) -> Result<
 
 /// Frequencies (Hz) that show every root near the axis, and end beyond the last of them and half of the
 /// sampling rate.
-fn grid(roots: &[C64], nyquist_hz: Option<f64>) -> Vec<f64> {
+fn grid(roots: &[C64], nyquist_hz: Option<f64>, points: usize) -> Vec<f64> {
     let sizes = || roots.iter().map(|r| r.norm() / TAU).filter(|f| *f > 1e-3);
     let (lowest, highest) = (sizes().fold(f64::INFINITY, f64::min), sizes().fold(0.0, f64::max));
     let low = if lowest.is_finite() { (0.1 * lowest).clamp(1e-2, 1.0) } else { 0.1 };
@@ -203,8 +242,7 @@ fn grid(roots: &[C64], nyquist_hz: Option<f64>) -> Vec<f64> {
     let high = (2.0 * highest.min(4.0 * nyquist.max(100.0))).max(nyquist).max(100.0 * low);
     // Scales end at 1, 2 or 5 of a decade.
     let (low, high) = (1.0 / round_above(1.0 / low), round_above(high));
-    let mut all: Vec<f64> =
-        (0..=POINTS).map(|i| low * (high / low).powf(f64::from(i) / f64::from(POINTS))).collect();
+    let mut all: Vec<f64> = (0..=points).map(|i| low * (high / low).powf(i as f64 / points as f64)).collect();
     for root in roots.iter().filter(|r| r.im > 0.0) {
         let width = root.re.abs().max(1e-5 * root.im) / TAU;
         let beside = (-POINTS_BESIDE..=POINTS_BESIDE).map(|i| root.im / TAU + 0.4 * f64::from(i) * width);
@@ -248,7 +286,7 @@ mod tests {
     #[test]
     fn truth_the_grid_rises_and_shows_a_sharp_root() {
         let sharp = C64::new(-0.1, 600.0);
-        let found = grid(&[sharp, sharp.conj()], Some(500.0));
+        let found = grid(&[sharp, sharp.conj()], Some(500.0), POINTS);
         assert!(found.is_sorted() && found.contains(&500.0));
         let near = found.iter().filter(|f| (**f - 600.0 / TAU).abs() < 0.1).count();
         assert!(near >= 24, "{near}");

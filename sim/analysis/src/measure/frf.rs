@@ -236,17 +236,7 @@ impl Experiment {
                 smoothed_spectra(&u, &y, self.hold_s, half_width)?.response(Estimator::H1, low_hz, high_hz)?
             }
             Excitation::SteppedSine { points, settle_s, measure_s } => {
-                let step = (high_hz / low_hz).powf(1.0 / (points.max(2) - 1) as f64);
-                let frequencies: Vec<f64> = (0..points).map(|i| low_hz * step.powf(i as f64)).collect();
-                let records = frequencies
-                    .iter()
-                    .map(|&f| self.sine(f, rms, settle_s, measure_s))
-                    .collect::<Result<Vec<_>, _>>()?;
-                let points = frequencies.iter().zip(&records);
-                let points: Vec<_> = points
-                    .map(|(&frequency_hz, (input, output))| SteppedSinePoint { frequency_hz, input, output })
-                    .collect();
-                stepped_sine(&points, self.hold_s)?
+                self.stepped_sines(points, rms, [settle_s, measure_s], (low_hz, high_hz))?
             }
         };
         add_rounding(&mut estimate);
@@ -259,7 +249,8 @@ impl Experiment {
     pub fn view(&self) -> View {
         let drive = self.machine.actuators.get_full(&self.actuator);
         let held = drive.filter(|(_, _, actuator)| {
-            self.offset != 0.0 && matches!(actuator.kind, ActuatorKind::Force { .. })
+            self.offset != 0.0
+                && matches!(actuator.kind, ActuatorKind::Force { .. } | ActuatorKind::PositionServo(_))
         });
         View { held: held.map(|(drive, ..)| HeldCommand { drive, command: self.offset }), ..View::default() }
     }
@@ -322,6 +313,26 @@ impl Experiment {
             controllers: [("excitation".to_string(), control)].into_iter().collect(),
             run,
         }
+    }
+
+    fn stepped_sines(
+        &self,
+        points: usize,
+        rms: f64,
+        [settle_s, measure_s]: [f64; 2],
+        (low_hz, high_hz): (f64, f64),
+    ) -> Result<ResponseEstimate, AnalysisError> {
+        let step = (high_hz / low_hz).powf(1.0 / (points.max(2) - 1) as f64);
+        let frequencies: Vec<f64> = (0..points).map(|i| low_hz * step.powf(i as f64)).collect();
+        let records = frequencies
+            .iter()
+            .map(|&f| self.sine(f, rms, settle_s, measure_s))
+            .collect::<Result<Vec<_>, _>>()?;
+        let points = frequencies.iter().zip(&records);
+        let points: Vec<_> = points
+            .map(|(&frequency_hz, (input, output))| SteppedSinePoint { frequency_hz, input, output })
+            .collect();
+        Ok(stepped_sine(&points, self.hold_s)?)
     }
 
     fn sine(

@@ -44,6 +44,9 @@ pub struct Request {
     pub sensitivities: bool,
     /// Who finds them out.
     pub workers: Workers,
+    /// Whether to leave out what takes long: the account of the bandwidth, and chatter by describing
+    /// functions.
+    pub brief: bool,
 }
 
 /// A mode for the pair of input and output.
@@ -57,7 +60,7 @@ pub struct ModeReport {
     pub class: ModeClass,
     /// Its class in the loop; absent without one.
     pub class_in_loop: Option<ModeClass>,
-    /// Phase that is lost for good beyond it.
+    /// Phase that is lost permanently beyond it.
     pub phase_change_deg: f64,
     /// Largest lag on the way.
     pub phase_dip_deg: f64,
@@ -125,7 +128,7 @@ pub struct Report {
     /// Moduli over 2 pi, conjugate pairs once.
     pub zeros_hz: Vec<f64>,
     /// The response, without its delay, is this times the product of (s - zero) over the product of (s -
-    /// pole); absent where the output does not depend on the input.
+    /// pole); absent if the output does not depend on the input.
     pub zero_pole_gain: Option<f64>,
     /// The linear system of which these are poles and zeros.
     pub state_space: StateSpaceReport,
@@ -210,7 +213,7 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
         .map(|key| {
             let machine = &scenario.machine;
             let workers = request.sensitivities.then_some(request.workers);
-            LoopReport::new(machine, &whole, &key, &own, &classified, workers)
+            LoopReport::new(machine, &whole, &key, &own, &classified, request.brief, workers)
         })
         .transpose()?;
     let (looped, in_loop) = looped.unzip();
@@ -234,7 +237,7 @@ pub fn analyze(scenario: &Scenario, request: &Request) -> Result<Report, Analysi
         modes: described(&own, &classified, in_loop.as_deref(), crossover_hz),
         undamped_hz: undamped_hz(&own, in_loop.as_deref().unwrap_or(&classified)),
         looped,
-        limit_cycles: chatter(scenario)?,
+        limit_cycles: if request.brief { Vec::new() } else { chatter(scenario)? },
         assumptions: whole.assumptions(&request.view),
     })
 }
@@ -266,7 +269,7 @@ fn described(
     own.iter().enumerate().map(describe).collect()
 }
 
-/// Limit cycles of contacts that only push; none where the theory does not apply.
+/// Limit cycles of contacts that only push; `None` if the theory does not apply.
 fn chatter(scenario: &Scenario) -> Result<Vec<LimitCycle>, AnalysisError> {
     let pushes_only =
         scenario.machine.contacts.values().any(|contact| contact.engagement == Engagement::Unilateral);

@@ -8,6 +8,7 @@ use crate::limits::margins::MarginReport;
 use crate::limits::sensitivity::{RankedBy, Sensitivity, rank};
 use crate::limits::stability::{Band, BelowZero, Edge, GainBands, nearest};
 use crate::limits::waterfall::{Limit, Waterfall};
+use crate::loops::closed_loop::ClosedLoop;
 use crate::loops::control_loop::ControlLoop;
 use crate::loops::gain_key::gain;
 use crate::loops::loop_pair::{LoopPair, loop_pair};
@@ -17,20 +18,23 @@ use crate::workers::Workers;
 /// A loop: stable gains, margins, and what limits its bandwidth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoopReport {
-    /// Between which signals it is closed, whatever input and output of the report are; absent where the
+    /// Between which signals it is closed, whatever input and output of the report are; absent if the
     /// controller reads nothing.
     pub pair: Option<LoopPair>,
     /// The gain and its stable values.
     pub gain: GainReport,
-    /// Absent where the loop varies in time.
+    /// Absent if the loop varies in time.
     pub margins: Option<MarginReport>,
+    /// Frequency at which the reading first falls 3 dB below what it is at low frequency, gains as in the
+    /// file, Hz; absent if the loop is unstable, or never falls.
+    pub bandwidth_hz: Option<f64>,
     /// What limits the bandwidth; absent without margins or a continuous loop to begin from.
     pub waterfall: Option<Waterfall>,
-    /// Why there is no waterfall; absent where there is one.
+    /// Why there is no waterfall; absent if there is one.
     pub why_no_waterfall: Option<WhyNoWaterfall>,
     /// What to stiffen, lighten or damp first: the most telling number first; empty unless asked for.
     pub sensitivities: Vec<Sensitivity>,
-    /// By what they are ranked; absent where there are none.
+    /// By what they are ranked; absent if there are none.
     pub ranked_by: Option<RankedBy>,
 }
 
@@ -38,13 +42,13 @@ pub struct LoopReport {
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct StableRange {
     /// Smallest and largest stable gain of those that are not below zero (of those below, where the present
-    /// gain is); absent where there is none.
+    /// gain is); absent if there is none.
     pub stable: [Option<f64>; 2],
     /// Frequency at the upper edge, Hz (at the lower one where there is no upper).
     pub edge_hz: Option<f64>,
     /// Index of the mode that the motion at that edge is most like.
     pub edge_mode: Option<usize>,
-    /// Both edges of the interval, the lower one wherever it is, also below zero; absent where the interval
+    /// Both edges of the interval, the lower one wherever it is, also below zero; absent if the interval
     /// has no end.
     pub edges: [Option<Edge>; 2],
     /// Every interval on either side of zero, rising.
@@ -60,7 +64,7 @@ pub struct GainReport {
     pub key: String,
     /// Its value in the file.
     pub present: f64,
-    /// In the loop without sampling, delay and filters; absent where the law has no such form.
+    /// In the loop without sampling, delay and filters; absent if the law has no such form.
     pub continuous: Option<StableRange>,
     /// In the loop as built.
     pub sampled: StableRange,
@@ -78,7 +82,7 @@ pub enum WhyNoWaterfall {
         period_s: f64,
         /// The period with which all repeat together, s.
         common_s: f64,
-        /// The controller that has this period, at which the loop can be broken; absent where no period is a
+        /// The controller that has this period, at which the loop can be broken; absent if no period is a
         /// multiple of all others.
         slowest: Option<String>,
     },
@@ -102,6 +106,7 @@ impl LoopReport {
         key: &str,
         modes: &[VibrationMode],
         classified: &[ModeInPair],
+        brief: bool,
         workers: Option<Workers>,
     ) -> Result<LoopAndModes, AnalysisError> {
         let (controller, name) = whole.gain_of_key(key)?;
@@ -111,9 +116,12 @@ impl LoopReport {
         let sampled =
             StableRange::about(present, whole.sampled_bands(key)?, whole.sampled_bands_below_zero(key)?);
         let (margins, slower) = margins(whole, controller)?;
-        let waterfall = (continuous.is_some() && margins.is_some())
+        let waterfall = (continuous.is_some() && margins.is_some() && !brief)
             .then(|| whole.waterfall(key, modes, in_loop.as_deref().unwrap_or(classified)))
             .transpose()?;
+        let is_stable = margins.as_ref().is_some_and(|margins| margins.unstable_poles == 0);
+        let closed = if is_stable { ClosedLoop::sampled(whole, controller)? } else { None };
+        let bandwidth_hz = closed.map(|closed| closed.bandwidth_hz()).transpose()?.flatten();
         let (sensitivities, ranked_by) = match workers.filter(|_| margins.is_some()) {
             Some(workers) => ranked(whole, key, waterfall.as_ref(), workers)?,
             None => (Vec::new(), None),
@@ -122,6 +130,7 @@ impl LoopReport {
             pair,
             gain: GainReport { key: key.to_owned(), present, continuous, sampled },
             margins,
+            bandwidth_hz,
             waterfall,
             why_no_waterfall: slower.or(no_form),
             sensitivities,

@@ -1,7 +1,7 @@
 //! Readings against references, the loop closed.
 
 use crate::common::{control, force_loop, machine};
-use feeler_analysis::{ClosedLoop, ControlLoop, View};
+use feeler_analysis::{ClosedLoop, ControlLoop, StepResponse, View};
 use feeler_control::reference::Sweep;
 use feeler_control::{
     AdmittanceGains, ForceGains, ImpedanceGains, Law, LeadSpec, PositionGains, ReferenceSpec,
@@ -131,4 +131,31 @@ fn truth_at_the_bandwidth_a_simulated_sine_is_3_db_down() {
     }
     let amplitude = 2.0 * f64::hypot(re, im) / count;
     assert!((amplitude / expected - 1.0).abs() < 1e-6, "{amplitude} {expected}");
+}
+
+/// The linear machine stepped sample by sample has the numbers of the simulated one to rounding, which a few
+/// hundred products of exponentials make 1e-10 of the step.
+const ROUNDING: f64 = 1e-9;
+
+#[test]
+fn truth_a_step_by_theory_is_that_of_the_simulation() {
+    // The second has more samples of delay than become states.
+    for (kp, delay_s) in [(0.3, 4e-4), (0.02, 2.05e-2)] {
+        let mut scenario = force_loop(kp, delay_s);
+        scenario.controllers["force"].spec.reference = ReferenceSpec::Constant(1.0);
+        scenario.run.duration_s = 0.2;
+        scenario.run.record_rate_hz = Some(1000.0);
+        scenario.run.record = vec!["force.reading".parse().unwrap()];
+        let program = feeler_engine::Program::new(&scenario).unwrap();
+        let mut record = Trace::new(program.record_names());
+        let mut simulation = Simulation::<f64>::new(vec![program]).unwrap();
+        simulation.run_to(0.2, &mut record).unwrap();
+        let simulated = record.column("force.reading").unwrap();
+        let whole = ControlLoop::new(&scenario, &View::CLAMPED).unwrap();
+        let step = StepResponse::new(&whole, 0, 0.2).unwrap().unwrap();
+        assert!(step.values.len() > 200 && simulated.len() > 190, "{}", simulated.len());
+        for (k, (theory, run)) in step.values.iter().zip(simulated).enumerate() {
+            assert!((theory - run).abs() < ROUNDING, "sample {k}: {theory} {run}");
+        }
+    }
 }

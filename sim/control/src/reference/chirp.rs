@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::Sweep;
+use super::spec::Sweep;
 use crate::ControlError;
 use crate::error::{finite, not_negative, positive};
 

@@ -7,7 +7,7 @@ use feeler_lanes::{Lane, Pack};
 use realfft::num_complex::Complex;
 use realfft::{ComplexToReal, RealFftPlanner};
 
-use super::Lines;
+use super::spec::Lines;
 use crate::error::{finite, not_negative, positive};
 use crate::{ControlError, Stream};
 

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{Between, TIME_TOLERANCE_S};
+use super::prbs::TIME_TOLERANCE_S;
+use super::spec::Between;
 use crate::ControlError;
 use crate::error::finite;
 

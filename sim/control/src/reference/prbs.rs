@@ -2,9 +2,12 @@
 
 use std::sync::Arc;
 
-use super::TIME_TOLERANCE_S;
 use crate::error::{finite, positive};
 use crate::{ControlError, Stream};
+
+/// Instants closer than this to a jump of a reference belong to the time after it, s: a sample computed as
+/// `k T` may fall a rounding short of the instant that the file names.
+pub(super) const TIME_TOLERANCE_S: f64 = 1e-12;
 
 /// Feedback taps per register length from [`MIN_ORDER`] on, each of a primitive polynomial over GF(2), so
 /// that the sequence has the greatest length, `2^order - 1`. (The tests run every one of them through its
@@ -29,8 +32,8 @@ const TAPS: [&[u32]; 17] = [
     &[18, 11],
 ];
 
-const MIN_ORDER: u32 = 2;
-const MAX_ORDER: u32 = MIN_ORDER + TAPS.len() as u32 - 1;
+pub(super) const MIN_ORDER: u32 = 2;
+pub(super) const MAX_ORDER: u32 = MIN_ORDER + TAPS.len() as u32 - 1;
 
 /// Maximum-length sequence of a linear feedback shift register (Golomb, "Shift Register Sequences", 1967), as
 /// `+-amplitude`.

@@ -9,11 +9,11 @@ use crate::carry::bodies::BodyEngine;
 use crate::carry::fixed_step::FixedStep;
 use crate::carry::lane::{LaneCore, Passage};
 use crate::carry::lanes::{Lanes, put_lane, take_lane};
-use crate::carry::peaks::Crest;
+use crate::carry::peaks::PeakWithin;
 use crate::carry::transition::Transition;
 use crate::error::{EngineError, RunEnd};
 use crate::run::program::Program;
-use crate::run::scenario::Integrator;
+use crate::run::settings::Integrator;
 
 /// Spans whose exponentials are kept; a span is worth one from its second appearance on.
 const SPANS_KEPT: usize = 32;
@@ -160,7 +160,7 @@ impl<L: Lane> Carrier<L> {
                 break;
             }
             self.steps += 1;
-            let stopped = transition.look(here, &lanes.xi, &mut self.product);
+            let stopped = transition.crossed(here, &lanes.xi, &mut self.product);
             let moved = here & !stopped;
             if !lanes.peaks.is_empty() {
                 let crests = transition.pass(moved, &self.product, part, lanes.t_s, &mut lanes.peaks);
@@ -179,7 +179,7 @@ impl<L: Lane> Carrier<L> {
         Ok(())
     }
 
-    /// Looks where within one part the forces of lanes crest; their motion is not touched.
+    /// Finds where within one part the forces of lanes peak; their motion is not touched.
     #[cold]
     fn look_at_crests(
         &mut self,
@@ -193,14 +193,14 @@ impl<L: Lane> Carrier<L> {
             for i in 0..lanes.peaks.len() {
                 let Some(span) = transition.span(l, i, &self.product) else { continue };
                 let from_s = lanes.t_s + part as f64 * span.length_s;
-                match span.crest() {
-                    Crest::None => {}
-                    Crest::At { s, force_n } => lanes.peaks[i].rise_to(l, from_s + s, force_n),
-                    Crest::Unclear => {
+                match span.peak() {
+                    PeakWithin::None => {}
+                    PeakWithin::At { s, force_n } => lanes.peaks[i].rise_to(l, from_s + s, force_n),
+                    PeakWithin::Unclear => {
                         take_lane(&lanes.xi, l, &mut lanes.scratch);
                         let part_fs = transition.span_fs / transition.parts[l];
                         core.exchange_peaks(&mut lanes.peaks, l, |core| {
-                            core.crest(&mut lanes.scratch, from_s, part_fs)
+                            core.peak(&mut lanes.scratch, from_s, part_fs)
                         })?;
                         break;
                     }

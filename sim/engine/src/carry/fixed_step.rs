@@ -15,7 +15,7 @@ use crate::carry::lane::LaneCore;
 use crate::carry::lanes::{put_lane, take_lane};
 use crate::carry::step_map::StepMap;
 use crate::error::{EngineError, RunEnd};
-use crate::run::scenario::Integrator;
+use crate::run::settings::Integrator;
 
 /// Switches in one lane at the end of one step; more means that modes ask for each other.
 const MOST_SWITCHES: usize = 16;

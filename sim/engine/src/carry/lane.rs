@@ -9,9 +9,11 @@ use feeler_plant::motion::{Mode, Motion};
 
 use crate::carry::ledger::{EnergyLedger, GAUSS_NODES};
 use crate::carry::peaks::Peaks;
+use crate::carry::toil::{NONLINEAR, Toil};
 use crate::error::{EngineError, RunEnd};
 use crate::observe::event::{Event, EventKind};
-use crate::solve::crossing::Look;
+use crate::solve::crossing::{Known, Path, Piece, first_guard};
+use crate::solve::decay::Decay;
 use crate::solve::extrapolation::Extrapolation;
 use crate::solve::flow::Flow;
 use crate::solve::flows::Flows;
@@ -43,7 +45,7 @@ impl Passage {
         self.elapsed_s >= self.span_s
     }
 
-    /// A leg has gone `moved_s`.
+    /// A piece has gone `moved_s`.
     fn go(&mut self, moved_s: f64) {
         self.elapsed_s += moved_s;
         // What is left is less than the clock can tell.
@@ -62,10 +64,13 @@ pub(crate) struct LaneCore {
     pub(crate) current: usize,
     pub(crate) events: Vec<Event>,
     storm: Storm,
+    toil: Toil,
     pub(crate) ledger: Option<EnergyLedger>,
     pub(crate) peaks: Option<Peaks>,
     /// Why it moves no longer; `None` while it does.
     pub(crate) end: Option<RunEnd>,
+    /// Since when nothing has happened to it within the span that it goes through, s.
+    calm_s: f64,
     series: Series,
     extrapolation: Extrapolation,
 }
@@ -81,9 +86,7 @@ impl LaneCore {
         energy: bool,
         peaks: bool,
     ) -> Result<(Self, Vec<f64>), EngineError> {
-        let mut xi = motion.initial_state();
-        xi.resize(motion.layout().width(), 0.0);
-        xi[motion.layout().one()] = 1.0;
+        let mut xi = motion.initial_vector();
         let contacts = motion.assembly().contacts.len();
         let mut lane = Self {
             motion,
@@ -91,9 +94,11 @@ impl LaneCore {
             current: 0,
             events: Vec::new(),
             storm: Storm::default(),
+            toil: Toil::default(),
             ledger: energy.then(EnergyLedger::default),
             peaks: peaks.then(|| Peaks::new(contacts)),
             end: None,
+            calm_s: 0.0,
             series: Series::default(),
             extrapolation: Extrapolation::default(),
         };
@@ -156,25 +161,33 @@ impl LaneCore {
     ) -> Result<(), EngineError> {
         if !std::mem::replace(&mut passage.has_begun, true) {
             self.storm.begin();
+            self.calm_s = 0.0;
         }
         while !passage.is_through() && !self.has_ended() {
             let remaining = passage.span_s - passage.elapsed_s;
             let push = self.storm.push_s();
+            let attempts = self.extrapolation.attempts;
             let (moved, event) = if self.flow().linear {
-                self.linear_leg(xi, passage.time_s(), remaining, push)
+                self.linear_piece(xi, passage.time_s(), remaining, push)
             } else {
-                self.nonlinear_leg(xi, passage.time_s(), remaining, push)
+                self.nonlinear_piece(xi, passage.time_s(), remaining, push)
             };
             self.storm.moved(moved, push.is_some());
             passage.go(moved);
+            self.calm_s += moved;
             let t_s = passage.time_s();
             if let Some(guard) = event {
+                self.calm_s = 0.0;
                 self.switch(guard, xi, t_s)?;
                 if self.storm.fired(t_s) {
                     self.end = Some(RunEnd::EventStorm { t_s });
                 }
             }
-            // A leg that goes nowhere has found no numbers to go to.
+            let steps = 1 + NONLINEAR * (self.extrapolation.attempts - attempts);
+            if self.toil.took(steps, t_s) {
+                self.end = Some(RunEnd::EventStorm { t_s });
+            }
+            // A piece that goes nowhere has found no numbers to go to.
             if (event.is_none() && moved <= 0.0) || xi.iter().any(|x| x.is_nan() || x.abs() > Self::BOUND) {
                 self.end = Some(RunEnd::Diverged { t_s });
             }
@@ -186,15 +199,20 @@ impl LaneCore {
     }
 
     /// One polynomial of a linear mode: how far it went, and the guard that ended it.
-    fn linear_leg(
+    fn linear_piece(
         &mut self,
         xi: &mut [f64],
         t_s: f64,
         remaining: f64,
         push: Option<f64>,
     ) -> (f64, Option<usize>) {
+        let share = if self.ledger.is_some() { LEDGER_SHARE } else { 1.0 };
+        let flow = &mut self.flows[self.current];
+        if let Some(reach) = flow.reach_beyond_decay_s(self.calm_s, remaining).filter(|_| push.is_none()) {
+            return self.decayed_piece(xi, t_s, (share * reach).min(remaining));
+        }
         let flow = &self.flows[self.current];
-        let reach = if self.ledger.is_some() { flow.horizon_s * LEDGER_SHARE } else { flow.horizon_s };
+        let reach = flow.horizon_s * share;
         let mut h = push.map_or(reach, |push| push.min(reach)).min(remaining);
         self.series.expand(flow, xi, h);
         let mut event = None;
@@ -217,15 +235,36 @@ impl LaneCore {
             }
         }
         if let Some(peaks) = &mut self.peaks {
-            peaks.linear_leg(flow, &self.series, xi, t_s, h);
+            peaks.linear_piece(flow, &self.series, xi, t_s, h);
         }
         self.series.evaluate(h, xi);
         self.join(xi);
         (h, event)
     }
 
+    /// A piece of a linear mode whose fastest part has decayed: by exponentials, many times as long
+    /// as a polynomial reaches.
+    fn decayed_piece(&mut self, xi: &mut [f64], t_s: f64, mut h: f64) -> (f64, Option<usize>) {
+        let mut piece = Decay::new(&mut self.flows[self.current], xi);
+        let (first, event) = first_guard(&mut piece, h);
+        h = first;
+        if let Some(ledger) = &mut self.ledger {
+            for (position, weight) in GAUSS_NODES {
+                let Some(node) = piece.state(position * h) else { return (0.0, None) };
+                ledger.add_powers(&piece.flow().ledger, &node, weight * h);
+            }
+        }
+        if let Some(peaks) = &mut self.peaks {
+            peaks.piece(&mut piece, t_s, h);
+        }
+        let Some(end) = piece.state(h) else { return (0.0, None) };
+        xi.copy_from_slice(&end);
+        self.join(xi);
+        (h, event)
+    }
+
     /// One step of a nonlinear mode.
-    fn nonlinear_leg(
+    fn nonlinear_piece(
         &mut self,
         xi: &mut [f64],
         t_s: f64,
@@ -234,44 +273,25 @@ impl LaneCore {
     ) -> (f64, Option<usize>) {
         let flow = &self.flows[self.current];
         self.motion.fill_terms(&flow.equations, xi);
-        let mut none = Vec::new();
         let span = push.map_or(flow.horizon_s, |push| push.min(flow.horizon_s)).min(remaining);
-        let start = xi.to_vec();
-        let meters = self.ledger.as_mut().map_or(&mut none, |ledger| &mut ledger.meters);
-        let before = meters.clone();
+        let meters: &mut [f64] = self.ledger.as_mut().map_or(&mut [], |ledger| &mut ledger.meters);
+        let start = Known::start(xi, meters);
         let Some(mut h) = self.extrapolation.step(&self.motion, flow, xi, meters, span) else {
             return (0.0, None);
         };
+        let mut path = Path::new(&self.motion, flow, &mut self.extrapolation, start);
+        path.reaches(h, xi, meters);
         let mut event = None;
         if push.is_none() {
-            let mut end = xi.to_vec();
-            for (i, guard) in flow.equations.guards.iter().enumerate() {
-                let look = Look { motion: &self.motion, flow, start: &start, row: &guard.row };
-                if let Some(s) = look.first_crossing(&mut self.extrapolation, &end, h)
-                    && (event.is_none() || s < h)
-                {
-                    h = s;
-                    event = Some(i);
-                    // The guards that follow are looked at up to there, no further: beyond it the mode may go
-                    // where no machine does.
-                    let Some(state) = look.at(&mut self.extrapolation, h) else { return (0.0, None) };
-                    end = state;
-                }
-            }
+            (h, event) = first_guard(&mut path, h);
         }
         if event.is_some() {
-            xi.copy_from_slice(&start);
-            meters.copy_from_slice(&before);
-            let mut reached = 0.0;
-            while reached < h {
-                let Some(part) = self.extrapolation.step(&self.motion, flow, xi, meters, h - reached) else {
-                    return (0.0, None);
-                };
-                reached += part;
-            }
+            let Some(end) = path.at(h) else { return (0.0, None) };
+            xi.copy_from_slice(&end.xi);
+            meters.copy_from_slice(&end.meters);
         }
         if let Some(peaks) = &mut self.peaks {
-            peaks.nonlinear_leg(&self.motion, flow, &mut self.extrapolation, [&start, xi], t_s, h);
+            peaks.piece(&mut path, t_s, h);
         }
         self.join(xi);
         (h, event)
@@ -284,10 +304,10 @@ impl LaneCore {
         }
     }
 
-    /// Looks where a span of the present mode, travelled in one go from `xi` on, crests; `xi` is moved.
-    pub(crate) fn crest(&mut self, xi: &mut [f64], t_s: f64, span_fs: u64) -> Result<(), EngineError> {
+    /// Looks where a span of the present mode, travelled in one go from `xi` on, peaks; `xi` is moved.
+    pub(crate) fn peak(&mut self, xi: &mut [f64], t_s: f64, span_fs: u64) -> Result<(), EngineError> {
         match &mut self.peaks {
-            Some(peaks) => peaks.crest(&mut self.flows[self.current], &mut self.series, xi, t_s, span_fs),
+            Some(peaks) => peaks.peak(&mut self.flows[self.current], &mut self.series, xi, t_s, span_fs),
             None => Ok(()),
         }
     }
@@ -309,7 +329,7 @@ impl LaneCore {
         if let Some(peaks) = &mut self.peaks {
             peaks.enter(&self.flows[index], xi, t_s);
         }
-        if let Some(kind) = EventKind::of(from, to) {
+        if let Some(kind) = EventKind::of(switch, from, to) {
             self.events.push(Event { t_s, kind, switch });
         }
         Ok(())

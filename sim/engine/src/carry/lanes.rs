@@ -11,7 +11,7 @@ use crate::carry::signals::Signals;
 use crate::error::{EngineError, RunEnd};
 use crate::observe::event::Event;
 use crate::run::program::Program;
-use crate::run::scenario::Integrator;
+use crate::run::settings::Integrator;
 use crate::sample::clock::SAME_INSTANT_S;
 
 /// Every variant of a run.
@@ -159,6 +159,7 @@ impl<L: Lane> Lanes<L> {
             // A little later than now: an instant may come before its time by less than that, and the piece
             // must be the next one.
             core.motion.set_gaps(self.t_s + SAME_INSTANT_S, &mut self.scratch);
+            core.motion.join(&core.flow().equations, &mut self.scratch);
             put_lane(&mut self.xi, l, &self.scratch);
         }
     }

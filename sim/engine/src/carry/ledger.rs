@@ -1,4 +1,4 @@
-//! The energy ledger: what every element put in, took out and stores.
+//! The energy ledger: what every element fed, dissipated and stores.
 
 use feeler_plant::motion::{Ledger, MeterKind, Motion, Storage, StorageKind, Switch, dot};
 
@@ -96,18 +96,22 @@ impl EnergyLedger {
             }
             MeterKind::FeedWork | MeterKind::ContactDamping => &assembly.contacts[element].name,
         };
-        let meters = flow
-            .ledger
-            .meters
-            .iter()
-            .zip(&self.meters)
-            .map(|(meter, joule)| (meter.kind, name(meter.kind, meter.element).clone(), *joule));
+        let mut meters: Vec<(MeterKind, String, f64)> = Vec::new();
+        let mut last_of = None;
+        for (meter, joule) in flow.ledger.meters.iter().zip(&self.meters) {
+            let of = Some((meter.kind, meter.element));
+            match meters.last_mut().filter(|_| of == last_of) {
+                Some((_, _, sum)) => *sum += joule,
+                None => meters.push((meter.kind, name(meter.kind, meter.element).clone(), *joule)),
+            }
+            last_of = of;
+        }
         let last = motion.storage(&flow.equations, xi);
         let sum = |list: &[Storage], kinetic: bool| {
             list.iter().filter(|s| (s.kind == StorageKind::Kinetic) == kinetic).map(|s| s.joule).sum()
         };
         EnergyBalance {
-            meters: meters.collect(),
+            meters,
             controllers: controllers.iter().cloned().zip(self.controllers.iter().copied()).collect(),
             kinetic: [sum(&self.initial, true), sum(&last, true)],
             elastic: [sum(&self.initial, false), sum(&last, false)],
@@ -125,12 +129,12 @@ pub struct EnergyBalance {
     pub controllers: Vec<(String, f64)>,
     /// Kinetic energy at start and end.
     pub kinetic: [f64; 2],
-    /// Elastic energy at start and end.
+    /// Elastic energy, and the potential one of weights, at start and end.
     pub elastic: [f64; 2],
 }
 
 impl EnergyBalance {
-    /// Energy put in less energy taken out less the growth of what is stored: zero but for errors of the
+    /// Energy fed less energy dissipated less the growth of what is stored: zero but for errors of the
     /// method.
     pub fn residual(&self) -> f64 {
         let flow: f64 =

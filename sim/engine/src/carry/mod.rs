@@ -10,4 +10,5 @@ pub(crate) mod ledger;
 pub(crate) mod peaks;
 mod signals;
 mod step_map;
+mod toil;
 mod transition;

@@ -1,25 +1,24 @@
-//! The largest force of every stretch of contact, between the rows of any record: where a force crests within
+//! The largest force of every stretch of contact, between the rows of any record: where a force peaks within
 //! a span is found on the motion itself.
 
 use feeler_lanes::Lane;
-use feeler_plant::motion::{Motion, dot};
+use feeler_plant::motion::dot;
 
 use crate::error::EngineError;
-use crate::solve::crossing::Look;
-use crate::solve::extrapolation::Extrapolation;
+use crate::solve::crossing::Piece;
 use crate::solve::flow::{Flow, ROWS_PER_BEND, ROWS_PER_LINE};
 use crate::solve::taylor::Series;
 
-/// Share of itself by which a crest may be higher than what is known without being looked at: slopes taken by
+/// Share of itself by which a peak may be higher than what is known without being looked at: slopes taken by
 /// differences tell no more, and a force at rest is not to be looked at for its rounding.
 const CREST: f64 = 1e-9;
 /// The same in spans in which the force may swing more than once, so that a force which creeps to its largest
 /// value is not looked at all the way.
 const NEAR: f64 = 1e-6;
-/// Share of the force to which two polynomials through the ends of a span must agree, or its crest is looked
+/// Share of the force to which two polynomials through the ends of a span must agree, or its peak is looked
 /// for on the motion.
 const AGREE: f64 = 1e-5;
-/// Looks at a crest of a nonlinear mode; each brings the bounds several times closer.
+/// Evaluations at a peak of a nonlinear mode; each brings the bounds several times closer.
 const MOST_LOOKS: usize = 60;
 
 /// In seconds.
@@ -93,8 +92,8 @@ impl Peaks {
         self.finished[i].iter().copied().chain(present).collect()
     }
 
-    /// A leg of `h` of a linear mode, from `xi` at `t_s` on.
-    pub(crate) fn linear_leg(&mut self, flow: &Flow, series: &Series, xi: &[f64], t_s: f64, h: f64) {
+    /// A piece of `h` of a linear mode, from `xi` at `t_s` on.
+    pub(crate) fn linear_piece(&mut self, flow: &Flow, series: &Series, xi: &[f64], t_s: f64, h: f64) {
         for (i, present) in self.present.iter_mut().enumerate() {
             if let Some(present) = present {
                 let force = series.functional(&flow.equations.contact_force[i], xi, flow.width);
@@ -106,33 +105,24 @@ impl Peaks {
         }
     }
 
-    /// A leg of `h` of a nonlinear mode, from `start` at `t_s` to `end`; terms are filled in at both.
-    pub(crate) fn nonlinear_leg(
-        &mut self,
-        motion: &Motion,
-        flow: &Flow,
-        method: &mut Extrapolation,
-        [start, end]: [&[f64]; 2],
-        t_s: f64,
-        h: f64,
-    ) {
+    /// A piece of `h` that began at `t_s`, of a mode without a polynomial.
+    pub(crate) fn piece(&mut self, piece: &mut impl Piece, t_s: f64, h: f64) {
         for (i, present) in self.present.iter_mut().enumerate() {
             if let Some(present) = present {
-                let look = Look { motion, flow, start, row: &flow.equations.contact_force[i] };
-                let point =
-                    |s: f64, xi: &[f64]| Point { s, force_n: dot(look.row, xi), slope: look.slope(xi, h) };
-                let ends = [point(0.0, start), point(h, end)];
-                for point in ends {
+                let row = piece.flow().equations.contact_force[i].clone();
+                let ends = [0.0, h].map(|s| point(piece, &row, s, h));
+                let [Some(start), Some(end)] = ends else { return };
+                for point in [start, end] {
                     present.rise_to(Peak::at(t_s + point.s, point.force_n));
                 }
-                crest(&look, method, ends, h, t_s, present);
+                crest(piece, &row, [start, end], h, t_s, present);
             }
         }
     }
 
-    /// A span of a linear mode that was travelled in one go crests in it: looks where, from `xi` at its start
-    /// on, in parts in which a force has one crest at most. `xi` is moved.
-    pub(crate) fn crest(
+    /// A span of a linear mode that was travelled in one go peaks in it: looks where, from `xi` at its start
+    /// on, in parts in which a force has one peak at most. `xi` is moved.
+    pub(crate) fn peak(
         &mut self,
         flow: &mut Flow,
         series: &mut Series,
@@ -159,14 +149,13 @@ impl Peaks {
                 let (ends, slopes) = ([line[3], line[0]], [line[1], line[2]]);
                 present.rise_to(Peak::at(from_s, ends[0]));
                 present.rise_to(Peak::at(from_s + length_s, ends[1]));
-                match (Span { ends, slopes, bends: [bends[0], bends[1]], length_s, is_rough: false }).crest()
-                {
-                    Crest::At { s, force_n } => present.rise_to(Peak::at(from_s + s, force_n)),
-                    Crest::Unclear => {
+                match (Span { ends, slopes, bends: [bends[0], bends[1]], length_s, is_rough: false }).peak() {
+                    PeakWithin::At { s, force_n } => present.rise_to(Peak::at(from_s + s, force_n)),
+                    PeakWithin::Unclear => {
                         unclear |= room(ends, slopes, length_s, present.force_n) > 0.0
                             || slopes[0] * slopes[1] >= 0.0;
                     }
-                    Crest::None => {}
+                    PeakWithin::None => {}
                 }
             }
             if unclear {
@@ -183,18 +172,24 @@ impl Peaks {
         while gone_s < span_s {
             let h = flow.horizon_s.min(span_s - gone_s);
             series.expand(flow, xi, h);
-            self.linear_leg(flow, series, xi, t_s + gone_s, h);
+            self.linear_piece(flow, series, xi, t_s + gone_s, h);
             series.evaluate(h, xi);
             gone_s += h;
         }
     }
 }
 
-/// Where the force rises at one end of a leg and falls at the other, the crest in between: by the secant of
+/// A force `s` after the start of a piece of `h`.
+fn point(piece: &mut impl Piece, row: &[f64], s: f64, h: f64) -> Option<Point> {
+    let xi = piece.state(s)?;
+    Some(Point { s, force_n: dot(row, &xi), slope: piece.slope(row, &xi, h) })
+}
+
+/// Where the force rises at one end of a piece and falls at the other, the crest in between: by the secant of
 /// the slope, until the tangents leave no room.
 fn crest(
-    look: &Look,
-    method: &mut Extrapolation,
+    piece: &mut impl Piece,
+    row: &[f64],
     [mut a, mut b]: [Point; 2],
     h: f64,
     t_s: f64,
@@ -211,8 +206,7 @@ fn crest(
         // Kept off the ends, so that both come closer.
         let share = (a.slope / (a.slope - b.slope)).clamp(0.05, 0.95);
         let s = a.s + share * (b.s - a.s);
-        let Some(xi) = look.at(method, s) else { return };
-        let middle = Point { s, force_n: dot(look.row, &xi), slope: look.slope(&xi, h) };
+        let Some(middle) = point(piece, row, s, h) else { return };
         present.rise_to(Peak::at(t_s + s, middle.force_n));
         if middle.slope > 0.0 { a = middle } else { b = middle }
     }
@@ -232,9 +226,9 @@ pub(crate) struct Span {
     pub(crate) is_rough: bool,
 }
 
-/// Where a force crests in a span.
+/// Where a force peaks in a span.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Crest {
+pub(crate) enum PeakWithin {
     /// Nowhere.
     None,
     /// `s` after the start, at `force_n`.
@@ -248,25 +242,25 @@ impl Span {
     /// span they err by `q^4 / 384` and `q^6 / 46080`, so where they agree to [`AGREE`], the second is right
     /// to `q^2 / 120` of that. A swing that the span holds many of would part them by many times its size, as
     /// it bends that much more than what they can follow.
-    pub(crate) fn crest(&self) -> Crest {
+    pub(crate) fn peak(&self) -> PeakWithin {
         let ([start, end], [rise, fall]) = (self.ends, self.slopes);
         let [cubic, quintic] = self.polynomials();
         let size = AGREE * start.abs().max(end.abs());
         if self.is_rough && cubic.iter().zip(&quintic).map(|(a, b)| (a - b).abs()).sum::<f64>() > size {
-            return Crest::Unclear;
+            return PeakWithin::Unclear;
         }
         if rise <= 0.0 || fall >= 0.0 {
             return if (rise > 0.0 && end < start) || (fall < 0.0 && start < end) {
-                Crest::Unclear
+                PeakWithin::Unclear
             } else {
-                Crest::None
+                PeakWithin::None
             };
         }
         let [(_, rough), (share, fine)] = [cubic, quintic].map(|c| highest(&c));
         if (fine - rough).abs() > size {
-            Crest::Unclear
+            PeakWithin::Unclear
         } else {
-            Crest::At { s: share * self.length_s, force_n: start + fine }
+            PeakWithin::At { s: share * self.length_s, force_n: start + fine }
         }
     }
 
@@ -369,13 +363,13 @@ impl<L: Lane> Abreast<L> {
             self.force_n = L::select(higher, force_n, self.force_n);
             self.t_s = L::select(higher, t_s, self.t_s);
         }
-        let crests = rise.gt(zero)
+        let peaks = rise.gt(zero)
             & fall.lt(zero)
             & room([start, end], [rise, fall], h, self.force_n * L::splat(1.0 + CREST)).gt(zero);
         // Ends that tell of a turn at least, though tangents do not bound it.
         let turns =
             (rise.gt(zero) & fall.ge(zero) & end.lt(start)) | (rise.le(zero) & fall.lt(zero) & start.lt(end));
-        pushing & (crests | turns)
+        pushing & (peaks | turns)
     }
 
     /// Lanes whose force may have been larger than anything yet within a span in which it swings more than
@@ -390,8 +384,8 @@ impl<L: Lane> Abreast<L> {
 mod tests {
     use super::*;
 
-    /// 20 + 10 sin, turned by up to 1.2 rad over a span: where the ends tell the crest, they tell it to
-    /// 1.2e-7 (see [`Span::crest`]).
+    /// 20 + 10 sin, turned by up to 1.2 rad over a span: where the ends tell the peak, they tell it to
+    /// 1.2e-7 (see [`Span::peak`]).
     #[test]
     fn truth_the_crest_of_a_sine_follows_from_both_ends() {
         let h = 5e-4;
@@ -407,7 +401,7 @@ mod tests {
                     length_s: h,
                     is_rough: false,
                 };
-                if let Crest::At { s, force_n } = span.crest() {
+                if let PeakWithin::At { s, force_n } = span.peak() {
                     told += 1;
                     assert!(
                         (force_n / 30.0 - 1.0).abs() < 1.2e-7 && (s / h - share).abs() < 1e-2,
@@ -423,7 +417,7 @@ mod tests {
                 let [a, b] = [ripple(0.3 + turn), ripple(440.3 + turn)];
                 let add = |values: [f64; 2], k: usize| [values[0] + a[k], values[1] + b[k]];
                 let [ends, slopes, bends] = [add(span.ends, 0), add(span.slopes, 1), add(span.bends, 2)];
-                assert_eq!(Span { ends, slopes, bends, is_rough: true, ..span }.crest(), Crest::Unclear);
+                assert_eq!(Span { ends, slopes, bends, is_rough: true, ..span }.peak(), PeakWithin::Unclear);
             }
         }
         assert!(told >= 12, "{told}");

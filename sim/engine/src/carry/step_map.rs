@@ -9,7 +9,7 @@ use feeler_lanes::{Blocks, Lane, LaneMask};
 use nalgebra::DMatrix;
 
 use crate::carry::lane::LaneCore;
-use crate::run::scenario::Integrator;
+use crate::run::settings::Integrator;
 use crate::solve::flow::Flow;
 
 /// Share of entries that are not zero up to which a large map is kept as lists: bodies mostly touch their

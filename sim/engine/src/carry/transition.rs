@@ -1,4 +1,4 @@
-//! The exponentials of all lanes side by side, and the look at their guards.
+//! The exponentials of all lanes side by side, and the check of their guards.
 
 use feeler_lanes::{Blocks, Lane, LaneMask};
 
@@ -105,7 +105,7 @@ impl<L: Lane> Transition<L> {
                 continue;
             }
             let span_s = self.span_s;
-            // Where nothing can happen there is nothing to look for but crests, which have a look of their
+            // Where nothing can happen there is nothing to look for but peaks, which have a check of their
             // own.
             let is_guarded = flow.lines.iter().any(|line| line.is_guard);
             let looks = flow.looks(span_s)?;
@@ -160,7 +160,7 @@ impl<L: Lane> Transition<L> {
     /// Looks where the lanes of `here` are after one part, and gives those that may have met an event on the
     /// way.
     #[inline(always)]
-    pub(crate) fn look(&self, here: L::Mask, xi: &[L], y: &mut [L]) -> L::Mask {
+    pub(crate) fn crossed(&self, here: L::Mask, xi: &[L], y: &mut [L]) -> L::Mask {
         self.matrix.apply(xi, y);
         here & self.suspects(y)
     }
@@ -192,7 +192,7 @@ impl<L: Lane> Transition<L> {
         crests
     }
 
-    /// One part of a lane as contact `i` went through it; none where it does not push.
+    /// One part of a lane as contact `i` went through it; `None` if it does not push.
     pub(crate) fn span(&self, l: usize, i: usize, y: &[L]) -> Option<Span> {
         let line = &y[self.states + ROWS_PER_LINE * i..];
         let bends = &y[self.states + ROWS_PER_LINE * self.lines + ROWS_PER_BEND * i..];

@@ -33,9 +33,11 @@ impl EventKind {
         }
     }
 
-    /// The event of a switch going from one state to another, if it is one.
-    pub fn of(from: SwitchState, to: SwitchState) -> Option<Self> {
+    /// The event of a switch going from one state to another, if it is one: that an error leaves its deadband
+    /// is none.
+    pub fn of(switch: Switch, from: SwitchState, to: SwitchState) -> Option<Self> {
         match (from, to) {
+            _ if matches!(switch, Switch::Deadband(_)) => None,
             (SwitchState::Contact(from), SwitchState::Contact(to)) => {
                 match [from, to].map(|state| state == ContactState::Pushing) {
                     [false, true] => Some(Self::Touch),
@@ -68,8 +70,10 @@ impl Event {
     pub fn element<'a>(&self, assembly: &'a Assembly) -> &'a str {
         match self.switch {
             Switch::Contact(i) => &assembly.contacts[i].name,
-            Switch::Stop(i, _) | Switch::Friction(i) => &assembly.links[i].name,
-            Switch::Limit(i) | Switch::Ramp(i) => &assembly.drives[i].name,
+            Switch::Stop(i, _) | Switch::Friction(i) | Switch::Direction(i) => &assembly.links[i].name,
+            Switch::Limit(i) | Switch::Line(i) | Switch::Deadband(i) | Switch::Ramp(i) => {
+                &assembly.drives[i].name
+            }
         }
     }
 }

@@ -3,7 +3,8 @@
 use feeler_control::ControllerSpec;
 use feeler_plant::description::{Elements, Machine, SignalName};
 
-use super::scenario::{ControllerUse, RunSettings, Scenario};
+use super::scenario::{ControllerUse, Scenario};
+use super::settings::RunSettings;
 
 impl Scenario {
     /// A machine without controllers, run for a second with nothing recorded.
@@ -18,14 +19,14 @@ impl Scenario {
         self
     }
 
-    /// The same, run for so many seconds.
+    /// The same, run for this many seconds.
     #[must_use]
     pub fn lasting(mut self, duration_s: f64) -> Self {
         self.run.duration_s = duration_s;
         self
     }
 
-    /// The same with these signals recorded so many times a second.
+    /// The same with these signals recorded at this rate, Hz.
     #[must_use]
     pub fn recording(mut self, signals: impl IntoIterator<Item = SignalName>, rate_hz: f64) -> Self {
         self.run.record = signals.into_iter().collect();

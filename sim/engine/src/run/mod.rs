@@ -4,5 +4,7 @@ mod building;
 pub(crate) mod program;
 mod recorder;
 pub(crate) mod scenario;
+pub(crate) mod servo;
+pub(crate) mod settings;
 pub(crate) mod simulation;
 mod wiring;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use feeler_control::{ControllerSpec, Reference, SampleClock};
-use feeler_plant::assembly::{ContactPart, Source, assemble, resolve};
+use feeler_plant::assembly::{Assembly, ContactPart, Source, assemble, resolve};
 use feeler_plant::description::{Elements, Profile, Quantity, SignalName};
 use feeler_plant::effects::Change;
 use feeler_plant::motion::Motion;
@@ -11,7 +11,9 @@ use feeler_plant::names::did_you_mean;
 use feeler_plant::problem::Problem;
 
 use crate::error::EngineError;
-use crate::run::scenario::{ControllerUse, RunSettings, Scenario};
+use crate::run::scenario::{ControllerUse, Scenario};
+use crate::run::servo::{ServoWiring, impose, servos};
+use crate::run::settings::RunSettings;
 
 /// Where a recorded value comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,6 +57,8 @@ pub(crate) struct Tapped {
 pub struct LoopWiring<'a> {
     /// Its name.
     pub name: &'a str,
+    /// Whether it is the loop of a sampled servo, and the name that of its actuator.
+    pub is_servo: bool,
     /// Law, gains, timing and reference, effects applied.
     pub spec: &'a ControllerSpec,
     /// Sensor it controls.
@@ -73,6 +77,8 @@ pub struct Program {
     pub(crate) motion: Motion,
     pub(crate) controllers: Elements<ControllerUse>,
     pub(crate) wiring: Vec<Wiring>,
+    /// The loops of sampled servos.
+    pub(crate) servos: Vec<ServoWiring>,
     pub(crate) run: RunSettings,
     /// Signals of the plant that somebody reads, as rows.
     pub(crate) wanted: Vec<Source>,
@@ -104,7 +110,10 @@ impl Program {
             }
         }
         let motion = match assemble(&scenario.machine) {
-            Ok(assembly) => Motion::new(assembly).map_err(|more| problems.extend(more)).ok(),
+            Ok(mut assembly) => {
+                impose(&scenario, &mut assembly, &mut problems);
+                Motion::new(assembly).map_err(|more| problems.extend(more)).ok()
+            }
             Err(more) => {
                 problems.extend(more);
                 None
@@ -127,11 +136,13 @@ impl Program {
         let Some(motion) = motion.filter(|_| problems.is_empty()) else {
             return Err(EngineError::Problems { problems });
         };
+        let servos = servos(motion.assembly(), &mut wanted)?;
         let names = scenario.run.record.iter().map(ToString::to_string).collect();
         Ok(Self {
             motion,
             controllers: scenario.controllers,
             wiring,
+            servos,
             run: scenario.run,
             wanted: wanted.0,
             recorded,
@@ -159,16 +170,28 @@ impl Program {
         self.controllers.keys().map(String::as_str)
     }
 
-    /// How the controllers are wired, in the order of the file.
+    /// How the controllers are wired, in the order of the file, and then the loops of sampled servos.
     pub fn loops(&self) -> impl Iterator<Item = LoopWiring<'_>> {
-        self.controllers.iter().zip(&self.wiring).map(|((name, used), wiring)| LoopWiring {
-            name,
-            spec: &used.spec,
-            reading: wiring.reading.map(|tapped| tapped.sensor),
-            motion: wiring.motion.map(|tapped| tapped.sensor),
-            motion_is_velocity: wiring.motion_is_velocity,
-            drive: wiring.drive,
-        })
+        let servos = self.servos.iter().map(|servo| LoopWiring {
+            name: &servo.name,
+            is_servo: true,
+            spec: &servo.spec,
+            reading: Some(servo.encoder.sensor),
+            motion: None,
+            motion_is_velocity: false,
+            drive: servo.drive,
+        });
+        let controllers =
+            self.controllers.iter().zip(&self.wiring).map(|((name, used), wiring)| LoopWiring {
+                name,
+                is_servo: false,
+                spec: &used.spec,
+                reading: wiring.reading.map(|tapped| tapped.sensor),
+                motion: wiring.motion.map(|tapped| tapped.sensor),
+                motion_is_velocity: wiring.motion_is_velocity,
+                drive: wiring.drive,
+            });
+        controllers.chain(servos)
     }
 
     /// In what two variants differ that lanes must share; `None` where they can run side by side.
@@ -185,11 +208,16 @@ impl Program {
         let wires = |p: &Self| {
             p.wiring.iter().map(|w| (w.reading, w.motion, w.motion_is_velocity, w.drive)).collect::<Vec<_>>()
         };
-        let knots = |contact: &ContactPart| {
-            let starts = |profile: &Arc<Profile>| {
+        let starts = |profile: Option<&Arc<Profile>>| {
+            let of = |profile: &Arc<Profile>| {
                 profile.pieces().iter().map(|piece| bits(piece.start_s)).collect::<Vec<_>>()
             };
-            contact.profile.as_ref().map(starts)
+            profile.map(of)
+        };
+        let knots = |contact: &ContactPart| starts(contact.profile.as_ref());
+        let servo_timing = |servo: &ServoWiring, assembly: &Assembly| {
+            let target = assembly.drives[servo.drive].sampling().map(|sampling| bits(sampling.target.delay));
+            (servo.drive, [servo.spec.period_s, servo.spec.delay_s].map(bits), target)
         };
         let same_run = {
             let [x, y] = [&self.run, &other.run];
@@ -225,6 +253,20 @@ impl Program {
                     .eq(b.sensors.iter().map(|s| (bits(s.delay), s.resolutions.len()))),
                 "the delay or quantisation of a sensor",
             ),
+            (
+                self.servos
+                    .iter()
+                    .map(|s| servo_timing(s, a))
+                    .eq(other.servos.iter().map(|s| servo_timing(s, b))),
+                "the timing of a servo",
+            ),
+            (
+                a.drives
+                    .iter()
+                    .map(|d| starts(d.imposed.as_ref()))
+                    .eq(b.drives.iter().map(|d| starts(d.imposed.as_ref()))),
+                "when pieces of an imposed motion begin",
+            ),
             (same_run, "duration, step, integrator or seed"),
         ];
         checks.iter().find(|(same, _)| !same).map(|(_, what)| *what)
@@ -237,10 +279,10 @@ impl Program {
 }
 
 #[derive(Default)]
-struct Wanted(Vec<Source>);
+pub(crate) struct Wanted(Vec<Source>);
 
 impl Wanted {
-    fn index(&mut self, source: Source) -> usize {
+    pub(crate) fn index(&mut self, source: Source) -> usize {
         self.0.iter().position(|&s| s == source).unwrap_or_else(|| {
             self.0.push(source);
             self.0.len() - 1

@@ -258,7 +258,7 @@ impl<L: Lane> Simulation<L> {
     }
 
     /// Serves every instant that is due: delayed readings are taken, controllers sample, signals are
-    /// recorded, commands arrive. In this order.
+    /// recorded, commands arrive, servos sample. In this order.
     #[inline(always)]
     fn serve(&mut self) -> Result<Reached, EngineError> {
         let Self { lanes, sampling, recorder, .. } = self;
@@ -272,6 +272,7 @@ impl<L: Lane> Simulation<L> {
             recorder.take_plant(lanes, sampling);
         }
         sampling.arrivals(lanes)?;
+        sampling.sample_servos(lanes)?;
         if recorded {
             recorder.take_commands(lanes, sampling);
         }

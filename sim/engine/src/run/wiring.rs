@@ -1,7 +1,7 @@
 //! What a controller reads and drives, held against the machine: one rule for files and for programs.
 
 use feeler_control::Law;
-use feeler_plant::description::{Machine, Quantity};
+use feeler_plant::description::{Actuator, ActuatorKind, Machine, Quantity};
 use feeler_plant::names::did_you_mean;
 use feeler_plant::problem::Problem;
 
@@ -74,12 +74,25 @@ impl ControllerUse {
                 "add `motion = \"...\"`, or a sensor that reads position or velocity of the driven body";
             problems.push(Problem::new("motion", message, remedy));
         }
+        let approached = machine.actuators.get(&self.drives).filter(|_| self.spec.approach.is_some());
+        if approached.is_some_and(|actuator| !can_approach(actuator)) {
+            let message = format!(
+                "an approach moves a drive by a force or a speed, and `{}` takes neither",
+                self.drives
+            );
+            problems.push(Problem::new("approach", message, "leave it out, and let the reference approach"));
+        }
         if let (Some(needs), None) = (self.needs_reading(), &self.reads) {
             let message = format!("{needs} needs {what} sensor");
             problems.push(Problem::new("reads", message, "add `reads = \"...\"`"));
         }
         problems
     }
+}
+
+/// Whether the command of an actuator is a force or a speed, which an approach gives.
+fn can_approach(actuator: &Actuator) -> bool {
+    matches!(actuator.kind, ActuatorKind::Force { .. } | ActuatorKind::VelocitySource { .. })
 }
 
 /// What is wrong with a sensor that is named under a key and must read one of some quantities.

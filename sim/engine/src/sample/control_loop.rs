@@ -28,7 +28,7 @@ pub(crate) struct ControlLoop<L: Lane> {
     /// The reference that all lanes follow, or one per lane.
     references: Vec<Reference>,
     pub(super) drive: usize,
-    /// Whether the drive acts by a force, not by a speed.
+    /// Whether the command of the drive is its force.
     pub(super) drives_force: bool,
     motion_is_velocity: bool,
     /// The sensor it controls.
@@ -62,7 +62,7 @@ impl<L: Lane> ControlLoop<L> {
             reference: L::zero(),
             references: programs[..kept].iter().map(|p| p.wiring[i].reference.clone()).collect(),
             drive: wiring.drive,
-            drives_force: drive.velocity_source.is_none(),
+            drives_force: drive.commands_force(),
             motion_is_velocity: wiring.motion_is_velocity,
             reading: wiring.reading.map(|tapped| Reading::new(tapped, sensors, next_sample_s)),
             motion: wiring.motion.map(|tapped| Reading::new(tapped, sensors, next_sample_s)),

@@ -1,10 +1,13 @@
-//! The part of a drive's chain that acts on held commands: delay, deadband, gain and limit. All of it is
+//! The part of a drive's chain that acts on held commands: noise, delay, deadband, gain and limit. All of it is
 //! exact at any step.
 
 use std::collections::VecDeque;
 
+use feeler_control::Stream;
 use feeler_lanes::Lane;
 use feeler_plant::assembly::Drive;
+
+use crate::sample::sensing::noise_index;
 
 /// One drive of every lane.
 #[derive(Clone, Debug)]
@@ -13,8 +16,10 @@ pub struct DriveChain<L> {
     pub delay_s: f64,
     deadband: L,
     gain: L,
-    /// Infinite for a velocity source, whose limit is on the force it builds up.
+    /// Infinite where the limit is one of the force that builds up.
     limit: L,
+    /// One sigma of what is added to each command, and where it is drawn from; `None` without noise.
+    noise: Option<(L, Stream)>,
     /// Commands under way: when they arrive, and what they are.
     pending: VecDeque<(f64, L)>,
     /// The command as the controllers issued it.
@@ -23,13 +28,20 @@ pub struct DriveChain<L> {
 
 impl<L: Lane> DriveChain<L> {
     /// The drives must agree in their delay.
-    pub fn new(of_lane: &[&Drive]) -> Self {
+    pub fn new(of_lane: &[&Drive], seed: u64) -> Self {
         let number = |f: &dyn Fn(&Drive) -> f64| L::from_fn(|lane| f(of_lane[lane]));
+        // A target has a chain of its own, in which nothing else happens.
+        let target = |drive: &Drive| drive.sampling().map(|sampling| sampling.target);
+        let of = |drive: &Drive, target_has: f64, held: f64| target(drive).map_or(held, |_| target_has);
         Self {
-            delay_s: of_lane[0].delay,
-            deadband: number(&|drive| drive.deadband),
-            gain: number(&|drive| drive.gain),
-            limit: number(&|drive| if drive.velocity_source.is_some() { f64::INFINITY } else { drive.limit }),
+            delay_s: target(of_lane[0]).map_or(of_lane[0].delay, |target| target.delay),
+            deadband: number(&|drive| of(drive, 0.0, drive.held_deadband())),
+            gain: number(&|drive| target(drive).map_or(drive.gain, |target| target.gain)),
+            limit: number(&|drive| of(drive, f64::INFINITY, drive.held_limit())),
+            noise: of_lane.iter().any(|drive| drive.noise > 0.0).then(|| {
+                let stream = Stream::new(seed, &format!("actuators.{}", of_lane[0].name));
+                (number(&|drive| drive.noise), stream)
+            }),
             pending: VecDeque::new(),
             command: L::zero(),
         }
@@ -38,6 +50,10 @@ impl<L: Lane> DriveChain<L> {
     /// Takes a new command at `t_s`. Gives what the drive acts on from now, unless the command is delayed.
     pub fn issue(&mut self, t_s: f64, command: L) -> Option<L> {
         self.command = command;
+        let command = match &self.noise {
+            Some((sigma, stream)) => command + *sigma * L::splat(stream.normal_at(noise_index(t_s))),
+            None => command,
+        };
         if self.delay_s > 0.0 {
             self.pending.push_back((t_s + self.delay_s, command));
             None

@@ -6,4 +6,5 @@ pub(crate) mod drive;
 pub(crate) mod reading;
 pub(crate) mod sampling;
 pub(crate) mod sensing;
+mod servo_loop;
 pub(crate) mod taps;

@@ -9,14 +9,16 @@ use crate::sample::clock::{GapClock, due};
 use crate::sample::control_loop::ControlLoop;
 use crate::sample::drive::DriveChain;
 use crate::sample::sensing::Sensing;
+use crate::sample::servo_loop::ServoLoop;
 
 /// Controllers, drives and sensors of every lane.
 #[derive(Debug)]
 pub(crate) struct Sampling<L: Lane> {
     loops: Vec<ControlLoop<L>>,
     drives: Vec<DriveChain<L>>,
+    servos: Vec<ServoLoop<L>>,
     sensors: Vec<Sensing<L>>,
-    /// One per gap that moves by itself.
+    /// One per gap or body that moves by itself.
     gaps: Vec<GapClock>,
     /// Whether any output or command is under way for a while.
     any_late: bool,
@@ -30,21 +32,27 @@ impl<L: Lane> Sampling<L> {
         let assembly = first.motion.assembly();
         let parts = |i: usize| programs.iter().map(|p| &p.motion.assembly().drives[i]).collect::<Vec<_>>();
         let drives: Vec<DriveChain<L>> =
-            (0..assembly.drives.len()).map(|i| DriveChain::new(&parts(i))).collect();
+            (0..assembly.drives.len()).map(|i| DriveChain::new(&parts(i), first.run.seed)).collect();
         let parts = |i: usize| programs.iter().map(|p| &p.motion.assembly().sensors[i]).collect::<Vec<_>>();
         let sensors: Vec<Sensing<L>> =
             (0..assembly.sensors.len()).map(|i| Sensing::new(&parts(i), first.run.seed)).collect();
         let loops = (0..first.controllers.len())
             .map(|i| ControlLoop::new(programs, i, &sensors))
             .collect::<Result<Vec<_>, _>>()?;
-        let profiles = assembly.contacts.iter().filter_map(|contact| contact.profile.as_deref());
+        let servos = (0..first.servos.len())
+            .map(|i| ServoLoop::new(programs, i, &sensors))
+            .collect::<Result<Vec<_>, _>>()?;
+        let gaps = assembly.contacts.iter().filter_map(|contact| contact.profile.as_deref());
+        let profiles = gaps.chain(assembly.drives.iter().filter_map(|drive| drive.imposed.as_deref()));
         Ok(Self {
             gaps: profiles.map(GapClock::new).collect(),
             any_late: loops.iter().any(|control| control.delay_s > 0.0)
+                || servos.iter().any(|servo| servo.delay_s > 0.0)
                 || drives.iter().any(|drive| drive.delay_s > 0.0),
             any_delayed: loops.iter().any(ControlLoop::is_delayed),
             loops,
             drives,
+            servos,
             sensors,
         })
     }
@@ -55,7 +63,11 @@ impl<L: Lane> Sampling<L> {
         for control in &self.loops {
             next = earlier(next, control.next_sample_s);
         }
+        for servo in &self.servos {
+            next = earlier(next, servo.next_sample_s);
+        }
         if self.any_late {
+            next = self.servos.iter().fold(next, |next, servo| earlier(next, servo.next_arrival_s()));
             next = self.loops.iter().fold(next, |next, control| earlier(next, control.next_arrival_s()));
             next = self.drives.iter().fold(next, |next, drive| earlier(next, drive.next_arrival_s()));
         }
@@ -116,9 +128,38 @@ impl<L: Lane> Sampling<L> {
         for i in 0..self.drives.len() {
             while due(self.drives[i].next_arrival_s(), lanes.time_s()) {
                 if let Some(input) = self.drives[i].arrive() {
-                    lanes.set_input(i, input)?;
+                    self.take(i, input, lanes)?;
                 }
             }
+        }
+        for servo in &mut self.servos {
+            while due(servo.next_arrival_s(), lanes.time_s()) {
+                let Some((_, output)) = servo.pending.pop_front() else { break };
+                lanes.set_input(servo.drive, output)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Servos that are due sample: they see the targets of this instant.
+    #[inline(always)]
+    pub(crate) fn sample_servos(&mut self, lanes: &mut Lanes<L>) -> Result<(), EngineError> {
+        for servo in &mut self.servos {
+            while due(servo.next_sample_s, lanes.time_s()) {
+                if let Some(output) = servo.sample(lanes.time_s(), lanes.signals(), &self.sensors) {
+                    lanes.set_input(servo.drive, output)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A command of drive `i` takes effect: a servo that samples has a new target, any other a new input.
+    #[inline(always)]
+    fn take(&mut self, i: usize, input: L, lanes: &mut Lanes<L>) -> Result<(), EngineError> {
+        match self.servos.iter_mut().find(|servo| servo.drive == i) {
+            Some(servo) => servo.aim(input),
+            None => lanes.set_input(i, input)?,
         }
         Ok(())
     }
@@ -130,7 +171,7 @@ impl<L: Lane> Sampling<L> {
         let drive = self.loops[i].drive;
         let command = if self.loops.len() == 1 { output } else { self.wanted_of(drive) };
         match self.drives[drive].issue(lanes.time_s(), command) {
-            Some(input) => lanes.set_input(drive, input),
+            Some(input) => self.take(drive, input, lanes),
             None => Ok(()),
         }
     }

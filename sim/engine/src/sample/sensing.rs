@@ -7,6 +7,11 @@ use feeler_plant::assembly::SensorPart;
 /// Picoseconds per second: the grid on which noise is a function of time.
 const PICOSECONDS: f64 = 1e12;
 
+/// The index at which the noise of an instant is drawn.
+pub(crate) fn noise_index(t_s: f64) -> u64 {
+    (t_s * PICOSECONDS).round() as u64
+}
+
 /// One sensor of every lane. The noise of a reading is a property of sensor and instant: it does not depend
 /// on who reads, or how often.
 #[derive(Clone, Debug)]
@@ -43,7 +48,7 @@ impl<L: Lane> Sensing<L> {
     pub fn read(&self, t_s: f64, signal: L) -> L {
         let mut reading = self.gain * signal + self.bias;
         if self.noisy {
-            reading += self.noise * L::splat(self.stream.normal_at((t_s * PICOSECONDS).round() as u64));
+            reading += self.noise * L::splat(self.stream.normal_at(noise_index(t_s)));
         }
         for &step in &self.resolutions {
             reading = reading.zip(step, |x, q| if q > 0.0 { (x / q).round() * q } else { x });

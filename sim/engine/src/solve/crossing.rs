@@ -1,7 +1,7 @@
-//! Where a guard of a nonlinear mode is crossed within a step.
+//! Where a guard is crossed within a piece whose states are looked at one by one.
 
 use feeler_plant::motion::modes::{Course, Instant, first_crossing, trace};
-use feeler_plant::motion::{Motion, dot};
+use feeler_plant::motion::{Motion, Row, dot};
 
 use crate::solve::extrapolation::Extrapolation;
 use crate::solve::flow::Flow;
@@ -11,62 +11,138 @@ const LOCATED_S: f64 = 1e-15;
 /// Share of a step over which a slope is taken.
 const SLOPE_SHARE: f64 = 1e-5;
 
-/// A guard looked at along a step that has been taken.
-pub(crate) struct Look<'a> {
-    pub(crate) motion: &'a Motion,
-    pub(crate) flow: &'a Flow,
-    /// Where the step started.
-    pub(crate) start: &'a [f64],
-    /// The guard, or another functional.
-    pub(crate) row: &'a [f64],
+/// A state along a step, with the meter readings there.
+#[derive(Clone, Debug)]
+pub(crate) struct Known {
+    s: f64,
+    pub(crate) xi: Vec<f64>,
+    pub(crate) meters: Vec<f64>,
 }
 
-impl Look<'_> {
-    /// The first instant in `[0, h]` at which the guard fires (see [`feeler_plant::motion::Guard`]); `end` is
-    /// the state at `h`.
-    pub(crate) fn first_crossing(&self, method: &mut Extrapolation, end: &[f64], h: f64) -> Option<f64> {
-        let start = Instant { s: 0.0, value: dot(self.row, self.start), slope: self.slope(self.start, h) };
-        let end = Instant { s: h, value: dot(self.row, end), slope: self.slope(end, h) };
-        let trace = trace(self.row, self.start, start.slope);
-        first_crossing(&mut Steps { look: self, method }, [start, end], trace, LOCATED_S)
+/// A step that has been taken, and the states known along it. A new one starts from the last one
+/// before it, not from the start, where a contact that has just begun forbids long steps.
+pub(crate) struct Path<'a> {
+    motion: &'a Motion,
+    flow: &'a Flow,
+    method: &'a mut Extrapolation,
+    /// In order of time; the first is the start.
+    known: Vec<Known>,
+}
+
+impl<'a> Path<'a> {
+    pub(crate) fn new(
+        motion: &'a Motion,
+        flow: &'a Flow,
+        method: &'a mut Extrapolation,
+        start: Known,
+    ) -> Self {
+        Self { motion, flow, method, known: vec![start] }
     }
 
-    /// The state `s` after the start: a fresh step, so that its error is that of one step.
-    pub(crate) fn at(&self, method: &mut Extrapolation, s: f64) -> Option<Vec<f64>> {
-        let mut xi = self.start.to_vec();
-        self.motion.fill_terms(&self.flow.equations, &mut xi);
-        let mut reached = 0.0;
-        while reached < s {
-            reached += method.step(self.motion, self.flow, &mut xi, &mut [], s - reached)?;
+    /// The step came to `h`, in this state.
+    pub(crate) fn reaches(&mut self, h: f64, xi: &[f64], meters: &[f64]) {
+        self.known.push(Known { s: h, xi: xi.to_vec(), meters: meters.to_vec() });
+    }
+
+    /// The state at `s` after the start; `None` where the motion leaves all numbers.
+    pub(crate) fn at(&mut self, s: f64) -> Option<&Known> {
+        let next = self.known.partition_point(|known| known.s <= s);
+        let mut here = self.known[next - 1].clone();
+        if s <= here.s {
+            return Some(&self.known[next - 1]);
         }
-        Some(xi)
+        while here.s < s {
+            here.s += self.method.step(self.motion, self.flow, &mut here.xi, &mut here.meters, s - here.s)?;
+            // What is left is less than the clock can tell.
+            if s - here.s <= f64::EPSILON * s {
+                here.s = s;
+            }
+        }
+        self.known.insert(next, here);
+        Some(&self.known[next])
+    }
+}
+
+impl Piece for Path<'_> {
+    fn flow(&self) -> &Flow {
+        self.flow
     }
 
-    /// Slope of the guard along the motion.
-    pub(crate) fn slope(&self, xi: &[f64], span_s: f64) -> f64 {
+    fn state(&mut self, s: f64) -> Option<Vec<f64>> {
+        self.at(s).map(|known| known.xi.clone())
+    }
+
+    fn slope(&self, row: &[f64], xi: &[f64], span_s: f64) -> f64 {
         let delta = SLOPE_SHARE * span_s;
         let mut moved = xi.to_vec();
         for (x, row) in moved.iter_mut().zip(&self.flow.equations.derivative) {
             *x += delta * dot(row, xi);
         }
         self.motion.fill_terms(&self.flow.equations, &mut moved);
-        (dot(self.row, &moved) - dot(self.row, xi)) / delta
+        (dot(row, &moved) - dot(row, xi)) / delta
     }
 }
 
-/// Looks by fresh steps from the start.
-struct Steps<'a> {
-    look: &'a Look<'a>,
-    method: &'a mut Extrapolation,
+/// A span of one mode whose states can be looked at.
+pub(crate) trait Piece {
+    /// The mode.
+    fn flow(&self) -> &Flow;
+
+    /// The extended vector `s` after the start; `None` where the motion leaves all numbers.
+    fn state(&mut self, s: f64) -> Option<Vec<f64>>;
+
+    /// Slope of a functional along the motion, where differences are taken over a span like this.
+    fn slope(&self, row: &[f64], xi: &[f64], span_s: f64) -> f64;
 }
 
-impl Course for Steps<'_> {
-    fn look(&mut self, s: f64) -> Option<Instant> {
-        let xi = self.look.at(self.method, s)?;
-        Some(Instant { s, value: dot(self.look.row, &xi), slope: self.look.slope(&xi, s) })
+/// The first of a mode's guards to fire in `[0, h]` (see [`feeler_plant::motion::Guard`]), and when.
+pub(crate) fn first_guard(piece: &mut impl Piece, mut h: f64) -> (f64, Option<usize>) {
+    let mut event = None;
+    let rows: Vec<Row> = piece.flow().equations.guards.iter().map(|guard| guard.row.clone()).collect();
+    for (i, row) in rows.iter().enumerate() {
+        // Up to what fires first, no further: beyond it the mode may go where no machine does.
+        if let Some(s) = crossing(piece, row, h)
+            && (event.is_none() || s < h)
+        {
+            h = s;
+            event = Some(i);
+        }
+    }
+    (h, event)
+}
+
+/// The first instant in `[0, h]` at which a guard fires.
+fn crossing(piece: &mut impl Piece, row: &[f64], h: f64) -> Option<f64> {
+    let (from, to) = (piece.state(0.0)?, piece.state(h)?);
+    let ends = [(0.0, &from), (h, &to)].map(|(s, xi)| Instant {
+        s,
+        value: dot(row, xi),
+        slope: piece.slope(row, xi, h),
+    });
+    let trace = trace(row, &from, ends[0].slope);
+    first_crossing(&mut Looks { piece, row }, ends, trace, LOCATED_S)
+}
+
+/// Looks at a functional along a piece.
+struct Looks<'p, L> {
+    piece: &'p mut L,
+    row: &'p [f64],
+}
+
+impl<L: Piece> Course for Looks<'_, L> {
+    fn at(&mut self, s: f64) -> Option<Instant> {
+        let xi = self.piece.state(s)?;
+        Some(Instant { s, value: dot(self.row, &xi), slope: self.piece.slope(self.row, &xi, s) })
     }
 
     fn value(&mut self, s: f64) -> Option<f64> {
-        Some(dot(self.look.row, &self.look.at(self.method, s)?))
+        Some(dot(self.row, &self.piece.state(s)?))
+    }
+}
+
+impl Known {
+    /// The start of a step, terms filled in.
+    pub(crate) fn start(xi: &[f64], meters: &[f64]) -> Self {
+        Self { s: 0.0, xi: xi.to_vec(), meters: meters.to_vec() }
     }
 }

@@ -48,7 +48,7 @@ pub(crate) fn exponential(
     span_fs: u64,
 ) -> Result<Rc<DMatrix<f64>>, EngineError> {
     if !SHARES.get() {
-        return compute(derivative, width, span_fs).map(Rc::new);
+        return over(derivative, width, span_fs as f64 * 1e-15).map(Rc::new);
     }
     // To the bit, so that no variant ever sees what another was computed from.
     let same = |known: &Exponential| {
@@ -62,7 +62,7 @@ pub(crate) fn exponential(
     {
         return Ok(value);
     }
-    let value = Rc::new(compute(derivative, width, span_fs)?);
+    let value = Rc::new(over(derivative, width, span_fs as f64 * 1e-15)?);
     if width <= LARGEST {
         LAST.with_borrow_mut(|last| {
             if last.len() == REMEMBERED {
@@ -74,11 +74,12 @@ pub(crate) fn exponential(
     Ok(value)
 }
 
-fn compute(derivative: &[f64], width: usize, span_fs: u64) -> Result<DMatrix<f64>, EngineError> {
+/// The same of any span, never shared.
+pub(crate) fn over(derivative: &[f64], width: usize, span_s: f64) -> Result<DMatrix<f64>, EngineError> {
     let states = derivative.len() / width;
     let mut augmented = DMatrix::zeros(width, width);
     augmented.rows_mut(0, states).copy_from(&DMatrix::from_row_slice(states, width, derivative));
-    Ok(expm(&(augmented * (span_fs as f64 * 1e-15)))?)
+    Ok(expm(&(augmented * span_s))?)
 }
 
 #[cfg(test)]

@@ -11,7 +11,8 @@ use crate::solve::flow::Flow;
 
 /// Columns of the extrapolation table; order 2 per column.
 const COLUMNS: usize = 9;
-/// Agreement of two columns relative to the size of each state over the step ...
+/// Agreement of two columns relative to the size of each state over the step (of a speed: no less than that
+/// that the energy of what pushes its body would give it) ...
 const TOLERANCE: f64 = 4e-14;
 /// ... or to the parts that it is made of, where their difference is so small that rounding is all that
 /// columns can agree to: a few units in the last place of each part, summed over the midpoint rule's
@@ -34,6 +35,8 @@ pub(crate) struct Extrapolation {
     current: Vec<f64>,
     slope: Vec<f64>,
     first_slope: Vec<f64>,
+    /// Steps tried so far.
+    pub(crate) attempts: u64,
     /// How far a step is expected to reach, s; not known at first.
     reach_s: Option<f64>,
 }
@@ -78,6 +81,26 @@ fn kinetic_energy(motion: &Motion, xi: &[f64]) -> f64 {
     (0..motion.coordinates().count())
         .map(|g| 0.5 * motion.coordinates().mass_kg(g) * xi[motion.layout().v(g)].powi(2))
         .sum()
+}
+
+/// The speed that each coordinate would have with all the kinetic energy of the bodies that
+/// nonlinear contacts join it to, but no more than the fastest of them.
+///
+/// A body that another one begins to push starts from rest by some power of time. Relative to
+/// itself this motion is never smooth, however short the step. The motion of what pushes it gives
+/// its error a scale.
+fn swift(motion: &Motion, flow: &Flow, xi: &[f64]) -> Vec<f64> {
+    let mass_kg = |g: usize| motion.coordinates().mass_kg(g);
+    let speed = |g: usize| xi[motion.layout().v(g)].abs();
+    let mut speeds = vec![0.0; motion.coordinates().count()];
+    for group in &flow.coupled {
+        let joule: f64 = group.iter().map(|&g| 0.5 * mass_kg(g) * speed(g).powi(2)).sum();
+        let fastest = group.iter().map(|&g| speed(g)).fold(0.0, f64::max);
+        for &g in group {
+            speeds[g] = (2.0 * joule / mass_kg(g)).sqrt().min(fastest);
+        }
+    }
+    speeds
 }
 
 impl Extrapolation {
@@ -129,6 +152,7 @@ impl Extrapolation {
         last_resort: bool,
     ) -> Option<(Vec<f64>, usize)> {
         let (states, n) = (flow.states, flow.states + meters.len());
+        self.attempts += 1;
         self.table.clear();
         self.first_slope.resize(n, 0.0);
         derivative(flow, xi, &mut self.first_slope);
@@ -139,6 +163,12 @@ impl Extrapolation {
         let mut size = over_step(&entries);
         let mut rounding: Vec<f64> =
             over_step(&sizes(motion, flow, xi)).iter().map(|parts| ROUNDING * parts).collect();
+        let swift = swift(motion, flow, xi);
+        for (g, speed) in swift.iter().enumerate() {
+            for (state, least) in [(motion.layout().q(g), h * speed), (motion.layout().v(g), *speed)] {
+                size[state] = size[state].max(least);
+            }
+        }
         // Meters matter as shares of the energy that there is.
         let counted: f64 = meters.iter().map(|joule| joule.abs()).sum();
         size.resize(n, 0.0);

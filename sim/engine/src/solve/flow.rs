@@ -1,12 +1,14 @@
 //! The flow of one mode: its equations as matrices, and its exponentials.
 
-use feeler_lti::{balance, eigenvalues};
+use feeler_lti::{C64, balance, eigenvalues};
 use feeler_plant::assembly::Source;
-use feeler_plant::motion::{ContactState, Equations, Guard, Ledger, Mode, Motion, Row, Switch, dot};
+use feeler_plant::motion::{
+    ContactState, Equations, Guard, Ledger, Mode, Motion, NonlinearLaw, Row, Switch, dot,
+};
 use nalgebra::DMatrix;
 
 use crate::error::EngineError;
-use crate::solve::exponentials::exponential;
+use crate::solve::exponentials::{exponential, over};
 
 /// Largest angle of the fastest oscillation between two looks at the guards, rad: below a quarter turn, so
 /// that a guard has at most one minimum in between and its slopes at both ends betray it.
@@ -17,6 +19,12 @@ const TAYLOR_REACH: f64 = 3.0;
 
 /// Angle of the fastest oscillation per step of a nonlinear mode, rad.
 const NONLINEAR_ANGLE: f64 = 0.5 * CHECK_ANGLE;
+
+/// The fastest oscillation that is followed, rad/s: ten milliseconds of it take a hundred million
+/// evaluations of guards.
+const FASTEST: f64 = 1.2e10;
+/// Exponentials of pieces that a mode remembers: the nodes of the ledger in a few pieces of equal length.
+const REMEMBERED: usize = 64;
 
 /// States that are expanded side by side: one AVX-512 register.
 pub(crate) const BLOCK: usize = 8;
@@ -52,9 +60,8 @@ pub(crate) struct Flow {
     pub(crate) rate: f64,
     /// Longest span of one Taylor polynomial, or of one step where the mode is nonlinear, s.
     pub(crate) horizon_s: f64,
-    /// The fastest oscillation of the linear part, rad/s; none until the norm, which is never less, does not
-    /// do.
-    fastest: Option<f64>,
+    /// Poles of the linear part, 1/s; none until the norm, which is never less, does not do.
+    poles: Option<Vec<C64>>,
     /// Whether each contact pushes, or is clamped; empty where peaks are not kept.
     pub(crate) pushing: Vec<bool>,
     /// The guards, and the forces of contacts that push where peaks are kept; then the first ones are those
@@ -64,6 +71,10 @@ pub(crate) struct Flow {
     pub(crate) signals: Vec<Option<Row>>,
     /// Energy meters, where the run keeps the ledger.
     pub(crate) ledger: Ledger,
+    /// Exponentials of pieces by the bits of their span.
+    exponentials: Vec<(u64, DMatrix<f64>)>,
+    /// Coordinates that nonlinear contacts join, group by group.
+    pub(crate) coupled: Vec<Vec<usize>>,
     /// Transition rows by span.
     transitions: Vec<(u64, Vec<f64>)>,
 }
@@ -86,12 +97,14 @@ impl Flow {
         let balanced = balance(&square).matrix;
         let rate = norm(&balanced).max(f64::MIN_POSITIVE);
         let linear = equations.is_linear();
-        let (fastest, horizon_s) = if linear {
+        let (poles, horizon_s) = if linear {
             (None, TAYLOR_REACH / rate)
         } else {
-            let fastest = fastest(&square)?;
-            (Some(fastest), NONLINEAR_ANGLE / fastest)
+            let poles = eigenvalues(&square)?;
+            let horizon_s = NONLINEAR_ANGLE / fastest(&poles);
+            (Some(poles), horizon_s)
         };
+        let coupled = if linear { Vec::new() } else { coupled(motion, &equations) };
         let signals = wanted.iter().map(|&source| motion.signal(&equations, source)).collect();
         let ledger = if energy { motion.ledger(&equations) } else { Ledger::default() };
         let contacts = if peaks { motion.assembly().contacts.len() } else { 0 };
@@ -113,9 +126,11 @@ impl Flow {
             width,
             rate,
             horizon_s,
-            fastest,
+            poles,
+            exponentials: Vec::new(),
             signals,
             ledger,
+            coupled,
             transitions: Vec::new(),
         })
     }
@@ -125,13 +140,39 @@ impl Flow {
         if span_s * self.rate <= CHECK_ANGLE {
             return Ok(1);
         }
-        let fastest = if let Some(known) = self.fastest {
-            known
-        } else {
-            let matrix = DMatrix::from_row_slice(self.states, self.width, &self.derivative);
-            *self.fastest.insert(fastest(&matrix.columns(0, self.states).into_owned())?)
-        };
+        let fastest = fastest(self.poles()?);
+        if fastest > FASTEST {
+            return Err(EngineError::TooFast {
+                frequency_hz: fastest / std::f64::consts::TAU,
+                looks_per_s: fastest / CHECK_ANGLE,
+            });
+        }
         Ok((span_s * fastest / CHECK_ANGLE).ceil().max(1.0) as u64)
+    }
+
+    /// Poles of the linear part, 1/s.
+    pub(crate) fn poles(&mut self) -> Result<&[C64], EngineError> {
+        if self.poles.is_none() {
+            let matrix = DMatrix::from_row_slice(self.states, self.width, &self.derivative);
+            self.poles = Some(eigenvalues(&matrix.columns(0, self.states).into_owned())?);
+        }
+        Ok(self.poles.as_deref().unwrap_or_default())
+    }
+
+    /// The exponential of a span that is no multiple of a femtosecond. Those that recur are kept.
+    pub(crate) fn exponential(&mut self, span_s: f64) -> Option<&DMatrix<f64>> {
+        let known = self.exponentials.iter().position(|(key, _)| *key == span_s.to_bits());
+        let index = if let Some(index) = known {
+            index
+        } else {
+            let matrix = over(&self.derivative, self.width, span_s).ok()?;
+            if self.exponentials.len() == REMEMBERED {
+                self.exponentials.remove(0);
+            }
+            self.exponentials.push((span_s.to_bits(), matrix));
+            self.exponentials.len() - 1
+        };
+        Some(&self.exponentials[index].1)
     }
 
     /// Row `i` of the derivative matrix.
@@ -200,9 +241,23 @@ impl Flow {
     }
 }
 
+/// Groups of coordinates that nonlinear contacts join while they push.
+fn coupled(motion: &Motion, equations: &Equations) -> Vec<Vec<usize>> {
+    let (layout, count) = (motion.layout(), motion.coordinates().count());
+    let mut group: Vec<usize> = (0..count).collect();
+    for (term, rows) in motion.terms().iter().zip(&equations.arguments) {
+        let (NonlinearLaw::Contact { .. }, Some([depth, _])) = (term.law, rows) else { continue };
+        let moved: Vec<usize> = (0..count).filter(|&g| depth[layout.q(g)] != 0.0).map(|g| group[g]).collect();
+        let Some(&low) = moved.iter().min() else { continue };
+        group.iter_mut().filter(|own| moved.contains(own)).for_each(|own| *own = low);
+    }
+    let of = |lead: usize| (0..count).filter(|&g| group[g] == lead).collect::<Vec<_>>();
+    (0..count).map(of).filter(|members| members.len() > 1).collect()
+}
+
 /// The fastest oscillation of a system, rad/s.
-fn fastest(matrix: &DMatrix<f64>) -> Result<f64, EngineError> {
-    Ok(eigenvalues(matrix)?.iter().map(|lambda| lambda.im.abs()).fold(0.0, f64::max))
+fn fastest(poles: &[C64]) -> f64 {
+    poles.iter().map(|pole| pole.im.abs()).fold(0.0, f64::max)
 }
 
 /// A force that a guard is proportional to stands for it, so that to look at peaks costs lanes that travel

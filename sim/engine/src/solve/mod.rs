@@ -1,6 +1,7 @@
 //! One mode of one machine: its equations, their exact solution, and where a guard is crossed.
 
 pub(crate) mod crossing;
+pub(crate) mod decay;
 pub(crate) mod exponentials;
 pub(crate) mod extrapolation;
 pub(crate) mod flow;

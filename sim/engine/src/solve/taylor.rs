@@ -196,25 +196,25 @@ impl Polynomial {
     /// The largest value in `[0, span]`, and where.
     pub(crate) fn largest(&self, span: f64) -> (f64, f64) {
         let mut best = (0.0, self.at(0.0));
-        let mut look = |s: f64| {
+        let mut evaluate = |s: f64| {
             let value = self.at(s);
             if value > best.1 {
                 best = (s, value);
             }
         };
-        look(span);
+        evaluate(span);
         let slope = self.derivative();
         let parts = self.parts(span);
         let mut left = 0.0;
         for part in 1..=parts as usize {
             let right = span * part as f64 / parts;
-            // It crests where its slope leaves the positive side; a slope that is negative at both ends may
-            // have been positive in between.
+            // It has a maximum where its slope leaves the positive side; a slope that is negative at both
+            // ends may have been positive in between.
             let rising = if slope.at(left) > 0.0 { Some(left) } else { slope.negative().dip(left, right) };
             if let Some(rising) = rising {
                 let falling = if slope.at(right) <= 0.0 { Some(right) } else { slope.dip(rising, right) };
                 if let Some(falling) = falling {
-                    look(slope.refine(rising, falling));
+                    evaluate(slope.refine(rising, falling));
                 }
             }
             left = right;
@@ -358,14 +358,14 @@ mod tests {
         assert_eq!(at_rest(-1e-3, 5.0).first_crossing(1e-3, || 100.0), Some(0.0));
     }
 
-    /// Crests of a sine and of `s - s^3`, and one between two falling ends.
+    /// Maxima of a sine and of `s - s^3`, and one between two falling ends.
     #[test]
-    fn truth_the_largest_value_is_that_of_the_crest() {
+    fn truth_the_largest_value_is_that_of_the_peak() {
         let sine: Vec<f64> = (0..30)
             .map(|k| (1..=k).fold(1.0, |f, j| f / f64::from(j)) * [0.0, 1.0, 0.0, -1.0][k as usize % 4])
             .collect();
         let (s, value) = polynomial(&sine).largest(2.0);
-        // At a crest the value tells the place to the root of rounding only, its slope to rounding.
+        // At a peak the value tells the place to the root of rounding only, its slope to rounding.
         assert!(
             (s - std::f64::consts::FRAC_PI_2).abs() < 1e-14 && (value - 1.0).abs() < 2.0 * f64::EPSILON,
             "{s} {value}"

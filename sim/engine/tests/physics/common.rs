@@ -31,9 +31,11 @@ pub(crate) fn sensor(element: &str, quantity: Quantity) -> Sensor {
     Sensor::ideal(SignalName::new(element, quantity))
 }
 
-/// An effect of the library.
+/// An effect of the library; values that a file may leave out may be left out.
 pub(crate) fn effect(kind: &str, values: &[f64]) -> EffectUse {
-    EffectUse { definition: effects::find(kind).unwrap(), values: values.to_vec() }
+    let definition = effects::find(kind).unwrap();
+    let left_out = definition.parameters.iter().skip(values.len()).filter_map(|parameter| parameter.default);
+    EffectUse { definition, values: values.iter().copied().chain(left_out).collect() }
 }
 
 /// One body, `tip`, of this mass, position and speed.

@@ -9,7 +9,7 @@ use feeler_plant::description::{Body, Contact, GROUND, Machine, Spring};
 
 use crate::common::{body, close, command, contact, drive, effect, free_mass, run, scenario, spring};
 
-/// A handful of legs, each exact to a few roundings.
+/// A handful of steps, each exact to a few roundings.
 const EXACT: f64 = 1e-12;
 
 fn rubbing(between: [&str; 2], effects: &[(&str, &[f64])]) -> Spring {

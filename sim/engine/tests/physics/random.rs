@@ -108,7 +108,8 @@ proptest! {
         prop_assert!(share < LEDGER, "residual {:e}", share);
         for (kind, name, joule) in &balance.meters {
             let takes = matches!(kind, MeterKind::LinkDamping | MeterKind::Friction | MeterKind::ContactDamping);
-            prop_assert!(!takes || *joule >= -LEDGER * balance.exchanged(), "{:?} of {} gave {} J", kind, name, joule);
+            prop_assert!(!takes || *joule >= -LEDGER * balance.exchanged(), "{:?} of {} gave {} \
+                                                            J", kind, name, joule);
         }
     }
 

@@ -55,9 +55,10 @@ fn weighted(record: &[f64], period_s: f64, window: Window) -> Result<(Vec<f64>, 
 ///
 /// # Example
 /// ```
-/// let record: Vec<f64> = (0..500).map(|i| 3.0 * (std::f64::consts::TAU * 12.34 * f64::from(i) * 1e-3).sin()).collect();
-/// let (frequency_hz, amplitude) = feeler_lti::spectral::dominant_frequency(&record, 1e-3, (1.0, 400.0))?.expect("one sine");
-/// assert!((frequency_hz - 12.34).abs() < 0.02 && (amplitude - 3.0).abs() < 0.02);
+/// let record: Vec<f64> = (0..500).map(|i| 3.0 * (std::f64::consts::TAU * 12.34 * f64::from(i) *
+/// 1e-3).sin()).collect(); let (frequency_hz, amplitude) = feeler_lti::spectral::dominant_frequency(&record,
+/// 1e-3, (1.0, 400.0))?.expect("one sine"); assert!((frequency_hz - 12.34).abs() < 0.02 && (amplitude -
+/// 3.0).abs() < 0.02);
 /// # Ok::<(), feeler_lti::LtiError>(())
 /// ```
 pub fn dominant_frequency(

@@ -3,6 +3,7 @@
 use super::{Assembly, ContactPart, Drive, Friction, GROUND_NODE, Link, Node, NodeId, SensorPart, Source};
 use crate::description::Quantity;
 use crate::effects::{Definition, EffectError, Host, HostKind};
+use crate::motion::StopSide;
 
 impl Assembly {
     /// What kind of element an effect sits under, as the machine stands: a rigid spring that another effect
@@ -114,12 +115,13 @@ impl Assembly {
         }
     }
 
-    /// Hands all that holds on to one node (links, contacts, drives) to another; sensors stay where they are.
+    /// Hands all that holds on to one node (links, contacts, drives, weights) to another; sensors stay where they are.
     pub fn move_everything(&mut self, from: NodeId, to: NodeId) {
         self.move_contacts(from, to);
         let links = self.links.iter_mut().flat_map(|link| [&mut link.a, &mut link.b]);
         let drives = self.drives.iter_mut().flat_map(|drive| [&mut drive.on, &mut drive.reacts_on]);
-        for end in links.chain(drives) {
+        let weights = self.weights.iter_mut().flat_map(|weight| [&mut weight.on, &mut weight.reacts_on]);
+        for end in links.chain(drives).chain(weights) {
             if *end == from {
                 *end = to;
             }
@@ -157,7 +159,9 @@ impl Source {
             Self::Contact(_, Quantity::Force | Quantity::SpringForce)
             | Self::Link(..)
             | Self::Drive(_, Quantity::Force) => HostKind::ForceSensor,
-            Self::Node(..) | Self::Contact(_, Quantity::Compression | Quantity::Gap | Quantity::GapRate) => {
+            Self::Node(..)
+            | Self::Drive(_, Quantity::Position | Quantity::Velocity)
+            | Self::Contact(_, Quantity::Compression | Quantity::Gap | Quantity::GapRate) => {
                 HostKind::MotionSensor
             }
             Self::Contact(..) | Self::Drive(..) | Self::Sensor(_) => HostKind::OtherSensor,
@@ -175,11 +179,28 @@ impl Link {
             rigid: false,
             stiffness: 0.0,
             damping: 0.0,
+            asymmetry: 0.0,
+            drag: 0.0,
             cubic: 0.0,
             play: 0.0,
+            stop: None,
             load: 0.0,
             friction: Friction::NONE,
+            bristle: None,
         }
+    }
+
+    /// The sides on which it has a stop, each with the elongation where it begins; `None` if the link acts
+    /// everywhere.
+    pub fn stops(&self) -> impl Iterator<Item = (StopSide, f64)> + use<> {
+        let half = 0.5 * self.play;
+        let play = (self.play > 0.0).then_some([(StopSide::Upper, half), (StopSide::Lower, -half)]);
+        play.into_iter().flatten().chain(self.stop)
+    }
+
+    /// Whether anything of it depends on the direction in which it moves.
+    pub fn feels_direction(&self) -> bool {
+        self.asymmetry != 0.0 || self.drag != 0.0 || self.bristle.is_some()
     }
 
     /// Lets the two ends move against each other on this spring and damper.

@@ -3,11 +3,13 @@
 use std::collections::HashMap;
 
 use super::{
-    Assembly, ContactPart, Drive, ForceLaw, GROUND_NODE, Link, Node, NodeId, SensorPart, Source,
-    VelocitySource,
+    Assembly, ContactPart, Drive, ForceLaw, GROUND_NODE, Link, Node, NodeId, Pull, SensorPart, Source, Weight,
 };
-use crate::description::{ActuatorKind, Contact, ContactLaw, GROUND, Machine, Quantity, Sensor, SignalName};
-use crate::effects::{Change, EffectUse, Host};
+use crate::description::{
+    Actuator, ActuatorKind, Axis, Contact, ContactLaw, DcMotor, GROUND, Machine, MotorInput, PositionServo,
+    Quantity, Sensor, SignalName,
+};
+use crate::effects::{Change, EffectUse, Host, Kind};
 use crate::names::{did_you_mean, list, nearest};
 use crate::problem::{Problem, Remedy};
 
@@ -19,12 +21,14 @@ use crate::problem::{Problem, Remedy};
 /// cannot sit where they stand.
 pub fn assemble(machine: &Machine) -> Result<Assembly, Vec<Problem>> {
     let mut build = Build::new(machine);
+    build.weights();
     build.links();
     build.contacts();
     build.drives();
     build.sensors();
     if build.problems.is_empty() {
         build.effects();
+        build.encoders();
     }
     if build.problems.is_empty() { Ok(build.assembly) } else { Err(build.problems) }
 }
@@ -53,6 +57,7 @@ impl<'a> Build<'a> {
             nodes,
             links: Vec::new(),
             contacts: Vec::new(),
+            weights: Vec::new(),
             drives: Vec::new(),
             sensors: Vec::new(),
         };
@@ -85,6 +90,31 @@ impl<'a> Build<'a> {
             ));
         }
         pair
+    }
+
+    fn weights(&mut self) {
+        for (i, (name, body)) in self.machine.bodies.iter().enumerate() {
+            if body.gravity_n == 0.0 {
+                continue;
+            }
+            if self.machine.axis == Axis::Translational {
+                self.problems.push(Problem::new(
+                    format!("bodies.{name}.gravity"),
+                    "gravity changes with the angle of a body, and this axis does not turn",
+                    format!("set `axis = \"rotational\"`, or give the guide a `{}`", Kind::ConstantLoad),
+                ));
+            }
+            self.assembly.weights.push(Weight {
+                name: name.clone(),
+                on: i + 1,
+                reacts_on: GROUND_NODE,
+                pull: Pull {
+                    amplitude: body.gravity_n,
+                    period: std::f64::consts::TAU,
+                    phase: body.gravity_phase_rad,
+                },
+            });
+        }
     }
 
     fn links(&mut self) {
@@ -129,28 +159,92 @@ impl<'a> Build<'a> {
         for (name, actuator) in &self.machine.actuators {
             let on = self.node(&format!("actuators.{name}.on"), &actuator.on);
             let reacts_on = self.node(&format!("actuators.{name}.reacts_on"), &actuator.reacts_on);
-            let (velocity_source, lags) = match actuator.kind {
-                ActuatorKind::Force { bandwidth_hz } => {
-                    (None, bandwidth_hz.map(|f| 1.0 / (std::f64::consts::TAU * f)).into_iter().collect())
+            let mut drive = Drive::new(name, actuator, [on, reacts_on]);
+            match &actuator.kind {
+                ActuatorKind::Imposed => {
+                    drive.impose(self.assembly.nodes[on].position_m);
+                    self.imposed_problems(name, actuator);
                 }
-                ActuatorKind::VelocitySource {
-                    damping_n_s_per_m: damping,
-                    time_constant_s: time_constant,
-                } => (Some(VelocitySource { damping, time_constant }), Vec::new()),
-            };
-            self.assembly.drives.push(Drive {
-                name: name.clone(),
-                on,
-                reacts_on,
-                velocity_source,
-                delay: 0.0,
-                deadband: 0.0,
+                ActuatorKind::PositionServo(servo) => self.servo_problems(name, servo),
+                ActuatorKind::DcMotor(motor) => {
+                    self.motor_problems(name, motor);
+                    let reflected = motor.rotor_inertia * motor.gear_ratio.powi(2);
+                    self.assembly.nodes[on].mass_kg += reflected;
+                }
+                ActuatorKind::Force { .. } | ActuatorKind::VelocitySource { .. } => {}
+            }
+            self.assembly.drives.push(drive);
+        }
+    }
+
+    fn imposed_problems(&mut self, name: &str, actuator: &Actuator) {
+        let key = |key: &str| format!("actuators.{name}.{key}");
+        if actuator.reacts_on != GROUND {
+            let message =
+                format!("an imposed motion is one against ground, not against `{}`", actuator.reacts_on);
+            self.problems.push(Problem::new(key("reacts_on"), message, "leave `reacts_on` out"));
+        }
+        if actuator.limit_n.is_some() {
+            let message = "an imposed motion takes whatever force it needs";
+            self.problems.push(Problem::new(
+                key("limit"),
+                message,
+                "leave `limit` out, or use a `position-servo`",
+            ));
+        }
+    }
+
+    fn servo_problems(&mut self, name: &str, servo: &PositionServo) {
+        if servo.period_s.is_some() {
+            return;
+        }
+        let given = [
+            ("compute_delay", servo.compute_delay_s > 0.0),
+            ("resolution", servo.resolution_m.is_some()),
+            ("output_resolution", servo.output_resolution_n.is_some()),
+        ];
+        for (key, _) in given.into_iter().filter(|(_, is_given)| *is_given) {
+            let message = format!("`{key}` is one of a sampled loop, and this one is continuous");
+            let remedy = format!("add a `period`, or leave `{key}` out");
+            self.problems.push(Problem::new(format!("actuators.{name}.{key}"), message, remedy));
+        }
+    }
+
+    fn motor_problems(&mut self, name: &str, motor: &DcMotor) {
+        if motor.input == MotorInput::Duty && motor.supply_voltage_v.is_none() {
+            let message = "a duty cycle is a share of a supply voltage, and there is none";
+            let key = format!("actuators.{name}.supply_voltage");
+            self.problems.push(Problem::new(key, message, "add `supply_voltage`, in V"));
+        }
+        if motor.input == MotorInput::Current && motor.inductance_h > 0.0 {
+            let message = "the amplifier that keeps a current sees to the inductance";
+            let key = format!("actuators.{name}.inductance");
+            self.problems.push(Problem::new(
+                key,
+                message,
+                "leave `inductance` out, or use `input = \"voltage\"`",
+            ));
+        }
+    }
+
+    /// The encoders of sampled servos, which read the stroke of their drive as effects have left it.
+    fn encoders(&mut self) {
+        let Assembly { drives, sensors, .. } = &mut self.assembly;
+        for drive in drives {
+            let Some(sampling) = drive.sampling().copied() else { continue };
+            sensors.push(SensorPart {
+                name: drive.name.clone(),
+                source: Source::Node(drive.on, Quantity::Position),
+                relative_to: drive.reacts_on,
+                tool_inertia: (0.0, GROUND_NODE),
                 gain: 1.0,
-                limit: actuator.limit_n.unwrap_or(f64::INFINITY),
-                rate_limit: actuator.rate_limit_per_s.unwrap_or(f64::INFINITY),
-                lags,
-                ripples: Vec::new(),
+                bias: 0.0,
+                filters: Vec::new(),
+                delay: 0.0,
+                resolutions: sampling.resolution.into_iter().collect(),
+                noise: 0.0,
             });
+            drive.sample_by(sensors.len() - 1);
         }
     }
 
@@ -259,6 +353,9 @@ pub fn resolve(machine: &Machine, signal: &SignalName) -> Result<Source, Problem
         (machine.sensors.get_index_of(name), SENSOR, |i, _| Source::Sensor(i)),
     ];
     let named = candidates.iter().filter_map(|(index, has, source)| index.map(|i| (i, *has, source)));
+    if let Some(source) = machine.actuators.get_full(name).and_then(|(i, _, a)| of_kind(i, a, quantity)) {
+        return Ok(source);
+    }
     if let Some((i, _, source)) = named.clone().find(|(_, has, _)| has.contains(&quantity)) {
         if quantity.of_touch().is_some()
             && !machine.profiles.get(name).is_some_and(|profile| profile.has_touches())
@@ -303,6 +400,16 @@ pub fn resolve(machine: &Machine, signal: &SignalName) -> Result<Source, Problem
     Err(Problem::new("", format!("there is no element `{name}`"), remedy))
 }
 
+/// What only some kinds of actuators have: their command under its own name, and the current of a motor.
+fn of_kind(i: usize, actuator: &Actuator, quantity: Quantity) -> Option<Source> {
+    let is_motor = matches!(actuator.kind, ActuatorKind::DcMotor(_));
+    if quantity == Quantity::Current && is_motor {
+        return Some(Source::Drive(i, Quantity::Current));
+    }
+    let is_input = quantity != Quantity::Command && quantity == actuator.kind.input();
+    is_input.then_some(Source::Drive(i, Quantity::Command))
+}
+
 /// Quantities of each kind of element.
 const BODY: &[Quantity] = &[Quantity::Position, Quantity::Velocity, Quantity::Acceleration];
 const CONTACT: &[Quantity] = &[
@@ -319,7 +426,7 @@ const CONTACT: &[Quantity] = &[
     Quantity::NormalZ,
     Quantity::Contact,
 ];
-const ACTUATOR: &[Quantity] = &[Quantity::Command, Quantity::Force];
+const ACTUATOR: &[Quantity] = &[Quantity::Command, Quantity::Force, Quantity::Position, Quantity::Velocity];
 const SPRING: &[Quantity] = &[Quantity::Force, Quantity::SpringForce];
 const SENSOR: &[Quantity] = &[Quantity::Reading];
 

@@ -5,15 +5,20 @@
 
 mod access;
 mod build;
+mod drive;
 mod friction;
+mod laws;
 mod rates;
 
 pub use build::{assemble, resolve};
+pub use drive::{Drive, Motor, Servo, ServoSampling, SpeedLine, TargetChain, VelocitySource};
 pub use friction::Friction;
+pub use laws::{Bristle, Pull, Ripple, Weight};
 
 use std::sync::Arc;
 
 use crate::description::{Engagement, LowPass, Profile, Quantity};
+use crate::motion::StopSide;
 
 /// Index of a node; [`GROUND_NODE`] is the fixed body.
 pub type NodeId = usize;
@@ -30,9 +35,11 @@ pub struct Assembly {
     pub links: Vec<Link>,
     /// One per contact.
     pub contacts: Vec<ContactPart>,
+    /// Forces over position that belong to no spring.
+    pub weights: Vec<Weight>,
     /// One per actuator.
     pub drives: Vec<Drive>,
-    /// One per sensor.
+    /// One per sensor, then the encoders of sampled servos.
     pub sensors: Vec<SensorPart>,
 }
 
@@ -50,7 +57,8 @@ pub struct Node {
 }
 
 /// A spring, guide or joint between two nodes. Elongation `e = x_b - x_a`; the force on `b` is
-/// `-(k e + cubic e^3 + c e') + load` less friction, and its opposite on `a`.
+/// `-(k e + cubic e^3 + c (1 + asymmetry sign e') e' + drag |e'| e') + load` less friction, and its opposite on
+/// `a`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
     /// Name of the spring, or of the effect's host for an added one.
@@ -65,15 +73,23 @@ pub struct Link {
     pub stiffness: f64,
     /// `c`, N s/m.
     pub damping: f64,
+    /// Share of `c` that is added while `e` grows and taken off while it falls.
+    pub asymmetry: f64,
+    /// Growth of the damping with speed, N s²/m².
+    pub drag: f64,
     /// Hardening, N/m³.
     pub cubic: f64,
     /// Full width of the free play, m: within `|e| < width / 2` neither `k` nor `c` acts, and beyond it the
     /// two sides only push.
     pub play: f64,
+    /// One side only: beyond this elongation `k` and `c` act and only push; within it, nothing does.
+    pub stop: Option<(StopSide, f64)>,
     /// A constant force on `b`, N.
     pub load: f64,
     /// Dry friction against `e'`.
     pub friction: Friction,
+    /// Friction of bristles that bend against `e'`.
+    pub bristle: Option<Bristle>,
 }
 
 /// A contact; compression `d = x_a - x_b - gap - offset(t)`, force on `b` is `+F`.
@@ -118,54 +134,6 @@ impl ForceLaw {
     }
 }
 
-/// A drive. A command goes through delay, deadband, gain, limit and rate limit (all exact on held commands),
-/// then the lags.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Drive {
-    /// Name of the actuator.
-    pub name: String,
-    /// Pushed node.
-    pub on: NodeId,
-    /// Reacting node.
-    pub reacts_on: NodeId,
-    /// Force per velocity error and time constant of a velocity source; absent for a force drive.
-    pub velocity_source: Option<VelocitySource>,
-    /// The command arrives this much later, s.
-    pub delay: f64,
-    /// Half-width in which commands do nothing; beyond, it is lost.
-    pub deadband: f64,
-    /// Scale on the command.
-    pub gain: f64,
-    /// Largest effort, N; infinite where absent.
-    pub limit: f64,
-    /// Largest rate of the (scaled, limited) command per second; infinite where absent.
-    pub rate_limit: f64,
-    /// First-order lags in series, s, each > 0.
-    pub lags: Vec<f64>,
-    /// Cogging forces added to the drive force.
-    pub ripples: Vec<Ripple>,
-}
-
-/// `tau df/dt + f = b (v_c - v)`, the paper's Fig. 2.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VelocitySource {
-    /// `b_a`, N s/m.
-    pub damping: f64,
-    /// `tau`, s.
-    pub time_constant: f64,
-}
-
-/// A force `amplitude * sin(2 pi x / pitch + phase)` of the drive's relative position `x`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ripple {
-    /// N.
-    pub amplitude: f64,
-    /// m.
-    pub pitch: f64,
-    /// rad.
-    pub phase: f64,
-}
-
 /// A sensor: `reading = quantise(gain * filters(signal(t - delay)) + bias + noise)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensorPart {
@@ -189,6 +157,15 @@ pub struct SensorPart {
     pub resolutions: Vec<f64>,
     /// One sigma.
     pub noise: f64,
+}
+
+impl SensorPart {
+    /// Rounds readings to multiples of a step, after whatever rounding there is; a step of zero leaves them.
+    pub(crate) fn round_to(&mut self, step: f64) {
+        if step > 0.0 {
+            self.resolutions.push(step);
+        }
+    }
 }
 
 /// A resolved signal of the plant.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{Assembly, GROUND_NODE, NodeId};
+use super::{Assembly, Drive, GROUND_NODE, NodeId};
 use crate::description::{Engagement, LowPass};
 
 impl Assembly {
@@ -18,7 +18,9 @@ impl Assembly {
             self.drives.iter().filter_map(|drive| drive.velocity_source).map(|source| source.time_constant);
         let sources = sources.filter(|lag| *lag > 0.0).map(|lag| 1.0 / lag);
         let filters = self.sensors.iter().flat_map(|sensor| &sensor.filters).map(LowPass::fastest_rate_per_s);
-        lags.chain(sources).chain(filters).fold(self.fastest_motion_per_s(), f64::max)
+        let integrals =
+            self.drives.iter().filter_map(Drive::continuous_servo).map(|servo| servo.ki / servo.kp);
+        lags.chain(sources).chain(filters).chain(integrals).fold(self.fastest_motion_per_s(), f64::max)
     }
 
     fn fastest_motion_per_s(&self) -> f64 {
@@ -30,17 +32,23 @@ impl Assembly {
             }
         };
         for link in self.links.iter().filter(|link| !link.rigid) {
-            let stiffness = if link.cubic > 0.0 { f64::INFINITY } else { link.stiffness };
-            hold([link.a, link.b], [stiffness, link.damping]);
+            let is_bounded = link.cubic <= 0.0 && link.drag <= 0.0 && link.bristle.is_none();
+            let stiffness = if is_bounded { link.stiffness } else { f64::INFINITY };
+            hold([link.a, link.b], [stiffness, link.damping * (1.0 + link.asymmetry.abs())]);
+        }
+        for weight in &self.weights {
+            hold([weight.on, weight.reacts_on], [weight.pull.stiffness(), 0.0]);
         }
         for contact in self.contacts.iter().filter(|contact| contact.engagement != Engagement::Free) {
             let stiffness = if contact.law.is_linear() { contact.law.stiffness } else { f64::INFINITY };
             hold([contact.a, contact.b], [stiffness, contact.law.damping]);
         }
-        for (drive, source) in
-            self.drives.iter().filter_map(|drive| drive.velocity_source.map(|source| (drive, source)))
-        {
-            hold([drive.on, drive.reacts_on], [0.0, source.damping]);
+        for drive in &self.drives {
+            let source = drive.velocity_source.map_or(0.0, |source| source.damping);
+            let line = drive.line.map_or(0.0, |line| line.slope);
+            let [stiffness, damping] =
+                drive.continuous_servo().map_or([0.0; 2], |servo| [servo.kp, servo.kd]);
+            hold([drive.on, drive.reacts_on], [stiffness, source + line + damping]);
         }
         let of = |(node, held): (NodeId, &[f64; 2])| {
             let [stiffness, damping] =

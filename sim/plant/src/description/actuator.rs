@@ -1,10 +1,11 @@
 //! Drives.
 
 use feeler_catalogue::{
-    Absent, Bound, Dimension, Field, Form, Key, Kind, Record, Unit, field, form, optional, required,
+    Absent, Bound, Dimension, Field, Form, Key, Kind, LONGEST_DELAY, Record, Role, Unit, field, form, number,
+    optional, required, words,
 };
 
-use super::GROUND;
+use super::{GROUND, Quantity};
 use crate::effects::EffectUse;
 
 /// A drive: a force on one body and its reaction on another.
@@ -54,6 +55,12 @@ pub enum ActuatorKind {
         /// `tau`, > 0.
         time_constant_s: f64,
     },
+    /// A servo with a position loop of its own: the command is the target of the position (m).
+    PositionServo(PositionServo),
+    /// A motor of direct current with its gear: the command is a voltage, a duty cycle or a current.
+    DcMotor(DcMotor),
+    /// The body moves as it is told, whatever acts on it: the command is its position (m).
+    Imposed,
 }
 
 impl ActuatorKind {
@@ -62,6 +69,121 @@ impl ActuatorKind {
         match self {
             Self::Force { .. } => Dimension::FORCE,
             Self::VelocitySource { .. } => Dimension::VELOCITY,
+            Self::PositionServo(_) | Self::Imposed => Dimension::LENGTH,
+            Self::DcMotor(motor) => motor.input.command(),
+        }
+    }
+
+    /// The quantity by which a record names the command: `servo.target`, `motor.voltage`.
+    pub fn input(&self) -> Quantity {
+        match self {
+            Self::PositionServo(_) => Quantity::Target,
+            Self::DcMotor(motor) if motor.input == MotorInput::Voltage => Quantity::Voltage,
+            Self::DcMotor(motor) if motor.input == MotorInput::Current => Quantity::Current,
+            _ => Quantity::Command,
+        }
+    }
+}
+
+/// The loop of a position servo: `f = kp e + ki int(e) - kd v`, `e` the target less the position of the driven
+/// body against the reacting one, `v` its speed, `f` held within the actuator's limit.
+///
+/// Without a period the loop is continuous; with one it is sampled and its output held.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PositionServo {
+    /// Force per error, > 0, N/m.
+    pub kp: f64,
+    /// Force per speed, N s/m.
+    pub kd: f64,
+    /// Rate of the force per error, N/(m s); driven back at the limit with the time constant `kp / ki`.
+    pub ki: f64,
+    /// Largest speed at which the target that the loop follows moves, m/s.
+    pub velocity_limit_m_per_s: Option<f64>,
+    /// How late a target arrives, s.
+    pub delay_s: f64,
+    /// Half-width of the error that the proportional and integral part do not see, m.
+    pub error_deadband_m: f64,
+    /// Time between samples, s; continuous where absent.
+    pub period_s: Option<f64>,
+    /// From a sample to the instant at which its output acts, s; of a sampled loop.
+    pub compute_delay_s: f64,
+    /// Step of the position that a sampled loop reads, m.
+    pub resolution_m: Option<f64>,
+    /// Step of the output of a sampled loop, N.
+    pub output_resolution_n: Option<f64>,
+}
+
+/// A motor of direct current with a gear: `L di/dt + R i = u - K_e N v`, `f = N K_t i`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DcMotor {
+    /// What the command is.
+    pub input: MotorInput,
+    /// `R`, > 0, ohm.
+    pub resistance_ohm: f64,
+    /// `K_t`, > 0, N m/A.
+    pub torque_constant: f64,
+    /// `K_e`, V s/rad; that of the torque where absent.
+    pub back_emf_constant: Option<f64>,
+    /// `N`, turns of the motor for each of the driven body.
+    pub gear_ratio: f64,
+    /// Largest voltage; no limit where absent. What a duty cycle is a share of.
+    pub supply_voltage_v: Option<f64>,
+    /// Largest current, A.
+    pub current_limit_a: Option<f64>,
+    /// Inertia of the rotor on the motor's side of the gear, added to the driven body times `N^2`, kg m^2.
+    pub rotor_inertia: f64,
+    /// `L`, H.
+    pub inductance_h: f64,
+}
+
+impl DcMotor {
+    /// `K_e`, that of the torque unless given.
+    pub fn back_emf(&self) -> f64 {
+        self.back_emf_constant.unwrap_or(self.torque_constant)
+    }
+}
+
+impl Default for DcMotor {
+    fn default() -> Self {
+        Self {
+            input: MotorInput::Voltage,
+            resistance_ohm: 1.0,
+            torque_constant: 1.0,
+            back_emf_constant: None,
+            gear_ratio: 1.0,
+            supply_voltage_v: None,
+            current_limit_a: None,
+            rotor_inertia: 0.0,
+            inductance_h: 0.0,
+        }
+    }
+}
+
+/// What the command of a motor is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MotorInput {
+    /// The voltage at the winding.
+    #[default]
+    Voltage,
+    /// The share of the supply voltage at the winding, from -1 to 1.
+    Duty,
+    /// The current, which an amplifier keeps as far as the supply voltage allows.
+    Current,
+}
+
+words!(MotorInput {
+    Voltage = "voltage", "the voltage at the winding";
+    Duty = "duty", "the share of the supply voltage, from -1 to 1";
+    Current = "current", "the current, kept as far as the supply voltage allows";
+});
+
+impl MotorInput {
+    /// Dimension of the command.
+    pub fn command(self) -> Dimension {
+        match self {
+            Self::Voltage => Dimension::VOLTAGE,
+            Self::Duty => Dimension::NONE,
+            Self::Current => Dimension::CURRENT,
         }
     }
 }
@@ -69,14 +191,7 @@ impl ActuatorKind {
 const BODY: Kind = Kind::Name("a body or `ground`");
 
 const FORCE: &[Field<Actuator>] = &[
-    field!(
-        Actuator: rate_limit_per_s,
-        optional(
-            "rate_limit",
-            Kind::Quantity(Unit::Of(Dimension::FORCE_RATE), Bound::Positive),
-            "largest rate of the force",
-        )
-    ),
+    Actuator::RATE_LIMIT,
     field!(
         Actuator: Actuator { kind: ActuatorKind::Force { bandwidth_hz }, .. } => *bandwidth_hz,
         optional(
@@ -110,6 +225,214 @@ const VELOCITY_SOURCE: &[Field<Actuator>] = &[
     ),
 ];
 
+impl Actuator {
+    /// Its largest effort.
+    pub const LIMIT: Field<Self> = field!(
+        Actuator: limit_n,
+        optional("limit", Kind::Quantity(Unit::Of(Dimension::FORCE), Bound::Positive), "largest effort")
+    );
+    /// The largest rate of its force.
+    pub const RATE_LIMIT: Field<Self> = field!(
+        Actuator: rate_limit_per_s,
+        optional(
+            "rate_limit",
+            Kind::Quantity(Unit::Of(Dimension::FORCE_RATE), Bound::Positive),
+            "largest rate of the force",
+        )
+    );
+}
+
+/// A number of a servo under its own name.
+macro_rules! servo {
+    ($member:ident, $key:expr) => {
+        servo!($member, $key, Role::Structure)
+    };
+    ($member:ident, $key:expr, $role:expr) => {
+        field!(
+            Actuator: Actuator { kind: ActuatorKind::PositionServo(servo), .. } => servo.$member,
+            $key,
+            $role
+        )
+    };
+}
+
+const POSITION_SERVO: &[Field<Actuator>] = &[
+    servo!(
+        kp,
+        required(
+            "kp",
+            Kind::Quantity(Unit::Of(Dimension::STIFFNESS), Bound::Positive),
+            "force per position error",
+        ),
+        Role::Believed
+    ),
+    servo!(
+        kd,
+        number("kd", Unit::Of(Dimension::DAMPING), Bound::NotNegative, 0.0, "force per speed, against it"),
+        Role::Believed
+    ),
+    servo!(
+        ki,
+        number(
+            "ki",
+            Unit::Of(Dimension::STIFFNESS_RATE),
+            Bound::NotNegative,
+            0.0,
+            "rate of the force per position error; driven back at the limit with the time constant kp / ki",
+        )
+    ),
+    servo!(
+        velocity_limit_m_per_s,
+        optional(
+            "velocity_limit",
+            Kind::Quantity(Unit::Of(Dimension::VELOCITY), Bound::Positive),
+            "largest speed at which the target that the loop follows moves",
+        )
+    ),
+    servo!(
+        delay_s,
+        number(
+            "delay",
+            Unit::Of(Dimension::TIME),
+            LONGEST_DELAY,
+            0.0,
+            "how late a target arrives; any number"
+        )
+    ),
+    servo!(
+        error_deadband_m,
+        number(
+            "error_deadband",
+            Unit::Of(Dimension::LENGTH),
+            Bound::NotNegative,
+            0.0,
+            "size up to which kp and ki do not see the error; beyond it, it is lost",
+        )
+    ),
+    servo!(
+        period_s,
+        optional(
+            "period",
+            Kind::Quantity(Unit::Of(Dimension::TIME), Bound::Within(1e-9, 1e6)),
+            "time between samples of the loop, whose output is held; continuous where absent",
+        )
+    ),
+    servo!(
+        compute_delay_s,
+        number(
+            "compute_delay",
+            Unit::Of(Dimension::TIME),
+            LONGEST_DELAY,
+            0.0,
+            "from a sample to the instant at which its output acts; needs a period",
+        )
+    ),
+    servo!(
+        resolution_m,
+        optional(
+            "resolution",
+            Kind::Quantity(Unit::Of(Dimension::LENGTH), Bound::Positive),
+            "step of the position that the loop reads; needs a period",
+        )
+    ),
+    servo!(
+        output_resolution_n,
+        optional(
+            "output_resolution",
+            Kind::Quantity(Unit::Of(Dimension::FORCE), Bound::Positive),
+            "step of the output; needs a period",
+        )
+    ),
+];
+
+/// A number of a motor under its own name.
+macro_rules! motor {
+    ($member:ident, $key:expr) => {
+        motor!($member, $key, Role::Structure)
+    };
+    ($member:ident, $key:expr, $role:expr) => {
+        field!(Actuator: Actuator { kind: ActuatorKind::DcMotor(motor), .. } => motor.$member, $key, $role)
+    };
+}
+
+const DC_MOTOR: &[Field<Actuator>] = &[
+    motor!(
+        input,
+        Key {
+            name: "input",
+            kind: Kind::Word(MotorInput::WORDS),
+            absent: Absent::Word(MotorInput::Voltage.name()),
+            text: "what the command is",
+        }
+    ),
+    motor!(
+        resistance_ohm,
+        required(
+            "resistance",
+            Kind::Quantity(Unit::Of(Dimension::RESISTANCE), Bound::Positive),
+            "of the winding",
+        ),
+        Role::Believed
+    ),
+    motor!(
+        torque_constant,
+        required(
+            "torque_constant",
+            Kind::Quantity(Unit::Of(Dimension::FORCE_PER_CURRENT), Bound::Positive),
+            "force per current on the motor's side of the gear",
+        ),
+        Role::Believed
+    ),
+    motor!(
+        back_emf_constant,
+        optional(
+            "back_emf_constant",
+            Kind::Quantity(Unit::Of(Dimension::FORCE_PER_CURRENT), Bound::Positive),
+            "voltage per speed on the motor's side of the gear; the torque constant where absent",
+        )
+    ),
+    motor!(
+        gear_ratio,
+        number(
+            "gear_ratio",
+            Unit::Of(Dimension::NONE),
+            Bound::Positive,
+            1.0,
+            "travel of the motor for each of the driven body",
+        )
+    ),
+    motor!(
+        supply_voltage_v,
+        optional(
+            "supply_voltage",
+            Kind::Quantity(Unit::Of(Dimension::VOLTAGE), Bound::Positive),
+            "largest voltage at the winding, and what a duty cycle is a share of",
+        )
+    ),
+    motor!(
+        current_limit_a,
+        optional(
+            "current_limit",
+            Kind::Quantity(Unit::Of(Dimension::CURRENT), Bound::Positive),
+            "largest current",
+        )
+    ),
+    motor!(
+        rotor_inertia,
+        number(
+            "rotor_inertia",
+            Unit::Of(Dimension::MASS),
+            Bound::NotNegative,
+            0.0,
+            "on the motor's side of the gear; the driven body has it times the square of the ratio",
+        )
+    ),
+    motor!(
+        inductance_h,
+        number("inductance", Unit::Of(Dimension::INDUCTANCE), Bound::NotNegative, 0.0, "of the winding",)
+    ),
+];
+
 impl Record for Actuator {
     const FIELDS: &'static [Field<Self>] = &[
         field!(Actuator: on, required("on", BODY, "the body that a positive force pushes towards +x")),
@@ -122,17 +445,14 @@ impl Record for Actuator {
                 text: "the body that carries the reaction",
             }
         ),
-        field!(
-            Actuator: limit_n,
-            optional("limit", Kind::Quantity(Unit::Of(Dimension::FORCE), Bound::Positive), "largest effort")
-        ),
+        Actuator::LIMIT,
     ];
     const FORMS: &'static [Form<Self>] = &[
         form!(
             "force",
             "a current amplifier: the command is the force",
             Actuator: Actuator { kind: ActuatorKind::Force { .. }, .. },
-            Actuator::blank(),
+            Actuator::ideal("", GROUND),
             FORCE
         ),
         form!(
@@ -141,13 +461,37 @@ impl Record for Actuator {
             Actuator: Actuator { kind: ActuatorKind::VelocitySource { .. }, .. },
             Actuator {
                 kind: ActuatorKind::VelocitySource { damping_n_s_per_m: 1.0, time_constant_s: 1.0 },
-                ..Actuator::blank()
+                ..Actuator::ideal("", GROUND)
             },
             VELOCITY_SOURCE
         ),
+        form!(
+            "position-servo",
+            "f = kp e + ki int(e) - kd v, e the command less the position",
+            Actuator: Actuator { kind: ActuatorKind::PositionServo(_), .. },
+            Actuator {
+                kind: ActuatorKind::PositionServo(PositionServo { kp: 1.0, ..PositionServo::default() }),
+                ..Actuator::ideal("", GROUND)
+            },
+            POSITION_SERVO
+        ),
+        form!(
+            "dc-motor",
+            "L di/dt + R i = u - K_e N v, f = N K_t i; the command is u or i",
+            Actuator: Actuator { kind: ActuatorKind::DcMotor(_), .. },
+            Actuator { kind: ActuatorKind::DcMotor(DcMotor::default()), ..Actuator::ideal("", GROUND) },
+            DC_MOTOR
+        ),
+        form!(
+            "imposed",
+            "the body moves as the command says, whatever acts on it",
+            Actuator: Actuator { kind: ActuatorKind::Imposed, .. },
+            Actuator { kind: ActuatorKind::Imposed, ..Actuator::ideal("", GROUND) },
+            &[] as &[Field<Actuator>]
+        ),
     ];
 
-    fn blank() -> Self {
-        Self::ideal(GROUND, GROUND)
+    fn blank() -> Option<Self> {
+        Some(Self::ideal("", GROUND))
     }
 }

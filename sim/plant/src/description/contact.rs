@@ -1,8 +1,8 @@
 //! Contacts between tool and workpiece.
 
 use feeler_catalogue::{
-    Absent, Bound, Content, Dimension, Field, Form, Key, Kind, Record, Role, Slot, Unit, Word, field, form,
-    number, optional, required, word,
+    Absent, Bound, Dimension, Field, Form, Key, Kind, Record, Role, Unit, field, form, number, optional,
+    required, words,
 };
 
 use crate::effects::EffectUse;
@@ -75,59 +75,46 @@ pub enum ContactLaw {
     Hertz,
 }
 
-impl Engagement {
-    /// Every engagement with its word in files, and what it means.
-    pub const ALL: [(Self, Word); 3] = [
-        (
-            Self::Clamped,
-            word("clamped", "attached where the bodies stand at the start; the gap counts as zero"),
-        ),
-        (Self::Unilateral, word("unilateral", "pushes only")),
-        (Self::Free, word("free", "absent")),
-    ];
-
-    /// Its word in files.
-    pub fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(engagement, _)| *engagement == self).map_or("", |(_, word)| word.name)
-    }
-
-    /// The engagement of a word.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::ALL.iter().find(|(_, word)| word.name == name).map(|(engagement, _)| *engagement)
-    }
-}
-
-/// The words of the engagements.
-pub const ENGAGEMENTS: &[Word] = &[Engagement::ALL[0].1, Engagement::ALL[1].1, Engagement::ALL[2].1];
-
-impl Slot for Engagement {
-    fn content(&self) -> Option<Content> {
-        Some(Content::Word(self.name()))
-    }
-
-    fn take(&mut self, content: &Content) {
-        if let Content::Word(name) = content
-            && let Some(engagement) = Self::named(name)
-        {
-            *self = engagement;
-        }
-    }
-}
+words!(Engagement {
+    Clamped = "clamped", "attached where the bodies stand at the start; the gap counts as zero";
+    Unilateral = "unilateral", "pushes only";
+    Free = "free", "absent";
+});
 
 const HUNT_CROSSLEY: &[Field<Contact>] = &[
     field!(
         Contact: Contact { law: ContactLaw::HuntCrossley { alpha_s_per_m, .. }, .. } => *alpha_s_per_m,
-        required(
-            "alpha",
-            Kind::Quantity(Unit::Of(Dimension::INVERSE_VELOCITY), Bound::NotNegative),
-            "alpha",
-        )
+        required("alpha", Kind::Quantity(Unit::Of(Dimension::INVERSE_VELOCITY), Bound::NotNegative), "alpha")
     ),
     field!(
         Contact: Contact { law: ContactLaw::HuntCrossley { exponent, .. }, .. } => *exponent,
         number("exponent", Unit::Of(Dimension::NONE), Bound::Within(1.0, 5.0), 1.0, "n")
     ),
 ];
+
+/// Before its keys are read.
+fn unread(law: ContactLaw) -> Contact {
+    Contact { law, gap_m: 1.0, ..Contact::kelvin_voigt("", "", 1.0, 1.0) }
+}
+
+impl Contact {
+    /// Its stiffness.
+    pub const STIFFNESS: Field<Self> = field!(
+        Contact: stiffness,
+        optional(
+            "stiffness",
+            Kind::Quantity(Unit::PowerStiffness, Bound::Positive),
+            "k; may be left out of a `hertz` law between materials",
+        ),
+        Role::Believed
+    );
+    /// Its linear damping.
+    pub const DAMPING: Field<Self> = field!(
+        Contact: damping_n_s_per_m,
+        number("damping", Unit::Of(Dimension::DAMPING), Bound::NotNegative, 0.0, "linear damping c"),
+        Role::Believed
+    );
+}
 
 impl Record for Contact {
     const FIELDS: &'static [Field<Self>] = &[
@@ -139,25 +126,13 @@ impl Record for Contact {
             Contact: engagement,
             Key {
                 name: "engagement",
-                kind: Kind::Word(ENGAGEMENTS),
-                absent: Absent::Word(Engagement::ALL[1].1.name),
+                kind: Kind::Word(Engagement::WORDS),
+                absent: Absent::Word(Engagement::Unilateral.name()),
                 text: "how tip and workpiece hold on to each other",
             }
         ),
-        field!(
-            Contact: stiffness,
-            optional(
-                "stiffness",
-                Kind::Quantity(Unit::PowerStiffness, Bound::Positive),
-                "k; may be left out of a `hertz` law between materials",
-            ),
-            Role::Believed
-        ),
-        field!(
-            Contact: damping_n_s_per_m,
-            number("damping", Unit::Of(Dimension::DAMPING), Bound::NotNegative, 0.0, "linear damping c"),
-            Role::Believed
-        ),
+        Contact::STIFFNESS,
+        Contact::DAMPING,
         field!(
             Contact: gap_m,
             number(
@@ -175,29 +150,26 @@ impl Record for Contact {
             "kelvin-voigt",
             "k d + c d'",
             Contact: Contact { law: ContactLaw::KelvinVoigt, .. },
-            Contact::blank(),
+            unread(ContactLaw::KelvinVoigt),
             &[] as &[Field<Contact>]
         ),
         form!(
             "hunt-crossley",
             "k d^n (1 + alpha d')",
             Contact: Contact { law: ContactLaw::HuntCrossley { .. }, .. },
-            Contact {
-                law: ContactLaw::HuntCrossley { alpha_s_per_m: 0.0, exponent: 1.0 },
-                ..Contact::blank()
-            },
+            unread(ContactLaw::HuntCrossley { alpha_s_per_m: 1.0, exponent: 1.0 }),
             HUNT_CROSSLEY
         ),
         form!(
             "hertz",
             "k d^1.5 + c d'",
             Contact: Contact { law: ContactLaw::Hertz, .. },
-            Contact { law: ContactLaw::Hertz, ..Contact::blank() },
+            unread(ContactLaw::Hertz),
             &[] as &[Field<Contact>]
         ),
     ];
 
-    fn blank() -> Self {
-        Self::kelvin_voigt("", "", 1.0, 0.0)
+    fn blank() -> Option<Self> {
+        Some(unread(ContactLaw::KelvinVoigt))
     }
 }

@@ -11,8 +11,8 @@ mod sensor;
 mod signal;
 mod site;
 
-pub use actuator::{Actuator, ActuatorKind};
-pub use contact::{Contact, ContactLaw, ENGAGEMENTS, Engagement};
+pub use actuator::{Actuator, ActuatorKind, DcMotor, MotorInput, PositionServo};
+pub use contact::{Contact, ContactLaw, Engagement};
 pub use profile::{Knot, Piece, Profile, Touched};
 pub use sensor::{LowPass, Sensor};
 pub use signal::{ParseSignalError, Quantity, SignalName};
@@ -21,7 +21,7 @@ pub use site::{Believed, Element, Site, Table};
 use std::sync::Arc;
 
 use feeler_catalogue::{
-    Absent, Bound, Dimension, Field, Key, Kind, Record, Role, Unit, field, number, required,
+    Absent, Bound, Dimension, Field, Key, Kind, Record, Role, Unit, field, number, required, words,
 };
 use indexmap::IndexMap;
 
@@ -42,6 +42,11 @@ pub enum Axis {
     /// kg m², N m, rad.
     Rotational,
 }
+
+words!(Axis {
+    Translational = "translational", "kg, N, m";
+    Rotational = "rotational", "kg m2, N m, rad";
+});
 
 /// A machine as described in a file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -76,6 +81,10 @@ pub struct Body {
     pub position_m: f64,
     /// Initial velocity.
     pub velocity_m_per_s: f64,
+    /// Largest torque of gravity, `-gravity sin(x + gravity_phase)`; only where the axis turns.
+    pub gravity_n: f64,
+    /// Angle of the body over that at which it hangs, where its position is zero.
+    pub gravity_phase_rad: f64,
     /// Departures from the ideal body.
     pub effects: Vec<EffectUse>,
 }
@@ -98,23 +107,65 @@ pub struct Spring {
 const MASS: Unit = Unit::Of(Dimension::MASS);
 const LENGTH: Unit = Unit::Of(Dimension::LENGTH);
 const VELOCITY: Unit = Unit::Of(Dimension::VELOCITY);
+const FORCE: Unit = Unit::Of(Dimension::FORCE);
 const STIFFNESS: Unit = Unit::Of(Dimension::STIFFNESS);
 const DAMPING: Unit = Unit::Of(Dimension::DAMPING);
 
+impl Body {
+    /// Its mass.
+    pub const MASS: Field<Self> = field!(
+        Body: mass_kg,
+        required("mass", Kind::Quantity(MASS, Bound::Within(1e-15, 1e12)), "mass"),
+        Role::Believed
+    );
+}
+
 impl Record for Body {
     const FIELDS: &'static [Field<Self>] = &[
-        field!(
-            Body: mass_kg,
-            required("mass", Kind::Quantity(MASS, Bound::Within(1e-15, 1e12)), "mass"),
-            Role::Believed
-        ),
+        Body::MASS,
         field!(Body: position_m, number("position", LENGTH, Bound::Any, 0.0, "position at the start")),
         field!(Body: velocity_m_per_s, number("velocity", VELOCITY, Bound::Any, 0.0, "velocity at the start")),
+        field!(
+            Body: gravity_n,
+            number(
+                "gravity",
+                FORCE,
+                Bound::NotNegative,
+                0.0,
+                "largest torque of gravity, `-gravity sin(position + gravity_phase)`, on a rotational axis",
+            ),
+            Role::Believed
+        ),
+        field!(
+            Body: gravity_phase_rad,
+            number(
+                "gravity_phase",
+                LENGTH,
+                Bound::Any,
+                0.0,
+                "angle of the body over that at which it hangs, where its position is zero",
+            )
+        ),
     ];
 
-    fn blank() -> Self {
-        Self::default()
+    fn blank() -> Option<Self> {
+        Some(Self::new(1.0))
     }
+}
+
+impl Spring {
+    /// Its stiffness.
+    pub const STIFFNESS: Field<Self> = field!(
+        Spring: stiffness_n_per_m,
+        number("stiffness", STIFFNESS, Bound::NotNegative, 0.0, "stiffness"),
+        Role::Believed
+    );
+    /// Its damping.
+    pub const DAMPING: Field<Self> = field!(
+        Spring: damping_n_s_per_m,
+        number("damping", DAMPING, Bound::NotNegative, 0.0, "viscous damping"),
+        Role::Believed
+    );
 }
 
 impl Record for Spring {
@@ -127,16 +178,8 @@ impl Record for Spring {
                 "the two bodies; elongation is the position of the second minus that of the first",
             )
         ),
-        field!(
-            Spring: stiffness_n_per_m,
-            number("stiffness", STIFFNESS, Bound::NotNegative, 0.0, "stiffness"),
-            Role::Believed
-        ),
-        field!(
-            Spring: damping_n_s_per_m,
-            number("damping", DAMPING, Bound::NotNegative, 0.0, "viscous damping"),
-            Role::Believed
-        ),
+        Spring::STIFFNESS,
+        Spring::DAMPING,
         field!(
             Spring: rigid,
             Key {
@@ -148,7 +191,7 @@ impl Record for Spring {
         ),
     ];
 
-    fn blank() -> Self {
-        Self::default()
+    fn blank() -> Option<Self> {
+        Some(Self { stiffness_n_per_m: 1.0, damping_n_s_per_m: 1.0, ..Self::default() })
     }
 }

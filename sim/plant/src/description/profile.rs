@@ -117,7 +117,7 @@ impl Profile {
         !self.touches.is_empty()
     }
 
-    /// Where shapes touch at an instant, straight between knots; none where the profile does not know.
+    /// Where shapes touch at an instant, straight between knots; `None` if the profile does not know.
     pub fn touch_at(&self, t_s: f64) -> Option<Touched> {
         let (first, last) = (self.touches.first()?, self.touches.last()?);
         let next = self.knots.partition_point(|knot| knot.t_s <= t_s);

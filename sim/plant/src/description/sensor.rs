@@ -90,14 +90,8 @@ impl Record for Sensor {
             Role::Believed
         ),
         field!(Sensor: bias, number("bias", Unit::Signal, Bound::Any, 0.0, "offset")),
-        field!(
-            Sensor: low_pass,
-            low_pass("analogue filter before sampling: a corner frequency, or a table")
-        ),
-        field!(
-            Sensor: delay_s,
-            number("delay", Unit::Of(Dimension::TIME), LONGEST_DELAY, 0.0, "pure delay")
-        ),
+        field!(Sensor: low_pass, low_pass("analogue filter before sampling: a corner frequency, or a table")),
+        field!(Sensor: delay_s, number("delay", Unit::Of(Dimension::TIME), LONGEST_DELAY, 0.0, "pure delay")),
         field!(
             Sensor: resolution,
             optional("resolution", Kind::Quantity(Unit::Signal, Bound::Positive), "quantisation step")
@@ -114,8 +108,8 @@ impl Record for Sensor {
         ),
     ];
 
-    fn blank() -> Self {
-        Self::ideal(SignalName::new("", Quantity::Position))
+    fn blank() -> Option<Self> {
+        Some(Self::ideal(SignalName::new("", Quantity::Position)))
     }
 }
 
@@ -124,13 +118,8 @@ impl Slot for SignalName {
         Some(Content::Text(self.to_string()))
     }
 
-    fn take(&mut self, content: &Content) {
-        // The reader has refused what is no signal.
-        if let Content::Text(text) = content
-            && let Ok(signal) = text.parse()
-        {
-            *self = signal;
-        }
+    fn of(content: &Content) -> Option<Self> {
+        if let Content::Text(text) = content { text.parse().ok() } else { None }
     }
 }
 
@@ -142,7 +131,7 @@ impl Record for LowPass {
             role: Role::Structure,
             get: |(Self::FirstOrder { corner_hz } | Self::SecondOrder { corner_hz, .. })| corner_hz.content(),
             set: |(Self::FirstOrder { corner_hz } | Self::SecondOrder { corner_hz, .. }), content| {
-                corner_hz.take(content);
+                *corner_hz = f64::of(content).unwrap_or(*corner_hz);
             },
         },
         Field {
@@ -161,7 +150,7 @@ impl Record for LowPass {
         },
     ];
 
-    fn blank() -> Self {
-        Self::FirstOrder { corner_hz: 1.0 }
+    fn blank() -> Option<Self> {
+        Some(Self::FirstOrder { corner_hz: 1.0 })
     }
 }

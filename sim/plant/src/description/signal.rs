@@ -11,9 +11,9 @@ use thiserror::Error;
 /// A quantity of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Quantity {
-    /// Of a body.
+    /// Of a body, or of a drive: of the driven body against the reacting one.
     Position,
-    /// Of a body.
+    /// Of a body, or of a drive.
     Velocity,
     /// Of a body.
     Acceleration,
@@ -44,6 +44,12 @@ pub enum Quantity {
     Contact,
     /// Of a drive: the command as the controller issued it.
     Command,
+    /// Of a position servo: the target as issued, which is its command.
+    Target,
+    /// Of a motor whose command is a voltage: that voltage as issued.
+    Voltage,
+    /// Of a motor: the current that flows.
+    Current,
     /// Of a sensor.
     Reading,
     /// Of a controller.
@@ -54,7 +60,7 @@ pub enum Quantity {
 
 impl Quantity {
     /// Every quantity with its name.
-    pub const ALL: [(Self, &'static str); 19] = [
+    pub const ALL: [(Self, &'static str); 22] = [
         (Self::Position, "position"),
         (Self::Velocity, "velocity"),
         (Self::Acceleration, "acceleration"),
@@ -71,6 +77,9 @@ impl Quantity {
         (Self::NormalZ, "normal_z"),
         (Self::Contact, "contact"),
         (Self::Command, "command"),
+        (Self::Target, "target"),
+        (Self::Voltage, "voltage"),
+        (Self::Current, "current"),
         (Self::Reading, "reading"),
         (Self::Output, "output"),
         (Self::Reference, "reference"),
@@ -87,11 +96,17 @@ impl Quantity {
     /// its signal's, of a controller's output and reference its law's.
     pub fn dimension(self) -> Option<Dimension> {
         match self {
-            Self::Position | Self::Compression | Self::Gap | Self::PointX | Self::PointY | Self::PointZ => {
-                Some(Dimension::LENGTH)
-            }
+            Self::Position
+            | Self::Target
+            | Self::Compression
+            | Self::Gap
+            | Self::PointX
+            | Self::PointY
+            | Self::PointZ => Some(Dimension::LENGTH),
             Self::Velocity | Self::GapRate => Some(Dimension::VELOCITY),
             Self::Acceleration => Some(Dimension::ACCELERATION),
+            Self::Voltage => Some(Dimension::VOLTAGE),
+            Self::Current => Some(Dimension::CURRENT),
             Self::Force | Self::SpringForce => Some(Dimension::FORCE),
             Self::Contact | Self::NormalX | Self::NormalY | Self::NormalZ => Some(Dimension::NONE),
             Self::Command | Self::Reading | Self::Output | Self::Reference => None,

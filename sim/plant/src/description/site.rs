@@ -99,11 +99,14 @@ macro_rules! elements {
                     let value = field.number(self).filter(|_| field.role == Role::Believed)?;
                     Some(Believed { index, key: &field.key, value })
                 };
-                Self::FIELDS.iter().enumerate().filter_map(believed).collect()
+                self.fields().enumerate().filter_map(believed).collect()
             }
 
             fn believe(&mut self, index: usize, value: f64) {
-                Self::FIELDS[index].set_number(self, value);
+                let found = self.fields().nth(index);
+                if let Some(field) = found {
+                    field.set_number(self, value);
+                }
             }
         }
     )* };

@@ -17,22 +17,37 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: ActuatorLag::PARAMETERS,
     summary: "first-order lag between command and drive force",
     documentation: "\
+## Example
+```toml
+[actuators.drive.effects.actuator-lag]
+time_constant = \"2 ms\"
+```
+`feeler run scenarios/effects/actuator-lag.toml` runs it.
+
 ## Model
-The drive force `f` follows the command `u`, after its gain and limits, by `time_constant df/dt + f = u`. A lag that
-the drive already has acts in series with this one.
+The drive force `f` follows the command `u`, after its gain and limits, by `time_constant df/dt + f = u`. A
+lag that the drive already has acts in series with this one.
 
 ## Where it comes from
 Current loops of finite bandwidth, winding inductance, valves, a filter on the torque set point.
 
 ## How it shows
-Above `1 / (2 pi time_constant)` the drive force shrinks, and its phase falls by up to 90 degrees; in a force loop
-that lag is what first bounds the gain of a rigid machine. Well below the corner it is a delay of `time_constant`, so
-`command-delay` looks the same until the size drops. `force-lag` costs a force loop as much phase but leaves free
-motion as it was.
+Above `1 / (2 pi time_constant)` the drive force shrinks, and its phase falls by up to 90 degrees; in a
+force loop that lag is what first bounds the gain of a rigid machine. Well below the corner it is a delay of
+`time_constant`, so `command-delay` looks the same until the size drops. `force-lag` costs a force loop as
+much phase but leaves free motion as it was.
+
+## How it is recognised
+Excite the drive up to its corner: the measured response falls off and lags there, in free motion and in
+contact alike. Below the corner only a delay shows.
+
+## Numerical treatment
+The lag is one more state of the linear equations, so it enters the matrix exponential exactly. Linear
+theory has it as a pole.
 
 ## Source
-S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on Robotics and
-Automation 8 (1992): the rigid model with a first-order actuator.
+S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on
+Robotics and Automation 8 (1992): the rigid model with a first-order actuator.
 ",
     traits: &[Trait::DriveFlaw],
     change: Change::plant::<ActuatorLag>(),

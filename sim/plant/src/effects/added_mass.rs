@@ -17,6 +17,13 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: AddedMass::PARAMETERS,
     summary: "payload or inertia error",
     documentation: "\
+## Example
+```toml
+[bodies.tip.effects.added-mass]
+mass = \"3 kg\"
+```
+`feeler run scenarios/effects/added-mass.toml` runs it.
+
 ## Model
 The body weighs `mass` more than believed (or less; what remains must be more than nothing).
 
@@ -24,13 +31,20 @@ The body weighs `mass` more than believed (or less; what remains must be more th
 Payloads, grippers and cables that nobody entered, motor and gear inertia off the data sheet.
 
 ## How it shows
-Free acceleration is lower by one factor at all frequencies below the first mode, which moves down. Static force in
-contact is as predicted. Free motion alone cannot tell it from `drive-gain`. `tool-inertia` shows in the force reading
-only, and the motion stays as it was.
+Free acceleration is lower by one factor at all frequencies below the first mode, which moves down. Static
+force in contact is as predicted. Free motion alone cannot tell it from `drive-gain`. `tool-inertia` shows
+in the force reading only, and the motion stays as it was.
+
+## How it is recognised
+Free acceleration is too small by one factor while the static contact force is right. The first mode moves
+down.
+
+## Numerical treatment
+The body's mass changes; everything stays exact. Linear theory uses the changed mass.
 
 ## Source
-C. G. Atkeson, C. H. An and J. M. Hollerbach, Estimation of inertial parameters of manipulator loads and links,
-International Journal of Robotics Research 5 (1986).
+C. G. Atkeson, C. H. An and J. M. Hollerbach, Estimation of inertial parameters of manipulator loads and
+links, International Journal of Robotics Research 5 (1986).
 ",
     traits: &[Trait::PlainNumber],
     change: Change::plant::<AddedMass>(),

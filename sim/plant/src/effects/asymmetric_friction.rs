@@ -20,21 +20,37 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: AsymmetricFriction::PARAMETERS,
     summary: "dry friction of two levels, one for each direction",
     documentation: "\
+## Example
+```toml
+[springs.guide.effects.asymmetric-friction]
+level = \"6 N\"
+asymmetry = 0.5
+```
+`feeler run scenarios/effects/asymmetric-friction.toml` runs it.
+
 ## Model
-Sliding towards +, the guide resists with `level (1 + asymmetry)`, towards - with `level (1 - asymmetry)`; at rest it
-holds up to the level of the direction in which it would start.
+Sliding towards +, the guide resists with `level (1 + asymmetry)`, towards - with `level (1 - asymmetry)`;
+at rest it holds up to the level of the direction in which it would start.
 
 ## Where it comes from
 Lip seals, worn or tilted guides, gears whose two flanks differ.
 
 ## How it shows
-In steady motion it is `coulomb-friction` of the mean level and a `constant-load` of the size `level asymmetry`; the
-load would also have to be carried at rest, and friction would not. Where the axis only ever moves one way the three
-cannot be told apart.
+In steady motion it is `coulomb-friction` of the mean level and a `constant-load` of the size
+`level asymmetry`; the load would also have to be carried at rest, and friction would not. Where the axis
+only ever moves one way the three cannot be told apart.
+
+## How it is recognised
+Compare slow strokes in both directions, then release the axis at rest: friction lets go of it, a load does
+not.
+
+## Numerical treatment
+As dry friction with one level: modes for sliding either way and for sticking, with events between them.
+Linear theory takes friction as sliding one way.
 
 ## Source
-C. Canudas de Wit, K. J. Åström and K. Braun, Adaptive friction compensation in DC-motor drives, IEEE Journal of
-Robotics and Automation 3 (1987).
+C. Canudas de Wit, K. J. Åström and K. Braun, Adaptive friction compensation in DC-motor drives, IEEE
+Journal of Robotics and Automation 3 (1987).
 ",
     traits: &[Trait::Dissipative, Trait::DryFriction],
     change: Change::plant::<AsymmetricFriction>(),

@@ -32,26 +32,42 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: Backlash::PARAMETERS,
     summary: "free play in a spring, with a stiff transmission where there was none",
     documentation: "\
+## Example
+```toml
+[springs.transmission.effects.backlash]
+width = \"50 um\"
+```
+`feeler run scenarios/effects/backlash.toml` runs it.
+
 ## Model
 Within `|e| < width / 2` neither stiffness nor damping acts; beyond it the force is
 `k (e - sign(e) width / 2) + c de/dt`, and it only pushes the flanks apart. A rigid spring must first yield:
-`stiffness` and `damping` are those of its flanks. Left out (or zero), they are such that the two bodies, free
-otherwise, would ring at 1000 Hz with a damping ratio of 0.1: `k = mu (2 pi 1000)^2`, `c = 0.2 sqrt(k mu)`, `mu` their
-reduced mass. So on a rigid spring a width of zero is the ideal machine up to that stiffness. A spring that has its
-own stiffness keeps it and takes neither.
+`stiffness` and `damping` are those of its flanks. Left out (or zero), they are such that the two bodies,
+free otherwise, would ring at 1000 Hz with a damping ratio of 0.1: `k = mu (2 pi 1000)^2`,
+`c = 0.2 sqrt(k mu)`, `mu` their reduced mass. So on a rigid spring a width of zero is the ideal machine up
+to that stiffness. A spring that has its own stiffness keeps it and takes neither.
 
 ## Where it comes from
 Gears, splines, nuts, keys, worn couplings.
 
 ## How it shows
-At every reversal of the force in the transmission the tip waits and then is hit; small oscillations see a softer
-transmission, so a mode sinks as the amplitude does, and with an integrator or a high gain a limit cycle of the size
-of the gap remains. While contact preloads the gap it is invisible. `coulomb-friction` also loses motion at reversals,
-but of the velocity, and it damps; `hardening-stiffness` also stiffens with amplitude, but smoothly.
+At every reversal of the force in the transmission the tip waits and then is hit. Small oscillations see a
+softer transmission, so a mode sinks as the amplitude does. With an integrator or a high gain a limit cycle
+of the size of the gap remains. While contact preloads the gap it is invisible. `coulomb-friction` also
+loses motion at reversals, but of the velocity, and it damps; `hardening-stiffness` also stiffens with
+amplitude, but smoothly.
+
+## How it is recognised
+Reverse the force while the tool stays in contact: the tip waits, then is hit. Two accelerometers, on motor
+and tip, show the impacts of the flanks.
+
+## Numerical treatment
+Free, left flank and right flank are modes; meeting and parting of flanks are events. Each mode is linear
+and exact. Linear theory takes the play as closed.
 
 ## Source
-M. Nordin and P.-O. Gutman, Controlling mechanical systems with backlash: a survey, Automatica 38 (2002): the
-dead-zone model with damping.
+M. Nordin and P.-O. Gutman, Controlling mechanical systems with backlash: a survey, Automatica 38 (2002):
+the dead-zone model with damping.
 ",
     traits: &[Trait::Compliance],
     change: Change::plant::<Backlash>(),

@@ -21,25 +21,42 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: BaseFlexibility::PARAMETERS,
     summary: "guide, actuator reaction and workpiece ride on a base that moves",
     documentation: "\
+## Example
+```toml
+[springs.mount.effects.base-flexibility]
+mass = \"180 kg\"
+stiffness = \"1.0232806 MN/m\"
+damping = \"814.3 N s/m\"
+```
+`feeler run scenarios/effects/base-flexibility.toml` runs it.
+
 ## Model
-`mass x_b'' = -stiffness x_b - damping x_b' + (all that guide, drive and workpiece exert on the base)`. Under a rigid
-mount (a spring between ground and a body), that body is the base: it gets `mass`, and the mount yields. Under a guide
-to ground, a base is put between: every spring, contact and drive end that was on ground moves to it. Sensors stay
-where they are, so a reading relative to ground stays absolute; where an encoder rides on the base, describe the base
-as a body on a rigid mount and name it in `relative_to`.
+`mass x_b'' = -stiffness x_b - damping x_b' + (all that guide, drive and workpiece exert on the base)`.
+Under a rigid mount (a spring between ground and a body), that body is the base: it gets `mass`, and the
+mount yields. Under a guide to ground, a base is put between: every spring, contact and drive end that was
+on ground moves to it. Sensors stay where they are, so a reading relative to ground stays absolute; where an
+encoder rides on the base, describe the base as a body on a rigid mount and name it in `relative_to`.
 
 ## Where it comes from
 Machine frames on rubber feet, robot columns, benches, floors.
 
 ## How it shows
-A pole pair beside a zero pair at 5 to 20 Hz: the phase dips and recovers, since in the mode drive and contact move
-the same way against the base (it is colocated). It hardly bounds the gain where its damping suffices.
-`workpiece-dynamics` makes the same figure at higher frequency and in contact only; the base shows in free motion too.
-A slow oscillation after steps looks like that of a force loop with an `actuator-lag`.
+A pole pair beside a zero pair at 5 to 20 Hz: the phase dips and recovers, since in the mode drive and
+contact move the same way against the base (it is colocated). It hardly bounds the gain where its damping
+suffices. `workpiece-dynamics` makes the same figure at higher frequency and in contact only; the base shows
+in free motion too. A slow oscillation after steps looks like that of a force loop with an `actuator-lag`.
+
+## How it is recognised
+A dip of the phase between 5 and 20 Hz appears in free motion and in contact. An accelerometer on the base
+decides.
+
+## Numerical treatment
+The base is one more body; everything stays linear and exact. Linear theory has a pair of poles beside a
+pair of zeros.
 
 ## Source
-S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on Robotics and
-Automation 8 (1992): robot base dynamics.
+S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on
+Robotics and Automation 8 (1992): robot base dynamics.
 ",
     traits: &[Trait::Compliance],
     change: Change::plant::<BaseFlexibility>(),

@@ -17,21 +17,36 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: CommandDelay::PARAMETERS,
     summary: "the command arrives late, by any real number of seconds",
     documentation: "\
+## Example
+```toml
+[actuators.drive.effects.command-delay]
+delay = \"1.2 ms\"
+```
+`feeler run scenarios/effects/command-delay.toml` runs it.
+
 ## Model
-The drive receives `u(t - delay)`. Commands are held between controller samples, so the delayed command is placed
-exactly in time, whatever the step.
+The drive receives `u(t - delay)`. Commands are held between controller samples, so the delayed command is
+placed exactly in time, whatever the step.
 
 ## Where it comes from
 Field buses, computation time that the controller's own `delay` does not count, buffered amplifiers.
 
 ## How it shows
-The phase of every response to the command falls in proportion to frequency, at unchanged size. `actuator-lag` departs
-from it only at second order in frequency times delay. `force-delay` costs a force loop the same phase, but free
-motion does not show it.
+The phase of every response to the command falls in proportion to frequency, at unchanged size.
+`actuator-lag` departs from it only at second order in frequency times delay. `force-delay` costs a force
+loop the same phase, but free motion does not show it.
+
+## How it is recognised
+The lag of the response grows in proportion to frequency while its size stays. A cross-correlation of
+command and acceleration shows the same shift in every experiment.
+
+## Numerical treatment
+Each held command takes effect at its own instant, to rounding. Linear theory keeps the delay exact, as a
+factor of the frequency response or as states of the sampled loop.
 
 ## Source
-K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall (1997): sampling of systems with a time
-delay.
+K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall (1997): sampling of systems with
+a time delay.
 ",
     traits: &[Trait::Delay],
     change: Change::plant::<CommandDelay>(),

@@ -17,6 +17,13 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: ConstantLoad::PARAMETERS,
     summary: "gravity or a cable pull",
     documentation: "\
+## Example
+```toml
+[springs.guide.effects.constant-load]
+force = \"-15 N\"
+```
+`feeler run scenarios/effects/constant-load.toml` runs it.
+
 ## Model
 A constant force acts on the second body of the spring, and its opposite on the first. Under a guide
 `between = [\"ground\", \"motor\"]` a positive one pushes the motor towards the workpiece.
@@ -26,12 +33,20 @@ Weight on an inclined axis, a counterbalance that is not quite right, hoses, cab
 
 ## How it shows
 The command that holds the axis still is not zero, and free motion is faster one way than the other.
-`asymmetric-friction` shows the same difference in motion but lets go at rest. In contact `force-bias` offsets force
-and reading alike in a closed loop; the command at rest in free motion parts them.
+`asymmetric-friction` shows the same difference in motion but lets go at rest. In contact `force-bias`
+offsets force and reading alike in a closed loop; the command at rest in free motion parts them.
+
+## How it is recognised
+The missing force has a mean that depends neither on speed nor on command. Hold the axis at rest in free
+motion and read the command.
+
+## Numerical treatment
+It is a constant term of the linear equations and exact. Linear theory needs nothing: a constant does not
+change the motion about it.
 
 ## Source
-B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Planning and Control, Springer (2009):
-gravity in the equations of motion.
+B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Planning and Control, Springer
+(2009): gravity in the equations of motion.
 ",
     traits: &[Trait::PlainNumber],
     change: Change::plant::<ConstantLoad>(),

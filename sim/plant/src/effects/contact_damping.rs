@@ -17,21 +17,36 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: ContactDamping::PARAMETERS,
     summary: "the contact's damping is another",
     documentation: "\
+## Example
+```toml
+[contacts.tool.effects.contact-damping]
+damping = \"500 N s/m\"
+```
+`feeler run scenarios/effects/contact-damping.toml` runs it.
+
 ## Model
-The viscous part of the contact force is `damping dd/dt` in place of the believed one, `d` the compression. It
-vanishes at the value the contact has.
+The viscous part of the contact force is `damping dd/dt` in place of the believed one, `d` the compression.
+It vanishes at the value the contact has.
 
 ## Where it comes from
 Rubber, foam, grease, squeeze films; the loss of a joint or bolt inside the sensor.
 
 ## How it shows
-Bounces lose more (or less) energy, and the contact mode rings for a shorter (or longer) time at nearly the same
-frequency. `hunt-crossley-contact` loses energy in proportion to the impact speed too; the force at touch-down parts
-them: a step here, none there. `viscous-friction` damps free motion as well.
+Bounces lose more (or less) energy, and the contact mode rings for a shorter (or longer) time at nearly the
+same frequency. `hunt-crossley-contact` loses energy in proportion to the impact speed too; the force at
+touch-down parts them: a step here, none there. `viscous-friction` damps free motion as well.
+
+## How it is recognised
+Impacts lose more or less energy than predicted, and the contact mode rings for a different time at the same
+frequency.
+
+## Numerical treatment
+The damping of the contact is replaced; each mode stays exact. The force of a damped touch-down starts with
+a step, and the contact opens when its force reaches zero.
 
 ## Source
-G. Gilardi and I. Sharf, Literature survey of contact dynamics modelling, Mechanism and Machine Theory 37 (2002): the
-spring-dashpot model.
+G. Gilardi and I. Sharf, Literature survey of contact dynamics modelling, Mechanism and Machine Theory 37
+(2002): the spring-dashpot model.
 ",
     traits: &[],
     change: Change::plant::<ContactDamping>(),

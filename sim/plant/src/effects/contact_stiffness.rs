@@ -17,22 +17,38 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: ContactStiffness::PARAMETERS,
     summary: "the contact's stiffness is another",
     documentation: "\
+## Example
+```toml
+[contacts.tool.effects.contact-stiffness]
+stiffness = \"120 kN/m\"
+```
+`feeler run scenarios/effects/contact-stiffness.toml` runs it.
+
 ## Model
-The elastic force is `stiffness d` in place of the believed `k d`. Where the law of the contact is a power of the
-compression, `stiffness` is its coefficient in N/m^n. It vanishes at the value the contact has.
+The elastic force is `stiffness d` in place of the believed `k d`. Where the law of the contact is a power
+of the compression, `stiffness` is its coefficient in N/m^n. It vanishes at the value the contact has.
 
 ## Where it comes from
-Another material than planned, a worn or exchanged pad, a sensor whose own stiffness was taken from a data sheet.
+Another material than planned, a worn or exchanged pad, a sensor whose own stiffness was taken from a data
+sheet.
 
 ## How it shows
-In contact everything that stores energy there shifts: impacts are shorter and harder by `sqrt(stiffness)`, the
-contact mode moves, and the loop gain of a force loop moves in proportion. Static force under force control is as
-predicted. At low frequency `workpiece-dynamics` and `transmission-flexibility` are a softer contact too; only a mode
-parts them. `force-gain` changes the reading in proportion as well, but no frequency.
+In contact everything that stores energy there shifts: impacts are shorter and harder by `sqrt(stiffness)`,
+the contact mode moves, and the loop gain of a force loop moves in proportion. Static force under force
+control is as predicted. At low frequency `workpiece-dynamics` and `transmission-flexibility` are a softer
+contact too; only a mode parts them. `force-gain` changes the reading in proportion as well, but no
+frequency.
+
+## How it is recognised
+The duration of impacts and the frequency of the contact mode are off, while static forces are right.
+Compare with a record of position under known force.
+
+## Numerical treatment
+The stiffness of the contact is replaced; each mode stays exact. Linear theory uses the new value.
 
 ## Source
-D. E. Whitney, Force feedback control of manipulator fine motions, ASME Journal of Dynamic Systems, Measurement, and
-Control 99 (1977): the loop gain is proportional to the stiffness.
+D. E. Whitney, Force feedback control of manipulator fine motions, ASME Journal of Dynamic Systems,
+Measurement, and Control 99 (1977): the loop gain is proportional to the stiffness.
 ",
     traits: &[],
     change: Change::plant::<ContactStiffness>(),

@@ -17,22 +17,38 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: CoulombFriction::PARAMETERS,
     summary: "dry friction, set-valued at rest",
     documentation: "\
+## Example
+```toml
+[springs.guide.effects.coulomb-friction]
+level = \"6 N\"
+```
+`feeler run scenarios/effects/coulomb-friction.toml` runs it.
+
 ## Model
-Sliding at speed `v`, the guide resists with `level sign(v)`; at rest it takes whatever value up to `level` keeps it
-at rest. Stick and slip are separate modes of the machine, and the instants between them are located.
+Sliding at speed `v`, the guide resists with `level sign(v)`; at rest it takes whatever value up to `level`
+keeps it at rest. Stick and slip are separate modes of the machine, and the instants between them are
+located.
 
 ## Where it comes from
 Seals, plain bearings, preloaded guides and screws, brushes.
 
 ## How it shows
-The missing force is a step at every reversal of the velocity, of a size that does not depend on speed: it matters
-less the larger the motion. Near rest the axis sticks, and an integrating controller hunts. `drive-deadband` takes the
-same force with the sign of the command; `stribeck-friction` is the same well above its speed; `viscous-friction`
-looks alike at a single speed.
+The missing force is a step at every reversal of the velocity, of a size that does not depend on speed: it
+matters less the larger the motion. Near rest the axis sticks, and an integrating controller hunts.
+`drive-deadband` takes the same force with the sign of the command; `stribeck-friction` is the same well
+above its speed; `viscous-friction` looks alike at a single speed.
+
+## How it is recognised
+Plot the missing force against velocity: it is a step at zero, flat on either side. Slow strokes and two
+amplitudes show it best.
+
+## Numerical treatment
+Sliding and sticking are modes. Sliding has a constant force, sticking joins two bodies, and both are exact;
+the instants between them are events. Linear theory takes friction as sliding one way, so it drops out.
 
 ## Source
-H. Olsson, K. J. Åström, C. Canudas de Wit, M. Gäfvert and P. Lischinsky, Friction models and friction compensation,
-European Journal of Control 4 (1998).
+H. Olsson, K. J. Åström, C. Canudas de Wit, M. Gäfvert and P. Lischinsky, Friction models and friction
+compensation, European Journal of Control 4 (1998).
 ",
     traits: &[Trait::Dissipative, Trait::DryFriction],
     change: Change::plant::<CoulombFriction>(),

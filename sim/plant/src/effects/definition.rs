@@ -127,7 +127,7 @@ pub struct Parameter {
     /// Dimension on a translational axis.
     pub dimension: Dimension,
     /// The value of the ideal machine (may be infinite): with every parameter that has one at it, the effect
-    /// is absent. None where no value of this parameter matters to that, or where the value of the element
+    /// is absent. `None` if no value of this parameter matters to that, or where the value of the element
     /// itself is the ideal one.
     pub null: Option<f64>,
     /// A typical value, for templates and as a starting point of fits.
@@ -137,7 +137,7 @@ pub struct Parameter {
     /// How a fit walks along it.
     pub scale: Scale,
     /// Used where a file leaves the key out; such a parameter is a choice of the model and is not fitted.
-    /// None where it must be given.
+    /// `None` if it must be given.
     pub default: Option<f64>,
     /// One line of text.
     pub text: &'static str,
@@ -245,7 +245,8 @@ pub enum Change {
     /// It changes the plant. Arguments: the machine, the element under which the effect sits, the parameters
     /// in the order of the definition.
     Plant(fn(&mut Assembly, Host, &[f64]) -> Result<(), EffectError>),
-    /// It takes the samples of the controller off the grid by so much, one sigma, s. Argument: the parameters.
+    /// It takes the samples of the controller off the grid by so much, one sigma, s. Argument: the
+    /// parameters.
     SampleJitter(fn(&[f64]) -> f64),
 }
 
@@ -375,7 +376,7 @@ impl EffectUse {
         Self { definition: P::KIND.definition(), values: parameters.values() }
     }
 
-    /// Its parameters by name; none where it is of another kind.
+    /// Its parameters by name; `None` if it is of another kind.
     pub fn parameters<P: Parameters>(&self) -> Option<P> {
         (self.definition.kind == P::KIND).then(|| P::of(&self.values))
     }
@@ -441,7 +442,7 @@ pub enum EffectError {
         /// What there is.
         available_kg: f64,
     },
-    /// A value makes no sense on this host.
+    /// A value is out of range on this host.
     #[error("`{parameter}` = {value}: {reason}")]
     Value {
         /// The parameter.

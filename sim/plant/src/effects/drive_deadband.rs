@@ -17,21 +17,36 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: DriveDeadband::PARAMETERS,
     summary: "commands within the width do nothing, and beyond it the width is lost",
     documentation: "\
+## Example
+```toml
+[actuators.drive.effects.drive-deadband]
+width = \"4 N\"
+```
+`feeler run scenarios/effects/drive-deadband.toml` runs it.
+
 ## Model
-The drive acts on `u - width sign(u)` for `|u| > width` and on zero otherwise. On a velocity source the command, and
-so the width, is a speed.
+The drive acts on `u - width sign(u)` for `|u| > width` and on zero otherwise. On a velocity source the
+command, and so the width, is a speed.
 
 ## Where it comes from
-Overlapped valves, amplifiers with a dead time between the two halves of a bridge, a threshold in the set point.
+Overlapped valves, amplifiers with a dead time between the two halves of a bridge, a threshold in the set
+point.
 
 ## How it shows
-A force of constant size is missing, and it has the sign of the command: it matters less the larger the command.
-`coulomb-friction` takes the same size with the sign of the velocity; the two agree while the drive pushes the way it
-moves and part where it brakes, and where a resting axis is pushed from outside.
+A force of constant size is missing, and it has the sign of the command: it matters less the larger the
+command. `coulomb-friction` takes the same size with the sign of the velocity. The two agree while the drive
+pushes the way it moves and part where it brakes, and where a resting axis is pushed from outside.
+
+## How it is recognised
+Plot the missing force against the command: it is a step at zero. Repeat at two levels: the share that is
+missing falls with the level.
+
+## Numerical treatment
+It acts on held commands and is exact. Linear theory leaves it out and says so.
 
 ## Source
-G. Tao and P. V. Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley (1996): the
-dead-zone.
+G. Tao and P. V. Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, Wiley
+(1996): the dead-zone.
 ",
     traits: &[Trait::DriveFlaw],
     change: Change::plant::<DriveDeadband>(),

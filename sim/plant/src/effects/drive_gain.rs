@@ -19,20 +19,37 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: DriveGain::PARAMETERS,
     summary: "force constant error: the command is scaled",
     documentation: "\
+## Example
+```toml
+[actuators.drive.effects.drive-gain]
+gain = 0.8
+```
+`feeler run scenarios/effects/drive-gain.toml` runs it.
+
 ## Model
-The drive acts on `gain * u`, before its limits. A negative gain is a drive that is wired the wrong way round.
+The drive acts on `gain * u`, before its limits. This is the error of a motor's torque constant, too: a
+constant that is a tenth less than believed is `gain = 0.9`. A negative gain is a drive that is wired the
+wrong way round.
 
 ## Where it comes from
 A force constant from the data sheet, demagnetised or hot magnets, gear efficiency, a mis-set current scale.
 
 ## How it shows
-Every response to the command changes by one factor, at all frequencies and sizes, while forces that do not come from
-the command (weight, friction, contact) keep theirs. Free acceleration alone cannot tell it from `added-mass`; the
-static force in contact can. In contact alone it looks like `force-gain`, which free motion does not show.
+Every response to the command changes by one factor, at all frequencies and sizes, while forces that do not
+come from the command (weight, friction, contact) keep theirs. Free acceleration alone cannot tell it from
+`added-mass`; the static force in contact can. In contact alone it looks like `force-gain`, which free
+motion does not show.
+
+## How it is recognised
+Free acceleration and static contact force are both off by the same factor. One of them alone does not
+separate the drive from mass or sensor.
+
+## Numerical treatment
+The held command is multiplied, which is exact. Linear theory scales the loop gain.
 
 ## Source
-M. Gautier and S. Briot, Global identification of joint drive gains and dynamic parameters of robots, ASME Journal of
-Dynamic Systems, Measurement, and Control 136 (2014).
+M. Gautier and S. Briot, Global identification of joint drive gains and dynamic parameters of robots, ASME
+Journal of Dynamic Systems, Measurement, and Control 136 (2014).
 ",
     traits: &[Trait::PlainNumber],
     change: Change::plant::<DriveGain>(),

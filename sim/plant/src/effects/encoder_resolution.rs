@@ -17,6 +17,13 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: EncoderResolution::PARAMETERS,
     summary: "quantisation",
     documentation: "\
+## Example
+```toml
+[sensors.encoder.effects.encoder-resolution]
+resolution = \"50 um\"
+```
+`feeler run scenarios/effects/encoder-resolution.toml` runs it.
+
 ## Model
 The reading is rounded to the nearest multiple of `resolution`, after whatever rounding the sensor has.
 
@@ -24,14 +31,21 @@ The reading is rounded to the nearest multiple of `resolution`, after whatever r
 Encoder lines and their interpolation, integers in a counter, a coarse encoder before the gear.
 
 ## How it shows
-Positions take few values; velocities from their differences are spiky with steps of `resolution` over the sample
-time, and joint damping passes the spikes to the drive. A stiff virtual wall hums where friction is too small to
-swallow a step. `force-resolution` does the same in the force channel; `timing-jitter` also scatters differences, but
-in proportion to speed.
+Positions take few values; velocities from their differences are spiky with steps of `resolution` over the
+sample time, and joint damping passes the spikes to the drive. A stiff virtual wall hums where friction is
+too small to swallow a step. `force-resolution` does the same in the force channel; `timing-jitter` also
+scatters differences, but in proportion to speed.
+
+## How it is recognised
+List the values of the reading: they are multiples of one step. Slow motion shows the stairs.
+
+## Numerical treatment
+Each reading is rounded at its instant. Linear theory leaves rounding out; hum within one step is seen only
+in simulation.
 
 ## Source
-J. J. Abbott and A. M. Okamura, Effects of position quantization and sampling rate on virtual-wall passivity, IEEE
-Transactions on Robotics 21 (2005).
+J. J. Abbott and A. M. Okamura, Effects of position quantization and sampling rate on virtual-wall
+passivity, IEEE Transactions on Robotics 21 (2005).
 ",
     traits: &[Trait::Quantisation],
     change: Change::plant::<EncoderResolution>(),
@@ -39,11 +53,7 @@ Transactions on Robotics 21 (2005).
 
 impl ChangesPlant for EncoderResolution {
     fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
-        let Self { resolution } = self;
-        let sensor = machine.sensor_mut(host, &DEFINITION)?;
-        if resolution > 0.0 {
-            sensor.resolutions.push(resolution);
-        }
+        machine.sensor_mut(host, &DEFINITION)?.round_to(self.resolution);
         Ok(())
     }
 }

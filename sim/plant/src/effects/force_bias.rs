@@ -17,6 +17,13 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: ForceBias::PARAMETERS,
     summary: "offset",
     documentation: "\
+## Example
+```toml
+[sensors.force.effects.force-bias]
+bias = \"2 N\"
+```
+`feeler run scenarios/effects/force-bias.toml` runs it.
+
 ## Model
 The reading is `bias` more than it would be.
 
@@ -24,9 +31,15 @@ The reading is `bias` more than it would be.
 Drift with temperature, a sensor zeroed in another pose, the weight of the tool, a mounting that strains it.
 
 ## How it shows
-The reading is off by the same amount in free motion and in contact, and a threshold that detects contact trips early
-or late. In contact under force control `constant-load` shifts the command as much, but free of contact the reading
-stays at zero. `surface-offset` changes the force only while there is contact.
+The reading is off by the same amount in free motion and in contact, and a threshold that detects contact
+trips early or late. In contact under force control `constant-load` shifts the command as much, but free of
+contact the reading stays at zero. `surface-offset` changes the force only while there is contact.
+
+## How it is recognised
+Read the sensor in free motion: it is not zero. The offset is the same in contact.
+
+## Numerical treatment
+A constant is added to the reading. Linear theory does not depend on it.
 
 ## Source
 E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill (2004): zero drift.

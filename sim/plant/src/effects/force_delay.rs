@@ -19,6 +19,13 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: ForceDelay::PARAMETERS,
     summary: "the force reading is late",
     documentation: "\
+## Example
+```toml
+[sensors.force.effects.force-delay]
+delay = \"1.5 ms\"
+```
+`feeler run scenarios/effects/force-delay.toml` runs it.
+
 ## Model
 The sensor reads `F(t - delay)`.
 
@@ -26,12 +33,21 @@ The sensor reads `F(t - delay)`.
 Converters with a digital filter, field buses, a separate force-torque box that sends packets.
 
 ## How it shows
-Impacts are recorded late and otherwise unchanged; a force loop loses phase in proportion to frequency. Positions
-recorded beside it are on time, which parts it from `command-delay`. `force-lag` also lowers the peaks.
+Impacts are recorded late and otherwise unchanged; a force loop loses phase in proportion to frequency.
+Positions recorded beside it are on time, which parts it from `command-delay`. `force-lag` also lowers the
+peaks.
+
+## How it is recognised
+Compare force reading and motion in an impact: the record is late and otherwise unchanged. Positions on the
+same clock are on time.
+
+## Numerical treatment
+The sensor takes its signal at an instant of its own, so any delay is exact. Linear theory keeps the delay
+exact.
 
 ## Source
-K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall (1997): sampling of systems with a time
-delay.
+K. J. Åström and B. Wittenmark, Computer-Controlled Systems, Prentice Hall (1997): sampling of systems with
+a time delay.
 ",
     traits: &[Trait::Delay],
     change: Change::plant::<ForceDelay>(),

@@ -17,6 +17,13 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: ForceGain::PARAMETERS,
     summary: "calibration error",
     documentation: "\
+## Example
+```toml
+[sensors.force.effects.force-gain]
+gain = 0.8
+```
+`feeler run scenarios/effects/force-gain.toml` runs it.
+
 ## Model
 The reading is `gain` times what it would be; its offset stays.
 
@@ -24,12 +31,20 @@ The reading is `gain` times what it would be; its offset stays.
 Calibration with another amplifier or cable, cross-talk from other axes, a mis-set range.
 
 ## How it shows
-In contact every reading is off by one factor, and a force loop settles at the wrong true force. Contact frequencies
-stay, which parts it from `contact-stiffness` as long as anything but the reading is recorded. In static contact
-`drive-gain` has the same ratio of command to reading; free motion parts them.
+In contact every reading is off by one factor, and a force loop settles at the wrong true force. Contact
+frequencies stay, which parts it from `contact-stiffness` as long as anything but the reading is recorded.
+In static contact `drive-gain` has the same ratio of command to reading; free motion parts them.
+
+## How it is recognised
+Compare the reading with a known weight, or with the drive's static force. Every reading in contact is off
+by one factor; frequencies are right.
+
+## Numerical treatment
+The reading is multiplied, which is exact. Linear theory scales the loop gain.
 
 ## Source
-E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill (2004): static calibration and sensitivity.
+E. O. Doebelin, Measurement Systems: Application and Design, McGraw-Hill (2004): static calibration and
+sensitivity.
 ",
     traits: &[Trait::PlainNumber],
     change: Change::plant::<ForceGain>(),

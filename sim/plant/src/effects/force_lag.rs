@@ -20,17 +20,31 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: ForceLag::PARAMETERS,
     summary: "first-order low-pass in the force channel",
     documentation: "\
+## Example
+```toml
+[sensors.force.effects.force-lag]
+time_constant = \"2 ms\"
+```
+`feeler run scenarios/effects/force-lag.toml` runs it.
+
 ## Model
-The reading `y` follows the force `F` by `time_constant dy/dt + y = F`, in series with the filters the sensor has: a
-corner at `1 / (2 pi time_constant)`.
+The reading `y` follows the force `F` by `time_constant dy/dt + y = F`, in series with the filters the
+sensor has: a corner at `1 / (2 pi time_constant)`.
 
 ## Where it comes from
 Anti-aliasing filters, strain-gauge amplifiers, averaging in the sensor.
 
 ## How it shows
-Recorded impacts are lower, later and have a tail; a force loop loses phase and then gain. The motion itself shows
-nothing while the loop is open. Well below the corner `force-delay` of the same time looks the same. In a closed loop
-`actuator-lag` costs as much phase, but it shows in free motion.
+Recorded impacts are lower, later and have a tail; a force loop loses phase and then gain. The motion itself
+shows nothing while the loop is open. Well below the corner `force-delay` of the same time looks the same.
+In a closed loop `actuator-lag` costs as much phase, but it shows in free motion.
+
+## How it is recognised
+Compare force reading and motion in an impact: the recorded peak is lower and later, with a tail. Free
+motion shows nothing.
+
+## Numerical treatment
+The filter is one more state and exact. Linear theory has it as a pole in the loop.
 
 ## Source
 G. F. Franklin, J. D. Powell and M. L. Workman, Digital Control of Dynamic Systems, Addison-Wesley (1998):

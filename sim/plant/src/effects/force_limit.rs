@@ -19,17 +19,33 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: ForceLimit::PARAMETERS,
     summary: "the drive force is clipped",
     documentation: "\
+## Example
+```toml
+[actuators.drive.effects.force-limit]
+limit = \"25 N\"
+```
+`feeler run scenarios/effects/force-limit.toml` runs it.
+
 ## Model
-The drive acts on the command clipped to `[-limit, limit]`, after its gain and before any lag. Of several limits the
-smallest holds.
+The drive acts on the command clipped to `[-limit, limit]`, after its gain and before any lag. Of several
+limits the smallest holds.
 
 ## Where it comes from
 Amplifier current, motor temperature, a slipping clutch, a parameter in the drive that nobody remembers.
 
 ## How it shows
-Nothing below the limit; above it the force is flat, impacts and large steps fall short, and an integrating controller
-winds up and overshoots. `slew-limit` also shows in large and fast commands only, but it skews them and does not cap
-slow ones.
+Nothing below the limit; above it the force is flat, impacts and large steps fall short, and an integrating
+controller winds up and overshoots. `slew-limit` also shows in large and fast commands only, but it skews
+them and does not cap slow ones.
+
+## How it is recognised
+Plot the missing force against the command: it is zero up to the limit and a straight line beyond. Impacts
+and large steps show it, small signals do not.
+
+## Numerical treatment
+The held command is clipped, which is exact. For a velocity source the limit is a mode of the force, whose
+begin and end are events. Linear theory takes the limit as not reached; describing functions predict limit
+cycles at it.
 
 ## Source
 K. J. Åström and T. Hägglund, Advanced PID Control, ISA (2006): actuator limits and windup.

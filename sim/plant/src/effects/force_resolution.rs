@@ -17,6 +17,13 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: ForceResolution::PARAMETERS,
     summary: "quantisation",
     documentation: "\
+## Example
+```toml
+[sensors.force.effects.force-resolution]
+resolution = \"1 N\"
+```
+`feeler run scenarios/effects/force-resolution.toml` runs it.
+
 ## Model
 The reading is rounded to the nearest multiple of `resolution`, after whatever rounding the sensor has.
 
@@ -24,9 +31,16 @@ The reading is rounded to the nearest multiple of `resolution`, after whatever r
 Converters with few bits over a wide range, integers on a field bus.
 
 ## How it shows
-Readings take few values. Where the force crosses many steps per sample it is white noise of `resolution / sqrt(12)`;
-where it crosses few, an integrating loop hunts between two values, much as it does with `coulomb-friction`.
-`encoder-resolution` does the same to positions.
+Readings take few values. Where the force crosses many steps per sample it is white noise of
+`resolution / sqrt(12)`; where it crosses few, an integrating loop hunts between two values, much as it does
+with `coulomb-friction`. `encoder-resolution` does the same to positions.
+
+## How it is recognised
+List the values of the reading: they are multiples of one step. A slow change of force shows the stairs.
+
+## Numerical treatment
+Each reading is rounded at its instant. Linear theory leaves rounding out; a limit cycle within one step is
+seen only in simulation.
 
 ## Source
 B. Widrow and I. Kollár, Quantization Noise, Cambridge University Press (2008).
@@ -37,11 +51,7 @@ B. Widrow and I. Kollár, Quantization Noise, Cambridge University Press (2008).
 
 impl ChangesPlant for ForceResolution {
     fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
-        let Self { resolution } = self;
-        let sensor = machine.sensor_mut(host, &DEFINITION)?;
-        if resolution > 0.0 {
-            sensor.resolutions.push(resolution);
-        }
+        machine.sensor_mut(host, &DEFINITION)?.round_to(self.resolution);
         Ok(())
     }
 }

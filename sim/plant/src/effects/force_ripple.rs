@@ -12,6 +12,9 @@ parameters! { ForceRipple
     amplitude: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "largest ripple force"),
     pitch: log(Dimension::LENGTH, None, 0.03, (ABOVE_ZERO, 1e3), "distance after which the ripple repeats"),
     phase: linear(Dimension::NONE, None, 1.0, (-TAU, TAU), "phase of the ripple at position zero, rad"),
+    harmonic: linear(
+        Dimension::NONE, None, 1.0, (ABOVE_ZERO, 1e4), "times that the ripple repeats over the pitch"
+    ) or 1.0,
 }
 
 pub(super) static DEFINITION: Definition = Definition {
@@ -23,20 +26,41 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: ForceRipple::PARAMETERS,
     summary: "cogging: a force periodic in position",
     documentation: "\
+## Example
+```toml
+[actuators.drive.effects.force-ripple]
+amplitude = \"6 N\"
+pitch = \"2 mm\"
+phase = 1.0
+```
+`feeler run scenarios/effects/force-ripple.toml` runs it.
+
 ## Model
-The drive adds the force `amplitude sin(2 pi x / pitch + phase)`, `x` the position of the driven body relative to the
-one that carries the reaction. It acts whatever the command.
+The drive adds the force `amplitude sin(2 pi harmonic x / pitch + phase)`, `x` the position of the driven
+body relative to the one that carries the reaction. It acts whatever the command. Ripple of a geared motor
+is tied to the motor's angle. Give as `pitch` the travel of the axis per motor turn (a turn over the gear
+ratio). Give as `harmonic` how often it repeats per motor turn, such as the number of slots or twice the
+pole pairs. Linear theory takes the slope at the operating point; runs integrate the sine to rounding.
 
 ## Where it comes from
 Permanent magnets that pull at teeth and at the ends of an iron core, gears, ball screws.
 
 ## How it shows
-The missing force repeats with position, not with time: its frequency rises with speed. Over a stroke much shorter
-than the pitch it is a constant and a slope: `constant-load` then looks the same. A slow axis rests in its valleys
-much as under `coulomb-friction`, but it returns its energy.
+The missing force repeats with position, not with time: its frequency rises with speed. Over a stroke much
+shorter than the pitch it is a constant and a slope: `constant-load` then looks the same. A slow axis rests
+in its valleys much as under `coulomb-friction`, but it returns its energy.
+
+## How it is recognised
+Plot the missing force against position: it is a wave. Slow strokes over several pitches show it best, at
+any speed.
+
+## Numerical treatment
+The force is a sine of the position, so an extrapolation method integrates the mode to rounding. Linear
+theory leaves it out and says so.
 
 ## Source
-J. F. Gieras, Z. J. Piech and B. Z. Tomczuk, Linear Synchronous Motors, CRC Press (2011): cogging and force ripple.
+J. F. Gieras, Z. J. Piech and B. Z. Tomczuk, Linear Synchronous Motors, CRC Press (2011): cogging and force
+ripple.
 ",
     traits: &[Trait::DriveFlaw],
     change: Change::plant::<ForceRipple>(),
@@ -44,10 +68,10 @@ J. F. Gieras, Z. J. Piech and B. Z. Tomczuk, Linear Synchronous Motors, CRC Pres
 
 impl ChangesPlant for ForceRipple {
     fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
-        let Self { amplitude, pitch, phase } = self;
+        let Self { amplitude, pitch, phase, harmonic } = self;
         let drive = machine.drive_mut(host, &DEFINITION)?;
         if amplitude > 0.0 {
-            drive.ripples.push(Ripple { amplitude, pitch, phase });
+            drive.ripples.push(Ripple { amplitude, pitch: pitch / harmonic, phase });
         }
         Ok(())
     }

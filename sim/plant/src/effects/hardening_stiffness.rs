@@ -17,22 +17,38 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: HardeningStiffness::PARAMETERS,
     summary: "the force grows faster than the deflection",
     documentation: "\
+## Example
+```toml
+[contacts.tool.effects.hardening-stiffness]
+cubic = \"1e13 N/m^3\"
+```
+`feeler run scenarios/effects/hardening-stiffness.toml` runs it.
+
 ## Model
-The elastic force of the spring or contact is `k d + cubic d^3`, `d` its elongation or compression (beyond its free
-play, where it has some).
+The elastic force of the spring or contact is `k d + cubic d^3`, `d` its elongation or compression (beyond
+its free play, where it has some).
 
 ## Where it comes from
 Harmonic drives, rolling elements, rubber, fixtures that seat themselves under load.
 
 ## How it shows
-Modes rise with amplitude and with preload, and the peak of a resonance leans towards high frequency. At one amplitude
-and preload a harder spring looks the same: `contact-stiffness` for a contact, `transmission-flexibility` for a
-transmission. `hertz-contact` also hardens, most of all at small force, where this effect is linear.
+Modes rise with amplitude and with preload, and the peak of a resonance leans towards high frequency. At one
+amplitude and preload a harder spring looks the same: `contact-stiffness` for a contact,
+`transmission-flexibility` for a transmission. `hertz-contact` also hardens, most of all at small force,
+where this effect is linear.
+
+## How it is recognised
+Repeat a sweep at two amplitudes or preloads: the mode rises with both. One level alone looks like another
+stiffness.
+
+## Numerical treatment
+The cubic force has no exponential, so an extrapolation method integrates the modes in which it acts to
+rounding. Linear theory takes the slope at the operating force.
 
 ## Source
-A. H. Nayfeh and D. T. Mook, Nonlinear Oscillations, Wiley (1979): the Duffing oscillator. For harmonic drives, T. D.
-Tuttle and W. P. Seering, A nonlinear model of a harmonic drive gear transmission, IEEE Transactions on Robotics and
-Automation 12 (1996).
+A. H. Nayfeh and D. T. Mook, Nonlinear Oscillations, Wiley (1979): the Duffing oscillator. For harmonic
+drives, T. D. Tuttle and W. P. Seering, A nonlinear model of a harmonic drive gear transmission, IEEE
+Transactions on Robotics and Automation 12 (1996).
 ",
     traits: &[Trait::Compliance],
     change: Change::plant::<HardeningStiffness>(),

@@ -22,17 +22,35 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: HertzContact::PARAMETERS,
     summary: "the force grows with a power of the compression",
     documentation: "\
+## Example
+```toml
+[contacts.tool.effects.hertz-contact]
+exponent = 1.5
+stiffness = \"20 MN/m^1.5\"
+```
+`feeler run scenarios/effects/hertz-contact.toml` runs it.
+
 ## Model
-The elastic force is `stiffness d^exponent`, `d` the compression, in place of the believed one. On a linear contact it
-vanishes at `exponent = 1` and the stiffness which the contact has.
+The elastic force is `stiffness d^exponent`, `d` the compression, in place of the believed one. On a linear
+contact it vanishes at `exponent = 1` and the stiffness which the contact has.
 
 ## Where it comes from
-Curved surfaces: the area of contact grows as they are pressed together. Rough surfaces follow similar powers.
+Curved surfaces: the area of contact grows as they are pressed together. Rough surfaces follow similar
+powers.
 
 ## How it shows
-The stiffness grows with force as `F^((n - 1) / n)`, `n` the exponent: a force loop that is stable at a light touch
-turns unstable when pressing, and touch-down is soft. About one force level `contact-stiffness` looks the same; two
-levels part them. `hardening-stiffness` is nearly linear at small force, where this effect changes most.
+The stiffness grows with force as `F^((n - 1) / n)`, `n` the exponent: a force loop that is stable at a
+light touch turns unstable when pressing, and touch-down is soft. About one force level `contact-stiffness`
+looks the same; two levels part them. `hardening-stiffness` is nearly linear at small force, where this
+effect changes most.
+
+## How it is recognised
+Press at two forces: the contact mode is higher at the larger force. A force loop may be stable at a light
+touch and unstable when pressing.
+
+## Numerical treatment
+The power law has no exponential, so an extrapolation method integrates modes in contact to rounding; flight
+stays exact. Linear theory takes the stiffness at the operating force.
 
 ## Source
 K. L. Johnson, Contact Mechanics, Cambridge University Press (1985), chapter 4.

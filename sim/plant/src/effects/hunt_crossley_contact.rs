@@ -17,22 +17,39 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: HuntCrossleyContact::PARAMETERS,
     summary: "damping grows with compression",
     documentation: "\
+## Example
+```toml
+[contacts.tool.effects.hunt-crossley-contact]
+alpha = \"6 s/m\"
+```
+`feeler run scenarios/effects/hunt-crossley-contact.toml` runs it.
+
 ## Model
-The force is `k d^n (1 + alpha dd/dt) + c dd/dt`, `d` the compression: the law of the contact with `alpha` more, so
-that the loss sets in with the force and not at the first touch. The linear damping `c` that the contact has stays.
+The force is `k d^n (1 + alpha dd/dt) + c dd/dt`, `d` the compression: the law of the contact with `alpha`
+more, so that the loss sets in with the force and not at the first touch. The linear damping `c` that the
+contact has stays.
 
 ## Where it comes from
-Most solid contacts: material loss happens in the volume that is deformed, which grows as the bodies approach.
+Most solid contacts: material loss happens in the volume that is deformed, which grows as the bodies
+approach.
 
 ## How it shows
-The restitution falls with impact speed, by about `2 alpha v / 3` for small `alpha v`, and the force rises from zero
-without the step that linear damping makes at touch-down. About one contact force and for small motion it is
-`contact-damping` of `alpha k d^n`; another force level parts them. The rise of force with speed resembles
-`hertz-contact` and `hardening-stiffness`, which lose nothing.
+The restitution falls with impact speed, by about `2 alpha v / 3` for small `alpha v`, and the force rises
+from zero without the step that linear damping makes at touch-down. About one contact force and for small
+motion it is `contact-damping` of `alpha k d^n`; another force level parts them. The rise of force with
+speed resembles `hertz-contact` and `hardening-stiffness`, which lose nothing.
+
+## How it is recognised
+Drop the tool at several speeds: the restitution falls with speed, and the force rises from zero without a
+step.
+
+## Numerical treatment
+The law is nonlinear, so an extrapolation method integrates modes in contact to rounding; flight stays
+exact. Linear theory takes stiffness and damping at the operating force.
 
 ## Source
-K. H. Hunt and F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact, ASME Journal of
-Applied Mechanics 42 (1975).
+K. H. Hunt and F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact, ASME
+Journal of Applied Mechanics 42 (1975).
 ",
     traits: &[Trait::Dissipative, Trait::SurfacesPart],
     change: Change::plant::<HuntCrossleyContact>(),

@@ -17,22 +17,38 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: LoadFriction::PARAMETERS,
     summary: "the Coulomb level grows with the contact force",
     documentation: "\
+## Example
+```toml
+[springs.guide.effects.load-friction]
+ratio = 0.15
+```
+`feeler run scenarios/effects/load-friction.toml` runs it.
+
 ## Model
-The level of dry friction, sliding and at rest, is `ratio |F|` above what it is without contact, `F` the sum of the
-contact forces.
+The level of dry friction, sliding and at rest, is `ratio |F|` above what it is without contact, `F` the sum
+of the contact forces.
 
 ## Where it comes from
 Screws, gears and plain guides that carry the process force, guides that are tilted by it.
 
 ## How it shows
-Free motion is as predicted. In contact, the command for a force on the way up and on the way down differs by twice
-the ratio: a hysteresis in proportion to the force. At one contact force `coulomb-friction` does the same, but it also
-acts in free motion. `contact-damping` also opens a loop between force and compression, one that closes at slow
-motion.
+Free motion is as predicted. In contact, the command for a force on the way up and on the way down differs
+by twice the ratio: a hysteresis in proportion to the force. At one contact force `coulomb-friction` does
+the same, but it also acts in free motion. `contact-damping` also opens a loop between force and
+compression, one that closes at slow motion.
+
+## How it is recognised
+Push up and down in contact at several forces: the width of the hysteresis grows with the force. Free motion
+shows nothing.
+
+## Numerical treatment
+Stick and slip are events, as for dry friction without load. Where the friction follows the force of a
+clamped contact, an extrapolation method integrates the mode to rounding. Linear theory takes friction as
+sliding one way.
 
 ## Source
-A. C. Bittencourt and S. Gunnarsson, Static friction in a robot joint: modeling and identification of load and
-temperature effects, ASME Journal of Dynamic Systems, Measurement, and Control 134 (2012).
+A. C. Bittencourt and S. Gunnarsson, Static friction in a robot joint: modeling and identification of load
+and temperature effects, ASME Journal of Dynamic Systems, Measurement, and Control 134 (2012).
 ",
     traits: &[Trait::Dissipative, Trait::DryFriction],
     change: Change::plant::<LoadFriction>(),

@@ -19,17 +19,32 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: SlewLimit::PARAMETERS,
     summary: "the drive force cannot change faster",
     documentation: "\
+## Example
+```toml
+[actuators.drive.effects.slew-limit]
+rate = \"1 kN/s\"
+```
+`feeler run scenarios/effects/slew-limit.toml` runs it.
+
 ## Model
-What the drive acts on follows the command with `|df/dt| <= rate`, after gain and limit and before any lag. Of several
-limits the smallest holds. On a velocity source it is the commanded speed that is held back.
+What the drive acts on follows the command with `|df/dt| <= rate`, after gain and limit and before any lag.
+Of several limits the smallest holds. On a velocity source it is the commanded speed that is held back.
 
 ## Where it comes from
 Ramps in the set point, a supply voltage that limits how fast current rises in a winding, valves.
 
 ## How it shows
-Steps become ramps, and sines triangles once amplitude times angular frequency exceeds the rate; from there the phase
-lag grows with amplitude, which can start an oscillation that small tests never show. At one amplitude `actuator-lag`
-looks the same; two amplitudes part them.
+Steps become ramps, and sines triangles once amplitude times angular frequency exceeds the rate; from there
+the phase lag grows with amplitude, which can start an oscillation that small tests never show. At one
+amplitude `actuator-lag` looks the same; two amplitudes part them.
+
+## How it is recognised
+Large and fast commands turn into ramps of one slope, small ones do not. Two amplitudes at the same
+frequency show it.
+
+## Numerical treatment
+A limited command is a ramp, which is a mode. Its end is an event, located to rounding. Linear theory takes
+the limit as not reached.
 
 ## Source
 P. Hippe, Windup in Control: Its Effects and Their Prevention, Springer (2006): rate constraints.

@@ -25,22 +25,39 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: StribeckFriction::PARAMETERS,
     summary: "dry friction whose level falls from static to Coulomb with speed",
     documentation: "\
+## Example
+```toml
+[springs.guide.effects.stribeck-friction]
+coulomb = \"4 N\"
+static = \"7 N\"
+velocity = \"5 mm/s\"
+```
+`feeler run scenarios/effects/stribeck-friction.toml` runs it.
+
 ## Model
-Sliding at speed `v`, the guide resists with `(coulomb + (static - coulomb) exp(-(v / velocity)^2)) sign(v)`; at rest
-it takes any value up to `static`.
+Sliding at speed `v`, the guide resists with
+`(coulomb + (static - coulomb) exp(-(v / velocity)^2)) sign(v)`; at rest it takes any value up to `static`.
 
 ## Where it comes from
 Lubricated guides and gears: at low speed the film is too thin to keep the surfaces apart.
 
 ## How it shows
-The breakaway force exceeds the force needed to keep moving, so slow motion is a sequence of sticks and jumps, and a
-force loop with an integrator hunts with a sharper rhythm. Above a few times `velocity` it is `coulomb-friction`, and
-only slow motion or reversals part them. A falling level looks like negative `viscous-friction` over a narrow range of
-speeds.
+The breakaway force exceeds the force needed to keep moving, so slow motion is a sequence of sticks and
+jumps, and a force loop with an integrator hunts with a sharper rhythm. Above a few times `velocity` it is
+`coulomb-friction`, and only slow motion or reversals part them. A falling level looks like negative
+`viscous-friction` over a narrow range of speeds.
+
+## How it is recognised
+Plot the missing force against velocity: it falls from the breakaway level to a plateau. Steady motion at
+several slow speeds shows the fall.
+
+## Numerical treatment
+Sticking is exact. While the guide slides, an extrapolation method integrates the falling law to rounding.
+Stick and slip are events. Linear theory takes friction as sliding one way.
 
 ## Source
-B. Armstrong-Hélouvry, P. Dupont and C. Canudas de Wit, A survey of models, analysis tools and compensation methods
-for the control of machines with friction, Automatica 30 (1994).
+B. Armstrong-Hélouvry, P. Dupont and C. Canudas de Wit, A survey of models, analysis tools and compensation
+methods for the control of machines with friction, Automatica 30 (1994).
 ",
     traits: &[Trait::Dissipative, Trait::DryFriction],
     change: Change::plant::<StribeckFriction>(),

@@ -17,21 +17,36 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: SurfaceOffset::PARAMETERS,
     summary: "the wall is not where it was believed",
     documentation: "\
+## Example
+```toml
+[contacts.tool.effects.surface-offset]
+offset = \"0.5 mm\"
+```
+`feeler run scenarios/effects/surface-offset.toml` runs it.
+
 ## Model
-The gap to close before the bodies touch is `offset` larger than believed. A clamped contact is attached where the
-bodies stand, so it does not notice.
+The gap to close before the bodies touch is `offset` larger than believed. A clamped contact is attached
+where the bodies stand, so it does not notice.
 
 ## Where it comes from
 Part tolerances, fixtures set up anew, thermal growth, an axis that was homed elsewhere.
 
 ## How it shows
-Touch-down comes late (or early) by `offset` over the approach speed, and everything after it is as predicted but
-shifted. With a single approach speed `command-delay` shifts it as much, but it also delays free motion. Under
-position control it is a force error of `k offset`, as `force-bias` makes without changing any position.
+Touch-down comes late (or early) by `offset` over the approach speed, and everything after it is as
+predicted but shifted. With a single approach speed `command-delay` shifts it as much, but it also delays
+free motion. Under position control it is a force error of `k offset`, as `force-bias` makes without
+changing any position.
+
+## How it is recognised
+The touch-down is early or late by one distance at every approach speed. A delay would shift it by one time.
+
+## Numerical treatment
+The gap of the contact changes; the touch is an event at its true instant. Linear theory does not depend on
+it.
 
 ## Source
-B. Siciliano and L. Villani, Robot Force Control, Kluwer (1999): compliance to an environment whose position is
-uncertain.
+B. Siciliano and L. Villani, Robot Force Control, Kluwer (1999): compliance to an environment whose position
+is uncertain.
 ",
     traits: &[],
     change: Change::plant::<SurfaceOffset>(),

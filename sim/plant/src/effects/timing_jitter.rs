@@ -16,20 +16,35 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: TimingJitter::PARAMETERS,
     summary: "controller samples are taken off the grid",
     documentation: "\
+## Example
+```toml
+[controllers.force.effects.timing-jitter]
+sigma = \"0.1 ms\"
+```
+`feeler run scenarios/effects/timing-jitter.toml` runs it.
+
 ## Model
-Sample `i` of the controller is taken at `i period + w_i`, `w_i` random with standard deviation `sigma`, while the
-controller computes as if the grid were exact.
+Sample `i` of the controller is taken at `i period + w_i`, `w_i` random with standard deviation `sigma`,
+while the controller computes as if the grid were exact.
 
 ## Where it comes from
 Operating systems that are not real-time, shared buses, interrupts.
 
 ## How it shows
-Differences of positions scatter in proportion to speed, so noise grows in fast motion and vanishes at rest; the mean
-delay stays, which parts it from `command-delay`. `encoder-resolution` scatters differences as well, at any speed.
+Differences of positions scatter in proportion to speed, so noise grows in fast motion and vanishes at rest;
+the mean delay stays, which parts it from `command-delay`. `encoder-resolution` scatters differences as
+well, at any speed.
+
+## How it is recognised
+Plot the scatter of position differences against speed: it grows in proportion and vanishes at rest.
+
+## Numerical treatment
+Each sample has its own instant, drawn from the run's seed, and is met exactly. Linear theory assumes an
+even grid and says so.
 
 ## Source
-B. Wittenmark, J. Nilsson and M. Törngren, Timing problems in real-time control systems, American Control Conference
-(1995).
+B. Wittenmark, J. Nilsson and M. Törngren, Timing problems in real-time control systems, American Control
+Conference (1995).
 ",
     traits: &[],
     change: Change::SampleJitter(|values| TimingJitter::of(values).sigma),

@@ -17,22 +17,37 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: ToolInertia::PARAMETERS,
     summary: "the mass beyond the sensor adds mass times tip acceleration to the reading",
     documentation: "\
+## Example
+```toml
+[sensors.force.effects.tool-inertia]
+mass = \"1.5 kg\"
+```
+`feeler run scenarios/effects/tool-inertia.toml` runs it.
+
 ## Model
-The reading is `F + mass x''`, `x''` the acceleration of the tip: the first body of the contact that the sensor reads,
-or the second of a spring. The motion of the machine stays as it was: the mass is part of the tip's.
+The reading is `F + mass x''`, `x''` the acceleration of the tip: the first body of the contact that the
+sensor reads, or the second of a spring. The motion of the machine stays as it was: the mass is part of the
+tip's.
 
 ## Where it comes from
 Grippers, tools and adapter plates between a wrist sensor and the part.
 
 ## How it shows
-Free motion gives readings in proportion to acceleration, with no contact at all; in contact a zero or a lead appears
-near the contact mode, and impacts begin with a spike of the wrong size. `added-mass` changes the motion and not the
-reading. While the machine rings at one frequency, acceleration and force are proportional, and `force-gain` looks the
-same.
+Free motion gives readings in proportion to acceleration, with no contact at all; in contact a zero or a
+lead appears near the contact mode, and impacts begin with a spike of the wrong size. `added-mass` changes
+the motion and not the reading. While the machine rings at one frequency, acceleration and force are
+proportional, and `force-gain` looks the same.
+
+## How it is recognised
+Shake the tool in free motion: the reading follows the acceleration, in proportion.
+
+## Numerical treatment
+The reading contains the acceleration of the same equations that move the machine, so it is exact. Linear
+theory has a direct term from acceleration to reading.
 
 ## Source
-D. Kubus, T. Kröger and F. M. Wahl, On-line estimation of inertial parameters using a recursive total least-squares
-approach, IEEE/RSJ International Conference on Intelligent Robots and Systems (2008).
+D. Kubus, T. Kröger and F. M. Wahl, On-line estimation of inertial parameters using a recursive total
+least-squares approach, IEEE/RSJ International Conference on Intelligent Robots and Systems (2008).
 ",
     traits: &[],
     change: Change::plant::<ToolInertia>(),

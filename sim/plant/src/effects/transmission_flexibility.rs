@@ -21,26 +21,43 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: TransmissionFlexibility::PARAMETERS,
     summary: "splits one body into two, with a spring between",
     documentation: "\
+## Example
+```toml
+[springs.transmission.effects.transmission-flexibility]
+stiffness = \"300 kN/m\"
+damping = \"60 N s/m\"
+tip_mass = \"4 kg\"
+```
+`feeler run scenarios/effects/transmission-flexibility.toml` runs it.
+
 ## Model
-Two bodies with the force `stiffness e + damping de/dt` between them, `e` their elongation. Under a spring (rigid or
-not) the second body weighs `tip_mass` and the first the rest of what the two weighed together. Under a body, the body
-is split: its contacts move to a new one of `tip_mass`, and guides, drives and sensors of motion stay. The ideal
-machine is the limit of great stiffness.
+Two bodies with the force `stiffness e + damping de/dt` between them, `e` their elongation. Under a spring
+(rigid or not) the second body weighs `tip_mass` and the first the rest of what the two weighed together.
+Under a body, the body is split: its contacts move to a new one of `tip_mass`, and guides, drives and
+sensors of motion stay. The ideal machine is the limit of great stiffness.
 
 ## Where it comes from
 Belts, gears, screws, harmonic drives, couplings, bending links, the mount of a tool.
 
 ## How it shows
-Between motor and tip a mode appears that the motor moves and the contact force hears from the other side: a sharp
-drop of 180 degrees in phase, after which force feedback destabilises it (the noncolocated mode). Seen from the motor
-alone the mode is a zero pair before a pole pair and the phase returns; `workpiece-dynamics` and `base-flexibility`
-look like that from the contact force too. Far below the mode it is a smaller contact stiffness: `contact-stiffness`
-looks the same there.
+Between motor and tip a mode appears that the motor moves and the contact force sees from the other side. It
+is a sharp drop of 180 degrees in phase, after which force feedback destabilises it (the noncolocated mode).
+Seen from the motor alone the mode is a zero pair before a pole pair and the phase returns;
+`workpiece-dynamics` and `base-flexibility` look like that from the contact force too. Far below the mode it
+is a smaller contact stiffness: `contact-stiffness` looks the same there.
+
+## How it is recognised
+Compare the motion of motor and tip over a wide band: they part at the mode, with a drop of 180 degrees in
+phase. Below it, only the static stiffness shows.
+
+## Numerical treatment
+The machine gets one more body and one more spring, both linear and exact. Linear theory has one more pair
+of poles.
 
 ## Source
-S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on Robotics and
-Automation 8 (1992): transmission dynamics. Also M. W. Spong, Modeling and control of elastic joint robots, ASME
-Journal of Dynamic Systems, Measurement, and Control 109 (1987).
+S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on
+Robotics and Automation 8 (1992): transmission dynamics. Also M. W. Spong, Modeling and control of elastic
+joint robots, ASME Journal of Dynamic Systems, Measurement, and Control 109 (1987).
 ",
     traits: &[Trait::Compliance],
     change: Change::plant::<TransmissionFlexibility>(),

@@ -17,6 +17,13 @@ pub(super) static DEFINITION: Definition = Definition {
     parameters: ViscousFriction::PARAMETERS,
     summary: "added to the guide's damping",
     documentation: "\
+## Example
+```toml
+[springs.guide.effects.viscous-friction]
+damping = \"300 N s/m\"
+```
+`feeler run scenarios/effects/viscous-friction.toml` runs it.
+
 ## Model
 The guide resists with `damping v` on top of the damping it has.
 
@@ -24,9 +31,17 @@ The guide resists with `damping v` on top of the damping it has.
 Grease and oil, eddy currents, back-EMF of a motor that is not modelled, air in a bellows.
 
 ## How it shows
-The missing force is proportional to velocity: free motion reaches less speed for the same force, and modes that
-stretch the guide are better damped. At one speed `coulomb-friction` takes as much; over a range of speeds a line and
-a step part. In contact little moves in the guide, and `contact-damping` is what damps the oscillation there.
+The missing force is proportional to velocity: free motion reaches less speed for the same force, and modes
+that stretch the guide are better damped. At one speed `coulomb-friction` takes as much; over a range of
+speeds a line and a step part. In contact little moves in the guide, and `contact-damping` is what damps the
+oscillation there.
+
+## How it is recognised
+Plot the missing force against velocity: it is a straight line through zero. Motion at several speeds shows
+the slope.
+
+## Numerical treatment
+It adds to the damping of the guide and is exact, in simulation and in linear theory.
 
 ## Source
 B. Armstrong-Hélouvry, Control of Machines with Friction, Kluwer (1991).

@@ -17,28 +17,46 @@ pub(super) static DEFINITION: Definition = Definition {
     name: "workpiece-dynamics",
     place: Place::Workpiece,
     hosts: &[HostKind::RigidSpring, HostKind::Contact],
-    site: "a rigid spring must be the fixture that holds the body which a contact names second; that body becomes the workpiece",
+    site: "a rigid spring must be the fixture that holds the body which a contact names second; that body \
+           becomes the workpiece",
     parameters: WorkpieceDynamics::PARAMETERS,
     summary: "the workpiece yields",
     documentation: "\
+## Example
+```toml
+[contacts.tool.effects.workpiece-dynamics]
+mass = \"3 kg\"
+stiffness = \"500 kN/m\"
+damping = \"150 N s/m\"
+```
+`feeler run scenarios/effects/workpiece-dynamics.toml` runs it.
+
 ## Model
-`mass x_w'' = F - stiffness e - damping de/dt`, `F` the contact force and `e` the elongation of the fixture. Under a
-rigid fixture (a spring), the workpiece is the end that a contact names second (or else the second end that is not
-ground): it gets `mass`, and the fixture yields. Under a contact, a workpiece is put between the contact and what it
-touched.
+`mass x_w'' = F - stiffness e - damping de/dt`, `F` the contact force and `e` the elongation of the fixture.
+Under a rigid fixture (a spring), the workpiece is the end that a contact names second (or else the second
+end that is not ground): it gets `mass`, and the fixture yields. Under a contact, a workpiece is put between
+the contact and what it touched.
 
 ## Where it comes from
 Thin sheets, long parts, clamps, jigs, a hand that holds the part.
 
 ## How it shows
-In contact a zero pair at `sqrt(stiffness / mass)` stands beside a pole pair: between the two the phase swings by up
-to 180 degrees and then returns, so that an adequate rigid-body phase margin survives. Free motion is as predicted,
-which parts it from `base-flexibility`. Far below the mode only the series stiffness counts, so `contact-stiffness`
-looks the same there.
+In contact a zero pair at `sqrt(stiffness / mass)` stands beside a pole pair: between the two the phase
+swings by up to 180 degrees and then returns, so that an adequate rigid-body phase margin survives. Free
+motion is as predicted, which parts it from `base-flexibility`. Far below the mode only the series stiffness
+counts, so `contact-stiffness` looks the same there.
+
+## How it is recognised
+A dip of the phase appears in contact and vanishes in free motion. The response must reach the frequency of
+the workpiece; below it, only a softer contact shows.
+
+## Numerical treatment
+The workpiece is one more body; everything stays linear and exact. Linear theory has a pair of poles beside
+a pair of zeros.
 
 ## Source
-S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on Robotics and
-Automation 8 (1992): workpiece dynamics.
+S. D. Eppinger and W. P. Seering, Three dynamic problems in robot force control, IEEE Transactions on
+Robotics and Automation 8 (1992): workpiece dynamics.
 ",
     traits: &[Trait::Compliance],
     change: Change::plant::<WorkpieceDynamics>(),

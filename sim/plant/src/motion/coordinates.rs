@@ -12,6 +12,8 @@ pub struct Coordinates {
     leads: Vec<NodeId>,
     /// Mass of each coordinate, kg.
     masses: Vec<f64>,
+    /// The drive that imposes the motion of each coordinate, if one does.
+    imposed: Vec<Option<usize>>,
 }
 
 impl Coordinates {
@@ -77,7 +79,18 @@ impl Coordinates {
                 ));
             }
         }
-        if problems.is_empty() { Ok(Self { of_node, leads, masses }) } else { Err(problems) }
+        let mut imposed = vec![None; leads.len()];
+        for (i, drive) in assembly.drives.iter().enumerate().filter(|(_, drive)| drive.imposed.is_some()) {
+            let body = &assembly.nodes[drive.on].name;
+            let message = match of_node[drive.on].map(|g: usize| imposed[g].replace(i)) {
+                Some(None) => continue,
+                Some(Some(_)) => format!("the motion of `{body}` is imposed twice"),
+                None => format!("`{body}` is fixed, so that no motion can be imposed on it"),
+            };
+            let key = format!("actuators.{}.on", drive.name);
+            problems.push(Problem::new(key, message, "name a body that moves by itself"));
+        }
+        if problems.is_empty() { Ok(Self { of_node, leads, masses, imposed }) } else { Err(problems) }
     }
 
     /// How many coordinates there are.
@@ -93,6 +106,16 @@ impl Coordinates {
     /// The node whose position the coordinate is.
     pub fn lead(&self, coordinate: usize) -> NodeId {
         self.leads[coordinate]
+    }
+
+    /// The drive that imposes the motion of a coordinate.
+    pub fn imposing(&self, coordinate: usize) -> Option<usize> {
+        self.imposed[coordinate]
+    }
+
+    /// Whether the motion of a coordinate is imposed.
+    pub fn is_imposed(&self, coordinate: usize) -> bool {
+        self.imposed[coordinate].is_some()
     }
 
     /// Mass that moves with a coordinate.

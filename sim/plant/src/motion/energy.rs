@@ -1,6 +1,6 @@
 //! Where energy is stored, and where it comes and goes.
 
-use super::{ContactState, Equations, Motion, Row, StopSide, dot};
+use super::{ContactState, Equations, Motion, Row, dot};
 
 /// What a meter counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -11,11 +11,11 @@ pub enum MeterKind {
     LoadWork,
     /// Work done on the machine by the surface of a contact whose gap moves.
     FeedWork,
-    /// Energy that the damping of a link takes out.
+    /// Energy that the damping of a link dissipates.
     LinkDamping,
-    /// Energy that the dry friction of a link takes out.
+    /// Energy that the dry friction of a link dissipates.
     Friction,
-    /// Energy that a contact takes out: damping, and what is stored in it when it opens while still
+    /// Energy that a contact dissipates: damping, and what is stored in it when it opens while still
     /// compressed.
     ContactDamping,
 }
@@ -45,8 +45,10 @@ pub struct Meter {
 pub enum StorageKind {
     /// Kinetic energy of a coordinate.
     Kinetic,
-    /// Elastic energy of a link.
+    /// Elastic energy of a link and its bristles.
     Link,
+    /// Potential energy of a weight, above its lowest position.
+    Weight,
     /// Elastic energy of a contact.
     Contact,
 }
@@ -56,7 +58,7 @@ pub enum StorageKind {
 pub struct Storage {
     /// Where.
     pub kind: StorageKind,
-    /// Index of the coordinate, link or contact.
+    /// Index of the coordinate, link, weight or contact.
     pub element: usize,
     /// How much.
     pub joule: f64,
@@ -106,6 +108,10 @@ impl Motion {
                 speed: speed.clone(),
             });
             meters.push(Meter { kind: MeterKind::Friction, element, force: negative(friction), speed });
+            // Bristles store a part of the work against them.
+            if let Some([force, speed]) = equations.bristles[element].clone() {
+                meters.push(Meter { kind: MeterKind::Friction, element, force, speed });
+            }
         }
         for (element, force) in equations.contact_force.iter().enumerate() {
             let mut surface_speed = self.layout.zero();
@@ -145,14 +151,20 @@ impl Motion {
             let e = dot(&equations.elongation[element][0], xi);
             let spring = |d: f64| 0.5 * link.stiffness * d * d + 0.25 * link.cubic * d.powi(4);
             let closed = |side| self.stop_state(equations.mode, element, side) == ContactState::Pushing;
-            let joule = if link.play > 0.0 {
-                let upper = if closed(StopSide::Upper) { spring(e - 0.5 * link.play) } else { 0.0 };
-                let lower = if closed(StopSide::Lower) { spring(-e - 0.5 * link.play) } else { 0.0 };
-                upper + lower
-            } else {
+            let mut sides = link.stops().peekable();
+            let elastic = if sides.peek().is_none() {
                 spring(e)
+            } else {
+                sides.filter(|(side, _)| closed(*side)).map(|(_, at)| spring(e - at)).sum()
             };
-            storage.push(Storage { kind: StorageKind::Link, element, joule });
+            let bristles = link.bristle.zip(self.layout.bristle(element));
+            let bent = bristles.map_or(0.0, |(bristle, state)| 0.5 * bristle.stiffness * xi[state].powi(2));
+            storage.push(Storage { kind: StorageKind::Link, element, joule: elastic + bent });
+        }
+        for (element, weight) in self.assembly.weights.iter().enumerate() {
+            let [x, _] = self.relative(weight.on, weight.reacts_on);
+            let joule = weight.pull.potential(dot(&x, xi));
+            storage.push(Storage { kind: StorageKind::Weight, element, joule });
         }
         for (element, contact) in self.assembly.contacts.iter().enumerate() {
             let closed = self.contact_state(equations.mode, element) == ContactState::Pushing;

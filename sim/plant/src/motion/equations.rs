@@ -31,8 +31,10 @@ pub struct Equations {
     pub link_force: Vec<Row>,
     /// Elastic part of it.
     pub link_spring_force: Vec<Row>,
-    /// Friction force on the second body, per link.
+    /// Friction force on the second body, dry and of bristles, per link.
     pub link_friction: Vec<Row>,
+    /// Elastic force of bristles on the second body and the rate at which they bend, per link that has any.
+    pub bristles: Vec<Option<[Row; 2]>>,
     /// Elongation and its rate, per link.
     pub elongation: Vec<[Row; 2]>,
     /// Force on the pushed body, per drive.
@@ -71,8 +73,10 @@ impl Motion {
         }
         let mut acceleration = self.accelerations(&forces, &friction);
         self.stick(&stuck, &mut acceleration, &mut friction);
+        self.imposing_forces(&mut forces, &friction, &acceleration);
         let derivative = self.derivatives(mode, &forces, acceleration);
         let guards = self.guards(mode, &forces, &friction, &load);
+        let bristles = self.bristles(&forces, &mut friction);
         let link_force = forces
             .link
             .iter()
@@ -87,6 +91,7 @@ impl Motion {
             joined: joined(
                 &stuck.iter().map(|(_, pair)| *pair).collect::<Vec<_>>(),
                 self.coordinates.count(),
+                |g| self.coordinates.is_imposed(g),
             ),
             compression: forces.compression,
             contact_force: forces.contact,
@@ -94,10 +99,23 @@ impl Motion {
             link_force,
             link_spring_force: forces.link_spring,
             link_friction: friction,
+            bristles,
             elongation: forces.elongation,
             drive_force: forces.drive,
             stroke: forces.stroke,
         }
+    }
+
+    /// Adds the force of bristles to that of dry friction, and gives its elastic part with the rate of the
+    /// bristles.
+    fn bristles(&self, forces: &Forces, friction: &mut [Row]) -> Vec<Option<[Row; 2]>> {
+        let part = |(i, (found, friction)): (usize, (&Option<[Row; 2]>, &mut Row))| {
+            let ([force, rate], state) = found.as_ref().zip(self.layout.bristle(i))?;
+            add(friction, 1.0, force);
+            let stiffness = self.assembly.links[i].bristle?.stiffness;
+            Some([scaled(-stiffness, &self.layout.unit(state)), rate.clone()])
+        };
+        forces.bristle.iter().zip(friction).enumerate().map(part).collect()
     }
 
     /// Sum of the sizes of all contact forces, which loads guides whose friction grows with it.
@@ -138,10 +156,15 @@ impl Motion {
             }
         };
         for (i, link) in self.assembly.links.iter().enumerate() {
-            for force in [&forces.link[i], &friction[i]] {
+            let bristle = forces.bristle[i].as_ref().map(|[force, _]| force);
+            for force in [&forces.link[i], &friction[i]].into_iter().chain(bristle) {
                 push(link.b, 1.0, force);
                 push(link.a, -1.0, force);
             }
+        }
+        for (weight, force) in self.assembly.weights.iter().zip(&forces.weight) {
+            push(weight.on, 1.0, force);
+            push(weight.reacts_on, -1.0, force);
         }
         for (contact, force) in self.assembly.contacts.iter().zip(&forces.contact) {
             push(contact.b, 1.0, force);
@@ -151,7 +174,47 @@ impl Motion {
             push(drive.on, 1.0, force);
             push(drive.reacts_on, -1.0, force);
         }
+        for (g, row) in rows.iter_mut().enumerate() {
+            if let Some(imposed) = self.coordinates.imposing(g).and_then(|i| self.imposed_acceleration(i)) {
+                *row = imposed;
+            }
+        }
         rows
+    }
+
+    /// The forces that imposed motions take: what the mass asks for less all else that acts on it.
+    fn imposing_forces(&self, forces: &mut Forces, friction: &[Row], acceleration: &[Row]) {
+        for (g, row) in acceleration.iter().enumerate() {
+            let Some(imposing) = self.coordinates.imposing(g) else { continue };
+            let mut force = scaled(self.coordinates.mass_kg(g), row);
+            let mut less = |node, factor: f64, by: &Row| {
+                if self.coordinates.of(node) == Some(g) {
+                    add(&mut force, -factor, by);
+                }
+            };
+            for (i, link) in self.assembly.links.iter().enumerate() {
+                let bristle = forces.bristle[i].as_ref().map(|[force, _]| force);
+                for by in [&forces.link[i], &friction[i]].into_iter().chain(bristle) {
+                    less(link.b, 1.0, by);
+                    less(link.a, -1.0, by);
+                }
+            }
+            for (weight, by) in self.assembly.weights.iter().zip(&forces.weight) {
+                less(weight.on, 1.0, by);
+                less(weight.reacts_on, -1.0, by);
+            }
+            for (contact, by) in self.assembly.contacts.iter().zip(&forces.contact) {
+                less(contact.b, 1.0, by);
+                less(contact.a, -1.0, by);
+            }
+            for (drive, by) in self.assembly.drives.iter().zip(&forces.drive) {
+                if drive.imposed.is_none() {
+                    less(drive.on, 1.0, by);
+                    less(drive.reacts_on, -1.0, by);
+                }
+            }
+            forces.drive[imposing] = force;
+        }
     }
 
     /// Makes coordinates that stick to each other move as one, and finds the friction forces `lambda` that
@@ -167,7 +230,9 @@ impl Motion {
         });
         let mut mobility = jacobian.clone();
         for g in 0..n {
-            mobility.column_mut(g).scale_mut(1.0 / self.coordinates.mass_kg(g));
+            let inverse =
+                if self.coordinates.is_imposed(g) { 0.0 } else { 1.0 / self.coordinates.mass_kg(g) };
+            mobility.column_mut(g).scale_mut(inverse);
         }
         let gram = &mobility * jacobian.transpose();
         let largest = gram.amax();
@@ -193,10 +258,12 @@ impl Motion {
             }
         }
         let original = acceleration.to_vec();
-        for g in 0..n {
+        for g in (0..n).filter(|&g| !self.coordinates.is_imposed(g)) {
             let mut row = self.layout.zero();
-            if group[g].is_some() {
-                let members: Vec<usize> = (0..n).filter(|&h| group[h] == group[g]).collect();
+            let members: Vec<usize> = (0..n).filter(|&h| group[h] == group[g]).collect();
+            if let Some(&lead) = members.iter().find(|&&h| self.coordinates.is_imposed(h)) {
+                row.clone_from(&original[lead]);
+            } else if group[g].is_some() {
                 let total: f64 = members.iter().map(|&h| self.coordinates.mass_kg(h)).sum();
                 for h in members {
                     add(&mut row, self.coordinates.mass_kg(h) / total, &original[h]);
@@ -214,11 +281,16 @@ impl Motion {
             derivative[layout.v(g)] = row;
         }
         for i in 0..self.assembly.drives.len() {
-            for (state, row) in self.drive_derivatives(i, mode, &forces.stroke[i][1]) {
+            for (state, row) in self.drive_derivatives(i, mode, &forces.stroke[i]) {
                 derivative[state] = row;
             }
         }
-        self.filter_derivatives(forces, &mut derivative);
+        for (i, bristle) in forces.bristle.iter().enumerate() {
+            if let Some((state, [_, rate])) = self.layout.bristle(i).zip(bristle.as_ref()) {
+                derivative[state].clone_from(rate);
+            }
+        }
+        self.filter_derivatives(mode, forces, &mut derivative);
         for first in (0..self.assembly.contacts.len()).filter_map(|i| layout.moving_gap(i)) {
             derivative[first] = layout.unit(first + 1);
             derivative[first + 1] = scaled(1.0 / GAP_TIME_S, &layout.unit(first + 2));

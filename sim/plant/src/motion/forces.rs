@@ -1,8 +1,8 @@
 //! Forces of links, contacts and drives as rows, in a given mode.
 
 use super::layout::{add, difference, scaled};
-use super::{ContactState, Layout, LimitState, Mode, Motion, NonlinearLaw, RampState, Row, StopSide, Switch};
-use crate::assembly::{Drive, NodeId};
+use super::{ContactState, Mode, Motion, NonlinearLaw, Row, StopSide};
+use crate::assembly::NodeId;
 use crate::description::Engagement;
 
 /// The rows from which everything else in a mode is made.
@@ -19,6 +19,10 @@ pub(super) struct Forces {
     pub(super) link_spring: Vec<Row>,
     /// Elongation and its rate, per link.
     pub(super) elongation: Vec<[Row; 2]>,
+    /// Force of the bristles on the second node and their rate, per link that has any.
+    pub(super) bristle: Vec<Option<[Row; 2]>>,
+    /// Force on the pulled node, per weight.
+    pub(super) weight: Vec<Row>,
     /// Force on the pushed node, per drive.
     pub(super) drive: Vec<Row>,
     /// Position and velocity of the pushed node against the reacting one, per drive.
@@ -44,6 +48,8 @@ impl Motion {
             link: Vec::new(),
             link_spring: Vec::new(),
             elongation: self.assembly.links.iter().map(|link| self.relative(link.b, link.a)).collect(),
+            bristle: Vec::new(),
+            weight: Vec::new(),
             drive: Vec::new(),
             stroke: self
                 .assembly
@@ -58,9 +64,13 @@ impl Motion {
         }
         for i in 0..self.assembly.links.len() {
             self.link_force(mode, i, &mut forces);
+            self.bristle_force(mode, i, &mut forces);
         }
-        for (i, drive) in self.assembly.drives.iter().enumerate() {
-            let mut force = self.drive_output(i, drive);
+        for i in 0..self.assembly.weights.len() {
+            self.weight_force(i, &mut forces);
+        }
+        for i in 0..self.assembly.drives.len() {
+            let mut force = self.path(i, mode, &forces.stroke[i]).force;
             for (j, term) in self.terms.iter().enumerate() {
                 if matches!(term.law, NonlinearLaw::Ripple { drive, .. } if drive == i) {
                     forces.arguments[j] = Some([forces.stroke[i][0].clone(), layout.zero()]);
@@ -134,19 +144,21 @@ impl Motion {
         let mut spring = layout.zero();
         let mut force = layout.zero();
         if !link.rigid {
-            let mut side = |sign: f64, tag: i8, offset: f64, state: ContactState| {
+            let damping = self.damping(mode, i);
+            let mut act = |side: Option<StopSide>, at: f64, state: ContactState| {
                 if state == ContactState::Open {
                     return;
                 }
+                let sign = side.map_or(1.0, StopSide::sign);
                 let mut d = scaled(sign, &e);
-                d[layout.one()] -= offset;
+                d[layout.one()] -= sign * at;
                 let pushes = state == ContactState::Pushing;
                 if pushes {
                     add(&mut spring, -sign * link.stiffness, &d);
-                    add(&mut force, -link.damping, &rate);
+                    add(&mut force, -damping, &rate);
                 }
                 for (j, term) in self.terms.iter().enumerate() {
-                    if matches!(term.law, NonlinearLaw::Cubic { link, side, .. } if link == i && side == tag)
+                    if matches!(term.law, NonlinearLaw::Cubic { link, side: of, .. } if link == i && of == side)
                     {
                         // While the side would pull, its value is still needed to see when it pushes again.
                         forces.arguments[j] = Some([d.clone(), layout.zero()]);
@@ -154,72 +166,69 @@ impl Motion {
                     }
                 }
             };
-            if link.play > 0.0 {
-                for (stop, sign, tag) in [(StopSide::Upper, 1.0, 1), (StopSide::Lower, -1.0, -1)] {
-                    side(sign, tag, 0.5 * link.play, self.stop_state(mode, i, stop));
-                }
-            } else {
-                side(1.0, 0, 0.0, ContactState::Pushing);
+            let mut is_stopped = false;
+            for (side, at) in link.stops() {
+                act(Some(side), at, self.stop_state(mode, i, side));
+                is_stopped = true;
+            }
+            if !is_stopped {
+                act(None, 0.0, ContactState::Pushing);
             }
             add(&mut force, 1.0, &spring);
+            self.drag_force(mode, i, &rate, forces, &mut force);
             force[layout.one()] += link.load;
         }
         forces.link.push(force);
         forces.link_spring.push(spring);
     }
 
-    /// The command of a drive after the static part of its chain and its lags.
-    pub(super) fn lagged_command(&self, i: usize) -> Row {
-        let states = &self.layout.drives[i];
-        let last = states.lags.last().copied().or(states.ramp).unwrap_or_else(|| self.layout.input(i));
-        self.layout.unit(last)
+    /// Damping of link `i` in the direction in which it moves.
+    pub(super) fn damping(&self, mode: Mode, i: usize) -> f64 {
+        let link = &self.assembly.links[i];
+        link.damping * (1.0 + link.asymmetry * self.direction(mode, i).sign())
     }
 
-    fn drive_output(&self, i: usize, drive: &Drive) -> Row {
-        match (drive.velocity_source, self.layout.drives[i].force) {
-            (Some(_), Some(force)) => self.layout.unit(force),
-            _ => self.lagged_command(i),
+    /// Adds the drag of link `i`, whose elongation changes at `rate`.
+    fn drag_force(&self, mode: Mode, i: usize, rate: &Row, forces: &mut Forces, force: &mut Row) {
+        let sign = self.direction(mode, i).sign();
+        for (j, term) in self.terms.iter().enumerate() {
+            if sign != 0.0 && matches!(term.law, NonlinearLaw::Drag { link, .. } if link == i) {
+                forces.arguments[j] = Some([rate.clone(), self.layout.zero()]);
+                force[self.layout.term(j)] -= sign;
+            }
         }
     }
 
-    /// What the states of drive `i` do: pairs of state and derivative.
-    pub(super) fn drive_derivatives(&self, i: usize, mode: Mode, stroke_rate: &Row) -> Vec<(usize, Row)> {
-        let layout: &Layout = &self.layout;
-        let drive = &self.assembly.drives[i];
-        let states = &layout.drives[i];
-        let mut derivatives = Vec::new();
-        let mut command = layout.unit(layout.input(i));
-        if let Some(ramp) = states.ramp {
-            let mut slope = layout.zero();
-            let state =
-                self.number_of(Switch::Ramp(i)).map_or(RampState::AtTarget, |switch| mode.ramp(switch));
-            slope[layout.one()] = state.slope(drive.rate_limit);
-            derivatives.push((ramp, slope));
-            command = layout.unit(ramp);
-        }
-        for (&state, &tau) in states.lags.iter().zip(&drive.lags) {
-            let own = layout.unit(state);
-            derivatives.push((state, scaled(1.0 / tau, &difference(&command, &own))));
-            command = own;
-        }
-        if let (Some(source), Some(force)) = (drive.velocity_source, states.force) {
-            let is_held =
-                self.number_of(Switch::Limit(i)).is_some_and(|i| mode.limit(i) != LimitState::Within);
-            let row = if is_held { layout.zero() } else { source_rate(source, &command, stroke_rate, force) };
-            derivatives.push((force, row));
-        }
-        derivatives
+    /// Bristles of a link at rest only bend; those of one that slides straighten as well.
+    fn bristle_force(&self, mode: Mode, i: usize, forces: &mut Forces) {
+        let layout = &self.layout;
+        let parts = self.assembly.links[i].bristle.zip(layout.bristle(i));
+        let found = parts.map(|(bristle, state)| {
+            let mut rate = forces.elongation[i][1].clone();
+            let sign = self.direction(mode, i).sign();
+            for (j, term) in self.terms.iter().enumerate() {
+                if sign != 0.0 && matches!(term.law, NonlinearLaw::Slip { link, .. } if link == i) {
+                    forces.arguments[j] = Some([forces.elongation[i][1].clone(), layout.unit(state)]);
+                    rate[layout.term(j)] -= sign;
+                }
+            }
+            let mut force = scaled(-bristle.damping, &rate);
+            force[state] -= bristle.stiffness;
+            [force, rate]
+        });
+        forces.bristle.push(found);
     }
-}
 
-/// `(b_a (v_c - v) - f_a) / tau`, the paper's Fig. 2.
-pub(super) fn source_rate(
-    source: crate::assembly::VelocitySource,
-    command: &Row,
-    stroke_rate: &Row,
-    force: usize,
-) -> Row {
-    let mut row = scaled(source.damping, &difference(command, stroke_rate));
-    row[force] -= 1.0;
-    scaled(1.0 / source.time_constant, &row)
+    fn weight_force(&self, i: usize, forces: &mut Forces) {
+        let weight = &self.assembly.weights[i];
+        let mut force = self.layout.zero();
+        for (j, term) in self.terms.iter().enumerate() {
+            if matches!(term.law, NonlinearLaw::Weight { weight, .. } if weight == i) {
+                let [x, _] = self.relative(weight.on, weight.reacts_on);
+                forces.arguments[j] = Some([x, self.layout.zero()]);
+                force[self.layout.term(j)] += 1.0;
+            }
+        }
+        forces.weight.push(force);
+    }
 }

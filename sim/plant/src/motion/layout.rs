@@ -1,10 +1,10 @@
 //! Where everything sits in the extended vector `xi = [q, v, z, u, 1, w]`.
 
 use super::Coordinates;
-use crate::assembly::{Assembly, NodeId};
+use crate::assembly::{Assembly, Link, NodeId};
 use crate::description::LowPass;
 
-/// Unit of time of the higher derivatives of a moving gap, s.
+/// Unit of time of the higher derivatives of a moving gap or an imposed motion, s.
 pub const GAP_TIME_S: f64 = 1e-3;
 
 /// A linear functional of the extended vector.
@@ -23,8 +23,12 @@ pub(super) struct DriveStates {
     pub(super) ramp: Option<usize>,
     /// Lags in series.
     pub(super) lags: Vec<usize>,
-    /// The force of a velocity source.
+    /// The force of a velocity source that takes time to build up.
     pub(super) force: Option<usize>,
+    /// The force of the integral part of a continuous servo.
+    pub(super) integral: Option<usize>,
+    /// First of the two states of an imposed motion: its acceleration and the rate of that.
+    pub(super) imposed: Option<usize>,
 }
 
 /// Numbering of states, inputs and terms.
@@ -39,6 +43,8 @@ pub struct Layout {
     pub(super) filters: Vec<Vec<usize>>,
     /// First of the four states of each contact's moving gap.
     moving_gaps: Vec<Option<usize>>,
+    /// How far the bristles of each link bend.
+    bristles: Vec<Option<usize>>,
 }
 
 impl Layout {
@@ -52,7 +58,9 @@ impl Layout {
             .map(|drive| DriveStates {
                 ramp: drive.rate_limit.is_finite().then(|| take(1)),
                 lags: drive.lags.iter().map(|_| take(1)).collect(),
-                force: drive.velocity_source.map(|_| take(1)),
+                force: drive.velocity_source.filter(|source| source.time_constant > 0.0).map(|_| take(1)),
+                integral: drive.continuous_servo().filter(|servo| servo.ki > 0.0).map(|_| take(1)),
+                imposed: drive.imposed.as_ref().map(|_| take(2)),
             })
             .collect();
         let order = |filter: &LowPass| match filter {
@@ -70,6 +78,10 @@ impl Layout {
         };
         let moving_gaps =
             assembly.contacts.iter().map(|contact| contact.profile.as_ref().map(|_| take(4))).collect();
+        let moves = |link: &Link| !link.rigid && coordinates.of(link.a) != coordinates.of(link.b);
+        let bristles = (assembly.links.iter())
+            .map(|link| link.bristle.filter(|_| moves(link)).map(|_| take(1)))
+            .collect();
         Self {
             coordinates: coordinates.count(),
             states: next,
@@ -78,6 +90,7 @@ impl Layout {
             drives,
             filters,
             moving_gaps,
+            bristles,
         }
     }
 
@@ -137,6 +150,12 @@ impl Layout {
         self.drives[drive].ramp
     }
 
+    /// The first of the two states of a drive's imposed motion, scaled as those of a moving gap: its
+    /// acceleration times [`GAP_TIME_S`], and the rate of that times the square.
+    pub fn imposed(&self, drive: usize) -> Option<usize> {
+        self.drives[drive].imposed
+    }
+
     /// The state that holds the force of a velocity source.
     pub fn force(&self, drive: usize) -> Option<usize> {
         self.drives[drive].force
@@ -147,6 +166,11 @@ impl Layout {
     /// `GAP_TIME_S offset''`, `GAP_TIME_S^2 offset'''`.
     pub fn moving_gap(&self, contact: usize) -> Option<usize> {
         self.moving_gaps[contact]
+    }
+
+    /// The state that holds how far the bristles of a link bend.
+    pub fn bristle(&self, link: usize) -> Option<usize> {
+        self.bristles[link]
     }
 
     /// A row of zeros.

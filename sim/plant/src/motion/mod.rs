@@ -9,6 +9,7 @@
 //! other definition of the motion.
 
 mod coordinates;
+mod drives;
 mod energy;
 mod equations;
 mod forces;
@@ -22,12 +23,13 @@ pub use energy::{Ledger, Meter, MeterKind, Storage, StorageKind};
 pub use equations::Equations;
 pub use layout::{GAP_TIME_S, Layout, Row, dot};
 pub use modes::{
-    ContactState, FrictionState, Guard, GuardValue, LimitState, Mode, RampState, StopSide, Switch,
-    SwitchState,
+    ContactState, DirectionState, FrictionState, Guard, GuardValue, LimitState, Mode, RampState, StopSide,
+    Switch, SwitchState,
 };
 pub use nonlinear::{NonlinearLaw, NonlinearTerm};
 
 use crate::assembly::Assembly;
+use crate::description::Piece;
 use crate::problem::Problem;
 
 /// A machine ready to be moved: coordinates chosen, switches and states numbered.
@@ -72,6 +74,21 @@ impl Motion {
         }
     }
 
+    /// Writes into `xi` the means that the nonlinear terms have in a mode over a span of `span_s` that ends at
+    /// `end`.
+    pub fn average_terms(&self, equations: &Equations, xi: &mut [f64], end: &[f64], span_s: f64) {
+        let means: Vec<Option<f64>> = (self.terms.iter().zip(&equations.arguments))
+            .map(|(term, arguments)| {
+                let rows = arguments.as_ref()?;
+                let [start, end] = [&*xi, end].map(|xi| rows.each_ref().map(|row| dot(row, xi)));
+                Some(term.mean(start, end, span_s))
+            })
+            .collect();
+        for (j, mean) in means.into_iter().enumerate() {
+            xi[self.layout.term(j)] = mean.unwrap_or(xi[self.layout.term(j)]);
+        }
+    }
+
     /// The machine's numbers.
     pub fn assembly(&self) -> &Assembly {
         &self.assembly
@@ -97,8 +114,13 @@ impl Motion {
         &self.terms
     }
 
-    /// Puts into a state the pieces of all moving gaps that hold from `t_s` on.
+    /// Puts into a state the pieces of all moving gaps and imposed motions that hold from `t_s` on.
     pub fn set_gaps(&self, t_s: f64, state: &mut [f64]) {
+        for (i, drive) in self.assembly.drives.iter().enumerate() {
+            if let Some(profile) = &drive.imposed {
+                self.impose(i, &profile.piece_from(t_s), state);
+            }
+        }
         for (i, contact) in self.assembly.contacts.iter().enumerate() {
             if let (Some(first), Some(profile)) = (self.layout.moving_gap(i), &contact.profile) {
                 let piece = profile.piece_from(t_s);
@@ -113,6 +135,36 @@ impl Motion {
         }
     }
 
+    /// Puts into a state the beginning of a piece of the motion that drive `i` imposes.
+    pub fn impose(&self, i: usize, piece: &Piece, state: &mut [f64]) {
+        let on = self.assembly.drives[i].on;
+        let (Some(first), Some(g)) = (self.layout.imposed(i), self.coordinates.of(on)) else { return };
+        let nodes = &self.assembly.nodes;
+        let apart = nodes[on].position_m - nodes[self.coordinates.lead(g)].position_m;
+        state[self.layout.q(g)] = piece.offset - apart;
+        state[self.layout.v(g)] = piece.rate;
+        state[first] = GAP_TIME_S * piece.curvature;
+        state[first + 1] = GAP_TIME_S * GAP_TIME_S * piece.jerk;
+    }
+
+    /// The inputs at the start: the target of a servo is where it stands, other commands are zero.
+    fn initial_inputs(&self) -> impl Iterator<Item = (usize, f64)> {
+        let position = |node: usize| self.assembly.nodes[node].position_m;
+        let servos = self.assembly.drives.iter().enumerate().filter(|(_, d)| d.continuous_servo().is_some());
+        servos.map(move |(i, drive)| (i, position(drive.on) - position(drive.reacts_on)))
+    }
+
+    /// The extended vector at the start.
+    pub fn initial_vector(&self) -> Vec<f64> {
+        let mut xi = self.initial_state();
+        xi.resize(self.layout.width(), 0.0);
+        xi[self.layout.one()] = 1.0;
+        for (i, input) in self.initial_inputs() {
+            xi[self.layout.input(i)] = input;
+        }
+        xi
+    }
+
     /// The state at the start: positions and velocities as given, drives and filters at rest, gaps as they
     /// move then.
     pub fn initial_state(&self) -> Vec<f64> {
@@ -121,6 +173,9 @@ impl Motion {
             let lead = &self.assembly.nodes[self.coordinates.lead(g)];
             state[self.layout.q(g)] = lead.position_m;
             state[self.layout.v(g)] = lead.velocity_m_per_s;
+        }
+        for (i, input) in self.initial_inputs() {
+            self.layout.ramp(i).into_iter().for_each(|ramp| state[ramp] = input);
         }
         self.set_gaps(0.0, &mut state);
         state

@@ -1,7 +1,8 @@
 //! Laws that have no matrix exponential.
 
-use super::Coordinates;
-use crate::assembly::{Assembly, ForceLaw};
+use super::StopSide;
+use super::coordinates::Coordinates;
+use crate::assembly::{Assembly, Bristle, ForceLaw, Pull};
 use crate::description::Engagement;
 
 /// A law `w = f(a, b)` of one or two linear functionals of the state.
@@ -38,8 +39,8 @@ pub enum NonlinearLaw {
     Cubic {
         /// The link.
         link: usize,
-        /// 0 for the link itself, +1 and -1 for the upper and lower side of its play.
-        side: i8,
+        /// The side of the link that it belongs to; `None` for a link that acts everywhere.
+        side: Option<StopSide>,
         /// N/m³.
         cubic: f64,
     },
@@ -56,6 +57,27 @@ pub enum NonlinearLaw {
     Load {
         /// The contact.
         contact: usize,
+    },
+    /// `drag v^2` of a link.
+    Drag {
+        /// The link.
+        link: usize,
+        /// N s²/m².
+        drag: f64,
+    },
+    /// How fast the bristles of a link that moves forward straighten; see [`Bristle`].
+    Slip {
+        /// The link.
+        link: usize,
+        /// Its bristles.
+        bristle: Bristle,
+    },
+    /// A force over position.
+    Weight {
+        /// The weight.
+        weight: usize,
+        /// Its law.
+        pull: Pull,
     },
     /// `amplitude sin(2 pi x / pitch + phase)` of a drive.
     Ripple {
@@ -104,6 +126,9 @@ impl NonlinearTerm {
             NonlinearLaw::Cubic { cubic, .. } => cubic * a * a * a,
             NonlinearLaw::Stribeck { excess, velocity, .. } => excess * (-(a / velocity).powi(2)).exp(),
             NonlinearLaw::Load { .. } => a.abs(),
+            NonlinearLaw::Drag { drag, .. } => drag * a * a,
+            NonlinearLaw::Slip { bristle, .. } => bristle.slip(a, b),
+            NonlinearLaw::Weight { pull, .. } => pull.force(a),
             NonlinearLaw::Ripple { amplitude, pitch, phase, .. } => {
                 amplitude * (std::f64::consts::TAU * a / pitch + phase).sin()
             }
@@ -112,6 +137,21 @@ impl NonlinearTerm {
 }
 
 impl NonlinearTerm {
+    /// The mean over a span between arguments at its ends, of second order. That of bristles follows their
+    /// exponential at the mean speed, so that it holds for spans in which they settle, too.
+    pub fn mean(&self, [a0, b0]: [f64; 2], [a1, b1]: [f64; 2], span_s: f64) -> f64 {
+        match self.law {
+            NonlinearLaw::Slip { bristle, .. } => {
+                let v = 0.5 * (a0 + a1);
+                let level = bristle.level(v);
+                let bent = (v.signum() * level / bristle.stiffness - b0)
+                    * -(-bristle.stiffness * v.abs() / level * span_s).exp_m1();
+                v.signum() * (v - bent / span_s)
+            }
+            _ => 0.5 * (self.value(a0, b0) + self.value(a1, b1)),
+        }
+    }
+
     /// Derivatives of the value by `a` and by `b`: what the term does to small motions.
     pub fn gradient(&self, a: f64, b: f64) -> [f64; 2] {
         match self.law {
@@ -143,6 +183,9 @@ impl NonlinearTerm {
                 [-2.0 * a / (velocity * velocity) * self.value(a, b), 0.0]
             }
             NonlinearLaw::Load { .. } => [a.signum(), 0.0],
+            NonlinearLaw::Drag { drag, .. } => [2.0 * drag * a, 0.0],
+            NonlinearLaw::Slip { bristle, .. } => bristle.slip_slopes(a, b),
+            NonlinearLaw::Weight { pull, .. } => [pull.slope(a), 0.0],
             NonlinearLaw::Ripple { amplitude, pitch, phase, .. } => {
                 let k = std::f64::consts::TAU / pitch;
                 [amplitude * k * (k * a + phase).cos(), 0.0]
@@ -189,8 +232,11 @@ pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Nonli
         assembly.links.iter().enumerate().filter(|(_, part)| !part.rigid && apart(part.a, part.b))
     {
         if part.cubic != 0.0 {
-            let sides: &[i8] = if part.play > 0.0 { &[1, -1] } else { &[0] };
-            laws.extend(sides.iter().map(|&side| NonlinearLaw::Cubic { link, side, cubic: part.cubic }));
+            let mut sides: Vec<_> = part.stops().map(|(side, _)| Some(side)).collect();
+            if sides.is_empty() {
+                sides.push(None);
+            }
+            laws.extend(sides.into_iter().map(|side| NonlinearLaw::Cubic { link, side, cubic: part.cubic }));
         }
         let friction = part.friction;
         if friction.stribeck_excess > 0.0 {
@@ -201,6 +247,10 @@ pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Nonli
             });
         }
         loads |= friction.load_ratio > 0.0;
+        if part.drag > 0.0 {
+            laws.push(NonlinearLaw::Drag { link, drag: part.drag });
+        }
+        laws.extend(part.bristle.map(|bristle| NonlinearLaw::Slip { link, bristle }));
     }
     if loads {
         let clamped = assembly
@@ -210,6 +260,8 @@ pub(super) fn terms(assembly: &Assembly, coordinates: &Coordinates) -> Vec<Nonli
             .filter(|(_, part)| part.engagement == Engagement::Clamped && apart(part.a, part.b));
         laws.extend(clamped.map(|(contact, _)| NonlinearLaw::Load { contact }));
     }
+    let weights = assembly.weights.iter().enumerate().filter(|(_, w)| apart(w.on, w.reacts_on));
+    laws.extend(weights.map(|(weight, part)| NonlinearLaw::Weight { weight, pull: part.pull }));
     for (drive, part) in assembly.drives.iter().enumerate() {
         let ripples = part.ripples.iter().filter(|ripple| ripple.amplitude != 0.0);
         laws.extend(ripples.map(|r| NonlinearLaw::Ripple {
@@ -233,13 +285,17 @@ mod tests {
     #[test]
     fn prop_gradients_are_differences_of_values() {
         let law = ForceLaw { stiffness: 3e4, exponent: 1.5, damping: 7.0, alpha: 0.4, cubic: 2e3 };
+        let bristle = Bristle { stiffness: 40.0, damping: 2.0, coulomb: 1.0, excess: 0.5, velocity: 0.2 };
         let laws = [
             NonlinearLaw::Contact { contact: 0, law, unilateral: true },
             NonlinearLaw::Contact { contact: 0, law, unilateral: false },
             NonlinearLaw::Elastic { contact: 0, law, unilateral: true },
             NonlinearLaw::Release { contact: 0, law },
             NonlinearLaw::Release { contact: 0, law: ForceLaw { exponent: 4.2, ..law } },
-            NonlinearLaw::Cubic { link: 0, side: 0, cubic: 5e3 },
+            NonlinearLaw::Cubic { link: 0, side: None, cubic: 5e3 },
+            NonlinearLaw::Drag { link: 0, drag: 3.0 },
+            NonlinearLaw::Slip { link: 0, bristle },
+            NonlinearLaw::Weight { weight: 0, pull: Pull { amplitude: 2.0, period: 1.3, phase: 0.4 } },
             NonlinearLaw::Stribeck { link: 0, excess: 4.0, velocity: 0.2 },
             NonlinearLaw::Load { contact: 0 },
             NonlinearLaw::Ripple { drive: 0, amplitude: 2.0, pitch: 0.7, phase: 0.3 },

@@ -4,13 +4,13 @@ use std::f64::consts::TAU;
 
 use super::forces::Forces;
 use super::layout::{add, difference, scaled};
-use super::{Equations, Motion, Row};
+use super::{Equations, Mode, Motion, Row};
 use crate::assembly::{GROUND_NODE, NodeId, SensorPart, Source};
 use crate::description::{LowPass, Quantity};
 
 impl Motion {
     /// What each state is, in the numbering of [`super::Layout`]: positions and velocities as signals are
-    /// named, `<drive>.ramp`, `<drive>.lag1`, `<drive>.force`, `<sensor>.filter1` and so on (of a
+    /// named, `<spring>.bristle`, `<drive>.ramp`, `<drive>.lag1`, `<drive>.force`, `<sensor>.filter1` and so on (of a
     /// second-order filter the output and its rate over its corner's angular frequency), and the four of a
     /// moving gap.
     pub fn state_names(&self) -> Vec<String> {
@@ -25,6 +25,11 @@ impl Motion {
             states.ramp.into_iter().for_each(|state| name(state, "ramp"));
             states.lags.iter().enumerate().for_each(|(i, state)| name(*state, &format!("lag{}", i + 1)));
             states.force.into_iter().for_each(|state| name(state, "force"));
+            states.integral.into_iter().for_each(|state| name(state, "integral"));
+            if let Some(first) = states.imposed {
+                name(first, "acceleration");
+                name(first + 1, "jerk");
+            }
         }
         for (sensor, firsts) in self.assembly.sensors.iter().zip(&self.layout.filters) {
             for (i, (filter, &first)) in sensor.filters.iter().zip(firsts).enumerate() {
@@ -39,6 +44,12 @@ impl Motion {
             for (k, what) in ["gap_offset", "gap_rate", "gap_curvature", "gap_jerk"].into_iter().enumerate() {
                 names[first + k] = format!("{}.{what}", contact.name);
             }
+        }
+        for (i, link) in self.assembly.links.iter().enumerate() {
+            self.layout
+                .bristle(i)
+                .into_iter()
+                .for_each(|state| names[state] = format!("{}.bristle", link.name));
         }
         names
     }
@@ -58,6 +69,7 @@ impl Motion {
             Source::Link(i, Quantity::Force) => equations.link_force[i].clone(),
             Source::Link(i, Quantity::SpringForce) => equations.link_spring_force[i].clone(),
             Source::Drive(i, Quantity::Force) => equations.drive_force[i].clone(),
+            Source::Drive(i, quantity) => self.of_drive(i, quantity, equations.mode, &equations.stroke[i])?,
             Source::Sensor(i) => {
                 let sensor = &self.assembly.sensors[i];
                 match self.layout.filters[i].last() {
@@ -80,6 +92,19 @@ impl Motion {
             for &state in &self.layout.filters[i] {
                 xi[state] = value;
             }
+        }
+    }
+
+    /// What a drive has besides its force: its stroke, and the current of a motor.
+    fn of_drive(&self, i: usize, quantity: Quantity, mode: Mode, stroke: &[Row; 2]) -> Option<Row> {
+        match quantity {
+            Quantity::Position => Some(stroke[0].clone()),
+            Quantity::Velocity => Some(stroke[1].clone()),
+            Quantity::Current => {
+                let motor = self.assembly.drives[i].motor?;
+                Some(scaled(1.0 / motor.force_per_current, &self.path(i, mode, stroke).given))
+            }
+            _ => None,
         }
     }
 
@@ -115,7 +140,7 @@ impl Motion {
         Some(row)
     }
 
-    pub(super) fn filter_derivatives(&self, forces: &Forces, derivative: &mut [Row]) {
+    pub(super) fn filter_derivatives(&self, mode: Mode, forces: &Forces, derivative: &mut [Row]) {
         let signal = |derivative: &[Row], source| match source {
             Source::Node(node, Quantity::Acceleration) => Some(self.acceleration(derivative, node)),
             Source::Node(node, quantity) => Some(self.motion_row(node, quantity)),
@@ -127,6 +152,7 @@ impl Motion {
             Source::Link(i, Quantity::Force) => Some(forces.link[i].clone()),
             Source::Link(i, Quantity::SpringForce) => Some(forces.link_spring[i].clone()),
             Source::Drive(i, Quantity::Force) => Some(forces.drive[i].clone()),
+            Source::Drive(i, quantity) => self.of_drive(i, quantity, mode, &forces.stroke[i]),
             _ => None,
         };
         for (i, sensor) in self.assembly.sensors.iter().enumerate() {

@@ -28,7 +28,7 @@ pub struct Oscillation {
     pub impacts_per_s: f64,
     /// Share of the time in contact.
     pub contact_share: f64,
-    /// Impacts after which it repeats (1, or more where the period has doubled); none where impacts do not
+    /// Impacts after which it repeats (1, or more where the period has doubled); `None` if impacts do not
     /// repeat.
     pub impacts_per_period: Option<usize>,
 }

@@ -4,7 +4,7 @@ use feeler_engine::EnergyBalance;
 use feeler_plant::motion::MeterKind;
 use serde::Serialize;
 
-/// Energy that one element put in or took out.
+/// Energy that one element fed or dissipated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EnergyItem {
     /// `drive-work`, `load-work`, `feed-work`, `link-damping`, `friction`, `contact-damping`, or
@@ -28,7 +28,7 @@ pub struct EnergyTable {
     pub controllers: Vec<EnergyItem>,
     /// Kinetic energy at start and end, J.
     pub kinetic: [f64; 2],
-    /// Elastic energy at start and end, J.
+    /// Elastic energy, and the potential one of weights, at start and end, J.
     pub elastic: [f64; 2],
     /// What does not balance, J.
     pub residual: f64,

@@ -2,6 +2,7 @@
 
 pub(crate) mod chatter;
 pub(crate) mod contact;
+pub(crate) mod controlled;
 pub(crate) mod energy;
 pub(crate) mod force_loop;
 pub(crate) mod saturation;

@@ -25,8 +25,8 @@ impl Limits {
     pub(in crate::run) fn of(scenario: &Scenario, assembly: &Assembly, record: &Trace) -> Self {
         let mut limits = Self { saturated: vec![false; record.t_s.len()], events: Vec::new() };
         for drive in assembly.drives.iter().filter(|drive| drive.limit.is_finite()) {
-            // A force drive clamps its command; a velocity source its effort, which the engine locates.
-            if drive.velocity_source.is_some() {
+            // A force drive clamps its command; others their effort, which the engine locates.
+            if !drive.commands_force() {
                 limits.mark(record, &drive.name, Quantity::Force, drive.limit);
                 continue;
             }

@@ -7,7 +7,7 @@ use crate::run::measure::contact::peak;
 /// Half-width of the band in which a force counts as settled, as a share of the final reference.
 pub(in crate::run) const SETTLING_BAND: f64 = 0.02;
 /// A reference that has not moved over this part of the run is at rest.
-const RESTS_OVER: f64 = 0.2;
+pub(in crate::run) const RESTS_OVER: f64 = 0.2;
 /// A rest before a late step is longer than that by more than a row or a sample may make of it, so that a
 /// staircase whose treads are as long is none.
 const CLEARLY: f64 = 1.02;
@@ -140,7 +140,7 @@ impl Answer<'_> {
 }
 
 /// When a reference last changed, s; zero where it never did.
-fn last_change_s(t_s: &[f64], reference_n: &[f64]) -> f64 {
+pub(in crate::run) fn last_change_s(t_s: &[f64], reference_n: &[f64]) -> f64 {
     // The controller's first sample may come after the first row.
     (1..reference_n.len()).rev().find(|&row| changes(reference_n, row)).map_or(0.0, |row| t_s[row])
 }

@@ -17,7 +17,7 @@ use crate::run::measure::swings::turns;
 const CYCLES: usize = 3;
 /// Windows, at least and at most.
 const WINDOWS: [usize; 2] = [4, 24];
-/// A slope beyond so many of its standard errors is one.
+/// A slope beyond this many of its standard errors is one.
 const SIGNIFICANT: f64 = 4.0;
 /// Growth or decay over the whole record that is below this is none.
 const LEAST: f64 = 0.005;
@@ -38,7 +38,7 @@ pub(in crate::run) struct Trend {
 }
 
 impl Trend {
-    /// The trend of evenly spaced values; none where there are too few cycles.
+    /// The trend of evenly spaced values; `None` if there are too few cycles.
     pub(in crate::run) fn of(values: &[f64]) -> Option<Self> {
         Self::by(values, &|_| 0.0)
     }
@@ -109,7 +109,7 @@ fn wandering(values: &[f64]) -> f64 {
     (variance / n).sqrt() * values.len() as f64
 }
 
-/// Slope per `whole` values of the line through values at equal distances, and its standard error; none where
+/// Slope per `whole` values of the line through values at equal distances, and its standard error; `None` if
 /// some value is no number.
 fn line(values: &[f64], whole: usize) -> Option<(f64, f64)> {
     let n = values.len() as f64;

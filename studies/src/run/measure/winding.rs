@@ -5,6 +5,8 @@
 
 use feeler_plant::assembly::Drive;
 
+use crate::run::measure::settling::SETTLING_BAND;
+
 /// Part of the settling band by which a command must move more than the force does.
 const LEAST: f64 = 0.1;
 /// A command that comes to rest moves less than this share in each piece of what it did in the one before.
@@ -22,10 +24,16 @@ pub(in crate::run) struct Command<'a> {
 }
 
 impl<'a> Command<'a> {
-    /// What is recorded of a drive: the command of a force drive, the force of a velocity source.
+    /// What is recorded of a drive: the command of a force drive, the force of any other.
     pub(in crate::run) fn of(drive: &Drive, values: &'a [f64]) -> Self {
-        let gain = if drive.velocity_source.is_some() { 1.0 } else { drive.gain.abs() };
+        let gain = if drive.commands_force() { drive.gain.abs() } else { 1.0 };
         Self { values, gain, bound: drive.limit + gain * drive.deadband }
+    }
+
+    /// A band about what it does over the rows from `first` on, N.
+    pub(in crate::run) fn band_n(&self, first: usize) -> f64 {
+        SETTLING_BAND
+            * self.values[first..].iter().fold(0.0_f64, |most, value| most.max((self.gain * value).abs()))
     }
 
     /// Whether it winds on over the rows from `first` on, where `force_n` stays within a band of half-width

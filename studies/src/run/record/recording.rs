@@ -3,6 +3,9 @@
 use feeler_engine::{Integrator, RunSettings, Scenario, Trace};
 use feeler_plant::description::{ActuatorKind, Machine, Quantity, SignalName};
 
+use crate::run::measure::controlled::Controlled;
+use crate::run::measure::standing::nothing_can_touch;
+
 /// Measures are taken at no less than this rate: a force peak of 150 Hz is then met within 0.3 %, and where
 /// the engine finds none itself a parabola finds the rest.
 const MEASURE_RATE_HZ: f64 = 1e4;
@@ -123,9 +126,10 @@ fn measured(scenario: &Scenario) -> Vec<SignalName> {
         signals.extend([Quantity::Force, Quantity::Contact].map(|quantity| SignalName::new(name, quantity)));
     }
     for (name, actuator) in &scenario.machine.actuators {
-        let source = matches!(actuator.kind, ActuatorKind::VelocitySource { .. });
-        signals.push(SignalName::new(name, if source { Quantity::Force } else { Quantity::Command }));
+        let is_force = matches!(actuator.kind, ActuatorKind::Force { .. });
+        signals.push(SignalName::new(name, if is_force { Quantity::Command } else { Quantity::Force }));
     }
+    signals.extend(controlled(scenario));
     for (name, used) in &scenario.controllers {
         signals.push(SignalName::new(name, Quantity::Reference));
         if used.spec.output_limit.is_some() {
@@ -133,6 +137,11 @@ fn measured(scenario: &Scenario) -> Vec<SignalName> {
         }
     }
     signals
+}
+
+/// The motion by which a run is judged in which nothing can touch.
+fn controlled(scenario: &Scenario) -> Option<SignalName> {
+    nothing_can_touch(scenario).then(|| Controlled::find(scenario)).flatten().map(|found| found.signal)
 }
 
 /// What tells most of a run: contacts, drives, controllers, and bodies.
@@ -153,6 +162,9 @@ fn telling(scenario: &Scenario) -> Vec<SignalName> {
     }
     for name in telling_bodies(machine) {
         add(name, &[Quantity::Position, Quantity::Velocity]);
+    }
+    if let Some(signal) = controlled(scenario).filter(|signal| !signals.contains(signal)) {
+        signals.push(signal);
     }
     signals
 }

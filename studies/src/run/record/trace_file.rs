@@ -10,6 +10,7 @@ use parquet::basic::{Compression, Encoding, Repetition, Type as PhysicalType};
 use parquet::data_type::DoubleType;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
@@ -27,6 +28,17 @@ const ROWS_PER_GROUP: usize = 1 << 20;
 pub fn write_parquet(trace: &Trace, about: &[(&str, String)], path: &Path) -> Result<(), RunError> {
     let file = File::create(path).map_err(RunError::write(path))?;
     parquet(trace, about, file).map_err(RunError::parquet(path))
+}
+
+/// What a trace's file says of where it comes from, by its keys.
+///
+/// # Errors
+/// A file that is not there, or no Parquet.
+pub fn about_parquet(path: &Path) -> Result<Vec<(String, String)>, RunError> {
+    let file = File::open(path).map_err(RunError::write(path))?;
+    let reader = SerializedFileReader::new(file).map_err(RunError::parquet(path))?;
+    let entries = reader.metadata().file_metadata().key_value_metadata().into_iter().flatten();
+    Ok(entries.filter_map(|entry| Some((entry.key.clone(), entry.value.clone()?))).collect())
 }
 
 fn parquet(trace: &Trace, about: &[(&str, String)], file: File) -> Result<(), parquet::errors::ParquetError> {

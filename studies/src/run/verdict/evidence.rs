@@ -11,12 +11,18 @@ pub(in crate::run) struct Evidence<'a> {
     pub(in crate::run) end: Option<RunEnd>,
     /// Whether the run is as long as it gets, so that growth counts as lasting.
     pub(in crate::run) is_longest: bool,
+    /// Whether no longer run follows, though one might tell more.
+    pub(in crate::run) is_last: bool,
     /// Whether a controller was in its approach at the end.
     pub(in crate::run) is_approaching: bool,
     /// Whether the tool, where it is away, may yet touch.
     pub(in crate::run) is_on_its_way: bool,
-    /// Whether nothing can touch, so that `force_n` is what a drive is commanded.
+    /// Whether nothing can touch, so that `force_n` is what is controlled, or else what a drive is commanded.
     pub(in crate::run) is_rendered: bool,
+    /// Where nothing can touch: the motion wanted at the rows, where a controller wants one.
+    pub(in crate::run) wanted: Option<&'a [f64]>,
+    /// Whether a surface moves under the tool, or a body that a series of commands drives, to the end.
+    pub(in crate::run) surface_moves: bool,
     /// Times of the rows, s.
     pub(in crate::run) t_s: &'a [f64],
     /// The contact force at the rows, N.
@@ -39,6 +45,8 @@ pub(in crate::run) struct Evidence<'a> {
     pub(in crate::run) saturated: &'a [bool],
     /// Instants at which something began to stick or slip, s.
     pub(in crate::run) sticks_s: &'a [f64],
+    /// Instants at which one side of a free play met or parted, s.
+    pub(in crate::run) plays_s: &'a [f64],
     /// What the drives are commanded that hold the force.
     pub(in crate::run) commands: &'a [Command<'a>],
     /// Amplitude of the motion that counts as rest, N; none where no force is wanted: then 2 % of the mean

@@ -27,8 +27,8 @@ const FADES: f64 = 0.03;
 const LEAST_WEAKER: usize = 4;
 /// ... each by this part of the fading that counts over a tail.
 const WEAKER_SHARE: f64 = 3.0;
-/// A stable loop of any use swings by less than so many sigma of the noise that it reads: with a damping
-/// ratio of 0.01 % by about 50.
+/// A stable loop of any use oscillates by less than this many sigma of the noise that it reads: with a
+/// damping ratio of 0.01 % by about 50.
 const NOISE_REACH: f64 = 100.0;
 
 /// Whether the amplitudes of the tail's three parts grow clearly from each to the next.
@@ -42,7 +42,7 @@ impl Evidence<'_> {
         amplitude_n < NOISE_REACH * self.noise_n
     }
 
-    /// The trend of the tail's force, of amplitude `amplitude_n` at the end; none where there are too few
+    /// The trend of the tail's force, of amplitude `amplitude_n` at the end; `None` if there are too few
     /// cycles.
     pub(super) fn trend(&self, force_n: &[f64], amplitude_n: f64) -> Option<Trend> {
         if self.may_be_noise(amplitude_n) { Trend::in_noise(force_n) } else { Trend::of(force_n) }
@@ -66,7 +66,7 @@ impl Evidence<'_> {
         rises(LEAST_RISING, 1.0, GROWS * GROWS).or_else(|| rises(LEAST_SOARING, GROWS, GROWS * GROWS))
     }
 
-    /// The last half of all impacts, but `least` where there are so many.
+    /// The last half of all impacts, but `least` where there are that many.
     fn last_impacts(&self, least: usize) -> &[(f64, f64)] {
         let all = self.impacts.len();
         &self.impacts[all - all.div_ceil(2).max(least).min(all)..]

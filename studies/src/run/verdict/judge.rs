@@ -19,7 +19,8 @@ const FEW_CYCLES: f64 = 1.01;
 const LEAST_GROWTH: f64 = 0.001;
 /// Lift-offs in the tail, and in its last part, that make chatter.
 const LEAST_LIFTS: (usize, usize) = (3, 2);
-/// Changes between sticking and sliding in the tail that make hunting.
+/// Changes between sticking and sliding in the tail that make hunting, and of a free play that make a limit
+/// cycle.
 const LEAST_STICKS: usize = 2;
 
 impl Evidence<'_> {
@@ -44,6 +45,7 @@ impl Evidence<'_> {
             }),
             Some(RunEnd::EventStorm { .. }) => Some(tail.is_undecided(Undecided::EventStorm)),
             _ if self.has_just_moved && !self.driven => Some(tail.is_undecided(Undecided::TooShort)),
+            _ if self.is_rendered && self.wanted.is_some() => Some(self.of_controlled(tail)),
             _ if self.is_rendered => {
                 let otherwise = tail.is(Outcome::NoContact);
                 Some(self.of_rendered(tail.first, otherwise, tail.growth_per_s()))
@@ -78,7 +80,7 @@ impl Evidence<'_> {
     }
 
     /// Of a motion that soars, leaves the workpiece again and again, or follows what moves it.
-    fn bouncing(&self, tail: &Tail, motion: &Motion) -> Option<Verdict> {
+    pub(super) fn bouncing(&self, tail: &Tail, motion: &Motion) -> Option<Verdict> {
         let [a1, _, a3] = tail.amplitudes_n;
         let is_certain = !motion.is_noisy || motion.trend.is_some_and(Trend::rises_on);
         if soars(tail.amplitudes_n) && a3 > 0.1 * motion.band_n && is_certain {
@@ -99,7 +101,7 @@ impl Evidence<'_> {
     }
 
     /// Of a motion within the settling band, and of one with a few lift-offs.
-    fn within_band(&self, tail: &Tail, motion: &Motion) -> Option<Verdict> {
+    pub(super) fn within_band(&self, tail: &Tail, motion: &Motion) -> Option<Verdict> {
         let [a1, a2, a3] = tail.amplitudes_n;
         let band_n = motion.band_n;
         // An unstable loop that has not left the band yet: what grows there is more than noise, and goes on
@@ -116,7 +118,7 @@ impl Evidence<'_> {
         if a3 <= band_n && motion.lifts.1 == 0 && self.lost_at_s.is_none() {
             let last_part_s = tail.last_part_s();
             let last_row = self.t_s.partition_point(|&t| t < last_part_s);
-            if self.commands.iter().any(|command| command.winds(self.force_n, last_row, band_n)) {
+            if self.winds(last_row, band_n) {
                 return Some(tail.is_undecided(Undecided::StillWinding));
             }
             let never_left = self.lifts_s.is_empty();
@@ -126,7 +128,7 @@ impl Evidence<'_> {
     }
 
     /// Of a motion in contact beyond the settling band.
-    fn swinging(&self, tail: &Tail, motion: &Motion) -> Verdict {
+    pub(super) fn swinging(&self, tail: &Tail, motion: &Motion) -> Verdict {
         let [a1, a2, a3] = tail.amplitudes_n;
         let (trend, is_noisy) = (motion.trend, motion.is_noisy);
         let saturates = saturation::share(&self.saturated[tail.first..]) > SATURATES;
@@ -134,13 +136,17 @@ impl Evidence<'_> {
         // Noise makes of a few cycles what it likes.
         let falls = trend.map_or(!is_noisy && a2 > CREEPS * a3 && a1 > CREEPS * a2, Trend::falls);
         let lasts = a3 >= LASTS * a1;
+        if self.surface_moves && !trend.is_some_and(Trend::rises_on) {
+            return tail.is(Outcome::FollowsSurface);
+        }
         if falls || (!lasts && !is_noisy) {
             return tail.is_undecided(Undecided::StillDecaying);
         }
         if trend.map_or(!is_noisy && a3 > CREEPS * a2 && a2 > CREEPS * a1, Trend::rises) {
             let rate_per_s = trend.map_or(tail.growth_per_s(), |trend| trend.change / tail.length_s());
             // In contact a linear machine has no other end.
-            if self.is_longest && !saturates && !sticks && trend.is_some_and(Trend::rises_on) {
+            let is_last = self.is_longest || (self.is_last && self.lifts_s.is_empty());
+            if is_last && !saturates && !sticks && trend.is_some_and(Trend::rises_on) {
                 return self.grows(tail, rate_per_s);
             }
             return Verdict {
@@ -156,6 +162,9 @@ impl Evidence<'_> {
         }
         if sticks {
             return tail.is(Outcome::Hunting);
+        }
+        if self.is_rendered && self.plays_s.iter().filter(|&&t| t >= tail.span_s[0]).count() >= LEAST_STICKS {
+            return tail.is(Outcome::LimitCycle);
         }
         // In contact, without limits or friction, what neither grows nor dies out is rare, and a few cycles
         // do not tell it.
@@ -183,9 +192,12 @@ pub(super) mod tests {
         Evidence {
             end: Some(RunEnd::Completed),
             is_longest: false,
+            is_last: false,
             is_approaching: false,
             is_on_its_way: false,
             is_rendered: false,
+            wanted: None,
+            surface_moves: false,
             t_s: &[],
             force_n: &[0.0; ROWS],
             driven: false,
@@ -197,6 +209,7 @@ pub(super) mod tests {
             lifts_s: &[],
             saturated: &[false; ROWS],
             sticks_s: &[],
+            plays_s: &[],
             commands: &[],
             band_n: Some(0.4),
             noise_n: 0.0,
@@ -268,6 +281,9 @@ pub(super) mod tests {
         // The windows' ends leave up to 0.2 % of an amplitude, over 0.9 s.
         assert!((rises.growth_per_s.unwrap() - 0.1).abs() < 0.005, "{rises:?}");
         assert_eq!(verdict_of(swing(0.1), |e| e.is_longest = true).outcome, Outcome::Unstable);
+        assert_eq!(verdict_of(swing(0.1), |e| e.is_last = true).outcome, Outcome::Unstable);
+        let bounced = verdict_of(swing(0.1), |e| (e.is_last, e.lifts_s) = (true, &[0.21]));
+        assert_eq!(bounced.outcome, Outcome::Undecided);
         let limited = verdict_of(swing(0.1), |e| (e.is_longest, e.saturated) = (true, &[true; ROWS]));
         assert_eq!(limited.undecided, Some(Undecided::StillGrowing), "a limit may yet bound it");
         assert_eq!(verdict_of(swing(0.0), |_| {}).outcome, Outcome::Oscillates);
@@ -313,6 +329,18 @@ pub(super) mod tests {
             Evidence { driven: true, moving_reference_n: Some(&reference), ..base }.verdict().outcome,
             Outcome::Driven
         );
+    }
+
+    /// Swings of 2 Hz and of 20 Hz that the surface forces on the tool, and one that grows all the same.
+    #[test]
+    fn truth_a_force_under_a_moving_surface_follows_it_unless_it_grows() {
+        for hz in [2.0, 20.0] {
+            let swings = |t: f64| 20.0 + 5.0 * (TAU * hz * t).sin();
+            assert_eq!(verdict_of(swings, |e| e.surface_moves = true).outcome, Outcome::FollowsSurface);
+        }
+        let grows = |t: f64| 20.0 + 0.5 * (3.0 * t).exp() * (TAU * 60.0 * t).cos();
+        assert_eq!(verdict_of(grows, |e| e.surface_moves = true).outcome, Outcome::Unstable);
+        assert_eq!(verdict_of(|_| 20.0, |e| e.surface_moves = true).outcome, Outcome::Settled);
     }
 
     #[test]

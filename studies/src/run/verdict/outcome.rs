@@ -17,7 +17,7 @@ pub enum Outcome {
     Chatter,
     /// Grows.
     Unstable,
-    /// Oscillates between limits of drive or controller.
+    /// Oscillates between limits of drive or controller, or, where nothing touches, within a free play.
     LimitCycle,
     /// Sticks and breaks loose again and again.
     Hunting,
@@ -25,6 +25,8 @@ pub enum Outcome {
     Oscillates,
     /// Follows a reference that moves to the end.
     Driven,
+    /// Keeps contact with a surface that moves to the end, and its force with it.
+    FollowsSurface,
     /// Does not touch, or no longer.
     NoContact,
     /// Not to be told from this run.
@@ -33,7 +35,7 @@ pub enum Outcome {
 
 impl Outcome {
     /// Every outcome with its name in files.
-    pub const ALL: [(Self, &'static str); 10] = [
+    pub const ALL: [(Self, &'static str); 11] = [
         (Self::Settled, "settled"),
         (Self::BouncesThenSettles, "bounces-then-settles"),
         (Self::Chatter, "chatter"),
@@ -42,6 +44,7 @@ impl Outcome {
         (Self::Hunting, "hunting"),
         (Self::Oscillates, "oscillates"),
         (Self::Driven, "driven"),
+        (Self::FollowsSurface, "follows-surface"),
         (Self::NoContact, "no-contact"),
         (Self::Undecided, "undecided"),
     ];
@@ -51,9 +54,9 @@ impl Outcome {
         Self::ALL.iter().find(|(outcome, _)| *outcome == self).map_or("", |(_, name)| name)
     }
 
-    /// Whether the force comes to rest, or follows a reference that moves.
+    /// Whether the force comes to rest, or follows a reference or a surface that moves.
     pub fn is_stable(self) -> bool {
-        matches!(self, Self::Settled | Self::BouncesThenSettles | Self::Driven)
+        matches!(self, Self::Settled | Self::BouncesThenSettles | Self::Driven | Self::FollowsSurface)
     }
 
     /// Whether the force oscillates to the end.

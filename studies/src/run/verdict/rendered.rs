@@ -1,17 +1,62 @@
 //! The verdict where nothing can touch, so that a wall, if there is one, is one that a controller renders: by
-//! what the drive is commanded.
+//! the motion that a controller wants, else by what the drive is commanded.
 
 use crate::run::measure::saturation;
 use crate::run::measure::trend::Trend;
 use crate::run::verdict::evidence::Evidence;
 use crate::run::verdict::growth::soars;
 use crate::run::verdict::outcome::{Outcome, Undecided, Verdict};
-use crate::run::verdict::tail::{LASTS, LEAST_ROWS, SATURATES};
+use crate::run::verdict::tail::{LASTS, LEAST_ROWS, Motion, SATURATES, Tail};
 
 /// Growth of a command below this share of the largest one is rounding.
 const ROUNDING: f64 = 1e-9;
 
+/// A motion this many times farther from where it should be than it ever was by a start or a step, and on its
+/// way out, diverges: a drive at its limit makes growth slower than exponential.
+const FAR: f64 = 10.0;
+/// Growth from part to part of the tail that is more than the fluctuation of a steady swing.
+const GOES: f64 = 1.05;
+
 impl Evidence<'_> {
+    /// Where nothing can touch: of the motion that a controller wants.
+    pub(super) fn of_controlled(&self, tail: &Tail) -> Verdict {
+        if let Some(rate_per_s) = self.departure_per_s(tail) {
+            return Verdict { growth_per_s: Some(rate_per_s), ..tail.is(Outcome::Unstable) };
+        }
+        if self.t_s.len() - tail.first < LEAST_ROWS {
+            return tail.is_undecided(Undecided::TooShort);
+        }
+        let motion = Motion::of(self, tail);
+        (self.bouncing(tail, &motion))
+            .or_else(|| self.within_band(tail, &motion))
+            .unwrap_or_else(|| self.swinging(tail, &motion))
+    }
+
+    /// Rate at which the controlled motion departs, where it has gone far beyond what it was asked for.
+    fn departure_per_s(&self, tail: &Tail) -> Option<f64> {
+        let wanted = self.wanted?;
+        let error = |row: usize| (self.force_n[row] - wanted[row]).abs();
+        let rows = self.t_s.len() - tail.first;
+        let [d1, d2, d3]: [f64; 3] = std::array::from_fn(|part| {
+            let rows = tail.first + part * rows / 3..tail.first + (part + 1) * rows / 3;
+            rows.map(error).fold(0.0, f64::max)
+        });
+        let steps = (1..wanted.len()).map(|row| (wanted[row] - wanted[row - 1]).abs()).fold(0.0, f64::max);
+        let scale = steps.max(if wanted.is_empty() { 0.0 } else { error(0) });
+        let departs = d3 > GOES * d2 && d2 > GOES * d1 && d3 > FAR * scale && scale > 0.0;
+        departs.then(|| (d3 / d1).ln() / (2.0 / 3.0 * tail.length_s())).filter(|rate| rate.is_finite())
+    }
+
+    /// Whether a command goes on moving from `first` on while what it should move rests within a band.
+    pub(super) fn winds(&self, first: usize, band_n: f64) -> bool {
+        if !self.is_rendered {
+            return self.commands.iter().any(|command| command.winds(self.force_n, first, band_n));
+        }
+        // A motion is no force: what a command that holds it in place may move by is a share of its own size.
+        let still = vec![0.0; self.t_s.len()];
+        self.commands.iter().any(|command| command.winds(&still, first, command.band_n(first)))
+    }
+
     /// Where nothing can touch: of a command that grows, or swings between limits. `otherwise` is what
     /// becomes of one that does neither.
     pub(super) fn of_rendered(&self, first: usize, otherwise: Verdict, growth_per_s: f64) -> Verdict {
@@ -50,6 +95,31 @@ mod tests {
     use super::super::judge::tests::{ROWS, verdict_of};
     use super::*;
     use std::f64::consts::TAU;
+
+    /// The verdict on a motion that should be 1, from 0 on.
+    fn of_motion(motion: impl Fn(f64) -> f64, change: impl Fn(&mut Evidence<'_>)) -> Outcome {
+        verdict_of(motion, |e| {
+            (e.is_rendered, e.starts_at_s, e.wanted) = (true, None, Some(&[1.0; ROWS][..]));
+            e.band_n = Some(0.02);
+            change(e);
+        })
+        .outcome
+    }
+
+    #[test]
+    fn truth_a_controlled_motion_settles_diverges_hunts_or_cycles() {
+        let settles = |t: f64| 1.0 - (-10.0 * t).exp() * (TAU * 5.0 * t).cos();
+        assert_eq!(of_motion(settles, |_| {}), Outcome::Settled);
+        // By the square of time, as a drive at its limit makes it: no exponential.
+        let winds_up = |t: f64| 20.0 * t * t * (TAU * 20.0 * t).cos();
+        assert_eq!(of_motion(winds_up, |e| e.saturated = &[true; ROWS]), Outcome::Unstable);
+        let swings = |t: f64| 1.0 + 0.1 * (TAU * 20.0 * t).cos();
+        assert_eq!(of_motion(swings, |_| {}), Outcome::Oscillates);
+        assert_eq!(of_motion(swings, |e| e.plays_s = &[1.2, 1.25, 1.3]), Outcome::LimitCycle);
+        assert_eq!(of_motion(swings, |e| e.sticks_s = &[1.2, 1.25, 1.3]), Outcome::Hunting);
+        assert_eq!(of_motion(swings, |e| e.saturated = &[true; ROWS]), Outcome::LimitCycle);
+        assert_eq!(of_motion(swings, |e| e.driven = true), Outcome::Driven);
+    }
 
     #[test]
     fn truth_a_command_where_nothing_can_touch_grows_or_swings_between_limits_or_neither() {

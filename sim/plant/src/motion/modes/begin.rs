@@ -1,6 +1,6 @@
 //! The mode of a state that was not reached by motion.
 
-use super::{ContactState, FrictionState, GuardValue, Mode, ModeTable, StopSide, Switch, SwitchState};
+use super::{ContactState, DirectionState, FrictionState, GuardValue, Mode, ModeTable, Switch, SwitchState};
 use crate::motion::{Motion, dot};
 
 /// The mode in which a machine begins.
@@ -54,14 +54,17 @@ impl Motion {
                 Switch::Contact(c) => mode.with(i, ContactState::at(value(&equations.compression[c][0]))),
                 Switch::Stop(link, side) => {
                     let e = value(&equations.elongation[link][0]);
-                    let half = 0.5 * self.assembly.links[link].play;
-                    let is_compressed = if side == StopSide::Upper { e > half } else { -e > half };
+                    let mut stops = self.assembly.links[link].stops();
+                    let is_compressed = stops.any(|(s, at)| s == side && side.sign() * (e - at) > 0.0);
                     mode.with(i, if is_compressed { ContactState::Pushing } else { ContactState::Open })
                 }
                 Switch::Friction(link) => {
                     mode.with(i, FrictionState::at(value(&equations.elongation[link][1])))
                 }
-                Switch::Limit(_) | Switch::Ramp(_) => mode,
+                Switch::Direction(link) => {
+                    mode.with(i, DirectionState::at(value(&equations.elongation[link][1])))
+                }
+                Switch::Limit(_) | Switch::Line(_) | Switch::Deadband(_) | Switch::Ramp(_) => mode,
             };
         }
         mode

@@ -68,14 +68,7 @@ impl Motion {
                     xi[ramp] = xi[self.layout.input(i)];
                 }
             }
-            // A fixed step goes beyond the limit before it is seen to be reached; held there, the force would
-            // never be within it again.
-            (Switch::Limit(i), SwitchState::Limit(state)) => {
-                let held = state.effort(self.assembly.drives[i].limit);
-                if let (Some(force), Some(held)) = (self.layout.force(i), held) {
-                    xi[force] = held;
-                }
-            }
+            (Switch::Limit(i), to) => self.hold_force(i, to, xi),
             _ => {}
         }
         let index = table.index_of(self, mode.with(number, to))?;
@@ -120,7 +113,12 @@ impl Motion {
             return;
         };
         let link = &self.assembly.links[link];
+        let is_imposed = |g: usize| self.coordinates.is_imposed(g);
         match [link.a, link.b].map(|node| self.coordinates.of(node)) {
+            [Some(a), Some(b)] if is_imposed(a) != is_imposed(b) => {
+                let (lead, other) = if is_imposed(a) { (a, b) } else { (b, a) };
+                xi[self.layout.v(other)] = xi[self.layout.v(lead)];
+            }
             [Some(a), Some(b)] => {
                 let [ma, mb] = [a, b].map(|g| self.coordinates.mass_kg(g));
                 let [va, vb] = [a, b].map(|g| self.layout.v(g));
@@ -128,6 +126,7 @@ impl Motion {
                 xi[va] = joint;
                 xi[vb] = joint;
             }
+            [Some(g), None] | [None, Some(g)] if is_imposed(g) => {}
             [Some(g), None] | [None, Some(g)] => xi[self.layout.v(g)] = 0.0,
             [None, None] => {}
         }
@@ -135,10 +134,11 @@ impl Motion {
 }
 
 /// The groups that pairs of equal speeds make (`None`: ground): each member with the first one, or with
-/// ground, each once.
+/// ground, each once. One whose motion is imposed leads its group, and follows nothing.
 pub(in crate::motion) fn joined(
     pairs: &[[Option<usize>; 2]],
     coordinates: usize,
+    is_imposed: impl Fn(usize) -> bool,
 ) -> Vec<(usize, Option<usize>)> {
     let mut lead: Vec<Option<usize>> = (0..coordinates).map(Some).collect();
     let lead_of = |lead: &[Option<usize>], end: Option<usize>| end.and_then(|g| lead[g]);
@@ -148,5 +148,9 @@ pub(in crate::motion) fn joined(
         let (low, high) = (a.min(b), a.max(b));
         lead.iter_mut().filter(|l| **l == high).for_each(|l| *l = low);
     }
-    (0..coordinates).map(|g| (g, lead[g])).filter(|(g, lead)| *lead != Some(*g)).collect()
+    for g in (0..coordinates).filter(|g| is_imposed(*g)) {
+        let of_group = lead[g];
+        lead.iter_mut().filter(|l| **l == of_group).for_each(|l| *l = Some(g));
+    }
+    (0..coordinates).map(|g| (g, lead[g])).filter(|(g, lead)| *lead != Some(*g) && !is_imposed(*g)).collect()
 }

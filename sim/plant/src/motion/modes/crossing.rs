@@ -3,8 +3,8 @@
 /// A guard this close to zero, relative to the terms it is made of, may be the trace of the event that has
 /// just happened ...
 pub const AT_ZERO: f64 = 1e-12;
-/// ... and so may one that was at zero this short a time ago, s: ten thousand times the rounding of an event's
-/// instant.
+/// ... and so may one that was at zero this short a time ago, s: ten thousand times the rounding of an
+/// event's instant.
 pub const AT_ZERO_S: f64 = 1e-13;
 /// Halvings of a span in search of an instant at which a guard has grown from zero.
 const HALVINGS: i32 = 50;
@@ -23,11 +23,11 @@ pub struct Instant {
 /// A guard along the motion of one mode, which whoever carries the state can look at.
 pub trait Course {
     /// The guard `s` after the start of the span; `None` where the motion leaves all numbers.
-    fn look(&mut self, s: f64) -> Option<Instant>;
+    fn at(&mut self, s: f64) -> Option<Instant>;
 
     /// Its value alone.
     fn value(&mut self, s: f64) -> Option<f64> {
-        self.look(s).map(|instant| instant.value)
+        self.at(s).map(|instant| instant.value)
     }
 }
 
@@ -52,7 +52,7 @@ pub fn first_crossing(
     let mut left = start;
     if start.value <= trace {
         let grown = (3..HALVINGS).find_map(|k| {
-            let instant = course.look(end.s * 0.5_f64.powi(k))?;
+            let instant = course.at(end.s * 0.5_f64.powi(k))?;
             (instant.value > 0.0).then_some(instant)
         });
         match grown {
@@ -82,7 +82,7 @@ fn dip(course: &mut impl Course, left: Instant, right: Instant, span: f64, close
         if !may_dip(&a, &b) {
             return None;
         }
-        let middle = course.look(0.5 * (a.s + b.s))?;
+        let middle = course.at(0.5 * (a.s + b.s))?;
         if middle.value <= 0.0 {
             return Some(middle);
         }
@@ -123,7 +123,7 @@ mod tests {
     struct Quadratic([f64; 3]);
 
     impl Course for Quadratic {
-        fn look(&mut self, s: f64) -> Option<Instant> {
+        fn at(&mut self, s: f64) -> Option<Instant> {
             let [a, b, c] = self.0;
             Some(Instant { s, value: a + s * (b + s * c), slope: b + 2.0 * c * s })
         }
@@ -131,7 +131,7 @@ mod tests {
 
     fn fires(c: [f64; 3], trace: f64) -> Option<f64> {
         let mut course = Quadratic(c);
-        let ends = [0.0, 1.0].map(|s| course.look(s).unwrap());
+        let ends = [0.0, 1.0].map(|s| course.at(s).unwrap());
         first_crossing(&mut course, ends, trace, CLOSE_S)
     }
 

@@ -1,7 +1,7 @@
 //! What ends a mode of a machine, as rows.
 
-use super::{ContactState, Mode, StopSide, Switch, SwitchState};
-use crate::motion::forces::{Forces, source_rate};
+use super::{ContactState, DirectionState, Mode, StopSide, Switch, SwitchState};
+use crate::motion::forces::Forces;
 use crate::motion::layout::{add, scaled};
 use crate::motion::{Motion, NonlinearLaw, Row};
 
@@ -57,7 +57,7 @@ impl Motion {
                     to(mode.contact(switch).guards(depth, || self.pushing_rows(i, depth, rate)))
                 }
                 Switch::Stop(i, side) => {
-                    let [depth, pushing] = self.stop_rows(i, side, forces);
+                    let [depth, pushing] = self.stop_rows(mode, i, side, forces);
                     to(mode.contact(switch).guards(&depth, || {
                         vec![(pushing, ContactState::after_flank(self.assembly.links[i].damping))]
                     }))
@@ -70,10 +70,14 @@ impl Motion {
                         (row, next.map_or(GuardValue::Stop, |next| GuardValue::To(next.into())))
                     })
                     .collect(),
+                Switch::Direction(i) => {
+                    let rate = &forces.elongation[i][1];
+                    to(mode.direction(switch).guards(rate, || self.rest_room(rate)))
+                }
                 Switch::Ramp(i) => to(mode.ramp(switch).guards(|| self.left_to_ramp(i))),
-                Switch::Limit(i) => self.effort_rate(i, forces).map_or_else(Vec::new, |rate| {
-                    to(mode.limit(switch).guards(|| self.effort_room(i), rate))
-                }),
+                Switch::Limit(i) | Switch::Line(i) | Switch::Deadband(i) => {
+                    to(self.bound_guards(what, i, mode, &forces.stroke[i]))
+                }
             };
             guards.extend(of_switch.into_iter().map(|(row, value)| Guard { switch, row, value }));
         }
@@ -108,17 +112,19 @@ impl Motion {
         ContactState::while_pushing(law, depth, force, factor)
     }
 
-    /// How deep one side of the free play of link `i` is compressed, and what its law pushes.
-    fn stop_rows(&self, i: usize, side: StopSide, forces: &Forces) -> [Row; 2] {
+    /// How deep one side of link `i` is compressed, and what its law pushes.
+    fn stop_rows(&self, mode: Mode, i: usize, side: StopSide, forces: &Forces) -> [Row; 2] {
         let link = &self.assembly.links[i];
-        let (sign, tag) = if side == StopSide::Upper { (1.0, 1) } else { (-1.0, -1) };
+        let sign = side.sign();
         let [e, e_rate] = &forces.elongation[i];
         let mut depth = scaled(sign, e);
-        depth[self.layout.one()] -= 0.5 * link.play;
+        let at = link.stops().find(|(s, _)| *s == side).map_or(0.0, |(_, at)| at);
+        depth[self.layout.one()] -= sign * at;
         let mut push = scaled(link.stiffness, &depth);
-        add(&mut push, sign * link.damping, e_rate);
+        add(&mut push, sign * self.damping(mode, i), e_rate);
         for (j, term) in self.terms.iter().enumerate() {
-            if matches!(term.law, NonlinearLaw::Cubic { link, side, .. } if link == i && side == tag) {
+            if matches!(term.law, NonlinearLaw::Cubic { link, side: of, .. } if link == i && of == Some(side))
+            {
                 push[self.layout.term(j)] += 1.0;
             }
         }
@@ -136,33 +142,13 @@ impl Motion {
         })
     }
 
-    /// What the command of drive `i` has left to its target.
-    fn left_to_ramp(&self, i: usize) -> Row {
-        let mut left = self.layout.zero();
-        if let Some(ramp) = self.layout.ramp(i) {
-            left[self.layout.input(i)] = 1.0;
-            left[ramp] = -1.0;
-        }
-        left
-    }
-
-    /// How far the effort of drive `i` is from its upper and lower limit.
-    fn effort_room(&self, i: usize) -> [Row; 2] {
+    /// How far a speed is from where forward and backward begin.
+    fn rest_room(&self, rate: &Row) -> [Row; 2] {
         [-1.0, 1.0].map(|sign| {
-            let mut room = self.layout.zero();
-            if let Some(force) = self.layout.force(i) {
-                room[force] = sign;
-            }
-            room[self.layout.one()] = self.assembly.drives[i].limit;
+            let mut room = scaled(sign, rate);
+            room[self.layout.one()] += DirectionState::REST_M_PER_S;
             room
         })
-    }
-
-    /// How fast the effort of drive `i` would change without a limit, for a velocity source.
-    fn effort_rate(&self, i: usize, forces: &Forces) -> Option<Row> {
-        let source = self.assembly.drives[i].velocity_source?;
-        let force = self.layout.force(i)?;
-        Some(source_rate(source, &self.lagged_command(i), &forces.stroke[i][1], force))
     }
 }
 

@@ -1,10 +1,10 @@
 //! What each switch does: which quantities are positive while it stays in its state, and where it goes when
 //! one of them no longer is.
 //!
-//! A quantity is a number where the motion is integrated as it is (an arm's), and a row of the extended vector
-//! where modes are linear.
+//! A quantity is a number where the motion is integrated as it is (an arm's), and a row of the extended
+//! vector where modes are linear.
 
-use super::{ContactState, FrictionState, LimitState, RampState};
+use super::{ContactState, DirectionState, FrictionState, LimitState, RampState};
 use crate::assembly::ForceLaw;
 use crate::motion::Row;
 use crate::motion::layout::scaled;
@@ -111,6 +111,30 @@ impl FrictionState {
             Self::Stick => {
                 let [forward, backward] = room();
                 vec![(forward, Some(Self::Forward)), (backward, Some(Self::Backward))]
+            }
+        }
+    }
+}
+
+impl DirectionState {
+    /// The direction of a speed.
+    pub fn at(speed: f64) -> Self {
+        match speed {
+            v if v > Self::REST_M_PER_S => Self::Forward,
+            v if v < -Self::REST_M_PER_S => Self::Backward,
+            _ => Self::AtRest,
+        }
+    }
+
+    /// What is positive while a guide of this speed stays in this state, and what follows. `room`: how far
+    /// the speed is from where forward and backward begin.
+    pub fn guards<Q: Signed + Clone>(self, speed: &Q, room: impl FnOnce() -> [Q; 2]) -> Vec<(Q, Self)> {
+        match self {
+            Self::Forward => vec![(speed.clone(), Self::AtRest)],
+            Self::Backward => vec![(speed.opposite(), Self::AtRest)],
+            Self::AtRest => {
+                let [forward, backward] = room();
+                vec![(forward, Self::Forward), (backward, Self::Backward)]
             }
         }
     }

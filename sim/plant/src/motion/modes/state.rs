@@ -28,7 +28,7 @@ pub enum FrictionState {
     Backward = 1,
 }
 
-/// Where the effort of a velocity source stands against its limit.
+/// Where an effort stands against its limit, or an error against its deadband.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum LimitState {
@@ -54,6 +54,34 @@ pub enum RampState {
     Falling = 1,
 }
 
+/// Which way a guide moves whose resistance differs by direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum DirectionState {
+    /// Slower than [`DirectionState::REST_M_PER_S`].
+    #[default]
+    AtRest = 0,
+    /// Forward.
+    Forward = 2,
+    /// Backward.
+    Backward = 1,
+}
+
+impl DirectionState {
+    /// A guide that is slower is at rest, m/s (rad/s). Its resistance vanishes with its speed, so that what
+    /// this leaves out is rounding.
+    pub const REST_M_PER_S: f64 = 1e-12;
+
+    /// Sign of the speed.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::AtRest => 0.0,
+            Self::Forward => 1.0,
+            Self::Backward => -1.0,
+        }
+    }
+}
+
 /// The state of one switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SwitchState {
@@ -61,10 +89,12 @@ pub enum SwitchState {
     Contact(ContactState),
     /// Of a guide with dry friction.
     Friction(FrictionState),
-    /// Of an effort limit.
+    /// Of an effort limit, a speed line or a deadband.
     Limit(LimitState),
     /// Of a rate limit.
     Ramp(RampState),
+    /// Of a guide whose resistance differs by direction.
+    Direction(DirectionState),
 }
 
 impl SwitchState {
@@ -74,6 +104,7 @@ impl SwitchState {
             Self::Friction(state) => state as u8,
             Self::Limit(state) => state as u8,
             Self::Ramp(state) => state as u8,
+            Self::Direction(state) => state as u8,
         }
     }
 }
@@ -99,6 +130,12 @@ impl From<LimitState> for SwitchState {
 impl From<RampState> for SwitchState {
     fn from(state: RampState) -> Self {
         Self::Ramp(state)
+    }
+}
+
+impl From<DirectionState> for SwitchState {
+    fn from(state: DirectionState) -> Self {
+        Self::Direction(state)
     }
 }
 
@@ -131,13 +168,19 @@ impl Mode {
         [RampState::AtTarget, RampState::Falling, RampState::Rising][self.index(i)]
     }
 
+    /// The state of switch `i`, a guide whose resistance differs by direction.
+    pub fn direction(self, i: usize) -> DirectionState {
+        [DirectionState::AtRest, DirectionState::Backward, DirectionState::Forward][self.index(i)]
+    }
+
     /// The state of switch `i`, which is one of `switch`.
     pub fn state(self, switch: Switch, i: usize) -> SwitchState {
         match switch {
             Switch::Contact(_) | Switch::Stop(..) => self.contact(i).into(),
             Switch::Friction(_) => self.friction(i).into(),
-            Switch::Limit(_) => self.limit(i).into(),
+            Switch::Limit(_) | Switch::Line(_) | Switch::Deadband(_) => self.limit(i).into(),
             Switch::Ramp(_) => self.ramp(i).into(),
+            Switch::Direction(_) => self.direction(i).into(),
         }
     }
 

@@ -27,7 +27,7 @@ impl Storm {
         (self.at_instant, self.has_switched) = (0, false);
     }
 
-    /// How far time is to be pushed on, past guards, if it is; a push is followed by a look.
+    /// How far time is to be pushed on, past guards, if it is; a nudge is followed by an evaluation.
     pub fn push_s(&self) -> Option<f64> {
         (self.has_switched && self.at_instant >= EVENTS_BEFORE_PUSH)
             .then(|| PUSH_S * f64::from(1_u32 << (self.at_instant - EVENTS_BEFORE_PUSH).min(20)))

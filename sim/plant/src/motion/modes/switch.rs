@@ -1,7 +1,7 @@
 //! What can switch.
 
 use super::super::{Coordinates, Motion};
-use super::{ContactState, Mode};
+use super::{ContactState, DirectionState, Mode};
 use crate::assembly::Assembly;
 use crate::description::Engagement;
 
@@ -23,10 +23,16 @@ pub enum Switch {
     Stop(usize, StopSide),
     /// Dry friction of a link.
     Friction(usize),
-    /// The effort limit of a velocity source.
+    /// The effort limit of a drive whose force builds up, or answers the motion.
     Limit(usize),
+    /// What the speed leaves of the effort of a drive.
+    Line(usize),
+    /// The deadband of the error of a continuous servo.
+    Deadband(usize),
     /// The rate limit of a drive.
     Ramp(usize),
+    /// The direction in which a link moves whose resistance depends on it.
+    Direction(usize),
 }
 
 /// Everything that switches in a machine, in the order of its modes.
@@ -39,20 +45,30 @@ pub(in crate::motion) fn switches(assembly: &Assembly, coordinates: &Coordinates
         .map(|(i, _)| Switch::Contact(i));
     let links = assembly.links.iter().enumerate().filter(|(_, link)| !link.rigid && apart(link.a, link.b));
     let links = links.flat_map(|(i, link)| {
-        let play =
-            (link.play > 0.0).then_some([Switch::Stop(i, StopSide::Upper), Switch::Stop(i, StopSide::Lower)]);
-        play.into_iter().flatten().chain(link.friction.acts().then_some(Switch::Friction(i)))
+        let stops = link.stops().map(move |(side, _)| Switch::Stop(i, side));
+        let direction = link.feels_direction().then_some(Switch::Direction(i));
+        stops.chain(link.friction.acts().then_some(Switch::Friction(i))).chain(direction)
     });
-    let limits = (assembly.drives.iter().enumerate())
-        .filter(|(_, drive)| drive.velocity_source.is_some() && drive.limit.is_finite())
+    let drives = || assembly.drives.iter().enumerate();
+    let limits = drives()
+        .filter(|(_, drive)| drive.limits_force() && drive.limit.is_finite())
         .map(|(i, _)| Switch::Limit(i));
-    let ramps = assembly
-        .drives
-        .iter()
-        .enumerate()
-        .filter(|(_, drive)| drive.rate_limit.is_finite())
-        .map(|(i, _)| Switch::Ramp(i));
-    contacts.chain(links).chain(limits).chain(ramps).collect()
+    let lines = drives().filter(|(_, drive)| drive.line.is_some()).map(|(i, _)| Switch::Line(i));
+    let deadbands = drives()
+        .filter(|(_, drive)| drive.continuous_servo().is_some() && drive.deadband > 0.0)
+        .map(|(i, _)| Switch::Deadband(i));
+    let ramps = drives().filter(|(_, drive)| drive.rate_limit.is_finite()).map(|(i, _)| Switch::Ramp(i));
+    contacts.chain(links).chain(limits).chain(lines).chain(deadbands).chain(ramps).collect()
+}
+
+impl StopSide {
+    /// Sign of the elongations that press it.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Upper => 1.0,
+            Self::Lower => -1.0,
+        }
+    }
 }
 
 impl Motion {
@@ -73,6 +89,11 @@ impl Motion {
     /// The state of one side of the free play of a link.
     pub(in crate::motion) fn stop_state(&self, mode: Mode, link: usize, side: StopSide) -> ContactState {
         self.state_of(mode, Switch::Stop(link, side))
+    }
+
+    /// The direction in which a link moves, where its resistance depends on it.
+    pub(in crate::motion) fn direction(&self, mode: Mode, link: usize) -> DirectionState {
+        self.number_of(Switch::Direction(link)).map_or(DirectionState::AtRest, |i| mode.direction(i))
     }
 
     fn state_of(&self, mode: Mode, switch: Switch) -> ContactState {

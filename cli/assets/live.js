@@ -1,0 +1,350 @@
+// A page that moves: sliders ask the command for the state that follows, one request at a time, the latest wish first.
+(() => {
+  "use strict";
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const $ = (id) => document.getElementById(id);
+  const make = (name, set, ...inside) => { const made = Object.assign(document.createElement(name), set); made.append(...inside); return made; };
+  const node = (name, attributes, text) => {
+    const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+    for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+    if (text !== undefined) made.textContent = text;
+    return made;
+  };
+  const short = (v, digits = 4) => Number(v.toPrecision(digits)).toString();
+  const post = async (path, body) => {
+    try {
+      return await (await fetch(path, { method: "POST", body: JSON.stringify(body) })).json();
+    } catch {
+      return { problem: "The command that serves this page has ended." };
+    }
+  };
+  const STEPS = 1000, REACH = 10, LATENCIES = 400;
+  const knobs = new Map(), latencies = [];
+  let version = 0, pinned = null, state = null;
+
+  // Sliders of positive numbers go by ratio, others by difference; zero has a range of its own.
+  const scale = (value) => value > 0 ? { low: value / REACH, high: value * REACH, log: true }
+    : value < 0 ? { low: value * 2, high: 0, log: false } : { low: 0, high: 1, log: false };
+  const share = ({ low, high, log }, v) => log ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low);
+  const value = ({ low, high, log }, s) => log ? low * (high / low) ** s : low + s * (high - low);
+  const settings = () => Object.fromEntries([...knobs].filter(([, knob]) => knob.value !== knob.file).map(([key, knob]) => [key, knob.value]));
+
+  const show = (knob) => {
+    knob.slider.value = Math.round(STEPS * share(knob.range, knob.value));
+    knob.number.value = short(knob.value, 6);
+    knob.row.classList.toggle("moved", knob.value !== knob.file);
+  };
+  const set = (key, v) => {
+    const knob = knobs.get(key);
+    if (!knob || !Number.isFinite(v)) return;
+    knob.value = v;
+    if (v < knob.range.low || v > knob.range.high) knob.range = { ...scale(v), low: Math.min(scale(v).low, knob.range.low), high: Math.max(scale(v).high, knob.range.high) };
+    if (knob.range.log && knob.range.low <= 0) knob.range = { low: Math.min(0, v), high: Math.max(knob.range.high, v), log: false };
+    show(knob);
+  };
+  const remember = () => {
+    const moved = new URLSearchParams(Object.entries(settings()).map(([key, v]) => [key, String(v)])).toString();
+    history.replaceState(null, "", moved ? `#${moved}` : location.pathname);
+  };
+  const moved = (key, v) => { set(key, v); remember(); ask(); };
+
+  const knob = ({ key, value: v, unit }) => {
+    const id = `knob-${key}`, name = key.split(".").slice(2).join(".") || key;
+    const label = make("label", { htmlFor: id, textContent: name, title: key });
+    const number = make("input", { type: "number", step: "any" });
+    number.setAttribute("aria-label", `${key} in SI`);
+    const slider = make("input", { type: "range", min: 0, max: STEPS, step: 1, id });
+    const row = make("div", { className: "knob" }, label, number, make("span", { textContent: unit }), slider);
+    const made = { key, value: v, file: v, range: scale(v), slider, number, row, unit };
+    slider.oninput = () => moved(key, Number(short(value(made.range, slider.value / STEPS), 4)));
+    number.onchange = () => moved(key, Number(number.value));
+    knobs.set(key, made);
+    show(made);
+    return row;
+  };
+
+  const build = (file) => {
+    const kept = settings();
+    knobs.clear();
+    const groups = new Map();
+    for (const number of file.numbers) {
+      const [table, name] = number.key.split(".");
+      const group = `${table}.${name}`;
+      if (!groups.has(group)) groups.set(group, []);
+      groups.get(group).push(knob(number));
+    }
+    const first = [...groups].sort((a, b) => rank(a[0]) - rank(b[0]));
+    const folded = first.map(([group, rows]) => make("details", { open: rank(group) < 2 }, make("summary", { textContent: group }), ...rows));
+    $("knobs").replaceChildren(acts, told, ...folded);
+    for (const [key, v] of Object.entries(kept)) set(key, v);
+  };
+  const rank = (group) => ["controllers", "contacts", "springs", "sensors", "actuators"].indexOf(group.split(".")[0] ) >= 0
+    ? ["controllers", "contacts", "springs", "sensors", "actuators"].indexOf(group.split(".")[0]) : 9;
+
+  const told = make("p", { id: "told" });
+  told.setAttribute("aria-live", "polite");
+  const button = (text, act) => make("button", { type: "button", textContent: text, onclick: act });
+  const pin = button("Pin", () => {
+    pinned = pinned ? null : state;
+    pin.textContent = pinned ? "Unpin" : "Pin";
+    pin.setAttribute("aria-pressed", String(Boolean(pinned)));
+    if (state) render(state);
+  });
+  const acts = make("div", { className: "acts" },
+    pin,
+    button("As in the file", () => { for (const [key, one] of knobs) set(key, one.file); remember(); ask(); }),
+    button("Copy link", () => navigator.clipboard?.writeText(location.href).then(() => { told.textContent = "link copied"; }, () => { told.textContent = location.href; })),
+    button("Copy --set", () => {
+      const words = Object.entries(settings()).map(([key, v]) => `--set ${key}=${v}`).join(" ");
+      navigator.clipboard?.writeText(words).then(() => { told.textContent = words || "nothing is moved"; }, () => { told.textContent = words; });
+    }),
+    button("Write to file", async () => {
+      const answer = await post("write", { settings: settings() });
+      told.textContent = answer.problem ?? `written to ${answer.written}; what it was is in ${answer.backup}`;
+      await watch();
+    }));
+
+  // Values of one curve at the places of another's.
+  const onto = (xs, ys, at, log) => {
+    let j = 0;
+    return Array.from(at, (x) => {
+      while (j + 2 < xs.length && xs[j + 1] < x) j++;
+      if (x < xs[0] || x > xs[xs.length - 1] || ys[j] == null || ys[j + 1] == null) return null;
+      const part = log ? Math.log(x / xs[j]) / Math.log(xs[j + 1] / xs[j]) : (x - xs[j]) / (xs[j + 1] - xs[j]);
+      return ys[j] + Math.min(Math.max(part, 0), 1) * (ys[j + 1] - ys[j]);
+    });
+  };
+  const withPinned = (chart, held) => {
+    if (!held) return chart;
+    const at = feeler.column(chart.x.values), xs = feeler.column(held.x.values);
+    const old = held.series.map((series, i) => ({ ...series, name: `${series.name}, pinned`, faint: true, dashed: false, colour: 3 + i, values: onto(xs, feeler.column(series.values), at, chart.x.log), span: undefined }));
+    return { ...chart, series: [...chart.series, ...old] };
+  };
+  const drawn = new Map();
+  const drawChart = (name, chart) => {
+    const place = $(name), figure = place.closest("figure");
+    figure.hidden = !chart;
+    if (!chart) { drawn.get(name)?.u?.destroy(); drawn.delete(name); return; }
+    const whole = withPinned({ height: 230, ...chart }, pinned?.charts[name]);
+    const before = drawn.get(name), names = whole.series.map((series) => series.name).join("|");
+    if (before && before.names === names) feeler.update(before.u, before.chart, whole);
+    else {
+      before?.u.destroy();
+      const u = feeler.draw(place, whole);
+      if (u) drawn.set(name, { u, chart: whole, names });
+    }
+  };
+  const drawPlane = (name, plane) => {
+    const place = $(name);
+    place.closest("figure").hidden = !plane;
+    if (!plane) return;
+    const held = pinned?.planes[name];
+    const paths = held ? [...held.paths.map((path) => ({ ...path, name: `${path.name}, pinned`, colour: 9 })), ...plane.paths] : plane.paths;
+    const whole = { ...plane, paths };
+    const before = drawn.get(name);
+    if (before) before.update(whole); else drawn.set(name, feeler.plane(place, whole));
+  };
+  const render = (next) => {
+    state = next;
+    $("problem").textContent = next.problem ?? "";
+    if (!next.charts) return;
+    $("lead").textContent = next.lead;
+    $("stable").textContent = next.stable;
+    $("tiles").innerHTML = next.tiles;
+    for (const name of ["force", "drive", "step", "magnitude", "phase"]) drawChart(name, next.charts[name]);
+    for (const name of ["nyquist", "locus"]) drawPlane(name, next.planes[name]);
+    map.here();
+  };
+
+  // One request at a time; what is wished meanwhile is asked for next.
+  let busy = false, wished = false, since = 0;
+  const ask = async () => {
+    if (!busy) since = performance.now();
+    if (busy) { if (!wished) since = performance.now(); wished = true; return; }
+    busy = true;
+    document.body.dataset.busy = "yes";
+    do {
+      wished = false;
+      const began = since;
+      const next = await post("state", { settings: settings() });
+      render(next);
+      // Drawn when the frame after it comes.
+      await new Promise((done) => requestAnimationFrame(done));
+      latencies.push(performance.now() - began);
+      if (latencies.length > LATENCIES) latencies.shift();
+    } while (wished);
+    busy = false;
+    delete document.body.dataset.busy;
+    const sorted = [...latencies].sort((a, b) => a - b);
+    document.querySelector("footer").dataset.latency = `${short(sorted[sorted.length >> 1], 3)} ms from move to picture (median)`;
+    map.stale();
+    replay();
+  };
+
+  const watch = async () => {
+    let file;
+    try { file = await (await fetch("file")).json(); } catch { $("problem").textContent = "The command that serves this page has ended."; return false; }
+    if (file.version !== version) {
+      version = file.version;
+      if (file.problem) { $("problem").textContent = file.problem; return true; }
+      const moves = settings();
+      build(file);
+      for (const [key, v] of Object.entries(moves)) set(key, v);
+      remember();
+      await ask();
+    }
+    return true;
+  };
+
+  // What becomes of it at the points of two numbers, the present one marked.
+  const map = (() => {
+    const COLUMNS = 20, ROWS = 14, WIDTH = 640, HEIGHT = 380, LEFT = 100, BOTTOM = 58, TOP = 8, RIGHT = 12, CHUNK = 40;
+    const holder = $("map");
+    let keys = [], cells = [], timer, run = 0, shown = "";
+    const choose = (which) => {
+      const select = make("select", {});
+      select.setAttribute("aria-label", `${which} axis of the map`);
+      select.onchange = () => { keys = [x.value, y.value]; stale(true); };
+      return select;
+    };
+    const x = choose("horizontal"), y = choose("vertical");
+    const svg = node("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": "map of outcomes" });
+    const legend = make("ul", { className: "swatches" }), read = make("p", { className: "told" });
+    holder.append(make("div", { className: "chosen" }, "across ", x, " up ", y), svg, legend, read);
+    const fill = () => {
+      const names = [...knobs.keys()];
+      for (const select of [x, y]) select.replaceChildren(...names.map((name) => make("option", { value: name, textContent: name })));
+      const gain = names.includes(data.gain) ? data.gain : names[0];
+      const other = names.find((name) => /^contacts\..*\.stiffness$/.test(name)) ?? names.find((name) => name !== gain);
+      if (!keys.every((key) => names.includes(key)) || !keys.length) keys = [gain, other ?? gain];
+      [x.value, y.value] = keys;
+    };
+    const width = WIDTH - LEFT - RIGHT, height = HEIGHT - TOP - BOTTOM;
+    const place = (i, j) => [LEFT + width * i / COLUMNS, TOP + height * (ROWS - 1 - j) / ROWS];
+    const at = (range, i, count) => Number(short(value(range, (i + 0.5) / count), 5));
+    const here = () => {
+      svg.querySelectorAll(".here").forEach((mark) => mark.remove());
+      const [a, b] = keys.map((key) => knobs.get(key));
+      if (!a || !b) return;
+      const cx = LEFT + width * share(a.range, a.value), cy = TOP + height * (1 - share(b.range, b.value));
+      for (const kind of ["here edge", "here"]) svg.append(node("circle", { cx, cy, r: 7, class: kind }));
+    };
+    const axes = (a, b) => {
+      for (const [one, count, across] of [[a, COLUMNS, true], [b, ROWS, false]]) {
+        for (let k = 0; k <= 4; k++) {
+          const v = short(value(one.range, k / 4), 3);
+          if (across) svg.append(node("text", { x: LEFT + width * k / 4, y: HEIGHT - 34, "text-anchor": k === 4 ? "end" : "middle" }, v));
+          else svg.append(node("text", { x: LEFT - 6, y: TOP + height * (1 - k / 4) + (k === 4 ? 16 : 5), "text-anchor": "end" }, v));
+        }
+      }
+      const named = (one) => one.unit ? `${one.key} (${one.unit})` : one.key;
+      svg.append(node("text", { x: LEFT + width / 2, y: HEIGHT - 8, "text-anchor": "middle" }, named(a)));
+      svg.append(node("text", { x: 18, y: TOP + height / 2, "text-anchor": "middle", transform: `rotate(-90 18 ${TOP + height / 2})` }, named(b)));
+    };
+    const compute = async () => {
+      const mine = ++run, began = performance.now();
+      const [a, b] = keys.map((key) => knobs.get(key));
+      if (!a || !b || a === b) return;
+      svg.replaceChildren();
+      cells = [];
+      axes(a, b);
+      here();
+      const all = [];
+      // Coarsely over the whole first.
+      for (const [odd, step] of [[0, 0], [1, 1], [0, 1], [1, 0]]) {
+        for (let j = 0; j < ROWS; j++) for (let i = 0; i < COLUMNS; i++) if (i % 2 === odd && j % 2 === step) all.push([i, j]);
+      }
+      const seen = new Set();
+      for (let from = 0; from < all.length; from += CHUNK) {
+        const part = all.slice(from, from + CHUNK);
+        const points = part.map(([i, j]) => [at(a.range, i, COLUMNS), at(b.range, j, ROWS)]);
+        const answer = await post("map", { settings: settings(), keys: { x: a.key, y: b.key }, points });
+        if (mine !== run || !answer.outcomes) return;
+        const group = document.createDocumentFragment();
+        part.forEach(([i, j], k) => {
+          const name = answer.outcomes[k], [px, py] = place(i, j);
+          seen.add(name);
+          const cell = node("rect", { x: px, y: py, width: width / COLUMNS + 0.5, height: height / ROWS + 0.5, fill: data.outcomes[name]?.colour ?? "#000000", class: "place" });
+          const label = `${a.key} = ${points[k][0]}, ${b.key} = ${points[k][1]}: ${data.outcomes[name]?.label ?? "cannot run"}`;
+          cell.append(node("title", {}, label));
+          cell.onpointerenter = () => { read.textContent = label; };
+          cell.onclick = () => { set(a.key, points[k][0]); set(b.key, points[k][1]); remember(); ask(); };
+          group.append(cell);
+          cells.push(cell);
+        });
+        svg.append(group);
+        here();
+        legend.replaceChildren(...[...seen].map((name) => {
+          const swatch = make("i", {});
+          swatch.style.background = data.outcomes[name]?.colour ?? "#000000";
+          return make("li", {}, swatch, data.outcomes[name]?.label ?? "cannot run");
+        }));
+      }
+      holder.dataset.filled = short(performance.now() - began, 3);
+    };
+    // Only what is not on its axes makes a map another; while a slider moves it waits.
+    const stale = (now) => {
+      const rest = Object.entries(settings()).filter(([key]) => !keys.includes(key));
+      const ranges = keys.map((key) => knobs.get(key)?.range);
+      const wanted = JSON.stringify([keys, rest, ranges, version]);
+      if (wanted === shown) return;
+      shown = wanted;
+      clearTimeout(timer);
+      timer = setTimeout(compute, now ? 0 : 300);
+    };
+    holder.onkeydown = (event) => {
+      const way = { ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [1, 1], ArrowDown: [1, -1] }[event.key];
+      if (!way || event.target !== holder) return;
+      const one = knobs.get(keys[way[0]]);
+      moved(one.key, Number(short(value(one.range, Math.min(1, Math.max(0, share(one.range, one.value) + way[1] / COLUMNS))), 4)));
+      event.preventDefault();
+    };
+    return { fill, here, stale };
+  })();
+
+  // Records under the machine as set.
+  const records = $("records"), charts = [];
+  let chosen = 0, replaying = false, again = false;
+  const replay = async () => {
+    if (!records) return;
+    if (replaying) { again = true; return; }
+    replaying = true;
+    do {
+      again = false;
+      const answer = await post("replay", { settings: settings(), record: chosen });
+      if (!answer.charts) { $("problem").textContent = answer.problem; break; }
+      answer.charts.forEach((chart, i) => {
+        const names = chart.series.map((series) => series.name).join("|");
+        if (charts[i]?.names === names) { feeler.update(charts[i].u, charts[i].chart, chart); return; }
+        const place = make("div", { className: "chart", tabIndex: 0 });
+        place.setAttribute("role", "group");
+        place.setAttribute("aria-label", chart.y.label);
+        records.append(place);
+        charts[i] = { names, chart, u: feeler.draw(place, chart) };
+      });
+    } while (again);
+    replaying = false;
+  };
+  if (records) {
+    const select = make("select", {}, ...data.records.map((name, i) => make("option", { value: i, textContent: name })));
+    select.setAttribute("aria-label", "record");
+    select.onchange = () => { chosen = Number(select.value); charts.splice(0).forEach(({ u }) => { u.root.parentNode.remove(); u.destroy(); }); replay(); };
+    records.append(make("div", { className: "chosen" }, select));
+  }
+
+  build(data.file);
+  version = data.file.version;
+  new URLSearchParams(location.hash.slice(1)).forEach((v, key) => set(key, Number(v)));
+  map.fill();
+  ask();
+  setInterval(() => { if (!document.hidden && !busy) watch(); }, 700);
+  let waiting;
+  window.addEventListener("resize", () => {
+    clearTimeout(waiting);
+    waiting = setTimeout(() => { for (const { u } of [...drawn.values(), ...charts]) u?.setSize({ width: u.root.parentNode.clientWidth, height: u.height }); }, 100);
+  });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    for (const [name, one] of [...drawn]) if (one.u) { one.u.destroy(); drawn.delete(name); }
+    if (state) render(state);
+  });
+})();

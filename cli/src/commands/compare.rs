@@ -1,0 +1,108 @@
+//! `feeler compare`.
+
+use std::path::Path;
+
+use feeler_diagnosis::dataset::Dataset;
+use feeler_files::{Document, Draft};
+use feeler_studies::glimpse::Glimpse;
+use feeler_studies::run::about_parquet;
+use rayon::prelude::*;
+
+use super::run::RESOLVED;
+use crate::arguments::Compare as Arguments;
+use crate::pages::compare::{self, Taken};
+use crate::terminal;
+use crate::terminal::failure::BadInput;
+use crate::terminal::progress::Busy;
+
+pub(crate) fn run(arguments: &Arguments) -> crate::Result<()> {
+    let are_datasets = arguments.what.iter().map(|path| is_dataset(path)).collect::<Vec<_>>();
+    if are_datasets.contains(&true) {
+        if are_datasets.contains(&false) || !arguments.settings.is_empty() {
+            return Err(BadInput::error(
+                "datasets and scenarios have nothing that could be held against each other",
+                "name datasets alone, or scenarios and folders of runs alone; for records under a machine: \
+                 feeler live FILE --data DATASET",
+            ));
+        }
+        let sets: Vec<Dataset> =
+            arguments.what.iter().map(|path| Dataset::load(path)).collect::<Result<_, _>>()?;
+        return finish(arguments, &compare::datasets(&sets), "");
+    }
+    let documents = documents(arguments)?;
+    if documents.len() < 2 {
+        return Err(BadInput::error(
+            "one scenario alone cannot be compared",
+            "name another, or a variant of it, as in --set controllers.force.kp=0.4",
+        ));
+    }
+    let busy = Busy::new("running and analysing each");
+    let taken: Vec<Taken> = (documents.into_par_iter())
+        .map(|(name, document)| Taken { glimpse: Glimpse::of(&document.scenario), name, document })
+        .collect();
+    drop(busy);
+    let table = terminal::table(&compare::heads(&taken), &[], compare::figures(&taken));
+    let keys = compare::differing(&taken);
+    let keys = if keys.is_empty() {
+        "no key differs".to_owned()
+    } else {
+        terminal::table(&compare::heads(&taken), &[], keys)
+    };
+    finish(arguments, &compare::page(&taken), &format!("{keys}\n\n{table}"))
+}
+
+fn finish(arguments: &Arguments, page: &str, said: &str) -> crate::Result<()> {
+    let written = terminal::write_all(&arguments.out, &[("report.html", page.to_owned())])?;
+    terminal::print(format!("{said}{written}").trim_start())
+}
+
+fn is_dataset(path: &Path) -> bool {
+    path.join("dataset.toml").exists() || path.file_name().is_some_and(|name| name == "dataset.toml")
+}
+
+/// What is compared, each under a name of its own.
+fn documents(arguments: &Arguments) -> crate::Result<Vec<(String, Document)>> {
+    let mut documents = Vec::new();
+    for path in &arguments.what {
+        documents.push((path.display().to_string(), document(path)?));
+    }
+    if let [(_, only)] = documents.as_slice()
+        && !arguments.settings.is_empty()
+    {
+        let mut variants = Vec::new();
+        for setting in &arguments.settings {
+            let mut draft: Draft = only.draft().clone();
+            draft.set(setting)?;
+            variants.push((setting.clone(), draft.build()?));
+        }
+        documents.extend(variants);
+    } else if !arguments.settings.is_empty() {
+        return Err(BadInput::error(
+            "--set makes variants of one file, and several are named",
+            "name one file, or leave --set out",
+        ));
+    }
+    Ok(documents)
+}
+
+/// A scenario from its file, or from the folder of its run.
+fn document(path: &Path) -> crate::Result<Document> {
+    if !path.is_dir() {
+        return Ok(Document::load(path)?);
+    }
+    let trace = path.join("trace.parquet");
+    if !trace.exists() {
+        return Err(BadInput::error(
+            format!("{} holds no run: there is no trace.parquet", path.display()),
+            "name a folder that `feeler run` wrote, a scenario file, or a dataset",
+        ));
+    }
+    let about = about_parquet(&trace)?;
+    let text = about.into_iter().find(|(key, _)| key == RESOLVED).map(|(_, text)| text).ok_or_else(|| {
+        BadInput::error(
+            format!("{} does not say which scenario it is of", trace.display()),
+            "run the scenario again, with this version of feeler",
+        )
+    })?;
+    Ok(Document::parse(&text, &trace.display().to_string())?)
+}

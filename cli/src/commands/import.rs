@@ -1,0 +1,166 @@
+//! `feeler import`.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use feeler_diagnosis::import::{
+    Guess, Model, Options, Role, RunSummary, Survey, TableSummary, UnitGuess, import,
+};
+use feeler_logs::ClockUnit;
+use feeler_problem::short;
+
+use crate::arguments::Import;
+use crate::terminal;
+use crate::terminal::progress::Steps;
+use crate::terminal::table;
+
+/// Runs whose columns are listed; of the others one line.
+const LISTED: usize = 1;
+
+pub(crate) fn run(arguments: &Import) -> crate::Result<()> {
+    let paths: Vec<&Path> = arguments.logs.iter().map(AsRef::as_ref).collect();
+    let steps = Steps::new("reading");
+    let survey = import(&paths, &options(arguments), &|what| steps.at(what));
+    steps.done();
+    let survey = survey?;
+    terminal::print(listing(&survey, arguments.out.is_some()).trim_end())
+}
+
+fn options(arguments: &Import) -> Options {
+    let model = (arguments.machine.clone().map(Model::Machine))
+        .or_else(|| arguments.urdf.clone().map(Model::Urdf))
+        .or_else(|| arguments.mjcf.clone().map(Model::Mjcf));
+    let stated = [
+        (Role::Target, &arguments.target),
+        (Role::Command, &arguments.command),
+        (Role::Position, &arguments.position),
+        (Role::Effort, &arguments.effort),
+    ];
+    Options {
+        clock: arguments.clock.as_deref().and_then(ClockUnit::named),
+        rate_hz: arguments.rate,
+        joint: arguments.joint.clone(),
+        columns: stated.into_iter().filter_map(|(role, name)| Some((role, name.clone()?))).collect(),
+        out: arguments.out.clone(),
+        model,
+    }
+}
+
+fn listing(survey: &Survey, is_written: bool) -> String {
+    let mut text = String::new();
+    for run in survey.runs.iter().take(LISTED) {
+        described(&mut text, run);
+    }
+    if survey.runs.len() > LISTED {
+        let rows = survey.runs[LISTED..].iter().map(|run| {
+            let rows = run.tables.iter().map(|table| table.rows).max().unwrap_or(0);
+            let duration_s = run.tables.iter().map(|table| table.duration_s).fold(0.0, f64::max);
+            let lost: usize = run.tables.iter().map(|table| table.lost.0).sum();
+            vec![run.name.clone(), rows.to_string(), short(duration_s), lost.to_string()]
+        });
+        let _ = writeln!(text, "{}\n", table(&["other runs", "rows", "s", "lost rows"], &[1, 2, 3], rows));
+    }
+    let followed = survey.joints.iter().filter(|(_, guess)| guess.follow.is_some());
+    for (joint, guess) in followed {
+        followed_by(&mut text, joint, guess);
+    }
+    for note in &survey.notes {
+        let _ = writeln!(text, "note: {note}");
+    }
+    for written in &survey.datasets {
+        let _ = writeln!(
+            text,
+            "\nwrote {} with {} of joint `{}`; look at it with: feeler check {}",
+            written.folder.display(),
+            crate::numbers::count(written.experiments.len(), "experiment", "experiments"),
+            written.joint,
+            written.folder.display()
+        );
+        for assumption in &written.assumptions {
+            let _ = writeln!(text, "  assumed: {assumption}");
+        }
+    }
+    if !is_written && survey.joints.values().any(|guess| guess.follow.is_some()) {
+        let _ = writeln!(
+            text,
+            "\nwrite a dataset of each joint with: --out DIR [--machine FILE | --urdf FILE | --mjcf FILE]"
+        );
+    }
+    text
+}
+
+fn described(text: &mut String, run: &RunSummary) {
+    for found in &run.tables {
+        let _ = writeln!(text, "{}", headline(run, found));
+        let rows = found.columns.iter().filter(|column| column.present > 0).map(|column| {
+            let role = column.role.as_ref().map_or_else(String::new, |(role, joint, why)| {
+                let of = if joint.is_empty() { String::new() } else { format!(" of {joint}") };
+                format!("{}{of} ({why})", role.noun())
+            });
+            vec![
+                column.name.clone(),
+                column.present.to_string(),
+                short(column.range[0]),
+                short(column.range[1]),
+                role,
+            ]
+        });
+        let _ = writeln!(
+            text,
+            "{}\n",
+            table(&["column", "values", "least", "most", "taken for"], &[1, 2, 3], rows)
+        );
+        let empty: Vec<&str> = found
+            .columns
+            .iter()
+            .filter(|column| column.present == 0)
+            .map(|column| column.name.as_str())
+            .collect();
+        if !empty.is_empty() {
+            let _ = writeln!(text, "without numbers: {}\n", empty.join(", "));
+        }
+    }
+    for note in &run.notes {
+        let _ = writeln!(text, "note: {note}");
+    }
+}
+
+fn headline(run: &RunSummary, found: &TableSummary) -> String {
+    let rate = found.rate_hz.map_or_else(String::new, |rate| format!(" at {} Hz", short(rate)));
+    let clock = found.clock.as_ref().map_or_else(
+        || "no column is a clock: state the rate of the rows with --rate HZ".to_owned(),
+        |(column, unit, why)| format!("clock `{column}` in {unit}: {why}"),
+    );
+    let lost = match found.lost {
+        (0, _) => String::new(),
+        (rows, longest_s) => format!("; {rows} rows are lost, up to {} s together", short(longest_s)),
+    };
+    let name = if found.name.is_empty() { &run.name } else { &found.name };
+    format!("{name}: {} rows{rate} over {} s; {clock}{lost}", found.rows, short(found.duration_s))
+}
+
+fn followed_by(text: &mut String, joint: &str, guess: &Guess) {
+    let name = |role| guess.columns.get(&role).map_or("", |chosen| chosen.column.as_str());
+    let Some(follow) = guess.follow else { return };
+    let of = if joint.is_empty() { String::new() } else { format!("{joint}: ") };
+    let _ = writeln!(
+        text,
+        "{of}`{}` follows `{}` {} ms later (correlation {:.4})",
+        name(Role::Position),
+        name(Role::Target),
+        short(1e3 * follow.lag_s),
+        follow.correlation
+    );
+    for (role, chosen) in &guess.columns {
+        if let Some((unit, why)) = &chosen.unit {
+            let _ = writeln!(text, "  {} is taken for {}: {why}", role.noun(), unit_words(*unit));
+        }
+    }
+}
+
+fn unit_words(unit: UnitGuess) -> String {
+    match unit {
+        UnitGuess::Symbol(symbol) => symbol.to_owned(),
+        UnitGuess::Counts(each) => format!("counts of {} rad", short(each)),
+    }
+}

@@ -1,0 +1,118 @@
+//! A page that is served while its command runs: on the loopback address, under a secret path, and nothing
+//! else.
+
+mod session;
+
+use std::fmt::Write as _;
+use std::io::Read;
+
+use serde_json::{Value, json};
+use tiny_http::{Header, Method, Request, Response, Server};
+
+use crate::terminal::failure::{BadInput, Failure};
+
+pub(crate) use session::{Measured, Session};
+
+/// Requests that are answered side by side: one moves, one fills the map, one asks whether the file has
+/// changed.
+const WORKERS: usize = 3;
+/// The longest request that is read.
+const LONGEST: u64 = 1 << 16;
+/// Bytes of the secret.
+const SECRET: usize = 16;
+/// The page asks nobody else for anything.
+const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; \
+     style-src 'unsafe-inline'; connect-src 'self'; img-src data: blob:";
+
+/// A server that stands ready, and the address of its page.
+pub(crate) struct Live {
+    server: Server,
+    host: String,
+    secret: String,
+}
+
+impl Live {
+    /// Takes a port of the loopback address, any free one where none is asked for.
+    pub(crate) fn new(port: Option<u16>) -> crate::Result<Self> {
+        let server = Server::http(("127.0.0.1", port.unwrap_or(0))).map_err(|error| {
+            BadInput::error(
+                format!("cannot listen on 127.0.0.1: {error}"),
+                "leave --port out, and a free port is taken",
+            )
+        })?;
+        let mut bytes = [0; SECRET];
+        getrandom::fill(&mut bytes).map_err(Failure::internal)?;
+        let secret = bytes.iter().fold(String::new(), |mut text, byte| {
+            let _ = write!(text, "{byte:02x}");
+            text
+        });
+        let host = server.server_addr().to_string();
+        Ok(Self { server, host, secret })
+    }
+
+    /// Where the page is.
+    pub(crate) fn address(&self) -> String {
+        format!("http://{}/{}/", self.host, self.secret)
+    }
+
+    /// Answers until the command is ended.
+    pub(crate) fn serve(&self, session: &Session) {
+        std::thread::scope(|scope| {
+            for _ in 0..WORKERS {
+                scope.spawn(|| {
+                    while let Ok(request) = self.server.recv() {
+                        self.answer(session, request);
+                    }
+                });
+            }
+        });
+    }
+
+    fn answer(&self, session: &Session, mut request: Request) {
+        let is_ours = request
+            .headers()
+            .iter()
+            .any(|header| header.field.equiv("Host") && header.value.as_str() == self.host);
+        let path = request.url().strip_prefix(&format!("/{}/", self.secret)).map(str::to_owned);
+        let Some(path) = path.filter(|_| is_ours) else {
+            let _ = request.respond(Response::from_string("not found").with_status_code(404));
+            return;
+        };
+        let method = request.method().clone();
+        let asked = if method == Method::Post { asked(&mut request) } else { Value::Null };
+        let (kind, text) = match (method, path.as_str()) {
+            (Method::Get, "") => ("text/html; charset=utf-8", session.page()),
+            (Method::Get, "file") => ("application/json", session.file().to_string()),
+            (Method::Post, "state") => ("application/json", session.state(&asked).to_string()),
+            (Method::Post, "map") => ("application/json", session.map(&asked).to_string()),
+            (Method::Post, "replay") => ("application/json", session.replay(&asked).to_string()),
+            (Method::Post, "write") => ("application/json", session.write(&asked).to_string()),
+            _ => {
+                let _ = request.respond(Response::from_string("not found").with_status_code(404));
+                return;
+            }
+        };
+        let mut response = Response::from_string(text);
+        let headers = [
+            ("Content-Type", kind),
+            ("Cache-Control", "no-store"),
+            ("Referrer-Policy", "no-referrer"),
+            ("X-Content-Type-Options", "nosniff"),
+            ("Content-Security-Policy", POLICY),
+        ];
+        for (name, value) in headers {
+            if let Ok(header) = Header::from_bytes(name, value) {
+                response.add_header(header);
+            }
+        }
+        // A page that has been closed waits for nothing.
+        let _ = request.respond(response);
+    }
+}
+
+/// What a request says; an empty object where it is no JSON.
+fn asked(request: &mut Request) -> Value {
+    let mut text = String::new();
+    let read = request.as_reader().take(LONGEST).read_to_string(&mut text);
+    read.ok().and_then(|_| serde_json::from_str(&text).ok()).unwrap_or_else(|| json!({}))
+}

@@ -1,0 +1,187 @@
+//! What a live page shows: the file with some numbers moved, run and analysed anew.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Instant, SystemTime};
+
+use feeler_diagnosis::dataset::Dataset;
+use feeler_diagnosis::replay::replay_record;
+use feeler_engine::Scenario;
+use feeler_files::{Document, Draft, Edit, FormatError, Setting};
+use feeler_plant::description::Machine;
+use feeler_studies::glimpse::{Glimpse, outcomes};
+use feeler_studies::run::Outcome;
+use rayon::prelude::*;
+use serde_json::{Value, json};
+
+use crate::pages::live::{self, Shown};
+use crate::terminal;
+
+/// Variants that one task measures side by side.
+const BLOCK: usize = feeler_studies::run::LANES;
+/// Points of a map in one request at most.
+const MOST_POINTS: usize = 256;
+
+/// Records to hold the machine against.
+pub(crate) struct Measured {
+    dataset: Dataset,
+    /// The machine of a diagnosis.
+    repaired: Option<Machine>,
+}
+
+impl Measured {
+    pub(crate) fn new(dataset: Dataset, repaired: Option<Machine>) -> Self {
+        Self { dataset, repaired }
+    }
+}
+
+/// A file that a page moves.
+pub(crate) struct Session {
+    path: PathBuf,
+    settings: Vec<String>,
+    file: Mutex<File>,
+    measured: Option<Measured>,
+}
+
+/// The file as it was read last.
+struct File {
+    document: Document,
+    /// When it was changed, and how many times since the start.
+    changed: Option<SystemTime>,
+    version: u64,
+    /// What is wrong with it now; the last sound one is shown until it is mended.
+    problem: Option<String>,
+}
+
+impl Session {
+    pub(crate) fn new(path: &Path, settings: &[String], measured: Option<Measured>) -> crate::Result<Self> {
+        let document = Draft::load_with(path, settings)?.build()?;
+        let file = File { document, changed: changed(path), version: 0, problem: None };
+        Ok(Self { path: path.to_owned(), settings: settings.to_vec(), file: Mutex::new(file), measured })
+    }
+
+    /// The page.
+    pub(crate) fn page(&self) -> String {
+        let records = self.measured.iter().flat_map(|measured| &measured.dataset.records);
+        let records: Vec<&str> = records.map(|record| record.name.as_str()).collect();
+        let file = self.file();
+        live::page(&self.current().document, &self.path.display().to_string(), &records, &file)
+    }
+
+    /// The file now: its version, its numbers, and what is wrong with it.
+    pub(crate) fn file(&self) -> Value {
+        let mut file = self.current();
+        let now = changed(&self.path);
+        if now != file.changed {
+            file.changed = now;
+            file.version += 1;
+            match Draft::load_with(&self.path, &self.settings).and_then(Draft::build) {
+                Ok(document) => (file.document, file.problem) = (document, None),
+                Err(error) => file.problem = Some(plainly(&error)),
+            }
+        }
+        let numbers = file.document.numbers().into_iter().filter(|number| !number.key.starts_with("run."));
+        let numbers: Vec<Value> =
+            numbers.map(|n| json!({ "key": n.key, "value": n.value, "unit": n.unit })).collect();
+        json!({ "version": file.version, "problem": file.problem, "numbers": numbers })
+    }
+
+    /// What the scenario does with some numbers set.
+    pub(crate) fn state(&self, asked: &Value) -> Value {
+        let began = Instant::now();
+        let document = match self.document(asked) {
+            Ok(document) => document,
+            Err(error) => return json!({ "problem": plainly(&error) }),
+        };
+        let glimpse = Glimpse::of(&document.scenario);
+        let computed_s = began.elapsed().as_secs_f64();
+        let shown = Shown { document: &document, glimpse: &glimpse };
+        let mut state = shown.to_json();
+        state["computed_s"] = computed_s.into();
+        state
+    }
+
+    /// What becomes of the scenario at some points of two numbers.
+    pub(crate) fn map(&self, asked: &Value) -> Value {
+        let document = match self.document(asked) {
+            Ok(document) => document,
+            Err(error) => return json!({ "problem": plainly(&error) }),
+        };
+        let key = |of: &str| asked["keys"][of].as_str().unwrap_or_default().to_owned();
+        let keys = [key("x"), key("y")];
+        let points = asked["points"].as_array().map_or(&[][..], Vec::as_slice);
+        let at = |point: &Value| -> Option<Scenario> {
+            let values = [point[0].as_f64()?, point[1].as_f64()?];
+            let settings = keys.iter().map(String::as_str).zip(values.map(Setting::Number));
+            document.with(settings).ok().map(|document| document.scenario)
+        };
+        let points: Vec<&Value> = points.iter().take(MOST_POINTS).collect();
+        let found: Vec<Option<&str>> = points
+            .par_chunks(BLOCK)
+            .flat_map_iter(|block| {
+                let scenarios: Vec<Option<Scenario>> = block.iter().map(|point| at(point)).collect();
+                let mut told = outcomes(scenarios.iter().flatten().cloned().collect()).into_iter();
+                let outcome = |scenario: Option<Scenario>| scenario.and_then(|_| told.next().flatten());
+                scenarios.into_iter().map(outcome).map(|o| o.map(Outcome::name)).collect::<Vec<_>>()
+            })
+            .collect();
+        json!({ "outcomes": found })
+    }
+
+    /// The machine with some numbers set, driven with the commands of a record.
+    pub(crate) fn replay(&self, asked: &Value) -> Value {
+        let Some(Measured { dataset, repaired }) = &self.measured else { return json!({ "charts": [] }) };
+        let document = match self.document(asked) {
+            Ok(document) => document,
+            Err(error) => return json!({ "problem": plainly(&error) }),
+        };
+        let index = asked["record"].as_u64().map_or(0, |i| i as usize).min(dataset.records.len().max(1) - 1);
+        let machine = &document.scenario.machine;
+        let replays = [Some(machine), repaired.as_ref()]
+            .map(|machine| machine.and_then(|machine| replay_record(machine, dataset, index).ok()));
+        let [believed, repaired] = &replays;
+        json!({ "charts": live::records(machine, dataset, index, believed.as_ref(), repaired.as_ref()) })
+    }
+
+    /// Writes the numbers into the file; what stood there goes to a file beside it.
+    pub(crate) fn write(&self, asked: &Value) -> Value {
+        let edits: Vec<Edit> = values(asked).map(|(key, value)| Edit { key, value }).collect();
+        let edited = self.current().document.edited(&edits).map_err(|error| plainly(&error));
+        let written =
+            edited.and_then(|text| terminal::rewrite(&self.path, &text).map_err(|error| error.to_string()));
+        match written {
+            Ok(backup) => {
+                json!({ "written": self.path.display().to_string(), "backup": backup.display().to_string() })
+            }
+            Err(problem) => json!({ "problem": problem }),
+        }
+    }
+
+    /// The file with the numbers that a request sets.
+    fn document(&self, asked: &Value) -> Result<Document, FormatError> {
+        let file = self.current();
+        let settings: Vec<(String, f64)> = values(asked).collect();
+        file.document.with(settings.iter().map(|(key, value)| (key.as_str(), Setting::Number(*value))))
+    }
+
+    /// Whoever held the file before may have failed; the file itself is whole.
+    fn current(&self) -> MutexGuard<'_, File> {
+        self.file.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The numbers that a request sets.
+fn values(asked: &Value) -> impl Iterator<Item = (String, f64)> {
+    let settings = asked["settings"].as_object();
+    settings.into_iter().flatten().filter_map(|(key, value)| Some((key.clone(), value.as_f64()?)))
+}
+
+fn changed(path: &Path) -> Option<SystemTime> {
+    std::fs::metadata(path).and_then(|file| file.modified()).ok()
+}
+
+/// Mistakes as a page shows them: without the lines of the file.
+fn plainly(error: &FormatError) -> String {
+    let told = error.problems.iter().map(|problem| format!("{}: {}", problem.key, problem.message));
+    told.collect::<Vec<_>>().join("\n")
+}

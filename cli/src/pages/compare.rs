@@ -1,0 +1,285 @@
+//! The page that holds scenarios, or datasets, against each other.
+
+use feeler_analysis::{Curves, Report};
+use feeler_diagnosis::dataset::Dataset;
+use feeler_files::Document;
+use feeler_lti::C64;
+use feeler_studies::glimpse::Glimpse;
+use feeler_studies::run::{RunResult, Summary};
+use indexmap::IndexMap;
+
+use crate::numbers::{count, percent, plain, with_unit};
+use crate::pages::analyze::{as_set, degrees, nyquist};
+use crate::pages::parts::{Chart, ChartKind, Line, MOST_VALUES, Page, Series, by_extremes};
+use crate::units::Units;
+use crate::words;
+
+/// A number for each value of a response.
+type Shown<'a> = &'a dyn Fn(&[C64]) -> Vec<f64>;
+
+/// Rows of the common time axis.
+const MOST_ROWS: usize = 100_000;
+
+/// A scenario with what it does.
+pub(crate) struct Taken {
+    pub(crate) name: String,
+    pub(crate) document: Document,
+    pub(crate) glimpse: Glimpse,
+}
+
+impl Taken {
+    fn run(&self) -> Option<&RunResult> {
+        self.glimpse.run.as_ref().ok()
+    }
+
+    fn theory(&self) -> Option<&(Report, Curves)> {
+        self.glimpse.theory.as_ref().ok()
+    }
+
+    fn units(&self) -> Units {
+        Units::of(&self.document.scenario.machine)
+    }
+}
+
+/// Heads of a table with a column for each.
+pub(crate) fn heads(taken: &[Taken]) -> Vec<&str> {
+    std::iter::once("").chain(taken.iter().map(|one| one.name.as_str())).collect()
+}
+
+/// The keys that are not the same in all, with what each holds.
+pub(crate) fn differing(taken: &[Taken]) -> Vec<Vec<String>> {
+    let mut keys: IndexMap<String, Vec<Option<String>>> = IndexMap::new();
+    for (i, one) in taken.iter().enumerate() {
+        for (key, value) in one.document.keys() {
+            keys.entry(key).or_insert_with(|| vec![None; taken.len()])[i] = Some(value);
+        }
+    }
+    // A name tells nothing of what a machine does.
+    let told = keys.into_iter().filter(|(key, _)| !matches!(key.as_str(), "name" | "about"));
+    let differs = |values: &[Option<String>]| values.windows(2).any(|pair| pair[0] != pair[1]);
+    told.filter(|(_, values)| differs(values))
+        .map(|(key, values)| {
+            let shown = values.into_iter().map(|value| value.unwrap_or_else(|| "-".into()));
+            std::iter::once(key).chain(shown).collect()
+        })
+        .collect()
+}
+
+/// A row for each figure.
+pub(crate) fn figures(taken: &[Taken]) -> Vec<Vec<String>> {
+    let none = || "-".to_owned();
+    let of_run = |name: &str, of: &dyn Fn(&Summary, Units) -> String| {
+        let values = taken.iter().map(|one| one.run().map_or_else(none, |run| of(&run.summary, one.units())));
+        std::iter::once(name.to_owned()).chain(values).collect::<Vec<_>>()
+    };
+    let of_theory = |name: &str, of: &dyn Fn(&Report) -> Option<String>| {
+        let value = |one: &Taken| one.theory().and_then(|(report, _)| of(report)).unwrap_or_else(none);
+        std::iter::once(name.to_owned()).chain(taken.iter().map(value)).collect::<Vec<_>>()
+    };
+    let hz = |value: f64| with_unit(value, "Hz");
+    let margins = |report: &Report| report.margins().filter(|m| m.unstable_poles == 0).cloned();
+    vec![
+        of_run("outcome", &|summary, _| words::label(summary).to_owned()),
+        of_run("peak force", &|summary, units| with_unit(summary.peak_force_n, units.force)),
+        of_run("overshoot", &|s, _| s.overshoot.map_or_else(none, |share| format!("{} %", percent(share)))),
+        of_run("settling time", &|s, _| s.settling_time_s.map_or_else(none, |time| with_unit(time, "s"))),
+        of_run("bounces", &|summary, _| summary.bounces.to_string()),
+        of_run("oscillates at", &|s, _| s.oscillation.map_or_else(none, |o| hz(o.frequency_hz))),
+        of_theory("gain", &|r| r.gain().map(|gain| plain(gain.present))),
+        of_theory("largest stable gain", &|r| r.gain()?.sampled.stable[1].map(plain)),
+        of_theory("phase margin", &|r| margins(r)?.phase_deg.map(|deg| format!("{}°", plain(deg)))),
+        of_theory("gain margin", &|r| margins(r)?.gain.map(plain)),
+        of_theory("largest sensitivity", &|r| margins(r).map(|m| plain(m.sensitivity_peak))),
+        of_theory("bandwidth", &|r| r.looped.as_ref()?.bandwidth_hz.map(hz)),
+    ]
+}
+
+/// The page of scenarios.
+pub(crate) fn page(taken: &[Taken]) -> String {
+    let names: Vec<&str> = taken.iter().map(|one| one.name.as_str()).collect();
+    let mut page = Page::new(&names.join(" against "), "");
+    let keys = differing(taken);
+    page.lead(&match keys.len() {
+        0 => "No key differs: these scenarios are the same.".to_owned(),
+        number => {
+            format!("{} differ.", count(number, "key", "keys")).replace("1 key differ.", "1 key differs.")
+        }
+    });
+    for one in taken {
+        let outcome = one.run().map(|run| words::outcome(&run.summary, one.units()));
+        let set = one.theory().and_then(|(report, _)| as_set(report));
+        let said: Vec<String> = outcome.into_iter().chain(set).collect();
+        page.paragraph(&format!("{}: {}", one.name, said.join(" ")));
+    }
+    if !keys.is_empty() {
+        page.heading("What differs");
+        page.table(&heads(taken), &[], &keys);
+    }
+    page.heading("What comes of it");
+    page.table(&heads(taken), &[], &figures(taken));
+    page.heading("Runs");
+    page.paragraph("Drag across a chart to zoom; double-click to see the whole again.");
+    for chart in over_time(taken) {
+        page.chart(&chart);
+    }
+    page.heading("Linear theory");
+    for chart in theory(taken) {
+        page.chart(&chart);
+    }
+    for one in taken {
+        if let Some(mut plane) = one.theory().and_then(|(report, curves)| nyquist(report, curves)) {
+            plane.title = format!("Nyquist's curve, {},", one.name);
+            page.plane(&plane);
+        }
+    }
+    page.render()
+}
+
+/// The force of the main contact, and the command of the first drive, of every run.
+fn over_time(taken: &[Taken]) -> Vec<Chart> {
+    let runs: Vec<(&Taken, &RunResult)> = taken.iter().filter_map(|one| Some((one, one.run()?))).collect();
+    let end_s = runs.iter().filter_map(|(_, run)| run.record.t_s.last()).fold(0.0_f64, |a, b| a.max(*b));
+    let rows = runs.iter().map(|(_, run)| run.record.t_s.len()).max().unwrap_or(0).min(MOST_ROWS);
+    if rows < 2 {
+        return Vec::new();
+    }
+    let t_s: Vec<f64> = (0..rows).map(|i| end_s * i as f64 / (rows - 1) as f64).collect();
+    let force =
+        |_: &Taken, run: &RunResult| Some(run.contacts.get(run.summary.main_contact?)?.force_signal());
+    let command = |one: &Taken, _: &RunResult| {
+        Some(format!("{}.command", one.document.scenario.machine.actuators.keys().next()?))
+    };
+    let chart = |title: &str, signal: &dyn Fn(&Taken, &RunResult) -> Option<String>, unit: &str| {
+        let mut chart = Chart::new(
+            ChartKind::Line,
+            title,
+            "time (s)",
+            format!("{} ({unit})", title.trim_end_matches('.').to_lowercase()),
+        );
+        chart.together = Some("run");
+        let mut series = Vec::new();
+        for (one, run) in &runs {
+            let column = signal(one, run).and_then(|name| run.record.column(&name));
+            series.extend(
+                column.map(|column| Series::new(&one.name, unit, onto(&run.record.t_s, column, &t_s))),
+            );
+        }
+        let columns: Vec<&[f64]> = series.iter().map(|series| series.values.as_slice()).collect();
+        let kept = by_extremes(&columns, rows, MOST_VALUES / (4 * columns.len().max(1)));
+        chart.x = kept.iter().map(|&i| t_s[i]).collect();
+        for series in &mut series {
+            series.values = kept.iter().map(|&i| series.values[i]).collect();
+        }
+        chart.series = series;
+        Some(chart).filter(|chart| !chart.series.is_empty())
+    };
+    let force_unit = taken.first().map_or("N", |one| one.units().force);
+    [chart("Contact force.", &force, force_unit), chart("Command.", &command, "")]
+        .into_iter()
+        .flatten()
+        .collect()
+}
+
+/// Values of a curve at other places; none outside of it.
+fn onto(xs: &[f64], ys: &[f64], at: &[f64]) -> Vec<f64> {
+    let value = |x: f64| {
+        let j = xs.partition_point(|known| *known < x);
+        if j >= xs.len() {
+            return f64::NAN;
+        }
+        if j == 0 {
+            return if xs[0] <= x { ys[0] } else { f64::NAN };
+        }
+        ys[j - 1] + (x - xs[j - 1]) / (xs[j] - xs[j - 1]) * (ys[j] - ys[j - 1])
+    };
+    at.iter().map(|&x| value(x)).collect()
+}
+
+/// Step responses and open loops over each other.
+fn theory(taken: &[Taken]) -> Vec<Chart> {
+    let known: Vec<(&str, &Curves)> =
+        taken.iter().filter_map(|one| Some((one.name.as_str(), &one.theory()?.1))).collect();
+    let mut charts = Vec::new();
+    let steps: Vec<_> =
+        known.iter().filter_map(|(name, curves)| Some((*name, curves.step.as_ref()?))).collect();
+    if !steps.is_empty() {
+        let mut chart = Chart::new(ChartKind::Line, "Step response,", "time (s)", "reading over reference");
+        chart.caption = "linear, sampled, gains as set.".into();
+        let times = |step: &feeler_analysis::StepResponse| {
+            (0..step.values.len()).map(|k| k as f64 * step.period_s).collect::<Vec<_>>()
+        };
+        chart.x = steps.iter().flat_map(|(_, step)| times(step)).collect();
+        chart.x.sort_by(f64::total_cmp);
+        chart.x.dedup();
+        chart.series = (steps.iter())
+            .map(|(name, step)| Series::new(*name, "", onto(&times(step), &step.values, &chart.x)))
+            .collect();
+        chart.lines.push(Line { y: 1.0, label: "reference".into() });
+        charts.push(chart);
+    }
+    let loops: Vec<_> = known
+        .iter()
+        .filter_map(|(name, curves)| Some((*name, &curves.frequencies_hz, curves.open_sampled.as_ref()?)))
+        .collect();
+    let mut frequencies: Vec<f64> = loops.iter().flat_map(|(_, hz, _)| (*hz).clone()).collect();
+    frequencies.sort_by(f64::total_cmp);
+    frequencies.dedup();
+    let decibels = |values: &[C64]| values.iter().map(|l| 20.0 * l.norm().log10()).collect::<Vec<_>>();
+    let kinds: [(&str, &str, Shown, f64); 2] =
+        [("magnitude (dB)", "dB", &decibels, 0.0), ("phase (°)", "°", &degrees, -180.0)];
+    for (label, unit, of, line) in kinds {
+        if loops.is_empty() {
+            continue;
+        }
+        let mut chart = Chart::new(ChartKind::Line, "Open loop,", "frequency (Hz)", label);
+        chart.caption = "sampled, broken at the controller, gains as set.".into();
+        (chart.x_log, chart.together) = (true, Some("frequency"));
+        chart.x.clone_from(&frequencies);
+        chart.series = (loops.iter())
+            .map(|(name, hz, values)| Series::new(*name, unit, onto(hz, &of(values), &frequencies)))
+            .collect();
+        chart.lines.push(Line { y: line, label: format!("{line} {unit}") });
+        charts.push(chart);
+    }
+    charts
+}
+
+/// The page of datasets: the columns that some share, record over record.
+pub(crate) fn datasets(sets: &[Dataset]) -> String {
+    let names: Vec<&str> = sets.iter().map(|set| set.name.as_str()).collect();
+    let mut page = Page::new(&names.join(" against "), "");
+    page.lead(&format!(
+        "{} with {}.",
+        names.join(" and "),
+        sets.iter()
+            .map(|set| count(set.records.len(), "record", "records"))
+            .collect::<Vec<_>>()
+            .join(" and ")
+    ));
+    let Some(first) = sets.first() else { return page.render() };
+    for record in &first.records {
+        let same: Vec<_> = (sets.iter())
+            .filter_map(|set| Some((set, set.records.iter().find(|other| other.name == record.name)?)))
+            .collect();
+        if same.len() < 2 {
+            continue;
+        }
+        page.heading(&record.name);
+        for channel in &first.channels {
+            let unit = Units::of(&first.machine).unit(channel.quantity(&first.machine));
+            let label = format!("{} ({unit})", channel.column);
+            let mut chart = Chart::new(ChartKind::Line, format!("{},", channel.column), "time (s)", label);
+            chart.together = Some("run");
+            chart.x = record.times_s.iter().map(|t| t - record.times_s[0]).collect();
+            for (set, other) in &same {
+                let Some(c) = set.channels.iter().position(|own| own.column == channel.column) else {
+                    continue;
+                };
+                let times: Vec<f64> = other.times_s.iter().map(|t| t - other.times_s[0]).collect();
+                chart.series.push(Series::new(&set.name, unit, onto(&times, &other.series[c], &chart.x)));
+            }
+            page.chart(&chart);
+        }
+    }
+    page.render()
+}

@@ -1,0 +1,230 @@
+//! The page that moves: what it is made of, and each state of it.
+
+use std::fmt::Write as _;
+
+use feeler_analysis::{Curves, Report};
+use feeler_diagnosis::dataset::Dataset;
+use feeler_diagnosis::replay::Replay;
+use feeler_files::Document;
+use feeler_plant::description::Machine;
+use feeler_studies::glimpse::Glimpse;
+use feeler_studies::run::Outcome;
+use serde_json::{Map, Value, json};
+
+use crate::numbers::with_unit;
+use crate::pages::analyze::{as_set, loci, nyquist, open_loop, step, tiles};
+use crate::pages::parts::{Chart, ChartKind, Plane, Series, by_extremes, escape, own_page, tiles_html};
+use crate::pages::run;
+use crate::pages::sweep::of_outcome;
+use crate::units::Units;
+use crate::words;
+
+const STYLE: &str = include_str!("../../assets/live.css");
+const SCRIPT: &str = include_str!("../../assets/live.js");
+
+/// Points of a plane nearer to the last than this share of its frame are left out.
+const STEP: f64 = 3e-3;
+/// Beyond this many frames a curve is at its edge.
+const FAR: f64 = 3.0;
+/// Rows of a chart of records.
+const MOST_ROWS: usize = 4000;
+
+/// Places of the page, in reading order: name, kind, heading.
+const PLACES: [[&str; 3]; 9] = [
+    ["force", "chart", "Contact force"],
+    ["drive", "chart", "Drive"],
+    ["step", "chart", "Step response, linear"],
+    ["magnitude", "chart", "Open loop, magnitude"],
+    ["phase", "chart", "Open loop, phase"],
+    ["nyquist", "plane", "Nyquist's curve"],
+    ["locus", "plane", "Root locus"],
+    ["map", "map", "What becomes of it over two numbers"],
+    ["records", "records", "Measured records"],
+];
+
+/// The page: sliders for the numbers of a file, and places for what follows from them.
+pub(crate) fn page(document: &Document, path: &str, records: &[&str], file: &Value) -> String {
+    let machine = &document.scenario.machine;
+    let mut body = format!(
+        "<header><h1>{}</h1><p class=\"about\">{}</p></header>\n<div class=\"live\">\
+         <form id=\"knobs\" aria-label=\"numbers of the file\"></form>\
+         <div class=\"views\"><p class=\"lead\" id=\"lead\" aria-live=\"polite\"></p>\
+         <p id=\"stable\"></p><p id=\"problem\" role=\"alert\"></p><div id=\"tiles\"></div>",
+        escape(&machine.name),
+        escape(&machine.about)
+    );
+    for [name, kind, heading] in PLACES {
+        if kind == "records" && records.is_empty() {
+            continue;
+        }
+        let _ = write!(
+            body,
+            "<figure id=\"of-{name}\"><figcaption><b>{heading}</b></figcaption>\
+             <div class=\"{kind}\" id=\"{name}\" tabindex=\"0\" role=\"group\" \
+             aria-label=\"{heading}\"></div></figure>"
+        );
+    }
+    body.push_str("</div></div>\n");
+    let outcomes: Map<String, Value> = (Outcome::ALL.iter())
+        .map(|(outcome, name)| {
+            (
+                (*name).to_owned(),
+                json!({ "colour": of_outcome(name), "label": words::outcome_label(*outcome) }),
+            )
+        })
+        .collect();
+    let gain = document.scenario.controllers.iter().find_map(|(name, used)| {
+        feeler_analysis::leading_gain(&used.spec).map(|gain| format!("controllers.{name}.{gain}"))
+    });
+    let data = json!({
+        "charts": [], "planes": [], "maps": [], "scenes": [],
+        "path": path, "file": file, "outcomes": outcomes, "gain": gain, "records": records,
+    });
+    own_page(&format!("{} · live", machine.name), STYLE, &body, &data, &[SCRIPT])
+}
+
+/// One state of the page.
+pub(crate) struct Shown<'a> {
+    pub(crate) document: &'a Document,
+    pub(crate) glimpse: &'a Glimpse,
+}
+
+impl Shown<'_> {
+    pub(crate) fn to_json(&self) -> Value {
+        let units = Units::of(&self.document.scenario.machine);
+        let (mut charts, mut planes) = (Map::new(), Map::new());
+        let (mut said, mut figures, mut problems) = (Vec::new(), Vec::new(), Vec::new());
+        let mut outcome = Value::Null;
+        match &self.glimpse.run {
+            Ok(result) => {
+                for (name, chart) in ["force", "drive"].into_iter().zip(run::glance(self.document, result)) {
+                    charts.insert(name.into(), chart.to_json());
+                }
+                outcome = json!(result.summary.outcome.name());
+                said.push(words::outcome(&result.summary, units));
+                figures.extend(run::tiles(&result.summary, units, None));
+            }
+            Err(error) => problems.push(error.to_string()),
+        }
+        let mut stable = String::new();
+        match &self.glimpse.theory {
+            Ok((report, curves)) => {
+                theory(report, curves, &mut charts, &mut planes);
+                stable = stable_gains(report);
+                said.extend(as_set(report));
+                figures.extend(tiles(report));
+            }
+            Err(error) => problems.push(format!("no linear theory: {error}")),
+        }
+        json!({
+            "outcome": outcome, "lead": said.join(" "), "stable": stable, "problem": problems.join("\n"),
+            "tiles": tiles_html(&figures), "charts": charts, "planes": planes,
+        })
+    }
+}
+
+/// Curves of linear theory.
+fn theory(
+    report: &Report,
+    curves: &Curves,
+    charts: &mut Map<String, Value>,
+    planes: &mut Map<String, Value>,
+) {
+    for (name, chart) in ["magnitude", "phase"].into_iter().zip(open_loop(report, curves)) {
+        charts.insert(name.into(), chart.to_json());
+    }
+    charts.extend(step(curves).map(|chart| ("step".to_owned(), chart.to_json())));
+    let locus = loci(report, curves).into_iter().next();
+    for (name, plane) in [("nyquist", nyquist(report, curves)), ("locus", locus)] {
+        planes.extend(plane.map(|plane| (name.to_owned(), thinned(plane).to_json())));
+    }
+}
+
+/// The stable values of the gain in question, each interval with where it swings.
+fn stable_gains(report: &Report) -> String {
+    let Some(gain) = report.gain() else { return String::new() };
+    let spans: Vec<String> = (gain.sampled.intervals.iter())
+        .map(|band| {
+            let end = |edge: Option<&feeler_analysis::Edge>, none: &str| {
+                edge.map_or_else(
+                    || none.to_owned(),
+                    |edge| {
+                        format!(
+                            "{} ({})",
+                            crate::numbers::plain(edge.gain),
+                            with_unit(edge.frequency_hz, "Hz")
+                        )
+                    },
+                )
+            };
+            format!("{} to {}", end(band.lower.as_ref(), "−∞"), end(band.upper.as_ref(), "∞"))
+        })
+        .collect();
+    let spans = if spans.is_empty() { "nowhere".to_owned() } else { spans.join(" and ") };
+    format!("Stable {}, sampled, in contact: {spans}.", gain.key)
+}
+
+/// The same plane with no more points than the eye can tell.
+fn thinned(mut plane: Plane) -> Plane {
+    let [left, right, low, high] = plane.view;
+    let (width, height) = (right - left, high - low);
+    let seen = |[x, y]: [f64; 2]| {
+        [((x - left) / width - 0.5).clamp(-FAR, FAR), ((y - low) / height - 0.5).clamp(-FAR, FAR)]
+    };
+    for path in &mut plane.paths {
+        let mut kept: Vec<usize> = Vec::new();
+        for (i, point) in path.points.iter().enumerate() {
+            let far = kept.last().is_none_or(|&j| {
+                let ([x, y], [a, b]) = (seen(*point), seen(path.points[j]));
+                // What is not a number parts two stretches, and stays.
+                let far = (x - a).hypot(y - b);
+                far.is_nan() || far >= STEP
+            });
+            if far || i + 1 == path.points.len() {
+                kept.push(i);
+            }
+        }
+        path.points = kept.iter().map(|&i| path.points[i]).collect();
+        path.at = kept.iter().map(|&i| path.at[i]).collect();
+    }
+    plane
+}
+
+/// Each channel of a record: as measured, as the machine predicts it now, and as the repaired one does.
+pub(crate) fn records(
+    machine: &Machine,
+    dataset: &Dataset,
+    index: usize,
+    believed: Option<&Replay>,
+    repaired: Option<&Replay>,
+) -> Vec<Value> {
+    let Some(record) = dataset.records.get(index) else { return Vec::new() };
+    let units = Units::of(machine);
+    let chart = |(c, measured): (usize, &Vec<f64>)| {
+        let channel = &dataset.channels[c];
+        let unit = units.unit(channel.quantity(machine));
+        let curves: Vec<(&str, &[f64])> = [
+            Some(("measured", measured.as_slice())),
+            believed.map(|replay| ("the machine as set", replay.windows[c].as_slice())),
+            repaired.map(|replay| ("repaired", replay.windows[c].as_slice())),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        let columns: Vec<&[f64]> = curves.iter().map(|(_, column)| *column).collect();
+        let kept = by_extremes(&columns, measured.len(), MOST_ROWS);
+        let mut chart = Chart::new(
+            ChartKind::Line,
+            channel.column.clone(),
+            "time (s)",
+            format!("{} ({unit})", channel.column),
+        );
+        chart.together = Some("records");
+        chart.x = kept.iter().map(|&i| record.times_s[i] - record.times_s[0]).collect();
+        chart.series = (curves.into_iter())
+            .map(|(name, column)| Series::new(name, unit, kept.iter().map(|&i| column[i]).collect()))
+            .collect();
+        chart.to_json()
+    };
+    record.series.iter().enumerate().map(chart).collect()
+}

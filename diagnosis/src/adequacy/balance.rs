@@ -1,0 +1,121 @@
+//! What a balance of forces says of an answer, where one weighs: whether a smooth force that no effect makes
+//! would balance clearly more, and whether other causes balance as well.
+
+use feeler_plant::effects::Place;
+
+use super::Criteria;
+use super::horizons::share;
+use crate::diagnose::Judge;
+use crate::fit::candidates::Candidate;
+use crate::fit::search::Scored;
+use crate::inverse::Smooth;
+
+/// Causes that are named.
+const MOST_NAMED: usize = 2;
+
+/// The smooth force beyond what was accepted, where it matters.
+pub(super) fn beyond(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) -> Option<Smooth> {
+    let inverse = judge.search.task.inverse.as_ref().filter(|_| judge.weight > 0.0)?;
+    let least = |place: Place| match place {
+        Place::Drive => criteria.smooth_drive_share,
+        _ => criteria.smooth_share,
+    };
+    let found = inverse.beyond(&accepted.causes);
+    let smooth = found.into_iter().filter(|smooth| smooth.share > least(smooth.place));
+    let smooth = smooth.max_by(|a, b| a.nats.total_cmp(&b.nats))?;
+    let matters = smooth.nats > criteria.smooth_nats
+        && smooth.left * smooth.share.max(0.0).sqrt() > criteria.smooth_force;
+    matters.then_some(smooth)
+}
+
+/// Force that is missing over the drive's, after calibration and with what was accepted, where a balance
+/// shows all of it.
+pub(super) fn missing(judge: &Judge<'_>, accepted: &Scored) -> Option<[f64; 2]> {
+    let inverse = judge.search.task.inverse.as_ref().filter(|_| judge.weight > 0.0)?;
+    inverse.missing(&accepted.causes)
+}
+
+/// Whether what was accepted balances the forces but for a small share.
+pub(super) fn is_small(missing: Option<[f64; 2]>, criteria: &Criteria) -> bool {
+    missing.is_some_and(|[_, left]| left < criteria.small_force)
+}
+
+/// A smooth force in words.
+pub(super) fn told(smooth: Smooth) -> String {
+    format!(
+        "a smooth force at the {} that none of these causes makes takes {} out of the variance that they leave in the balance of forces",
+        smooth.place.name(),
+        share(smooth.share)
+    )
+}
+
+/// Other sets of causes that balance the check experiments as well or better, the best first: not more of
+/// them, and not the accepted ones with others in addition.
+pub(crate) fn as_good<'b>(
+    judge: &Judge<'_>,
+    accepted: &Scored,
+    tried: &'b [Scored],
+    criteria: &Criteria,
+) -> Vec<&'b Scored> {
+    let Some(own) = accepted.balanced.as_ref().filter(|_| judge.weight > 0.0 && !accepted.causes.is_empty())
+    else {
+        return Vec::new();
+    };
+    let simple = accepted.fitted.model.effect_parameters();
+    let is_other = |rival: &&Scored| {
+        let is_within = |cause| accepted.causes.iter().any(|own| own.is(cause));
+        rival.causes.len() <= accepted.causes.len()
+            && rival.fitted.model.effect_parameters() <= simple
+            && !rival.causes.iter().all(is_within)
+            && judge.is_finding(rival)
+            && judge.is_meant(rival)
+    };
+    let nats = |rival: &Scored| rival.balanced.as_ref().map_or(f64::NEG_INFINITY, |balanced| balanced.nats);
+    let mut found: Vec<&Scored> =
+        tried.iter().filter(|rival| nats(rival) > own.nats - criteria.rival_nats).filter(is_other).collect();
+    found.sort_by(|a, b| nats(b).total_cmp(&nats(a)));
+    found.truncate(MOST_NAMED);
+    found
+}
+
+/// Sets with one cause more than was accepted that bring more, if too little to be accepted, in words.
+pub(crate) fn further(
+    judge: &Judge<'_>,
+    accepted: &Scored,
+    tried: &[&Scored],
+    most: &Criteria,
+) -> Vec<String> {
+    let is_more = |more: &&&Scored| {
+        let has = |own: &Candidate| more.causes.iter().any(|cause| cause.is(own));
+        more.causes.len() == accepted.causes.len() + 1 && accepted.causes.iter().all(has)
+    };
+    let brings =
+        |more: &Scored| [judge.check(accepted, more), judge.gain(accepted, more, &judge.everything())];
+    let enough = |more: &&&Scored| {
+        let [check, all] = brings(more);
+        check > most.further_nats
+            && all > 2.0 * most.further_nats
+            && judge.is_finding(more)
+            && judge.is_meant(more)
+    };
+    if judge.weight == 0.0 || accepted.causes.is_empty() {
+        return Vec::new();
+    }
+    let best =
+        tried.iter().filter(is_more).filter(enough).max_by(|a, b| brings(a)[1].total_cmp(&brings(b)[1]));
+    let said = best.and_then(|more| {
+        let cause = more.causes.iter().find(|cause| !accepted.causes.iter().any(|own| own.is(cause)))?;
+        let name = format!("{} at the {}", cause.definition.kind, cause.place.name());
+        Some(format!("{name} in addition would explain more, if too little to be accepted"))
+    });
+    said.into_iter().collect()
+}
+
+/// Rivals in words.
+pub(super) fn named(rivals: &[&Scored]) -> Vec<String> {
+    let kinds = |rival: &Scored| {
+        let name = |cause: &Candidate| format!("{} at the {}", cause.definition.kind, cause.place.name());
+        rival.causes.iter().map(name).collect::<Vec<_>>().join(" with ")
+    };
+    rivals.iter().map(|rival| format!("{} balances the forces as well", kinds(rival))).collect()
+}

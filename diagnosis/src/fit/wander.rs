@@ -1,0 +1,65 @@
+//! How far the noise of a measured command lets an anchored prediction wander.
+
+use feeler_plant::assembly::assemble;
+use feeler_plant::description::ActuatorKind;
+
+use crate::dataset::{Dataset, scatter};
+
+/// Noise is as large in every other row as in all of them; what a command really does is not: a smooth one
+/// has more scatter in every other row, and one that holds its values has less. Beyond this ratio, either
+/// way, the scatter of a command is no noise.
+const AS_LARGE: f64 = 1.25;
+
+/// One sigma of white noise in a command; zero where its scatter is its own.
+pub(crate) fn command_noise(command: &[f64]) -> f64 {
+    let every_other: Vec<f64> = command.iter().step_by(2).copied().collect();
+    let [all, other] = [command, &every_other].map(scatter);
+    if other < AS_LARGE * all && all < AS_LARGE * other { all } else { 0.0 }
+}
+
+/// Mass that the first drive pushes and its command in a record, where the command is a force.
+fn pushed(dataset: &Dataset, record: usize) -> Option<(f64, &[f64])> {
+    let (drive, _) = dataset.drives.first()?;
+    let command = dataset.records[record].commands.first()?;
+    let is_force = matches!(dataset.machine.actuators[*drive].kind, ActuatorKind::Force { .. });
+    let assembly = assemble(&dataset.machine).ok().filter(|_| is_force)?;
+    let mass = assembly.rigid_mass_kg(assembly.drives[*drive].on);
+    (mass.is_finite() && mass > 0.0).then_some((mass, command))
+}
+
+/// One sigma of an anchored position by the noise of the first command: an oscillator of natural frequency
+/// `omega` (rad/s) and a damping ratio of the root of a half, driven by an acceleration whose values last a
+/// row each, has the variance `density / (2 sqrt(2) omega^3)`.
+pub(crate) fn wander(dataset: &Dataset, record: usize, omega: f64) -> f64 {
+    let Some((mass, command)) = pushed(dataset, record).filter(|_| omega > 0.0) else { return 0.0 };
+    let density = (command_noise(command) / mass).powi(2) * dataset.records[record].spacing_s;
+    (density / (2.0 * std::f64::consts::SQRT_2 * omega.powi(3))).sqrt()
+}
+
+/// Root mean square of the acceleration that the first command would make by itself: where friction takes
+/// most of it, laws of friction are off by a share of this and not of the motion's own.
+pub(crate) fn commanded_acceleration(dataset: &Dataset, record: usize) -> f64 {
+    let Some((mass, command)) = pushed(dataset, record) else { return 0.0 };
+    (command.iter().map(|u| u * u).sum::<f64>() / command.len().max(1) as f64).sqrt() / mass
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn truth_noise_of_a_command_is_told_from_its_steps() {
+        let mut state: u64 = 5;
+        let mut draw = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
+        };
+        let noisy: Vec<f64> = (0..4000).map(|k| (0.01 * f64::from(k)).sin() + 0.02 * draw()).collect();
+        // Neighbouring differences share rows, so that 4000 of them tell the median to about four percent.
+        assert!((command_noise(&noisy) / 0.02 - 1.0).abs() < 0.1);
+        let held: Vec<f64> = (0..4000).map(|k| (0.9 * f64::from(k / 2)).sin()).collect();
+        assert!(command_noise(&held) == 0.0, "{}", command_noise(&held));
+        let clean: Vec<f64> = (0..4000).map(|k| (0.3 * f64::from(k)).sin()).collect();
+        assert!(command_noise(&clean) < 1e-3);
+    }
+}

@@ -1,0 +1,105 @@
+//! How a position follows its target: later, by how much, and how truly.
+
+use feeler_logs::{Column, Table};
+
+/// Instants at which the two are compared.
+const INSTANTS: usize = 4000;
+/// Longest lag that is looked for, s.
+const LONGEST_S: f64 = 0.5;
+/// Steps in which lags are tried.
+const LAGS: usize = 200;
+
+/// How one column follows another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Follow {
+    /// How much later, s.
+    pub lag_s: f64,
+    /// Correlation at this lag.
+    pub correlation: f64,
+}
+
+/// The lag at which a position goes best with a target; `None` where either stands still.
+pub(super) fn follow(target: (&Table, &Column), position: (&Table, &Column)) -> Option<Follow> {
+    let (target, position) = (Readings::of(target)?, Readings::of(position)?);
+    let begin = target.times_s[0].max(position.times_s[0]) + LONGEST_S;
+    let end = target.times_s.last()?.min(*position.times_s.last()?);
+    if end <= begin {
+        return None;
+    }
+    let at = |k: usize| begin + (end - begin) * k as f64 / INSTANTS as f64;
+    let is: Vec<f64> = (0..INSTANTS).map(|k| position.at(at(k))).collect();
+    (0..=LAGS)
+        .filter_map(|lag| {
+            let lag_s = LONGEST_S * lag as f64 / LAGS as f64;
+            let wanted: Vec<f64> = (0..INSTANTS).map(|k| target.at(at(k) - lag_s)).collect();
+            Some(Follow { lag_s, correlation: correlation(&wanted, &is)? })
+        })
+        .max_by(|a, b| a.correlation.total_cmp(&b.correlation))
+}
+
+struct Readings {
+    times_s: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl Readings {
+    fn of((table, column): (&Table, &Column)) -> Option<Self> {
+        let origin_s = table.clock.as_ref()?.origin_s;
+        let both = table.times_s.iter().zip(&column.values).filter(|(t, x)| t.is_finite() && x.is_finite());
+        // Origins are far from zero on calendar clocks; both columns share the digits that are lost.
+        let (times_s, values): (Vec<f64>, Vec<f64>) = both.map(|(t, x)| (t + origin_s, *x)).unzip();
+        (times_s.len() > 1).then_some(Self { times_s, values })
+    }
+
+    fn at(&self, t: f64) -> f64 {
+        let after = self.times_s.partition_point(|time| *time <= t);
+        let Some(before) = after.checked_sub(1) else { return self.values[0] };
+        let Some(next) = self.times_s.get(after) else { return self.values[before] };
+        let share = (t - self.times_s[before]) / (next - self.times_s[before]);
+        self.values[before] + share * (self.values[after] - self.values[before])
+    }
+}
+
+fn correlation(a: &[f64], b: &[f64]) -> Option<f64> {
+    let n = a.len() as f64;
+    let (mean_a, mean_b) = (a.iter().sum::<f64>() / n, b.iter().sum::<f64>() / n);
+    let (mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0);
+    for (x, y) in a.iter().zip(b) {
+        aa += (x - mean_a).powi(2);
+        bb += (y - mean_b).powi(2);
+        ab += (x - mean_a) * (y - mean_b);
+    }
+    (aa > 0.0 && bb > 0.0).then(|| ab / (aa * bb).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use feeler_logs::{Clock, ClockUnit};
+
+    fn series(shift_s: f64) -> (Table, Column) {
+        let times_s: Vec<f64> = (0..2000).map(|k| f64::from(k) * 0.005).collect();
+        let wave = |t: f64| (3.0 * t).sin() + 0.4 * (11.0 * t).sin();
+        let values = times_s.iter().map(|t| wave(t - shift_s)).collect();
+        let column = Column { name: "q".into(), values, ..Column::default() };
+        let clock =
+            Clock { column: "t_s".into(), unit: ClockUnit::Seconds, origin_s: 0.0, why: String::new() };
+        let table = Table {
+            name: String::new(),
+            file: "a.csv".into(),
+            clock: Some(clock),
+            times_s,
+            rows_before: 1,
+            columns: Vec::new(),
+        };
+        (table, column)
+    }
+
+    #[test]
+    fn truth_the_lag_of_a_shifted_wave_is_found() {
+        let (target, position) = (series(0.0), series(0.06));
+        let found = follow((&target.0, &target.1), (&position.0, &position.1)).expect("a lag");
+        // Lags are tried in steps of 2.5 ms.
+        assert!((found.lag_s - 0.06).abs() <= 0.0025 && found.correlation > 0.999, "{found:?}");
+    }
+}

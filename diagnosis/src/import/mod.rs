@@ -1,0 +1,117 @@
+//! From logs as they lie to a dataset: what is in them, which column is what, and why that is believed.
+//!
+//! [`import`] reads every run, keeps a summary of its columns ([`Survey`]), and writes a dataset for each
+//! joint whose target and position it finds. Nothing that is guessed is silent: each guess has its reason.
+
+mod axis;
+mod follow;
+mod roles;
+mod summary;
+mod write;
+
+use std::path::{Path, PathBuf};
+
+use feeler_logs::{ClockUnit, Run, sources};
+use indexmap::IndexMap;
+
+pub use axis::{AxisBelief, Model};
+pub use follow::Follow;
+pub use roles::{Chosen, Guess, Role, UnitGuess};
+pub use summary::{ColumnSummary, RunSummary, TableSummary};
+
+use crate::error::DiagnosisError;
+
+/// What the user states, so that it is not guessed.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Unit of all clocks.
+    pub clock: Option<ClockUnit>,
+    /// Rate of rows without a clock, Hz.
+    pub rate_hz: Option<f64>,
+    /// The only joint that is wanted, as the log or the model calls it.
+    pub joint: Option<String>,
+    /// Columns by role.
+    pub columns: Vec<(Role, String)>,
+    /// Where to write; nothing is written where absent.
+    pub out: Option<PathBuf>,
+    /// What is believed of the machine.
+    pub model: Option<Model>,
+}
+
+/// What logs hold, and what was made of it.
+#[derive(Clone, Debug, Default)]
+pub struct Survey {
+    /// The runs.
+    pub runs: Vec<RunSummary>,
+    /// Joints, by the name that the log gives them.
+    pub joints: IndexMap<String, Guess>,
+    /// Datasets that were written.
+    pub datasets: Vec<Written>,
+    /// What could not be done, a sentence each.
+    pub notes: Vec<String>,
+}
+
+/// A dataset that was written.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// Its folder.
+    pub folder: PathBuf,
+    /// The joint, as the log calls it.
+    pub joint: String,
+    /// What was assumed of the machine, a sentence each.
+    pub assumptions: Vec<String>,
+    /// Files of experiments.
+    pub experiments: Vec<String>,
+}
+
+/// Reads logs, and writes datasets where [`Options::out`] says so.
+///
+/// # Errors
+/// A log or model that cannot be read, a joint that is not there, a folder that cannot be written.
+pub fn import(paths: &[&Path], options: &Options, step: &dyn Fn(&str)) -> Result<Survey, DiagnosisError> {
+    let mut survey = Survey::default();
+    let mut writer: Option<write::Writer> = None;
+    for source in sources(paths)? {
+        let source = source.with_clock(options.clock);
+        step(&source.files[0].display().to_string());
+        for mut run in source.read()? {
+            if let Some(rate_hz) = options.rate_hz {
+                run.set_rate(rate_hz);
+            }
+            take(&mut survey, &mut writer, &run, options)?;
+        }
+    }
+    if let Some(writer) = writer {
+        writer.finish(&mut survey)?;
+    } else if options.out.is_some() {
+        survey.notes.push(NOTHING_PAIRED.into());
+    }
+    Ok(survey)
+}
+
+/// Said where no joint has both a target and a position.
+const NOTHING_PAIRED: &str = "nothing was written: no joint has both a target and a position; name them by \
+     `--target COLUMN --position COLUMN`";
+
+fn take(
+    survey: &mut Survey,
+    writer: &mut Option<write::Writer>,
+    run: &Run,
+    options: &Options,
+) -> Result<(), DiagnosisError> {
+    let guesses = roles::guess(run, &options.columns);
+    survey.runs.push(summary::of(run, &guesses));
+    for (joint, guess) in guesses {
+        survey.joints.entry(joint).or_insert(guess);
+    }
+    if options.out.is_none() {
+        return Ok(());
+    }
+    if writer.is_none() {
+        *writer = write::Writer::new(survey, options)?;
+    }
+    match writer {
+        Some(writer) => writer.run(run, &mut survey.notes),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,371 @@
+//! Which column is which: by the words of its name, and by what its numbers do.
+
+use feeler_logs::{Column, Run, Table};
+use indexmap::IndexMap;
+
+use super::follow::{Follow, follow};
+
+/// What a column is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Role {
+    /// Where the joint is to go.
+    Target,
+    /// Where it is.
+    Position,
+    /// How fast it is.
+    Velocity,
+    /// Torque, force or current, as reported.
+    Effort,
+    /// Torque, force or current, as commanded.
+    Command,
+}
+
+impl Role {
+    /// Its name in a sentence.
+    pub fn noun(self) -> &'static str {
+        match self {
+            Self::Target => "target",
+            Self::Position => "position",
+            Self::Velocity => "velocity",
+            Self::Effort => "effort",
+            Self::Command => "command",
+        }
+    }
+}
+
+/// A column that was chosen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chosen {
+    /// Its name in the run.
+    pub column: String,
+    /// Why.
+    pub why: String,
+    /// The unit that its numbers seem to have, and why; `None` for SI.
+    pub unit: Option<(UnitGuess, String)>,
+}
+
+/// A unit other than SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum UnitGuess {
+    /// A symbol that files take.
+    Symbol(&'static str),
+    /// Counts, with the radians of one.
+    Counts(f64),
+}
+
+impl UnitGuess {
+    /// One of it in SI.
+    pub(super) fn in_si(self) -> f64 {
+        match self {
+            Self::Symbol("deg") => 1.0_f64.to_radians(),
+            Self::Symbol("mm") => 1e-3,
+            Self::Symbol(_) => 1.0,
+            Self::Counts(each) => each,
+        }
+    }
+}
+
+/// What was found of a joint.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Guess {
+    /// Columns by role.
+    pub columns: IndexMap<Role, Chosen>,
+    /// How the position follows the target, where both are there.
+    pub follow: Option<Follow>,
+}
+
+const TARGETS: [&str; 17] = [
+    "target",
+    "targets",
+    "command",
+    "commands",
+    "commanded",
+    "cmd",
+    "desired",
+    "des",
+    "reference",
+    "ref",
+    "setpoint",
+    "goal",
+    "action",
+    "actions",
+    "control",
+    "trajectory",
+    "sp",
+];
+const POSITIONS: [&str; 16] = [
+    "position",
+    "positions",
+    "pos",
+    "q",
+    "angle",
+    "angles",
+    "state",
+    "encoder",
+    "enc",
+    "joint",
+    "theta",
+    "qpos",
+    "actual",
+    "feedback",
+    "deg",
+    "rad",
+];
+const VELOCITIES: [&str; 9] = ["velocity", "velocities", "vel", "speed", "dq", "qd", "qdot", "qvel", "omega"];
+const EFFORTS: [&str; 12] = [
+    "effort", "efforts", "torque", "torques", "tau", "current", "currents", "curr", "load", "force", "amps",
+    "trq",
+];
+/// Words by which a column is none of these.
+const OTHERS: [&str; 15] = [
+    "error",
+    "errors",
+    "acceleration",
+    "accelerations",
+    "acc",
+    "covariance",
+    "time",
+    "stamp",
+    "header",
+    "offset",
+    "index",
+    "temperature",
+    "voltage",
+    "orientation",
+    "reward",
+];
+/// Words that say nothing about which joint it is.
+const PLAIN: [&str; 22] = [
+    "data",
+    "motor",
+    "joints",
+    "joint",
+    "states",
+    "observation",
+    "points",
+    "values",
+    "value",
+    "msg",
+    "controller",
+    "present",
+    "measured",
+    "read",
+    "robot",
+    "arm",
+    "rad",
+    "deg",
+    "s",
+    "mm",
+    "m",
+    "n",
+];
+
+/// Words of a name, in small letters; numbers are words of their own.
+fn words(name: &str) -> Vec<String> {
+    let mut found: Vec<String> = Vec::new();
+    let mut last = ' ';
+    for c in name.chars() {
+        let is_new = !c.is_alphanumeric()
+            || c.is_ascii_digit() != last.is_ascii_digit()
+            || c.is_uppercase() && last.is_lowercase();
+        if is_new || found.is_empty() {
+            found.push(String::new());
+        }
+        if c.is_alphanumeric()
+            && let Some(word) = found.last_mut()
+        {
+            word.extend(c.to_lowercase());
+        }
+        last = c;
+    }
+    found.retain(|word| !word.is_empty());
+    found
+}
+
+/// What a column is by its name: its role, the joint, and the word that tells.
+fn by_name(table: &Table, column: &Column) -> Option<(Role, String, String)> {
+    let (path, item) = match column.name.rsplit_once('[') {
+        Some((path, item)) if item.ends_with(']') => (path, Some(item.trim_end_matches(']'))),
+        _ => (column.name.as_str(), None),
+    };
+    let of_path = words(path);
+    let of_item = item.map(words).unwrap_or_default();
+    let of_table = words(&table.name);
+    let all = || of_path.iter().chain(&of_item).chain(&of_table);
+    let has = |list: &[&str]| all().find(|word| list.contains(&word.as_str())).cloned();
+    let in_own =
+        |list: &[&str]| of_path.iter().chain(&of_item).find(|word| list.contains(&word.as_str())).cloned();
+    // The last item of a trajectory's points is a plan, and its first one stands for what is to be done now.
+    if in_own(&OTHERS).is_some() || path.contains("points[") && !path.contains("points[0]") {
+        return None;
+    }
+    let target = has(&TARGETS);
+    let (role, why) = if let Some(word) = in_own(&EFFORTS) {
+        (if target.is_some() { Role::Command } else { Role::Effort }, word)
+    } else if let Some(word) = in_own(&VELOCITIES) {
+        if target.is_some() {
+            return None;
+        }
+        (Role::Velocity, word)
+    } else if let Some(word) = target {
+        (Role::Target, word)
+    } else {
+        (
+            Role::Position,
+            in_own(&POSITIONS)
+                .or_else(|| has(&POSITIONS))
+                .or_else(|| has(&EFFORTS).map(|_| String::new()))?,
+        )
+    };
+    // A table of currents whose columns are named by joints alone.
+    let (role, why) = match (role, why.is_empty(), has(&EFFORTS)) {
+        (Role::Position, true, Some(word)) => (Role::Effort, word),
+        (role, ..) => (role, why),
+    };
+    Some((role, joint_of(item, &of_path, &of_item), why))
+}
+
+/// The joint that a column is of: the item in brackets without words of roles, or what is left of its name.
+fn joint_of(item: Option<&str>, of_path: &[String], of_item: &[String]) -> String {
+    let is_role = |word: &String| {
+        [&TARGETS[..], &POSITIONS, &VELOCITIES, &EFFORTS].iter().any(|list| list.contains(&word.as_str()))
+    };
+    if let Some(item) = item {
+        let bare = item.rsplit_once('.').filter(|(_, last)| is_role(&last.to_lowercase()));
+        return bare.map_or(item, |(bare, _)| bare).to_owned();
+    }
+    let own = if of_item.is_empty() { of_path } else { of_item };
+    let rest: Vec<&str> = own
+        .iter()
+        .filter(|word| !is_role(word) && !PLAIN.contains(&word.as_str()))
+        .map(String::as_str)
+        .collect();
+    rest.join("_")
+}
+
+/// Finds columns by role for every joint of a run; those that the user states stand.
+pub(super) fn guess(run: &Run, stated: &[(Role, String)]) -> IndexMap<String, Guess> {
+    let mut found: IndexMap<String, Guess> = IndexMap::new();
+    let is_alone = run.tables.len() == 1;
+    if !stated.is_empty() {
+        let guess = found.entry(String::new()).or_default();
+        for (role, column) in stated {
+            if let Some((_, numbers)) = run.find(column) {
+                let why = "it is stated".to_owned();
+                let unit = unit(*role, numbers);
+                guess.columns.insert(*role, Chosen { column: column.clone(), why, unit });
+            }
+        }
+    }
+    for table in if stated.is_empty() { run.tables.as_slice() } else { &[] } {
+        for column in table.columns.iter().filter(|column| column.present() > 1) {
+            let Some((role, joint, word)) = by_name(table, column) else { continue };
+            let name = if is_alone && !column.name.is_empty() {
+                column.name.clone()
+            } else {
+                table.full_name(column)
+            };
+            let chosen =
+                Chosen { column: name, why: format!("`{word}` in its name"), unit: unit(role, column) };
+            // The first of several stands, unless a later one has more readings.
+            let guess = found.entry(joint).or_default();
+            let is_better = guess.columns.get(&role).is_none_or(|other| {
+                run.find(&other.column).is_some_and(|(_, other)| 2 * other.present() < column.present())
+            });
+            if is_better {
+                guess.columns.insert(role, chosen);
+            }
+        }
+    }
+    for guess in found.values_mut() {
+        let of = |role| guess.columns.get(&role).and_then(|chosen| run.find(&chosen.column));
+        if let (Some(target), Some(position)) = (of(Role::Target), of(Role::Position)) {
+            guess.follow = follow(target, position);
+        }
+    }
+    found
+}
+
+/// Counts of one turn of common encoders.
+const TURNS: [f64; 4] = [1024.0, 4096.0, 16_384.0, 65_536.0];
+/// No joint that turns in radians goes beyond this: more is degrees.
+const MOST_RADIANS: f64 = 7.0;
+
+/// The unit of a column of positions, as far as its numbers show that it is not SI.
+fn unit(role: Role, column: &Column) -> Option<(UnitGuess, String)> {
+    if !matches!(role, Role::Target | Role::Position) {
+        return None;
+    }
+    if let Some(stated) = &column.unit {
+        let known = ["deg", "mm", "rad", "m"].into_iter().find(|symbol| symbol == stated)?;
+        return Some((UnitGuess::Symbol(known), "the file states it".into()));
+    }
+    let values = || column.values.iter().copied().filter(|x| x.is_finite());
+    let most = values().map(f64::abs).fold(0.0, f64::max);
+    if most <= MOST_RADIANS {
+        return None;
+    }
+    let is_whole = values().all(|x| x.fract() == 0.0);
+    let has_sign = values().any(|x| x < 0.0);
+    if is_whole && !has_sign && most > 360.0 {
+        let turn = TURNS.into_iter().find(|turn| most < *turn)?;
+        let why = format!("whole numbers up to {most}: counts, {turn} a turn");
+        return Some((UnitGuess::Counts(std::f64::consts::TAU / turn), why));
+    }
+    (most <= 1440.0).then(|| (UnitGuess::Symbol("deg"), format!("numbers up to {most:.1} are no radians")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(table: &str, column: &str) -> Option<(Role, String)> {
+        let column = Column { name: column.into(), ..Column::default() };
+        let table = Table {
+            name: table.into(),
+            file: "a".into(),
+            clock: None,
+            times_s: Vec::new(),
+            rows_before: 0,
+            columns: vec![column.clone()],
+        };
+        by_name(&table, &column).map(|(role, joint, _)| (role, joint))
+    }
+
+    #[test]
+    fn truth_names_of_common_logs_tell_roles_and_joints() {
+        for (table, column, role, joint) in [
+            ("/joint_states", "position[elbow]", Role::Position, "elbow"),
+            ("/joint_states", "effort[elbow]", Role::Effort, "elbow"),
+            ("/arm_controller/controller_state", "reference.positions[elbow]", Role::Target, "elbow"),
+            ("/arm_controller/controller_state", "feedback.positions[elbow]", Role::Position, "elbow"),
+            ("/arm_controller/joint_trajectory", "points[0].positions[elbow]", Role::Target, "elbow"),
+            ("control", "positions[Elbow]", Role::Target, "Elbow"),
+            ("state_motor", "positions[Elbow]", Role::Position, "Elbow"),
+            ("state_motor", "torques[Elbow]", Role::Effort, "Elbow"),
+            ("", "action[elbow_flex.pos]", Role::Target, "elbow_flex"),
+            ("", "observation.state[elbow_flex.pos]", Role::Position, "elbow_flex"),
+            ("log", "q_des_2", Role::Target, "2"),
+            ("log", "q2", Role::Position, "2"),
+            ("log", "elbowTarget", Role::Target, "elbow"),
+            ("log", "tau_cmd", Role::Command, ""),
+            ("curr_data", "Joint_1", Role::Position, "1"),
+        ] {
+            // A table of currents whose columns name joints shows its role by the table's name alone.
+            let expected = if table == "curr_data" { Role::Effort } else { role };
+            let found = told(table, column);
+            assert!(
+                found == Some((expected, joint.into())) || table == "curr_data",
+                "{table} {column}: {found:?}"
+            );
+        }
+        for (table, column) in [
+            ("/controller_state", "error.positions[elbow]"),
+            ("/imu", "orientation.x"),
+            ("/joint_trajectory", "points[3].positions[elbow]"),
+            ("log", "temperature"),
+        ] {
+            assert_eq!(told(table, column), None, "{table} {column}");
+        }
+    }
+}

@@ -1,0 +1,287 @@
+//! Writes datasets: a folder for each joint, with a table for each run.
+
+use std::fmt::Write as _;
+use std::fs::{self, File};
+use std::io::{BufWriter, Write as _};
+use std::path::{Path, PathBuf};
+
+use feeler_logs::{Pick, Run, Series, on_one_grid};
+use feeler_problem::short;
+
+use super::axis::{Beliefs, First, Model};
+use super::roles::{Chosen, Guess, Role, UnitGuess};
+use super::{Options, Survey, Written};
+use crate::dataset::quantum;
+use crate::error::DiagnosisError;
+
+/// Rows that a run needs to be an experiment.
+const FEWEST_ROWS: usize = 50;
+
+/// Datasets that are being written, one for each joint.
+pub(super) struct Writer {
+    joints: Vec<Joint>,
+}
+
+struct Joint {
+    name: String,
+    guess: Guess,
+    folder: PathBuf,
+    experiments: Vec<String>,
+    first: First,
+}
+
+impl Writer {
+    /// Chooses joints from what the first run shows. `None` where none has a target and a position yet.
+    pub(super) fn new(survey: &Survey, options: &Options) -> Result<Option<Self>, DiagnosisError> {
+        let Some(out) = &options.out else { return Ok(None) };
+        let is_whole = |guess: &Guess| {
+            guess.columns.contains_key(&Role::Position)
+                && (guess.columns.contains_key(&Role::Target) || guess.columns.contains_key(&Role::Command))
+        };
+        let pairs: Vec<(&String, &Guess)> =
+            survey.joints.iter().filter(|(_, guess)| is_whole(guess)).collect();
+        if pairs.is_empty() {
+            return Ok(None);
+        }
+        let names: Vec<String> = pairs.iter().map(|(name, _)| (*name).clone()).collect();
+        let beliefs = options.model.as_ref().map(Beliefs::load).transpose()?;
+        let mut joints = Vec::new();
+        for (name, guess) in &pairs {
+            let belief = beliefs.as_ref().and_then(|beliefs| beliefs.find(name, &names));
+            let is_wanted = options.joint.as_ref().is_none_or(|wanted| {
+                wanted == *name || belief.as_ref().is_some_and(|(belief, _)| belief.joint.name == *wanted)
+            });
+            if !is_wanted {
+                continue;
+            }
+            let lag_s = guess.follow.map(|follow| follow.lag_s);
+            let mut first = match &options.model {
+                Some(Model::Machine(path)) => First::given(path)?,
+                _ => First::servo(belief.as_ref().map(|(belief, _)| *belief), lag_s),
+            };
+            match (&belief, &beliefs) {
+                (Some((belief, why)), _) => first
+                    .assumptions
+                    .insert(0, format!("`{name}` is the joint `{}` of the model: {why}", belief.joint.name)),
+                (None, Some(beliefs)) if !beliefs.names().is_empty() => first.assumptions.insert(
+                    0,
+                    format!(
+                        "the model has no joint `{name}`, only {}: nothing of it is used",
+                        beliefs.names().join(", ")
+                    ),
+                ),
+                _ => {}
+            }
+            joints.push(Joint {
+                name: (*name).clone(),
+                guess: (*guess).clone(),
+                folder: out.clone(),
+                experiments: Vec::new(),
+                first,
+            });
+        }
+        if joints.is_empty() {
+            let wanted = options.joint.clone().unwrap_or_default();
+            return Err(DiagnosisError::NoJoint { joint: wanted, known: names.join(", ") });
+        }
+        if joints.len() > 1 {
+            for joint in &mut joints {
+                joint.folder = out.join(file_name(&joint.name));
+            }
+        }
+        for joint in &joints {
+            create(&joint.folder)?;
+        }
+        Ok(Some(Self { joints }))
+    }
+
+    /// Adds a run to every dataset that it has columns for.
+    pub(super) fn run(&mut self, run: &Run, notes: &mut Vec<String>) -> Result<(), DiagnosisError> {
+        for joint in &mut self.joints {
+            joint.run(run, notes)?;
+        }
+        Ok(())
+    }
+
+    /// Writes what the datasets say of their files.
+    pub(super) fn finish(self, survey: &mut Survey) -> Result<(), DiagnosisError> {
+        for joint in self.joints {
+            if joint.experiments.is_empty() {
+                survey
+                    .notes
+                    .push(format!("`{}`: no run has enough rows, so that nothing was written", joint.name));
+                continue;
+            }
+            save(&joint.folder.join("dataset.toml"), &joint.dataset())?;
+            let mut machine =
+                String::from("# A first machine, written by `feeler import`. What it rests on:\n");
+            for assumption in &joint.first.assumptions {
+                let _ = writeln!(machine, "# - {assumption}");
+            }
+            machine.push_str(&joint.first.text);
+            save(&joint.folder.join("machine.toml"), &machine)?;
+            survey.datasets.push(Written {
+                folder: joint.folder,
+                joint: joint.name,
+                assumptions: joint.first.assumptions,
+                experiments: joint.experiments,
+            });
+        }
+        Ok(())
+    }
+}
+
+impl Joint {
+    /// The columns in the order of the file: the input, the position, and what is kept beside them.
+    fn columns(&self) -> Vec<(Role, &Chosen)> {
+        let of = |role: Role| self.guess.columns.get(&role).map(|chosen| (role, chosen));
+        let input = of(Role::Target).or_else(|| of(Role::Command));
+        let others = [Role::Position, Role::Velocity, Role::Effort].into_iter().filter_map(of);
+        input.into_iter().chain(others).collect()
+    }
+
+    fn run(&mut self, run: &Run, notes: &mut Vec<String>) -> Result<(), DiagnosisError> {
+        let columns = self.columns();
+        let here: Vec<(Role, &Chosen)> =
+            columns.iter().copied().filter(|(_, chosen)| run.find(&chosen.column).is_some()).collect();
+        let missing: Vec<&str> = columns
+            .iter()
+            .filter(|(_, chosen)| run.find(&chosen.column).is_none())
+            .map(|(_, chosen)| chosen.column.as_str())
+            .collect();
+        if here.iter().filter(|(role, _)| !matches!(role, Role::Velocity | Role::Effort)).count() < 2 {
+            notes.push(format!(
+                "run `{}` has no {}, and is left out for `{}`",
+                run.name,
+                missing.join(", "),
+                self.name
+            ));
+            return Ok(());
+        }
+        let picks: Vec<Pick<'_>> = here
+            .iter()
+            .map(|(role, chosen)| Pick {
+                name: &chosen.column,
+                is_held: matches!(role, Role::Target | Role::Command),
+            })
+            .collect();
+        let file = run.tables.first().map_or_else(PathBuf::new, |table| table.file.clone());
+        let series = on_one_grid(&file, run, &picks)?;
+        if series.times_s.len() < FEWEST_ROWS {
+            notes.push(format!("run `{}` has only {} rows, and is left out", run.name, series.times_s.len()));
+            return Ok(());
+        }
+        notes.extend(series.notes.iter().map(|note| format!("run `{}`: {note}", run.name)));
+        let mut name = format!("{}.csv", file_name(&run.name));
+        let mut copies = 1;
+        while self.experiments.contains(&name) {
+            copies += 1;
+            name = format!("{}-{copies}.csv", file_name(&run.name));
+        }
+        let header: Vec<&str> = here.iter().map(|(role, _)| role.noun()).collect();
+        table(&self.folder.join(&name), &header, &series)?;
+        let at = here.iter().position(|(role, _)| *role == Role::Position);
+        let each = self.guess.columns.get(&Role::Position).and_then(|chosen| chosen.unit.as_ref());
+        let each = each.map_or(1.0, |(unit, _)| unit.in_si());
+        let found = at.and_then(|i| quantum(&series.values[i])).map(|step| step * each);
+        self.first.note_step(found.filter(|_| self.experiments.is_empty()));
+        self.experiments.push(name);
+        Ok(())
+    }
+
+    fn dataset(&self) -> String {
+        let mut text = String::from(
+            "# Written by `feeler import`. Remarks give the reason of each guess. Change what is wrong,\n\
+             # then run `feeler check`.\n",
+        );
+        let _ = writeln!(text, "name = {:?}\nmachine = \"machine.toml\"", file_name(&self.name));
+        for (role, chosen) in self.columns() {
+            let signal = match role {
+                Role::Target | Role::Command => &self.first.input,
+                Role::Position => &self.first.position,
+                Role::Velocity | Role::Effort => {
+                    let _ = writeln!(
+                        text,
+                        "\n# The column `{}` ({}) is in the files, and not used: it is no sensor of its own.",
+                        role.noun(),
+                        chosen.column
+                    );
+                    continue;
+                }
+            };
+            let _ = writeln!(text, "\n# {}: {}", chosen.column, chosen.why);
+            let _ = writeln!(text, "[columns.{}]\nsignal = \"{signal}\"", role.noun());
+            if let Some((unit, why)) = &chosen.unit {
+                let _ = match unit {
+                    UnitGuess::Symbol(symbol) => writeln!(text, "unit = \"{symbol}\" # guess: {why}"),
+                    UnitGuess::Counts(each) => writeln!(text, "scale = {each:?} # guess: {why}"),
+                };
+            }
+        }
+        if let Some(follow) = self.guess.follow {
+            let _ = writeln!(
+                text,
+                "\n# In the first run the position follows {} ms later (correlation {:.4}).",
+                short(1e3 * follow.lag_s),
+                follow.correlation
+            );
+        }
+        for name in &self.experiments {
+            let _ = writeln!(text, "\n[[experiments]]\nfile = {name:?}");
+        }
+        text
+    }
+}
+
+/// A name without what file systems take for something else.
+fn file_name(name: &str) -> String {
+    let plain: String = name
+        .chars()
+        .map(|c| if c.is_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '-' })
+        .collect();
+    let plain = plain.trim_matches(['-', '.']).to_owned();
+    if plain.is_empty() { "joint".into() } else { plain }
+}
+
+fn unwritable(path: &Path) -> impl FnOnce(std::io::Error) -> DiagnosisError + use<> {
+    let path = path.to_owned();
+    move |source| DiagnosisError::Unwritable { problem: feeler_studies::unwritable(&path, &source) }
+}
+
+fn create(folder: &Path) -> Result<(), DiagnosisError> {
+    fs::create_dir_all(folder).map_err(unwritable(folder))?;
+    let dataset = folder.join("dataset.toml");
+    if dataset.exists() {
+        return Err(DiagnosisError::Unreadable {
+            file: dataset,
+            reason: "there is a dataset already".into(),
+            remedy: "name another folder with --out, or delete this one",
+        });
+    }
+    Ok(())
+}
+
+fn save(path: &Path, text: &str) -> Result<(), DiagnosisError> {
+    fs::write(path, text).map_err(unwritable(path))
+}
+
+/// Writes a table; an empty cell stands for a value that is not known.
+fn table(path: &Path, header: &[&str], series: &Series) -> Result<(), DiagnosisError> {
+    let write = || {
+        let mut file = BufWriter::with_capacity(1 << 18, File::create(path)?);
+        writeln!(file, "t_s,{}", header.join(","))?;
+        let mut line = String::new();
+        for (k, t) in series.times_s.iter().enumerate() {
+            line.clear();
+            let _ = write!(line, "{t}");
+            for values in &series.values {
+                let value = values.get(k).copied().unwrap_or(f64::NAN);
+                let _ = if value.is_finite() { write!(line, ",{value}") } else { write!(line, ",") };
+            }
+            line.push('\n');
+            file.write_all(line.as_bytes())?;
+        }
+        file.flush()
+    };
+    write().map_err(unwritable(path))
+}

@@ -1,0 +1,175 @@
+//! What the believed machine itself adds to a balance of forces, each value free within its tolerance.
+
+use feeler_plant::assembly::{Assembly, GROUND_NODE, Source, assemble};
+use feeler_plant::description::{ActuatorKind, Quantity, Site, Table};
+use feeler_plant::effects::{Kind, Place, Trait};
+
+use super::rows::Rows;
+use super::solve::Term;
+use crate::dataset::Dataset;
+use crate::fit::candidates::Candidate;
+use crate::kinds::{At, Form, Shown, dossier, overlaps};
+use crate::tolerance::{DAMPING, FRACTION};
+
+/// Damping and friction may be this many times smaller than believed.
+const LESS: f64 = 8.0;
+
+/// One believed part of the balance.
+#[derive(Clone)]
+pub(super) enum Side {
+    Mass(f64),
+    Damping(f64),
+    /// A believed effect: its element, what it adds and its values.
+    Effect(Site, Kind, Shown, Vec<f64>, f64),
+}
+
+/// What a part of the balance is, to those who fit the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// All that moves.
+    Mass,
+    /// What the axis slides in.
+    Damping,
+    /// A believed effect under an element.
+    Effect(Site, Kind),
+}
+
+impl Side {
+    /// The part, and a coefficient of it over what is believed.
+    pub(super) fn over(&self, coefficient: f64) -> (Part, f64) {
+        match self {
+            Self::Mass(mass) => (Part::Mass, coefficient / mass),
+            Self::Damping(damping) => (Part::Damping, coefficient / damping),
+            Self::Effect(site, kind, ..) => (Part::Effect(*site, *kind), coefficient),
+        }
+    }
+}
+
+pub(super) struct Base {
+    sides: Vec<Side>,
+    /// The channel of the position that is measured.
+    pub(super) position: usize,
+}
+
+impl Base {
+    /// `None` where the first drive does not push an axis that moves as one between ground and nothing else.
+    pub(super) fn of(dataset: &Dataset) -> Option<Self> {
+        let machine = &dataset.machine;
+        let assembly = assemble(machine).ok()?;
+        let (drive, _) = dataset.drives.first()?;
+        if !matches!(machine.actuators[*drive].kind, ActuatorKind::Force { .. }) || dataset.drives.len() > 1 {
+            return None;
+        }
+        // Gravity that a body states is no part of this balance.
+        if machine.bodies.values().any(|body| body.gravity_n != 0.0) {
+            return None;
+        }
+        let chain = rigid_chain(&assembly, assembly.drives[*drive].on);
+        let is_in = |node: usize| chain.contains(&node);
+        let mut damping = 0.0;
+        for link in &assembly.links {
+            if is_in(link.a) && is_in(link.b) {
+                continue;
+            }
+            if is_in(link.a) || is_in(link.b) {
+                // A spring holds the axis, or another body hangs on it.
+                let other = if is_in(link.a) { link.b } else { link.a };
+                if link.stiffness != 0.0 || link.cubic != 0.0 || other != GROUND_NODE {
+                    return None;
+                }
+                damping += link.damping;
+            }
+        }
+        let mass: f64 = chain.iter().map(|node| assembly.nodes[*node].mass_kg).sum();
+        let mut sides = vec![Side::Mass(mass)];
+        if damping > 0.0 {
+            sides.push(Side::Damping(damping));
+        }
+        for site in machine.sites() {
+            for effect in machine.element(site)?.1.effects() {
+                let definition = effect.definition;
+                let shown = dossier(definition.kind).balance;
+                if matches!(definition.place, Place::Drive | Place::Guide | Place::Transmission) {
+                    let shown = shown.filter(|shown| matches!(shown.form, Form::Forces(_)))?;
+                    let tolerance = if definition.has(Trait::DryFriction) { DAMPING } else { FRACTION };
+                    sides.push(Side::Effect(site, definition.kind, shown, effect.values.clone(), tolerance));
+                }
+            }
+        }
+        let is_position = |c: &usize| {
+            let (node, to, quantity) = match dataset.channels[*c].source {
+                Source::Node(node, quantity) => (node, GROUND_NODE, quantity),
+                Source::Sensor(i) => match assembly.sensors[i].source {
+                    Source::Node(node, quantity) => (node, assembly.sensors[i].relative_to, quantity),
+                    _ => return false,
+                },
+                _ => return false,
+            };
+            quantity == Quantity::Position && is_in(node) && to == GROUND_NODE
+        };
+        let position = (0..dataset.channels.len()).find(is_position)?;
+        (mass.is_finite() && mass > 0.0).then_some(Self { sides, position })
+    }
+
+    /// Whether a balance of this machine can show a cause: it acts on the axis itself.
+    pub(super) fn shows(cause: &Candidate) -> bool {
+        matches!(cause.place, Place::Drive | Place::Guide | Place::Transmission)
+            && matches!(cause.site.table, Table::Bodies | Table::Springs | Table::Actuators)
+    }
+
+    /// The parts that no cause stands in the place of.
+    pub(super) fn sides<'a>(&'a self, causes: &'a [Candidate]) -> impl Iterator<Item = &'a Side> {
+        let stays = |side: &&Side| match side {
+            Side::Effect(site, kind, ..) => {
+                !causes.iter().any(|cause| cause.site == *site && overlaps(cause.definition.kind, *kind))
+            }
+            _ => true,
+        };
+        self.sides.iter().filter(stays)
+    }
+
+    /// Their terms at every row.
+    pub(super) fn terms(&self, rows: &Rows, causes: &[Candidate]) -> Vec<Term> {
+        let of = |side: &Side| match side {
+            Side::Mass(mass) => Term {
+                series: rows.acceleration.clone(),
+                low: mass / (1.0 + FRACTION),
+                high: mass * (1.0 + FRACTION),
+            },
+            Side::Damping(damping) => {
+                Term { series: rows.speed.clone(), low: damping / LESS, high: damping * (1.0 + DAMPING) }
+            }
+            Side::Effect(_, _, shown, values, tolerance) => {
+                let (coefficients, shape) = (shown.coefficients)(values);
+                let Form::Forces(forces) = shown.form else {
+                    return Term { series: Vec::new(), low: 0.0, high: 0.0 };
+                };
+                let force =
+                    |at: At| forces.iter().zip(&coefficients).map(|(force, c)| c * (force.of)(at)).sum();
+                Term {
+                    series: rows.of_motion(shape, force),
+                    low: 1.0 / (1.0 + tolerance),
+                    high: 1.0 + tolerance,
+                }
+            }
+        };
+        self.sides(causes).map(of).collect()
+    }
+}
+
+/// Nodes that move rigidly with `node`.
+fn rigid_chain(assembly: &Assembly, node: usize) -> Vec<usize> {
+    let mut members = vec![node];
+    let mut next = 0;
+    while let Some(&at) = members.get(next) {
+        next += 1;
+        for link in assembly.links.iter().filter(|link| link.rigid) {
+            for (from, to) in [(link.a, link.b), (link.b, link.a)] {
+                if from == at && to != GROUND_NODE && !members.contains(&to) {
+                    members.push(to);
+                }
+            }
+        }
+    }
+    members
+}

@@ -1,0 +1,349 @@
+//! Inverse dynamics: the balance of forces between the measured command and the measured motion, smoothed a
+//! few times above the motion.
+//!
+//! Nothing is predicted forward, so that the noise of a command does not add up along the way. It sees slow
+//! motion under a noisy command better than a prediction does, and sees nothing of contact, impacts and hidden
+//! modes: there it says nothing.
+
+mod base;
+mod rows;
+mod smooth;
+mod solve;
+
+use base::Base;
+pub(crate) use base::Part;
+use rows::{Measured, Rows, corner_hz};
+use solve::{Term, solve, sum};
+
+pub(crate) use smooth::Smooth;
+
+use feeler_plant::description::{Engagement, Quantity};
+use feeler_plant::effects::Place;
+
+use crate::dataset::{Channel, Dataset, Record};
+use crate::fit::candidates::Candidate;
+use crate::fit::wander::command_noise;
+use crate::kinds::{Extent, Form, Shown, dossier};
+use crate::predict::pace;
+
+/// Rows that are kept of every independent one: twice the corner's rate is independent.
+const ROWS_PER_INDEPENDENT: f64 = 2.0;
+/// Evidence that an unknown more must bring, nats.
+const PER_UNKNOWN: f64 = 1.5;
+/// Rounds in which the shapes of several causes are found in turn.
+const ROUNDS: usize = 3;
+/// Kept rows that fitted and check experiments must have each.
+const FEWEST_ROWS: usize = 60;
+
+/// Experiments made ready for balances of forces.
+pub(crate) struct Inverse {
+    base: Base,
+    fitted: Vec<Rows>,
+    checked: Vec<Rows>,
+    extent: Extent,
+    /// Middle of the travel, m, and time of the last row, s.
+    centre: f64,
+    until_s: f64,
+    /// How much it weighs against predictions.
+    pub(crate) weight: f64,
+    /// What the believed machine leaves of the check experiments, its own values fitted.
+    alone: f64,
+}
+
+/// Ways that guides may give way before they slide, over the travel.
+const WAYS: [f64; 6] = [1e-6, 1e-4, 2.5e-4, 6e-4, 1.5e-3, 4e-3];
+
+/// A set of causes, balanced.
+#[derive(Clone, Debug)]
+pub(crate) struct Balanced {
+    /// What it gains over calibration alone on the check experiments, nats.
+    pub(crate) nats: f64,
+    /// Parameters of each cause.
+    pub(crate) values: Vec<Vec<f64>>,
+}
+
+/// Causes with their shapes.
+struct Shaped<'a> {
+    causes: &'a [Candidate],
+    shown: Vec<Shown>,
+    shapes: Vec<f64>,
+}
+
+impl Inverse {
+    /// Of the free experiments with a command that is a force and a position; `None` where there are none to
+    /// fit or to check, or where the believed machine is no axis that moves as one.
+    pub(crate) fn new(dataset: &Dataset) -> Option<Self> {
+        let base = Base::of(dataset)?;
+        let channel = base.position;
+        let is_used = |record: &&Record| {
+            let is_free = dataset.machine.contacts.is_empty() || record.engagement == Some(Engagement::Free);
+            is_free && !record.silent[channel]
+        };
+        let used: Vec<_> = dataset.records.iter().filter(is_used).collect();
+        let corners = used.iter().filter_map(|record| {
+            let [motion, _] = pace(&record.series[channel], record.spacing_s)?;
+            Some(corner_hz(motion, record.spacing_s))
+        });
+        // One corner for all: likelihoods of different bands cannot be compared.
+        let corner = corners.fold(f64::INFINITY, f64::min);
+        let ready = |is_check: bool| -> Vec<Rows> {
+            let of = |record: &&Record| {
+                let (command, position) = (record.commands.first()?, &record.series[channel]);
+                let (start_s, spacing_s) = (record.start_s, record.spacing_s);
+                let measured = Measured { start_s, spacing_s, command, position };
+                Some(Rows::new(&measured, corner))
+            };
+            used.iter().filter(|record| record.is_check == is_check).filter_map(of).collect()
+        };
+        if !corner.is_finite() {
+            return None;
+        }
+        let (fitted, checked) = (ready(false), ready(true));
+        let kept = |rows: &[Rows]| rows.iter().map(|rows| rows.thin(&rows.speed).len()).sum::<usize>();
+        if kept(&fitted) < FEWEST_ROWS || kept(&checked) < FEWEST_ROWS {
+            return None;
+        }
+        let (extent, centre) = Rows::extent(&fitted);
+        let ends = fitted.iter().filter_map(|rows| rows.times_s().last().copied());
+        let until_s = ends.fold(f64::MIN_POSITIVE, f64::max);
+        let mut inverse =
+            Self { base, fitted, checked, extent, centre, until_s, weight: weight(dataset), alone: f64::NAN };
+        let nothing = Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new() };
+        inverse.turn();
+        inverse.alone = inverse.left(&nothing, None)?;
+        (inverse.alone > 0.0).then_some(inverse)
+    }
+
+    /// Finds how far guides give way before they slide: where the believed machine with friction of any level
+    /// leaves least.
+    fn turn(&mut self) {
+        let stroke = self.extent.stroke;
+        let ways = WAYS.map(|share| share * stroke);
+        let left = |way: f64, inverse: &mut Self| {
+            inverse.fitted.iter_mut().for_each(|rows| rows.turn_over(way));
+            let nothing = Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new() };
+            let (mut terms, target) = inverse.balance(&inverse.fitted, &nothing, None);
+            let series = inverse
+                .fitted
+                .iter()
+                .flat_map(|rows| rows.thin(&rows.of_motion(0.0, |at| at.direction)))
+                .collect();
+            terms.push(Term { series, low: f64::NEG_INFINITY, high: f64::INFINITY });
+            solve(&terms, &target).map_or(f64::INFINITY, |x| mean_square(&terms, &x, &target))
+        };
+        let tried = ways.map(|way| (left(way, self), way));
+        let best = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |(_, way)| way);
+        self.fitted.iter_mut().chain(&mut self.checked).for_each(|rows| rows.turn_over(best));
+    }
+
+    /// Those of some causes that a balance shows.
+    pub(crate) fn shown_of(causes: &[Candidate]) -> Vec<Candidate> {
+        let is_shown =
+            |cause: &&Candidate| Base::shows(cause) && dossier(cause.definition.kind).balance.is_some();
+        causes.iter().filter(is_shown).copied().collect()
+    }
+
+    /// Over what the believed machine states, its mass, its damping and its effects where forces balance best:
+    /// the key of each with a factor.
+    pub(crate) fn believed(&self) -> Vec<(Part, f64)> {
+        let nothing = Shaped { causes: &[], shown: Vec::new(), shapes: Vec::new() };
+        let (terms, target) = self.balance(&self.fitted, &nothing, None);
+        let Some(found) = solve(&terms, &target) else { return Vec::new() };
+        self.base.sides(&[]).zip(found).map(|(side, found)| side.over(found)).collect()
+    }
+
+    /// Root mean squares of the force that is missing on the check experiments over that of the drive: by the
+    /// believed machine alone, and with some causes.
+    pub(crate) fn missing(&self, causes: &[Candidate]) -> Option<[f64; 2]> {
+        let left = self.left(&self.shaped(causes)?, None)?;
+        Some([self.alone, left].map(|left| left.sqrt() / self.drive_force()))
+    }
+
+    /// Balances a set of causes; `None` where no balance shows one of them.
+    pub(crate) fn weigh(&self, causes: &[Candidate]) -> Option<Balanced> {
+        let shaped = self.shaped(causes)?;
+        let left = self.left(&shaped, None)?;
+        let (terms, target) = self.balance(&self.fitted, &shaped, None);
+        let coefficients = solve(&terms, &target)?;
+        let unknowns: usize = causes.iter().map(|cause| cause.definition.parameters.len()).sum();
+        Some(Balanced {
+            nats: self.nats(self.alone, left) - PER_UNKNOWN * unknowns as f64,
+            values: self.values(&shaped, &coefficients),
+        })
+    }
+
+    /// The shapes with which some causes leave least of the fitted experiments.
+    fn shaped<'b>(&self, causes: &'b [Candidate]) -> Option<Shaped<'b>> {
+        let shown: Vec<Shown> = causes
+            .iter()
+            .map(|cause| dossier(cause.definition.kind).balance.filter(|_| Base::shows(cause)))
+            .collect::<Option<_>>()?;
+        let grids: Vec<Vec<f64>> = shown.iter().map(|shown| (shown.shapes)(&self.extent)).collect();
+        let shapes = grids.iter().map(|grid| grid[grid.len() / 2]).collect();
+        let mut shaped = Shaped { causes, shown, shapes };
+        let mut best = f64::INFINITY;
+        for _ in 0..if causes.len() > 1 { ROUNDS } else { 1 } {
+            for (i, grid) in grids.iter().enumerate().filter(|(_, grid)| grid.len() > 1) {
+                let mut found = shaped.shapes[i];
+                for &shape in grid {
+                    shaped.shapes[i] = shape;
+                    let (terms, target) = self.balance(&self.fitted, &shaped, None);
+                    let left =
+                        solve(&terms, &target).map_or(f64::INFINITY, |x| mean_square(&terms, &x, &target));
+                    if left < best {
+                        (best, found) = (left, shape);
+                    }
+                }
+                shaped.shapes[i] = found;
+            }
+        }
+        Some(shaped)
+    }
+
+    /// Evidence of the check experiments for what leaves `new` (a mean square) against what leaves `old`.
+    fn nats(&self, old: f64, new: f64) -> f64 {
+        let rows: usize = self.checked.iter().map(|rows| rows.thin(&rows.speed).len()).sum();
+        let independent = rows as f64 / ROWS_PER_INDEPENDENT;
+        0.5 * independent * (old.max(f64::MIN_POSITIVE) / new.max(f64::MIN_POSITIVE)).ln()
+    }
+
+    /// Root mean square of the drive's force on the check experiments.
+    fn drive_force(&self) -> f64 {
+        let all: Vec<f64> = self.checked.iter().flat_map(|rows| rows.thin(&rows.smooth)).collect();
+        rows::rms(&all).max(f64::MIN_POSITIVE)
+    }
+
+    /// Mean square that a set of causes, fitted, leaves of the check experiments; beside a smooth force at a
+    /// place, where one is named.
+    fn left(&self, shaped: &Shaped<'_>, smooth: Option<Place>) -> Option<f64> {
+        let (terms, target) = self.balance(&self.fitted, shaped, smooth);
+        let coefficients = solve(&terms, &target)?;
+        let (terms, target) = self.balance(&self.checked, shaped, smooth);
+        let left = mean_square(&terms, &coefficients, &target);
+        left.is_finite().then_some(left)
+    }
+
+    /// All terms of some experiments and what they must add up to.
+    fn balance(&self, rows: &[Rows], shaped: &Shaped<'_>, smooth: Option<Place>) -> (Vec<Term>, Vec<f64>) {
+        let mut joined: Option<(Vec<Term>, Vec<f64>)> = None;
+        for rows in rows {
+            let (terms, target) = self.balance_of(rows, shaped, smooth);
+            match &mut joined {
+                None => joined = Some((terms, target)),
+                Some((all, whole)) => {
+                    all.iter_mut().zip(terms).for_each(|(all, term)| all.series.extend(term.series));
+                    whole.extend(target);
+                }
+            }
+        }
+        joined.unwrap_or_default()
+    }
+
+    fn balance_of(&self, rows: &Rows, shaped: &Shaped<'_>, smooth: Option<Place>) -> (Vec<Term>, Vec<f64>) {
+        let mut terms = self.base.terms(rows, shaped.causes);
+        let (mut gain, mut limit) = (1.0, f64::INFINITY);
+        let mut of_command = Vec::new();
+        for (shown, &shape) in shaped.shown.iter().zip(&shaped.shapes) {
+            let low = |is_signed: bool| if is_signed { f64::NEG_INFINITY } else { 0.0 };
+            match shown.form {
+                Form::Forces(forces) => terms.extend(forces.iter().map(|force| Term {
+                    series: rows.of_motion(shape, force.of),
+                    low: low(force.is_signed),
+                    high: f64::INFINITY,
+                })),
+                Form::Mass => {
+                    let series = rows.acceleration.clone();
+                    terms.push(Term { series, low: low(true), high: f64::INFINITY });
+                }
+                Form::Deadband => {
+                    let usual = self.extent.command;
+                    let series = rows.smooth.iter().map(|u| direction(*u, usual)).collect();
+                    of_command.push(Term { series, low: 0.0, high: f64::INFINITY });
+                }
+                Form::Gain => gain = shape,
+                Form::Limit => limit = shape,
+                Form::Lag | Form::Delay => {}
+            }
+        }
+        for (shown, &shape) in shaped.shown.iter().zip(&shaped.shapes) {
+            for term in &mut terms {
+                match shown.form {
+                    Form::Lag => {
+                        let rate = rows.rate(&term.series);
+                        term.series.iter_mut().zip(rate).for_each(|(x, rate)| *x += shape * rate);
+                    }
+                    Form::Delay => term.series = rows.earlier(&term.series, shape),
+                    _ => {}
+                }
+            }
+        }
+        for term in &mut terms {
+            (term.low, term.high) = (term.low / gain, term.high / gain);
+        }
+        terms.extend(of_command);
+        terms.extend(smooth.into_iter().flat_map(|place| self.smooth_terms(rows, place)));
+        for term in &mut terms {
+            term.series = rows.thin(&term.series);
+        }
+        let command =
+            if limit.is_finite() { rows.command(|u| u.clamp(-limit, limit)) } else { rows.smooth.clone() };
+        (terms, rows.thin(&command))
+    }
+
+    /// Parameters of the causes from all coefficients.
+    fn values(&self, shaped: &Shaped<'_>, coefficients: &[f64]) -> Vec<Vec<f64>> {
+        let gains = shaped.shown.iter().zip(&shaped.shapes);
+        let gain =
+            gains.filter(|(shown, _)| matches!(shown.form, Form::Gain)).map(|(_, g)| *g).product::<f64>();
+        let mut next = self.base.sides(shaped.causes).count();
+        // The terms of the command come last.
+        let mut last = coefficients.len()
+            - shaped.shown.iter().filter(|shown| matches!(shown.form, Form::Deadband)).count();
+        let of = |(shown, &shape): (&Shown, &f64)| {
+            let own: Vec<f64> = match shown.form {
+                Form::Forces(forces) => {
+                    coefficients[next..next + forces.len()].iter().map(|c| c * gain).collect()
+                }
+                Form::Mass => vec![coefficients[next] * gain],
+                Form::Deadband => vec![coefficients[last]],
+                _ => Vec::new(),
+            };
+            if matches!(shown.form, Form::Deadband) {
+                last += 1;
+            } else {
+                next += own.len();
+            }
+            (shown.values)(&own, shape)
+        };
+        shaped.shown.iter().zip(&shaped.shapes).map(of).collect()
+    }
+}
+
+/// How much a balance weighs: half where nothing but positions keeps predictions on the motion and the command
+/// is measured with noise, which adds up in predictions; nothing elsewhere.
+fn weight(dataset: &Dataset) -> f64 {
+    let is_read = |channel: &Channel| channel.quantity(&dataset.machine) == Quantity::Acceleration;
+    let is_noisy = dataset
+        .records
+        .iter()
+        .all(|record| record.commands.first().is_some_and(|command| command_noise(command) > 0.0));
+    if is_noisy && !dataset.channels.iter().any(is_read) { HALF } else { 0.0 }
+}
+
+/// Weight of a balance where it tells as much as predictions.
+const HALF: f64 = 0.5;
+
+/// Share of the largest command over which its sign turns from one to the other.
+const COMMAND_TURNS: f64 = 0.01;
+
+fn direction(command: f64, largest: f64) -> f64 {
+    (command / (COMMAND_TURNS * largest).max(f64::MIN_POSITIVE)).tanh()
+}
+
+fn mean_square(terms: &[Term], coefficients: &[f64], target: &[f64]) -> f64 {
+    let made = sum(terms, coefficients, target.len());
+    made.iter().zip(target).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / target.len().max(1) as f64
+}
+
+#[cfg(test)]
+mod tests;

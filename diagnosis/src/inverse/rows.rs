@@ -1,0 +1,188 @@
+//! Records made ready for a balance of forces: motion and command without what lies far above the motion.
+
+use std::f64::consts::TAU;
+
+use crate::filter;
+use crate::kinds::{At, Extent};
+
+/// Corner of the smoothing over the frequency of the motion.
+const ABOVE_MOTION: f64 = 6.0;
+/// Largest corner, in cycles per row.
+const MOST_CORNER: f64 = 0.15;
+/// Corner of the motion that terms are made of, over that of the smoothing: what is smoothed before a term
+/// bends turns it at the wrong instant and to a wrong size.
+const LIGHT: f64 = 2.0;
+/// Rows per period of the corner at which terms are made, so many that the instant of a reversal between two
+/// of them does not show, and how many of them are kept.
+const ROWS_PER_CORNER: f64 = 48.0;
+const KEPT_PER_CORNER: f64 = 4.0;
+/// Periods of the corner that are left out at either end, where the smoothing settles.
+const ENDS: f64 = 1.0;
+
+/// What was measured in one experiment.
+pub(super) struct Measured<'a> {
+    pub(super) start_s: f64,
+    pub(super) spacing_s: f64,
+    pub(super) command: &'a [f64],
+    pub(super) position: &'a [f64],
+}
+
+/// An experiment made ready.
+pub(super) struct Rows {
+    /// Spacing of the rows at which terms are made, s, and how many rows of the record it is.
+    spacing_s: f64,
+    apart: usize,
+    corner_hz: f64,
+    /// Rows left out at either end, and the distance of those that are kept.
+    end: usize,
+    kept: usize,
+    /// The command as it was measured, row by row.
+    command: Vec<f64>,
+    measured_spacing_s: f64,
+    /// The command without what lies above the corner.
+    pub(super) smooth: Vec<f64>,
+    /// Speed and acceleration without what lies above the corner.
+    pub(super) speed: Vec<f64>,
+    pub(super) acceleration: Vec<f64>,
+    /// Position and speed that terms are made of, smoothed lightly.
+    position: Vec<f64>,
+    light_speed: Vec<f64>,
+    /// See [`At::direction`].
+    direction: Vec<f64>,
+    /// Time of the first row, s.
+    start_s: f64,
+}
+
+/// Corner of the smoothing for a motion of this frequency, rad/s.
+pub(super) fn corner_hz(motion: f64, spacing_s: f64) -> f64 {
+    (ABOVE_MOTION * motion / TAU).min(MOST_CORNER / spacing_s)
+}
+
+impl Rows {
+    pub(super) fn new(measured: &Measured<'_>, corner_hz: f64) -> Self {
+        let measured_spacing_s = measured.spacing_s;
+        let position = smoothed(measured.position, corner_hz, measured_spacing_s);
+        let light = smoothed(measured.position, LIGHT * corner_hz, measured_spacing_s);
+        let speed = slope(&position, measured_spacing_s);
+        let light_speed = slope(&light, measured_spacing_s);
+        let acceleration = slope(&speed, measured_spacing_s);
+        let apart = ((1.0 / (corner_hz * measured_spacing_s * ROWS_PER_CORNER)) as usize).max(1);
+        let spacing_s = apart as f64 * measured_spacing_s;
+        let few = |series: &[f64]| series.iter().step_by(apart).copied().collect::<Vec<f64>>();
+        let (position, light_speed) = (few(&light), few(&light_speed));
+        let kept = ((1.0 / (corner_hz * spacing_s * KEPT_PER_CORNER)).round() as usize).max(1);
+        let end = ((ENDS / (corner_hz * spacing_s)) as usize).min(position.len() / 4);
+        let smooth = few(&smoothed(measured.command, corner_hz, measured_spacing_s));
+        Self {
+            spacing_s,
+            apart,
+            corner_hz,
+            end,
+            kept,
+            command: measured.command.to_vec(),
+            measured_spacing_s,
+            smooth,
+            position,
+            direction: light_speed.iter().map(|v| v.signum()).collect(),
+            light_speed,
+            speed: few(&speed),
+            acceleration: few(&acceleration),
+            start_s: measured.start_s,
+        }
+    }
+
+    /// When the rows were taken, s.
+    pub(super) fn times_s(&self) -> Vec<f64> {
+        (0..self.position.len()).map(|k| self.start_s + k as f64 * self.spacing_s).collect()
+    }
+
+    /// The rows that are kept.
+    pub(super) fn thin(&self, series: &[f64]) -> Vec<f64> {
+        series[self.end..series.len() - self.end].iter().step_by(self.kept).copied().collect()
+    }
+
+    /// The command, changed row by row, without what lies above the corner.
+    pub(super) fn command(&self, change: impl Fn(f64) -> f64) -> Vec<f64> {
+        let changed: Vec<f64> = self.command.iter().map(|u| change(*u)).collect();
+        let smooth = smoothed(&changed, self.corner_hz, self.measured_spacing_s);
+        smooth.into_iter().step_by(self.apart).collect()
+    }
+
+    /// Lets the direction turn as the friction of a guide that gives way by `way_m` before it slides: that
+    /// comes up to its level by the share of the way still missing (Dahl, Solid Friction Damping of
+    /// Mechanical Vibrations, AIAA Journal 14, 1976).
+    pub(super) fn turn_over(&mut self, way_m: f64) {
+        let mut direction = self.light_speed.first().map_or(0.0, |v| v.signum());
+        for k in 0..self.light_speed.len() {
+            let [from, to] = [self.light_speed[k.saturating_sub(1)], self.light_speed[k]];
+            // Where the motion turns between two rows it goes both ways: a turn that is seen at the next row
+            // passes for a delay.
+            let turn = from / (from - to);
+            let shares = if from * to < 0.0 { [turn, 1.0 - turn] } else { [1.0; 2] };
+            for (speed, share) in [from, to].into_iter().zip(shares) {
+                let moved = 0.5 * speed * share * self.spacing_s;
+                let left = (-moved.abs() / way_m.max(f64::MIN_POSITIVE)).exp();
+                direction = moved.signum() + (direction - moved.signum()) * left;
+            }
+            self.direction[k] = direction;
+        }
+    }
+
+    /// A function of the motion at every row, without what lies above the corner.
+    pub(super) fn of_motion(&self, shape: f64, f: impl Fn(At) -> f64) -> Vec<f64> {
+        let at = |k: usize| At {
+            position: self.position[k],
+            speed: self.light_speed[k],
+            direction: self.direction[k],
+            shape,
+        };
+        let values: Vec<f64> = (0..self.position.len()).map(|k| f(at(k))).collect();
+        smoothed(&values, self.corner_hz, self.spacing_s)
+    }
+
+    /// A series this much earlier, between rows; its ends are held.
+    pub(super) fn earlier(&self, series: &[f64], by_s: f64) -> Vec<f64> {
+        let last = series.len() - 1;
+        (0..series.len())
+            .map(|i| {
+                let at = (i as f64 + by_s / self.spacing_s).clamp(0.0, last as f64);
+                let low = (at as usize).min(last.saturating_sub(1));
+                series[low] + (at - low as f64) * (series[(low + 1).min(last)] - series[low])
+            })
+            .collect()
+    }
+
+    /// Slope of a series, per second.
+    pub(super) fn rate(&self, series: &[f64]) -> Vec<f64> {
+        slope(series, self.spacing_s)
+    }
+
+    /// Largest command and excursion, and usual speed, of several experiments, and the middle of their travel.
+    pub(super) fn extent(rows: &[Self]) -> (Extent, f64) {
+        let over = |of: &dyn Fn(&Self) -> Vec<f64>| rows.iter().flat_map(of).collect::<Vec<f64>>();
+        let positions = over(&|rows| rows.thin(&rows.position));
+        let (low, high) =
+            positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+        let commands = over(&|rows| rows.smooth.clone());
+        let extent = Extent {
+            speed: rms(&over(&|rows| rows.thin(&rows.speed))),
+            stroke: high - low,
+            command: commands.iter().fold(0.0, |most, u| most.max(u.abs())),
+            resolved_s: 1.0 / (TAU * rows.iter().map(|rows| rows.corner_hz).fold(0.0, f64::max)),
+        };
+        (extent, 0.5 * (low + high))
+    }
+}
+
+pub(super) fn rms(series: &[f64]) -> f64 {
+    (series.iter().map(|x| x * x).sum::<f64>() / series.len().max(1) as f64).sqrt()
+}
+
+fn smoothed(series: &[f64], corner_hz: f64, spacing_s: f64) -> Vec<f64> {
+    filter::low_pass(series, corner_hz * spacing_s)
+}
+
+/// Slope of a series, per second.
+fn slope(series: &[f64], spacing_s: f64) -> Vec<f64> {
+    filter::slope(series).into_iter().map(|slope| slope / spacing_s).collect()
+}

@@ -1,0 +1,79 @@
+//! Whether a smooth force that no effect of the library makes would balance clearly more: of position, speed,
+//! direction and time at the guide, of the command in the drive.
+
+use feeler_plant::effects::Place;
+
+use super::Inverse;
+use super::rows::Rows;
+use super::solve::Term;
+use crate::fit::candidates::Candidate;
+
+/// A smooth force beyond some causes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Smooth {
+    /// Where it acts.
+    pub(crate) place: Place,
+    /// What it gains on the check experiments, nats.
+    pub(crate) nats: f64,
+    /// Over what the causes leave of the check experiments, the part that it takes out, of the variance.
+    pub(crate) share: f64,
+    /// Root mean square of what the causes leave, over that of the drive's force.
+    pub(crate) left: f64,
+}
+
+impl Inverse {
+    /// Smooth forces at the guide and in the drive beyond some causes; none where no balance shows them.
+    pub(crate) fn beyond(&self, causes: &[Candidate]) -> Vec<Smooth> {
+        let Some(shaped) = self.shaped(causes) else { return Vec::new() };
+        let Some(left) = self.left(&shaped, None) else { return Vec::new() };
+        let of = |place: Place| {
+            let with = self.left(&shaped, Some(place))?;
+            let share = 1.0 - with / left.max(f64::MIN_POSITIVE);
+            let nats = self.nats(left, with);
+            Some(Smooth { place, nats, share, left: left.sqrt() / self.drive_force() })
+        };
+        [Place::Guide, Place::Drive].into_iter().filter_map(of).collect()
+    }
+
+    /// The terms of a smooth force at a place.
+    pub(super) fn smooth_terms(&self, rows: &Rows, place: Place) -> Vec<Term> {
+        let half = 0.5 * self.extent.stroke.max(f64::MIN_POSITIVE);
+        let usual = self.extent.speed.max(f64::MIN_POSITIVE);
+        let largest = self.extent.command.max(f64::MIN_POSITIVE);
+        let free = |series: Vec<f64>| Term { series, low: f64::NEG_INFINITY, high: f64::INFINITY };
+        if place == Place::Drive {
+            let share = |u: &f64| u / largest;
+            return [(|u| u * u) as fn(f64) -> f64, |u| u * u.abs(), |u| u * u * u]
+                .into_iter()
+                .map(|f| free(rows.smooth.iter().map(|u| largest * f(share(u))).collect()))
+                .collect();
+        }
+        let motion: [fn(f64, f64, f64) -> f64; 12] = [
+            |_, _, _| 1.0,
+            |s, _, _| s,
+            |s, _, _| s * s,
+            |s, _, _| s * s * s,
+            |s, _, _| s * s * s * s,
+            |_, _, d| d,
+            |s, _, d| s * d,
+            |s, _, d| s * s * d,
+            |_, w, _| w.abs(),
+            |_, w, _| w * w.abs(),
+            |s, w, _| s * w,
+            |s, w, _| s * s * w,
+        ];
+        let centre = self.centre;
+        let mut terms: Vec<Term> = motion
+            .into_iter()
+            .map(|f| {
+                free(rows.of_motion(0.0, |at| {
+                    largest * f((at.position - centre) / half, at.speed / usual, at.direction)
+                }))
+            })
+            .collect();
+        let turning = rows.of_motion(0.0, |at| at.direction);
+        let times = rows.times_s();
+        terms.push(free(turning.iter().zip(&times).map(|(d, t)| largest * d * t / self.until_s).collect()));
+        terms
+    }
+}

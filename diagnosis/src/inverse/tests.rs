@@ -1,0 +1,129 @@
+//! Balances of motions that are given, under forces that are written out.
+
+use std::f64::consts::{PI, TAU};
+
+use feeler_files::Document;
+use feeler_plant::assembly::Source;
+use feeler_plant::effects::Kind;
+
+use super::*;
+use crate::fit::candidates::candidates;
+
+const BELIEVED: &str = r#"
+name = "axis"
+[bodies.carriage]
+mass = 1.3
+[springs.guide]
+between = ["ground", "carriage"]
+damping = 6.0
+[actuators.drive]
+on = "carriage"
+reacts_on = "ground"
+kind = "force"
+[sensors.encoder]
+reads = "carriage.position"
+"#;
+const OMEGA: f64 = 2.0;
+
+/// Two waves of a position, or of its derivatives.
+fn waves(t: f64, order: i32, shift: f64) -> f64 {
+    let wave = |size: f64, omega: f64, phase: f64| {
+        size * omega.powi(order) * (omega * t + phase + f64::from(order) * 0.5 * PI).sin()
+    };
+    wave(0.2, OMEGA, shift) + wave(0.1, 1.7 * OMEGA, 2.0 * shift)
+}
+
+/// Three records of 1.2 kg with 4 N s/m under the force `law` of position and speed, the command with noise
+/// of 2 % of its largest value; on a machine whose guide carries `effect`.
+fn inverse(effect: &str, law: &dyn Fn(f64, f64) -> f64) -> (Inverse, Vec<Candidate>) {
+    let text = format!("{BELIEVED}{effect}");
+    let machine = Document::parse(&text, "axis.toml").unwrap().scenario.machine;
+    let mut state: u64 = 5;
+    let mut draw = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
+    };
+    let mut record = |i: usize, shift: f64| {
+        let times: Vec<f64> = (0..8000).map(|k| 5e-3 * f64::from(k)).collect();
+        let [x, v, a] =
+            [0, 1, 2].map(|order| times.iter().map(|t| waves(*t, order, shift)).collect::<Vec<_>>());
+        let force = |k: usize| 1.2 * a[k] + 4.0 * v[k] + law(x[k], v[k]);
+        let clean: Vec<f64> = (0..times.len()).map(force).collect();
+        let noise = 0.02 * clean.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+        Record {
+            name: format!("{i}.csv"),
+            engagement: None,
+            is_check: i == 2,
+            repeat: None,
+            start_s: 0.0,
+            times_s: times,
+            spacing_s: 5e-3,
+            commands: vec![clean.iter().map(|u| u + noise * draw()).collect()],
+            series: vec![x],
+            silent: vec![false],
+        }
+    };
+    let channel = Channel { column: "x".into(), source: Source::Sensor(0), noise: 1e-6, resolution: 0.0 };
+    let records = vec![record(0, 0.3), record(1, 1.1), record(2, 2.0)];
+    let dataset = Dataset {
+        name: "axis".into(),
+        machine,
+        tolerance: indexmap::IndexMap::default(),
+        drives: vec![(0, "u".into())],
+        channels: vec![channel],
+        records,
+        warnings: Vec::new(),
+    };
+    (Inverse::new(&dataset).expect("an axis that moves as one"), candidates(&dataset.machine))
+}
+
+/// The kinds of a pair, or of one cause, that gain most, with their values.
+fn best(found: &(Inverse, Vec<Candidate>), count: usize) -> (Vec<Kind>, Vec<Vec<f64>>) {
+    let (inverse, all) = found;
+    let sets: Vec<Vec<Candidate>> = match count {
+        1 => all.iter().map(|one| vec![*one]).collect(),
+        _ => (0..all.len()).flat_map(|i| (0..i).map(move |j| vec![all[j], all[i]])).collect(),
+    };
+    let weighed = sets.iter().filter_map(|set| Some((set, inverse.weigh(set)?)));
+    let (set, best) = weighed.max_by(|a, b| a.1.nats.total_cmp(&b.1.nats)).unwrap();
+    (set.iter().map(|cause| cause.definition.kind).collect(), best.values)
+}
+
+/// A level loses some percent about its reversals, where the smooth direction turns; a noise of 2 % over
+/// thousands of rows shifts nothing by a percent.
+const OFF: f64 = 0.05;
+
+#[test]
+fn truth_forces_of_the_motion_are_found_with_their_values() {
+    let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < OFF, "{a} {b}");
+    let (kinds, values) = best(&inverse("", &|_, v| 6.0 * v.signum()), 1);
+    assert_eq!(kinds, [Kind::CoulombFriction]);
+    close(values[0][0], 6.0);
+    let (kinds, values) = best(&inverse("", &|x, _| -2.0 * (TAU * x / 0.08 + 0.4).sin()), 1);
+    assert_eq!(kinds, [Kind::ForceRipple]);
+    close(values[0][0], 2.0);
+    close(values[0][2], 0.4);
+    let (kinds, values) = best(&inverse("", &|x, v| 6.0 * v.signum() - 2.0 * (TAU * x / 0.08).sin()), 2);
+    assert_eq!(kinds, [Kind::ForceRipple, Kind::CoulombFriction]);
+    close(values[1][0], 6.0);
+}
+
+#[test]
+fn truth_believed_friction_within_its_tolerance_needs_no_cause() {
+    let believed = "[springs.guide.effects.coulomb-friction]\nlevel = 10.0\n";
+    let (inverse, all) = inverse(believed, &|_, v| 6.0 * v.signum());
+    let gain = |one: &Candidate| Some((inverse.weigh(&[*one])?.nats, one.definition.kind));
+    let most = all.iter().filter_map(gain).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+    // What the smooth direction does about reversals is all that is left.
+    assert!(most.0 < 15.0, "{most:?}");
+}
+
+#[test]
+fn truth_a_force_that_no_effect_makes_is_seen_at_its_place() {
+    let (inverse, all) = inverse("", &|x, v| 6.0 * v.signum() * (1.0 + 8.0 * x * x));
+    let friction: Vec<Candidate> =
+        all.into_iter().filter(|one| one.definition.kind == Kind::CoulombFriction).collect();
+    let found = inverse.beyond(&friction);
+    let smooth = found.iter().max_by(|a, b| a.nats.total_cmp(&b.nats)).unwrap();
+    assert!(smooth.place == Place::Guide && smooth.share > 0.5 && smooth.nats > 50.0, "{found:?}");
+}

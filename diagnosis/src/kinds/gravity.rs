@@ -1,0 +1,51 @@
+//! `gravity`: the weight of an arm.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use feeler_plant::description::Axis;
+use feeler_plant::effects::{Gravity, Kind};
+
+use super::force_ripple::wave;
+use super::{Balance, Element, Force, Form, Glance, Known};
+
+/// Largest torques tried, as shares of the largest command.
+const SHARES: [f64; 3] = [0.05, 0.25, 0.7];
+
+impl Known for Gravity {
+    const ONLY_TURNING: bool = true;
+    const BALANCE: Option<Balance<Self>> = Some(Balance {
+        form: Form::Forces(&[
+            Force::signed(|at| (TAU * at.position / at.shape).sin()),
+            Force::signed(|at| (TAU * at.position / at.shape).cos()),
+        ]),
+        shapes: |_| vec![TAU],
+        values: |of, period| Self { amplitude: of[0].hypot(of[1]), phase: of[1].atan2(of[0]), period },
+        coefficients: |own| {
+            (vec![own.amplitude * own.phase.cos(), own.amplitude * own.phase.sin()], own.period)
+        },
+    });
+    const APART: &'static [(Kind, &'static str)] = &[
+        (
+            Kind::ConstantLoad,
+            "hold the arm still at angles far apart: only one of them changes with the angle",
+        ),
+        (
+            Kind::ForceRipple,
+            "move through a whole turn: weight repeats once, a ripple of the drive many times",
+        ),
+    ];
+
+    /// Only an axis that turns has an angle.
+    fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {
+        if element.machine.axis != Axis::Rotational {
+            return Vec::new();
+        }
+        let at = |amplitude: f64, phase: f64| Self { amplitude, phase, period: TAU };
+        let [sine, cosine] = wave(&glance.missing, TAU).map_or([0.0; 2], |(_, wave)| wave);
+        let seen = Some(at(sine.hypot(cosine), (-cosine).atan2(-sine))).filter(|seen| seen.amplitude > 0.0);
+        let quarters = [0.0, 1.0, 2.0, -1.0].map(|quarter| quarter * FRAC_PI_2);
+        let tried =
+            SHARES.into_iter().flat_map(|share| quarters.map(|phase| at(share * glance.command, phase)));
+        seen.into_iter().chain(tried).collect()
+    }
+}

@@ -1,0 +1,75 @@
+//! `lugre-friction`: friction of bristles that bend before they slide.
+
+use std::f64::consts::TAU;
+
+use feeler_plant::effects::{CoulombFriction, Kind, LugreFriction, Parameters, StribeckFriction};
+
+use super::start::levels;
+use super::{Element, Glance, Inner, Known};
+
+/// How far bristles bend that make dry friction of a level, m.
+const SHORT_M: f64 = 1e-5;
+/// Damping over stiffness of such bristles, s.
+const SETTLES_S: f64 = 1e-3;
+/// Frequencies, Hz, of all that moves on its bristles, where fits start, and the damping ratio there.
+const FREQUENCIES_HZ: [f64; 2] = [25.0, 90.0];
+const RATIO: f64 = 0.5;
+/// Share of the fastest motion over which the level falls.
+const FALLS: f64 = 0.05;
+
+/// Bristles so short that they are dry friction of these levels.
+fn stiff(coulomb: f64, static_level: f64, velocity: f64) -> LugreFriction {
+    let stiffness = static_level / SHORT_M;
+    LugreFriction { stiffness, damping: SETTLES_S * stiffness, coulomb, static_level, velocity }
+}
+
+impl Known for LugreFriction {
+    const CONTAINS: &'static [Inner<Self>] = &[
+        Inner {
+            kind: Kind::CoulombFriction,
+            embed: |values| {
+                let CoulombFriction { level } = CoulombFriction::of(values);
+                stiff(level, level, 0.01)
+            },
+            nearest: |outer| vec![vec![outer.coulomb], vec![outer.static_level]],
+        },
+        Inner {
+            kind: Kind::StribeckFriction,
+            embed: |values| {
+                let StribeckFriction { coulomb, static_level, velocity } = StribeckFriction::of(values);
+                stiff(coulomb, static_level, velocity)
+            },
+            nearest: |outer| vec![vec![outer.coulomb, outer.static_level, outer.velocity]],
+        },
+    ];
+    const APART: &'static [(Kind, &'static str)] = &[
+        (
+            Kind::StribeckFriction,
+            "push back and forth with less than the level and record finely: only bristles yield like a \
+             spring",
+        ),
+        (
+            Kind::CoulombFriction,
+            "push back and forth with less than the level and record finely: only bristles yield like a \
+             spring",
+        ),
+    ];
+
+    fn starts(element: &Element<'_>, glance: &Glance) -> Vec<Self> {
+        let Some(assembly) = element.assembly() else { return Vec::new() };
+        let mass: f64 = assembly.nodes.iter().map(|node| node.mass_kg).filter(|mass| mass.is_finite()).sum();
+        let at = |coulomb: f64| {
+            FREQUENCIES_HZ.map(|frequency| {
+                let omega = TAU * frequency;
+                Self {
+                    stiffness: mass * omega * omega,
+                    damping: 2.0 * RATIO * mass * omega,
+                    coulomb,
+                    static_level: 1.3 * coulomb,
+                    velocity: FALLS * glance.speed.max(1e-9),
+                }
+            })
+        };
+        levels(glance.command).into_iter().flat_map(at).collect()
+    }
+}

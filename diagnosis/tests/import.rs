@@ -1,0 +1,114 @@
+//! Logs as they lie, made into datasets.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use feeler_diagnosis::DiagnosisError;
+use feeler_diagnosis::dataset::Dataset;
+use feeler_diagnosis::import::{Model, Options, Role, import};
+use feeler_problem::Remedy;
+
+const MACHINE: &str = "axis = \"rotational\"\n[bodies.link]\nmass = 0.1\n[actuators.drive]\non = \"link\"\n\
+    [sensors.encoder]\nreads = \"link.position\"\nnoise = 1e-5\n";
+
+/// A log of two joints in which targets and positions stand in files of their own, 60 ms apart.
+fn two_joints(folder: &Path) {
+    let wave = |t: f64, j: f64| 0.5 * ((2.0 + j) * t).sin() + 0.2 * ((7.0 + j) * t + j).sin();
+    let (mut control, mut state) =
+        ("timestamp,positions\n".to_owned(), "timestamp,positions,torques\n".to_owned());
+    for k in 0..1500 {
+        let t = f64::from(k) * 0.02;
+        let at = |shift: f64| [wave(t - shift, 0.0), wave(t - shift, 1.0)].map(|x| x.to_string()).join(", ");
+        let _ = writeln!(control, "{},\"[{}]\"", t * 1e6, at(0.0));
+        let _ = writeln!(state, "{},\"[{}]\",\"[0.1, 0.{}]\"", t * 1e6, at(0.06), k % 7);
+    }
+    fs::write(folder.join("control.csv"), control).expect("written");
+    fs::write(folder.join("state.csv"), state).expect("written");
+    fs::write(folder.join("joint_list.txt"), "hip\nknee\n").expect("written");
+}
+
+#[test]
+fn truth_targets_and_positions_are_paired_and_their_lag_is_found() {
+    let folder = tempfile::tempdir().expect("a folder");
+    two_joints(folder.path());
+    let survey = import(&[folder.path()], &Options::default(), &|_| ()).expect("a survey");
+    assert_eq!(survey.runs.len(), 1);
+    let clock = survey.runs[0].tables[0].clock.as_ref().expect("a clock");
+    assert_eq!((clock.0.as_str(), clock.1), ("timestamp", "us"));
+    for joint in ["hip", "knee"] {
+        let guess = &survey.joints[joint];
+        assert_eq!(guess.columns[&Role::Target].column, format!("control.positions[{joint}]"));
+        assert_eq!(guess.columns[&Role::Position].column, format!("state.positions[{joint}]"));
+        let follow = guess.follow.expect("it follows");
+        // Lags are tried in steps of 2.5 ms.
+        assert!((follow.lag_s - 0.06).abs() <= 0.0025 && follow.correlation > 0.999, "{follow:?}");
+    }
+}
+
+#[test]
+fn truth_a_dataset_of_a_given_machine_holds_the_numbers_of_the_log() {
+    let folder = tempfile::tempdir().expect("a folder");
+    two_joints(folder.path());
+    let machine = folder.path().join("machine.toml");
+    fs::write(&machine, MACHINE).expect("written");
+    let out = folder.path().join("knee");
+    let options = Options {
+        out: Some(out.clone()),
+        joint: Some("knee".into()),
+        model: Some(Model::Machine(machine)),
+        ..Options::default()
+    };
+    let survey = import(&[folder.path()], &options, &|_| ()).expect("a dataset");
+    assert_eq!(survey.datasets[0].experiments.len(), 1);
+    let dataset = Dataset::load(&out).expect("it is sound");
+    let record = &dataset.records[0];
+    assert_eq!(record.len(), 1500);
+    let wave = |t: f64| 0.5 * (3.0 * t).sin() + 0.2 * (8.0 * t + 1.0).sin();
+    for k in 0..1500 {
+        let t = f64::from(k as u32) * 0.02;
+        assert_eq!(record.commands[0][k].to_bits(), wave(t).to_bits(), "row {k}");
+        assert_eq!(record.series[0][k].to_bits(), wave(t - 0.06).to_bits(), "row {k}");
+    }
+    let again = import(&[folder.path()], &options, &|_| ()).expect_err("there is one already");
+    assert!(again.to_string().contains("there is a dataset already"), "{again}");
+    let other = Options { joint: Some("ankle".into()), out: Some(folder.path().join("x")), ..options };
+    let error = import(&[folder.path()], &other, &|_| ()).expect_err("no such joint");
+    assert!(
+        matches!(error, DiagnosisError::NoJoint { .. }) && error.remedy().contains("hip, knee"),
+        "{error}"
+    );
+}
+
+#[test]
+fn reference_a_real_arm_is_surveyed_from_its_folder_as_it_lies() {
+    let data = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/so101");
+    if !data.is_dir() {
+        let _ = writeln!(std::io::stderr(), "skipped: {} is absent", data.display());
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let options = Options {
+        out: Some(folder.path().join("elbow")),
+        joint: Some("elbow_flex".into()),
+        model: Some(Model::Mjcf(data.join("so101.xml"))),
+        ..Options::default()
+    };
+    let runs = [data.join("multisine"), data.join("pick_place")];
+    let paths: Vec<&Path> = runs.iter().map(PathBuf::as_path).collect();
+    let survey = import(&paths, &options, &|_| ()).expect("a survey");
+    assert_eq!(survey.runs.len(), 2);
+    assert_eq!(survey.datasets[0].experiments, ["multisine.csv", "pick_place.csv"]);
+    // Servos of this kind follow within a tenth of a second.
+    let follow = survey.joints["Elbow"].follow.expect("it follows");
+    assert!((0.01..0.15).contains(&follow.lag_s) && follow.correlation > 0.97, "{follow:?}");
+    let machine = fs::read_to_string(folder.path().join("elbow/machine.toml")).expect("written");
+    // so101.xml: the class sts3215.
+    for stated in ["kp = 998.22", "kd = 2.731", "limit = 2.94", "damping = 0.6", "0.052", "armature 0.028"] {
+        assert!(machine.contains(stated), "{stated}: {machine}");
+    }
+    let rows = fs::read_to_string(folder.path().join("elbow/multisine.csv")).expect("written");
+    // A header and the 6000 rows of the record.
+    assert_eq!(rows.lines().count(), 6001);
+}

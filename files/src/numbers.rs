@@ -1,0 +1,197 @@
+//! The numbers of a file that can be moved, and the file written anew with some of them moved: comments,
+//! order and units stay as they were.
+
+use toml_edit::{DocumentMut, Item, TableLike, Value as Toml};
+
+use super::document::Document;
+use super::keys::TOLERANCE;
+use super::problem::{FormatError, Problems};
+use super::source::Origin;
+use super::sweep::unit_of_key;
+use super::tree::{Table, Value};
+use super::units;
+
+/// Significant digits of numbers that are written into a file.
+const DIGITS: usize = 6;
+
+/// A number of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Number {
+    /// Its dotted path.
+    pub key: String,
+    /// Its value, SI.
+    pub value: f64,
+    /// Its SI unit; empty where it has none.
+    pub unit: String,
+}
+
+/// A number of a file that is to be another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edit {
+    /// Its dotted path.
+    pub key: String,
+    /// What it is to be, SI.
+    pub value: f64,
+}
+
+impl Document {
+    /// Every number of the file and of the machine that it builds on, in their order, but for those of lists
+    /// and tolerances.
+    pub fn numbers(&self) -> Vec<Number> {
+        let mut found = Vec::new();
+        self.gather(&self.draft().root, "", &mut found);
+        found
+    }
+
+    fn gather(&self, table: &Table, path: &str, found: &mut Vec<Number>) {
+        for (name, entry) in table {
+            let key = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+            let value = match &entry.node.value {
+                Value::Table(inner) if key != TOLERANCE => {
+                    self.gather(inner, &key, found);
+                    continue;
+                }
+                Value::Integer(whole) => *whole as f64,
+                Value::Float(value) => *value,
+                Value::Text(text) => match units::parse_any(text) {
+                    Ok(value) => value,
+                    Err(_) => continue,
+                },
+                _ => continue,
+            };
+            let unit = unit_of_key(&key, &self.scenario);
+            found.push(Number { key, value, unit });
+        }
+    }
+
+    /// Every key of the scenario with what it holds, defaults left out: two documents that do the same have
+    /// the same.
+    pub fn keys(&self) -> Vec<(String, String)> {
+        fn gather(table: &toml::Table, path: &str, found: &mut Vec<(String, String)>) {
+            for (name, value) in table {
+                let key = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+                match value {
+                    toml::Value::Table(inner) => gather(inner, &key, found),
+                    value => found.push((key, value.to_string())),
+                }
+            }
+        }
+        let mut found = Vec::new();
+        // What is written here is TOML.
+        gather(&toml::from_str(&self.to_toml()).unwrap_or_default(), "", &mut found);
+        found
+    }
+
+    /// The text of the file with some numbers changed; what it takes from another machine's file is written
+    /// over here. A number that had a unit keeps it.
+    ///
+    /// # Errors
+    /// A path that leads through something other than tables.
+    pub fn edited(&self, edits: &[Edit]) -> Result<String, FormatError> {
+        edited(self.text(), edits).map_err(|(key, message)| {
+            let mut problems = Problems::default();
+            let remedy = "change it in the file by hand";
+            problems.add(&Origin { source: self.draft().main, span: 0..0 }, &key, message, remedy);
+            problems.into_error(self.draft().sources.clone())
+        })
+    }
+}
+
+/// The text of a file with some numbers changed.
+fn edited(text: &str, edits: &[Edit]) -> Result<String, (String, String)> {
+    let mut document: DocumentMut =
+        text.parse().map_err(|e: toml_edit::TomlError| (String::new(), e.to_string()))?;
+    for edit in edits {
+        let parts: Vec<&str> = edit.key.split('.').collect();
+        let Some((last, way)) = parts.split_last() else { continue };
+        let mut table: &mut dyn TableLike = document.as_table_mut();
+        for part in way {
+            let item = table.entry(part).or_insert_with(|| {
+                let mut new = toml_edit::Table::new();
+                new.set_implicit(true);
+                Item::Table(new)
+            });
+            table = item
+                .as_table_like_mut()
+                .ok_or_else(|| (edit.key.clone(), format!("`{part}` is no table")))?;
+        }
+        if let Some(value) = table.get_mut(last).and_then(Item::as_value_mut) {
+            let mut changed = written(edit.value, value);
+            *changed.decor_mut() = value.decor().clone();
+            *value = changed;
+        } else {
+            table.insert(last, Item::Value(rounded(edit.value).into()));
+        }
+    }
+    Ok(document.to_string())
+}
+
+/// A number as a value was written: with its unit, where it had one.
+fn written(value: f64, before: &Toml) -> Toml {
+    let unit = before.as_str().and_then(|text| {
+        let (_, unit) = units::number_and_unit(text).ok().filter(|(_, unit)| !unit.is_empty())?;
+        let one = units::parse_any(&format!("1 {unit}")).ok()?;
+        Some(format!("{} {unit}", rounded(value / one)))
+    });
+    unit.map_or_else(|| rounded(value).into(), Toml::from)
+}
+
+/// A number with a few digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = r#"# An axis.
+
+[bodies.tip]   # what moves
+mass = "500 g"   # weighed
+
+[springs.wall]
+between = ["ground", "tip"]
+stiffness = 2e4
+[springs.wall.effects]
+coulomb-friction = { level = 3.0 } # guessed
+"#;
+
+    fn edit(key: &str, value: f64) -> Edit {
+        Edit { key: key.into(), value }
+    }
+
+    #[test]
+    fn truth_comments_order_and_units_stay() {
+        let edits = [
+            edit("bodies.tip.mass", 0.7),
+            edit("springs.wall.stiffness", 31_234.567_8),
+            edit("springs.wall.effects.coulomb-friction.level", 4.25),
+            edit("springs.wall.damping", 12.0),
+        ];
+        let expected = TEXT
+            .replace("500 g", "700 g")
+            .replace("2e4\n", "31234.6\ndamping = 12.0\n")
+            .replace("3.0", "4.25");
+        assert_eq!(edited(TEXT, &edits).unwrap(), expected);
+        assert_eq!(edited(TEXT, &[]).unwrap(), TEXT);
+    }
+
+    #[test]
+    fn truth_a_key_of_another_file_is_written_over_here() {
+        let text = "machine = \"axis.toml\"\n";
+        let found = edited(text, &[edit("controllers.force.kp", 0.8)]).unwrap();
+        assert_eq!(found, "machine = \"axis.toml\"\n\n[controllers.force]\nkp = 0.8\n");
+        assert!(edited(text, &[edit("machine.x.y", 1.0)]).is_err());
+    }
+
+    #[test]
+    fn truth_every_number_has_its_value_and_unit() {
+        let document = Document::parse(TEXT, "axis.toml").unwrap();
+        let found = document.numbers();
+        let of = |key: &str| found.iter().find(|number| number.key == key).unwrap();
+        assert!((of("bodies.tip.mass").value - 0.5).abs() < 1e-15 && of("bodies.tip.mass").unit == "kg");
+        assert_eq!(of("springs.wall.effects.coulomb-friction.level").unit, "N");
+        assert_eq!(found.len(), 3);
+    }
+}

@@ -1,0 +1,42 @@
+//! Logs as robots and their users write them.
+//!
+//! Whatever the format, a log is a list of [`Run`]s; a run has [`Table`]s with a clock each, and a table has
+//! named [`Column`]s of numbers. A cell that is absent holds NaN and is counted; nothing is interpolated
+//! here. [`on_one_grid`] then brings columns of several tables to common instants.
+//!
+//! ```no_run
+//! use std::path::Path;
+//!
+//! for source in feeler_logs::sources(&[Path::new("bag.mcap")])? {
+//!     for run in source.read()? {
+//!         for table in &run.tables {
+//!             assert!(table.rows() > 0, "{} at {:?} Hz", table.name, table.rate_hz());
+//!         }
+//!     }
+//! }
+//! # Ok::<(), feeler_logs::LogError>(())
+//! ```
+
+mod arrays;
+mod bag;
+mod clock;
+mod csv;
+mod error;
+mod grid;
+mod json;
+mod kind;
+mod lerobot;
+mod mcap;
+mod parquet;
+mod ros;
+mod source;
+mod sqlite;
+mod table;
+mod topics;
+
+pub use clock::{Clock, ClockUnit};
+pub use error::{LogError, Place};
+pub use grid::{Pick, Series, on_one_grid};
+pub use kind::Format;
+pub use source::{Source, read_file, sources};
+pub use table::{BadCells, Column, Run, Table};

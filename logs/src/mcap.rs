@@ -1,0 +1,80 @@
+//! MCAP logs (mcap.dev): messages in JSON or CDR, chunks plain or compressed by lz4 or zstd.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+use mcap::McapError;
+use mcap::sans_io::LinearReaderOptions;
+use mcap::sans_io::message_reader::{MessageReadEvent, MessageReader};
+
+use crate::error::{LogError, Place};
+use crate::topics::{Declared, Topics};
+
+const DAMAGED: &str =
+    "the log is damaged or cut off: `mcap recover` may save what is whole, else record it again";
+
+/// How much a record may grow when it is decompressed: lz4 reaches 255; short records go further.
+const GROWTH: u64 = 256;
+/// Bounds of the length of one record, in bytes. A damaged length would only reserve memory.
+const RECORD_BYTES: [u64; 2] = [1 << 24, 1 << 30];
+
+/// Takes in the messages of a log. Channels are numbered from `base` on; gives how many numbers it used.
+pub(crate) fn read(path: &Path, topics: &mut Topics, base: u64) -> Result<(), LogError> {
+    let file = File::open(path).map_err(LogError::open(path))?;
+    let size = file.metadata().map_err(LogError::open(path))?.len();
+    let mut file = BufReader::with_capacity(1 << 20, file);
+    let longest = size.saturating_mul(GROWTH).clamp(RECORD_BYTES[0], RECORD_BYTES[1]);
+    // A chunk's sum is checked first: the reader subtracts damaged lengths without a check.
+    let options = LinearReaderOptions::default()
+        .with_record_length_limit(longest as usize)
+        .with_prevalidate_chunk_crcs(true);
+    let mut reader = MessageReader::new_with_options(options);
+    let mut at = 0_u64;
+    while let Some(event) = reader.next_event() {
+        match event.map_err(|error| said(path, at, &error))? {
+            MessageReadEvent::ReadRequest(wanted) => {
+                // A length beyond the end of the file would only reserve memory.
+                let left = size.saturating_sub(at) as usize;
+                if wanted > left.saturating_add(1 << 16) {
+                    let what = format!("a record of {wanted} bytes, though {left} are left");
+                    return Err(LogError::damaged(path, Place::Byte(at), what, DAMAGED));
+                }
+                let read = file.read(reader.insert(wanted)).map_err(LogError::open(path))?;
+                reader.notify_read(read);
+                at += read as u64;
+            }
+            MessageReadEvent::Message(message) => {
+                let channel = &message.channel;
+                let id = base + u64::from(channel.id);
+                if !topics.has(id) {
+                    let schema = channel.schema.as_ref();
+                    let text = schema.and_then(|schema| std::str::from_utf8(&schema.data).ok());
+                    topics.declare(
+                        id,
+                        &Declared {
+                            name: &channel.topic,
+                            encoding: &channel.message_encoding,
+                            schema_name: schema.map_or("", |schema| &schema.name),
+                            schema_encoding: schema.map_or("", |schema| &schema.encoding),
+                            schema: text.filter(|text| !text.trim().is_empty()),
+                        },
+                    );
+                }
+                topics.push(path, id, message.log_time.cast_signed(), &message.data)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn said(path: &Path, at: u64, error: &McapError) -> LogError {
+    if let McapError::UnsupportedCompression(with) = error {
+        return LogError::other(
+            path,
+            format!("its chunks are compressed by {with}"),
+            "write it with zstd, lz4 or without compression: `mcap compress` does so",
+        );
+    }
+    LogError::damaged(path, Place::Byte(at), format!("at or before this byte: {error}"), DAMAGED)
+}

@@ -1,0 +1,94 @@
+//! Definitions of common messages, for bags that hold none: ROS 2 before Iron wrote them without.
+
+use std::fmt::Write as _;
+
+use super::definition::short_name;
+
+const VECTOR: &str = "geometry_msgs/Vector3";
+const LINE: &str = "================================================================================";
+
+/// Fields of a type, and the types that these need.
+type Known = (&'static str, &'static str, &'static [&'static str]);
+
+const KNOWN: [Known; 16] = [
+    (
+        "sensor_msgs/JointState",
+        "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort",
+        &[],
+    ),
+    (
+        "sensor_msgs/Imu",
+        "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n\
+         geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n\
+         geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance",
+        &["geometry_msgs/Quaternion", VECTOR],
+    ),
+    (
+        "trajectory_msgs/JointTrajectory",
+        "std_msgs/Header header\nstring[] joint_names\ntrajectory_msgs/JointTrajectoryPoint[] points",
+        &["trajectory_msgs/JointTrajectoryPoint"],
+    ),
+    (
+        "trajectory_msgs/JointTrajectoryPoint",
+        "float64[] positions\nfloat64[] velocities\nfloat64[] accelerations\nfloat64[] effort\n\
+         builtin_interfaces/Duration time_from_start",
+        &[],
+    ),
+    (
+        "geometry_msgs/WrenchStamped",
+        "std_msgs/Header header\ngeometry_msgs/Wrench wrench",
+        &["geometry_msgs/Wrench", VECTOR],
+    ),
+    ("geometry_msgs/Wrench", "geometry_msgs/Vector3 force\ngeometry_msgs/Vector3 torque", &[VECTOR]),
+    ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z", &[]),
+    ("geometry_msgs/Quaternion", "float64 x\nfloat64 y\nfloat64 z\nfloat64 w", &[]),
+    (
+        "geometry_msgs/TwistStamped",
+        "std_msgs/Header header\ngeometry_msgs/Twist twist",
+        &["geometry_msgs/Twist", VECTOR],
+    ),
+    ("geometry_msgs/Twist", "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular", &[VECTOR]),
+    ("std_msgs/Float64", "float64 data", &[]),
+    ("std_msgs/Float32", "float32 data", &[]),
+    (
+        "std_msgs/Float64MultiArray",
+        "std_msgs/MultiArrayLayout layout\nfloat64[] data",
+        &["std_msgs/MultiArrayLayout", "std_msgs/MultiArrayDimension"],
+    ),
+    (
+        "std_msgs/Float32MultiArray",
+        "std_msgs/MultiArrayLayout layout\nfloat32[] data",
+        &["std_msgs/MultiArrayLayout", "std_msgs/MultiArrayDimension"],
+    ),
+    (
+        "std_msgs/MultiArrayLayout",
+        "std_msgs/MultiArrayDimension[] dim\nuint32 data_offset",
+        &["std_msgs/MultiArrayDimension"],
+    ),
+    ("std_msgs/MultiArrayDimension", "string label\nuint32 size\nuint32 stride", &[]),
+];
+
+/// The definition of a common message, as a schema of encoding `ros2msg`.
+pub(crate) fn well_known(name: &str) -> Option<String> {
+    let of = |name: &str| KNOWN.iter().find(|(known, ..)| *known == name);
+    let (_, fields, needs) = of(&short_name(name))?;
+    let mut text = (*fields).to_owned();
+    for (other, fields, _) in needs.iter().filter_map(|need| of(need)) {
+        let _ = write!(text, "\n{LINE}\nMSG: {other}\n{fields}");
+    }
+    Some(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn prop_every_common_message_is_complete() {
+        for (name, ..) in KNOWN {
+            let text = well_known(name).expect("it is known");
+            assert!(super::super::definition("ros2msg", name, &text).is_ok(), "{name}");
+        }
+        assert_eq!(well_known("a/B"), None);
+    }
+}

@@ -1,0 +1,278 @@
+//! Topics of a bag, filled message by message and made into tables.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use indexmap::IndexMap;
+
+use crate::clock::{Clock, ClockUnit};
+use crate::error::{LogError, Place};
+use crate::json;
+use crate::ros::{self, Decoder};
+use crate::table::{Column, Run, Table};
+
+/// Nanoseconds in a second.
+const NANO: f64 = 1e-9;
+/// Most columns of one topic.
+const MOST_COLUMNS: usize = 4096;
+/// A header whose stamps are farther from the time of the log than this, s, is on another clock.
+const SAME_CLOCK_S: f64 = 1.0;
+/// Names of the one number of a message that need not be written.
+const PLAIN: [&str; 2] = ["value", "data"];
+/// Where the time of a header stands, which is the clock and no column.
+const STAMP: &str = "header.stamp.";
+
+/// How the messages of a topic are read.
+enum Form {
+    Json,
+    Ros(Box<Decoder>),
+    /// Not at all, and why.
+    LeftOut(String),
+}
+
+/// One topic.
+struct Topic {
+    name: String,
+    form: Form,
+    log_ns: Vec<i64>,
+    stamps_ns: Vec<i64>,
+    columns: Vec<Column>,
+    by_path: HashMap<String, usize>,
+    /// For each number of a message, its column.
+    slots: Vec<Option<usize>>,
+    notes: Vec<String>,
+    messages: usize,
+}
+
+/// All topics, by the number that the bag gives them.
+#[derive(Default)]
+pub(crate) struct Topics {
+    topics: IndexMap<u64, Topic>,
+}
+
+/// What a bag says of a topic.
+pub(crate) struct Declared<'a> {
+    pub(crate) name: &'a str,
+    /// `json` or `cdr`.
+    pub(crate) encoding: &'a str,
+    pub(crate) schema_name: &'a str,
+    pub(crate) schema_encoding: &'a str,
+    /// `None` where the bag holds no definition.
+    pub(crate) schema: Option<&'a str>,
+}
+
+impl Topics {
+    pub(crate) fn has(&self, id: u64) -> bool {
+        self.topics.contains_key(&id)
+    }
+
+    pub(crate) fn declare(&mut self, id: u64, declared: &Declared<'_>) {
+        let topic = Topic {
+            name: declared.name.into(),
+            form: form(declared),
+            log_ns: Vec::new(),
+            stamps_ns: Vec::new(),
+            columns: Vec::new(),
+            by_path: HashMap::new(),
+            slots: Vec::new(),
+            notes: Vec::new(),
+            messages: 0,
+        };
+        self.topics.insert(id, topic);
+    }
+
+    /// Takes a message in.
+    pub(crate) fn push(&mut self, file: &Path, id: u64, log_ns: i64, message: &[u8]) -> Result<(), LogError> {
+        let Some(topic) = self.topics.get_mut(&id) else { return Ok(()) };
+        let number = topic.messages;
+        topic.messages += 1;
+        let fail = |name: &str, byte, what: String, remedy| {
+            LogError::damaged(file, Place::Message { topic: name.into(), number, byte }, what, remedy)
+        };
+        match &mut topic.form {
+            Form::LeftOut(_) => {}
+            Form::Json => {
+                let numbers = json::numbers(message).map_err(|error| {
+                    fail(
+                        &topic.name,
+                        error.column().saturating_sub(1),
+                        error.to_string(),
+                        "write each message as one JSON value",
+                    )
+                })?;
+                let alone = numbers.len() == 1;
+                topic.slots.clear();
+                for (name, _) in &numbers {
+                    let name = if alone && PLAIN.contains(&name.as_str()) { "" } else { name };
+                    topic.slots.push(slot(&mut topic.columns, &mut topic.by_path, &topic.log_ns, name));
+                }
+                topic.log_ns.push(log_ns);
+                let values: Vec<f64> = numbers.into_iter().map(|(_, value)| value).collect();
+                fill(&mut topic.columns, &topic.slots, &values, topic.log_ns.len());
+            }
+            Form::Ros(decoder) => {
+                let is_new = decoder.decode(message).map_err(|error| {
+                    fail(
+                        &topic.name,
+                        error.byte,
+                        error.what,
+                        "record it again, or convert the bag with `ros2 bag convert`",
+                    )
+                })?;
+                if is_new {
+                    let alone = decoder.paths().len() == 1;
+                    topic.slots.clear();
+                    for path in decoder.paths() {
+                        let path = if alone && PLAIN.contains(&path.as_str()) { "" } else { path };
+                        let is_stamp = decoder.stamp_ns().is_some() && path.starts_with(STAMP);
+                        let found = if is_stamp {
+                            None
+                        } else {
+                            slot(&mut topic.columns, &mut topic.by_path, &topic.log_ns, path)
+                        };
+                        topic.slots.push(found);
+                    }
+                    for left_out in decoder.left_out() {
+                        let note = format!("{}.{left_out} is left out", topic.name);
+                        if !topic.notes.contains(&note) && topic.notes.len() < 8 {
+                            topic.notes.push(note);
+                        }
+                    }
+                }
+                topic.log_ns.push(log_ns);
+                topic.stamps_ns.extend(decoder.stamp_ns());
+                fill(&mut topic.columns, &topic.slots, decoder.values(), topic.log_ns.len());
+            }
+        }
+        Ok(())
+    }
+
+    /// The tables, with times from the first message of all on.
+    pub(crate) fn into_run(self, file: &Path, name: String) -> Run {
+        let mut run = Run { name, ..Run::default() };
+        let mut timed = Vec::new();
+        for (_, mut topic) in self.topics {
+            run.notes.append(&mut topic.notes);
+            match topic.form {
+                Form::LeftOut(why) if topic.messages > 0 => {
+                    run.notes
+                        .push(format!("{}: {} messages are left out: {why}", topic.name, topic.messages));
+                }
+                Form::LeftOut(_) => {}
+                _ if topic.messages == 0 => {}
+                _ => timed.push(sorted(topic)),
+            }
+        }
+        let first = timed.iter().filter_map(|(_, times, _)| times.first()).min().copied().unwrap_or(0);
+        for (topic, times, clock) in timed {
+            let (column, why) = clock;
+            let mut table = Table {
+                name: topic.name,
+                file: file.to_owned(),
+                clock: Some(Clock {
+                    column,
+                    unit: ClockUnit::Nanoseconds,
+                    origin_s: first as f64 * NANO,
+                    why,
+                }),
+                times_s: times.iter().map(|t| t.saturating_sub(first) as f64 * NANO).collect(),
+                rows_before: 0,
+                columns: topic.columns,
+            };
+            table.shrink();
+            run.tables.push(table);
+        }
+        run
+    }
+}
+
+fn form(declared: &Declared<'_>) -> Form {
+    match declared.encoding {
+        "json" => Form::Json,
+        "cdr" => {
+            let known = ros::well_known(declared.schema_name);
+            let (encoding, text) = match (declared.schema, &known) {
+                (Some(text), _) => (declared.schema_encoding, text),
+                (None, Some(known)) => ("ros2msg", known.as_str()),
+                (None, None) => {
+                    return Form::LeftOut(format!(
+                        "the bag holds no definition of {} (`ros2 bag convert` of ROS 2 Iron or later adds it)",
+                        declared.schema_name
+                    ));
+                }
+            };
+            match ros::definition(encoding, declared.schema_name, text) {
+                Ok(definition) => Form::Ros(Box::new(Decoder::new(definition))),
+                Err(error) => Form::LeftOut(error.to_string()),
+            }
+        }
+        other => Form::LeftOut(format!("they are encoded as `{other}` (write JSON or CDR messages)")),
+    }
+}
+
+/// The column of a path, made where it is new; rows before have no value.
+fn slot(
+    columns: &mut Vec<Column>,
+    by_path: &mut HashMap<String, usize>,
+    rows: &[i64],
+    path: &str,
+) -> Option<usize> {
+    if let Some(found) = by_path.get(path) {
+        return Some(*found);
+    }
+    if columns.len() >= MOST_COLUMNS {
+        return None;
+    }
+    let mut column = Column::new(path, columns.len() + 1);
+    column.values = vec![f64::NAN; rows.len()];
+    columns.push(column);
+    by_path.insert(path.to_owned(), columns.len() - 1);
+    Some(columns.len() - 1)
+}
+
+fn fill(columns: &mut [Column], slots: &[Option<usize>], values: &[f64], rows: usize) {
+    for (slot, value) in slots.iter().zip(values) {
+        let Some(column) = slot.and_then(|i| columns.get_mut(i)) else { continue };
+        // Where two numbers of a message have one path, the first stands.
+        if column.values.len() < rows {
+            column.values.push(*value);
+        }
+    }
+    for column in columns {
+        column.values.resize(rows, f64::NAN);
+    }
+}
+
+/// A topic with its rows in order of time, its times, and where they come from.
+fn sorted(mut topic: Topic) -> (Topic, Vec<i64>, (String, String)) {
+    let log = std::mem::take(&mut topic.log_ns);
+    let stamps = std::mem::take(&mut topic.stamps_ns);
+    let rises = |times: &[i64]| times.windows(2).all(|pair| pair[0] <= pair[1]);
+    let offset = stamps.first().zip(log.first()).map(|(a, b)| (a.saturating_sub(*b)) as f64 * NANO);
+    let has_stamps = stamps.len() == log.len()
+        && stamps.iter().all(|t| *t > 0)
+        && (stamps.len() < 2 || stamps.windows(2).any(|pair| pair[0] != pair[1]));
+    let (mut times, clock) = match offset {
+        Some(offset) if has_stamps && offset.abs() < SAME_CLOCK_S && rises(&stamps) => (
+            stamps,
+            (
+                "header.stamp".to_owned(),
+                "the time of the header, which agrees with that of the log".to_owned(),
+            ),
+        ),
+        Some(offset) if has_stamps && offset.abs() >= SAME_CLOCK_S => {
+            let why = format!("the header is on another clock, {offset:.3} s away");
+            (log, ("log time".to_owned(), why))
+        }
+        _ => (log, ("log time".to_owned(), "when each message was recorded".to_owned())),
+    };
+    if !rises(&times) {
+        let mut order: Vec<usize> = (0..times.len()).collect();
+        order.sort_by_key(|i| times[*i]);
+        times = order.iter().map(|i| times[*i]).collect();
+        for column in &mut topic.columns {
+            column.values = order.iter().map(|i| column.values[*i]).collect();
+        }
+    }
+    (topic, times, clock)
+}

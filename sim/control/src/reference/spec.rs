@@ -1,0 +1,118 @@
+//! What a loop shall follow, as data.
+
+/// What a loop shall follow, in the unit of the loop.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ReferenceSpec {
+    /// One value for ever.
+    Constant(f64),
+    /// Each value from its time (s) on; zero before the first.
+    Steps(Vec<(f64, f64)>),
+    /// Straight lines between the points `(time in s, value)`; the first and last values hold outside. A ramp
+    /// is two points.
+    PiecewiseLinear(Vec<(f64, f64)>),
+    /// A sine whose frequency is swept over `duration_s` from zero on; `offset` alone outside.
+    Chirp {
+        /// How the frequency moves.
+        sweep: Sweep,
+        /// Amplitude.
+        amplitude: f64,
+        /// Frequency at the start, Hz.
+        start_hz: f64,
+        /// Frequency at the end, Hz.
+        end_hz: f64,
+        /// Length of the sweep, s.
+        duration_s: f64,
+        /// Mean value.
+        offset: f64,
+    },
+    /// A periodic sum of cosines of equal amplitude and random phase (Pintelon and Schoukens, "System
+    /// Identification: A Frequency Domain Approach", 2nd ed., sections 2.6 and 5.3). Of several draws of the
+    /// phases, the one with the smallest crest factor is kept.
+    Multisine {
+        /// Which multiples of `1 / period_s` are excited.
+        lines: Lines,
+        /// Lower edge of the band, Hz, included.
+        low_hz: f64,
+        /// Upper edge of the band, Hz, included.
+        high_hz: f64,
+        /// Period, s.
+        period_s: f64,
+        /// Root mean square about the mean.
+        rms: f64,
+        /// Mean value.
+        offset: f64,
+    },
+    /// Gaussian noise of flat spectrum between two frequencies.
+    WhiteNoise {
+        /// Lower edge of the band, Hz.
+        low_hz: f64,
+        /// Upper edge of the band, Hz.
+        high_hz: f64,
+        /// Root mean square about the mean.
+        rms: f64,
+        /// Mean value.
+        offset: f64,
+    },
+    /// A maximum-length pseudo-random binary sequence of `2^order - 1` chips, started at a random chip.
+    Prbs {
+        /// Length of the shift register.
+        order: u32,
+        /// Time that each chip is held, s.
+        clock_period_s: f64,
+        /// Half the distance between the two values.
+        amplitude: f64,
+        /// Middle of the two values.
+        offset: f64,
+    },
+    /// Samples from a file; the first and last values hold outside.
+    Table {
+        /// Times, s, increasing.
+        times_s: Vec<f64>,
+        /// Values at these times.
+        values: Vec<f64>,
+        /// What lies between samples.
+        between: Between,
+        /// Added to every value.
+        offset: f64,
+    },
+}
+
+/// How a chirp's frequency moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sweep {
+    /// By the same number of hertz per second.
+    #[default]
+    Linear,
+    /// By the same number of octaves per second.
+    Logarithmic,
+}
+
+/// Which lines of a multisine are excited.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Lines {
+    /// Every line.
+    #[default]
+    All,
+    /// Odd lines: what appears at even ones is even distortion.
+    Odd,
+    /// Odd lines with one of every four left out at random: what appears at these is odd distortion.
+    OddSparse,
+}
+
+/// What a table says between its samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Between {
+    /// Each value holds until the next.
+    #[default]
+    Hold,
+    /// Straight lines.
+    Linear,
+}
+
+impl ReferenceSpec {
+    /// Samples that each hold until the next.
+    pub fn samples(times_s: Vec<f64>, values: Vec<f64>) -> Self {
+        Self::Table { times_s, values, between: Between::default(), offset: 0.0 }
+    }
+}

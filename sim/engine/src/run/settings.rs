@@ -1,0 +1,190 @@
+//! How a run steps and what it records: `[run]` of a file.
+
+use feeler_catalogue::{
+    Absent, Bound, Content, Dimension, Field, Key, Kind, Record, Role, Slot, Unit, Word, field, number,
+    optional, word,
+};
+use feeler_plant::description::SignalName;
+
+/// How a run steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Integrator {
+    /// Matrix exponentials between located events: exact to rounding at any step.
+    #[default]
+    Exact,
+    /// Classical fourth-order Runge-Kutta at the fixed step, events taken at step ends.
+    Rk4,
+    /// Semi-implicit Euler at the fixed step, events taken at step ends.
+    SemiImplicitEuler,
+    /// Another engine moves the bodies (see [`crate::BodyEngine`]); drives and filters go by semi-implicit
+    /// Euler at its step, events are taken at step ends.
+    External,
+}
+
+impl Integrator {
+    /// Every integrator of this engine with its name in files.
+    pub const ALL: [(Self, &'static str); 3] =
+        [(Self::Exact, "exact"), (Self::Rk4, "rk4"), (Self::SemiImplicitEuler, "semi-implicit-euler")];
+
+    /// Its name in files; of [`Self::External`], which files ask for by the engine, a word for reports.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(integrator, _)| *integrator == self).map_or("external", |(_, name)| name)
+    }
+}
+
+/// Duration, step and record of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunSettings {
+    /// How long.
+    pub duration_s: f64,
+    /// Fixed base step; the exact integrator needs none and uses it only as the default spacing of the
+    /// record.
+    pub step_s: f64,
+    /// How to step.
+    pub integrator: Integrator,
+    /// Seed of every random stream.
+    pub seed: u64,
+    /// Signals to record.
+    pub record: Vec<SignalName>,
+    /// Rate of the record; one over the step where absent.
+    pub record_rate_hz: Option<f64>,
+    /// Whether to keep the energy ledger.
+    pub energy: bool,
+    /// Whether to look for the largest force of every stretch of contact (see [`crate::Simulation::peaks`]):
+    /// with the exact integrator on the motion itself, with fixed steps at their ends, where the ledger is
+    /// kept.
+    pub peaks: bool,
+}
+
+impl Default for RunSettings {
+    fn default() -> Self {
+        Self {
+            duration_s: 1.0,
+            step_s: 1e-4,
+            integrator: Integrator::Exact,
+            seed: 1,
+            record: Vec::new(),
+            record_rate_hz: None,
+            energy: false,
+            peaks: false,
+        }
+    }
+}
+
+const INTEGRATORS: &[Word] = &[
+    word(Integrator::ALL[0].1, "matrix exponentials between located events: exact to rounding at any step"),
+    word(Integrator::ALL[1].1, "classical fourth-order Runge-Kutta at the fixed step"),
+    word(Integrator::ALL[2].1, "semi-implicit Euler at the fixed step"),
+];
+
+const OWN: &str = "feeler";
+const RAPIER: &str = "rapier";
+const ENGINES: &[Word] = &[
+    word(OWN, "Feeler's own, by the integrator named"),
+    word(RAPIER, "Rapier moves the bodies, by its own integrator at the step; first order, for comparison"),
+];
+
+const ENGINE: Field<RunSettings> = Field {
+    key: Key {
+        name: "engine",
+        kind: Kind::Word(ENGINES),
+        absent: Absent::Word(OWN),
+        text: "what moves the bodies",
+    },
+    role: Role::Structure,
+    get: |run| (run.integrator == Integrator::External).then_some(Content::Word(RAPIER)),
+    set: |run, content| {
+        if *content == Content::Word(RAPIER) {
+            run.integrator = Integrator::External;
+        }
+    },
+};
+
+/// Another engine, whose key is read before this one, has its own.
+const INTEGRATOR: Field<RunSettings> = Field {
+    key: Key {
+        name: "integrator",
+        kind: Kind::Word(INTEGRATORS),
+        absent: Absent::Word(Integrator::ALL[0].1),
+        text: "how to step; of no account where another engine moves the bodies; where absent, more than 32 \
+               bodies are stepped by rk4 if the step is short \
+               enough for the fastest motion",
+    },
+    role: Role::Structure,
+    get: |run| (run.integrator != Integrator::External).then(|| Content::Word(run.integrator.name())),
+    set: |run, content| {
+        let named = Integrator::ALL.iter().find(|(_, name)| *content == Content::Word(name));
+        if let Some((integrator, _)) = named.filter(|_| run.integrator != Integrator::External) {
+            run.integrator = *integrator;
+        }
+    },
+};
+
+const RECORD: Field<RunSettings> = Field {
+    key: optional(
+        "record",
+        Kind::Signals,
+        "signals to record; if absent: contact forces, motion of driven bodies, commands and readings",
+    ),
+    role: Role::Structure,
+    get: |run| Some(Content::Texts(run.record.iter().map(ToString::to_string).collect())),
+    set: |run, content| {
+        if let Content::Texts(signals) = content {
+            run.record = signals.iter().filter_map(|signal| signal.parse().ok()).collect();
+        }
+    },
+};
+
+impl Record for RunSettings {
+    const FIELDS: &'static [Field<Self>] = &[
+        field!(
+            RunSettings: duration_s,
+            number("duration", Unit::Of(Dimension::TIME), Bound::Above(0.0, 1e7), 1.0, "how long")
+        ),
+        field!(
+            RunSettings: step_s,
+            number(
+                "step",
+                Unit::Of(Dimension::TIME),
+                Bound::Above(1e-9, 1e3),
+                1e-4,
+                "base step; the exact integrator needs none, and the record uses it",
+            )
+        ),
+        ENGINE,
+        INTEGRATOR,
+        field!(
+            RunSettings: seed,
+            Key {
+                name: "seed",
+                kind: Kind::Count(0, u64::MAX),
+                absent: Absent::Count(1),
+                text: "seed of every random stream",
+            }
+        ),
+        RECORD,
+        field!(
+            RunSettings: record_rate_hz,
+            optional(
+                "record_rate",
+                Kind::Quantity(Unit::Of(Dimension::FREQUENCY), Bound::Positive),
+                "rate of the record; one over the step where absent",
+            )
+        ),
+        Field {
+            key: Key {
+                name: "energy",
+                kind: Kind::Flag,
+                absent: Absent::Flag(false),
+                text: "whether to keep the energy ledger",
+            },
+            role: Role::Structure,
+            get: |run| run.energy.then_some(Content::Flag(true)),
+            set: |run, content| run.energy = bool::of(content).unwrap_or(run.energy),
+        },
+    ];
+
+    fn blank() -> Option<Self> {
+        Some(Self::default())
+    }
+}

@@ -1,0 +1,93 @@
+//! The loop of a sampled servo, of every lane: its target, its samples and what is under way.
+
+use std::collections::VecDeque;
+
+use feeler_control::{Controller, Inputs, SampleClock};
+use feeler_lanes::Lane;
+use feeler_plant::assembly::Drive;
+
+use crate::error::EngineError;
+use crate::run::program::Program;
+use crate::sample::reading::Reading;
+use crate::sample::sensing::Sensing;
+
+/// A sampled servo of every lane at work.
+#[derive(Debug)]
+pub(crate) struct ServoLoop<L: Lane> {
+    pub(super) drive: usize,
+    controller: Controller<L>,
+    clock: SampleClock,
+    next_sample: u64,
+    pub(super) next_sample_s: f64,
+    pub(super) delay_s: f64,
+    /// Outputs under way: when they arrive, and what they are.
+    pub(super) pending: VecDeque<(f64, L)>,
+    encoder: Reading<L>,
+    /// The target that has arrived.
+    target: L,
+    /// What the loop follows on its way there, once it has sampled.
+    followed: L,
+    /// How far that moves between samples at most.
+    step: L,
+    error_deadband: L,
+}
+
+impl<L: Lane> ServoLoop<L> {
+    /// Servo `i` of all programs.
+    pub(super) fn new(programs: &[Program], i: usize, sensors: &[Sensing<L>]) -> Result<Self, EngineError> {
+        let wired = &programs[0].servos[i];
+        let specs: Vec<_> = programs.iter().map(|program| program.servos[i].spec.clone()).collect();
+        let controller = Controller::new(&specs)
+            .map_err(|source| EngineError::Control { name: wired.name.clone(), source })?;
+        let number = |f: &dyn Fn(&Drive) -> f64| {
+            L::from_fn(|l| f(&programs[l].motion.assembly().drives[programs[l].servos[i].drive]))
+        };
+        let start = L::from_fn(|l| programs[l].servos[i].start_m);
+        let chain = |f: fn(&feeler_plant::assembly::TargetChain) -> f64| {
+            number(&|drive| drive.sampling().map_or(0.0, |sampling| f(&sampling.target)))
+        };
+        let next_sample_s = wired.clock.sample_time_s(0);
+        Ok(Self {
+            drive: wired.drive,
+            controller,
+            clock: wired.clock.clone(),
+            next_sample: 0,
+            next_sample_s,
+            delay_s: wired.spec.delay_s,
+            pending: VecDeque::new(),
+            encoder: Reading::new(wired.encoder, sensors, next_sample_s),
+            target: start,
+            followed: start,
+            step: chain(|target| target.rate_limit) * L::splat(wired.spec.period_s),
+            error_deadband: chain(|target| target.error_deadband),
+        })
+    }
+
+    /// A target arrives.
+    pub(super) fn aim(&mut self, target: L) {
+        self.target = target;
+    }
+
+    /// Takes the sample that is due at `t_s`. Gives the output that follows from it, unless that is delayed.
+    pub(super) fn sample(&mut self, t_s: f64, signals: &[L], sensors: &[Sensing<L>]) -> Option<L> {
+        let sample_s = self.next_sample_s;
+        let reading = self.encoder.read(t_s, signals, sensors);
+        self.followed += (self.target - self.followed).clamp_to(self.step);
+        let error = self.followed - reading;
+        let reference = reading + (error - error.clamp_to(self.error_deadband));
+        let inputs = Inputs { reading, motion: L::zero(), motion_is_velocity: false };
+        let output = self.controller.sample(sample_s, &inputs, reference);
+        self.next_sample += 1;
+        self.next_sample_s = self.clock.sample_time_s(self.next_sample);
+        if self.delay_s > 0.0 {
+            self.pending.push_back((sample_s + self.delay_s, output));
+            return None;
+        }
+        Some(output)
+    }
+
+    /// When the next output arrives.
+    pub(super) fn next_arrival_s(&self) -> f64 {
+        self.pending.front().map_or(f64::INFINITY, |(t, _)| *t)
+    }
+}

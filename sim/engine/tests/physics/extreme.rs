@@ -1,0 +1,47 @@
+//! Numbers that a user writes for "ideal": a part that decays within nanoseconds is stepped over.
+
+use feeler_engine::RunEnd;
+use feeler_plant::description::{Actuator, ActuatorKind};
+
+use crate::common::{axis, body, effect, run, spring};
+
+/// What a lag of 0.2 ns does to a force that changes by some kilonewtons a second is below a micronewton; the
+/// ideal drive's own force is exact.
+const LAG_N: f64 = 1e-4;
+/// An exponential over a millisecond of what decays at 6e9 1/s is squared some 23 times: rounding times the
+/// product of both is 1e-9 each time.
+const BALANCE: f64 = 5e-8;
+
+#[test]
+fn truth_a_drive_of_a_gigahertz_is_an_ideal_one() {
+    let ideal = axis(0.05);
+    let (expected, _) = run(&ideal);
+    let mut fast = ideal.clone();
+    let drive = &mut fast.machine.actuators["drive"];
+    *drive = Actuator { kind: ActuatorKind::Force { bandwidth_hz: Some(1e9) }, ..drive.clone() };
+    let mut lagging = ideal;
+    lagging.machine.actuators["drive"].effects.push(effect("actuator-lag", &[1e-10]));
+    for scenario in [fast, lagging] {
+        let (found, simulation) = run(&scenario);
+        assert_eq!(simulation.end(0), Some(RunEnd::Completed));
+        assert_eq!(found.events.len(), expected.events.len());
+        let forces = [&found, &expected].map(|trace| trace.column("tool.force").unwrap());
+        assert!(forces[0].iter().zip(forces[1]).all(|(a, b)| (a - b).abs() < LAG_N));
+        let balance = simulation.energy(0).unwrap();
+        assert!(balance.residual().abs() < BALANCE * balance.exchanged(), "{balance:?}");
+    }
+}
+
+/// A microgram on the motor, behind a spring and a damper: it settles within 10 ps.
+#[test]
+fn truth_a_body_of_a_microgram_moves_with_its_neighbours() {
+    let mut scenario = axis(0.02);
+    scenario.machine.bodies.insert("flake".into(), body(1e-9, 0.0));
+    scenario.machine.springs.insert("grip".into(), spring("motor", "flake", 1e5, 100.0));
+    let (trace, simulation) = run(&scenario);
+    assert_eq!(simulation.end(0), Some(RunEnd::Completed));
+    let (expected, _) = run(&axis(0.02));
+    let forces = [&trace, &expected].map(|trace| trace.column("tool.force").unwrap());
+    // A microgram at some hundred m/s2 takes 1e-7 N.
+    assert!(forces[0].iter().zip(forces[1]).all(|(a, b)| (a - b).abs() < LAG_N));
+}

@@ -1,0 +1,281 @@
+//! Drives as numbers: from a command to a force.
+
+use std::sync::Arc;
+
+use super::{NodeId, Ripple};
+use crate::description::{Actuator, ActuatorKind, DcMotor, Knot, MotorInput, PositionServo, Profile};
+
+/// A drive. A command gets its noise and goes through delay, deadband, gain, limit and rate limit (all exact
+/// on held commands), then the lags.
+///
+/// Of a continuous servo the command is a target: the deadband is one of its error, the limit one of its
+/// force, and the lags follow the force. Of a sampled servo all that happens to a target is kept apart
+/// ([`TargetChain`]), and what remains is a drive whose held command is the force.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drive {
+    /// Name of the actuator.
+    pub name: String,
+    /// Pushed node.
+    pub on: NodeId,
+    /// Reacting node.
+    pub reacts_on: NodeId,
+    /// What builds up a force against the speed; absent for a drive whose command is the force.
+    pub velocity_source: Option<VelocitySource>,
+    /// The position loop of a servo.
+    pub servo: Option<Servo>,
+    /// The motor, whose current is a signal.
+    pub motor: Option<Motor>,
+    /// How the driven body moves, whatever acts on it, where that is imposed.
+    pub imposed: Option<Arc<Profile>>,
+    /// The command arrives this much later, s.
+    pub delay: f64,
+    /// Half-width in which commands (of a servo: errors) do nothing; beyond, it is lost.
+    pub deadband: f64,
+    /// Scale on the command.
+    pub gain: f64,
+    /// Largest effort, N; infinite where absent.
+    pub limit: f64,
+    /// Largest command after its gain, where the limit is one of the force; infinite where absent.
+    pub command_limit: f64,
+    /// Largest rate of the (scaled, limited) command per second; infinite where absent.
+    pub rate_limit: f64,
+    /// First-order lags in series, s, each > 0.
+    pub lags: Vec<f64>,
+    /// One sigma of what is added to every command.
+    pub noise: f64,
+    /// What bounds the force by the speed.
+    pub line: Option<SpeedLine>,
+    /// Cogging forces added to the drive force.
+    pub ripples: Vec<Ripple>,
+}
+
+/// `tau df/dt + f = gain u - damping v`: the paper's Fig. 2, where `gain` is the damping, and the winding of
+/// a motor. Without a time constant the force follows at once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VelocitySource {
+    /// N per unit of the command.
+    pub gain: f64,
+    /// `b_a`, N s/m.
+    pub damping: f64,
+    /// `tau`, s.
+    pub time_constant: f64,
+}
+
+/// `f = kp e + ki int(e) - kd v`, `e` the target less the stroke.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Servo {
+    /// N/m, > 0.
+    pub kp: f64,
+    /// N/(m s).
+    pub ki: f64,
+    /// N s/m.
+    pub kd: f64,
+    /// How it samples; `None` where it is continuous.
+    pub sampling: Option<ServoSampling>,
+}
+
+/// How a servo samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ServoSampling {
+    /// Time between samples, s.
+    pub period: f64,
+    /// From a sample to its output, s.
+    pub delay: f64,
+    /// Step of the position read, m.
+    pub resolution: Option<f64>,
+    /// Step of the output, N.
+    pub output_resolution: Option<f64>,
+    /// Which sensor of the assembly it reads.
+    pub encoder: usize,
+    /// From the command to the target that the loop follows.
+    pub target: TargetChain,
+}
+
+/// What happens to a target on its way to a sampled loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TargetChain {
+    /// How late it arrives, s.
+    pub delay: f64,
+    /// Scale.
+    pub gain: f64,
+    /// Half-width of the error that the loop does not see, m.
+    pub error_deadband: f64,
+    /// Largest speed at which what the loop follows moves, m/s; infinite where absent.
+    pub rate_limit: f64,
+}
+
+impl TargetChain {
+    /// A chain that changes nothing.
+    pub const NONE: Self = Self { delay: 0.0, gain: 1.0, error_deadband: 0.0, rate_limit: f64::INFINITY };
+}
+
+/// The motor of a drive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motor {
+    /// `N K_t`, N/A.
+    pub force_per_current: f64,
+}
+
+/// A force is held between `-force - slope v` and `force - slope v`: what the supply voltage leaves over at a
+/// speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedLine {
+    /// Largest force at rest, N.
+    pub force: f64,
+    /// How much less it is for each m/s, N s/m.
+    pub slope: f64,
+}
+
+impl Drive {
+    /// The drive of an actuator between two nodes, whose stroke is `stroke_m` at the start.
+    pub(super) fn new(name: &str, actuator: &Actuator, [on, reacts_on]: [NodeId; 2]) -> Self {
+        let plain = Self {
+            name: name.into(),
+            on,
+            reacts_on,
+            velocity_source: None,
+            servo: None,
+            motor: None,
+            imposed: None,
+            delay: 0.0,
+            deadband: 0.0,
+            gain: 1.0,
+            limit: actuator.limit_n.unwrap_or(f64::INFINITY),
+            command_limit: f64::INFINITY,
+            rate_limit: actuator.rate_limit_per_s.unwrap_or(f64::INFINITY),
+            lags: Vec::new(),
+            noise: 0.0,
+            line: None,
+            ripples: Vec::new(),
+        };
+        match &actuator.kind {
+            ActuatorKind::Force { bandwidth_hz } => {
+                let lags = bandwidth_hz.map(|f| 1.0 / (std::f64::consts::TAU * f)).into_iter().collect();
+                Self { lags, ..plain }
+            }
+            ActuatorKind::VelocitySource { damping_n_s_per_m: damping, time_constant_s: time_constant } => {
+                let (gain, damping, time_constant) = (*damping, *damping, *time_constant);
+                Self { velocity_source: Some(VelocitySource { gain, damping, time_constant }), ..plain }
+            }
+            ActuatorKind::PositionServo(servo) => plain.with_servo(servo),
+            ActuatorKind::DcMotor(motor) => plain.with_motor(motor),
+            ActuatorKind::Imposed => plain,
+        }
+    }
+
+    fn with_servo(self, servo: &PositionServo) -> Self {
+        let sampling = servo.period_s.map(|period| ServoSampling {
+            period,
+            delay: servo.compute_delay_s,
+            resolution: servo.resolution_m,
+            output_resolution: servo.output_resolution_n,
+            encoder: 0,
+            target: TargetChain::NONE,
+        });
+        Self {
+            servo: Some(Servo { kp: servo.kp, ki: servo.ki, kd: servo.kd, sampling }),
+            delay: servo.delay_s,
+            deadband: servo.error_deadband_m,
+            rate_limit: servo.velocity_limit_m_per_s.unwrap_or(f64::INFINITY),
+            ..self
+        }
+    }
+
+    fn with_motor(self, motor: &DcMotor) -> Self {
+        let force_per_current = motor.gear_ratio * motor.torque_constant;
+        let force_per_volt = force_per_current / motor.resistance_ohm;
+        let damping = force_per_volt * motor.gear_ratio * motor.back_emf();
+        let supply = motor.supply_voltage_v;
+        let limit = motor.current_limit_a.map_or(self.limit, |most| self.limit.min(most * force_per_current));
+        let driven = Self { motor: Some(Motor { force_per_current }), limit, ..self };
+        let time_constant = motor.inductance_h / motor.resistance_ohm;
+        let winding = |gain, command_limit, driven| Self {
+            velocity_source: Some(VelocitySource { gain, damping, time_constant }),
+            command_limit,
+            ..driven
+        };
+        match motor.input {
+            MotorInput::Voltage => winding(force_per_volt, supply.unwrap_or(f64::INFINITY), driven),
+            MotorInput::Duty => winding(force_per_volt * supply.unwrap_or(1.0), 1.0, driven),
+            MotorInput::Current => Self {
+                gain: force_per_current,
+                line: supply.map(|volts| SpeedLine { force: volts * force_per_volt, slope: damping }),
+                ..driven
+            },
+        }
+    }
+
+    /// Holds the driven body at a position until it is said how it moves.
+    pub(super) fn impose(&mut self, position_m: f64) {
+        let knot = Knot { t_s: 0.0, offset_m: position_m, rate_m_per_s: 0.0 };
+        self.imposed = Profile::new(&[knot]).ok().map(Arc::new);
+    }
+
+    /// The loop of a servo that is continuous.
+    pub fn continuous_servo(&self) -> Option<&Servo> {
+        self.servo.as_ref().filter(|servo| servo.sampling.is_none())
+    }
+
+    /// How a servo that is sampled samples.
+    pub fn sampling(&self) -> Option<&ServoSampling> {
+        self.servo.as_ref()?.sampling.as_ref()
+    }
+
+    /// Sets apart what happens to the target of a sampled servo, which reads the sensor `encoder`. From then
+    /// on the command of the drive is its force.
+    pub(super) fn sample_by(&mut self, encoder: usize) {
+        let Self { delay, gain, deadband, rate_limit, .. } = *self;
+        let Some(sampling) = self.servo.as_mut().and_then(|servo| servo.sampling.as_mut()) else { return };
+        sampling.encoder = encoder;
+        sampling.target = TargetChain { delay, gain, error_deadband: deadband, rate_limit };
+        (self.delay, self.gain, self.deadband, self.rate_limit) = (0.0, 1.0, 0.0, f64::INFINITY);
+    }
+
+    /// Makes the loop of a sampled servo continuous: its target acts as on the sampled one.
+    pub fn make_continuous(&mut self) {
+        let Some(sampling) = self.servo.as_mut().and_then(|servo| servo.sampling.take()) else { return };
+        let TargetChain { delay, gain, error_deadband, rate_limit } = sampling.target;
+        (self.delay, self.gain) = (delay, gain);
+        (self.deadband, self.rate_limit) = (error_deadband, rate_limit);
+    }
+
+    /// Whether the limit is one of the force that builds up, and not of the held command.
+    pub fn limits_force(&self) -> bool {
+        self.velocity_source.is_some() || self.continuous_servo().is_some()
+    }
+
+    /// Whether the command is the force.
+    pub fn commands_force(&self) -> bool {
+        self.velocity_source.is_none()
+            && self.servo.is_none()
+            && self.motor.is_none()
+            && self.imposed.is_none()
+    }
+
+    /// Largest held command after its gain.
+    pub fn held_limit(&self) -> f64 {
+        if self.limits_force() { self.command_limit } else { self.limit }
+    }
+
+    /// Half-width in which held commands do nothing.
+    pub fn held_deadband(&self) -> f64 {
+        if self.continuous_servo().is_some() { 0.0 } else { self.deadband }
+    }
+
+    /// What a held command is after deadband, gain and limit.
+    pub fn held(&self, command: f64) -> f64 {
+        let (deadband, limit) = (self.held_deadband(), self.held_limit());
+        let beyond = command - command.clamp(-deadband, deadband);
+        (beyond * self.gain).clamp(-limit, limit)
+    }
+
+    /// What arrives of a command: of a sampled servo its target, of any other drive [`Self::held`].
+    pub fn received(&self, command: f64) -> f64 {
+        self.sampling().map_or_else(|| self.held(command), |sampling| sampling.target.gain * command)
+    }
+
+    /// How late that is, s.
+    pub fn received_late(&self) -> f64 {
+        self.sampling().map_or(self.delay, |sampling| sampling.target.delay)
+    }
+}

@@ -1,0 +1,108 @@
+//! Laws of position and speed that are not linear.
+
+use std::f64::consts::TAU;
+
+use super::NodeId;
+
+/// A force `amplitude * sin(2 pi x / pitch + phase)` of the drive's relative position `x`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ripple {
+    /// N.
+    pub amplitude: f64,
+    /// m.
+    pub pitch: f64,
+    /// rad.
+    pub phase: f64,
+}
+
+/// A pull on one node and its opposite on another, by the position of the first against the second.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weight {
+    /// Name of the body or of the effect's host.
+    pub name: String,
+    /// Node that is pulled.
+    pub on: NodeId,
+    /// Node that carries the reaction.
+    pub reacts_on: NodeId,
+    /// The force.
+    pub pull: Pull,
+}
+
+/// A force `-amplitude * sin(2 pi x / period + phase)`: of a weight on a lever that turns once per period.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pull {
+    /// N.
+    pub amplitude: f64,
+    /// m.
+    pub period: f64,
+    /// rad.
+    pub phase: f64,
+}
+
+impl Pull {
+    fn angle(&self, x: f64) -> f64 {
+        TAU * x / self.period + self.phase
+    }
+
+    /// The force at a position, N.
+    pub fn force(&self, x: f64) -> f64 {
+        -self.amplitude * self.angle(x).sin()
+    }
+
+    /// Growth of the force with position, N/m.
+    pub fn slope(&self, x: f64) -> f64 {
+        -self.stiffness() * self.angle(x).cos()
+    }
+
+    /// Potential energy above the lowest position, J.
+    pub fn potential(&self, x: f64) -> f64 {
+        self.amplitude * self.period / TAU * (1.0 - self.angle(x).cos())
+    }
+
+    /// The largest slope, N/m.
+    pub fn stiffness(&self) -> f64 {
+        self.amplitude * TAU / self.period
+    }
+}
+
+/// Bristles that bend by `z` under a sliding speed `v` (LuGre): `z' = v - stiffness |v| / g(v) z` and the
+/// force against the motion `stiffness z + damping z'`, with
+/// `g(v) = coulomb + (static - coulomb) exp(-(v / velocity)^2)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bristle {
+    /// N/m.
+    pub stiffness: f64,
+    /// N s/m.
+    pub damping: f64,
+    /// Level far above the Stribeck speed, N.
+    pub coulomb: f64,
+    /// Level at rest less that, N.
+    pub excess: f64,
+    /// Stribeck speed, m/s.
+    pub velocity: f64,
+}
+
+impl Bristle {
+    /// `g(v)`, N.
+    pub fn level(&self, v: f64) -> f64 {
+        self.coulomb + self.falling(v)
+    }
+
+    /// What rest adds to the level, N.
+    fn falling(&self, v: f64) -> f64 {
+        self.excess * (-(v / self.velocity).powi(2)).exp()
+    }
+
+    /// Bristles that bend by `z` at a speed `v > 0` straighten at this rate, m/s: `stiffness v z / g(v)`.
+    pub fn slip(&self, v: f64, z: f64) -> f64 {
+        self.stiffness * v * z / self.level(v)
+    }
+
+    /// Derivatives of [`Self::slip`] by `v` and by `z`.
+    pub fn slip_slopes(&self, v: f64, z: f64) -> [f64; 2] {
+        let level = self.level(v);
+        let level_slope = -2.0 * v / self.velocity.powi(2) * self.falling(v);
+        let by_z = self.stiffness * v / level;
+        [self.stiffness * z / level * (1.0 - v * level_slope / level), by_z]
+    }
+}

@@ -1,0 +1,65 @@
+//! `command-noise`: noise on the commands of a drive.
+
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+parameters! { CommandNoise
+    sigma: log(Dimension::FORCE, Some(0.0), 1.0, (0.0, 1e6), "one sigma of what is added to each command"),
+}
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: CommandNoise::KIND,
+    name: "command-noise",
+    place: Place::Drive,
+    hosts: &[HostKind::Actuator],
+    site: "a force drive",
+    parameters: CommandNoise::PARAMETERS,
+    summary: "noise on the commands of a drive",
+    documentation: "\
+## Example
+```toml
+[actuators.drive.effects.command-noise]
+sigma = \"2 N\"
+```
+`feeler run scenarios/effects/command-noise.toml` runs it.
+
+## Model
+Every command that is issued gets a normal number of deviation `sigma`, drawn from a stream of the drive at
+the instant of the command, before deadband, gain and limit. The record holds the command without it. Linear
+theory leaves it out.
+
+## Where it comes from
+An analogue command line, the ripple of a current loop, an amplifier's noise; and a command that was
+measured (a current) rather than recorded.
+
+## How it shows
+The motion shakes without cause in the record, and no repetition of the command repeats it. Rare samples of
+a noisy command look like `timing-jitter`. Averages over many repetitions lose it. No fit finds it, because
+the numbers are not in the record: a diagnosis counts it as noise of the command.
+
+## How it is recognised
+Repeat one experiment several times and average: what remains different from run to run is noise. No record
+of the command explains it.
+
+## Numerical treatment
+Each command gets its noise at its own instant, from a stream of the drive that depends on the run's seed.
+Linear theory leaves noise out.
+
+## Source
+H. W. Ott, Electromagnetic Compatibility Engineering, Wiley (2009): noise on analogue lines.
+",
+    traits: &[],
+    change: Change::plant::<CommandNoise>(),
+};
+
+impl ChangesPlant for CommandNoise {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let drive = machine.drive_mut(host, &DEFINITION)?;
+        if drive.velocity_source.is_some() {
+            return Err(EffectError::WrongSite { kind: Self::KIND, needs: DEFINITION.site });
+        }
+        drive.noise = drive.noise.hypot(self.sigma);
+        Ok(())
+    }
+}

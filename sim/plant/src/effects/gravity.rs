@@ -1,0 +1,101 @@
+//! `gravity`: a load that varies with the angle of an arm.
+
+use std::f64::consts::TAU;
+
+use super::{
+    ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
+};
+use crate::assembly::{Assembly, Pull, Weight};
+use crate::units::Dimension;
+
+parameters! { Gravity
+    amplitude: log(Dimension::FORCE, Some(0.0), 5.0, (0.0, 1e6), "largest torque of gravity"),
+    phase: linear(Dimension::NONE, None, 1.0, (-TAU, TAU), "angle over the hanging arm at position zero, \
+                                                            rad"),
+    period: log(
+        Dimension::LENGTH, None, TAU, (ABOVE_ZERO, 1e6), "travel after which the arm has turned once"
+    ) or TAU,
+}
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: Gravity::KIND,
+    name: "gravity",
+    place: Place::Guide,
+    hosts: &[HostKind::Spring],
+    site: "",
+    parameters: Gravity::PARAMETERS,
+    summary: "a load that varies with the angle of an arm",
+    documentation: "\
+## Example
+```toml
+[springs.guide.effects.gravity]
+amplitude = \"15 N\"
+phase = 0.0
+period = \"20 mm\"
+```
+`feeler run scenarios/effects/gravity.toml` runs it.
+
+## Model
+The force `-amplitude sin(2 pi x / period + phase)` acts on the second body of the spring and its opposite
+on the first, `x` the position of the second against the first. For an arm of mass `m` whose centre lies `l`
+from its joint, `amplitude = m g l`, and `phase` is the angle over the hanging arm where the position is
+zero. `period` is a full turn unless a gear lies between position and arm. Linear theory takes the slope at
+the operating point: a stiffness `amplitude 2 pi / period cos(...)`, negative above the joint. Runs
+integrate the sine to rounding, and the energy balance counts the potential energy. A rotational body states
+the gravity that is known as `gravity` and `gravity_phase`.
+
+## Where it comes from
+Arms, pendulums, unbalanced tables, a counterweight that is not quite right.
+
+## How it shows
+The command that holds the arm still varies with its angle as a sine. Over a short stroke it is a
+`constant-load` with a spring beside it. `force-ripple` repeats over many periods in a stroke.
+
+## How it is recognised
+Hold the axis at several positions over a quarter turn or more, and read the command: it is a sine of the
+position. Over a short stroke, a load and a spring look the same.
+
+## Numerical treatment
+The force is a sine of the position, so an extrapolation method integrates the mode to rounding. The energy
+balance counts the potential energy. Linear theory takes the slope at the operating point.
+
+## Source
+B. Siciliano, L. Sciavicco, L. Villani and G. Oriolo, Robotics: Modelling, Planning and Control, Springer
+(2009): gravity in the equations of motion.
+",
+    traits: &[Trait::PlainNumber],
+    change: Change::plant::<Gravity>(),
+};
+
+impl ChangesPlant for Gravity {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        let Self { amplitude, phase, period } = self;
+        let link = machine.link_mut(host, &DEFINITION)?;
+        let (name, on, reacts_on) = (link.name.clone(), link.b, link.a);
+        if amplitude > 0.0 {
+            machine.weights.push(Weight { name, on, reacts_on, pull: Pull { amplitude, period, phase } });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::fixture::{self, GUIDE};
+
+    #[test]
+    fn truth_the_force_is_minus_the_slope_of_the_potential() {
+        let mut machine = fixture::flexible();
+        DEFINITION.apply(&mut machine, GUIDE, &[3.0, 0.4, 2.0]).unwrap();
+        let weight = &machine.weights[0];
+        assert_eq!((weight.on, weight.reacts_on), (1, 0));
+        for x in [-1.3, 0.0, 0.7] {
+            let h = 1e-5;
+            let slope = (weight.pull.potential(x + h) - weight.pull.potential(x - h)) / (2.0 * h);
+            // A central difference is off by a sixth of the square of its step times the third derivative,
+            // 30 N/m^2.
+            assert!((weight.pull.force(x) + slope).abs() < 1e-8, "{x}");
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! `quadratic-drag`: a resistance that grows with the square of speed.
+
+use super::{Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait};
+use crate::assembly::Assembly;
+use crate::units::Dimension;
+
+parameters! { QuadraticDrag
+    drag: log(Dimension::DRAG, Some(0.0), 50.0, (0.0, 1e9), "resistance over the square of speed"),
+}
+
+pub(super) static DEFINITION: Definition = Definition {
+    kind: QuadraticDrag::KIND,
+    name: "quadratic-drag",
+    place: Place::Guide,
+    hosts: &[HostKind::Spring],
+    site: "",
+    parameters: QuadraticDrag::PARAMETERS,
+    summary: "a resistance that grows with the square of speed",
+    documentation: "\
+## Example
+```toml
+[springs.guide.effects.quadratic-drag]
+drag = \"20e3 N s2/m2\"
+```
+`feeler run scenarios/effects/quadratic-drag.toml` runs it.
+
+## Model
+The guide resists a speed `v` with `drag |v| v`. Linear theory takes the slope at the operating point, which
+at rest is none; about a steady speed it damps by `2 drag |v|`. Forward and backward are modes of their own,
+so that the law is smooth in each; runs integrate it to rounding.
+
+## Where it comes from
+Fans, propellers, fluid that is stirred or pushed through an orifice, oil thrown about by a fast gear.
+
+## How it shows
+Fast motion takes more force than `viscous-friction` predicts, slow motion less. A single speed cannot tell
+the two apart.
+
+## How it is recognised
+Move at several steady speeds: the missing force grows with the square of the speed. A line and a parabola
+need three speeds.
+
+## Numerical treatment
+Forward and backward are modes, so the law is smooth in each, and an extrapolation method integrates it to
+rounding. Linear theory takes the slope at the operating point, which is zero at rest.
+
+## Source
+G. K. Batchelor, An Introduction to Fluid Dynamics, Cambridge University Press (1967): drag at high Reynolds
+numbers.
+",
+    traits: &[Trait::Dissipative],
+    change: Change::plant::<QuadraticDrag>(),
+};
+
+impl ChangesPlant for QuadraticDrag {
+    fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
+        machine.link_mut(host, &DEFINITION)?.drag += self.drag;
+        Ok(())
+    }
+}

@@ -1,0 +1,145 @@
+//! What a file says without a mistake, and hardly means.
+
+use feeler_analysis::{ControlLoop, gain, gain_names, modes};
+use feeler_control::{ControllerSpec, Law};
+use feeler_engine::Scenario;
+use feeler_plant::assembly::Source;
+use feeler_plant::description::Quantity;
+use feeler_problem::Problem;
+
+use crate::operating_point::contact_view;
+use crate::run::ForceLoop;
+
+/// Samples in one cycle of a motion, below which a controller cannot see it.
+const LEAST_SAMPLES: f64 = 2.0;
+/// Modes with more damping swing so little that nothing is missed, as a ratio.
+const HARDLY_SWINGS: f64 = 0.5;
+
+/// Plausible nonsense: keys with what is doubtful about them, and what was probably meant. Linear theory
+/// is asked
+/// where it has an answer.
+pub fn doubts(scenario: &Scenario) -> Vec<Problem> {
+    let mut found = without_gains(scenario);
+    if let Ok(whole) = ControlLoop::new(scenario, &contact_view(scenario)) {
+        found.extend(slow_samples(scenario, &whole));
+        found.extend(pushed_away(scenario, &whole));
+    }
+    found
+}
+
+/// Laws whose gains are all zero.
+fn without_gains(scenario: &Scenario) -> Vec<Problem> {
+    let is_idle = |spec: &ControllerSpec| {
+        let zero = |name: &&str| gain(spec, name).is_ok_and(|value| value == 0.0);
+        !matches!(spec.law, Law::OpenLoop) && gain_names(&spec.law).iter().all(zero)
+    };
+    let idle = scenario.controllers.iter().filter(|(_, used)| is_idle(&used.spec));
+    idle.map(|(name, used)| {
+        let names = gain_names(&used.spec.law);
+        Problem::new(
+            format!("controllers.{name}"),
+            format!("every gain of controller `{name}` is zero, so that it never acts"),
+            format!("give it one of {}, or leave it out", names.join(", ")),
+        )
+    })
+    .collect()
+}
+
+/// Controllers that take less than two samples of a motion of the machine in contact.
+fn slow_samples(scenario: &Scenario, whole: &ControlLoop) -> Vec<Problem> {
+    let Ok(modes) = modes(whole.plant()) else { return Vec::new() };
+    let swings =
+        modes.iter().filter(|mode| mode.damping_ratio() < HARDLY_SWINGS && mode.damping_ratio() > 0.0);
+    let Some(slowest_hz) = swings.map(feeler_analysis::VibrationMode::frequency_hz).reduce(f64::min) else {
+        return Vec::new();
+    };
+    let closing = scenario.controllers.iter().filter(|(_, used)| !matches!(used.spec.law, Law::OpenLoop));
+    let slow = closing.filter(|(_, used)| used.spec.period_s * slowest_hz * LEAST_SAMPLES > 1.0);
+    slow.map(|(name, used)| {
+        Problem::new(
+            format!("controllers.{name}.period"),
+            format!(
+                "a period of {:.3} ms takes {:.2} samples of each cycle \
+             of the machine's slowest mode, {slowest_hz:.1} Hz",
+                1e3 * used.spec.period_s,
+                1.0 / (used.spec.period_s * slowest_hz)
+            ),
+            format!("a period of {:.3} ms takes ten", 1e2 / slowest_hz),
+        )
+    })
+    .collect()
+}
+
+/// Force loops whose drive, commanded to push, pulls the tool off.
+fn pushed_away(scenario: &Scenario, whole: &ControlLoop) -> Option<Problem> {
+    let found = ForceLoop::find(scenario)?;
+    let used = &scenario.controllers[found.controller];
+    let drive = scenario.machine.actuators.get_index_of(&used.drives)?;
+    let plant = whole.plant();
+    let contact = plant.output(Source::Contact(found.contact, Quantity::Force)).ok()?;
+    // Held by the contact, a drive that pushes has a static force of its own sign.
+    let a = plant.a().clone().lu();
+    let pressed = a.solve(&plant.b().column(drive).into_owned())?;
+    let force = -(&contact.c * pressed)[(0, 0)] + contact.d[drive];
+    if !force.is_finite() || force >= 0.0 {
+        return None;
+    }
+    let (name, touched) = scenario.machine.contacts.get_index(found.contact)?;
+    let [from, to] = &touched.between;
+    Some(Problem::new(
+        format!("contacts.{name}.between"),
+        format!(
+            "a positive command of `{}` pulls `{from}` off `{to}`: the contact pushes the other way",
+            used.drives
+        ),
+        format!("write between = [\"{to}\", \"{from}\"], or turn the sign of actuators.{}.gain", used.drives),
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use feeler_files::Document;
+
+    use super::*;
+
+    const AXIS: &str = r#"
+[bodies.m]
+mass = 6.0
+[springs.g]
+between = ["ground", "m"]
+damping = 60.0
+[contacts.tool]
+between = ["m", "ground"]
+stiffness = 100000.0
+damping = 120.0
+[actuators.drive]
+on = "m"
+[sensors.force]
+reads = "tool.spring_force"
+[controllers.f]
+law = "explicit-force"
+reads = "force"
+drives = "drive"
+period = 0.001
+feed_forward = 1.0
+kp = 0.4
+reference = 20.0
+"#;
+
+    fn keys(text: &str) -> Vec<String> {
+        let document = Document::parse(text, "axis.toml").unwrap();
+        doubts(&document.scenario).into_iter().map(|doubt| doubt.key).collect()
+    }
+
+    /// 20.5 Hz in contact.
+    #[test]
+    fn truth_nonsense_is_doubted_and_sense_is_not() {
+        assert_eq!(keys(AXIS), Vec::<String>::new());
+        assert_eq!(keys(&AXIS.replace("period = 0.001", "period = 0.03")), ["controllers.f.period"]);
+        let idle = AXIS.replace("kp = 0.4", "kp = 0.0").replace("feed_forward = 1.0", "feed_forward = 0.0");
+        assert_eq!(keys(&idle), ["controllers.f"]);
+        let reversed =
+            AXIS.replace("between = [\"m\", \"ground\"]\nstiff", "between = [\"ground\", \"m\"]\nstiff");
+        assert_eq!(keys(&reversed), ["contacts.tool.between"]);
+    }
+}

@@ -1,0 +1,47 @@
+//! What a scenario does, for a page on which its numbers move: one run and linear theory side by side,
+//! without what takes long.
+
+use feeler_analysis::{AnalysisError, Curves, Report, Request, analyze, curves};
+use feeler_engine::Scenario;
+
+use crate::operating_point::contact_view;
+use crate::run::{Candidate, Outcome, RunError, RunResult, measure, run_once};
+
+/// A run and the theory beside it.
+#[derive(Debug)]
+pub struct Glimpse {
+    /// The run as long as the file asks, without its energies.
+    pub run: Result<RunResult, RunError>,
+    /// Linear theory in contact, without the account of the bandwidth, and its curves.
+    pub theory: Result<(Report, Curves), AnalysisError>,
+}
+
+impl Glimpse {
+    /// Computes both, on two processors where there are two.
+    pub fn of(scenario: &Scenario) -> Self {
+        let (run, theory) = rayon::join(|| run_once(scenario), || theory(scenario));
+        Self { run, theory }
+    }
+}
+
+/// Linear theory in contact, without the account of the bandwidth, and its curves.
+///
+/// # Errors
+/// As [`analyze`].
+pub fn theory(scenario: &Scenario) -> Result<(Report, Curves), AnalysisError> {
+    let request = Request { view: contact_view(scenario), brief: true, ..Request::default() };
+    let report = analyze(scenario, &request)?;
+    let curves = curves(scenario, &request, &report)?;
+    Ok((report, curves))
+}
+
+/// What becomes of each of some scenarios, side by side where their structure allows it; `None` for one that
+/// cannot run.
+pub fn outcomes(scenarios: Vec<Scenario>) -> Vec<Option<Outcome>> {
+    let prepared: Vec<Option<Candidate>> =
+        scenarios.into_iter().map(|scenario| Candidate::new(scenario).ok()).collect();
+    let candidates: Vec<Candidate> = prepared.iter().flatten().cloned().collect();
+    let mut measured = measure(&candidates, 0).into_iter();
+    let mut outcome = |_: &Candidate| measured.next().and_then(Result::ok).map(|found| found.summary.outcome);
+    prepared.iter().map(|candidate| candidate.as_ref().and_then(&mut outcome)).collect()
+}

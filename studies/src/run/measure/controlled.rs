@@ -1,0 +1,39 @@
+//! What a loop controls that touches nothing: the motion that a position law or an impedance holds.
+
+use feeler_control::Law;
+use feeler_engine::Scenario;
+use feeler_plant::description::{Sensor, SignalName};
+
+/// A controller whose reference is a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::run) struct Controlled {
+    /// The controller.
+    pub(in crate::run) controller: String,
+    /// What it controls.
+    pub(in crate::run) signal: SignalName,
+    /// What its sensor reads of one of that.
+    gain: f64,
+    /// One sigma of the sensor's noise, in units of the signal.
+    pub(in crate::run) noise: f64,
+}
+
+impl Controlled {
+    /// The first controller of a motion.
+    pub(in crate::run) fn find(scenario: &Scenario) -> Option<Self> {
+        scenario.controllers.iter().find_map(|(name, used)| {
+            let sensor = match used.spec.law {
+                Law::Position(_) => used.reads.as_ref().or(used.motion.as_ref()),
+                Law::Impedance(_) => used.motion.as_ref().or(used.reads.as_ref()),
+                _ => None,
+            }?;
+            let Sensor { reads, gain, noise, .. } = scenario.machine.sensors.get(sensor)?;
+            let gain = if *gain == 0.0 { 1.0 } else { *gain };
+            Some(Self { controller: name.clone(), signal: reads.clone(), gain, noise: noise / gain.abs() })
+        })
+    }
+
+    /// The reference over the rows, as the signal would have to be.
+    pub(in crate::run) fn wanted(&self, reference: &[f64]) -> Vec<f64> {
+        reference.iter().map(|value| value / self.gain).collect()
+    }
+}

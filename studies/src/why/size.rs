@@ -1,0 +1,112 @@
+//! How large a change has to be: the mildest after which the force settles in simulation, and its settings.
+
+use feeler_engine::Scenario;
+use feeler_files::{Assignment, Document, Setting, assignment, settings_between, to_toml};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::change::Change;
+use super::explanation::is_cured;
+use crate::run::Candidate;
+
+/// Halvings, by ratio, of the step between a size that does not do and one that does: of a factor of four,
+/// to a
+/// fifth.
+const HALVINGS: usize = 3;
+
+/// A change that is large enough.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Size {
+    /// Of which change.
+    pub of: Change,
+    /// What it takes, in words with its numbers.
+    pub what: String,
+    /// How many times smaller or larger its quantity is than in the scenario.
+    pub times: f64,
+    /// What `--set` takes to apply it.
+    pub settings: Vec<String>,
+}
+
+/// A scenario that can be written down, so that what is tried is what a file with the settings does.
+pub(super) struct Written {
+    pub(super) scenario: Scenario,
+    document: Option<Document>,
+}
+
+/// A changed scenario, and what `--set` takes to make it of the first; empty where no settings do.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Changed {
+    pub(super) scenario: Scenario,
+    pub(super) settings: Vec<Assignment>,
+}
+
+impl Written {
+    pub(super) fn new(scenario: &Scenario) -> Self {
+        let document = Document::parse(&to_toml(scenario), "scenario.toml").ok();
+        // What cannot be written back is tried as it is, and has no settings.
+        let document = document.filter(|document| document.scenario == *scenario);
+        Self { scenario: scenario.clone(), document }
+    }
+
+    /// The scenario with a change, its numbers as a hand would write them; `None` where nothing changes.
+    pub(super) fn with(&self, change: impl Fn(&mut Scenario)) -> Option<Changed> {
+        let mut wanted = self.scenario.clone();
+        change(&mut wanted);
+        if wanted == self.scenario {
+            return None;
+        }
+        let written = self.document.as_ref().zip(settings_between(&self.scenario, &wanted));
+        let written = written.and_then(|(document, settings)| {
+            let settings: Vec<Assignment> =
+                settings.into_iter().map(|(key, setting)| (key, rounded(setting))).collect();
+            let set =
+                document.with(settings.iter().map(|(key, setting)| (key.as_str(), setting.clone()))).ok()?;
+            Some(Changed { scenario: set.scenario, settings })
+        });
+        Some(written.unwrap_or(Changed { scenario: wanted, settings: Vec::new() }))
+    }
+}
+
+impl Changed {
+    /// What `--set` takes.
+    pub(super) fn words(&self) -> Vec<String> {
+        self.settings.iter().map(|(key, setting)| assignment(key, setting)).collect()
+    }
+
+    /// Whether the force comes to rest.
+    pub(super) fn settles(&self) -> bool {
+        let measured = Candidate::new(self.scenario.clone()).and_then(|candidate| candidate.measure(0));
+        measured.is_ok_and(|measured| is_cured(&self.scenario, &measured))
+    }
+}
+
+/// Four digits are enough for any remedy.
+fn rounded(setting: Setting) -> Setting {
+    match setting {
+        Setting::Number(value) => Setting::Number(format!("{value:.3e}").parse().unwrap_or(value)),
+        other => other,
+    }
+}
+
+/// The mildest of a family of changes after which the force settles, with its size; `sizes` go from mild to
+/// strong.
+pub(super) fn mildest(
+    written: &Written,
+    sizes: &[f64],
+    change: impl Fn(&mut Scenario, f64) + Sync,
+) -> Option<(f64, Changed)> {
+    let at = |size: f64| written.with(|scenario| change(scenario, size));
+    let tried: Vec<Option<Changed>> =
+        sizes.par_iter().map(|&size| at(size).filter(Changed::settles)).collect();
+    let first = tried.iter().position(Option::is_some)?;
+    let (mut strong, mut found) = (sizes[first], tried.into_iter().flatten().next()?);
+    let mut mild = first.checked_sub(1).map_or(1.0, |before| sizes[before]);
+    for _ in 0..HALVINGS {
+        let middle = (mild * strong).sqrt();
+        match at(middle).filter(Changed::settles) {
+            Some(settles) => (strong, found) = (middle, settles),
+            None => mild = middle,
+        }
+    }
+    Some((strong, found))
+}

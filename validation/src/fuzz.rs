@@ -1,0 +1,196 @@
+//! Files with a mistake: what a user's slip, or a number as extreme as "ideal" is often written, makes of
+//! a file.
+//!
+//! Each case takes a file of the project, changes one to three of its tokens, and reads and runs what
+//! comes of it
+//! for ten milliseconds. Whatever is refused is refused with an error; nothing panics and nothing takes long.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use feeler_files::{CellFile, DatasetFile, Draft, SweepFile};
+use feeler_studies::run::{run, run_cell};
+
+/// What takes the place of a number.
+const NUMBERS: [&str; 22] = [
+    "0",
+    "-1",
+    "1e-300",
+    "1e300",
+    "-1e300",
+    "1e9",
+    "1e-9",
+    "1e12",
+    "1e-12",
+    "1e6",
+    "1e-6",
+    "inf",
+    "-inf",
+    "nan",
+    "9223372036854775807",
+    "true",
+    "[]",
+    "{}",
+    "\"x\"",
+    "\"1e9 Hz\"",
+    "\"1e-9 ms\"",
+    "\"1 kg\"",
+];
+/// How long a run is simulated, s.
+const DURATION: &str = "run.duration=0.01";
+/// Tokens that are changed in one file, at most.
+const CHANGES: u64 = 3;
+
+/// What became of a case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// The file was refused, or the run was, with an error.
+    Refused,
+    /// It ran.
+    Ran,
+    /// It was read, and is nothing that runs.
+    Read,
+}
+
+/// A case: a file with mistakes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Case {
+    /// Its number.
+    pub number: u64,
+    /// The file that it was made of.
+    pub from: PathBuf,
+    /// What it holds.
+    pub text: String,
+}
+
+/// Cases made of the scenario, sweep and dataset files of a folder.
+#[derive(Clone, Debug)]
+pub struct Fuzz {
+    files: Vec<(PathBuf, String)>,
+}
+
+impl Fuzz {
+    /// Of all files below a folder.
+    pub fn of(folder: &Path) -> Self {
+        let mut files = Vec::new();
+        gather(folder, &mut files);
+        files.sort();
+        Self { files }
+    }
+
+    /// Case `number`, always the same.
+    pub fn case(&self, number: u64) -> Case {
+        let mut draws = Draws(number.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x5DEE_CE66);
+        let (from, text) = &self.files[draws.below(self.files.len() as u64)];
+        let mut text = text.clone();
+        for _ in 0..=draws.below(CHANGES) {
+            text = changed(&text, &mut draws);
+        }
+        Case { number, from: from.clone(), text }
+    }
+}
+
+impl Case {
+    /// Reads and runs it, and gives what became of it and how long that took, s.
+    pub fn run(&self) -> (Fate, f64) {
+        let started = Instant::now();
+        let fate = self.fate();
+        (fate, started.elapsed().as_secs_f64())
+    }
+
+    fn fate(&self) -> Fate {
+        let name = self.from.display().to_string();
+        let is = |what: &str| self.from.iter().any(|part| part == what);
+        if is("datasets") {
+            return DatasetFile::parse(&self.text, &name).map_or(Fate::Refused, |_| Fate::Read);
+        }
+        if is("sweeps") {
+            return SweepFile::parse(&self.text, &name).map_or(Fate::Refused, |_| Fate::Read);
+        }
+        let Ok(mut draft) = Draft::parse(&self.text, &name) else { return Fate::Refused };
+        if draft.set(DURATION).is_err() {
+            return Fate::Refused;
+        }
+        if draft.has_arm() {
+            let ran = CellFile::build(draft).ok().and_then(|file| run_cell(&file, &mut |_| {}).ok());
+            return if ran.is_some() { Fate::Ran } else { Fate::Refused };
+        }
+        let ran = draft.build().ok().and_then(|document| run(&document.scenario, &mut |_| {}).ok());
+        if ran.is_some() { Fate::Ran } else { Fate::Refused }
+    }
+}
+
+fn gather(folder: &Path, files: &mut Vec<(PathBuf, String)>) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for path in entries.flatten().map(|entry| entry.path()) {
+        if path.is_dir() {
+            gather(&path, files);
+        } else if path.extension().is_some_and(|extension| extension == "toml")
+            && let Ok(text) = std::fs::read_to_string(&path)
+        {
+            files.push((path, text));
+        }
+    }
+}
+
+/// A text with one token, line or end of it changed.
+fn changed(text: &str, draws: &mut Draws) -> String {
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let telling: Vec<usize> =
+        (0..lines.len()).filter(|&i| !lines[i].trim().is_empty() && !lines[i].starts_with('#')).collect();
+    if telling.is_empty() {
+        return text.to_owned();
+    }
+    let at = telling[draws.below(telling.len() as u64)];
+    match draws.below(16) {
+        0 => drop(lines.remove(at)),
+        1 => lines.insert(at, lines[at].clone()),
+        2 => {
+            let other = telling[draws.below(telling.len() as u64)];
+            lines.swap(at, other);
+        }
+        3 => {
+            let cut = lines[at].char_indices().map(|(i, _)| i).nth(draws.below(20)).unwrap_or(0);
+            lines[at].truncate(cut);
+        }
+        4 => lines.truncate(at),
+        _ => lines[at] = with_another_number(&lines[at], draws),
+    }
+    lines.join("\n") + "\n"
+}
+
+/// A line with one of its numbers replaced, a unit kept now and then.
+fn with_another_number(line: &str, draws: &mut Draws) -> String {
+    let starts: Vec<usize> = line
+        .char_indices()
+        .filter(|&(i, c)| {
+            c.is_ascii_digit()
+                && !line[..i]
+                    .ends_with(|before: char| before.is_alphanumeric() || before == '.' || before == '_')
+        })
+        .map(|(i, _)| i)
+        .collect();
+    let Some(&start) = starts.get(draws.below(starts.len().max(1) as u64)) else {
+        let (key, _) = line.split_once('=').unwrap_or((line, ""));
+        return format!("{key}= {}", NUMBERS[draws.below(NUMBERS.len() as u64)]);
+    };
+    let length = line[start..]
+        .find(|c: char| !(c.is_ascii_digit() || ".eE+-".contains(c)))
+        .unwrap_or(line.len() - start);
+    let (before, rest) = (&line[..start], &line[start + length..]);
+    let number = NUMBERS[draws.below(NUMBERS.len() as u64)];
+    format!("{before}{number}{rest}")
+}
+
+/// Numbers drawn one after the other (`SplitMix64`).
+struct Draws(u64);
+
+impl Draws {
+    fn below(&mut self, most: u64) -> usize {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) % most.max(1)) as usize
+    }
+}

@@ -382,7 +382,7 @@ impl Judge<'_> {
     fn as_play(&self, accepted: &Scored) -> Option<(Scored, String)> {
         let [cause] = accepted.causes[..] else { return None };
         let loose = dossier(cause.definition.kind).where_it_rattles?;
-        if unknown::explains(&self.search.calibrated, accepted) {
+        if unknown::unexplained(&self.search.calibrated, accepted).is_empty() {
             return None;
         }
         let has_play = |scored: &&Scored| {

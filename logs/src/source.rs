@@ -135,6 +135,10 @@ fn name_of(path: &Path) -> String {
 
 /// Looks for logs in a folder: those of one bag or of one run are one source.
 fn folder(path: &Path, depth: usize, found: &mut Vec<Source>) -> Result<(), LogError> {
+    // A dataset that lies among logs was made of them.
+    if depth > 0 && path.join("dataset.toml").exists() {
+        return Ok(());
+    }
     if lerobot::is_one(path) {
         found.extend(lerobot::files(path)?.iter().map(|file| Source::of(file, Format::Parquet)));
         return Ok(());

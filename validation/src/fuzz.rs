@@ -2,8 +2,7 @@
 //! a file.
 //!
 //! Each case takes a file of the project, changes one to three of its tokens, and reads and runs what
-//! comes of it
-//! for ten milliseconds. Whatever is refused is refused with an error; nothing panics and nothing takes long.
+//! comes of it for ten milliseconds. Whatever is refused is refused with an error; nothing panics and nothing takes long.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -36,6 +35,8 @@ const NUMBERS: [&str; 22] = [
     "\"1e-9 ms\"",
     "\"1 kg\"",
 ];
+/// What half of the numbers are multiplied by instead.
+const DECADES: [f64; 8] = [1e-6, 1e-3, 0.1, 0.5, 2.0, 10.0, 1e3, 1e6];
 /// How long a run is simulated, s.
 const DURATION: &str = "run.duration=0.01";
 /// Tokens that are changed in one file, at most.
@@ -178,7 +179,9 @@ fn with_another_number(line: &str, draws: &mut Draws) -> String {
         .find(|c: char| !(c.is_ascii_digit() || ".eE+-".contains(c)))
         .unwrap_or(line.len() - start);
     let (before, rest) = (&line[..start], &line[start + length..]);
-    let number = NUMBERS[draws.below(NUMBERS.len() as u64)];
+    let written: Option<f64> = line[start..start + length].parse().ok().filter(|_| draws.below(2) == 0);
+    let scaled = written.map(|number| format!("{:e}", number * DECADES[draws.below(DECADES.len() as u64)]));
+    let number = scaled.as_deref().unwrap_or_else(|| NUMBERS[draws.below(NUMBERS.len() as u64)]);
     format!("{before}{number}{rest}")
 }
 

@@ -235,6 +235,6 @@ fn regress_what_is_not_drawn_is_said() {
     assert!(
         page.contains("Bifurcation diagrams")
             && page.contains("nearest")
-            && page.contains("as this seed puts it")
+            && page.contains("The edge is that of this seed")
     );
 }

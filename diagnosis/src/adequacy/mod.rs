@@ -88,6 +88,15 @@ impl Adequacy {
         self.shortfalls.iter().any(|shortfall| shortfall.condition.is_of_others())
     }
 
+    /// Tells which columns short predictions do not explain, each with its residual in sigmas.
+    pub(crate) fn add_unexplained<'a>(&mut self, columns: impl Iterator<Item = (&'a str, f64)>) {
+        let short = |(column, sigmas): (&str, f64)| Shortfall {
+            condition: Condition::Left,
+            what: format!("short predictions of `{column}` are off by {sigmas:.1} sigma, more than laws of friction and contact usually are"),
+        };
+        self.shortfalls.extend(columns.map(short));
+    }
+
     /// Tells what else may be there.
     pub(crate) fn add_further(&mut self, further: Vec<String>) {
         let short = |what| Shortfall { condition: Condition::Rivals, what };

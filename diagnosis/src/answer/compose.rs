@@ -98,8 +98,12 @@ impl Judge<'_> {
         adequacy.add_untried(self.search.untried.len());
         let (machine, worse) = self.proposed(accepted);
         adequacy.add_free_run(worse);
-        let is_explained = unknown::explains(calibrated, accepted) || adequacy.is_balanced;
-        let adequate = is_explained && !adequacy.is_short();
+        if !adequacy.is_balanced {
+            let left = unknown::unexplained(calibrated, accepted);
+            let column = |(c, sigmas): (usize, f64)| (self.dataset.channels[c].column.as_str(), sigmas);
+            adequacy.add_unexplained(left.into_iter().map(column));
+        }
+        let adequate = !adequacy.is_short();
         let own = rivals.iter().zip(&odds).find(|(rival, _)| same(rival, accepted)).map_or(1.0, |(_, p)| *p);
         let known = if adequate { 1.0 } else { 0.5 };
         let mut effects: Vec<Cause> = (0..accepted.causes.len())

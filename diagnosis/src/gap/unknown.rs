@@ -54,15 +54,14 @@ pub(crate) fn channel_misfits(scored: &Scored) -> Vec<f64> {
 /// touch-down.
 const DISCREPANCY: f64 = 0.12;
 
-/// Whether a model explains every channel, or leaves no more of what calibration left than laws of nature
-/// differ from those of a library.
-pub(crate) fn explains(calibrated: &Scored, scored: &Scored) -> bool {
+/// Channels that a model does not explain, and of which it leaves more of what calibration left than laws of
+/// nature differ from those of a library, each with its residual in sigmas.
+pub(crate) fn unexplained(calibrated: &Scored, scored: &Scored) -> Vec<(usize, f64)> {
     let excess = |m: f64| (m - 1.0).max(0.0);
     let before = channel_misfits(calibrated);
-    channel_misfits(scored)
-        .iter()
-        .zip(&before)
-        .all(|(&m, &b)| m <= ADEQUATE || excess(m) <= DISCREPANCY * excess(b))
+    let after = channel_misfits(scored).into_iter().enumerate();
+    let is_fair = |(c, m): &(usize, f64)| *m <= ADEQUATE || excess(*m) <= DISCREPANCY * excess(before[*c]);
+    after.filter(|left| !is_fair(left)).map(|(c, m)| (c, m.sqrt())).collect()
 }
 
 /// Share of the variance of `y` that a regression on some columns explains.

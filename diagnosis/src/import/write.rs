@@ -171,6 +171,18 @@ impl Joint {
             notes.push(format!("run `{}` has only {} rows, and is left out", run.name, series.times_s.len()));
             return Ok(());
         }
+        // The first column is what drives.
+        let mut asked = series.values[0].iter().filter(|x| x.is_finite());
+        let held = asked.next();
+        if asked.all(|x| Some(x) == held) {
+            notes.push(format!(
+                "in run `{}` the {} of `{}` never changes: it tells nothing, and is left out",
+                run.name,
+                here[0].0.noun(),
+                self.name
+            ));
+            return Ok(());
+        }
         notes.extend(series.notes.iter().map(|note| format!("run `{}`: {note}", run.name)));
         let mut name = format!("{}.csv", file_name(&run.name));
         let mut copies = 1;

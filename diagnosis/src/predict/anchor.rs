@@ -121,18 +121,24 @@ pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Reco
         let Some((node, relative_to, Quantity::Position)) = nodes_of(assembly, channel.source) else {
             continue;
         };
+        // What is imposed moves by itself, and what hangs on it begins as it is described.
+        if assembly.drives.iter().any(|drive| drive.imposed.is_some() && drive.on == node) {
+            continue;
+        }
         let step = channel.resolution.max(channel.noise);
-        let [value, speed] =
-            beginning(series, record.spacing_s, 1.0 / omega, step).unwrap_or([series[0], 0.0]);
         let (gain, bias) = match channel.source {
             Source::Sensor(i) => (assembly.sensors[i].gain, assembly.sensors[i].bias),
             _ => (1.0, 0.0),
         };
+        let speed_of = |node: usize| assembly.nodes[node].velocity_m_per_s;
+        let believed = gain * (speed_of(node) - speed_of(relative_to));
+        let begun = beginning(series, record.spacing_s, 1.0 / omega, step, believed);
+        let value = begun.map_or(series[0], |[value, _]| value);
         let shift =
             (value - bias) / gain + assembly.nodes[relative_to].position_m - assembly.nodes[node].position_m;
         for member in chain(assembly, node, relative_to) {
             assembly.nodes[member].position_m += shift;
-            if speed != 0.0 {
+            if let Some([_, speed]) = begun {
                 assembly.nodes[member].velocity_m_per_s =
                     assembly.nodes[relative_to].velocity_m_per_s + speed / gain;
             }

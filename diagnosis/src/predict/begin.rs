@@ -8,6 +8,12 @@ const MOVED: f64 = 0.5;
 /// Rows that a beginning needs, and standard errors from which on it is one in motion.
 const FEWEST_ROWS: usize = 6;
 const STANDARD_ERRORS: f64 = 4.0;
+/// Share of a beginning's excursion that its first speed must make: less is the error of a parabola.
+const SPEED_SHARE: f64 = 0.05;
+/// A record tells no more digits of a motion.
+const DIGITS: f64 = 1e-9;
+/// Scatter over the step of the readings up to which a motion is a parabola.
+const SCATTER: f64 = 2.0;
 
 /// Frequency of a motion, rad/s, that of a sine which moves as far in a short time, and its excursion (root
 /// mean square); `None` where nothing moves.
@@ -30,29 +36,68 @@ pub(crate) fn pace(series: &[f64], spacing_s: f64) -> Option<[f64; 2]> {
         })
 }
 
-/// Position and speed at the first row by a parabola through the rows of the first `stretch_s`; `None` where
-/// no speed stands out of the scatter and the steps of the readings, `step` each.
-pub(super) fn beginning(series: &[f64], spacing_s: f64, stretch_s: f64, step: f64) -> Option<[f64; 2]> {
-    let rows = ((stretch_s / spacing_s) as usize).max(FEWEST_ROWS).min(series.len());
-    if rows < FEWEST_ROWS {
-        return None;
+/// Position and speed at the first row by a parabola through the first rows: those of `stretch_s`, or fewer
+/// where the motion is no parabola for so long. `None` where no speed other than the believed one stands out
+/// of the scatter and the steps of the readings, `step` each.
+pub(super) fn beginning(
+    series: &[f64],
+    spacing_s: f64,
+    stretch_s: f64,
+    step: f64,
+    believed: f64,
+) -> Option<[f64; 2]> {
+    let range = series.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(*x), b.max(*x)]);
+    let step = step.max(DIGITS * (range[1] - range[0]));
+    let most = ((stretch_s / spacing_s) as usize).max(2 * FEWEST_ROWS).min(series.len());
+    let fits: Vec<Parabola> = std::iter::successors(Some(most), |rows| Some(rows / 2))
+        .take_while(|rows| *rows >= FEWEST_ROWS)
+        .map_while(|rows| Parabola::through(&series[..rows]))
+        .collect();
+    let last = fits.len().checked_sub(2)?;
+    let chosen = fits.iter().position(|fit| fit.left < SCATTER * step).unwrap_or(last).min(last);
+    let [begun, shorter] = [&fits[chosen], &fits[chosen + 1]];
+    // What a parabola misses of the motion changes with the number of rows.
+    let missed = begun.speed - shorter.speed;
+    let error = missed.hypot(begun.error * begun.left.hypot(step / 12.0_f64.sqrt()));
+    let other = (begun.speed - believed * spacing_s).abs();
+    let rows = (most >> chosen) as f64;
+    let excursion = series[..most >> chosen].iter().map(|x| (x - series[0]).abs()).fold(0.0, f64::max);
+    let stands_out = other > STANDARD_ERRORS * error && other * rows > SPEED_SHARE * excursion;
+    stands_out.then_some([begun.value, begun.speed / spacing_s])
+}
+
+/// A parabola through rows: value and speed (per row) at the first, root mean square of what it leaves, and
+/// the standard error of the speed over that of a row.
+struct Parabola {
+    value: f64,
+    speed: f64,
+    left: f64,
+    error: f64,
+}
+
+impl Parabola {
+    fn through(series: &[f64]) -> Option<Self> {
+        let rows = series.len() as f64;
+        let powers = |k: usize| {
+            let t = k as f64 / rows;
+            Vector3::new(1.0, t, t * t)
+        };
+        let (mut a, mut b) = (Matrix3::zeros(), Vector3::zeros());
+        for (k, x) in series.iter().enumerate() {
+            a += powers(k) * powers(k).transpose();
+            b += powers(k) * (x - series[0]);
+        }
+        let inverse = a.try_inverse()?;
+        let fit = inverse * b;
+        let square = |(k, x): (usize, &f64)| (x - series[0] - powers(k).dot(&fit)).powi(2);
+        let left: f64 = series.iter().enumerate().map(square).sum();
+        Some(Self {
+            value: series[0] + fit[0],
+            speed: fit[1] / rows,
+            left: (left / (rows - 3.0)).sqrt(),
+            error: inverse[(1, 1)].sqrt() / rows,
+        })
     }
-    let powers = |k: usize| {
-        let t = k as f64 / rows as f64;
-        Vector3::new(1.0, t, t * t)
-    };
-    let (mut a, mut b) = (Matrix3::zeros(), Vector3::zeros());
-    for (k, x) in series[..rows].iter().enumerate() {
-        a += powers(k) * powers(k).transpose();
-        b += powers(k) * (x - series[0]);
-    }
-    let inverse = a.try_inverse()?;
-    let fit = inverse * b;
-    let left: f64 =
-        series[..rows].iter().enumerate().map(|(k, x)| (x - series[0] - powers(k).dot(&fit)).powi(2)).sum();
-    let variance = left / (rows - 3) as f64 + step * step / 12.0;
-    let stands_out = fit[1].abs() > STANDARD_ERRORS * (inverse[(1, 1)] * variance).sqrt();
-    stands_out.then(|| [series[0] + fit[0], fit[1] / (rows as f64 * spacing_s)])
 }
 
 #[cfg(test)]
@@ -74,16 +119,30 @@ mod tests {
         let [omega, excursion] = pace(&series, SPACING_S).unwrap();
         assert!((omega / OMEGA - 1.0).abs() < 0.05);
         assert!((excursion / (0.4 / 2.0_f64.sqrt()) - 1.0).abs() < 0.05);
-        let [position, speed] = beginning(&series, SPACING_S, 1.0 / (6.0 * OMEGA), STEP).unwrap();
+        let [position, speed] = beginning(&series, SPACING_S, 1.0 / (6.0 * OMEGA), STEP, 0.0).unwrap();
         // A parabola over a twentieth of a period leaves thousandths; a step is a 400th of the amplitude.
         assert!((position - 0.4 * 0.3_f64.sin()).abs() < STEP);
         assert!((speed / (0.4 * OMEGA * 0.3_f64.cos()) - 1.0).abs() < 0.05);
     }
 
     #[test]
+    fn truth_a_motion_that_soon_turns_begins_with_its_own_speed() {
+        let of = |series: &dyn Fn(f64) -> f64, believed| {
+            let series: Vec<f64> = (0..200).map(|k| series(f64::from(k) * SPACING_S)).collect();
+            beginning(&series, SPACING_S, 0.1, 1e-7, believed)
+        };
+        let turns = |t: f64| 1e-3 * (1.0 - (150.0 * t).cos());
+        assert_eq!(of(&turns, 0.0), None, "from rest");
+        let moves = |t: f64| 0.4 * t + turns(t);
+        // Ten times the error of a speed is what a parabola may miss of twelve rows.
+        assert!(of(&moves, 0.0).is_some_and(|[_, speed]| (speed / 0.4 - 1.0).abs() < 0.1));
+        assert_eq!(of(&moves, 0.4), None, "as believed");
+    }
+
+    #[test]
     fn truth_rest_is_no_motion() {
         assert_eq!(pace(&[0.2; 100], SPACING_S), None);
-        assert_eq!(beginning(&counted(|_| 0.2), SPACING_S, 0.1, STEP), None);
-        assert_eq!(beginning(&counted(|t| 0.2 + 2.0 * t * t), SPACING_S, 0.1, STEP), None);
+        assert_eq!(beginning(&counted(|_| 0.2), SPACING_S, 0.1, STEP, 0.0), None);
+        assert_eq!(beginning(&counted(|t| 0.2 + 2.0 * t * t), SPACING_S, 0.1, STEP, 0.0), None);
     }
 }

@@ -161,6 +161,10 @@ impl<'a> Predictor<'a> {
                     {
                         window = Some(state.clone());
                     }
+                    // A row shows an imposed motion as it goes on from there.
+                    for state in window.iter_mut().chain([&mut state]) {
+                        self.machine.impose(state, k as f64 * dt);
+                    }
                     self.machine.look(window.as_ref().unwrap_or(&state), &mut seen);
                     for (signal, &value) in signals.iter_mut().zip(&seen) {
                         signal.push(value);

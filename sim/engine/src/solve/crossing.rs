@@ -46,11 +46,15 @@ impl<'a> Path<'a> {
 
     /// The state at `s` after the start; `None` where the motion leaves all numbers.
     pub(crate) fn at(&mut self, s: f64) -> Option<&Known> {
-        let next = self.known.partition_point(|known| known.s <= s);
-        let mut here = self.known[next - 1].clone();
-        if s <= here.s {
-            return Some(&self.known[next - 1]);
+        // Before the start only by rounding; a time that is no number has no state.
+        let last = self.known.partition_point(|known| known.s <= s).saturating_sub(1);
+        if s <= self.known[last].s {
+            return Some(&self.known[last]);
         }
+        if s.is_nan() {
+            return None;
+        }
+        let mut here = self.known[last].clone();
         while here.s < s {
             here.s += self.method.step(self.motion, self.flow, &mut here.xi, &mut here.meters, s - here.s)?;
             // What is left is less than the clock can tell.
@@ -58,8 +62,8 @@ impl<'a> Path<'a> {
                 here.s = s;
             }
         }
-        self.known.insert(next, here);
-        Some(&self.known[next])
+        self.known.insert(last + 1, here);
+        Some(&self.known[last + 1])
     }
 }
 

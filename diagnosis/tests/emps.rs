@@ -6,12 +6,16 @@ use std::path::Path;
 
 use feeler_diagnosis::dataset::Dataset;
 use feeler_diagnosis::diagnose;
+use feeler_diagnosis::report::Verdict;
 use feeler_plant::effects::Kind;
 
 /// Published Coulomb level and how far it may be off.
 const LEVEL_N: (f64, f64) = (20.3935, 0.05);
 /// Published offset, here a force on the carriage, and how far it may be off.
 const LOAD_N: (f64, f64) = (3.1648, 0.20);
+/// Published viscous friction is 166.7 N s/m one way and 240.4 N s/m the other: half the difference over the
+/// mean, and how far it may be off.
+const ASYMMETRY: (f64, f64) = (0.181, 0.20);
 /// Missing force of the inverse model on the file with pulses: with mass and viscous guide alone, and what it
 /// must come down to.
 const MISSING_N: (f64, f64) = (8.0, 3.4);
@@ -26,34 +30,31 @@ fn reference_the_real_drive_has_dry_friction_and_a_load() {
     }
     let answer = diagnose(&Dataset::load(&folder).unwrap(), &|_| {}).unwrap();
     assert_eq!(answer.places[0].place, "guide");
-    let first = &answer.effects[0];
-    assert_eq!(first.kind, Kind::CoulombFriction);
-    assert!((first.parameters["level"].value / LEVEL_N.0 - 1.0).abs() < LEVEL_N.1, "{:?}", first.parameters);
-    let load = answer
-        .effects
-        .iter()
-        .find(|effect| effect.accepted && effect.kind == Kind::ConstantLoad)
-        .expect("the load is found");
-    assert!((load.parameters["force"].value / LOAD_N.0 - 1.0).abs() < LOAD_N.1, "{:?}", load.parameters);
+    let accepted: Vec<_> = answer.effects.iter().filter(|effect| effect.accepted).collect();
+    let value = |kind: Kind, key: &str| {
+        accepted.iter().find(|effect| effect.kind == kind).map(|effect| effect.parameters[key].value)
+    };
+    let level = value(Kind::CoulombFriction, "level").expect("the friction is found");
+    assert!((level / LEVEL_N.0 - 1.0).abs() < LEVEL_N.1, "{level}");
+    // The load and the viscous friction that differs by direction do nearly the same on strokes of one speed:
+    // one of them, or both, and nothing else.
+    let load = value(Kind::ConstantLoad, "force");
+    let asymmetry = value(Kind::DirectionalDamping, "asymmetry");
+    assert!(load.is_some() || asymmetry.is_some(), "{:?}", answer.attempts);
+    assert!(load.is_none_or(|load| (load / LOAD_N.0 - 1.0).abs() < LOAD_N.1), "{load:?}");
     assert!(
-        answer.look_alikes.iter().flatten().any(|kind| *kind == Kind::AsymmetricFriction),
-        "{:?}",
-        answer.look_alikes
+        asymmetry.is_none_or(|found| (found.abs() / ASYMMETRY.0 - 1.0).abs() < ASYMMETRY.1),
+        "{asymmetry:?}"
     );
+    let found = 1 + usize::from(load.is_some()) + usize::from(asymmetry.is_some());
+    assert_eq!(accepted.len(), found, "{:?}", answer.effects);
+    // All three are published: two of them alone are not the whole cause.
+    assert!(found == 3 || answer.verdict != Verdict::Explained, "{:?}", answer.effects);
     let [refit, after] = answer.missing_force_n;
     assert!(refit > MISSING_N.0 && after < MISSING_N.1, "{:?}", answer.missing_force_n);
-    // The screw's lead, and a viscous friction that is published as 166.7 and 240.4 N s/m; neither is in the
-    // library.
+    // The screw's lead, which is in no effect of the library.
     assert!(
         answer.left.iter().any(|left| left.contains("periodic in position, pitch 2.50 mm")),
-        "{:?}",
-        answer.left
-    );
-    assert!(
-        answer
-            .left
-            .iter()
-            .any(|left| left.contains("viscous friction") && left.contains("larger in one direction")),
         "{:?}",
         answer.left
     );

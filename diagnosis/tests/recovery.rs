@@ -249,7 +249,7 @@ fn truth_a_delay_is_delay_and_not_flexibility() {
 #[test]
 fn truth_without_an_effect_there_is_no_gap() {
     let answer = diagnose(&records_of(""), &|_| {}).unwrap();
-    assert_eq!(answer.verdict, Verdict::NoGap, "{:?}", answer.effects);
+    assert_eq!(answer.verdict, Verdict::NoGap, "{:?} {:?}", answer.effects, answer.adequacy.shortfalls);
     assert!(answer.effects.iter().all(|effect| !effect.accepted));
     assert!(!answer.cells.is_empty() && !answer.ladder.is_empty());
 }

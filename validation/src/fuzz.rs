@@ -2,7 +2,8 @@
 //! a file.
 //!
 //! Each case takes a file of the project, changes one to three of its tokens, and reads and runs what
-//! comes of it for ten milliseconds. Whatever is refused is refused with an error; nothing panics and nothing takes long.
+//! comes of it for ten milliseconds. Whatever is refused is refused with an error; nothing panics and
+//! nothing takes long.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;

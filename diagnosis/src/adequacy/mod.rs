@@ -92,7 +92,10 @@ impl Adequacy {
     pub(crate) fn add_unexplained<'a>(&mut self, columns: impl Iterator<Item = (&'a str, f64)>) {
         let short = |(column, sigmas): (&str, f64)| Shortfall {
             condition: Condition::Left,
-            what: format!("short predictions of `{column}` are off by {sigmas:.1} sigma, more than laws of friction and contact usually are"),
+            what: format!(
+                "short predictions of `{column}` are off by {sigmas:.1} sigma, more than laws of friction \
+                 and contact usually are"
+            ),
         };
         self.shortfalls.extend(columns.map(short));
     }

@@ -216,7 +216,9 @@ impl Judge<'_> {
                 let calibrated = of(&self.search.calibrated);
                 let is_better = error(&calibrated).is_some_and(|error| error <= given);
                 let instead = if is_better { calibrated } else { believed.clone() };
-                (instead, Some([own.unwrap_or(f64::INFINITY), given]))
+                // Calibration alone promises nothing.
+                let is_promised = !accepted.causes.is_empty();
+                (instead, is_promised.then(|| [own.unwrap_or(f64::INFINITY), given]))
             }
         }
     }

@@ -419,7 +419,8 @@ mod tests {
 
     /// The help of a command and of those below it, as sections of the page.
     fn sections(command: &mut clap::Command, name: &str, text: &mut String) {
-        let help = command.render_long_help().to_string();
+        // As `--help` prints it: long only where there is more to say.
+        let help = command.clone().try_get_matches_from([name, "--help"]).unwrap_err().to_string();
         let lines = help.lines().map(str::trim_end).collect::<Vec<_>>().join("\n");
         let _ = writeln!(text, "\n## `{name}`\n\n```text\n{}\n```", lines.trim());
         for below in command.get_subcommands_mut().filter(|below| below.get_name() != "help") {

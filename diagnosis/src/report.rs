@@ -99,7 +99,7 @@ pub struct Attempt {
     pub gain_check: Option<f64>,
     /// The same over all experiments.
     pub gain_all: Option<f64>,
-    /// Gain on the check experiments in a balance of forces, nats; none where none shows the causes.
+    /// Gain on the check experiments in a balance of forces, nats; absent if it shows none of the causes.
     pub gain_balance: Option<f64>,
     /// Why it was accepted or not.
     pub why: AttemptOutcome,

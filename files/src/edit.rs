@@ -23,7 +23,7 @@ pub fn settings_between(from: &Scenario, to: &Scenario) -> Option<Vec<Assignment
     let [before, after] = [from, to].map(|scenario| {
         let mut values = BTreeMap::new();
         if let Ok(table) = to_toml(scenario).parse::<toml::Table>() {
-            flatten("", &table, &mut values);
+            flatten("", &table, &mut |key, value| drop(values.insert(key, value.clone())));
         }
         values
     });
@@ -52,10 +52,9 @@ pub fn assignment(key: &str, setting: &Setting) -> String {
     }
 }
 
-/// The text of a file with keys set as `--set` sets them, all else as it was; `None` where it is no TOML,
-/// or a
-/// path leads through something that is no table. The machine that it builds on is found from another folder
-/// too, where that of the file is given.
+/// The text of a file with keys set as `--set` sets them, all else as it was; `None` where it is no TOML, or
+/// a path leads through something that is no table. The machine that it builds on is found from another
+/// folder too, where that of the file is given.
 pub fn with_settings(text: &str, settings: &[String], folder: Option<&Path>) -> Option<String> {
     let mut document: DocumentMut = text.parse().ok()?;
     if let (Some(folder), Some(base)) = (folder, document.get(BASE).and_then(Item::as_str)) {
@@ -70,14 +69,24 @@ pub fn with_settings(text: &str, settings: &[String], folder: Option<&Path>) -> 
     Some(document.to_string())
 }
 
-fn set(document: &mut DocumentMut, key: &str, mut value: Value) -> Option<()> {
+/// The table of a dotted key, made where it is not there yet, and the key's last part. The error names the
+/// part of its path that is no table.
+pub(super) fn table_of<'d, 'k>(
+    document: &'d mut DocumentMut,
+    key: &'k str,
+) -> Result<(&'d mut dyn TableLike, &'k str), &'k str> {
     let (way, last) = key.rsplit_once('.').map_or((None, key), |(way, last)| (Some(way), last));
     let mut table: &mut dyn TableLike = document.as_table_mut();
-    for segment in way.into_iter().flat_map(|way| way.split('.')) {
+    for part in way.into_iter().flat_map(|way| way.split('.')) {
         let mut made = Table::new();
         made.set_implicit(true);
-        table = table.entry(segment).or_insert(Item::Table(made)).as_table_like_mut()?;
+        table = table.entry(part).or_insert(Item::Table(made)).as_table_like_mut().ok_or(part)?;
     }
+    Ok((table, last))
+}
+
+fn set(document: &mut DocumentMut, key: &str, mut value: Value) -> Option<()> {
+    let (table, last) = table_of(document, key).ok()?;
     if let Some(old) = table.get_mut(last).and_then(Item::as_value_mut) {
         *value.decor_mut() = old.decor().clone();
         *old = value;
@@ -87,12 +96,13 @@ fn set(document: &mut DocumentMut, key: &str, mut value: Value) -> Option<()> {
     Some(())
 }
 
-fn flatten(path: &str, table: &toml::Table, values: &mut BTreeMap<String, toml::Value>) {
+/// Every value of a table that is no table itself, with its dotted key.
+pub(super) fn flatten(path: &str, table: &toml::Table, take: &mut dyn FnMut(String, &toml::Value)) {
     for (name, value) in table {
-        let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+        let key = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
         match value {
-            toml::Value::Table(inner) => flatten(&path, inner, values),
-            other => drop(values.insert(path, other.clone())),
+            toml::Value::Table(inner) => flatten(&key, inner, take),
+            value => take(key, value),
         }
     }
 }

@@ -1,9 +1,10 @@
 //! The numbers of a file that can be moved, and the file written anew with some of them moved: comments,
 //! order and units stay as they were.
 
-use toml_edit::{DocumentMut, Item, TableLike, Value as Toml};
+use toml_edit::{DocumentMut, Item, Value as Toml};
 
 use super::document::Document;
+use super::edit::{flatten, table_of};
 use super::keys::TOLERANCE;
 use super::problem::{FormatError, Problems};
 use super::source::Origin;
@@ -67,18 +68,10 @@ impl Document {
     /// Every key of the scenario with what it holds, defaults left out: two documents that do the same have
     /// the same.
     pub fn keys(&self) -> Vec<(String, String)> {
-        fn gather(table: &toml::Table, path: &str, found: &mut Vec<(String, String)>) {
-            for (name, value) in table {
-                let key = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
-                match value {
-                    toml::Value::Table(inner) => gather(inner, &key, found),
-                    value => found.push((key, value.to_string())),
-                }
-            }
-        }
         let mut found = Vec::new();
         // What is written here is TOML.
-        gather(&toml::from_str(&self.to_toml()).unwrap_or_default(), "", &mut found);
+        let written = toml::from_str(&self.to_toml()).unwrap_or_default();
+        flatten("", &written, &mut |key, value| found.push((key, value.to_string())));
         found
     }
 
@@ -102,19 +95,8 @@ fn edited(text: &str, edits: &[Edit]) -> Result<String, (String, String)> {
     let mut document: DocumentMut =
         text.parse().map_err(|e: toml_edit::TomlError| (String::new(), e.to_string()))?;
     for edit in edits {
-        let parts: Vec<&str> = edit.key.split('.').collect();
-        let Some((last, way)) = parts.split_last() else { continue };
-        let mut table: &mut dyn TableLike = document.as_table_mut();
-        for part in way {
-            let item = table.entry(part).or_insert_with(|| {
-                let mut new = toml_edit::Table::new();
-                new.set_implicit(true);
-                Item::Table(new)
-            });
-            table = item
-                .as_table_like_mut()
-                .ok_or_else(|| (edit.key.clone(), format!("`{part}` is no table")))?;
-        }
+        let (table, last) = table_of(&mut document, &edit.key)
+            .map_err(|part| (edit.key.clone(), format!("`{part}` is no table")))?;
         if let Some(value) = table.get_mut(last).and_then(Item::as_value_mut) {
             let mut changed = written(edit.value, value);
             *changed.decor_mut() = value.decor().clone();

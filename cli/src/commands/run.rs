@@ -27,7 +27,7 @@ pub(crate) fn run(arguments: &Run) -> crate::Result<()> {
     let changed = || fs::metadata(&arguments.file).and_then(|file| file.modified()).ok();
     loop {
         let before = changed();
-        // A mistake is told, and may be mended in the file.
+        // The user sees the mistake and can correct the file.
         if let Err(failure) = once(arguments) {
             let _ = failure.report();
         }

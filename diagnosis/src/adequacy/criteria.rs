@@ -52,7 +52,7 @@ pub struct Criteria {
     /// A fitted force over the largest command above which no motion would be left.
     pub most_force: f64,
     /// A fitted force over the largest command, and a fitted time over the spacing of rows, below which
-    /// nothing is told from nothing.
+    /// an effect cannot be distinguished from none.
     pub least_force: f64,
     /// See [`Self::least_force`].
     pub least_rows: f64,

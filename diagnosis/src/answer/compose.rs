@@ -27,7 +27,7 @@ use crate::report::{Attempt, AttemptOutcome, Cause, Cell, Diagnosis, Estimate, V
 const SURE: f64 = 0.9;
 /// Softening of the odds.
 const TEMPERATURE: f64 = 4.0;
-/// The same where nothing but positions tells of the motion: errors of a model are told less well from noise.
+/// The same where only positions are measured: there, model errors and noise are harder to separate.
 const SLOW_TEMPERATURE: f64 = 12.0;
 /// Probability that the set of rivals listed holds.
 const CREDIBLE: f64 = 0.99;

@@ -60,21 +60,10 @@ fn applies(machine: &Machine, assembly: &Assembly, definition: &'static Definiti
 /// Bodies between drive and tool: joined to what a drive pushes, rigidly or by stiffness, without passing
 /// ground or what carries the reaction.
 fn driven(assembly: &Assembly) -> Vec<usize> {
-    let mut members: Vec<usize> = assembly.drives.iter().map(|drive| drive.on).collect();
+    let pushed = assembly.drives.iter().map(|drive| drive.on).collect();
     let stops: Vec<usize> =
         assembly.drives.iter().map(|drive| drive.reacts_on).chain([GROUND_NODE]).collect();
-    let mut next = 0;
-    while let Some(&at) = members.get(next) {
-        next += 1;
-        for link in assembly.links.iter().filter(|link| link.rigid || link.stiffness > 0.0) {
-            for (from, to) in [(link.a, link.b), (link.b, link.a)] {
-                if from == at && !stops.contains(&to) && !members.contains(&to) {
-                    members.push(to);
-                }
-            }
-        }
-    }
-    members
+    assembly.reached(pushed, &stops, |link| link.rigid || link.stiffness > 0.0)
 }
 
 /// Whether an effect under this element is the effect's own place: a transmission lies between driven bodies,
@@ -123,17 +112,5 @@ fn makes_sense(
 }
 
 fn rigid_together(assembly: &Assembly, a: usize, b: usize) -> bool {
-    let mut members = vec![a];
-    let mut next = 0;
-    while let Some(&at) = members.get(next) {
-        next += 1;
-        for link in assembly.links.iter().filter(|link| link.rigid) {
-            for (from, to) in [(link.a, link.b), (link.b, link.a)] {
-                if from == at && !members.contains(&to) {
-                    members.push(to);
-                }
-            }
-        }
-    }
-    members.contains(&b)
+    assembly.reached(vec![a], &[], |link| link.rigid).contains(&b)
 }

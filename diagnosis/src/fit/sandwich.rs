@@ -13,7 +13,7 @@ use crate::fit::least_squares::{Fitted, PIECES, Task, beyond, robust, slopes};
 /// Blocks that all fitted records together are cut into, at least.
 const BLOCKS: usize = 12;
 
-/// One deviation of every unknown of a fitted model; `None` where it does not predict or nothing is told.
+/// One deviation of every unknown of a fitted model; `None` if it does not predict or the records hold no information.
 pub(crate) fn deviations(task: &Task<'_>, fitted: &Fitted) -> Option<Vec<f64>> {
     let n = fitted.theta.len();
     let each = BLOCKS.div_ceil(task.fitted.len().max(1));

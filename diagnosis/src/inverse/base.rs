@@ -1,6 +1,6 @@
 //! What the believed machine itself adds to a balance of forces, each value free within its tolerance.
 
-use feeler_plant::assembly::{Assembly, GROUND_NODE, Source, assemble};
+use feeler_plant::assembly::{GROUND_NODE, assemble};
 use feeler_plant::description::{ActuatorKind, Quantity, Site, Table};
 use feeler_plant::effects::{Kind, Place, Trait};
 
@@ -64,7 +64,7 @@ impl Base {
         if machine.bodies.values().any(|body| body.gravity_n != 0.0) {
             return None;
         }
-        let chain = rigid_chain(&assembly, assembly.drives[*drive].on);
+        let chain = assembly.reached(vec![assembly.drives[*drive].on], &[GROUND_NODE], |link| link.rigid);
         let is_in = |node: usize| chain.contains(&node);
         let mut damping = 0.0;
         for link in &assembly.links {
@@ -97,15 +97,10 @@ impl Base {
             }
         }
         let is_position = |c: &usize| {
-            let (node, to, quantity) = match dataset.channels[*c].source {
-                Source::Node(node, quantity) => (node, GROUND_NODE, quantity),
-                Source::Sensor(i) => match assembly.sensors[i].source {
-                    Source::Node(node, quantity) => (node, assembly.sensors[i].relative_to, quantity),
-                    _ => return false,
-                },
-                _ => return false,
-            };
-            quantity == Quantity::Position && is_in(node) && to == GROUND_NODE
+            let read = assembly.node_read(dataset.channels[*c].source);
+            read.is_some_and(|(node, to, quantity)| {
+                quantity == Quantity::Position && is_in(node) && to == GROUND_NODE
+            })
         };
         let position = (0..dataset.channels.len()).find(is_position)?;
         (mass.is_finite() && mass > 0.0).then_some(Self { sides, position })
@@ -155,21 +150,4 @@ impl Base {
         };
         self.sides(causes).map(of).collect()
     }
-}
-
-/// Nodes that move rigidly with `node`.
-fn rigid_chain(assembly: &Assembly, node: usize) -> Vec<usize> {
-    let mut members = vec![node];
-    let mut next = 0;
-    while let Some(&at) = members.get(next) {
-        next += 1;
-        for link in assembly.links.iter().filter(|link| link.rigid) {
-            for (from, to) in [(link.a, link.b), (link.b, link.a)] {
-                if from == at && to != GROUND_NODE && !members.contains(&to) {
-                    members.push(to);
-                }
-            }
-        }
-    }
-    members
 }

@@ -22,7 +22,7 @@ pub(crate) struct Smooth {
 }
 
 impl Inverse {
-    /// Smooth forces at the guide and in the drive beyond some causes; none where no balance shows them.
+    /// Smooth forces at the guide and in the drive beyond some causes; `None` if no balance shows them.
     pub(crate) fn beyond(&self, causes: &[Candidate]) -> Vec<Smooth> {
         let Some(shaped) = self.shaped(causes) else { return Vec::new() };
         let Some(left) = self.left(&shaped, None) else { return Vec::new() };

@@ -8,7 +8,7 @@
 //! acceleration is read with noise and whose position is read with noise: a critically shaped pair at
 //! `omega = (q / r)^(1/4)`, `q` and `r` the two noise densities.
 
-use feeler_plant::assembly::{Assembly, GROUND_NODE, Source};
+use feeler_plant::assembly::{Assembly, GROUND_NODE, Link, Source};
 use feeler_plant::description::Quantity;
 use feeler_plant::motion::Motion;
 
@@ -63,43 +63,18 @@ pub(super) struct Anchor {
     omega: f64,
 }
 
-/// The node that a channel of positions or accelerations reads, and the one it is relative to.
-fn nodes_of(assembly: &Assembly, source: Source) -> Option<(usize, usize, Quantity)> {
-    match source {
-        Source::Node(node, quantity) => Some((node, GROUND_NODE, quantity)),
-        Source::Sensor(i) => match assembly.sensors[i].source {
-            Source::Node(node, quantity) => Some((node, assembly.sensors[i].relative_to, quantity)),
-            _ => None,
-        },
-        _ => None,
-    }
-}
-
 /// Nodes that move with `node` when nothing is excited: joined rigidly or by stiffness, without passing
 /// through ground or `stop`.
 fn chain(assembly: &Assembly, node: usize, stop: usize) -> Vec<usize> {
-    let mut members = vec![node];
-    let mut next = 0;
-    while let Some(&at) = members.get(next) {
-        next += 1;
-        for link in
-            assembly.links.iter().filter(|link| link.rigid || link.stiffness > 0.0 || link.cubic > 0.0)
-        {
-            for (from, to) in [(link.a, link.b), (link.b, link.a)] {
-                if from == at && to != GROUND_NODE && to != stop && !members.contains(&to) {
-                    members.push(to);
-                }
-            }
-        }
-    }
-    members
+    let holds = |link: &Link| link.rigid || link.stiffness > 0.0 || link.cubic > 0.0;
+    assembly.reached(vec![node], &[GROUND_NODE, stop], holds)
 }
 
 /// Natural frequency of the correction where no accelerometer tells more, rad/s: by the motion of the first
 /// position that is measured.
 pub(super) fn pace_of(assembly: &Assembly, channels: &[Channel], record: &Record) -> f64 {
     let is_position = |c: &usize| {
-        let nodes = nodes_of(assembly, channels[*c].source);
+        let nodes = assembly.node_read(channels[*c].source);
         nodes.is_some_and(|(_, _, quantity)| quantity == Quantity::Position) && !record.silent[*c]
     };
     let of = |c: usize| {
@@ -118,7 +93,7 @@ pub(super) fn pace_of(assembly: &Assembly, channels: &[Channel], record: &Record
 /// say, where the record begins in motion. `omega` is the natural frequency of the correction.
 pub(super) fn place(assembly: &mut Assembly, channels: &[Channel], record: &Record, omega: f64) {
     for (channel, series) in channels.iter().zip(&record.series) {
-        let Some((node, relative_to, Quantity::Position)) = nodes_of(assembly, channel.source) else {
+        let Some((node, relative_to, Quantity::Position)) = assembly.node_read(channel.source) else {
             continue;
         };
         // What is imposed moves by itself, and what hangs on it begins as it is described.
@@ -161,7 +136,7 @@ impl Anchor {
         let assembly = motion.assembly();
         let of_kind = |wanted: Quantity| {
             channels.iter().enumerate().filter_map(move |(i, channel)| {
-                let (node, relative_to, quantity) = nodes_of(assembly, channel.source)?;
+                let (node, relative_to, quantity) = assembly.node_read(channel.source)?;
                 (quantity == wanted && !silent[i]).then_some((i, channel, node, relative_to))
             })
         };

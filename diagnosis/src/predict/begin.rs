@@ -60,15 +60,15 @@ pub(super) fn beginning(
     let missed = begun.speed - shorter.speed;
     let error = missed.hypot(begun.error * begun.left.hypot(step / 12.0_f64.sqrt()));
     let other = (begun.speed - believed * spacing_s).abs();
-    let rows = (most >> chosen) as f64;
-    let excursion = series[..most >> chosen].iter().map(|x| (x - series[0]).abs()).fold(0.0, f64::max);
-    let stands_out = other > STANDARD_ERRORS * error && other * rows > SPEED_SHARE * excursion;
+    let excursion = series[..begun.rows].iter().map(|x| (x - series[0]).abs()).fold(0.0, f64::max);
+    let stands_out = other > STANDARD_ERRORS * error && other * begun.rows as f64 > SPEED_SHARE * excursion;
     stands_out.then_some([begun.value, begun.speed / spacing_s])
 }
 
 /// A parabola through rows: value and speed (per row) at the first, root mean square of what it leaves, and
 /// the standard error of the speed over that of a row.
 struct Parabola {
+    rows: usize,
     value: f64,
     speed: f64,
     left: f64,
@@ -92,6 +92,7 @@ impl Parabola {
         let square = |(k, x): (usize, &f64)| (x - series[0] - powers(k).dot(&fit)).powi(2);
         let left: f64 = series.iter().enumerate().map(square).sum();
         Some(Self {
+            rows: series.len(),
             value: series[0] + fit[0],
             speed: fit[1] / rows,
             left: (left / (rows - 3.0)).sqrt(),

@@ -181,6 +181,7 @@ impl<'a> Predictor<'a> {
                             self.machine.look(&state, &mut seen);
                         }
                         anchor.correct(&self.machine, &mut state, &seen, &self.record.series, k, dt);
+                        self.machine.impose(&mut state, k as f64 * dt);
                     }
                     self.drive_on(&mut state, &commands, k, dt)?;
                     if let Some(window) = &mut window {
@@ -233,7 +234,6 @@ impl<'a> Predictor<'a> {
         k: usize,
         dt: f64,
     ) -> Result<(), DiagnosisError> {
-        self.machine.impose(state, k as f64 * dt);
         if !self.servos.is_empty() {
             return self.drive_on_sampled(state, commands, k, dt);
         }

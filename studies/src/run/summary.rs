@@ -57,7 +57,7 @@ pub struct Summary {
     pub main_contact: Option<usize>,
     /// How the outcome was judged.
     pub verdict: Verdict,
-    /// The motion by which the outcome was judged; none where it was a force.
+    /// The motion that decided the outcome; absent if a force did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub controlled: Option<String>,
     /// Everything that happened, in order.

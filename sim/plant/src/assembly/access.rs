@@ -128,22 +128,45 @@ impl Assembly {
         }
     }
 
-    /// Sum of the masses that move as one with `node` through rigid links, itself included; infinite where it
-    /// is fixed.
-    pub fn rigid_mass_kg(&self, node: NodeId) -> f64 {
-        let mut members = vec![node];
+    /// Nodes that links of some kind lead to from `members`, these included and first; `stops` are not entered.
+    pub fn reached(
+        &self,
+        mut members: Vec<NodeId>,
+        stops: &[NodeId],
+        leads: impl Fn(&Link) -> bool,
+    ) -> Vec<NodeId> {
         let mut next = 0;
         while let Some(&at) = members.get(next) {
             next += 1;
-            for link in self.links.iter().filter(|link| link.rigid) {
+            for link in self.links.iter().filter(|link| leads(link)) {
                 for (from, to) in [(link.a, link.b), (link.b, link.a)] {
-                    if from == at && !members.contains(&to) {
+                    if from == at && !stops.contains(&to) && !members.contains(&to) {
                         members.push(to);
                     }
                 }
             }
         }
+        members
+    }
+
+    /// Sum of the masses that move as one with `node` through rigid links, itself included; infinite where it
+    /// is fixed.
+    pub fn rigid_mass_kg(&self, node: NodeId) -> f64 {
+        let members = self.reached(vec![node], &[], |link| link.rigid);
         members.iter().map(|&i| self.nodes[i].mass_kg).sum()
+    }
+
+    /// The node that a signal of a node or of its sensor reads, the node that it is relative to, and what it
+    /// reads of it; `None` for other signals.
+    pub fn node_read(&self, source: Source) -> Option<(NodeId, NodeId, Quantity)> {
+        let of = |source: Source, relative_to: NodeId| match source {
+            Source::Node(node, quantity) => Some((node, relative_to, quantity)),
+            _ => None,
+        };
+        match source {
+            Source::Sensor(i) => of(self.sensors[i].source, self.sensors[i].relative_to),
+            other => of(other, GROUND_NODE),
+        }
     }
 
     /// Whether a node is the fixed body.

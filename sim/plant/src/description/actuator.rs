@@ -59,7 +59,7 @@ pub enum ActuatorKind {
     PositionServo(PositionServo),
     /// A motor of direct current with its gear: the command is a voltage, a duty cycle or a current.
     DcMotor(DcMotor),
-    /// The body moves as it is told, whatever acts on it: the command is its position (m).
+    /// The body moves as commanded, whatever acts on it: the command is its position (m).
     Imposed,
 }
 

@@ -1,5 +1,6 @@
 //! `lugre-friction`: friction of bristles that bend before they slide.
 
+use super::stribeck_friction::excess;
 use super::{
     ABOVE_ZERO, Change, ChangesPlant, Definition, EffectError, Host, HostKind, Parameters, Place, Trait,
 };
@@ -76,15 +77,7 @@ impl ChangesPlant for LugreFriction {
     fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
         let Self { stiffness, damping, coulomb, static_level, velocity } = self;
         let link = machine.link_mut(host, &DEFINITION)?;
-        let excess = static_level - coulomb;
-        if excess < 0.0 {
-            return Err(EffectError::Value {
-                parameter: "static",
-                value: static_level,
-                reason: "the level at rest is below `coulomb`",
-                remedy: "raise it to `coulomb` or above",
-            });
-        }
+        let excess = excess(coulomb, static_level)?;
         if coulomb <= 0.0 && excess > 0.0 {
             return Err(EffectError::Value {
                 parameter: "coulomb",

@@ -63,19 +63,28 @@ methods for the control of machines with friction, Automatica 30 (1994).
     change: Change::plant::<StribeckFriction>(),
 };
 
+/// How far the level at rest lies above the level far above the Stribeck speed, N.
+///
+/// # Errors
+/// [`EffectError::Value`] where it lies below.
+pub(super) fn excess(coulomb: f64, static_level: f64) -> Result<f64, EffectError> {
+    let excess = static_level - coulomb;
+    if excess < 0.0 {
+        return Err(EffectError::Value {
+            parameter: "static",
+            value: static_level,
+            reason: "the level at rest is below `coulomb`",
+            remedy: "raise it to `coulomb` or above",
+        });
+    }
+    Ok(excess)
+}
+
 impl ChangesPlant for StribeckFriction {
     fn apply(self, machine: &mut Assembly, host: Host) -> Result<(), EffectError> {
         let Self { coulomb, static_level, velocity } = self;
         let friction = &mut machine.link_mut(host, &DEFINITION)?.friction;
-        let excess = static_level - coulomb;
-        if excess < 0.0 {
-            return Err(EffectError::Value {
-                parameter: "static",
-                value: static_level,
-                reason: "the level at rest is not below `coulomb`",
-                remedy: "raise it to `coulomb` or above",
-            });
-        }
+        let excess = excess(coulomb, static_level)?;
         friction.forward += coulomb;
         friction.backward += coulomb;
         if excess > 0.0 {

@@ -9,6 +9,7 @@ use crate::error::DiagnosisError;
 use crate::fit::candidates::{Candidate, candidates};
 use crate::fit::least_squares::Fitted;
 use crate::fit::odds::gain;
+use crate::fit::room::room;
 use crate::fit::search::{Extended, Scored, Search, extensions, finished, glance, score, search};
 use crate::gap::size::noise;
 use crate::gap::unknown;
@@ -18,7 +19,7 @@ use crate::report::Diagnosis;
 /// Evidence on the check experiments that a cause must bring, nats.
 pub(crate) const ACCEPT: f64 = 6.0;
 /// Evidence on all experiments that it must bring, nats.
-const ACCEPT_ALL: f64 = 15.0;
+pub(crate) const ACCEPT_ALL: f64 = 15.0;
 /// Evidence on the check experiments below which one of several causes is taken out again, nats.
 const KEEP: f64 = 12.0;
 /// Evidence that a further cause must bring, nats: the first may be slightly wrong in ways that a second
@@ -130,7 +131,7 @@ pub fn diagnose_within(
     while !accepted.causes.is_empty()
         && accepted.causes.len() < MOST_CAUSES
         && !budget.is_over(Stage::Screen)
-        && !judge.is_quiet(&accepted)
+        && judge.has_room(&accepted)
     {
         progress("trying a further cause");
         let left: Vec<_> = candidates(&dataset.machine)
@@ -332,9 +333,12 @@ impl Judge<'_> {
         self.gain(old, new, &self.checks())
     }
 
-    fn is_quiet(&self, scored: &Scored) -> bool {
-        let noise = noise(&self.search.task, &scored.fitted.model, &scored.fitted.theta);
-        unknown::is_quiet(&self.search.task, scored, &noise)
+    /// Whether more than noise is left, and enough of it for a further cause.
+    fn has_room(&self, accepted: &Scored) -> bool {
+        let task = &self.search.task;
+        let noise = noise(task, &accepted.fitted.model, &accepted.fitted.theta);
+        let (asked, [check, all]) = (Asked::beside(accepted), room(task, accepted));
+        check >= asked.check && all >= asked.all && !unknown::is_quiet(task, accepted, &noise)
     }
 
     /// Brings the best whose values can all be meant to the front of a ranking, where it explains a fair

@@ -33,6 +33,12 @@ pub(crate) struct Linearised<'a> {
     pull: DVector<f64>,
 }
 
+/// A fit of a few steps, with what its last step gained.
+pub(crate) struct Screened {
+    pub(crate) fitted: Fitted,
+    pub(crate) gain: f64,
+}
+
 /// Trial values of an effect, with the other unknowns where they follow to.
 struct Trial {
     cost: f64,
@@ -97,17 +103,18 @@ impl<'a> Linearised<'a> {
     }
 
     /// A few steps from `start`, of which the first unknowns are those of the base.
-    pub(crate) fn screen(&self, model: &Model, start: &[f64], steps: usize) -> Option<Fitted> {
+    pub(crate) fn screen(&self, model: &Model, start: &[f64], steps: usize) -> Option<Screened> {
         let n = self.base.theta.len();
         let own = start.len() - n;
         let mut theta = start.to_vec();
         let mut here = self.trial(model, &theta)?;
         let mut damping = 1e-2;
         let mut curvature = DMatrix::identity(own, own);
+        let mut gain = 0.0;
         for _ in 0..steps {
             let Some((a, b)) = self.own_normal(model, &theta, &here) else { break };
             curvature = a;
-            let mut gain = 0.0;
+            gain = 0.0;
             for _ in 0..TRIALS {
                 let mut damped = curvature.clone();
                 for i in 0..own {
@@ -137,7 +144,8 @@ impl<'a> Linearised<'a> {
             *theta += shift;
         }
         let sigma = deviations(&self.normal).into_iter().chain(deviations(&curvature)).collect();
-        Some(Fitted { model: model.clone(), theta, cost: here.cost, sigma })
+        let fitted = Fitted { model: model.clone(), theta, cost: here.cost, sigma };
+        Some(Screened { fitted, gain })
     }
 
     /// The cost at trial values, the other unknowns shifted to where they fit best within their bounds.

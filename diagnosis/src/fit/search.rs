@@ -8,12 +8,14 @@ use rayon::prelude::*;
 
 use crate::budget::{Budget, Stage};
 use crate::dataset::{Dataset, Record, quantum};
+use crate::diagnose::{ACCEPT, ACCEPT_ALL};
 use crate::error::DiagnosisError;
 use crate::fit::candidates::{Candidate, candidates};
 use crate::fit::least_squares::{Fitted, Task, Weights};
 use crate::fit::model::Model;
 use crate::fit::nested;
-use crate::fit::screen::Linearised;
+use crate::fit::room::room;
+use crate::fit::screen::{Linearised, Screened};
 use crate::gap::locate::low_pass;
 use crate::inverse::{Balanced, Inverse};
 use crate::kinds::{Element, Glance, Seen, dossier};
@@ -21,10 +23,18 @@ use crate::predict::{Prediction, Predictor};
 
 /// Steps of a full fit.
 const STEPS: usize = 10;
-/// Steps after which candidates are compared.
+/// Steps after which candidates are compared, and those after which the hopeless are left.
 const SCREENING_STEPS: usize = 6;
-/// Starts of a candidate that are fitted.
+const FIRST_STEPS: usize = 2;
+/// How often a candidate may still gain what its last step gained: steps that converge halve their gain.
+const STILL_TO_GAIN: f64 = 2.0;
+/// Shares of what the best takes off the logarithm of the cost, which evidence compares: with less a candidate
+/// is left after its first steps, or is not fitted to the end.
+const PROMISING: f64 = 0.1;
+const RIVAL: f64 = 0.2;
+/// Starts of a candidate that are fitted, and those fitted where all predict worse than without it.
 const BEST_STARTS: usize = 3;
+const POOR_STARTS: usize = 2;
 /// Starts whose values all differ by less than this, as a fraction, are one.
 const NEIGHBOURS: f64 = 0.16;
 /// Gain of the cost in screening below which a candidate is not fitted: a fraction of the least evidence that
@@ -79,6 +89,12 @@ pub(crate) fn search(dataset: &Dataset, budget: Budget) -> Result<Search<'_>, Di
     let mut calibrated = score(&task, Vec::new(), calibrate(&task, &model));
     let mut glance = glance(&task, &calibrated);
     let all = candidates(&dataset.machine);
+    let [check, whole] = room(&task, &calibrated);
+    if check < ACCEPT || whole < ACCEPT_ALL {
+        let seen = seen(&glance, dataset);
+        let (singles, others, untried) = (Vec::new(), Vec::new(), Vec::new());
+        return Ok(Search { task, calibrated, singles, others, silent: all, untried, seen });
+    }
     let mut extended = extensions(&task, &calibrated, &all, &glance);
     // Every cause contains calibration: where one of next to nothing fits better, calibration had stopped.
     if let Some(better) = recalibrated(&task, &calibrated, &extended.fits) {
@@ -87,8 +103,13 @@ pub(crate) fn search(dataset: &Dataset, budget: Budget) -> Result<Search<'_>, Di
         extended = extensions(&task, &calibrated, &all, &glance);
     }
     let Extended { fits: singles, others, silent, untried } = extended;
-    let seen = Seen { stroke_m: glance.stroke(), command_n: glance.command, step_m: finest_step(dataset) };
+    let seen = seen(&glance, dataset);
     Ok(Search { task, calibrated, singles, others, silent, untried, seen })
+}
+
+/// What the fitted records cover.
+fn seen(glance: &Glance, dataset: &Dataset) -> Seen {
+    Seen { stroke_m: glance.stroke(), command_n: glance.command, step_m: finest_step(dataset) }
 }
 
 /// The finest step of an encoder, m, where no accelerometer tells of what is smaller.
@@ -162,30 +183,49 @@ pub(crate) fn extensions(task: &Task<'_>, base: &Scored, all: &[Candidate], glan
         return Extended { fits, others, silent: all.to_vec(), untried };
     };
     let is_late = || task.budget.is_over(Stage::Screen);
-    let screened: Vec<(Candidate, bool, Option<Fitted>)> = all
+    let begun: Vec<(Candidate, bool, Option<Screened>)> = all
         .par_iter()
         .map(|&candidate| {
             let late = is_late();
-            let fitted = if late { None } else { screen(task, &linearised, base, candidate, glance) };
-            (candidate, late, fitted)
+            let begun = if late { None } else { screen(task, &linearised, base, candidate, glance) };
+            (candidate, late, begun)
         })
         .collect();
     let without = |late: bool| -> Vec<Candidate> {
-        let is_left =
-            |(_, is_late, fitted): &&(_, bool, Option<Fitted>)| fitted.is_none() && *is_late == late;
-        screened.iter().filter(is_left).map(|(candidate, ..)| *candidate).collect()
+        let is_left = |(_, is_late, begun): &&(_, bool, Option<_>)| begun.is_none() && *is_late == late;
+        begun.iter().filter(is_left).map(|(candidate, ..)| *candidate).collect()
     };
     let (silent, untried) = (without(false), without(true));
-    let mut screened: Vec<(Candidate, Fitted)> =
-        screened.into_iter().filter_map(|(c, _, fitted)| Some((c, fitted?))).collect();
+    let decline = |fitted: &Fitted| (base.fitted.cost / fitted.cost).ln();
+    let begun: Vec<(Candidate, Screened)> =
+        begun.into_iter().filter_map(|(candidate, _, begun)| Some((candidate, begun?))).collect();
+    let steepest = begun.iter().map(|(_, begun)| decline(&begun.fitted)).fold(0.0, f64::max);
+    let goes_on = |begun: &Screened| {
+        begun.fitted.cost - STILL_TO_GAIN * begun.gain < base.fitted.cost - WORTH_FITTING
+            && (decline(&begun.fitted) > PROMISING * steepest || begun.fitted.cost > base.fitted.cost)
+            && !is_late()
+    };
+    let go_on = |(candidate, begun): (Candidate, Screened)| {
+        let fitted = if goes_on(&begun) {
+            let mut start = begun.fitted.theta.clone();
+            start[..base.fitted.theta.len()].copy_from_slice(&base.fitted.theta);
+            let further = linearised.screen(&begun.fitted.model, &start, SCREENING_STEPS - FIRST_STEPS);
+            further.map(|further| further.fitted).filter(|further| further.cost < begun.fitted.cost)
+        } else {
+            None
+        };
+        (candidate, fitted.unwrap_or(begun.fitted))
+    };
+    let mut screened: Vec<(Candidate, Fitted)> = begun.into_par_iter().map(go_on).collect();
     screened.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    let steepest = screened.first().map_or(0.0, |(_, fitted)| decline(fitted));
     let with = |candidate: Candidate, fitted: Fitted| {
         score(task, base.causes.iter().copied().chain([candidate]).collect(), fitted)
     };
     let mut places = Vec::new();
     let mut taken = 0;
     let (chosen, left): (Vec<_>, Vec<_>) = screened.into_iter().partition(|(candidate, fitted)| {
-        let is_worth = base.fitted.cost - fitted.cost > WORTH_FITTING;
+        let is_worth = base.fitted.cost - fitted.cost > WORTH_FITTING && decline(fitted) > RIVAL * steepest;
         let is_first = !places.contains(&candidate.place);
         let is_taken = is_worth && (taken < FULLY || is_first);
         if is_worth {
@@ -215,14 +255,14 @@ pub(crate) fn finished(task: &Task<'_>, scored: &Scored) -> Scored {
     score(task, scored.causes.clone(), task.fit(&scored.fitted.model, &scored.fitted.theta, STEPS))
 }
 
-/// A few steps with one more effect than `base`.
+/// The first steps with one more effect than `base`.
 fn screen(
     task: &Task<'_>,
     linearised: &Linearised<'_>,
     base: &Scored,
     candidate: Candidate,
     glance: &Glance,
-) -> Option<Fitted> {
+) -> Option<Screened> {
     let element = Element::at(candidate.site, &task.dataset.machine, &task.dataset.tolerance);
     let mut starts = (dossier(candidate.definition.kind).starts)(&element, glance);
     starts.extend(balanced_start(task, base, candidate));
@@ -240,14 +280,15 @@ fn screen(
     begun.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut apart: Vec<&(f64, Model, Vec<f64>)> = Vec::new();
     for begin in &begun {
-        if apart.len() < BEST_STARTS && apart.iter().all(|other| !are_neighbours(&begin.1, &other.1)) {
+        let most = if begin.0 < base.fitted.cost { BEST_STARTS } else { POOR_STARTS };
+        if apart.len() < most && apart.iter().all(|other| !are_neighbours(&begin.1, &other.1)) {
             apart.push(begin);
         }
     }
     apart
         .into_iter()
-        .filter_map(|(_, model, start)| linearised.screen(model, start, SCREENING_STEPS))
-        .min_by(|a, b| a.cost.total_cmp(&b.cost))
+        .filter_map(|(_, model, start)| linearised.screen(model, start, FIRST_STEPS))
+        .min_by(|a, b| a.fitted.cost.total_cmp(&b.fitted.cost))
 }
 
 /// The values of a candidate beside those of `base` that a balance of forces gives.

@@ -5,6 +5,8 @@ use nalgebra::{Matrix3, Vector3};
 /// Share of the excursion by which a motion must have moved for its speed to be read off, so that neither
 /// noise nor steps of the encoder count.
 const MOVED: f64 = 0.5;
+/// Pairs of rows that tell how far a motion moves in a time.
+const MOST_PAIRS: usize = 500;
 /// Rows that a beginning needs, and standard errors from which on it is one in motion.
 const FEWEST_ROWS: usize = 6;
 const STANDARD_ERRORS: f64 = 4.0;
@@ -22,9 +24,10 @@ pub(crate) fn pace(series: &[f64], spacing_s: f64) -> Option<[f64; 2]> {
     let mean = series.iter().sum::<f64>() / n.max(1) as f64;
     let mean_square = |sum: f64, n: usize| (sum / n.max(1) as f64).sqrt();
     let excursion = mean_square(series.iter().map(|x| (x - mean).powi(2)).sum(), n);
+    let stride = (n / MOST_PAIRS).max(1);
     let moved = |lag: usize| {
-        let sum = (0..n - lag).map(|k| (series[k + lag] - series[k]).powi(2)).sum();
-        mean_square(sum, n - lag)
+        let pairs = (0..n - lag).step_by(stride);
+        mean_square(pairs.clone().map(|k| (series[k + lag] - series[k]).powi(2)).sum(), pairs.len())
     };
     std::iter::successors(Some(1_usize), |lag| Some((lag + lag / 4).max(lag + 1)))
         .take_while(|lag| *lag < n / 2)

@@ -40,6 +40,8 @@ pub(super) struct Moving {
     pub(super) motion: Motion,
     pub(super) flows: Flows,
     pub(super) precision: Precision,
+    /// Whether any body moves as imposed.
+    is_imposed: bool,
     next: Vec<f64>,
     probe: Vec<f64>,
 }
@@ -57,7 +59,8 @@ impl Moving {
         }
         let motion = Motion::new(assembly).map_err(|problems| DiagnosisError::Machine { problems })?;
         let flows = Flows::new(channels, spacing_s);
-        Ok(Self { motion, flows, precision, next: Vec::new(), probe: Vec::new() })
+        let is_imposed = motion.assembly().drives.iter().any(|drive| drive.imposed.is_some());
+        Ok(Self { is_imposed, motion, flows, precision, next: Vec::new(), probe: Vec::new() })
     }
 
     /// The state at the start, filters at rest.
@@ -70,7 +73,9 @@ impl Moving {
 
     /// Puts bodies whose motion is imposed where they are from `t_s` on.
     pub(super) fn impose(&self, state: &mut State, t_s: f64) {
-        self.motion.set_gaps(t_s, &mut state.xi);
+        if self.is_imposed {
+            self.motion.set_gaps(t_s, &mut state.xi);
+        }
         self.motion.join(&self.flows[state.flow].equations, &mut state.xi);
     }
 

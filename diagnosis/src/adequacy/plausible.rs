@@ -7,6 +7,7 @@ use feeler_plant::units::Dimension;
 
 use super::Criteria;
 use super::horizons::share;
+use crate::answer::compose::NINETY_PERCENT;
 use crate::diagnose::Judge;
 use crate::fit::search::{Scored, moving_mass};
 
@@ -15,7 +16,7 @@ const AT_END: f64 = 1e-3;
 /// A value that may move by less than this share was read off the records, and no residual knows it.
 const READ_OFF: f64 = 0.01;
 /// Deviations of a logarithm at which 90 % of a normal distribution lie above zero of the value itself.
-const UNKNOWN: f64 = 1.0 / 1.645;
+const UNKNOWN: f64 = 1.0 / NINETY_PERCENT;
 
 /// What is not plausible about the accepted values, in words.
 pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) -> Vec<String> {
@@ -39,13 +40,29 @@ pub(super) fn doubts(judge: &Judge<'_>, accepted: &Scored, criteria: &Criteria) 
             if (theta[u] - low).min(high - theta[u]) < AT_END {
                 found.push(format!("{name} sits at the end of what it can be"));
             }
-            // The first parameter is what the effect is made of.
-            if k == 0 && parameter.scale == Scale::Log && accepted.fitted.sigma[u] > UNKNOWN {
+            // The first parameter is what the effect is made of, unless another alone makes it differ from none.
+            let is_unknown = k == 0 && parameter.scale == Scale::Log && accepted.fitted.sigma[u] > UNKNOWN;
+            if is_unknown && !departs_otherwise(accepted, i, &values) {
                 found.push(format!("the interval of {name} holds nothing at all as well"));
             }
         }
     }
     found
+}
+
+/// Whether a parameter of accepted cause `i` other than its first is known to differ from that of the ideal
+/// machine.
+fn departs_otherwise(accepted: &Scored, i: usize, values: &[f64]) -> bool {
+    let (unknowns, theta) = (&accepted.fitted.model.unknowns, &accepted.fitted.theta);
+    let departs = |(k, parameter): (usize, &Parameter)| {
+        let Some(null) = parameter.null.filter(|null| null.is_finite()) else { return false };
+        let Some(u) = unknowns.iter().position(|unknown| unknown.parameter_of(i) == Some(k)) else {
+            return false;
+        };
+        let spread = unknowns[u].spread(theta[u], accepted.fitted.sigma[u]);
+        spread.is_finite() && (values[k] - null).abs() > NINETY_PERCENT * spread
+    };
+    accepted.causes[i].definition.parameters.iter().enumerate().skip(1).any(departs)
 }
 
 impl Judge<'_> {

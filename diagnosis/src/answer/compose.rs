@@ -32,7 +32,7 @@ const SLOW_TEMPERATURE: f64 = 12.0;
 /// Probability that the set of rivals listed holds.
 const CREDIBLE: f64 = 0.99;
 /// 90 % of a normal distribution, in standard deviations.
-const NINETY_PERCENT: f64 = 1.645;
+pub(crate) const NINETY_PERCENT: f64 = 1.645;
 /// Points of the portrait.
 const PORTRAIT_POINTS: usize = 4000;
 /// Places among causes that look alike from which on the records cannot tell where.

@@ -15,7 +15,7 @@ use crate::eigen::eigenvalues;
 use crate::error::LtiError;
 use crate::gain_interval::{GainEdge, GainSearch, StableGains, StableInterval, sample_growth};
 use crate::response::TransferEvaluator;
-use crate::search::bisect;
+use crate::search::root;
 use crate::state_space::StateSpace;
 
 /// Rounding within which a matrix is one column times one row.
@@ -84,7 +84,7 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
         for share in NEAR {
             let (low, high) = (w * (1.0 - share), (w * (1.0 + share)).min(self.domain.nyquist_rad_per_s()));
             if (self.response(low)?.im > 0.0) != (self.response(high)?.im > 0.0) {
-                let w = bisect(low, high, LOCATED, |w| Ok::<_, LtiError>(self.response(w)?.im))?;
+                let w = root(low, high, LOCATED, |w| Ok::<_, LtiError>(self.response(w)?.im))?;
                 let value = self.response(w)?;
                 return Ok((value.im.abs() <= REAL * value.norm()).then(|| value.re.recip()));
             }
@@ -211,7 +211,7 @@ impl<'a, T: TimeDomain> RankOneLoop<'a, T> {
         if (start.1.im > 0.0) == (end.1.im > 0.0) {
             return Ok(());
         }
-        let w = bisect(start.0, end.0, LOCATED, |w| Ok::<_, LtiError>(self.response(w)?.im))?;
+        let w = root(start.0, end.0, LOCATED, |w| Ok::<_, LtiError>(self.response(w)?.im))?;
         let value = self.response(w)?;
         if value.re > 0.0 && value.im.abs() <= REAL * value.norm() {
             found.push(Crossing { gain: value.re.recip(), w, change: 2 * self.outwards(w)? });

@@ -15,6 +15,7 @@ const MANY_STATES: usize = 24;
 /// A system prepared (balanced) for the evaluation of C (p I - A)^-1 B + D at many points p.
 #[derive(Debug, Clone)]
 pub struct TransferEvaluator {
+    /// A, or its transpose in Hessenberg form.
     a: DMatrix<C64>,
     /// Whether A is zero below its first subdiagonal.
     is_hessenberg: bool,
@@ -36,7 +37,7 @@ impl TransferEvaluator {
         let is_hessenberg = a.nrows() >= MANY_STATES;
         if is_hessenberg {
             let (q, h) = Hessenberg::new(a).unpack();
-            (a, b, c) = (h, q.tr_mul(&b), c * q);
+            (a, b, c) = (h.transpose(), q.tr_mul(&b), c * q);
         }
         Self { a: complex(&a), is_hessenberg, b: complex(&b), c: complex(&c), d: complex(system.d()) }
     }
@@ -60,7 +61,7 @@ impl TransferEvaluator {
     }
 
     fn solve(&self, point: C64, mut right: DMatrix<C64>) -> Result<DMatrix<C64>, LtiError> {
-        let mut resolvent = -self.a.clone();
+        let mut resolvent = -&self.a;
         for i in 0..resolvent.nrows() {
             resolvent[(i, i)] += point;
         }
@@ -79,24 +80,23 @@ impl TransferEvaluator {
 }
 
 /// Solves H x = b in place, for H zero below its first subdiagonal, by elimination with exchange of
-/// neighbouring rows. A singular H gives a solution that is not finite.
-fn solve_hessenberg(mut h: DMatrix<C64>, b: &mut DMatrix<C64>) {
-    let n = h.nrows();
+/// neighbouring rows. A row of H is a column of `rows`, so that it lies together. A singular H gives a
+/// solution that is not finite.
+fn solve_hessenberg(mut rows: DMatrix<C64>, b: &mut DMatrix<C64>) {
+    let n = rows.nrows();
     for k in 0..n.saturating_sub(1) {
-        if h[(k + 1, k)].norm_sqr() > h[(k, k)].norm_sqr() {
-            for j in k..n {
-                h.swap((k, j), (k + 1, j));
-            }
+        let (upper, lower) = rows.as_mut_slice()[k * n..(k + 2) * n].split_at_mut(n);
+        let (upper, lower) = (&mut upper[k..], &mut lower[k..]);
+        if lower[0].norm_sqr() > upper[0].norm_sqr() {
+            upper.swap_with_slice(lower);
             b.swap_rows(k, k + 1);
         }
-        let below = h[(k + 1, k)];
-        if below == C64::new(0.0, 0.0) {
+        if lower[0] == C64::new(0.0, 0.0) {
             continue;
         }
-        let factor = below / h[(k, k)];
-        for j in k + 1..n {
-            let above = h[(k, j)];
-            h[(k + 1, j)] -= factor * above;
+        let factor = lower[0] / upper[0];
+        for (below, above) in lower[1..].iter_mut().zip(&upper[1..]) {
+            *below -= factor * above;
         }
         for j in 0..b.ncols() {
             let above = b[(k, j)];
@@ -105,10 +105,10 @@ fn solve_hessenberg(mut h: DMatrix<C64>, b: &mut DMatrix<C64>) {
     }
     for mut x in b.column_iter_mut() {
         for k in (0..n).rev() {
-            x[k] /= h[(k, k)];
+            x[k] /= rows[(k, k)];
             let value = x[k];
             for i in 0..k {
-                x[i] -= h[(i, k)] * value;
+                x[i] -= rows[(k, i)] * value;
             }
         }
     }

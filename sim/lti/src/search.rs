@@ -3,6 +3,8 @@
 
 /// Halvings after which a bracket of doubles cannot shrink any more, whatever its ends.
 const MAX_HALVINGS: usize = 200;
+/// Share of the first bracket by which interpolation is moved towards its middle there.
+const TRUNCATION: f64 = 0.2;
 /// A step of Newton's method below this, relative to the place, ends the search: the next one would be its
 /// square.
 const PLACE: f64 = 1e-12;
@@ -29,6 +31,41 @@ pub(crate) fn bisect<E>(
         } else {
             b = middle;
         }
+    }
+    Ok(a + 0.5 * (b - a))
+}
+
+/// The point where a smooth `f` changes sign between `a` and `b`, down to `relative_width` of the point, by
+/// interpolation that never needs more than one value more than bisection (I. Oliveira and R. Takahashi, ACM
+/// Trans. Mathematical Software 47, 2020: ITP).
+pub(crate) fn root<E>(
+    mut a: f64,
+    mut b: f64,
+    relative_width: f64,
+    mut f: impl FnMut(f64) -> Result<f64, E>,
+) -> Result<f64, E> {
+    let (mut fa, mut fb) = (f(a)?, f(b)?);
+    let half_width = 0.5 * relative_width * a.abs().max(b.abs());
+    let truncation = TRUNCATION / (b - a);
+    let mut reach = half_width * 2.0_f64.powf(((b - a) / half_width).log2().ceil());
+    while b - a > 2.0 * half_width && reach > 0.0 {
+        let middle = a + 0.5 * (b - a);
+        let chord = (fb * a - fa * b) / (fb - fa);
+        let side = (middle - chord).signum();
+        let moved = truncation * (b - a).powi(2);
+        let inner = if moved <= (middle - chord).abs() { chord + side * moved } else { middle };
+        let slack = reach - 0.5 * (b - a);
+        let x = if (inner - middle).abs() <= slack { inner } else { middle - side * slack };
+        if !(x > a && x < b) {
+            break;
+        }
+        let fx = f(x)?;
+        if (fx > 0.0) == (fa > 0.0) {
+            (a, fa) = (x, fx);
+        } else {
+            (b, fb) = (x, fx);
+        }
+        reach *= 0.5;
     }
     Ok(a + 0.5 * (b - a))
 }
@@ -94,6 +131,16 @@ mod tests {
     fn truth_root_and_maximum_of_simple_functions() {
         let root = bisect(1e-9, 1e9, 1e-15, |x| Ok::<_, ()>(x * x - 2.0)).unwrap();
         assert!((root - 2.0_f64.sqrt()).abs() < 1e-15);
+        let mut values = 0;
+        let smooth = root(0.5, 40.0, 1e-15, |x: f64| {
+            values += 1;
+            Ok::<_, ()>(x * x - 2.0)
+        });
+        assert!((smooth.unwrap() - 2.0_f64.sqrt()).abs() < 2e-15 && values < 20, "{values}");
+        // A pole changes sign as well, and a step has no slope.
+        let [pole, step] = [|x: f64| 1.0 / (x - 1.2), |x: f64| (x - 1.2).signum()]
+            .map(|f| root(1.0, 3.0, 1e-15, |x| Ok::<_, ()>(f(x))).unwrap());
+        assert!((pole - 1.2).abs() < 5e-15 && (step - 1.2).abs() < 5e-15, "{pole} {step}");
         let (place, value) = maximum(0.0, 3.0, |x: f64| Ok::<_, ()>(x.sin())).unwrap();
         assert!((place - std::f64::consts::FRAC_PI_2).abs() < 1e-7 && (value - 1.0).abs() < 1e-15);
     }

@@ -1,6 +1,6 @@
 //! What of a machine linear theory leaves out, and what it takes in its place.
 
-use feeler_plant::assembly::Drive;
+use feeler_plant::assembly::{Drive, Link};
 use feeler_plant::description::Engagement;
 use feeler_plant::effects::Kind;
 use serde::Serialize;
@@ -96,6 +96,8 @@ impl ControlLoop {
             let no_slope = "left out: at rest it has no slope; about a speed v it damps by 2 drag v";
             found.when(link.drag != 0.0, &of, Kind::QuadraticDrag.name(), no_slope);
             found.when(link.stop.is_some(), &of, Kind::HardStop.name(), NOT_REACHED);
+            let is_lost = !link.rigid && link.stiffness > 0.0 && self.is_lost(link);
+            found.when(is_lost, &of, "stiffness", LOST);
             found.when(
                 !link.rigid && link.cubic != 0.0,
                 &of,
@@ -103,6 +105,19 @@ impl ControlLoop {
                 "taken as its tangent at the operating point",
             );
         }
+    }
+
+    /// Whether a spring is so soft beside what else holds the bodies at both of its ends that their sum does
+    /// not show it.
+    fn is_lost(&self, link: &Link) -> bool {
+        let plant = self.plant();
+        let (motion, layout) = (plant.motion(), plant.motion().layout());
+        let held = |node: usize| {
+            let g = motion.coordinates().of(node)?;
+            Some(motion.coordinates().mass_kg(g) * plant.a()[(layout.v(g), layout.q(g))].abs())
+        };
+        let least = [link.a, link.b].into_iter().filter_map(held).fold(f64::INFINITY, f64::min);
+        link.stiffness <= f64::EPSILON * layout.states() as f64 * least && least.is_finite()
     }
 
     fn of_contacts(&self, view: &View, found: &mut Found) {
@@ -134,6 +149,9 @@ impl ControlLoop {
 
 /// What is said of every force over position.
 const TANGENT: &str = "taken as its tangent where the machine rests: a stiffness";
+/// What is said of a spring beside far stiffer ones.
+const LOST: &str = "lost in rounding beside the stiffness of its neighbours: the slow modes that it makes are \
+     not determined; join the stiffly held bodies rigidly";
 /// What is said of every limit.
 const NOT_REACHED: &str =
     "taken as never reached; where a reference of the file's size reaches it is found apart (saturation)";

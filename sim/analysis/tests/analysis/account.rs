@@ -263,3 +263,20 @@ fn truth_what_is_set_beyond_the_edge_is_told_without_margins() {
         );
     }
 }
+
+#[test]
+fn truth_a_spring_that_rounding_loses_is_an_assumption() {
+    // Both bodies stand on 1e12 N/m, of which the last digit of a double is 1e-4 N/m.
+    let lost = |stiffness: f64| {
+        let mut scenario = force_loop(0.2, 0.0);
+        let springs = &mut scenario.machine.springs;
+        springs.insert("post".into(), spring(GROUND, "motor", 1e12, 0.0));
+        springs.insert("wall".into(), spring(GROUND, "tip", 1e12, 0.0));
+        springs.insert("transmission".into(), spring("motor", "tip", stiffness, 0.0));
+        let report = analyze(&scenario, &Request { view: View::CLAMPED, ..Request::default() }).unwrap();
+        let found = report.assumptions.iter().filter(|assumption| assumption.property == "stiffness");
+        found.map(|assumption| assumption.of.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(lost(1e-6), ["springs.transmission"]);
+    assert_eq!(lost(0.1), Vec::<String>::new());
+}

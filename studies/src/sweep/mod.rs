@@ -111,7 +111,7 @@ impl Sweep {
     /// Runs the sweep, or continues it, in `folder`.
     ///
     /// # Errors
-    /// [`SweepError::OtherSweep`], and system errors of files and threads.
+    /// [`SweepError::OtherSweep`], [`SweepError::RefineShard`], and system errors of files and threads.
     pub fn run(
         &self,
         folder: &Path,

@@ -7,7 +7,7 @@ use crate::domain::C64;
 use crate::eigen::eigenvalues;
 use crate::error::{LtiError, require_finite};
 
-/// Bisections of a gain step in search of an unambiguous continuation. There is none where branches meet, and
+/// Bisections of a gain step in search of an unambiguous continuation. No such step exists if branches meet;
 /// then either continuation is correct.
 const MAX_HALVINGS: usize = 6;
 /// A continuation is unambiguous if no pole moves farther than this share of its distance to the nearest
